@@ -1,0 +1,47 @@
+//! Warped-area sampling in two dimensions: derived, exact, proved.
+//!
+//! The derivative of an integral whose integrand jumps across moving curves is
+//!
+//! ```text
+//! dI/dθ = ∫ ∂f/∂θ du + ∮ Δf (v·ν) dl          (Reynolds transport theorem)
+//!       = ∫ ∂f/∂θ du + ∫ ∇·(V f) du            (divergence theorem)
+//! ```
+//!
+//! for every field V that is continuous and equals the velocity v of the jump, along its
+//! normal ν, on the jump. *Warped-area sampling* (Bangaru, Li and Durand 2020, "Unbiased
+//! warped-area sampling for differentiable rendering") estimates such a field from auxiliary
+//! rays alone, so that no edge ever has to be found.
+//!
+//! - [`warp`]: the machinery that turns auxiliary points into (V, ∇·V) and its transpose,
+//!   written once for the plane, the circle and (in `volume3d`) the sphere.
+//! - [`plane`]: polygons over the image plane, where every integral above is known exactly.
+//! - [`estimator`]: the methods that differentiate an image, behind one trait.
+//!
+//! # Example
+//!
+//! A square moves to the right over a black background. The derivative of the image is positive
+//! where its right side advances and negative where its left side withdraws.
+//!
+//! ```
+//! use flatland::estimator::{Exact, Method, WarpedArea};
+//! use flatland::plane::{Film, Filter, Motion, Polygon, Scene, Shade, Shape};
+//! use glam::{DVec2, DVec3};
+//!
+//! let corners = [(2.3, 2.3), (5.7, 2.3), (5.7, 5.7), (2.3, 5.7)];
+//! let square = Polygon::simple(corners.map(|(x, y)| DVec2::new(x, y)))?;
+//! let scene = Scene::new(DVec3::ZERO, vec![Shape::new(square, Shade::constant(DVec3::ONE))])?;
+//! let film = Film::new(8, 8, Filter::Tent)?;
+//! let motion = Motion::translate([0], DVec2::X);
+//!
+//! let exact = Exact.forward(&scene, &motion, &film)?;
+//! let warped = WarpedArea { samples: 256, ..WarpedArea::default() }.forward(&scene, &motion, &film)?;
+//! let (left, right) = (exact.mean.pixel(2, 4).x, exact.mean.pixel(5, 4).x);
+//! assert!(left < -0.5 && right > 0.5);
+//! assert!((warped.mean.pixel(5, 4).x - right).abs() < 6.0 * warped.standard_error.pixel(5, 4).x);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+pub mod estimator;
+pub mod plane;
+pub mod random;
+pub mod warp;

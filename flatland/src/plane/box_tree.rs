@@ -1,0 +1,341 @@
+//! A bounding-volume hierarchy of axis-aligned boxes in the plane.
+//!
+//! One tree serves the triangles that are seen, the edges whose distance is asked for and the
+//! faces of the exact arrangement: each caller brings its own primitive test as a closure.
+
+use glam::DVec2;
+
+/// An axis-aligned box, closed on every side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Aabb {
+    pub(crate) min: DVec2,
+    pub(crate) max: DVec2,
+}
+
+impl Aabb {
+    pub(crate) const EMPTY: Self =
+        Self { min: DVec2::splat(f64::INFINITY), max: DVec2::splat(f64::NEG_INFINITY) };
+
+    pub(crate) fn of(points: impl IntoIterator<Item = DVec2>) -> Self {
+        points.into_iter().fold(Self::EMPTY, |b, p| Self { min: b.min.min(p), max: b.max.max(p) })
+    }
+
+    pub(crate) fn union(self, other: Self) -> Self {
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    pub(crate) fn contains(&self, p: DVec2) -> bool {
+        p.cmpge(self.min).all() && p.cmple(self.max).all()
+    }
+
+    pub(crate) fn overlaps(&self, other: &Self) -> bool {
+        self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
+    }
+
+    pub(crate) fn distance_squared(&self, p: DVec2) -> f64 {
+        (self.min - p).max(p - self.max).max(DVec2::ZERO).length_squared()
+    }
+
+    fn half_perimeter(&self) -> f64 {
+        let e = self.max - self.min;
+        (e.x + e.y).max(0.0)
+    }
+}
+
+/// A node: a box over the primitives `first .. first + count` when `count > 0`, otherwise over
+/// the two nodes `first` and `first + 1`.
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    bounds: Aabb,
+    first: u32,
+    count: u32,
+    /// The largest primitive index below, which is the topmost in painter's order.
+    last: u32,
+}
+
+/// The hierarchy over primitives `0 .. n`.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct BoxTree {
+    nodes: Vec<Node>,
+    order: Vec<u32>,
+}
+
+const LEAF: usize = 4;
+const BINS: usize = 12;
+/// Deeper than any tree of 2³² primitives that splits by the surface-area heuristic or, where
+/// that cannot split, in halves.
+const STACK: usize = 128;
+
+impl BoxTree {
+    /// Builds the tree by the binned surface-area heuristic (Wald 2007), with perimeters for areas.
+    pub(crate) fn build(boxes: &[Aabb]) -> Self {
+        let mut order: Vec<u32> = (0..u32::try_from(boxes.len()).expect("fewer than 2³² boxes")).collect();
+        if boxes.is_empty() {
+            return Self::default();
+        }
+        let root = Node { bounds: Aabb::EMPTY, first: 0, count: 0, last: 0 };
+        let mut nodes = vec![root];
+        let mut todo = vec![(0_usize, 0_usize, boxes.len(), 0_usize)];
+        while let Some((node, start, end, depth)) = todo.pop() {
+            let slice = &mut order[start..end];
+            let bounds = slice.iter().fold(Aabb::EMPTY, |b, &i| b.union(boxes[i as usize]));
+            let last = slice.iter().copied().max().unwrap_or(0);
+            nodes[node] = Node { bounds, first: index(start), count: index(end - start), last };
+            if end - start <= LEAF {
+                continue;
+            }
+            // Past half the stack only halving keeps the depth bounded.
+            let split = if depth < STACK / 2 { sah_split(boxes, slice) } else { None };
+            let middle = start + split.unwrap_or_else(|| halve(boxes, slice));
+            let children = nodes.len();
+            nodes[node].first = index(children);
+            nodes[node].count = 0;
+            nodes.extend([root, root]);
+            todo.push((children, start, middle, depth + 1));
+            todo.push((children + 1, middle, end, depth + 1));
+        }
+        Self { nodes, order }
+    }
+
+    /// Calls `visit` with every primitive whose node passes `enter`, in a fixed order.
+    pub(crate) fn visit(&self, enter: impl Fn(&Aabb) -> bool, mut visit: impl FnMut(usize)) {
+        let mut stack = [0_u32; STACK];
+        let mut depth = usize::from(!self.nodes.is_empty());
+        while depth > 0 {
+            depth -= 1;
+            let node = &self.nodes[stack[depth] as usize];
+            if !enter(&node.bounds) {
+                continue;
+            }
+            if node.count > 0 {
+                self.primitives(node).iter().for_each(|&i| visit(i as usize));
+            } else {
+                stack[depth] = node.first;
+                stack[depth + 1] = node.first + 1;
+                depth += 2;
+            }
+        }
+    }
+
+    /// The largest primitive index that `test` accepts among the boxes that contain `p`, with the
+    /// test's answer. Branches that cannot hold a larger one are not entered.
+    pub(crate) fn last_at<T>(
+        &self,
+        p: DVec2,
+        mut test: impl FnMut(usize) -> Option<T>,
+    ) -> Option<(usize, T)> {
+        let mut best: Option<(usize, T)> = None;
+        let mut stack = [0_u32; STACK];
+        let mut depth = usize::from(!self.nodes.is_empty());
+        while depth > 0 {
+            depth -= 1;
+            let node = &self.nodes[stack[depth] as usize];
+            let beaten = best.as_ref().is_some_and(|(i, _)| *i >= node.last as usize);
+            if beaten || !node.bounds.contains(p) {
+                continue;
+            }
+            if node.count > 0 {
+                for i in self.primitives(node).iter().map(|&i| i as usize) {
+                    if best.as_ref().is_none_or(|(b, _)| i > *b)
+                        && let Some(answer) = test(i)
+                    {
+                        best = Some((i, answer));
+                    }
+                }
+            } else {
+                let (a, b) = (node.first, node.first + 1);
+                let a_last = self.nodes[a as usize].last > self.nodes[b as usize].last;
+                stack[depth] = if a_last { b } else { a };
+                stack[depth + 1] = if a_last { a } else { b };
+                depth += 2;
+            }
+        }
+        best
+    }
+
+    /// The smallest value of `distance_squared(i)` below `limit_squared`, if any, with its primitive.
+    pub(crate) fn nearest(
+        &self,
+        p: DVec2,
+        limit_squared: f64,
+        mut distance_squared: impl FnMut(usize) -> f64,
+    ) -> Option<(usize, f64)> {
+        let mut best: Option<(usize, f64)> = None;
+        let mut bound = limit_squared;
+        if self.nodes.is_empty() {
+            return None;
+        }
+        let mut stack = [(0_u32, 0.0_f64); STACK];
+        stack[0] = (0, self.nodes[0].bounds.distance_squared(p));
+        let mut depth = 1;
+        while depth > 0 {
+            depth -= 1;
+            let (id, d) = stack[depth];
+            if d >= bound {
+                continue;
+            }
+            let node = &self.nodes[id as usize];
+            if node.count > 0 {
+                for &i in self.primitives(node) {
+                    let d = distance_squared(i as usize);
+                    if d < bound {
+                        bound = d;
+                        best = Some((i as usize, d));
+                    }
+                }
+            } else {
+                let children = [node.first, node.first + 1];
+                let d = children.map(|c| self.nodes[c as usize].bounds.distance_squared(p));
+                let far = usize::from(d[0] <= d[1]);
+                stack[depth] = (children[far], d[far]);
+                stack[depth + 1] = (children[1 - far], d[1 - far]);
+                depth += 2;
+            }
+        }
+        best
+    }
+
+    fn primitives(&self, node: &Node) -> &[u32] {
+        &self.order[node.first as usize..(node.first + node.count) as usize]
+    }
+}
+
+fn index(i: usize) -> u32 {
+    u32::try_from(i).expect("fewer than 2³² nodes")
+}
+
+fn centre(b: &Aabb) -> DVec2 {
+    0.5 * (b.min + b.max)
+}
+
+/// Partitions `slice` at the cheapest of [`BINS`] planes; `None` if that leaves a side empty.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the bins")]
+fn sah_split(boxes: &[Aabb], slice: &mut [u32]) -> Option<usize> {
+    let centres = Aabb::of(slice.iter().map(|&i| centre(&boxes[i as usize])));
+    let extent = centres.max - centres.min;
+    let mut best: Option<(f64, usize, usize)> = None;
+    let bin_of = |axis: usize, i: u32| {
+        let t = (centre(&boxes[i as usize])[axis] - centres.min[axis]) / extent[axis];
+        ((t * BINS as f64) as usize).min(BINS - 1)
+    };
+    for axis in 0..2 {
+        // Not "<= 0": an extent that is NaN or infinite cannot be binned either.
+        if !(extent[axis] > 0.0 && extent[axis].is_finite()) {
+            continue;
+        }
+        let mut bins = [(Aabb::EMPTY, 0_usize); BINS];
+        for &i in slice.iter() {
+            let bin = &mut bins[bin_of(axis, i)];
+            *bin = (bin.0.union(boxes[i as usize]), bin.1 + 1);
+        }
+        let mut right = [(0.0, 0_usize); BINS];
+        let mut acc = (Aabb::EMPTY, 0);
+        for k in (1..BINS).rev() {
+            acc = (acc.0.union(bins[k].0), acc.1 + bins[k].1);
+            right[k] = (acc.0.half_perimeter() * acc.1 as f64, acc.1);
+        }
+        let mut acc = (Aabb::EMPTY, 0);
+        for k in 1..BINS {
+            acc = (acc.0.union(bins[k - 1].0), acc.1 + bins[k - 1].1);
+            if acc.1 == 0 || right[k].1 == 0 {
+                continue;
+            }
+            let cost = acc.0.half_perimeter() * acc.1 as f64 + right[k].0;
+            if best.is_none_or(|(c, ..)| cost < c) {
+                best = Some((cost, axis, k));
+            }
+        }
+    }
+    let (_, axis, k) = best?;
+    let mut left = 0;
+    for j in 0..slice.len() {
+        if bin_of(axis, slice[j]) < k {
+            slice.swap(left, j);
+            left += 1;
+        }
+    }
+    Some(left)
+}
+
+/// Partitions `slice` into equal halves along the longer axis.
+fn halve(boxes: &[Aabb], slice: &mut [u32]) -> usize {
+    let centres = Aabb::of(slice.iter().map(|&i| centre(&boxes[i as usize])));
+    let extent = centres.max - centres.min;
+    let axis = usize::from(extent.y > extent.x);
+    let middle = slice.len() / 2;
+    slice.select_nth_unstable_by(middle, |&a, &b| {
+        let key = |i: u32| centre(&boxes[i as usize])[axis];
+        key(a).total_cmp(&key(b)).then(a.cmp(&b))
+    });
+    middle
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::{open01, stream};
+
+    fn random_boxes(n: usize) -> Vec<Aabb> {
+        let mut rng = stream(3, &[n as u64]);
+        let mut point = || DVec2::new(open01(&mut rng), open01(&mut rng));
+        (0..n)
+            .map(|_| {
+                let (a, b) = (point(), point());
+                Aabb::of([a, a.lerp(b, 0.1)])
+            })
+            .collect()
+    }
+
+    #[test]
+    fn visits_exactly_the_overlapping_boxes() {
+        for n in [0, 1, 5, 300] {
+            let boxes = random_boxes(n);
+            let tree = BoxTree::build(&boxes);
+            let p = DVec2::new(0.4, 0.6);
+            let mut seen = vec![];
+            tree.visit(
+                |b| b.contains(p),
+                |i| {
+                    if boxes[i].contains(p) {
+                        seen.push(i)
+                    }
+                },
+            );
+            seen.sort_unstable();
+            let expected: Vec<_> = (0..n).filter(|&i| boxes[i].contains(p)).collect();
+            assert_eq!(seen, expected);
+        }
+    }
+
+    #[test]
+    fn last_at_equals_brute_force() {
+        let boxes = random_boxes(400);
+        let tree = BoxTree::build(&boxes);
+        let mut rng = stream(5, &[]);
+        for _ in 0..100 {
+            let p = DVec2::new(open01(&mut rng), open01(&mut rng));
+            let accept = |i: usize| (i % 3 == 0 && boxes[i].contains(p)).then_some(());
+            let brute = (0..400).rev().find(|&i| accept(i).is_some());
+            assert_eq!(tree.last_at(p, accept).map(|(i, ())| i), brute);
+        }
+    }
+
+    #[test]
+    fn nearest_equals_brute_force() {
+        let boxes = random_boxes(200);
+        let tree = BoxTree::build(&boxes);
+        let p = DVec2::new(-0.3, 0.2);
+        let brute = boxes.iter().map(|b| b.distance_squared(p)).fold(f64::INFINITY, f64::min);
+        let (_, found) = tree.nearest(p, f64::INFINITY, |i| boxes[i].distance_squared(p)).unwrap();
+        assert_eq!(found.to_bits(), brute.to_bits());
+    }
+
+    #[test]
+    fn identical_boxes_do_not_overflow_the_stack() {
+        let b = Aabb::of([DVec2::ZERO, DVec2::ONE]);
+        let tree = BoxTree::build(&vec![b; 10_000]);
+        let mut count = 0;
+        tree.visit(|_| true, |_| count += 1);
+        assert_eq!(count, 10_000);
+    }
+}

@@ -1,0 +1,422 @@
+//! The film: a grid of square pixels, each with a reconstruction filter of unit integral.
+
+use glam::{DVec2, DVec3};
+use rand::Rng;
+
+use crate::random::open01;
+
+/// A pixel filter h, separable, of unit integral; lengths below are in pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Filter {
+    /// 1 on the pixel, 0 elsewhere: jumps on the fixed pixel edge, which every area estimator must
+    /// account for (the explicit pixel-edge integral of Bangaru et al. 2022).
+    Box,
+    /// (1 − |x|)(1 − |y|) on radius 1: continuous.
+    #[default]
+    Tent,
+    /// A Gaussian of σ = ½ pixel, lowered so that it reaches 0 continuously at radius 2 and
+    /// rescaled to unit integral, as in Mitsuba 3.
+    Gaussian,
+}
+
+/// σ of [`Filter::Gaussian`] in pixels.
+const SIGMA: f64 = 0.5;
+/// exp(−2²/(2 σ²)): what the Gaussian is lowered by at radius 2.
+const LOWERED: f64 = 3.354_626_279_025_118_5e-4;
+/// ∫ over [−2, 2] of exp(−x²/(2σ²)) − [`LOWERED`]: σ √(2π) erf(2√2) − 4 · [`LOWERED`].
+const GAUSSIAN_MASS: f64 = 1.251_892_898_773_618_4;
+
+impl Filter {
+    /// Half the width of the filter's support in pixels.
+    #[must_use]
+    pub fn radius(self) -> f64 {
+        match self {
+            Self::Box => 0.5,
+            Self::Tent => 1.0,
+            Self::Gaussian => 2.0,
+        }
+    }
+
+    /// The smooth cells of the support, per axis, as (first, last) in pixels from the centre: on
+    /// each the filter is a polynomial, or for the Gaussian short enough for Gauss–Legendre
+    /// quadrature of 8 points to be exact to rounding.
+    fn intervals(self) -> &'static [(f64, f64)] {
+        match self {
+            Self::Box => &[(-0.5, 0.5)],
+            Self::Tent => &[(-1.0, 0.0), (0.0, 1.0)],
+            Self::Gaussian => &[
+                (-2.0, -1.5),
+                (-1.5, -1.0),
+                (-1.0, -0.5),
+                (-0.5, 0.0),
+                (0.0, 0.5),
+                (0.5, 1.0),
+                (1.0, 1.5),
+                (1.5, 2.0),
+            ],
+        }
+    }
+
+    fn profile(self, x: f64) -> f64 {
+        match self {
+            Self::Box => f64::from(u8::from(x.abs() <= 0.5)),
+            Self::Tent => (1.0 - x.abs()).max(0.0),
+            Self::Gaussian if x.abs() >= 2.0 => 0.0,
+            Self::Gaussian => ((-0.5 * (x / SIGMA).powi(2)).exp() - LOWERED) / GAUSSIAN_MASS,
+        }
+    }
+
+    fn profile_slope(self, x: f64) -> f64 {
+        match self {
+            Self::Box => 0.0,
+            Self::Tent if x.abs() > 1.0 => 0.0,
+            Self::Tent => -1.0_f64.copysign(x),
+            Self::Gaussian if x.abs() >= 2.0 => 0.0,
+            Self::Gaussian => -x / (SIGMA * SIGMA) * (-0.5 * (x / SIGMA).powi(2)).exp() / GAUSSIAN_MASS,
+        }
+    }
+
+    /// h at an offset from the pixel centre, in 1/pixel².
+    #[must_use]
+    pub fn value(self, offset: DVec2) -> f64 {
+        self.profile(offset.x) * self.profile(offset.y)
+    }
+
+    /// ∇h at an offset from the pixel centre, in 1/pixel³.
+    #[must_use]
+    pub fn gradient(self, offset: DVec2) -> DVec2 {
+        DVec2::new(
+            self.profile_slope(offset.x) * self.profile(offset.y),
+            self.profile(offset.x) * self.profile_slope(offset.y),
+        )
+    }
+
+    /// An offset with its density. The density is bounded away from 0 wherever ∇h is not 0: a
+    /// sample drawn from h itself would give ∇h/h infinite variance at the border.
+    fn sample(self, rng: &mut impl Rng) -> (DVec2, f64) {
+        let axis = |rng: &mut _| match self {
+            Self::Box => (open01(rng) - 0.5, 1.0),
+            Self::Tent => (2.0 * open01(rng) - 1.0, 0.5),
+            Self::Gaussian => loop {
+                // Box–Muller, one axis, redrawn outside the support.
+                let x =
+                    SIGMA * (-2.0 * open01(rng).ln()).sqrt() * (std::f64::consts::TAU * open01(rng)).cos();
+                if x.abs() < 2.0 {
+                    break (x, (-0.5 * (x / SIGMA).powi(2)).exp() / (GAUSSIAN_MASS + 4.0 * LOWERED));
+                }
+            },
+        };
+        let (x, px) = axis(rng);
+        let (y, py) = axis(rng);
+        (DVec2::new(x, y), px * py)
+    }
+}
+
+/// A film that cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FilmError {
+    /// Width or height is 0, or their product does not fit in memory's index range.
+    #[error("film of {width} × {height} pixels")]
+    Size {
+        /// Pixels a row.
+        width: usize,
+        /// Rows.
+        height: usize,
+    },
+    /// The pixel size is not a positive finite number, or the corner is not finite.
+    #[error("film with corner ({}, {}) and pixel size {pixel}: both must be finite, the size positive", corner.x, corner.y)]
+    Placement {
+        /// The corner of pixel (0, 0) with the smallest coordinates.
+        corner: DVec2,
+        /// The side of a pixel.
+        pixel: f64,
+    },
+}
+
+/// A grid of `width` × `height` square pixels over the image plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Film {
+    width: usize,
+    height: usize,
+    corner: DVec2,
+    pixel: f64,
+    filter: Filter,
+}
+
+impl Film {
+    /// Pixels of unit side, with the corner of pixel (0, 0) at the origin.
+    ///
+    /// # Errors
+    /// [`FilmError::Size`] for an empty film.
+    pub fn new(width: usize, height: usize, filter: Filter) -> Result<Self, FilmError> {
+        Self::placed(width, height, filter, DVec2::ZERO, 1.0)
+    }
+
+    /// Pixels of side `pixel`, with the smallest corner of pixel (0, 0) at `corner`.
+    ///
+    /// # Errors
+    /// [`FilmError::Size`] for an empty film, [`FilmError::Placement`] for a corner or size that is
+    /// not finite or not positive.
+    pub fn placed(
+        width: usize,
+        height: usize,
+        filter: Filter,
+        corner: DVec2,
+        pixel: f64,
+    ) -> Result<Self, FilmError> {
+        let count = width.checked_mul(height).filter(|&n| n > 0 && n <= u32::MAX as usize);
+        if count.is_none() {
+            return Err(FilmError::Size { width, height });
+        }
+        if !(corner.is_finite() && pixel.is_normal() && pixel > 0.0) {
+            return Err(FilmError::Placement { corner, pixel });
+        }
+        Ok(Self { width, height, corner, pixel, filter })
+    }
+
+    /// Pixels a row.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows.
+    #[must_use]
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// The side of a pixel, in the scene's unit of length.
+    #[must_use]
+    pub fn pixel(&self) -> f64 {
+        self.pixel
+    }
+
+    /// The smallest corner of pixel (0, 0).
+    #[must_use]
+    pub fn corner(&self) -> DVec2 {
+        self.corner
+    }
+
+    /// The pixel filter.
+    #[must_use]
+    pub fn filter(&self) -> Filter {
+        self.filter
+    }
+
+    /// The same film with another filter.
+    #[must_use]
+    pub fn with_filter(self, filter: Filter) -> Self {
+        Self { filter, ..self }
+    }
+
+    /// The centre of pixel (x, y).
+    #[must_use]
+    #[expect(clippy::cast_precision_loss, reason = "film coordinates are below 2³²")]
+    pub fn centre(&self, x: usize, y: usize) -> DVec2 {
+        self.corner + self.pixel * DVec2::new(x as f64 + 0.5, y as f64 + 0.5)
+    }
+
+    /// h_p(u) of the pixel centred at `centre`, per unit area.
+    #[must_use]
+    pub fn filter_value(&self, centre: DVec2, u: DVec2) -> f64 {
+        self.filter.value((u - centre) / self.pixel) / (self.pixel * self.pixel)
+    }
+
+    /// ∇h_p(u) of the pixel centred at `centre`, per unit volume.
+    #[must_use]
+    pub fn filter_gradient(&self, centre: DVec2, u: DVec2) -> DVec2 {
+        self.filter.gradient((u - centre) / self.pixel) / (self.pixel * self.pixel) / self.pixel
+    }
+
+    /// The smallest and largest corner of the support of the filter of the pixel at `centre`.
+    #[must_use]
+    pub fn support(&self, centre: DVec2) -> (DVec2, DVec2) {
+        let r = DVec2::splat(self.filter.radius() * self.pixel);
+        (centre - r, centre + r)
+    }
+
+    /// The smallest and largest corner of the union of all pixels' supports.
+    #[must_use]
+    pub fn extent(&self) -> (DVec2, DVec2) {
+        let first = self.support(self.centre(0, 0)).0;
+        (first, self.support(self.centre(self.width - 1, self.height - 1)).1)
+    }
+
+    /// The cells of one pixel's support on which its filter is smooth.
+    pub fn cells(&self, centre: DVec2) -> impl Iterator<Item = FilterCell> + use<> {
+        let (filter, pixel) = (self.filter, self.pixel);
+        filter.intervals().iter().flat_map(move |&(y0, y1)| {
+            filter.intervals().iter().map(move |&(x0, x1)| FilterCell {
+                min: centre + pixel * DVec2::new(x0, y0),
+                max: centre + pixel * DVec2::new(x1, y1),
+            })
+        })
+    }
+
+    /// Draws u in the support of the pixel at `centre`.
+    pub fn sample(&self, centre: DVec2, rng: &mut impl Rng) -> PixelSample {
+        let (offset, density) = self.filter.sample(rng);
+        let area = self.pixel * self.pixel;
+        PixelSample {
+            u: centre + self.pixel * offset,
+            value: self.filter.value(offset) / density,
+            gradient: self.filter.gradient(offset) / (density * self.pixel),
+            density: density / area,
+        }
+    }
+}
+
+/// A point drawn for a pixel, with the filter there already divided by the density.
+#[derive(Clone, Copy, Debug)]
+pub struct PixelSample {
+    /// The point.
+    pub u: DVec2,
+    /// h(u)/p(u): mean 1.
+    pub value: f64,
+    /// ∇h(u)/p(u), per unit length: mean 0.
+    pub gradient: DVec2,
+    /// p(u), per unit area.
+    pub density: f64,
+}
+
+/// An axis-aligned rectangle on which a pixel's filter is smooth.
+#[derive(Clone, Copy, Debug)]
+pub struct FilterCell {
+    /// The smallest corner.
+    pub min: DVec2,
+    /// The largest corner.
+    pub max: DVec2,
+}
+
+/// An RGB image of doubles, row 0 first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    width: usize,
+    pixels: Vec<DVec3>,
+}
+
+impl Image {
+    /// Black.
+    #[must_use]
+    pub fn zero(film: &Film) -> Self {
+        Self { width: film.width, pixels: vec![DVec3::ZERO; film.width * film.height] }
+    }
+
+    /// One value per pixel, row by row.
+    ///
+    /// # Panics
+    /// If `pixels` does not have one value per pixel of `film`.
+    #[must_use]
+    pub fn from_pixels(film: &Film, pixels: Vec<DVec3>) -> Self {
+        assert_eq!(pixels.len(), film.width * film.height, "one value per pixel");
+        Self { width: film.width, pixels }
+    }
+
+    /// Pixels a row.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows.
+    #[must_use]
+    pub fn height(&self) -> usize {
+        self.pixels.len() / self.width
+    }
+
+    /// The value of pixel (x, y).
+    ///
+    /// # Panics
+    /// If (x, y) lies outside the image.
+    #[must_use]
+    pub fn pixel(&self, x: usize, y: usize) -> DVec3 {
+        assert!(x < self.width, "column {x} of {}", self.width);
+        self.pixels[y * self.width + x]
+    }
+
+    /// All pixels, row by row.
+    #[must_use]
+    pub fn pixels(&self) -> &[DVec3] {
+        &self.pixels
+    }
+
+    /// The inner product Σ over pixels and channels of self · other.
+    #[must_use]
+    pub fn dot(&self, other: &Self) -> f64 {
+        self.pixels.iter().zip(&other.pixels).map(|(a, b)| a.dot(*b)).sum()
+    }
+
+    /// f applied to each pair of pixels.
+    ///
+    /// # Panics
+    /// If the images differ in size.
+    #[must_use]
+    pub fn zip(&self, other: &Self, f: impl Fn(DVec3, DVec3) -> DVec3) -> Self {
+        assert_eq!((self.width, self.pixels.len()), (other.width, other.pixels.len()), "image sizes");
+        let pixels = self.pixels.iter().zip(&other.pixels).map(|(&a, &b)| f(a, b)).collect();
+        Self { width: self.width, pixels }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::stream;
+
+    const ALL: [Filter; 3] = [Filter::Box, Filter::Tent, Filter::Gaussian];
+
+    #[test]
+    fn unit_integral_and_consistent_gradient() {
+        for filter in ALL {
+            // The trapezoidal rule on a fine grid, and central differences.
+            let n = 4000;
+            let r = filter.radius();
+            let h = 2.0 * r / f64::from(n);
+            let mass: f64 = (0..n).map(|i| filter.profile(-r + (f64::from(i) + 0.5) * h) * h).sum();
+            assert!((mass - 1.0).abs() < 1e-6, "{filter:?} {mass}");
+            let (o, e) = (DVec2::new(0.31, -0.17), 1e-6);
+            for axis in [DVec2::X, DVec2::Y] {
+                let fd = (filter.value(o + e * axis) - filter.value(o - e * axis)) / (2.0 * e);
+                assert!((fd - filter.gradient(o).dot(axis)).abs() < 1e-8, "{filter:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn gaussian_constants() {
+        assert_eq!(LOWERED.to_bits(), (-8.0_f64).exp().to_bits());
+        assert!(Filter::Gaussian.profile(2.0 - 1e-12) < 1e-10, "continuous at the border");
+    }
+
+    #[test]
+    fn samples_have_the_means_of_the_filter() {
+        for filter in ALL {
+            let film = Film::placed(4, 4, filter, DVec2::new(5.0, -3.0), 0.25).unwrap();
+            let mut rng = stream(1, &[]);
+            let n = 200_000;
+            let centre = film.centre(2, 1);
+            let (mut sum, mut squares, mut gradient) = (0.0, 0.0, DVec2::ZERO);
+            for _ in 0..n {
+                let s = film.sample(centre, &mut rng);
+                sum += s.value;
+                squares += s.value * s.value;
+                gradient += s.gradient * film.pixel();
+            }
+            let n = f64::from(n);
+            let error = ((squares / n - (sum / n).powi(2)) / n).sqrt();
+            assert!((sum / n - 1.0).abs() <= 6.0 * error + 1e-12, "{filter:?}");
+            assert!((gradient / n).length() < 0.05, "{filter:?}");
+        }
+    }
+
+    #[test]
+    fn bad_films_are_refused() {
+        assert!(matches!(Film::new(0, 3, Filter::Box), Err(FilmError::Size { .. })));
+        for pixel in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let film = Film::placed(1, 1, Filter::Box, DVec2::ZERO, pixel);
+            assert!(matches!(film, Err(FilmError::Placement { .. })));
+        }
+    }
+}

@@ -1,0 +1,36 @@
+//! Opaque polygons over the image plane, M = R² (n = 2): the derivation's own scenes.
+//!
+//! A [`Scene`] is a list of [`Shape`]s in painter's order over a constant background. The image
+//! of a [`Film`] is I_p = ∫ h_p(u) f(u) du, where f is the shade of the topmost polygon at u and
+//! h_p the pixel filter, normalised to ∫ h_p = 1. Coordinates are those of the picture: x to the
+//! right, y **down**, as in SVG.
+//!
+//! A [`Motion`] moves vertices; a material point moves with the triangle of its polygon, by
+//! barycentric interpolation. [`exact`] holds the arrangement of all edges and with it every
+//! integral of the theory in closed form.
+
+mod box_tree;
+pub mod exact;
+mod film;
+mod motion;
+mod polygon;
+mod scene;
+mod shade;
+pub mod svg;
+mod triangulate;
+
+pub use film::{Film, FilmError, Filter, FilterCell, Image, PixelSample};
+pub use motion::{Motion, MotionError};
+pub use polygon::{Polygon, PolygonError};
+pub use scene::{Hit, Scene, SceneError, Shape};
+pub use shade::{Attachment, Shade, ShadeError};
+
+use glam::DVec2;
+
+/// Twice the signed area of the triangle abc, with the exact sign (Shewchuk 1997): positive when
+/// a, b, c turn from +x towards +y.
+#[must_use]
+pub fn orient(a: DVec2, b: DVec2, c: DVec2) -> f64 {
+    let coord = |p: DVec2| robust::Coord { x: p.x, y: p.y };
+    robust::orient2d(coord(a), coord(b), coord(c))
+}

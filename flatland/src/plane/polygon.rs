@@ -1,0 +1,356 @@
+//! Simple polygons with holes.
+
+use std::collections::HashMap;
+
+use glam::DVec2;
+
+use super::box_tree::{Aabb, BoxTree};
+use super::orient;
+use super::triangulate::{TriangulateError, Triangulation, undirected};
+
+/// Rings that do not bound a simple polygon.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PolygonError {
+    /// No ring at all.
+    #[error("polygon has no ring")]
+    Empty,
+    /// A ring with fewer than three vertices.
+    #[error("ring {ring} has {count} vertices; 3 is the least")]
+    TooFewVertices {
+        /// Which ring.
+        ring: usize,
+        /// How many vertices it has.
+        count: usize,
+    },
+    /// A coordinate that is NaN, infinite, above 2²⁰¹, or not 0 and below 2⁻¹⁴² in magnitude.
+    #[error("vertex {vertex} of ring {ring} is ({}, {}); coordinates must be 0 or of magnitude 2⁻¹⁴² to 2²⁰¹", position.x, position.y)]
+    Coordinate {
+        /// Which ring.
+        ring: usize,
+        /// Which vertex of the ring.
+        vertex: usize,
+        /// Where it is.
+        position: DVec2,
+    },
+    /// A vertex equal to the next one.
+    #[error("vertex {vertex} of ring {ring} repeats the one before it")]
+    RepeatedVertex {
+        /// Which ring.
+        ring: usize,
+        /// Which vertex of the ring.
+        vertex: usize,
+    },
+    /// Two edges cross, overlap, or one ends inside the other. A ring of zero area is such a case:
+    /// its edges overlap.
+    #[error("edge {} of ring {} meets edge {} of ring {} in more than a shared vertex", first.1, first.0, second.1, second.0)]
+    EdgesMeet {
+        /// Ring and edge, the edge numbered by its first vertex.
+        first: (usize, usize),
+        /// Ring and edge of the other.
+        second: (usize, usize),
+    },
+    /// A displacement turned a triangle over or gave it no area.
+    #[error("the displaced vertices turn triangle {triangle} over")]
+    TriangleInverted {
+        /// Which triangle.
+        triangle: usize,
+    },
+    /// A displacement with the wrong number of vertices.
+    #[error("{found} displaced vertices for a polygon of {expected}")]
+    VertexCount {
+        /// The polygon's vertices.
+        expected: usize,
+        /// The vertices given.
+        found: usize,
+    },
+}
+
+/// A simple polygon with holes, triangulated.
+///
+/// # Guarantees
+/// Every ring has at least 3 vertices and positive area; no two edges, of the same ring or of
+/// different ones, have more than end points in common. The interior is what an odd number of
+/// rings surround, so rings inside rings are holes whatever their orientation.
+#[derive(Clone, Debug)]
+pub struct Polygon {
+    vertices: Vec<DVec2>,
+    /// Where each ring starts in `vertices`, and their number at the end.
+    rings: Vec<usize>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Polygon {
+    /// A polygon without holes.
+    ///
+    /// # Errors
+    /// Any [`PolygonError`] that names a ring.
+    pub fn simple(vertices: impl Into<Vec<DVec2>>) -> Result<Self, PolygonError> {
+        Self::new(vec![vertices.into()])
+    }
+
+    /// A polygon of one or more rings.
+    ///
+    /// # Errors
+    /// Any [`PolygonError`] that names a ring.
+    pub fn new(rings: Vec<Vec<DVec2>>) -> Result<Self, PolygonError> {
+        if rings.is_empty() {
+            return Err(PolygonError::Empty);
+        }
+        for (ring, vertices) in rings.iter().enumerate() {
+            let count = vertices.len();
+            if count < 3 {
+                return Err(PolygonError::TooFewVertices { ring, count });
+            }
+            for (vertex, &position) in vertices.iter().enumerate() {
+                if !position.to_array().into_iter().all(is_representable) {
+                    return Err(PolygonError::Coordinate { ring, vertex, position });
+                }
+                if position == vertices[(vertex + count - 1) % count] {
+                    return Err(PolygonError::RepeatedVertex { ring, vertex });
+                }
+            }
+        }
+        let mut starts = vec![0];
+        let mut vertices = vec![];
+        for ring in rings {
+            // −0 and 0 are one coordinate.
+            vertices.extend(ring.into_iter().map(|p| p + DVec2::ZERO));
+            starts.push(vertices.len());
+        }
+        let mut polygon = Self { vertices, rings: starts, triangles: vec![] };
+        polygon.check_edges()?;
+        polygon.triangles = polygon.triangulate();
+        Ok(polygon)
+    }
+
+    /// The same polygon and triangles with vertices elsewhere.
+    ///
+    /// # Errors
+    /// [`PolygonError::TriangleInverted`] if a triangle would turn over, [`PolygonError::VertexCount`]
+    /// if their number differs, [`PolygonError::Coordinate`] if one cannot be represented.
+    pub fn displaced(&self, vertices: Vec<DVec2>) -> Result<Self, PolygonError> {
+        if vertices.len() != self.vertices.len() {
+            let (expected, found) = (self.vertices.len(), vertices.len());
+            return Err(PolygonError::VertexCount { expected, found });
+        }
+        let bad = |p: &DVec2| !p.to_array().into_iter().all(is_representable);
+        if let Some(i) = vertices.iter().position(bad) {
+            let (ring, vertex) = self.ring_of(i);
+            return Err(PolygonError::Coordinate { ring, vertex, position: vertices[i] });
+        }
+        let corner = |i: u32| vertices[i as usize];
+        let inverted = |t: &[u32; 3]| orient(corner(t[0]), corner(t[1]), corner(t[2])) <= 0.0;
+        if let Some(triangle) = self.triangles.iter().position(inverted) {
+            return Err(PolygonError::TriangleInverted { triangle });
+        }
+        Ok(Self { vertices, ..self.clone() })
+    }
+
+    /// All vertices, ring after ring.
+    #[must_use]
+    pub fn vertices(&self) -> &[DVec2] {
+        &self.vertices
+    }
+
+    /// The vertices of each ring.
+    pub fn rings(&self) -> impl Iterator<Item = &[DVec2]> {
+        self.rings.windows(2).map(|w| &self.vertices[w[0]..w[1]])
+    }
+
+    /// Every edge as the indices of its two vertices.
+    pub fn edges(&self) -> impl Iterator<Item = [usize; 2]> {
+        self.rings.windows(2).flat_map(|w| {
+            let (start, end) = (w[0], w[1]);
+            (start..end).map(move |i| [i, if i + 1 == end { start } else { i + 1 }])
+        })
+    }
+
+    /// The triangles of the interior, positively oriented, as vertex indices.
+    #[must_use]
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    fn ring_of(&self, vertex: usize) -> (usize, usize) {
+        let ring = self.rings.partition_point(|&start| start <= vertex) - 1;
+        (ring, vertex - self.rings[ring])
+    }
+
+    /// Refuses edges that have more than end points in common.
+    fn check_edges(&self) -> Result<(), PolygonError> {
+        let edges: Vec<_> = self.edges().collect();
+        let point = |i: usize| self.vertices[i];
+        let boxes: Vec<_> = edges.iter().map(|e| Aabb::of(e.map(point))).collect();
+        let tree = BoxTree::build(&boxes);
+        for (i, &[a, b]) in edges.iter().enumerate() {
+            let mut found = None;
+            tree.visit(
+                |bounds| bounds.overlaps(&boxes[i]),
+                |j| {
+                    let [c, d] = edges[j];
+                    if j > i && found.is_none() && edges_meet(point(a), point(b), point(c), point(d)) {
+                        found = Some(c);
+                    }
+                },
+            );
+            if let Some(c) = found {
+                return Err(PolygonError::EdgesMeet { first: self.ring_of(a), second: self.ring_of(c) });
+            }
+        }
+        Ok(())
+    }
+
+    /// The triangles inside. Where rings touch in a vertex, several vertices share one position;
+    /// each corner then takes the vertex of the boundary edges that bound its own wedge, so that
+    /// the polygon may come apart there.
+    fn triangulate(&self) -> Vec<[u32; 3]> {
+        let mut ids = HashMap::new();
+        let mut points: Vec<DVec2> = vec![];
+        let mut owners: Vec<Vec<u32>> = vec![];
+        let of_vertex: Vec<u32> = (0_u32..)
+            .zip(&self.vertices)
+            .map(|(v, &p)| {
+                let id = *ids.entry(p.to_array().map(f64::to_bits)).or_insert_with(|| {
+                    points.push(p);
+                    owners.push(vec![]);
+                    points.len() as u32 - 1
+                });
+                owners[id as usize].push(v);
+                id
+            })
+            .collect();
+        let edges: Vec<_> = self.edges().map(|e| e.map(|v| of_vertex[v])).collect();
+        let mesh = match Triangulation::new(&points, &edges) {
+            Ok(mesh) => mesh,
+            Err(TriangulateError::Coordinate | TriangulateError::Crossing) => {
+                unreachable!("coordinates and edges were checked")
+            }
+        };
+        let boundary: HashMap<[u32; 2], [usize; 2]> =
+            edges.iter().map(|&e| undirected(e)).zip(self.edges()).collect();
+        let mut inside = vec![false; mesh.triangles.len()];
+        mesh.flood(|from, edge, to| {
+            let before = inside.get(from as usize).copied().unwrap_or(false);
+            inside[to as usize] = before ^ boundary.contains_key(&undirected(edge));
+        });
+        let vertex = |t: usize, k: usize| {
+            let point = mesh.triangles[t][k];
+            if let [only] = owners[point as usize][..] {
+                return only;
+            }
+            // Turn about the point, over edges that are not boundary, to the boundary edge.
+            let (mut t, mut k) = (t, k);
+            loop {
+                if let Some(e) = boundary.get(&undirected(mesh.edge(t, k))) {
+                    let v = e[usize::from(of_vertex[e[0]] != point)];
+                    return v as u32;
+                }
+                t = mesh.neighbours[t][k] as usize;
+                k = (0..3).find(|&j| mesh.triangles[t][j] == point).expect("a shared corner");
+            }
+        };
+        (0..mesh.triangles.len()).filter(|&t| inside[t]).map(|t| [0, 1, 2].map(|k| vertex(t, k))).collect()
+    }
+}
+
+/// Whether a coordinate can be triangulated: 0, or of magnitude 2⁻¹⁴² to 2²⁰¹.
+fn is_representable(x: f64) -> bool {
+    spade::validate_coordinate(x).is_ok()
+}
+
+/// Whether segments ab and cd have more than end points in common.
+fn edges_meet(a: DVec2, b: DVec2, c: DVec2, d: DVec2) -> bool {
+    let inside = |p: DVec2, q: DVec2, r: DVec2| {
+        // r is on the line pq: is it strictly between them?
+        r != p && r != q && (r - p).dot(q - p) > 0.0 && (r - q).dot(p - q) > 0.0
+    };
+    let sides = |x: f64, y: f64| x < 0.0 && y > 0.0 || x > 0.0 && y < 0.0;
+    let (oc, od) = (orient(a, b, c), orient(a, b, d));
+    let (oa, ob) = (orient(c, d, a), orient(c, d, b));
+    sides(oc, od) && sides(oa, ob)
+        || oc == 0.0 && inside(a, b, c)
+        || od == 0.0 && inside(a, b, d)
+        || oa == 0.0 && inside(c, d, a)
+        || ob == 0.0 && inside(c, d, b)
+        || (a == c && b == d)
+        || (a == d && b == c)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ring(points: &[(f64, f64)]) -> Vec<DVec2> {
+        points.iter().map(|&(x, y)| DVec2::new(x, y)).collect()
+    }
+
+    fn area(p: &Polygon) -> f64 {
+        let v = |i: u32| p.vertices[i as usize];
+        p.triangles.iter().map(|t| 0.5 * orient(v(t[0]), v(t[1]), v(t[2]))).sum()
+    }
+
+    #[test]
+    fn square_with_a_hole() {
+        let outer = ring(&[(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)]);
+        let hole = ring(&[(1.0, 1.0), (3.0, 1.0), (3.0, 3.0), (1.0, 3.0)]);
+        let p = Polygon::new(vec![outer, hole]).unwrap();
+        assert_eq!(area(&p), 12.0);
+        assert_eq!(p.edges().count(), 8);
+    }
+
+    #[test]
+    fn rings_may_touch_in_a_vertex_and_come_apart() {
+        // Two triangles that share the origin, as two rings of one polygon.
+        let left = ring(&[(0.0, 0.0), (-1.0, 1.0), (-1.0, -1.0)]);
+        let right = ring(&[(0.0, 0.0), (1.0, -1.0), (1.0, 1.0)]);
+        let p = Polygon::new(vec![left, right]).unwrap();
+        assert_eq!(area(&p), 2.0);
+        let mut corners: Vec<_> = p
+            .triangles
+            .iter()
+            .map(|t| {
+                let mut t = *t;
+                t.sort_unstable();
+                t
+            })
+            .collect();
+        corners.sort_unstable();
+        assert_eq!(corners, [[0, 1, 2], [3, 4, 5]]);
+    }
+
+    #[test]
+    fn bad_rings_are_refused_with_their_place() {
+        let refuse = |points: &[(f64, f64)]| Polygon::simple(ring(points)).unwrap_err();
+        assert_eq!(Polygon::new(vec![]).unwrap_err(), PolygonError::Empty);
+        assert_eq!(refuse(&[(0.0, 0.0), (1.0, 0.0)]), PolygonError::TooFewVertices { ring: 0, count: 2 });
+        assert_eq!(
+            refuse(&[(0.0, 0.0), (1.0, 0.0), (1.0, 0.0), (0.0, 1.0)]),
+            PolygonError::RepeatedVertex { ring: 0, vertex: 2 }
+        );
+        assert!(matches!(
+            refuse(&[(0.0, 0.0), (1.0, f64::NAN), (0.0, 1.0)]),
+            PolygonError::Coordinate { ring: 0, vertex: 1, .. }
+        ));
+        assert!(matches!(refuse(&[(0.0, 0.0), (1.0, 1e-60), (0.0, 1.0)]), PolygonError::Coordinate { .. }));
+        let meets: [&[(f64, f64)]; 4] = [
+            // A bow tie, a collinear ring, a spike, a vertex inside another edge.
+            &[(0.0, 0.0), (1.0, 1.0), (1.0, 0.0), (0.0, 1.0)],
+            &[(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)],
+            &[(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (2.0, 0.5), (0.0, 2.0)],
+            &[(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (1.0, 0.0), (0.0, 2.0)],
+        ];
+        for points in meets {
+            assert!(matches!(refuse(points), PolygonError::EdgesMeet { .. }), "{points:?}");
+        }
+    }
+
+    #[test]
+    fn displacement_keeps_the_triangles_or_is_refused() {
+        let p = Polygon::simple(ring(&[(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])).unwrap();
+        let moved = p.displaced(ring(&[(0.0, 0.0), (3.0, 0.0), (0.0, 1.0)])).unwrap();
+        assert_eq!(area(&moved), 1.5);
+        let flipped = p.displaced(ring(&[(0.0, 0.0), (-1.0, 0.0), (0.0, 1.0)]));
+        assert_eq!(flipped.unwrap_err(), PolygonError::TriangleInverted { triangle: 0 });
+    }
+}

@@ -1,0 +1,463 @@
+//! A scene answers three questions: what is seen at u, how fast does it move, how far is the
+//! nearest jump.
+
+use std::ops::Range;
+
+use glam::{DMat2, DVec2, DVec3};
+
+use super::box_tree::{Aabb, BoxTree};
+use super::shade::{Attachment, Shade, ShadeError};
+use super::{Polygon, PolygonError, orient};
+
+/// A polygon with its shade.
+#[derive(Clone, Debug)]
+pub struct Shape {
+    polygon: Polygon,
+    shade: Shade,
+}
+
+impl Shape {
+    /// A polygon that looks like `shade`.
+    #[must_use]
+    pub fn new(polygon: Polygon, shade: Shade) -> Self {
+        Self { polygon, shade }
+    }
+
+    /// Its outline.
+    #[must_use]
+    pub fn polygon(&self) -> &Polygon {
+        &self.polygon
+    }
+
+    /// Its colour.
+    #[must_use]
+    pub fn shade(&self) -> &Shade {
+        &self.shade
+    }
+}
+
+/// A scene that cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// A shade with a bad coefficient.
+    #[error("shape {shape}: {source}")]
+    Shade {
+        /// Which shape.
+        shape: usize,
+        /// What is wrong with it.
+        source: ShadeError,
+    },
+    /// A displaced polygon that is not one.
+    #[error("shape {shape}: {source}")]
+    Polygon {
+        /// Which shape.
+        shape: usize,
+        /// What is wrong with it.
+        source: PolygonError,
+    },
+    /// The background is not finite.
+    #[error("the background has a component that is not finite")]
+    Background,
+}
+
+/// What is seen at a point: a shape and the material point, as barycentric coordinates in one of
+/// its triangles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    shape: u32,
+    triangle: u32,
+    vertices: [u32; 3],
+    barycentric: [f64; 3],
+}
+
+impl Hit {
+    /// Which shape is seen.
+    #[must_use]
+    pub fn shape(&self) -> usize {
+        self.shape as usize
+    }
+
+    /// The three vertices of the triangle, numbered through the whole scene.
+    #[must_use]
+    pub fn vertices(&self) -> [usize; 3] {
+        self.vertices.map(|v| v as usize)
+    }
+
+    /// The barycentric coordinates of the point in the triangle: they sum to 1.
+    #[must_use]
+    pub fn barycentric(&self) -> [f64; 3] {
+        self.barycentric
+    }
+
+    /// The velocity of the material point, Σ b_j ṗ_j.
+    #[must_use]
+    pub fn velocity(&self, velocities: &[DVec2]) -> DVec2 {
+        let [a, b, c] = self.vertices().map(|v| velocities[v]);
+        // Relative to one vertex, so that a translation is exact whatever rounding did to b.
+        a + self.barycentric[1] * (b - a) + self.barycentric[2] * (c - a)
+    }
+
+    /// The transpose of [`velocity`](Self::velocity): adds b_j `covector` to each vertex.
+    pub fn scatter(&self, covector: DVec2, gradient: &mut [DVec2]) {
+        for (v, b) in self.vertices().into_iter().zip(self.barycentric) {
+            gradient[v] += b * covector;
+        }
+    }
+}
+
+/// Opaque polygons in painter's order (the last is on top) over a constant background.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    background: DVec3,
+    shapes: Vec<Shape>,
+    vertices: Vec<DVec2>,
+    /// Where the material was when its shade was fixed to it; `vertices` before any displacement.
+    material: Vec<DVec2>,
+    is_displaced: bool,
+    ranges: Vec<Range<usize>>,
+    /// (shape, vertices), in painter's order, so that the largest index is on top.
+    triangles: Vec<(u32, [u32; 3])>,
+    triangle_tree: BoxTree,
+    outlines: Vec<Outline>,
+}
+
+/// The edges of one shape, for the distance to its own boundary.
+#[derive(Clone, Debug)]
+struct Outline {
+    edges: Vec<[u32; 2]>,
+    tree: BoxTree,
+}
+
+impl Scene {
+    /// Builds the scene and its accelerators, in time O(n log n) in the number of edges.
+    ///
+    /// # Errors
+    /// [`SceneError::Shade`] or [`SceneError::Background`] for a colour that is not finite.
+    pub fn new(background: DVec3, shapes: Vec<Shape>) -> Result<Self, SceneError> {
+        if !background.is_finite() {
+            return Err(SceneError::Background);
+        }
+        for (shape, s) in shapes.iter().enumerate() {
+            s.shade.check().map_err(|source| SceneError::Shade { shape, source })?;
+        }
+        let vertices: Vec<_> = shapes.iter().flat_map(|s| s.polygon.vertices().iter().copied()).collect();
+        Ok(Self::assemble(background, shapes, vertices.clone()))
+    }
+
+    fn assemble(background: DVec3, shapes: Vec<Shape>, material: Vec<DVec2>) -> Self {
+        let mut vertices: Vec<DVec2> = vec![];
+        let mut ranges = vec![];
+        let mut triangles = vec![];
+        let mut outlines = vec![];
+        for (shape, s) in (0_u32..).zip(&shapes) {
+            let start = vertices.len();
+            let base = u32::try_from(start).expect("fewer than 2³² vertices");
+            vertices.extend_from_slice(s.polygon.vertices());
+            ranges.push(start..vertices.len());
+            triangles.extend(s.polygon.triangles().iter().map(|t| (shape, t.map(|v| v + base))));
+            let edges: Vec<_> = s.polygon.edges().map(|e| e.map(|v| v as u32 + base)).collect();
+            let boxes: Vec<_> = edges.iter().map(|e| Aabb::of(e.map(|v| vertices[v as usize]))).collect();
+            outlines.push(Outline { edges, tree: BoxTree::build(&boxes) });
+        }
+        let boxes: Vec<_> =
+            triangles.iter().map(|(_, t)| Aabb::of(t.map(|v| vertices[v as usize]))).collect();
+        let triangle_tree = BoxTree::build(&boxes);
+        let is_displaced = material != vertices;
+        Self {
+            background,
+            shapes,
+            vertices,
+            material,
+            is_displaced,
+            ranges,
+            triangles,
+            triangle_tree,
+            outlines,
+        }
+    }
+
+    /// The same scene with all vertices elsewhere; material shades go along.
+    ///
+    /// # Errors
+    /// [`SceneError::Polygon`] when a triangle turns over.
+    ///
+    /// # Panics
+    /// If there is not one position per vertex of the scene.
+    pub fn displaced(&self, vertices: &[DVec2]) -> Result<Self, SceneError> {
+        assert_eq!(vertices.len(), self.vertices.len(), "one position per vertex");
+        let shapes = self.shapes.iter().zip(&self.ranges).enumerate();
+        let shapes = shapes
+            .map(|(shape, (s, range))| {
+                let polygon = s
+                    .polygon
+                    .displaced(vertices[range.clone()].to_vec())
+                    .map_err(|source| SceneError::Polygon { shape, source })?;
+                Ok(Shape { polygon, shade: s.shade.clone() })
+            })
+            .collect::<Result<_, _>>()?;
+        Ok(Self::assemble(self.background, shapes, self.material.clone()))
+    }
+
+    /// The colour where no polygon is.
+    #[must_use]
+    pub fn background(&self) -> DVec3 {
+        self.background
+    }
+
+    /// The shapes in painter's order.
+    #[must_use]
+    pub fn shapes(&self) -> &[Shape] {
+        &self.shapes
+    }
+
+    /// All vertices, shape after shape.
+    #[must_use]
+    pub fn vertices(&self) -> &[DVec2] {
+        &self.vertices
+    }
+
+    /// Which of [`vertices`](Self::vertices) belong to a shape.
+    ///
+    /// # Panics
+    /// If there is no such shape.
+    #[must_use]
+    pub fn vertex_range(&self, shape: usize) -> Range<usize> {
+        self.ranges[shape].clone()
+    }
+
+    /// Every edge as (shape, the two vertices numbered through the whole scene).
+    pub fn edges(&self) -> impl Iterator<Item = (usize, [usize; 2])> {
+        self.outlines
+            .iter()
+            .enumerate()
+            .flat_map(|(shape, o)| o.edges.iter().map(move |e| (shape, e.map(|v| v as usize))))
+    }
+
+    /// What is seen at u: the topmost polygon, closed; `None` for the background.
+    #[must_use]
+    pub fn hit(&self, u: DVec2) -> Option<Hit> {
+        self.hit_below(u, usize::MAX)
+    }
+
+    /// What would be seen at u if shape `limit` and all above it were taken away.
+    #[must_use]
+    pub fn hit_below(&self, u: DVec2, limit: usize) -> Option<Hit> {
+        self.triangle_tree
+            .last_at(u, |i| {
+                let (shape, _) = self.triangles[i];
+                if shape as usize >= limit { None } else { self.barycentric(i, u) }
+            })
+            .map(|(i, barycentric)| {
+                let (shape, vertices) = self.triangles[i];
+                Hit { shape, triangle: i as u32, vertices, barycentric }
+            })
+    }
+
+    /// What of one shape is at u, seen or not.
+    pub(crate) fn hit_shape(&self, u: DVec2, shape: usize) -> Option<Hit> {
+        let mut found = None;
+        self.triangle_tree.visit(
+            |b| b.contains(u),
+            |i| {
+                if self.triangles[i].0 as usize == shape
+                    && let Some(barycentric) = self.barycentric(i, u)
+                {
+                    let (shape, vertices) = self.triangles[i];
+                    found = Some(Hit { shape, triangle: i as u32, vertices, barycentric });
+                }
+            },
+        );
+        found
+    }
+
+    /// Whether any shape above `shape` covers u.
+    #[must_use]
+    pub fn is_covered(&self, u: DVec2, shape: usize) -> bool {
+        self.hit(u).is_some_and(|hit| hit.shape() > shape)
+    }
+
+    fn corners(&self, triangle: usize) -> [DVec2; 3] {
+        self.triangles[triangle].1.map(|v| self.vertices[v as usize])
+    }
+
+    /// Barycentric coordinates by exact predicates: no point falls between two triangles.
+    fn barycentric(&self, triangle: usize, u: DVec2) -> Option<[f64; 3]> {
+        let [a, b, c] = self.corners(triangle);
+        let wa = orient(b, c, u);
+        let wb = orient(c, a, u);
+        let wc = orient(a, b, u);
+        if wa < 0.0 || wb < 0.0 || wc < 0.0 {
+            return None;
+        }
+        let sum = wa + wb + wc;
+        Some([wa / sum, wb / sum, wc / sum])
+    }
+
+    /// f(u) of a hit at u.
+    #[must_use]
+    pub fn value(&self, hit: Option<&Hit>, u: DVec2) -> DVec3 {
+        hit.map_or(self.background, |hit| {
+            let shade = &self.shapes[hit.shape()].shade;
+            shade.value(self.shade_point(shade, hit, u))
+        })
+    }
+
+    /// ∇f(u) of a hit at u, one row per channel.
+    #[must_use]
+    pub fn gradient(&self, hit: Option<&Hit>, u: DVec2) -> [DVec2; 3] {
+        let Some(hit) = hit else { return [DVec2::ZERO; 3] };
+        let shade = &self.shapes[hit.shape()].shade;
+        let gradient = shade.gradient(self.shade_point(shade, hit, u));
+        if shade.attachment() == Attachment::Image || !self.is_displaced {
+            return gradient;
+        }
+        // ∇_u f(X(u)) = (∂X/∂u)ᵀ ∇f, with X linear in the triangle.
+        let edges = |p: &[DVec2]| {
+            let [a, b, c] = hit.vertices().map(|v| p[v]);
+            DMat2::from_cols(b - a, c - a)
+        };
+        let jacobian = edges(&self.material) * edges(&self.vertices).inverse();
+        gradient.map(|g| jacobian.transpose() * g)
+    }
+
+    /// ∂f/∂θ at fixed u: −∇f·v where the shade is carried by the material, 0 otherwise.
+    #[must_use]
+    pub fn theta_derivative(&self, hit: Option<&Hit>, u: DVec2, velocities: &[DVec2]) -> DVec3 {
+        self.material_gradient(hit, u).map_or(DVec3::ZERO, |g| {
+            let v = hit.map_or(DVec2::ZERO, |hit| hit.velocity(velocities));
+            -DVec3::from(g.map(|g| g.dot(v)))
+        })
+    }
+
+    /// ∇f(u) if the shade is carried by the material and not constant.
+    #[must_use]
+    pub fn material_gradient(&self, hit: Option<&Hit>, u: DVec2) -> Option<[DVec2; 3]> {
+        let shade = &self.shapes[hit?.shape()].shade;
+        let moves = shade.attachment() == Attachment::Material && !shade.is_constant();
+        moves.then(|| self.gradient(hit, u))
+    }
+
+    /// The distance from u to the boundary of the polygon that is seen there, or `limit` if that is
+    /// smaller; `limit` on the background, which has no boundary of its own.
+    #[must_use]
+    pub fn boundary_distance(&self, hit: Option<&Hit>, u: DVec2, limit: f64) -> f64 {
+        let Some(hit) = hit else { return limit };
+        let outline = &self.outlines[hit.shape()];
+        let distance_squared = |i: usize| {
+            let [a, b] = outline.edges[i].map(|v| self.vertices[v as usize]);
+            segment_distance_squared(u, a, b)
+        };
+        outline.tree.nearest(u, limit * limit, distance_squared).map_or(limit, |(_, d)| d.sqrt())
+    }
+
+    /// The smallest and largest corner of the box of all polygons; `None` without any.
+    #[must_use]
+    pub fn bounds(&self) -> Option<(DVec2, DVec2)> {
+        let b = Aabb::of(self.vertices.iter().copied());
+        (!self.vertices.is_empty()).then_some((b.min, b.max))
+    }
+
+    /// The matrix ∂v/∂u of the material's velocity in the triangle of a hit: constant there.
+    #[must_use]
+    pub fn velocity_gradient(&self, hit: &Hit, velocities: &[DVec2]) -> DMat2 {
+        let edges = |p: &[DVec2]| {
+            let [a, b, c] = hit.vertices().map(|v| p[v]);
+            DMat2::from_cols(b - a, c - a)
+        };
+        edges(velocities) * edges(&self.vertices).inverse()
+    }
+
+    fn shade_point(&self, shade: &Shade, hit: &Hit, u: DVec2) -> DVec2 {
+        match shade.attachment() {
+            Attachment::Image => u,
+            // u plus the material's displacement, so that none leaves u untouched.
+            Attachment::Material => {
+                let offset = hit.vertices().map(|v| self.material[v] - self.vertices[v]);
+                u + hit.barycentric[0] * offset[0]
+                    + hit.barycentric[1] * offset[1]
+                    + hit.barycentric[2] * offset[2]
+            }
+        }
+    }
+}
+
+/// The squared distance from u to the segment ab.
+pub(crate) fn segment_distance_squared(u: DVec2, a: DVec2, b: DVec2) -> f64 {
+    let (d, w) = (b - a, u - a);
+    let t = w.dot(d) / d.length_squared();
+    if t <= 0.0 {
+        w.length_squared()
+    } else if t >= 1.0 {
+        (u - b).length_squared()
+    } else {
+        // The area over the base: exact to rounding also when u is almost on the line.
+        let cross = orient(a, b, u);
+        cross * cross / d.length_squared()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square(x: f64, y: f64, side: f64) -> Polygon {
+        let corner = |dx, dy| DVec2::new(x + dx * side, y + dy * side);
+        Polygon::simple([corner(0., 0.), corner(1., 0.), corner(1., 1.), corner(0., 1.)]).unwrap()
+    }
+
+    fn two_squares() -> Scene {
+        let below = Shape::new(square(0.0, 0.0, 4.0), Shade::constant(DVec3::X));
+        let above = Shape::new(square(1.0, 1.0, 1.0), Shade::constant(DVec3::Y));
+        Scene::new(DVec3::ZERO, vec![below, above]).unwrap()
+    }
+
+    #[test]
+    fn the_topmost_is_seen_and_can_be_taken_away() {
+        let scene = two_squares();
+        let u = DVec2::new(1.5, 1.25);
+        assert_eq!(scene.hit(u).unwrap().shape(), 1);
+        assert_eq!(scene.hit_below(u, 1).unwrap().shape(), 0);
+        assert!(scene.hit_below(u, 0).is_none());
+        assert_eq!(scene.hit(DVec2::new(3.0, 0.5)).unwrap().shape(), 0);
+        assert!(scene.hit(DVec2::new(9.0, 0.5)).is_none());
+    }
+
+    #[test]
+    fn the_distance_is_to_the_boundary_of_what_is_seen() {
+        let scene = two_squares();
+        let distance = |x, y| {
+            let u = DVec2::new(x, y);
+            scene.boundary_distance(scene.hit(u).as_ref(), u, 10.0)
+        };
+        assert_eq!(distance(1.5, 1.25), 0.25);
+        // Next to the small square but on the large one: only the large one's edges count.
+        assert!((distance(2.01, 1.5) - 1.5).abs() < 1e-15);
+        assert_eq!(distance(-5.0, 0.0), 10.0);
+    }
+
+    #[test]
+    fn no_point_falls_between_triangles() {
+        let scene = two_squares();
+        for i in 0..1000 {
+            // On the diagonals, and within a rounding error of them.
+            let t = f64::from(i) / 1000.0 * 4.0;
+            for e in [0.0, 1e-16, -1e-16] {
+                assert!(scene.hit_below(DVec2::new(t, (t + e).clamp(0.0, 4.0)), 1).is_some());
+                assert!(scene.hit_below(DVec2::new(t, (4.0 - t + e).clamp(0.0, 4.0)), 1).is_some());
+            }
+        }
+    }
+
+    #[test]
+    fn material_shades_go_along() {
+        let shade = Shade::linear(DVec2::ZERO, DVec3::ZERO, [DVec2::X; 3], Attachment::Material);
+        let scene = Scene::new(DVec3::ZERO, vec![Shape::new(square(0.0, 0.0, 1.0), shade)]).unwrap();
+        let moved: Vec<_> = scene.vertices().iter().map(|p| 2.0 * *p + DVec2::X).collect();
+        let moved = scene.displaced(&moved).unwrap();
+        let u = DVec2::new(2.0, 1.0);
+        let hit = moved.hit(u).unwrap();
+        assert_eq!(moved.value(Some(&hit), u), DVec3::splat(0.5));
+        assert_eq!(moved.gradient(Some(&hit), u)[0], DVec2::new(0.5, 0.0));
+    }
+}
