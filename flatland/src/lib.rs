@@ -41,7 +41,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub mod estimator;
+//pub mod estimator;
 pub mod plane;
 pub mod random;
 pub mod warp;

@@ -1,1 +1,47 @@
-//! x
+//! The warp field V and its divergence from auxiliary points, in any dimension.
+//!
+//! Around a point u, auxiliary points u_i are drawn from a kernel of concentration κ. Each brings
+//! the velocity V_i of what is seen there and a boundary value B_i that vanishes where that thing
+//! ends. With D the kernel's own distance and w = (D + B)^−γ,
+//!
+//! ```text
+//! V = Σ ω_i V_i,   ∇·V = Σ ω_i (ℓ_i − ℓ̄)·V_i − c u·V,
+//! ω_i = w̃_i / Σ w̃_j,   w̃ = w/p,   ℓ = ∇_u ln w,   ℓ̄ = Σ ω_i ℓ_i,
+//! ```
+//!
+//! (Bangaru, Li and Durand 2020, section 4.3) where c = 0 in the plane and c = n on the circle
+//! and the sphere, whose fields are projected to the tangent space at u. Both are linear in the
+//! V_i, so a [`Stencil`] keeps their coefficients: forward mode applies it, reverse mode applies
+//! its transpose, and every [`Debias`] scheme is one more linear combination.
+//!
+//! # What is biased, and when
+//!
+//! The quotient by Σ w̃ makes every fixed number of rays biased ([`Debias::Consistent`]), the more
+//! so the closer u is to a boundary. [`Debias::Multilevel`] and [`Debias::RussianRoulette`] remove
+//! that bias exactly. With B proportional to the distance, the field is boundary consistent when
+//! γ ≥ 1 (n = 1) and γ ≥ 3/2 (n = 2), at equality only logarithmically; below the bound no number
+//! of rays helps.
+//!
+//! # Numbers
+//!
+//! Everything is computed from x = κ|u−u'|²/2 (plane) or κ(1 − u·u') (circle, sphere), for which
+//! D = eˣ − 1 and p ∝ e⁻ˣ. With q = B e⁻ˣ + (1 − e⁻ˣ) one has D + B = eˣ q, hence
+//!
+//! ```text
+//! ln w̃ = −(γ−1) x − γ ln q + const,   ℓ = −(γ/q) ∇_u x,
+//! ```
+//!
+//! which neither overflows nor cancels anywhere. Weights are carried as logarithms relative to the
+//! largest, so no absolute clamp is needed and none is made.
+
+mod auxiliary;
+mod boundary;
+mod debias;
+mod domain;
+mod stencil;
+
+pub use auxiliary::AuxiliaryPoints;
+pub use boundary::BoundaryFunction;
+pub use debias::Debias;
+pub use domain::{Circle, Domain, Draw, Plane, Vector};
+pub use stencil::{Field, Stencil, Term, Warp, WarpError, Weighting};

@@ -1,0 +1,411 @@
+//! The estimate of (V, ∇·V) as a linear form in the velocities of the auxiliary hits.
+
+use rand::Rng;
+
+use super::auxiliary::AuxiliaryPoints;
+use super::boundary::BoundaryFunction;
+use super::debias::Debias;
+use super::domain::{Domain, Draw, Vector};
+
+/// The weight w(u, u').
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Weighting {
+    /// w = (D + B)^−γ: continuous and boundary consistent. The method ("attempt 3").
+    BoundaryAware {
+        /// γ. The variance near boundaries grows with it and the bias falls; 3 is the default.
+        gamma: f64,
+        /// B.
+        boundary: BoundaryFunction,
+    },
+    /// w = e⁻ˣ, the kernel itself: continuous, not boundary consistent, biased ("attempt 2").
+    Gaussian,
+}
+
+impl Default for Weighting {
+    fn default() -> Self {
+        Self::BoundaryAware { gamma: 3.0, boundary: BoundaryFunction::default() }
+    }
+}
+
+/// Everything that decides an estimate of the warp field but the kernel's concentration, which
+/// belongs to the place: the pixel, the lobe, the emitter.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Warp {
+    /// The weight.
+    pub weighting: Weighting,
+    /// The pattern of auxiliary points.
+    pub points: AuxiliaryPoints,
+    /// How many of them, and what is done about the bias.
+    pub debias: Debias,
+}
+
+/// Parameters that no estimate can be made with.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum WarpError {
+    /// γ must be positive and finite.
+    #[error("the exponent γ = {gamma} is not positive and finite")]
+    Gamma {
+        /// γ.
+        gamma: f64,
+    },
+    /// The boundary function's scale must be positive and finite.
+    #[error("the boundary function's scale {scale} is not positive and finite")]
+    Scale {
+        /// The scale.
+        scale: f64,
+    },
+    /// The concentration κ must be positive and finite.
+    #[error("the concentration κ = {kappa} is not positive and finite")]
+    Kappa {
+        /// κ.
+        kappa: f64,
+    },
+    /// A debiasing scheme with no finite cost or no rays.
+    #[error("{what}")]
+    Debias {
+        /// What is wrong.
+        what: &'static str,
+    },
+}
+
+/// An auxiliary hit with its coefficients in V and ∇·V.
+#[derive(Clone, Copy, Debug)]
+pub struct Term<V, H> {
+    /// What the auxiliary ray hit.
+    pub hit: H,
+    /// Ω_i: the coefficient of V_i in V, before projection.
+    pub weight: f64,
+    /// M_i: the covector whose product with V_i enters ∇·V.
+    pub divergence: V,
+}
+
+/// The warp field at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Field<V> {
+    /// V(u), tangent at u.
+    pub value: V,
+    /// ∇·V(u).
+    pub divergence: f64,
+}
+
+impl<V: Vector> Field<V> {
+    /// No motion.
+    pub const ZERO: Self = Self { value: V::ZERO, divergence: 0.0 };
+}
+
+/// V = P_u Σ Ω_i V_i and ∇·V = Σ M_i·V_i at one point u.
+#[derive(Clone, Debug)]
+pub struct Stencil<D: Domain, H> {
+    point: D::Vector,
+    terms: Vec<Term<D::Vector, H>>,
+}
+
+impl<D: Domain, H> Stencil<D, H> {
+    /// The auxiliary hits and their coefficients.
+    #[must_use]
+    pub fn terms(&self) -> &[Term<D::Vector, H>] {
+        &self.terms
+    }
+
+    /// Forward mode: the field, from the velocity of each hit.
+    pub fn field(&self, mut velocity: impl FnMut(&H) -> D::Vector) -> Field<D::Vector> {
+        let mut sum = Field::<D::Vector>::ZERO;
+        for term in &self.terms {
+            let v = velocity(&term.hit);
+            sum.value = sum.value + v * term.weight;
+            sum.divergence += term.divergence.dot(v);
+        }
+        Field { value: D::project(self.point, sum.value), ..sum }
+    }
+
+    /// Reverse mode: hands each hit the covector c_i for which Σ c_i·V_i = a·V + b ∇·V.
+    ///
+    /// ```text
+    /// c_i = Ω_i P_u a + b M_i
+    /// ```
+    pub fn scatter(&self, a: D::Vector, b: f64, mut add: impl FnMut(&H, D::Vector)) {
+        let a = D::project(self.point, a);
+        for term in &self.terms {
+            add(&term.hit, a * term.weight + term.divergence * b);
+        }
+    }
+}
+
+impl Warp {
+    /// Checks the parameters once, so that [`stencil`](Self::stencil) need not.
+    ///
+    /// # Errors
+    /// A [`WarpError`] that names the parameter.
+    pub fn check(&self, kappa: f64) -> Result<(), WarpError> {
+        let positive = |x: f64| x > 0.0 && x.is_finite();
+        if !positive(kappa) {
+            return Err(WarpError::Kappa { kappa });
+        }
+        if let Weighting::BoundaryAware { gamma, boundary } = self.weighting {
+            if !positive(gamma) {
+                return Err(WarpError::Gamma { gamma });
+            }
+            if !positive(boundary.scale()) {
+                return Err(WarpError::Scale { scale: boundary.scale() });
+            }
+        }
+        self.debias.check().map_err(|what| WarpError::Debias { what })
+    }
+
+    /// The distance beyond which a boundary no longer matters: what [`stencil`](Self::stencil)'s
+    /// `trace` may stop searching at.
+    #[must_use]
+    pub fn reach(&self, kappa: f64) -> f64 {
+        match self.weighting {
+            Weighting::BoundaryAware { boundary, .. } => boundary.reach(kappa),
+            Weighting::Gaussian => 0.0,
+        }
+    }
+
+    /// Draws auxiliary points around u and turns them into the coefficients of (V, ∇·V).
+    ///
+    /// `trace` returns what is hit at a point and its distance to the nearest jump as seen from
+    /// there; a miss has infinite distance and velocity 0.
+    pub fn stencil<D: Domain, H>(
+        &self,
+        u: D::Vector,
+        kappa: f64,
+        rng: &mut impl Rng,
+        mut trace: impl FnMut(D::Vector) -> (H, f64),
+    ) -> Stencil<D, H> {
+        let plan = self.debias.plan(rng);
+        let mut draws = Vec::with_capacity(plan.rays * plan.batches);
+        for _ in 0..plan.batches {
+            self.points.draw::<D>(u, kappa, plan.rays, rng, &mut draws);
+        }
+        let mut logs = Vec::with_capacity(draws.len());
+        let mut terms = Vec::with_capacity(draws.len());
+        for draw in &draws {
+            let (hit, distance) = trace(draw.point);
+            logs.push(self.weigh::<D>(draw, kappa, distance));
+            terms.push(Term { hit, weight: 0.0, divergence: D::Vector::ZERO });
+        }
+        self.debias.combine(plan.batches, |start, end, coefficient| {
+            let range = start * plan.rays..end * plan.rays;
+            accumulate(&logs[range.clone()], coefficient, &mut terms[range]);
+        });
+        // −c u·V of the projected field, as part of the covectors.
+        for term in &mut terms {
+            term.divergence = term.divergence - u * (D::CURVATURE * term.weight);
+        }
+        Stencil { point: u, terms }
+    }
+
+    /// ln w̃ up to a constant, and ℓ = ∇_u ln w.
+    fn weigh<D: Domain>(&self, draw: &Draw<D::Vector>, kappa: f64, distance: f64) -> LogWeight<D::Vector> {
+        let x = draw.exponent;
+        match self.weighting {
+            Weighting::BoundaryAware { gamma, boundary } => {
+                let b = boundary.value(distance, kappa);
+                let q = b * (-x).exp() - (-x).exp_m1();
+                LogWeight {
+                    weight: -(gamma - 1.0) * x - gamma * q.ln(),
+                    gradient: draw.tangent * (gamma * kappa / q),
+                }
+            }
+            Weighting::Gaussian => LogWeight { weight: 0.0, gradient: draw.tangent * kappa },
+        }
+    }
+}
+
+struct LogWeight<V> {
+    weight: f64,
+    gradient: V,
+}
+
+/// Adds `coefficient` times the quotient estimate from these points: ω_i and ω_i (ℓ_i − ℓ̄).
+fn accumulate<V: Vector, H>(logs: &[LogWeight<V>], coefficient: f64, terms: &mut [Term<V, H>]) {
+    let largest = logs.iter().map(|l| l.weight).fold(f64::NEG_INFINITY, f64::max);
+    let mut sum = 0.0;
+    let mut gradient = V::ZERO;
+    for l in logs {
+        let w = (l.weight - largest).exp();
+        sum += w;
+        gradient = gradient + l.gradient * w;
+    }
+    let (mean, scale) = (gradient * (1.0 / sum), coefficient / sum);
+    for (l, term) in logs.iter().zip(terms) {
+        let w = (l.weight - largest).exp() * scale;
+        term.weight += w;
+        term.divergence = term.divergence + (l.gradient - mean) * w;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use super::*;
+    use crate::random::{open01, stream};
+    use crate::warp::{Circle, Plane};
+
+    /// A strip of moving material seen from a fixed direction: velocity v inside x < 0, still
+    /// background elsewhere.
+    fn strip(point: DVec2) -> (DVec2, f64) {
+        if point.x < 0.0 { (DVec2::new(1.0, 0.5), -point.x) } else { (DVec2::ZERO, f64::INFINITY) }
+    }
+
+    fn warp(debias: Debias) -> Warp {
+        Warp { debias, ..Warp::default() }
+    }
+
+    #[test]
+    fn the_divergence_is_that_of_the_field() {
+        // With one auxiliary set kept in place, V(u) is a smooth function of u: compare the
+        // stencil's ∇·V with central differences of its V, rebuilt by hand.
+        fn check<D: Domain<Vector = DVec2>>(
+            u: DVec2,
+            moved: impl Fn(f64) -> DVec2,
+            exponent: impl Fn(DVec2, DVec2) -> f64,
+        ) {
+            let kappa = 6.0;
+            let velocity = |p: DVec2| DVec2::new(1.0 + p.y, p.x * p.x - 0.3);
+            let boundary = |p: DVec2| (p.x * 0.7).abs();
+            let mut points = vec![];
+            let stencil =
+                warp(Debias::Consistent { rays: 10 }).stencil::<D, _>(u, kappa, &mut stream(1, &[]), |p| {
+                    points.push(p);
+                    (p, boundary(p))
+                });
+            let value = |at: DVec2| {
+                let scale = 0.6 * kappa.sqrt();
+                let (mut z, mut a) = (0.0, DVec2::ZERO);
+                for &p in &points {
+                    // w at the new place over the density at the old one.
+                    let w = (exponent(at, p).exp_m1() + (scale * boundary(p)).min(1.0)).powi(-3)
+                        / (-exponent(u, p)).exp();
+                    z += w;
+                    a += w * velocity(p);
+                }
+                D::project(at, a / z)
+            };
+            let field = stencil.field(|&p| velocity(p));
+            assert!((field.value - value(u)).length() < 1e-12);
+            let h = 1e-6;
+            let tangents: &[f64] = if D::CURVATURE == 0.0 { &[0.0, 1.0] } else { &[0.0] };
+            let divergence: f64 = tangents
+                .iter()
+                .map(|&k| {
+                    let (plus, minus) =
+                        if k == 0.0 { (moved(h), moved(-h)) } else { (u + h * DVec2::Y, u - h * DVec2::Y) };
+                    let tangent = (plus - minus).normalize();
+                    (value(plus) - value(minus)).dot(tangent) / (2.0 * h)
+                })
+                .sum();
+            assert!(
+                (field.divergence - divergence).abs() < 1e-6 * (1.0 + divergence.abs()),
+                "{field:?} {divergence}"
+            );
+        }
+        let u = DVec2::new(0.2, -0.1);
+        check::<Plane>(u, |h| u + h * DVec2::X, |a, b| 3.0 * (a - b).length_squared());
+        check::<Circle>(
+            DVec2::from_angle(1.3),
+            |h| DVec2::from_angle(1.3 + h),
+            |a, b| 6.0 * (1.0 - a.dot(b)),
+        );
+    }
+
+    #[test]
+    fn scatter_is_the_transpose_of_field() {
+        for debias in [
+            Debias::Consistent { rays: 7 },
+            Debias::RussianRoulette { rays: 4, tail: 1.5 },
+            Debias::Multilevel { rays: 4, first: 0.9, ratio: 0.45 },
+        ] {
+            for seed in 0..50 {
+                let mut rng = stream(seed, &[]);
+                let u = DVec2::from_angle(6.0 * open01(&mut rng));
+                let stencil = warp(debias).stencil::<Circle, _>(u, 9.0, &mut rng, |p| (p, p.x.abs()));
+                let velocity = |p: DVec2| DVec2::new(p.y * 3.0, 1.0 - p.x);
+                let (a, b) = (DVec2::new(0.3, -1.2), 0.7);
+                let field = stencil.field(|&p| velocity(p));
+                let forward = a.dot(field.value) + b * field.divergence;
+                let (mut reverse, mut size) = (0.0, 1.0);
+                stencil.scatter(a, b, |&p, c| {
+                    reverse += c.dot(velocity(p));
+                    size += c.dot(velocity(p)).abs();
+                });
+                assert!((forward - reverse).abs() < 1e-13 * size, "{debias:?} {forward} {reverse}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_common_velocity_is_kept_and_has_no_divergence() {
+        for debias in [Debias::Consistent { rays: 16 }, Debias::default()] {
+            let stencil =
+                warp(debias).stencil::<Plane, _>(DVec2::new(0.3, 0.2), 50.0, &mut stream(1, &[]), strip);
+            let field = stencil.field(|_| DVec2::new(2.0, -1.0));
+            assert!((field.value - DVec2::new(2.0, -1.0)).length() < 1e-12);
+            assert!(field.divergence.abs() < 1e-10);
+        }
+    }
+
+    #[test]
+    fn the_field_reaches_the_boundary_velocity_as_rays_grow() {
+        // On the strip's edge V·ν must become 1; at equality of γ and its bound only slowly.
+        let value = |rays, gamma| {
+            let warp = Warp {
+                weighting: Weighting::BoundaryAware { gamma, boundary: BoundaryFunction::default() },
+                ..warp(Debias::Consistent { rays })
+            };
+            let u = DVec2::new(1e-12, 0.0);
+            let at = |seed| {
+                let s = warp.stencil::<Plane, _>(u, 100.0, &mut stream(seed, &[]), strip);
+                s.field(|&v| v).value.x
+            };
+            (0..400).map(at).sum::<f64>() / 400.0
+        };
+        let (few, many) = (value(16, 3.0), value(16_384, 3.0));
+        assert!(few < many && many > 0.95, "{few} {many}");
+        assert!(value(16_384, 1.0) < 0.9, "γ below its bound must not reach the boundary's velocity");
+    }
+
+    #[test]
+    fn nothing_overflows_at_the_extremes() {
+        for kappa in [1e-6_f64, 1.0, 1e12, 1e200] {
+            for gamma in [0.5, 3.0, 40.0] {
+                let width = kappa.sqrt().recip();
+                for at in [0.0, 1e-15, -1e-15, 1e-3, -3.0] {
+                    for rays in [1, 2, 16] {
+                        let warp = Warp {
+                            weighting: Weighting::BoundaryAware {
+                                gamma,
+                                boundary: BoundaryFunction::default(),
+                            },
+                            ..warp(Debias::Consistent { rays })
+                        };
+                        let u = DVec2::new(at * width, 0.0);
+                        let s = warp.stencil::<Plane, _>(u, kappa, &mut stream(rays as u64, &[]), strip);
+                        let field = s.field(|&v| v);
+                        assert!(
+                            field.value.is_finite() && field.divergence.is_finite(),
+                            "{kappa} {gamma} {at} {rays}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn bad_parameters_are_refused() {
+        let good = Warp::default();
+        assert_eq!(good.check(1.0), Ok(()));
+        assert!(matches!(good.check(f64::NAN), Err(WarpError::Kappa { .. })));
+        let weighting = Weighting::BoundaryAware { gamma: -1.0, boundary: BoundaryFunction::default() };
+        assert!(matches!(Warp { weighting, ..good }.check(1.0), Err(WarpError::Gamma { .. })));
+        let boundary = BoundaryFunction::SceneScaled { scale: 0.0 };
+        let weighting = Weighting::BoundaryAware { gamma: 3.0, boundary };
+        assert!(matches!(Warp { weighting, ..good }.check(1.0), Err(WarpError::Scale { .. })));
+        let debias = Debias::Consistent { rays: 0 };
+        assert!(matches!(Warp { debias, ..good }.check(1.0), Err(WarpError::Debias { .. })));
+    }
+}
