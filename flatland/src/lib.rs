@@ -41,7 +41,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-//pub mod estimator;
+mod dual;
+pub mod estimator;
 pub mod plane;
 pub mod random;
 pub mod warp;

@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3};
 use rand::Rng;
 
+use crate::dual::Dual;
 use crate::random::open01;
 
 /// A pixel filter h, separable, of unit integral; lengths below are in pixels.
@@ -73,6 +74,17 @@ impl Filter {
             Self::Tent => -1.0_f64.copysign(x),
             Self::Gaussian if x.abs() >= 2.0 => 0.0,
             Self::Gaussian => -x / (SIGMA * SIGMA) * (-0.5 * (x / SIGMA).powi(2)).exp() / GAUSSIAN_MASS,
+        }
+    }
+
+    fn profile_dual(self, x: Dual) -> Dual {
+        match self {
+            Self::Tent if x.value.abs() < 1.0 => Dual::constant(1.0) - x.abs(),
+            Self::Gaussian if x.value.abs() < 2.0 => {
+                let bell = (x * x * (-0.5 / (SIGMA * SIGMA))).exp();
+                (bell - Dual::constant(LOWERED)) * (1.0 / GAUSSIAN_MASS)
+            }
+            Self::Box | Self::Tent | Self::Gaussian => Dual::constant(self.profile(x.value)),
         }
     }
 
@@ -230,6 +242,13 @@ impl Film {
         self.filter.gradient((u - centre) / self.pixel) / (self.pixel * self.pixel) / self.pixel
     }
 
+    /// h_p along a path, per unit area.
+    pub(crate) fn filter_value_dual(&self, centre: DVec2, [x, y]: [Dual; 2]) -> Dual {
+        let offset = |x: Dual, centre: f64| (x - Dual::constant(centre)) * (1.0 / self.pixel);
+        let h = self.filter.profile_dual(offset(x, centre.x)) * self.filter.profile_dual(offset(y, centre.y));
+        h * (1.0 / (self.pixel * self.pixel))
+    }
+
     /// The smallest and largest corner of the support of the filter of the pixel at `centre`.
     #[must_use]
     pub fn support(&self, centre: DVec2) -> (DVec2, DVec2) {
@@ -244,15 +263,25 @@ impl Film {
         (first, self.support(self.centre(self.width - 1, self.height - 1)).1)
     }
 
-    /// The cells of one pixel's support on which its filter is smooth.
-    pub fn cells(&self, centre: DVec2) -> impl Iterator<Item = FilterCell> + use<> {
-        let (filter, pixel) = (self.filter, self.pixel);
-        filter.intervals().iter().flat_map(move |&(y0, y1)| {
-            filter.intervals().iter().map(move |&(x0, x1)| FilterCell {
-                min: centre + pixel * DVec2::new(x0, y0),
-                max: centre + pixel * DVec2::new(x1, y1),
+    /// The cells of the support of pixel (x, y) on which its filter is smooth. Neighbouring pixels
+    /// compute common sides from the same expression, so these agree to the last bit.
+    #[expect(clippy::cast_precision_loss, reason = "film coordinates are below 2³²")]
+    pub fn cells(&self, x: usize, y: usize) -> impl Iterator<Item = FilterCell> + use<> {
+        let (corner, pixel, intervals) = (self.corner, self.pixel, self.filter.intervals());
+        let middle = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+        let place = move |offset: DVec2| corner + pixel * (middle + offset);
+        intervals.iter().flat_map(move |&(y0, y1)| {
+            intervals.iter().map(move |&(x0, x1)| FilterCell {
+                min: place(DVec2::new(x0, y0)),
+                max: place(DVec2::new(x1, y1)),
             })
         })
+    }
+
+    /// Whether a coordinate is exactly that of a pixel edge of the film.
+    pub(crate) fn is_pixel_edge(&self, axis: usize, coordinate: f64) -> bool {
+        let index = ((coordinate - self.corner[axis]) / self.pixel).round();
+        coordinate == self.corner[axis] + self.pixel * index
     }
 
     /// Draws u in the support of the pixel at `centre`.

@@ -10,19 +10,22 @@
 //! integral of the theory in closed form.
 
 mod box_tree;
+mod edge_tree;
 pub mod exact;
 mod film;
 mod motion;
 mod polygon;
 mod scene;
+mod segments;
 mod shade;
 pub mod svg;
 mod triangulate;
 
+pub(crate) use edge_tree::{Edge, EdgeTree};
 pub use film::{Film, FilmError, Filter, FilterCell, Image, PixelSample};
 pub use motion::{Motion, MotionError};
 pub use polygon::{Polygon, PolygonError};
-pub use scene::{Hit, Scene, SceneError, Shape};
+pub use scene::{Hit, MaterialPoint, Scene, SceneError, Shape};
 pub use shade::{Attachment, Shade, ShadeError};
 
 use glam::DVec2;
@@ -33,4 +36,9 @@ use glam::DVec2;
 pub fn orient(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     let coord = |p: DVec2| robust::Coord { x: p.x, y: p.y };
     robust::orient2d(coord(a), coord(b), coord(c))
+}
+
+/// Adds `from` to `to`, element by element.
+pub(crate) fn add(to: &mut [DVec2], from: &[DVec2]) {
+    to.iter_mut().zip(from).for_each(|(a, b)| *a += *b);
 }

@@ -6,6 +6,7 @@ use glam::DVec2;
 
 use super::box_tree::{Aabb, BoxTree};
 use super::orient;
+use super::segments::Meeting;
 use super::triangulate::{TriangulateError, Triangulation, undirected};
 
 /// Rings that do not bound a simple polygon.
@@ -189,7 +190,7 @@ impl Polygon {
                 |bounds| bounds.overlaps(&boxes[i]),
                 |j| {
                     let [c, d] = edges[j];
-                    if j > i && found.is_none() && edges_meet(point(a), point(b), point(c), point(d)) {
+                    if j > i && found.is_none() && edges_meet([a, b].map(point), [c, d].map(point)) {
                         found = Some(c);
                     }
                 },
@@ -259,22 +260,10 @@ fn is_representable(x: f64) -> bool {
     spade::validate_coordinate(x).is_ok()
 }
 
-/// Whether segments ab and cd have more than end points in common.
-fn edges_meet(a: DVec2, b: DVec2, c: DVec2, d: DVec2) -> bool {
-    let inside = |p: DVec2, q: DVec2, r: DVec2| {
-        // r is on the line pq: is it strictly between them?
-        r != p && r != q && (r - p).dot(q - p) > 0.0 && (r - q).dot(p - q) > 0.0
-    };
-    let sides = |x: f64, y: f64| x < 0.0 && y > 0.0 || x > 0.0 && y < 0.0;
-    let (oc, od) = (orient(a, b, c), orient(a, b, d));
-    let (oa, ob) = (orient(c, d, a), orient(c, d, b));
-    sides(oc, od) && sides(oa, ob)
-        || oc == 0.0 && inside(a, b, c)
-        || od == 0.0 && inside(a, b, d)
-        || oa == 0.0 && inside(c, d, a)
-        || ob == 0.0 && inside(c, d, b)
-        || (a == c && b == d)
-        || (a == d && b == c)
+/// Whether two edges have more than end points in common.
+fn edges_meet(ab: [DVec2; 2], cd: [DVec2; 2]) -> bool {
+    let same = ab == cd || ab == [cd[1], cd[0]];
+    same || !Meeting::of(ab, cd).is_none()
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use glam::{DMat2, DVec2, DVec3};
 use super::box_tree::{Aabb, BoxTree};
 use super::shade::{Attachment, Shade, ShadeError};
 use super::{Polygon, PolygonError, orient};
+use crate::dual::Dual;
 
 /// A polygon with its shade.
 #[derive(Clone, Debug)]
@@ -61,14 +62,61 @@ pub enum SceneError {
     Background,
 }
 
-/// What is seen at a point: a shape and the material point, as barycentric coordinates in one of
-/// its triangles.
+/// A point of the material: an affine combination of vertices, which moves with them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MaterialPoint {
+    vertices: [u32; 3],
+    weights: [f64; 3],
+}
+
+impl MaterialPoint {
+    /// Vertex `v` itself, numbered through the whole scene.
+    #[must_use]
+    pub fn vertex(v: usize) -> Self {
+        Self::on_edge([v, v], 0.0)
+    }
+
+    /// The point (1 − s) a + s b of the edge between vertices a and b.
+    #[must_use]
+    pub fn on_edge([a, b]: [usize; 2], s: f64) -> Self {
+        Self { vertices: [a, b, b].map(|v| v as u32), weights: [1.0 - s, s, 0.0] }
+    }
+
+    /// The three vertices, numbered through the whole scene.
+    #[must_use]
+    pub fn vertices(&self) -> [usize; 3] {
+        self.vertices.map(|v| v as usize)
+    }
+
+    /// Their weights, which sum to 1.
+    #[must_use]
+    pub fn weights(&self) -> [f64; 3] {
+        self.weights
+    }
+
+    /// The point's velocity, Σ b_j ṗ_j.
+    #[must_use]
+    pub fn velocity(&self, velocities: &[DVec2]) -> DVec2 {
+        let [a, b, c] = self.vertices().map(|v| velocities[v]);
+        // Relative to one vertex, so that a translation is exact whatever rounding did to b.
+        a + self.weights[1] * (b - a) + self.weights[2] * (c - a)
+    }
+
+    /// The transpose of [`velocity`](Self::velocity): adds b_j `covector` to each vertex.
+    pub fn scatter(&self, covector: DVec2, gradient: &mut [DVec2]) {
+        for (v, b) in self.vertices().into_iter().zip(self.weights) {
+            gradient[v] += b * covector;
+        }
+    }
+}
+
+/// What is seen at a point: a shape and, as barycentric coordinates in one of its triangles, the
+/// material point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     shape: u32,
     triangle: u32,
-    vertices: [u32; 3],
-    barycentric: [f64; 3],
+    point: MaterialPoint,
 }
 
 impl Hit {
@@ -78,31 +126,16 @@ impl Hit {
         self.shape as usize
     }
 
-    /// The three vertices of the triangle, numbered through the whole scene.
+    /// Which of its material points.
     #[must_use]
-    pub fn vertices(&self) -> [usize; 3] {
-        self.vertices.map(|v| v as usize)
+    pub fn point(&self) -> &MaterialPoint {
+        &self.point
     }
 
-    /// The barycentric coordinates of the point in the triangle: they sum to 1.
-    #[must_use]
-    pub fn barycentric(&self) -> [f64; 3] {
-        self.barycentric
-    }
-
-    /// The velocity of the material point, Σ b_j ṗ_j.
+    /// The velocity of the material point.
     #[must_use]
     pub fn velocity(&self, velocities: &[DVec2]) -> DVec2 {
-        let [a, b, c] = self.vertices().map(|v| velocities[v]);
-        // Relative to one vertex, so that a translation is exact whatever rounding did to b.
-        a + self.barycentric[1] * (b - a) + self.barycentric[2] * (c - a)
-    }
-
-    /// The transpose of [`velocity`](Self::velocity): adds b_j `covector` to each vertex.
-    pub fn scatter(&self, covector: DVec2, gradient: &mut [DVec2]) {
-        for (v, b) in self.vertices().into_iter().zip(self.barycentric) {
-            gradient[v] += b * covector;
-        }
+        self.point.velocity(velocities)
     }
 }
 
@@ -234,6 +267,11 @@ impl Scene {
             .flat_map(|(shape, o)| o.edges.iter().map(move |e| (shape, e.map(|v| v as usize))))
     }
 
+    /// The triangles of all shapes, by their vertices numbered through the whole scene.
+    pub(crate) fn triangles(&self) -> impl Iterator<Item = [usize; 3]> {
+        self.triangles.iter().map(|(_, t)| t.map(|v| v as usize))
+    }
+
     /// What is seen at u: the topmost polygon, closed; `None` for the background.
     #[must_use]
     pub fn hit(&self, u: DVec2) -> Option<Hit> {
@@ -250,25 +288,38 @@ impl Scene {
             })
             .map(|(i, barycentric)| {
                 let (shape, vertices) = self.triangles[i];
-                Hit { shape, triangle: i as u32, vertices, barycentric }
+                let point = MaterialPoint { vertices, weights: barycentric };
+                Hit { shape, triangle: i as u32, point }
             })
     }
 
-    /// What of one shape is at u, seen or not.
-    pub(crate) fn hit_shape(&self, u: DVec2, shape: usize) -> Option<Hit> {
-        let mut found = None;
-        self.triangle_tree.visit(
-            |b| b.contains(u),
-            |i| {
-                if self.triangles[i].0 as usize == shape
-                    && let Some(barycentric) = self.barycentric(i, u)
-                {
-                    let (shape, vertices) = self.triangles[i];
-                    found = Some(Hit { shape, triangle: i as u32, vertices, barycentric });
-                }
-            },
-        );
-        found
+    /// The material point of one shape at u, seen or not. Where rounding puts u just outside the
+    /// shape, the nearest triangle is extended.
+    pub(crate) fn nearest_hit(&self, u: DVec2, shape: usize) -> Option<Hit> {
+        let distance_squared = |i: usize| {
+            if self.triangles[i].0 as usize != shape {
+                return f64::INFINITY;
+            }
+            let [a, b, c] = self.corners(i);
+            if self.barycentric(i, u).is_some() {
+                return 0.0;
+            }
+            let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| segment_distance_squared(u, p, q));
+            sides.into_iter().fold(f64::INFINITY, f64::min)
+        };
+        let (i, _) = self.triangle_tree.nearest(u, f64::INFINITY, distance_squared)?;
+        Some(self.extended_hit(i, u))
+    }
+
+    /// The hit at another point in the same triangle, or in its extension.
+    pub(crate) fn move_hit(&self, hit: &Hit, u: DVec2) -> Hit {
+        self.extended_hit(hit.triangle as usize, u)
+    }
+
+    fn extended_hit(&self, triangle: usize, u: DVec2) -> Hit {
+        let (shape, vertices) = self.triangles[triangle];
+        let point = MaterialPoint { vertices, weights: self.weights(triangle, u) };
+        Hit { shape, triangle: triangle as u32, point }
     }
 
     /// Whether any shape above `shape` covers u.
@@ -283,15 +334,15 @@ impl Scene {
 
     /// Barycentric coordinates by exact predicates: no point falls between two triangles.
     fn barycentric(&self, triangle: usize, u: DVec2) -> Option<[f64; 3]> {
+        let weights = self.weights(triangle, u);
+        weights.iter().all(|&w| w >= 0.0).then_some(weights)
+    }
+
+    fn weights(&self, triangle: usize, u: DVec2) -> [f64; 3] {
         let [a, b, c] = self.corners(triangle);
-        let wa = orient(b, c, u);
-        let wb = orient(c, a, u);
-        let wc = orient(a, b, u);
-        if wa < 0.0 || wb < 0.0 || wc < 0.0 {
-            return None;
-        }
-        let sum = wa + wb + wc;
-        Some([wa / sum, wb / sum, wc / sum])
+        let w = [orient(b, c, u), orient(c, a, u), orient(a, b, u)];
+        let sum: f64 = w.iter().sum();
+        w.map(|w| w / sum)
     }
 
     /// f(u) of a hit at u.
@@ -303,22 +354,46 @@ impl Scene {
         })
     }
 
+    /// f(u) of a shape at u, seen or not.
+    pub(crate) fn shape_value(&self, shape: usize, u: DVec2) -> DVec3 {
+        let shade = &self.shapes[shape].shade;
+        if shade.is_carried() && self.is_displaced {
+            return self.value(self.nearest_hit(u, shape).as_ref(), u);
+        }
+        shade.value(u)
+    }
+
+    /// f of a hit at u along a path through the shade's own coordinates.
+    pub(crate) fn value_dual(&self, hit: Option<&Hit>, u: DVec2, path: [Dual; 2]) -> [Dual; 3] {
+        let Some(hit) = hit else { return self.background.to_array().map(Dual::constant) };
+        let shade = &self.shapes[hit.shape()].shade;
+        if shade.is_carried() && self.is_displaced {
+            let slope = self.material_jacobian(hit) * DVec2::new(path[0].slope, path[1].slope);
+            return shade.value_dual(Dual::path(self.shade_point(shade, hit, u), slope));
+        }
+        shade.value_dual(path)
+    }
+
     /// ∇f(u) of a hit at u, one row per channel.
     #[must_use]
     pub fn gradient(&self, hit: Option<&Hit>, u: DVec2) -> [DVec2; 3] {
         let Some(hit) = hit else { return [DVec2::ZERO; 3] };
         let shade = &self.shapes[hit.shape()].shade;
         let gradient = shade.gradient(self.shade_point(shade, hit, u));
-        if shade.attachment() == Attachment::Image || !self.is_displaced {
+        if !(shade.is_carried() && self.is_displaced) {
             return gradient;
         }
-        // ∇_u f(X(u)) = (∂X/∂u)ᵀ ∇f, with X linear in the triangle.
+        let jacobian = self.material_jacobian(hit);
+        gradient.map(|g| jacobian.transpose() * g)
+    }
+
+    /// ∂X/∂u, with X the material's own coordinates: constant in a triangle.
+    fn material_jacobian(&self, hit: &Hit) -> DMat2 {
         let edges = |p: &[DVec2]| {
-            let [a, b, c] = hit.vertices().map(|v| p[v]);
+            let [a, b, c] = hit.point.vertices().map(|v| p[v]);
             DMat2::from_cols(b - a, c - a)
         };
-        let jacobian = edges(&self.material) * edges(&self.vertices).inverse();
-        gradient.map(|g| jacobian.transpose() * g)
+        edges(&self.material) * edges(&self.vertices).inverse()
     }
 
     /// ∂f/∂θ at fixed u: −∇f·v where the shade is carried by the material, 0 otherwise.
@@ -333,9 +408,8 @@ impl Scene {
     /// ∇f(u) if the shade is carried by the material and not constant.
     #[must_use]
     pub fn material_gradient(&self, hit: Option<&Hit>, u: DVec2) -> Option<[DVec2; 3]> {
-        let shade = &self.shapes[hit?.shape()].shade;
-        let moves = shade.attachment() == Attachment::Material && !shade.is_constant();
-        moves.then(|| self.gradient(hit, u))
+        let carried = self.shapes[hit?.shape()].shade.is_carried();
+        carried.then(|| self.gradient(hit, u))
     }
 
     /// The distance from u to the boundary of the polygon that is seen there, or `limit` if that is
@@ -351,6 +425,31 @@ impl Scene {
         outline.tree.nearest(u, limit * limit, distance_squared).map_or(limit, |(_, d)| d.sqrt())
     }
 
+    /// The parts inside one triangle of a shape, given by its vertices, of the lines on which its
+    /// shade is not smooth.
+    pub(crate) fn shade_creases(&self, shape: usize, triangle: [usize; 3]) -> Vec<[DVec2; 2]> {
+        let shade = &self.shapes[shape].shade;
+        let carried = shade.attachment() == Attachment::Material;
+        let material = if carried { &self.material } else { &self.vertices };
+        let mut creases = vec![];
+        for (point, normal) in shade.creases() {
+            // Where the line cuts the triangle's sides, measured in material coordinates.
+            let side = triangle.map(|v| normal.dot(material[v] - point));
+            let mut ends = (0..3).filter_map(|k| {
+                let (a, b) = (k, (k + 1) % 3);
+                let cuts = (side[a] < 0.0) != (side[b] < 0.0);
+                let t = side[a] / (side[a] - side[b]);
+                cuts.then(|| self.vertices[triangle[a]].lerp(self.vertices[triangle[b]], t))
+            });
+            if let (Some(p), Some(q)) = (ends.next(), ends.next())
+                && p != q
+            {
+                creases.push([p, q]);
+            }
+        }
+        creases
+    }
+
     /// The smallest and largest corner of the box of all polygons; `None` without any.
     #[must_use]
     pub fn bounds(&self) -> Option<(DVec2, DVec2)> {
@@ -358,14 +457,12 @@ impl Scene {
         (!self.vertices.is_empty()).then_some((b.min, b.max))
     }
 
-    /// The matrix ∂v/∂u of the material's velocity in the triangle of a hit: constant there.
+    /// ∇b_j in the triangle of a hit: ∇·v = Σ ∇b_j·ṗ_j is the divergence of the material's velocity.
     #[must_use]
-    pub fn velocity_gradient(&self, hit: &Hit, velocities: &[DVec2]) -> DMat2 {
-        let edges = |p: &[DVec2]| {
-            let [a, b, c] = hit.vertices().map(|v| p[v]);
-            DMat2::from_cols(b - a, c - a)
-        };
-        edges(velocities) * edges(&self.vertices).inverse()
+    pub fn barycentric_gradients(&self, hit: &Hit) -> [DVec2; 3] {
+        let [a, b, c] = self.corners(hit.triangle as usize);
+        let twice_area = orient(a, b, c);
+        [b - c, c - a, a - b].map(|side| -side.perp() / twice_area)
     }
 
     fn shade_point(&self, shade: &Shade, hit: &Hit, u: DVec2) -> DVec2 {
@@ -373,10 +470,9 @@ impl Scene {
             Attachment::Image => u,
             // u plus the material's displacement, so that none leaves u untouched.
             Attachment::Material => {
-                let offset = hit.vertices().map(|v| self.material[v] - self.vertices[v]);
-                u + hit.barycentric[0] * offset[0]
-                    + hit.barycentric[1] * offset[1]
-                    + hit.barycentric[2] * offset[2]
+                let offset = hit.point.vertices().map(|v| self.material[v] - self.vertices[v]);
+                let [a, b, c] = hit.point.weights;
+                u + a * offset[0] + b * offset[1] + c * offset[2]
             }
         }
     }

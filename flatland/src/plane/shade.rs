@@ -2,6 +2,8 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
+use crate::dual::Dual;
+
 /// What a shade is fixed to when its polygon moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Attachment {
@@ -174,6 +176,40 @@ impl Shade {
                 *gradient == [DVec2::ZERO; 3] && *hessian == [DMat2::ZERO; 3]
             }
             Profile::Ramp { stops, .. } => stops.len() == 1,
+        }
+    }
+
+    /// Whether the material takes a shade along that is not constant: whether ∂f/∂θ may differ
+    /// from 0.
+    #[must_use]
+    pub fn is_carried(&self) -> bool {
+        self.attachment == Attachment::Material && !self.is_constant()
+    }
+
+    /// f along a path.
+    pub(crate) fn value_dual(&self, u: [Dual; 2]) -> [Dual; 3] {
+        let from = |anchor: &DVec2| [u[0] - Dual::constant(anchor.x), u[1] - Dual::constant(anchor.y)];
+        match &self.profile {
+            Profile::Polynomial { anchor, value, gradient, hessian } => {
+                let [x, y] = from(anchor);
+                std::array::from_fn(|c| {
+                    let (g, h) = (gradient[c], hessian[c]);
+                    let quadratic = x * x * h.x_axis.x + x * y * (2.0 * h.x_axis.y) + y * y * h.y_axis.y;
+                    Dual::constant(value[c]) + x * g.x + y * g.y + quadratic * 0.5
+                })
+            }
+            Profile::Ramp { anchor, direction, stops } => {
+                let [x, y] = from(anchor);
+                let t = x * direction.x + y * direction.y;
+                let next = stops.partition_point(|s| s.0 <= t.value);
+                if next == 0 || next == stops.len() {
+                    let end = stops[next.saturating_sub(1)].1;
+                    return end.to_array().map(Dual::constant);
+                }
+                let ((t0, c0), (t1, c1)) = (stops[next - 1], stops[next]);
+                let s = (t - Dual::constant(t0)) * (1.0 / (t1 - t0));
+                std::array::from_fn(|c| Dual::constant(c0[c]) + s * (c1[c] - c0[c]))
+            }
         }
     }
 

@@ -27,13 +27,18 @@ pub enum Debias {
         /// The exponent of the tail of K.
         tail: f64,
     },
-    /// Levels l = 0, 1, … of 2ˡ blocks of `rays` each: the mean of X over the blocks, plus for
-    /// each level up to L the mean of Δ_l = X(2m) − ½(X(m, first half) + X(m, second half)), m =
-    /// 2ˡ⁻¹ `rays`, divided by P(L ≥ l) = `first` · `ratio`^(l−1) (Blanchet and Glynn 2015, in the
-    /// coupled-sum form of Rhee and Glynn; every block of every level is used).
+    /// X(rays), plus for each level l up to a random L the difference Δ_l = X(2m) − mean of X(m)
+    /// over halves, m = 2ˡ⁻¹ `rays`, divided by P(L ≥ l) = `first` · `ratio`^(l−1) (Blanchet and
+    /// Glynn 2015, in the coupled-sum form of Rhee and Glynn 2015). All rays serve all levels.
     ///
-    /// Cost is finite when ratio < 1/2. The variance of Δ_l falls by a factor of 5 to 8 a level at
-    /// γ = 3, and by 4 or less as γ nears its bound: it must fall faster than `ratio`.
+    /// One split into halves leaves Δ_l with the product of every two points from different
+    /// halves. Here up to 15 splits are averaged, along the rows of a Hadamard matrix, so that
+    /// every two points are together as often as apart and those products cancel; it costs no rays.
+    ///
+    /// Cost is finite when ratio < 1/2, variance when E|Δ_l|² falls faster than `ratio` from level
+    /// to level. It falls as 4⁻ˡ where u is far from boundaries, for any γ. The strip that m rays
+    /// cannot resolve narrows as m^−1/(3a) for B ~ s and γ = 3, as m^−1/(2a) for B ~ s², with a the
+    /// focus: E|Δ_l|² falls at least as 4⁻ˡ if a ≤ 1/6, a ≤ 1/4 respectively.
     Multilevel {
         /// Auxiliary rays in a block.
         rays: usize,
@@ -46,7 +51,7 @@ pub enum Debias {
 
 impl Default for Debias {
     fn default() -> Self {
-        Self::Multilevel { rays: 8, first: 0.4, ratio: 0.35 }
+        Self::Multilevel { rays: 8, first: 0.3, ratio: 0.35 }
     }
 }
 
@@ -111,32 +116,75 @@ impl Debias {
         }
     }
 
-    /// Calls `combine(start, end, coefficient)` for each range of batches whose X enters the
-    /// estimate; the coefficients sum to 1.
-    pub(super) fn combine(self, batches: usize, mut combine: impl FnMut(usize, usize, f64)) {
+    /// Calls `combine` for each subset of the rays whose X enters the estimate, with its
+    /// coefficient; the coefficients sum to 1. `unit` rays are drawn jointly and stay together.
+    pub(super) fn combine(self, plan: Plan, unit: usize, mut combine: impl FnMut(Subset, f64)) {
+        let Plan { rays, batches } = plan;
         match self {
-            Self::Consistent { .. } => combine(0, batches, 1.0),
+            Self::Consistent { .. } => combine(Subset::all(0, rays * batches), 1.0),
             Self::RussianRoulette { tail, .. } => {
                 // Σ by parts: X_k enters with 1/P(K > k−1) and, unless it is the last, −1/P(K > k).
                 for k in 1..=batches {
                     let enters = (k as f64).powf(tail);
                     let leaves = if k < batches { (k as f64 + 1.0).powf(tail) } else { 0.0 };
-                    combine(0, k, enters - leaves);
+                    combine(Subset::all(0, k * rays), enters - leaves);
                 }
             }
             Self::Multilevel { first, ratio, .. } => {
-                let levels = batches.ilog2() as i32;
-                for level in 0..=levels {
-                    // Blocks of 2^level batches: the fine side of level, the coarse of level + 1.
-                    let size = 1 << level;
-                    let inverse = |l: i32| if l == 0 { 1.0 } else { 1.0 / (first * ratio.powi(l - 1)) };
-                    let coarse = if level < levels { inverse(level + 1) } else { 0.0 };
-                    let share = size as f64 / batches as f64;
-                    let coefficient = (inverse(level) - coarse) * share;
-                    (0..batches).step_by(size).for_each(|start| combine(start, start + size, coefficient));
+                let total = rays * batches;
+                for start in (0..total).step_by(rays) {
+                    combine(Subset::all(start, start + rays), 1.0 / batches as f64);
+                }
+                let mut inverse = 1.0 / first;
+                let mut size = 2 * rays;
+                while size <= total {
+                    // Rows of a Hadamard matrix: halves by the parity of the bits in a mask.
+                    let rows = (1 << (size / unit).trailing_zeros()).min(16);
+                    let share = inverse * size as f64 / total as f64;
+                    for start in (0..total).step_by(size) {
+                        let block = Subset::all(start, start + size);
+                        combine(block, share);
+                        for mask in 1..rows {
+                            for parity in [0, 1] {
+                                let half = Subset { mask, parity, unit, ..block };
+                                combine(half, -0.5 * share / (rows - 1) as f64);
+                            }
+                        }
+                    }
+                    inverse /= ratio;
+                    size *= 2;
                 }
             }
         }
+    }
+}
+
+/// Rays start .. end, or the half of them whose unit, counted from the start, has bits of the given
+/// parity in the mask.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Subset {
+    start: usize,
+    end: usize,
+    unit: usize,
+    mask: usize,
+    parity: u32,
+}
+
+impl Subset {
+    fn all(start: usize, end: usize) -> Self {
+        Self { start, end, unit: 1, mask: 0, parity: 0 }
+    }
+
+    /// The rays in it.
+    pub(super) fn indices(self) -> impl Iterator<Item = usize> + Clone {
+        let Self { start, end, unit, mask, parity } = self;
+        (start..end)
+            .step_by(unit)
+            .filter_map(move |i| {
+                let inside = (((i - start) / unit) & mask).count_ones() & 1 == parity;
+                inside.then(|| i..i + unit)
+            })
+            .flatten()
     }
 }
 
@@ -170,10 +218,10 @@ mod tests {
     #[test]
     fn coefficients_sum_to_one() {
         for debias in ALL {
-            for exponent in 0..5 {
+            for exponent in 0..8 {
                 let batches = 1 << exponent;
                 let mut sum = 0.0;
-                debias.combine(batches, |_, _, c| sum += c);
+                debias.combine(Plan { rays: 4, batches }, 2, |_, c| sum += c);
                 assert!((sum - 1.0).abs() < 1e-9, "{debias:?} {batches} {sum}");
             }
         }
@@ -201,7 +249,7 @@ mod tests {
             for _ in 0..n {
                 let plan = debias.plan(&mut rng);
                 let mut x = 0.0;
-                debias.combine(plan.batches, |a, b, c| x += c * (1.0 + 1.0 / ((b - a) * plan.rays) as f64));
+                debias.combine(plan, 2, |s, c| x += c * (1.0 + 1.0 / s.indices().count() as f64));
                 sum += x;
                 squares += x * x;
             }
@@ -209,6 +257,25 @@ mod tests {
             let error = ((squares / n - (sum / n).powi(2)) / n).sqrt();
             assert!((sum / n - 1.0).abs() < 5.0 * error, "{debias:?} {} ± {error}", sum / n);
             assert!(error < 2e-3, "{debias:?} {error}");
+        }
+    }
+
+    #[test]
+    fn halves_are_halves_and_every_two_units_meet_equally_often() {
+        let debias = Debias::Multilevel { rays: 4, first: 0.5, ratio: 0.3 };
+        let mut together = [[0; 16]; 16];
+        debias.combine(Plan { rays: 4, batches: 4 }, 1, |s, _| {
+            let members: Vec<_> = s.indices().collect();
+            if members.len() == 8 && s.mask != 0 {
+                for &i in &members {
+                    members.iter().for_each(|&j| together[i][j] += 1);
+                }
+            }
+        });
+        for i in 0..16 {
+            for j in 0..16 {
+                assert_eq!(together[i][j], if i == j { 15 } else { 7 }, "{i} {j}");
+            }
         }
     }
 

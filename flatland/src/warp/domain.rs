@@ -5,10 +5,6 @@ use std::fmt::Debug;
 use std::ops::{Add, Mul, Neg, Sub};
 
 use glam::{DVec2, DVec3};
-use rand::Rng;
-
-use crate::random::open01;
-
 /// What the machinery asks of a vector.
 pub trait Vector:
     Copy
@@ -46,7 +42,7 @@ macro_rules! vector {
 vector!(DVec2);
 vector!(DVec3);
 
-/// An auxiliary point drawn around u with density proportional to e⁻ˣ.
+/// An auxiliary point drawn around u.
 #[derive(Clone, Copy, Debug)]
 pub struct Draw<V> {
     /// The point u'.
@@ -57,6 +53,8 @@ pub struct Draw<V> {
     /// x = κ|u−u'|²/2 in the plane, κ(1 − u·u') on the circle and the sphere: D = eˣ − 1. Always
     /// positive.
     pub exponent: f64,
+    /// ln p(u') up to a constant, the same for all draws with the same κ and focus.
+    pub log_density: f64,
 }
 
 /// A domain of integration: the plane, the circle of directions or the sphere of directions.
@@ -71,10 +69,13 @@ pub trait Domain {
     /// space: 0 in the plane, the dimension n on the unit circle and sphere.
     const CURVATURE: f64;
 
-    /// Draws u' from the kernel of concentration κ around u: N(u, I/κ), von Mises or von
-    /// Mises–Fisher. `xi` are uniform in (0, 1), and possibly stratified; `rng` serves only
-    /// rejection.
-    fn draw(u: Self::Vector, kappa: f64, xi: [f64; 2], rng: &mut impl Rng) -> Draw<Self::Vector>;
+    /// Draws u' around u, for a kernel e⁻ˣ of concentration κ. `xi` are uniform in (0, 1), and
+    /// possibly stratified.
+    ///
+    /// `focus` a ∈ (0, 1] is the power by which the distribution function of the distance is
+    /// raised: at 1 points spread as the kernel does; below, they crowd around u, with density
+    /// ∝ |u−u'|^−n(1−a) there.
+    fn draw(u: Self::Vector, kappa: f64, focus: f64, xi: [f64; 2]) -> Draw<Self::Vector>;
 
     /// The antithetic partner of a draw: its reflection through u.
     #[must_use]
@@ -93,11 +94,14 @@ impl Domain for Plane {
     type Vector = DVec2;
     const CURVATURE: f64 = 0.0;
 
-    /// Box–Muller: x = −ln ξ₀ is exactly κ|u−u'|²/2.
-    fn draw(u: DVec2, kappa: f64, [a, b]: [f64; 2], _: &mut impl Rng) -> Draw<DVec2> {
-        let exponent = -a.ln();
+    /// Box–Muller: for N(u, I/κ), x = κ|u−u'|²/2 has the distribution function 1 − e⁻ˣ. Its power
+    /// a is inverted by 1 − e⁻ˣ = ξ₀^(1/a).
+    fn draw(u: DVec2, kappa: f64, focus: f64, [a, b]: [f64; 2]) -> Draw<DVec2> {
+        let within = a.powf(1.0 / focus);
+        let exponent = -(-within).ln_1p();
         let tangent = (2.0 * exponent / kappa).sqrt() * DVec2::from_angle(TAU * b);
-        Draw { point: u + tangent, tangent, exponent }
+        let log_density = (focus - 1.0) * within.ln() - exponent;
+        Draw { point: u + tangent, tangent, exponent, log_density }
     }
 
     fn reflect(u: DVec2, draw: &Draw<DVec2>) -> Draw<DVec2> {
@@ -117,31 +121,22 @@ impl Domain for Circle {
     type Vector = DVec2;
     const CURVATURE: f64 = 1.0;
 
-    /// Best and Fisher (1979): a wrapped Cauchy proposal, accepted with probability at least 0.65.
-    /// The first proposal uses `xi`, so strata survive where it is accepted. 1 − cos φ is carried
-    /// instead of cos φ: at κ = 10¹² the latter would be rounding noise.
-    fn draw(u: DVec2, kappa: f64, xi: [f64; 2], rng: &mut impl Rng) -> Draw<DVec2> {
-        let tau = 1.0 + (4.0 * kappa * kappa + 1.0).sqrt();
-        let rho = (tau - (2.0 * tau).sqrt()) / (2.0 * kappa);
-        // s − 1 for the paper's s = (1 + ρ²)/(2ρ).
-        let excess = (1.0 - rho).powi(2) / (2.0 * rho);
-        let [mut a, mut b] = xi;
-        loop {
-            let half = 0.5 * PI * (2.0 * a - 1.0);
-            // 1 − z = 2 sin², for z = cos(2·half).
-            let one_minus_z = 2.0 * half.sin().powi(2);
-            // 1 − cos φ = (s − 1)(1 − z)/(s + z)
-            let versine = excess * one_minus_z / (excess + 2.0 - one_minus_z);
-            let c = kappa * (excess + versine);
-            if c * (2.0 - c) - b > 0.0 || (c / b).ln() + 1.0 - c >= 0.0 {
-                let sine = (versine * (2.0 - versine)).max(0.0).sqrt().copysign(half);
-                let tangent = sine * u.perp();
-                // u cos φ = u − u (1 − cos φ)
-                return Draw { point: u - versine * u + tangent, tangent, exponent: kappa * versine };
-            }
-            a = open01(rng);
-            b = open01(rng);
-        }
+    /// A wrapped Cauchy distribution of the von Mises kernel's width, σ = κ^−½ (at most 1), whose
+    /// distribution function has an inverse: tan(φ/2) = σ tan(π v/2). Best and Fisher (1979)
+    /// accept it with probability 0.65 to draw von Mises itself; as the density is divided out,
+    /// nothing is gained by rejecting. 1 − cos φ is carried instead of cos φ: at κ = 10¹² the latter
+    /// would be rounding noise.
+    fn draw(u: DVec2, kappa: f64, focus: f64, [a, b]: [f64; 2]) -> Draw<DVec2> {
+        let sigma = kappa.sqrt().recip().min(1.0);
+        let within = a.powf(1.0 / focus);
+        let tan = sigma * (0.5 * PI * within).tan();
+        let scale = 1.0 / (1.0 + tan * tan);
+        let versine = 2.0 * tan * tan * scale;
+        let tangent = (2.0 * tan * scale).copysign(b - 0.5) * u.perp();
+        let density = 1.0 / (scale * (sigma * sigma + tan * tan));
+        let log_density = (focus - 1.0) * within.ln() + density.ln();
+        // u cos φ = u − u (1 − cos φ)
+        Draw { point: u - versine * u + tangent, tangent, exponent: kappa * versine, log_density }
     }
 
     fn reflect(_: DVec2, draw: &Draw<DVec2>) -> Draw<DVec2> {
@@ -156,61 +151,57 @@ impl Domain for Circle {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::stream;
+    use crate::random::{open01, stream};
 
-    #[test]
-    fn plane_draws_have_the_kernel_variance_and_their_own_exponent() {
-        let (kappa, u) = (7.0, DVec2::new(3.0, -2.0));
-        let mut rng = stream(1, &[]);
-        let n = 100_000;
-        let mut second = 0.0;
-        for _ in 0..n {
-            let xi = [open01(&mut rng), open01(&mut rng)];
-            let d = Plane::draw(u, kappa, xi, &mut rng);
-            assert!(
-                (d.exponent - 0.5 * kappa * d.tangent.length_squared()).abs() < 1e-13 * (1.0 + d.exponent)
-            );
-            assert!(d.exponent > 0.0);
-            second += d.tangent.length_squared() / f64::from(n);
+    /// Σ g(x)/p over draws, over the same with g = 1: the mean of g under the kernel e⁻ˣ.
+    fn kernel_mean<D: Domain<Vector = DVec2>>(kappa: f64, focus: f64, g: impl Fn(f64) -> f64) -> f64 {
+        let u = DVec2::from_angle(0.7);
+        let mut rng = stream(2, &[]);
+        let (mut sum, mut mass) = (0.0, 0.0);
+        for _ in 0..400_000 {
+            let d = D::draw(u, kappa, focus, [open01(&mut rng), open01(&mut rng)]);
+            assert!(d.exponent > 0.0 && d.log_density.is_finite());
+            let w = (-d.exponent - d.log_density).exp();
+            sum += w * g(d.exponent);
+            mass += w;
         }
-        assert!((second * kappa / 2.0 - 1.0).abs() < 6.0 / f64::from(n).sqrt());
+        sum / mass
     }
 
     #[test]
-    fn circle_draws_follow_von_mises() {
-        // E[cos φ] = I₁(κ)/I₀(κ) at κ = 1, 2, 10 (Abramowitz and Stegun 9.6), and 1 − 1/(2κ) − …
-        // far out.
-        let table =
-            [(1.0, 0.446_389_965_9), (2.0, 0.697_774_658_0), (10.0, 0.948_599_825_9), (1e12, 1.0 - 5e-13)];
-        for (kappa, expected) in table {
-            let u = DVec2::from_angle(0.7);
-            let mut rng = stream(2, &[]);
-            let n = 200_000;
-            let (mut versine, mut squares) = (0.0, 0.0);
-            for _ in 0..n {
-                let xi = [open01(&mut rng), open01(&mut rng)];
-                let d = Circle::draw(u, kappa, xi, &mut rng);
-                assert!((d.point.length() - 1.0).abs() < 1e-14);
-                assert!(d.tangent.dot(u).abs() < 1e-15);
-                let v = d.exponent / kappa;
-                assert!((v - (1.0 - d.point.dot(u))).abs() < 1e-15 * 4.0);
-                versine += v;
-                squares += v * v;
+    fn draws_weighted_by_their_density_are_the_kernel() {
+        for focus in [1.0, 0.5, 0.25] {
+            // Plane: x is exponential of mean 1.
+            assert!((kernel_mean::<Plane>(7.0, focus, |x| x) - 1.0).abs() < 0.02, "{focus}");
+            // Circle: E[cos φ] = I₁(κ)/I₀(κ) (Abramowitz and Stegun 9.6); far out, x is a
+            // gamma variable of mean 1/2.
+            for (kappa, cosine) in [(1.0, 0.446_389_965_9), (2.0, 0.697_774_658_0), (10.0, 0.948_599_825_9)] {
+                let mean = kernel_mean::<Circle>(kappa, focus, |x| 1.0 - x / kappa);
+                assert!((mean - cosine).abs() < 0.01, "{focus} {kappa} {mean}");
             }
-            let n = f64::from(n);
-            let error = ((squares / n - (versine / n).powi(2)) / n).sqrt();
-            assert!((versine / n - (1.0 - expected)).abs() < 5.0 * error + 1e-24, "κ = {kappa}");
+            assert!((kernel_mean::<Circle>(1e12, focus, |x| x) - 0.5).abs() < 0.01, "{focus}");
         }
     }
 
     #[test]
-    fn reflection_stays_on_the_domain_and_keeps_the_exponent() {
-        let mut rng = stream(3, &[]);
-        let u = DVec2::from_angle(2.0);
-        let d = Circle::draw(u, 3.0, [0.9, 0.1], &mut rng);
-        let r = Circle::reflect(u, &d);
-        assert!((r.point.length() - 1.0).abs() < 1e-15);
-        assert!((r.point.dot(u) - d.point.dot(u)).abs() < 1e-15);
-        assert!((r.point + d.point).perp_dot(u).abs() < 1e-15);
+    fn points_lie_where_they_say() {
+        let u = DVec2::from_angle(0.7);
+        for a in [1e-16, 0.1, 0.5, 0.9, 1.0 - 1e-16] {
+            for b in [0.1, 0.9] {
+                for kappa in [1e-3, 1.0, 100.0] {
+                    let d = Circle::draw(u, kappa, 0.5, [a, b]);
+                    assert!((d.point.length() - 1.0).abs() < 1e-14);
+                    assert!(d.tangent.dot(u).abs() < 1e-15);
+                    assert!((d.exponent - kappa * (1.0 - d.point.dot(u))).abs() < 1e-15 * kappa * 4.0);
+                    let r = Circle::reflect(u, &d);
+                    assert!((r.point.length() - 1.0).abs() < 1e-14);
+                    assert!((r.point + d.point).perp_dot(u).abs() < 1e-15);
+                    let d = Plane::draw(u, kappa, 0.5, [a, b]);
+                    let x = 0.5 * kappa * d.tangent.length_squared();
+                    assert!((d.exponent - x).abs() < 1e-13 * x);
+                    assert_eq!(Plane::reflect(u, &d).point, u - d.tangent);
+                }
+            }
+        }
     }
 }

@@ -25,10 +25,10 @@
 //! # Numbers
 //!
 //! Everything is computed from x = κ|u−u'|²/2 (plane) or κ(1 − u·u') (circle, sphere), for which
-//! D = eˣ − 1 and p ∝ e⁻ˣ. With q = B e⁻ˣ + (1 − e⁻ˣ) one has D + B = eˣ q, hence
+//! D = eˣ − 1. With q = B e⁻ˣ + (1 − e⁻ˣ) one has D + B = eˣ q, hence
 //!
 //! ```text
-//! ln w̃ = −(γ−1) x − γ ln q + const,   ℓ = −(γ/q) ∇_u x,
+//! ln w = −γ (x + ln q),   ℓ = −(γ/q) ∇_u x,
 //! ```
 //!
 //! which neither overflows nor cancels anywhere. Weights are carried as logarithms relative to the

@@ -29,14 +29,28 @@ impl Default for Weighting {
 
 /// Everything that decides an estimate of the warp field but the kernel's concentration, which
 /// belongs to the place: the pixel, the lobe, the emitter.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Warp {
     /// The weight.
     pub weighting: Weighting,
     /// The pattern of auxiliary points.
     pub points: AuxiliaryPoints,
+    /// How they crowd around u: 1 spreads them as the kernel does, as the paper; below, a larger
+    /// part comes close, where the weight of a boundary is decided. The field is the same.
+    pub focus: f64,
     /// How many of them, and what is done about the bias.
     pub debias: Debias,
+}
+
+impl Default for Warp {
+    fn default() -> Self {
+        Self {
+            weighting: Weighting::default(),
+            points: AuxiliaryPoints::default(),
+            focus: 0.5,
+            debias: Debias::default(),
+        }
+    }
 }
 
 /// Parameters that no estimate can be made with.
@@ -60,6 +74,12 @@ pub enum WarpError {
     Kappa {
         /// κ.
         kappa: f64,
+    },
+    /// The focus must be in (0, 1].
+    #[error("the focus {focus} is not in (0, 1]")]
+    Focus {
+        /// The focus.
+        focus: f64,
     },
     /// A debiasing scheme with no finite cost or no rays.
     #[error("{what}")]
@@ -150,6 +170,9 @@ impl Warp {
                 return Err(WarpError::Scale { scale: boundary.scale() });
             }
         }
+        if !(self.focus > 0.0 && self.focus <= 1.0) {
+            return Err(WarpError::Focus { focus: self.focus });
+        }
         self.debias.check().map_err(|what| WarpError::Debias { what })
     }
 
@@ -177,7 +200,7 @@ impl Warp {
         let plan = self.debias.plan(rng);
         let mut draws = Vec::with_capacity(plan.rays * plan.batches);
         for _ in 0..plan.batches {
-            self.points.draw::<D>(u, kappa, plan.rays, rng, &mut draws);
+            self.points.draw::<D>(u, kappa, self.focus, plan.rays, rng, &mut draws);
         }
         let mut logs = Vec::with_capacity(draws.len());
         let mut terms = Vec::with_capacity(draws.len());
@@ -186,9 +209,9 @@ impl Warp {
             logs.push(self.weigh::<D>(draw, kappa, distance));
             terms.push(Term { hit, weight: 0.0, divergence: D::Vector::ZERO });
         }
-        self.debias.combine(plan.batches, |start, end, coefficient| {
-            let range = start * plan.rays..end * plan.rays;
-            accumulate(&logs[range.clone()], coefficient, &mut terms[range]);
+        let weights = Weights::new(logs);
+        self.debias.combine(plan, self.points.unit(plan.rays), |subset, coefficient| {
+            weights.accumulate(subset.indices(), coefficient, &mut terms);
         });
         // −c u·V of the projected field, as part of the covectors.
         for term in &mut terms {
@@ -205,11 +228,13 @@ impl Warp {
                 let b = boundary.value(distance, kappa);
                 let q = b * (-x).exp() - (-x).exp_m1();
                 LogWeight {
-                    weight: -(gamma - 1.0) * x - gamma * q.ln(),
+                    weight: -gamma * (x + q.ln()) - draw.log_density,
                     gradient: draw.tangent * (gamma * kappa / q),
                 }
             }
-            Weighting::Gaussian => LogWeight { weight: 0.0, gradient: draw.tangent * kappa },
+            Weighting::Gaussian => {
+                LogWeight { weight: -x - draw.log_density, gradient: draw.tangent * kappa }
+            }
         }
     }
 }
@@ -219,22 +244,62 @@ struct LogWeight<V> {
     gradient: V,
 }
 
-/// Adds `coefficient` times the quotient estimate from these points: ω_i and ω_i (ℓ_i − ℓ̄).
-fn accumulate<V: Vector, H>(logs: &[LogWeight<V>], coefficient: f64, terms: &mut [Term<V, H>]) {
-    let largest = logs.iter().map(|l| l.weight).fold(f64::NEG_INFINITY, f64::max);
-    let mut sum = 0.0;
-    let mut gradient = V::ZERO;
-    for l in logs {
-        let w = (l.weight - largest).exp();
-        sum += w;
-        gradient = gradient + l.gradient * w;
+/// The weights of all points, relative to the largest.
+struct Weights<V> {
+    logs: Vec<LogWeight<V>>,
+    relative: Vec<f64>,
+}
+
+impl<V: Vector> Weights<V> {
+    fn new(logs: Vec<LogWeight<V>>) -> Self {
+        let relative = relative(&logs, 0..logs.len());
+        Self { logs, relative }
     }
-    let (mean, scale) = (gradient * (1.0 / sum), coefficient / sum);
-    for (l, term) in logs.iter().zip(terms) {
-        let w = (l.weight - largest).exp() * scale;
-        term.weight += w;
-        term.divergence = term.divergence + (l.gradient - mean) * w;
+
+    /// Adds `coefficient` times the quotient estimate from a subset of the points: ω_i and
+    /// ω_i (ℓ_i − ℓ̄).
+    fn accumulate<H>(
+        &self,
+        subset: impl Iterator<Item = usize> + Clone,
+        coefficient: f64,
+        terms: &mut [Term<V, H>],
+    ) {
+        let sum: f64 = subset.clone().map(|i| self.relative[i]).sum();
+        if sum < f64::MIN_POSITIVE / f64::EPSILON {
+            // The subset is so far below the largest that its weights underflow: start anew.
+            let indices: Vec<usize> = subset.collect();
+            let weights = relative(&self.logs, indices.iter().copied());
+            self.add(indices.into_iter().zip(weights), coefficient, terms);
+        } else {
+            self.add(subset.map(|i| (i, self.relative[i])), coefficient, terms);
+        }
     }
+
+    fn add<H>(
+        &self,
+        weighted: impl Iterator<Item = (usize, f64)> + Clone,
+        coefficient: f64,
+        terms: &mut [Term<V, H>],
+    ) {
+        let mut sum = 0.0;
+        let mut gradient = V::ZERO;
+        for (i, w) in weighted.clone() {
+            sum += w;
+            gradient = gradient + self.logs[i].gradient * w;
+        }
+        let (mean, scale) = (gradient * (1.0 / sum), coefficient / sum);
+        for (i, w) in weighted {
+            let w = w * scale;
+            terms[i].weight += w;
+            terms[i].divergence = terms[i].divergence + (self.logs[i].gradient - mean) * w;
+        }
+    }
+}
+
+/// The weights of some points, relative to the largest of these.
+fn relative<V>(logs: &[LogWeight<V>], indices: impl Iterator<Item = usize> + Clone) -> Vec<f64> {
+    let largest = indices.clone().map(|i| logs[i].weight).fold(f64::NEG_INFINITY, f64::max);
+    indices.map(|i| (logs[i].weight - largest).exp()).collect()
 }
 
 #[cfg(test)]
@@ -267,19 +332,19 @@ mod tests {
             let kappa = 6.0;
             let velocity = |p: DVec2| DVec2::new(1.0 + p.y, p.x * p.x - 0.3);
             let boundary = |p: DVec2| (p.x * 0.7).abs();
-            let mut points = vec![];
-            let stencil =
-                warp(Debias::Consistent { rays: 10 }).stencil::<D, _>(u, kappa, &mut stream(1, &[]), |p| {
-                    points.push(p);
-                    (p, boundary(p))
-                });
+            let warp = warp(Debias::Consistent { rays: 10 });
+            let stencil = warp.stencil::<D, _>(u, kappa, &mut stream(1, &[]), |p| (p, boundary(p)));
+            // The same draws once more, for their densities.
+            let mut draws = vec![];
+            warp.points.draw::<D>(u, kappa, warp.focus, 10, &mut stream(1, &[]), &mut draws);
             let value = |at: DVec2| {
                 let scale = 0.6 * kappa.sqrt();
                 let (mut z, mut a) = (0.0, DVec2::ZERO);
-                for &p in &points {
+                for draw in &draws {
+                    let p = draw.point;
+                    let b = (scale * boundary(p)).min(1.0);
                     // w at the new place over the density at the old one.
-                    let w = (exponent(at, p).exp_m1() + (scale * boundary(p)).min(1.0)).powi(-3)
-                        / (-exponent(u, p)).exp();
+                    let w = (exponent(at, p).exp_m1() + b).powi(-3) / draw.log_density.exp();
                     z += w;
                     a += w * velocity(p);
                 }

@@ -1,0 +1,378 @@
+//! Files of results. Each is encoded in memory, written beside its place under a temporary name and
+//! renamed, so that whoever finds a file finds it whole, whenever the program was interrupted.
+
+use std::{
+    fs,
+    io::{Cursor, Write},
+    path::Path,
+};
+
+use anyhow::{Context, Result, bail, ensure};
+use image::{DynamicImage, ImageBuffer, ImageFormat, Rgb};
+use serde::Serialize;
+
+use crate::plot::{Canvas, Raster, number};
+
+/// One entry of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Cell {
+    /// Words.
+    Text(String),
+    /// A real number, written with all its digits.
+    Real(f64),
+    /// A count.
+    Whole(i64),
+}
+
+impl Cell {
+    /// The entry as a reader wants it: three significant digits.
+    #[must_use]
+    pub(crate) fn shown(&self) -> String {
+        match self {
+            Self::Text(text) => text.clone(),
+            Self::Real(value) => number(*value),
+            Self::Whole(value) => value.to_string(),
+        }
+    }
+
+    /// The entry as a program wants it: the shortest digits that read back as the same number.
+    fn exact(&self) -> String {
+        match self {
+            Self::Text(text) => text.clone(),
+            Self::Real(value) => format!("{value:?}"),
+            Self::Whole(value) => value.to_string(),
+        }
+    }
+}
+
+impl From<f64> for Cell {
+    fn from(value: f64) -> Self {
+        Self::Real(value)
+    }
+}
+
+impl From<i64> for Cell {
+    fn from(value: i64) -> Self {
+        Self::Whole(value)
+    }
+}
+
+impl From<u32> for Cell {
+    fn from(value: u32) -> Self {
+        Self::Whole(value.into())
+    }
+}
+
+impl From<usize> for Cell {
+    fn from(value: usize) -> Self {
+        i64::try_from(value).map_or(Self::Real(value as f64), Self::Whole)
+    }
+}
+
+impl From<&str> for Cell {
+    fn from(text: &str) -> Self {
+        Self::Text(text.to_owned())
+    }
+}
+
+impl From<String> for Cell {
+    fn from(text: String) -> Self {
+        Self::Text(text)
+    }
+}
+
+/// Named columns and the rows under them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Table {
+    /// Names of the columns.
+    pub(crate) header: Vec<String>,
+    /// Entries, as many in each row as there are columns.
+    pub(crate) rows: Vec<Vec<Cell>>,
+}
+
+impl Table {
+    /// A table without rows.
+    #[must_use]
+    pub(crate) fn new(header: &[&str]) -> Self {
+        Self { header: header.iter().map(|name| (*name).to_owned()).collect(), rows: Vec::new() }
+    }
+
+    /// Appends a row, such as `[method.into(), variance.into()]`.
+    pub(crate) fn row(&mut self, cells: impl IntoIterator<Item = Cell>) {
+        self.rows.push(cells.into_iter().collect());
+    }
+}
+
+/// Puts `bytes` at `path` in one step, making its folder if need be.
+///
+/// # Errors
+/// If the folder or file cannot be written; what stood at `path` is then still there.
+pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    fs::create_dir_all(folder).with_context(|| format!("making the folder {}", folder.display()))?;
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".unfinished-");
+    #[cfg(unix)]
+    {
+        // Temporary files are private by default; results are not.
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    let write = || -> std::io::Result<()> {
+        let mut file = builder.tempfile_in(folder)?;
+        file.write_all(bytes)?;
+        file.as_file().sync_all()?;
+        file.persist(path).map_err(|error| error.error)?;
+        Ok(())
+    };
+    write().with_context(|| format!("writing {}", path.display()))
+}
+
+/// Writes a drawing as PNG.
+///
+/// # Errors
+/// If the file cannot be written.
+pub(crate) fn write_png(path: &Path, canvas: &Canvas) -> Result<()> {
+    let pixmap = canvas.pixmap();
+    png_file(path, pixmap.width(), pixmap.height(), &rgb8(canvas))
+}
+
+/// Writes a picture as PNG, pixel for pixel.
+///
+/// # Errors
+/// If the picture is empty or the file cannot be written.
+pub(crate) fn write_raster_png(path: &Path, raster: &Raster) -> Result<()> {
+    let (width, height) = sides(raster.width(), raster.height(), path)?;
+    png_file(path, width, height, &raster.to_rgb8())
+}
+
+fn png_file(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<()> {
+    let encode = || -> Result<Vec<u8>, png::EncodingError> {
+        let mut bytes = Vec::new();
+        let mut writer = png_encoder(&mut bytes, width, height).write_header()?;
+        writer.write_image_data(rgb)?;
+        writer.finish()?;
+        Ok(bytes)
+    };
+    write_bytes(path, &encode().with_context(|| format!("encoding {}", path.display()))?)
+}
+
+fn png_encoder(bytes: &mut Vec<u8>, width: u32, height: u32) -> png::Encoder<'static, &mut Vec<u8>> {
+    let mut encoder = png::Encoder::new(bytes, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::High);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+    encoder
+}
+
+/// Opaque 8-bit pixels of a drawing, which always lies on white.
+fn rgb8(canvas: &Canvas) -> Vec<u8> {
+    canvas.pixmap().pixels().iter().flat_map(|pixel| [pixel.red(), pixel.green(), pixel.blue()]).collect()
+}
+
+/// Writes drawings of one size as an animated PNG that repeats for ever, each shown for
+/// `milliseconds`. After the first, a frame stores only the rectangle that changed.
+///
+/// # Errors
+/// If there are no frames or their sizes differ, or the file cannot be written.
+pub(crate) fn write_animation<I>(path: &Path, frames: I, milliseconds: u16) -> Result<()>
+where
+    I: IntoIterator<Item = Canvas>,
+    I::IntoIter: ExactSizeIterator,
+{
+    let mut frames = frames.into_iter();
+    let count = u32::try_from(frames.len()).unwrap_or(u32::MAX);
+    let Some(first) = frames.next() else { bail!("{}: an animation without frames", path.display()) };
+    let (width, height) = (first.pixmap().width(), first.pixmap().height());
+    let context = || format!("encoding {}", path.display());
+    let mut bytes = Vec::new();
+    let mut encoder = png_encoder(&mut bytes, width, height);
+    encoder.set_animated(count, 0).with_context(context)?;
+    encoder.set_frame_delay(milliseconds, 1000).with_context(context)?;
+    let mut writer = encoder.write_header().with_context(context)?;
+    let mut shown = rgb8(&first);
+    writer.write_image_data(&shown).with_context(context)?;
+    for frame in frames {
+        let size = (frame.pixmap().width(), frame.pixmap().height());
+        ensure!(size == (width, height), "{}: frames of {size:?} and {:?}", path.display(), (width, height));
+        let next = rgb8(&frame);
+        let [x, y, w, h] = changed(&shown, &next, width as usize);
+        let part: Vec<u8> = (y..y + h)
+            .flat_map(|row| next[3 * (row * width as usize + x)..][..3 * w].iter().copied())
+            .collect();
+        let [x, y, w, h] = [x, y, w, h].map(|side| u32::try_from(side).unwrap_or(u32::MAX));
+        let mut write = || -> Result<(), png::EncodingError> {
+            // The position is checked against the size in force, so it moves home first.
+            writer.reset_frame_position()?;
+            writer.set_frame_dimension(w, h)?;
+            writer.set_frame_position(x, y)?;
+            writer.write_image_data(&part)
+        };
+        write().with_context(context)?;
+        shown = next;
+    }
+    writer.finish().with_context(context)?;
+    write_bytes(path, &bytes)
+}
+
+/// The smallest rectangle [x, y, width, height] that holds all differences; one pixel if there are none.
+fn changed(before: &[u8], after: &[u8], width: usize) -> [usize; 4] {
+    let (mut low, mut high) = ([usize::MAX; 2], [0; 2]);
+    for (i, (a, b)) in before.chunks_exact(3).zip(after.chunks_exact(3)).enumerate() {
+        if a != b {
+            let place = [i % width, i / width];
+            low = [low[0].min(place[0]), low[1].min(place[1])];
+            high = [high[0].max(place[0]), high[1].max(place[1])];
+        }
+    }
+    if low[0] > high[0] {
+        return [0, 0, 1, 1];
+    }
+    [low[0], low[1], high[0] - low[0] + 1, high[1] - low[1] + 1]
+}
+
+/// Writes a table as CSV; reals keep every digit.
+///
+/// # Errors
+/// If a row has not as many entries as there are columns, or the file cannot be written.
+pub(crate) fn write_csv(path: &Path, table: &Table) -> Result<()> {
+    let encode = || -> Result<Vec<u8>> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        writer.write_record(&table.header)?;
+        for row in &table.rows {
+            writer.write_record(row.iter().map(Cell::exact))?;
+        }
+        Ok(writer.into_inner().map_err(csv::IntoInnerError::into_error)?)
+    };
+    write_bytes(path, &encode().with_context(|| format!("encoding {}", path.display()))?)
+}
+
+/// Writes a value as indented JSON; NaN and infinities become null.
+///
+/// # Errors
+/// If the value has no JSON form or the file cannot be written.
+pub(crate) fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
+    let mut text =
+        serde_json::to_string_pretty(value).with_context(|| format!("encoding {}", path.display()))?;
+    text.push('\n');
+    write_bytes(path, text.as_bytes())
+}
+
+/// Writes linear RGB values, signed ones too, as OpenEXR in single precision, row by row from the top.
+///
+/// # Errors
+/// If there are not `width`·`height` pixels or the file cannot be written.
+pub(crate) fn write_exr(path: &Path, width: usize, height: usize, pixels: &[[f32; 3]]) -> Result<()> {
+    ensure!(
+        pixels.len() == width * height,
+        "{}: {} pixels for a {width}×{height} picture",
+        path.display(),
+        pixels.len()
+    );
+    let (columns, rows) = sides(width, height, path)?;
+    let buffer: Option<ImageBuffer<Rgb<f32>, _>> =
+        ImageBuffer::from_raw(columns, rows, pixels.as_flattened().to_vec());
+    let buffer = buffer.with_context(|| format!("{}: a {width}×{height} picture", path.display()))?;
+    let mut bytes = Cursor::new(Vec::new());
+    DynamicImage::ImageRgb32F(buffer)
+        .write_to(&mut bytes, ImageFormat::OpenExr)
+        .with_context(|| format!("encoding {}", path.display()))?;
+    write_bytes(path, bytes.get_ref())
+}
+
+/// Writes a scalar field as OpenEXR with three equal channels (image cannot write grey EXR).
+///
+/// # Errors
+/// As [`write_exr`].
+pub(crate) fn write_field_exr(path: &Path, width: usize, height: usize, values: &[f64]) -> Result<()> {
+    let pixels: Vec<[f32; 3]> = values.iter().map(|value| [*value as f32; 3]).collect();
+    write_exr(path, width, height, &pixels)
+}
+
+fn sides(width: usize, height: usize, path: &Path) -> Result<(u32, u32)> {
+    ensure!(width > 0 && height > 0, "{}: an empty picture ({width}×{height})", path.display());
+    Ok((u32::try_from(width)?, u32::try_from(height)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use super::*;
+    use crate::plot::Color;
+
+    #[test]
+    fn writing_leaves_nothing_but_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("deeper/a.csv");
+        for text in ["first", "second"] {
+            write_bytes(&path, text.as_bytes()).unwrap();
+            assert_eq!(fs::read_to_string(&path).unwrap(), text);
+        }
+        assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
+        // A folder stands where the file should go: the error names the file, nothing is left over.
+        let taken = folder.path().join("deeper");
+        let error = format!("{:#}", write_bytes(&taken, b"x").unwrap_err());
+        assert!(error.contains("deeper"), "{error}");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn csv_reads_back_exactly() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        let mut table = Table::new(&["method", "variance", "spp"]);
+        let value = 0.1 + 0.2;
+        table.row(["a, \"b\"".into(), value.into(), 16usize.into()]);
+        table.row(["c".into(), 1e-300.into(), 4u32.into()]);
+        write_csv(&path, &table).unwrap();
+        let text = fs::read_to_string(&path).unwrap();
+        assert_eq!(text, "method,variance,spp\n\"a, \"\"b\"\"\",0.30000000000000004,16\nc,1e-300,4\n");
+        table.row(["too short".into()]);
+        let error = format!("{:#}", write_csv(&path, &table).unwrap_err());
+        assert!(error.contains("a.csv"), "{error}");
+    }
+
+    #[test]
+    fn exr_keeps_signs() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        write_field_exr(&path, 2, 1, &[-1.5, 3e4]).unwrap();
+        let read = image::open(&path).unwrap().to_rgb32f();
+        assert_eq!(read.into_raw(), [-1.5, -1.5, -1.5, 3e4, 3e4, 3e4]);
+        assert!(write_field_exr(&path, 3, 1, &[0.0]).is_err());
+    }
+
+    #[test]
+    fn animations_repeat_and_store_changes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let frames: Vec<Canvas> = (0..4)
+            .map(|i| {
+                let mut canvas = Canvas::new(30.0, 20.0);
+                canvas.disc(DVec2::new(5.0 + 5.0 * f64::from(i / 2), 10.0), 3.0, Color::INK);
+                canvas
+            })
+            .collect();
+        let last = rgb8(&frames[3]);
+        write_animation(&path, frames, 40).unwrap();
+        let file = std::io::BufReader::new(fs::File::open(&path).unwrap());
+        let mut reader = png::Decoder::new(file).read_info().unwrap();
+        let control = reader.info().animation_control.unwrap();
+        assert_eq!((control.num_frames, control.num_plays), (4, 0));
+        let mut shown = vec![0; last.len()];
+        for _ in 0..4 {
+            let mut part = vec![0; reader.output_buffer_size().unwrap()];
+            reader.next_frame(&mut part).unwrap();
+            let place = *reader.info().frame_control.as_ref().unwrap();
+            let (x, y, w, h) = (place.x_offset, place.y_offset, place.width as usize, place.height as usize);
+            for row in 0..h {
+                let start = 3 * ((y as usize + row) * 60 + x as usize);
+                shown[start..start + 3 * w].copy_from_slice(&part[3 * row * w..][..3 * w]);
+            }
+        }
+        assert_eq!(shown, last);
+        assert!(write_animation(&path, Vec::new(), 40).is_err());
+    }
+}

@@ -1,0 +1,197 @@
+//! Rectangles of the page and the map from a scene onto them.
+//!
+//! Page coordinates are logical pixels, x to the right and y down.
+
+use glam::DVec2;
+
+/// An axis-aligned rectangle in logical pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Rect {
+    /// Left edge.
+    pub(crate) x: f64,
+    /// Top edge.
+    pub(crate) y: f64,
+    /// Extent to the right; never negative.
+    pub(crate) width: f64,
+    /// Extent downwards; never negative.
+    pub(crate) height: f64,
+}
+
+impl Rect {
+    /// The rectangle with top-left corner (x, y); negative extents become zero.
+    #[must_use]
+    pub(crate) fn new(x: f64, y: f64, width: f64, height: f64) -> Self {
+        Self { x, y, width: width.max(0.0), height: height.max(0.0) }
+    }
+
+    /// Right edge.
+    #[must_use]
+    pub(crate) fn right(self) -> f64 {
+        self.x + self.width
+    }
+
+    /// Bottom edge.
+    #[must_use]
+    pub(crate) fn bottom(self) -> f64 {
+        self.y + self.height
+    }
+
+    /// Middle point.
+    #[must_use]
+    pub(crate) fn centre(self) -> DVec2 {
+        DVec2::new(self.x + 0.5 * self.width, self.y + 0.5 * self.height)
+    }
+
+    /// The corners, clockwise on the page from the top left.
+    #[must_use]
+    pub(crate) fn corners(self) -> [DVec2; 4] {
+        [
+            DVec2::new(self.x, self.y),
+            DVec2::new(self.right(), self.y),
+            DVec2::new(self.right(), self.bottom()),
+            DVec2::new(self.x, self.bottom()),
+        ]
+    }
+
+    /// Whether the closed rectangle holds `point`.
+    #[must_use]
+    pub(crate) fn contains(self, point: DVec2) -> bool {
+        point.x >= self.x && point.x <= self.right() && point.y >= self.y && point.y <= self.bottom()
+    }
+
+    /// Whether the two rectangles share interior points.
+    #[must_use]
+    pub(crate) fn overlaps(self, other: Self) -> bool {
+        self.x < other.right() && other.x < self.right() && self.y < other.bottom() && other.y < self.bottom()
+    }
+
+    /// Shrinks every side by the given amount (grows where it is negative).
+    #[must_use]
+    pub(crate) fn inset(self, left: f64, top: f64, right: f64, bottom: f64) -> Self {
+        Self::new(self.x + left, self.y + top, self.width - left - right, self.height - top - bottom)
+    }
+
+    /// Cuts a strip of height `height` off the top: (strip, rest).
+    #[must_use]
+    pub(crate) fn split_top(self, height: f64) -> (Self, Self) {
+        let height = height.clamp(0.0, self.height);
+        (Self { height, ..self }, self.inset(0.0, height, 0.0, 0.0))
+    }
+
+    /// Cuts a strip of width `width` off the left: (strip, rest).
+    #[must_use]
+    pub(crate) fn split_left(self, width: f64) -> (Self, Self) {
+        let width = width.clamp(0.0, self.width);
+        (Self { width, ..self }, self.inset(width, 0.0, 0.0, 0.0))
+    }
+
+    /// Columns whose widths stand in the ratio of `weights`, `gutter` apart.
+    #[must_use]
+    pub(crate) fn columns(self, weights: &[f64], gutter: f64) -> Vec<Self> {
+        shares(weights, self.width, gutter)
+            .map(|(start, width)| Self::new(self.x + start, self.y, width, self.height))
+            .collect()
+    }
+
+    /// Rows whose heights stand in the ratio of `weights`, `gutter` apart.
+    #[must_use]
+    pub(crate) fn rows(self, weights: &[f64], gutter: f64) -> Vec<Self> {
+        shares(weights, self.height, gutter)
+            .map(|(start, height)| Self::new(self.x, self.y + start, self.width, height))
+            .collect()
+    }
+
+    /// A grid of equal cells, row by row, `gutter` apart both ways.
+    #[must_use]
+    pub(crate) fn grid(self, rows: usize, columns: usize, gutter: f64) -> Vec<Self> {
+        self.rows(&vec![1.0; rows], gutter)
+            .into_iter()
+            .flat_map(|row| row.columns(&vec![1.0; columns], gutter))
+            .collect()
+    }
+}
+
+/// (start, length) of each share of `total`, less the gutters between them.
+fn shares(weights: &[f64], total: f64, gutter: f64) -> impl Iterator<Item = (f64, f64)> {
+    let free = (total - gutter * weights.len().saturating_sub(1) as f64).max(0.0);
+    let sum: f64 = weights.iter().sum();
+    weights.iter().scan(0.0, move |start, weight| {
+        let length = if sum > 0.0 { free * weight / sum } else { 0.0 };
+        let share = (*start, length);
+        *start += length + gutter;
+        Some(share)
+    })
+}
+
+/// Which way the second coordinate of a scene grows on the page.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Upward {
+    /// y grows up the page, as in mathematics.
+    Yes,
+    /// y grows down the page, as image rows do.
+    No,
+}
+
+/// The similarity from scene coordinates to the page: uniform scale, centred in its rectangle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct View {
+    scene_centre: DVec2,
+    page_centre: DVec2,
+    scale: DVec2,
+}
+
+impl View {
+    /// Shows the scene box from `low` to `high` as large as `page` allows.
+    #[must_use]
+    pub(crate) fn fit(low: DVec2, high: DVec2, page: Rect, upward: Upward) -> Self {
+        let size = (high - low).max(DVec2::splat(f64::MIN_POSITIVE));
+        let scale = (page.width / size.x).min(page.height / size.y);
+        let sign = if upward == Upward::Yes { -1.0 } else { 1.0 };
+        Self {
+            scene_centre: 0.5 * (low + high),
+            page_centre: page.centre(),
+            scale: DVec2::new(scale, sign * scale),
+        }
+    }
+
+    /// The page point of a scene point.
+    #[must_use]
+    pub(crate) fn at(&self, point: DVec2) -> DVec2 {
+        self.page_centre + (point - self.scene_centre) * self.scale
+    }
+
+    /// The page vector of a scene vector.
+    #[must_use]
+    pub(crate) fn vector(&self, vector: DVec2) -> DVec2 {
+        vector * self.scale
+    }
+
+    /// Logical pixels a scene length takes.
+    #[must_use]
+    pub(crate) fn length(&self, length: f64) -> f64 {
+        length * self.scale.x
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grid_tiles_its_rectangle() {
+        let cells = Rect::new(10.0, 20.0, 110.0, 50.0).grid(2, 3, 10.0);
+        assert_eq!(cells.len(), 6);
+        assert_eq!(cells[5].right(), 120.0);
+        assert_eq!(cells[5].bottom(), 70.0);
+        assert_eq!(cells[0].width, 30.0);
+    }
+
+    #[test]
+    fn view_centres_and_turns_upwards() {
+        let view =
+            View::fit(DVec2::ZERO, DVec2::new(2.0, 1.0), Rect::new(0.0, 0.0, 100.0, 100.0), Upward::Yes);
+        assert_eq!(view.at(DVec2::ZERO), DVec2::new(0.0, 75.0));
+        assert_eq!(view.at(DVec2::new(2.0, 1.0)), DVec2::new(100.0, 25.0));
+        assert_eq!(view.length(1.0), 50.0);
+    }
+}

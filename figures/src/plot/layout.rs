@@ -1,0 +1,70 @@
+//! Figures: a title, a body of lettered panels, and a caption.
+
+use glam::DVec2;
+
+use super::{
+    canvas::Canvas,
+    color::Color,
+    geometry::Rect,
+    text::{Align, Height, LINE_SPACING, TextStyle},
+};
+
+/// White margin around everything.
+const MARGIN: f64 = 14.0;
+const TITLE: f64 = 15.0;
+const CAPTION: f64 = 11.0;
+const PANEL_TITLE: f64 = 11.5;
+/// Height a panel gives up to its title.
+pub(crate) const PANEL_TITLE_ROOM: f64 = 21.0;
+/// Distance between panels that keeps their labels apart.
+pub(crate) const GUTTER: f64 = 22.0;
+
+/// A page with its title and caption set and the body free for panels.
+#[derive(Clone)]
+pub(crate) struct Figure {
+    /// The page.
+    pub(crate) canvas: Canvas,
+    /// The space between title and caption.
+    pub(crate) body: Rect,
+}
+
+impl Figure {
+    /// A figure whose body has the given size in logical pixels (720–960 wide suits the gallery);
+    /// title and caption add their own height, and take none if empty.
+    #[must_use]
+    pub(crate) fn new(body_width: f64, body_height: f64, title: &str, caption: &str) -> Self {
+        let title_style = TextStyle::new(TITLE, Color::INK).bold();
+        let caption_style = TextStyle::new(CAPTION, Color::MUTED);
+        let caption_lines =
+            if caption.is_empty() { 0 } else { caption_style.wrap(caption, body_width).len() };
+        let above = if title.is_empty() { 0.0 } else { TITLE + 13.0 };
+        let below =
+            if caption_lines == 0 { 0.0 } else { 10.0 + caption_lines as f64 * LINE_SPACING * CAPTION };
+        let mut canvas = Canvas::new(body_width + 2.0 * MARGIN, body_height + above + below + 2.0 * MARGIN);
+        let body = Rect::new(MARGIN, MARGIN + above, body_width, body_height);
+        canvas.text(title, DVec2::new(MARGIN, MARGIN), &title_style.anchored(Align::Left, Height::Top));
+        let at = DVec2::new(MARGIN, body.bottom() + 12.0);
+        canvas.paragraph(caption, at, body_width, &caption_style.anchored(Align::Left, Height::Top));
+        Self { canvas, body }
+    }
+
+    /// Titles a panel "(a) Title" from a zero-based index and returns the space below the title.
+    pub(crate) fn panel(&mut self, space: Rect, index: usize, title: &str) -> Rect {
+        let letter = char::from(b'a' + u8::try_from(index % 26).unwrap_or(0));
+        let (strip, rest) = space.split_top(PANEL_TITLE_ROOM);
+        let at = DVec2::new(strip.x, strip.y + 1.0);
+        let style = TextStyle::new(PANEL_TITLE, Color::INK).anchored(Align::Left, Height::Top);
+        let width = self.canvas.text(&format!("({letter})"), at, &style.bold());
+        self.canvas.text(title, at + DVec2::new(width + 6.0, 0.0), &style);
+        rest
+    }
+
+    /// A text centred above a column or picture, in the size of panel titles; returns the space below.
+    pub(crate) fn heading(&mut self, space: Rect, title: &str) -> Rect {
+        let (strip, rest) = space.split_top(PANEL_TITLE_ROOM);
+        let at = DVec2::new(strip.centre().x, strip.y + 1.0);
+        let style = TextStyle::new(PANEL_TITLE, Color::INK).anchored(Align::Centre, Height::Top);
+        self.canvas.text(title, at, &style);
+        rest
+    }
+}

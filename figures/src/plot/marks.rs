@@ -1,0 +1,372 @@
+//! What can be drawn into axes: lines, markers, bands, bars and their style.
+
+use glam::DVec2;
+
+use super::{
+    canvas::{Canvas, Pen},
+    color::Color,
+    geometry::Rect,
+    scale::{Kind, Scale},
+};
+
+/// A marker's shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Marker {
+    /// ●
+    Circle,
+    /// ■
+    Square,
+    /// ◆
+    Diamond,
+    /// ▲
+    TriangleUp,
+    /// ▼
+    TriangleDown,
+    /// ×
+    Cross,
+    /// ○
+    Ring,
+}
+
+/// How one series looks and what the legend calls it.
+#[derive(Clone, Debug)]
+pub(crate) struct Style {
+    /// The line; its colour is that of markers, bands and bars too.
+    pub(crate) pen: Pen,
+    /// Marker at every point, if any.
+    pub(crate) marker: Option<Marker>,
+    /// Marker radius in logical pixels.
+    pub(crate) radius: f64,
+    /// Name in the legend; a series without one is not listed.
+    pub(crate) label: String,
+}
+
+impl Style {
+    /// A solid line of ordinary width, unnamed.
+    #[must_use]
+    pub(crate) fn new(color: Color) -> Self {
+        Self { pen: Pen::new(color, 1.7), marker: None, radius: 3.0, label: String::new() }
+    }
+
+    /// The same with a name in the legend.
+    #[must_use]
+    pub(crate) fn labelled(self, label: impl Into<String>) -> Self {
+        Self { label: label.into(), ..self }
+    }
+
+    /// The same with a line of `width` logical pixels.
+    #[must_use]
+    pub(crate) fn width(self, width: f64) -> Self {
+        Self { pen: Pen { width, ..self.pen }, ..self }
+    }
+
+    /// The same with a dashed line.
+    #[must_use]
+    pub(crate) fn dashed(self) -> Self {
+        Self { pen: self.pen.dashed(), ..self }
+    }
+
+    /// The same with a dotted line.
+    #[must_use]
+    pub(crate) fn dotted(self) -> Self {
+        Self { pen: self.pen.dotted(), ..self }
+    }
+
+    /// The same with a marker at every point.
+    #[must_use]
+    pub(crate) fn marker(self, marker: Marker) -> Self {
+        Self { marker: Some(marker), ..self }
+    }
+
+    /// The same with markers of another radius.
+    #[must_use]
+    pub(crate) fn radius(self, radius: f64) -> Self {
+        Self { radius, ..self }
+    }
+}
+
+/// One series' data. Points are [x, y] unless noted.
+#[derive(Clone, Debug)]
+pub(super) enum Mark {
+    Line(Vec<[f64; 2]>),
+    Steps(Vec<[f64; 2]>),
+    Scatter(Vec<[f64; 2]>),
+    /// [x, y, low, high]
+    ErrorBars(Vec<[f64; 4]>),
+    /// [x, low, high]
+    Band(Vec<[f64; 3]>),
+    /// [x, y] and the width in units of x
+    Bars(Vec<[f64; 2]>, f64),
+    Horizontal(f64, String),
+    Vertical(f64, String),
+}
+
+impl Mark {
+    /// The points the axes have to show.
+    pub(super) fn extent(&self) -> Vec<[f64; 2]> {
+        match self {
+            Self::Line(points) | Self::Steps(points) | Self::Scatter(points) => points.clone(),
+            Self::ErrorBars(points) => {
+                points.iter().flat_map(|[x, y, low, high]| [[*x, *y], [*x, *low], [*x, *high]]).collect()
+            }
+            Self::Band(points) => {
+                points.iter().flat_map(|[x, low, high]| [[*x, *low], [*x, *high]]).collect()
+            }
+            Self::Bars(points, width) => {
+                points.iter().flat_map(|[x, y]| [[x - 0.5 * width, 0.0], [x + 0.5 * width, *y]]).collect()
+            }
+            Self::Horizontal(y, _) => vec![[f64::NAN, *y]],
+            Self::Vertical(x, _) => vec![[*x, f64::NAN]],
+        }
+    }
+}
+
+/// The map from data to the page inside the frame of drawn axes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Placed {
+    /// The frame.
+    pub(crate) frame: Rect,
+    /// The horizontal scale.
+    pub(crate) x: Scale,
+    /// The vertical scale.
+    pub(crate) y: Scale,
+}
+
+impl Placed {
+    /// The page point of (x, y), which may lie outside the frame; None where a scale has no place for it.
+    #[must_use]
+    pub(crate) fn at(&self, [x, y]: [f64; 2]) -> Option<DVec2> {
+        // Far outside is far enough: what is drawn there is clipped, and single precision must hold it.
+        let reach = |position: f64| position.clamp(-1e4, 1e4);
+        let (u, v) = (reach(self.x.position(x)?), reach(self.y.position(y)?));
+        Some(DVec2::new(self.frame.x + u * self.frame.width, self.frame.bottom() - v * self.frame.height))
+    }
+
+    /// The page height of the value y, or of the bottom of the frame where a log scale has no place.
+    fn level(&self, y: f64) -> f64 {
+        self.at([self.x.low(), y]).map_or(self.frame.bottom(), |point| point.y)
+    }
+
+    /// Draws one series, clipped to the frame (markers may reach over it).
+    pub(super) fn draw(&self, canvas: &mut Canvas, mark: &Mark, style: &Style) {
+        // Half a line width of air, so that a curve along the frame keeps its full width.
+        let clip = self.frame.inset(-1.0, -1.0, -1.0, -1.0);
+        let pen = &style.pen;
+        match mark {
+            Mark::Line(points) => {
+                canvas.clipped(clip, |canvas| self.chain(canvas, points, pen));
+                self.markers(canvas, points.iter().copied(), style);
+            }
+            Mark::Steps(points) => {
+                let corners = staircase(points);
+                canvas.clipped(clip, |canvas| self.chain(canvas, &corners, pen));
+                self.markers(canvas, points.iter().copied(), style);
+            }
+            Mark::Scatter(points) => {
+                let style = Style { marker: style.marker.or(Some(Marker::Circle)), ..style.clone() };
+                self.markers(canvas, points.iter().copied(), &style);
+            }
+            Mark::ErrorBars(points) => {
+                canvas.clipped(clip, |canvas| self.error_bars(canvas, points, style));
+                self.markers(canvas, points.iter().map(|[x, y, ..]| [*x, *y]), style);
+            }
+            Mark::Band(points) => canvas.clipped(self.frame, |canvas| self.band(canvas, points, pen.color)),
+            Mark::Bars(points, width) => canvas.clipped(self.frame, |canvas| {
+                for [x, y] in points {
+                    let ends = [x - 0.5 * width, x + 0.5 * width].map(|x| self.at([x, *y]));
+                    let [Some(left), Some(right)] = ends else { continue };
+                    let base = self.level(0.0);
+                    let (top, bottom) = (left.y.min(base), left.y.max(base));
+                    canvas.fill_rect(Rect::new(left.x, top, right.x - left.x, bottom - top), pen.color);
+                }
+            }),
+            Mark::Horizontal(..) | Mark::Vertical(..) => {
+                if let Some([from, to]) = self.reference(mark) {
+                    canvas.rule(from, to, pen);
+                }
+            }
+        }
+    }
+
+    /// The ends of a reference line, left and right or bottom and top, if it lies in the frame.
+    pub(super) fn reference(&self, mark: &Mark) -> Option<[DVec2; 2]> {
+        let frame = self.frame;
+        let ends = match mark {
+            Mark::Horizontal(y, _) => [self.x.low(), self.x.high()].map(|x| [x, *y]),
+            Mark::Vertical(x, _) => [self.y.low(), self.y.high()].map(|y| [*x, y]),
+            _ => return None,
+        };
+        let [from, to] = [self.at(ends[0])?, self.at(ends[1])?];
+        frame.inset(-0.5, -0.5, -0.5, -0.5).contains(0.5 * (from + to)).then_some([from, to])
+    }
+
+    /// Page points along what a series draws, a few pixels apart, for texts to avoid.
+    pub(super) fn trace(&self, mark: &Mark) -> Vec<DVec2> {
+        let along = |points: &[[f64; 2]]| -> Vec<DVec2> {
+            let pixels: Vec<DVec2> = points.iter().filter_map(|point| self.at(*point)).collect();
+            let between = pixels.windows(2).filter_map(|pair| cut(pair[0], pair[1], self.frame)).flat_map(
+                |[from, to]| {
+                    let steps = (from.distance(to) / 4.0).ceil().max(1.0);
+                    (0..=steps as u32).map(move |step| from.lerp(to, f64::from(step) / steps))
+                },
+            );
+            between.collect()
+        };
+        match mark {
+            Mark::Line(points) => along(points),
+            Mark::Steps(points) => along(&staircase(points)),
+            Mark::ErrorBars(points) => {
+                points.iter().flat_map(|[x, _, low, high]| along(&[[*x, *low], [*x, *high]])).collect()
+            }
+            Mark::Scatter(points) => points.iter().filter_map(|point| self.at(*point)).collect(),
+            Mark::Horizontal(..) | Mark::Vertical(..) | Mark::Band(_) | Mark::Bars(..) => Vec::new(),
+        }
+    }
+
+    /// Runs of finite points, each cut to the neighbourhood of the frame.
+    fn chain(&self, canvas: &mut Canvas, points: &[[f64; 2]], pen: &Pen) {
+        for run in points.split(|point| self.at(*point).is_none()) {
+            let pixels: Vec<DVec2> = run.iter().filter_map(|point| self.at(*point)).collect();
+            let near = self.frame.inset(-50.0, -50.0, -50.0, -50.0);
+            let mut visible: Vec<DVec2> = Vec::with_capacity(pixels.len());
+            for pair in pixels.windows(2) {
+                let Some([from, to]) = cut(pair[0], pair[1], near) else { continue };
+                if visible.last() != Some(&from) {
+                    canvas.polyline(&visible, pen);
+                    visible.clear();
+                    visible.push(from);
+                }
+                visible.push(to);
+            }
+            canvas.polyline(&visible, pen);
+        }
+    }
+
+    fn markers(&self, canvas: &mut Canvas, points: impl Iterator<Item = [f64; 2]>, style: &Style) {
+        let Some(marker) = style.marker else { return };
+        let reach = self.frame.inset(-0.5, -0.5, -0.5, -0.5);
+        for at in points.filter_map(|point| self.at(point)).filter(|at| reach.contains(*at)) {
+            canvas.marker(marker, at, style.radius, style.pen.color);
+        }
+    }
+
+    fn error_bars(&self, canvas: &mut Canvas, points: &[[f64; 4]], style: &Style) {
+        let pen = Pen::new(style.pen.color, (0.7 * style.pen.width).max(1.0));
+        for [x, y, low, high] in points {
+            let (Some(at), true) = (self.at([*x, *y]), low.is_finite() && high.is_finite()) else { continue };
+            for level in [self.level(*low), self.level(*high)] {
+                let end = DVec2::new(at.x, level);
+                canvas.line(at, end, &pen);
+                canvas.line(end - DVec2::new(2.5, 0.0), end + DVec2::new(2.5, 0.0), &pen);
+            }
+        }
+    }
+
+    fn band(&self, canvas: &mut Canvas, points: &[[f64; 3]], color: Color) {
+        let usable =
+            |[x, low, high]: &[f64; 3]| self.x.position(*x).is_some() && low.is_finite() && high.is_finite();
+        for run in points.split(|point| !usable(point)) {
+            let edge = |value: fn(&[f64; 3]) -> f64| {
+                run.iter().filter_map(move |point| {
+                    let x = self.at([point[0], self.y.high()])?.x;
+                    Some(DVec2::new(x, self.level(value(point))))
+                })
+            };
+            let mut outline: Vec<DVec2> = edge(|point| point[1]).collect();
+            let mut upper: Vec<DVec2> = edge(|point| point[2]).collect();
+            upper.reverse();
+            outline.append(&mut upper);
+            canvas.fill_polygon(&[outline], color.alpha(0.2 * color.alpha));
+        }
+    }
+
+    /// Where zero, or the bottom on a log scale, lies: the foot of bars.
+    pub(super) fn foot(&self) -> Option<f64> {
+        (self.y.kind() == Kind::Linear)
+            .then(|| self.level(0.0))
+            .filter(|level| *level < self.frame.bottom() - 0.5)
+    }
+}
+
+impl Canvas {
+    /// A marker with a thin white rim that keeps it apart from lines and neighbours.
+    pub(crate) fn marker(&mut self, marker: Marker, at: DVec2, radius: f64, color: Color) {
+        // Scaled so that all shapes look equally large.
+        let corners = |corners: &[[f64; 2]], scale: f64| -> Vec<DVec2> {
+            corners.iter().map(|corner| at + radius * scale * DVec2::from(*corner)).collect()
+        };
+        let rim = Pen::new(Color::WHITE, 1.4);
+        let outline = match marker {
+            Marker::Circle => {
+                self.disc(at, radius + 0.7, Color::WHITE);
+                return self.disc(at, radius, color);
+            }
+            Marker::Ring => {
+                self.disc(at, radius, Color::WHITE);
+                return self.circle(at, radius - 0.2, &Pen::new(color, 0.5 * radius));
+            }
+            Marker::Cross => {
+                for pen in [Pen::new(Color::WHITE, 0.55 * radius + 1.4), Pen::new(color, 0.55 * radius)] {
+                    for arm in [DVec2::new(0.9, 0.9), DVec2::new(0.9, -0.9)] {
+                        self.line(at - radius * arm, at + radius * arm, &pen);
+                    }
+                }
+                return;
+            }
+            Marker::Square => corners(&[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]], 0.88),
+            Marker::Diamond => corners(&[[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]], 1.25),
+            Marker::TriangleUp => corners(&[[0.0, -1.1], [1.05, 0.75], [-1.05, 0.75]], 1.1),
+            Marker::TriangleDown => corners(&[[0.0, 1.1], [-1.05, -0.75], [1.05, -0.75]], 1.1),
+        };
+        self.stroke_polygon(&[&outline], &rim);
+        self.fill_polygon(&[&outline], color);
+    }
+}
+
+/// The corners of a staircase: a value holds from its x to the next.
+fn staircase(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let treads = points.windows(2).flat_map(|pair| [pair[0], [pair[1][0], pair[0][1]]]);
+    treads.chain(points.last().copied()).collect()
+}
+
+/// The part of a segment inside `window` (Liang and Barsky 1984), if any.
+fn cut(from: DVec2, to: DVec2, window: Rect) -> Option<[DVec2; 2]> {
+    let span = to - from;
+    let (mut enter, mut leave) = (0.0f64, 1.0f64);
+    for (speed, room) in [
+        (-span.x, from.x - window.x),
+        (span.x, window.right() - from.x),
+        (-span.y, from.y - window.y),
+        (span.y, window.bottom() - from.y),
+    ] {
+        if speed == 0.0 {
+            if room < 0.0 {
+                return None;
+            }
+        } else if speed < 0.0 {
+            enter = enter.max(room / speed);
+        } else {
+            leave = leave.min(room / speed);
+        }
+    }
+    (enter <= leave).then(|| {
+        [
+            if enter > 0.0 { from + enter * span } else { from },
+            if leave < 1.0 { from + leave * span } else { to },
+        ]
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn segments_are_cut_to_the_window() {
+        let window = Rect::new(0.0, 0.0, 10.0, 10.0);
+        let cut_to = |a: [f64; 2], b: [f64; 2]| cut(a.into(), b.into(), window);
+        assert_eq!(cut_to([-5.0, 5.0], [15.0, 5.0]), Some([DVec2::new(0.0, 5.0), DVec2::new(10.0, 5.0)]));
+        assert_eq!(cut_to([-5.0, -5.0], [15.0, -5.0]), None);
+        assert_eq!(cut_to([1.0, 1.0], [2.0, 3.0]), Some([DVec2::new(1.0, 1.0), DVec2::new(2.0, 3.0)]));
+    }
+}

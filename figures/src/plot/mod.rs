@@ -1,0 +1,29 @@
+//! Plotting: shapes, text, axes and colour maps on tiny-skia, in one visual language.
+//!
+//! Lengths are logical pixels; a canvas holds twice as many device pixels each way.
+
+mod axes;
+mod canvas;
+mod color;
+mod colorbar;
+mod colormap;
+mod geometry;
+mod layout;
+mod legend;
+mod marks;
+mod notes;
+mod raster;
+mod scale;
+mod text;
+
+pub(crate) use axes::{Axes, Axis};
+pub(crate) use canvas::{Canvas, Pen};
+pub(crate) use color::{Color, Palette};
+pub(crate) use colormap::{ColorMap, Shading};
+pub(crate) use geometry::{Rect, Upward, View};
+pub(crate) use layout::{Figure, GUTTER, PANEL_TITLE_ROOM};
+pub(crate) use legend::Legend;
+pub(crate) use marks::{Marker, Placed, Style};
+pub(crate) use raster::{Filter, Raster};
+pub(crate) use scale::{Kind, Scale, number};
+pub(crate) use text::{Align, Direction, Height, TextStyle};

@@ -1,0 +1,219 @@
+//! Forward and reverse mode of every method whose samples are linear in the velocities.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::{EstimatorError, GradientImage, VertexGradient, check_adjoint};
+use crate::plane::{Film, Image, MaterialPoint, Motion, Scene, add};
+use crate::random::{Stream, stream};
+
+/// One covector per channel: what a sample of dI/dθ takes from the velocity of a material point.
+pub(super) type Covectors = [DVec2; 3];
+
+/// A method whose sample is Σ covector · velocity over material points. Forward mode multiplies,
+/// reverse mode scatters the same covectors, so each is the other's transpose by construction.
+pub(super) trait LinearMethod: Sync {
+    /// What is worked out once for a scene.
+    type Prepared: Sync;
+    /// What is worked out once for a pixel.
+    type Pixel;
+
+    /// Samples a pixel.
+    fn samples(&self) -> usize;
+
+    /// The seed of all streams.
+    fn seed(&self) -> u64;
+
+    fn prepare(&self, scene: &Scene, film: &Film) -> Result<Self::Prepared, EstimatorError>;
+
+    fn pixel(&self, view: &View<'_, Self::Prepared>, x: usize, y: usize) -> Self::Pixel;
+
+    /// One sample: emits covectors, and returns the number of rays it took.
+    fn sample(
+        &self,
+        view: &View<'_, Self::Prepared>,
+        pixel: &Self::Pixel,
+        rng: &mut Stream,
+        emit: impl FnMut(&MaterialPoint, &Covectors),
+    ) -> u64;
+}
+
+/// A scene on its film, with what a method prepared for them.
+#[derive(Debug)]
+pub(super) struct View<'a, P> {
+    pub(super) scene: &'a Scene,
+    pub(super) film: &'a Film,
+    pub(super) prepared: P,
+}
+
+/// The stream of one sample of one pixel.
+pub(super) fn sample_stream(seed: u64, pixel: usize, sample: usize) -> Stream {
+    stream(seed, &[pixel as u64, sample as u64])
+}
+
+pub(super) fn forward<M: LinearMethod>(
+    method: &M,
+    scene: &Scene,
+    motion: &Motion,
+    film: &Film,
+) -> Result<GradientImage, EstimatorError> {
+    let velocities = motion.velocities(scene)?;
+    let view = View { scene, film, prepared: method.prepare(scene, film)? };
+    check_samples(method.samples())?;
+    Ok(gradient_image(film, method.samples(), |x, y| {
+        let pixel = method.pixel(&view, x, y);
+        let index = y * film.width() + x;
+        let view = &view;
+        let velocities = &velocities;
+        move |sample| {
+            let mut value = DVec3::ZERO;
+            let mut rng = sample_stream(method.seed(), index, sample);
+            let rays = method.sample(view, &pixel, &mut rng, |point, covectors| {
+                let v = point.velocity(velocities);
+                value += DVec3::from(covectors.map(|c| c.dot(v)));
+            });
+            (value, rays)
+        }
+    }))
+}
+
+/// The mean and standard error of `samples` samples of every pixel; `pixel(x, y)` gives the
+/// function from the index of a sample to its value and rays.
+pub(super) fn gradient_image<F: FnMut(usize) -> (DVec3, u64)>(
+    film: &Film,
+    samples: usize,
+    pixel: impl Fn(usize, usize) -> F + Sync,
+) -> GradientImage {
+    let width = film.width();
+    let pixels: Vec<_> = (0..width * film.height())
+        .into_par_iter()
+        .map(|i| {
+            let mut sample = pixel(i % width, i / width);
+            let mut moments = Moments::default();
+            for s in 0..samples {
+                moments.add(sample(s));
+            }
+            moments
+        })
+        .collect();
+    GradientImage {
+        mean: Image::from_pixels(film, pixels.iter().map(|m| m.mean).collect()),
+        standard_error: Image::from_pixels(film, pixels.iter().map(Moments::standard_error).collect()),
+        rays: pixels.iter().map(|m| m.rays).sum(),
+        non_finite: pixels.iter().map(|m| m.non_finite).sum(),
+    }
+}
+
+/// Mean and variance by Welford's recurrence.
+#[derive(Clone, Copy, Debug, Default)]
+struct Moments {
+    count: u64,
+    mean: DVec3,
+    squares: DVec3,
+    rays: u64,
+    non_finite: u64,
+}
+
+impl Moments {
+    fn add(&mut self, (value, rays): (DVec3, u64)) {
+        self.rays += rays;
+        if !value.is_finite() {
+            self.non_finite += 1;
+            return;
+        }
+        self.count += 1;
+        let change = value - self.mean;
+        self.mean += change / self.count as f64;
+        self.squares += change * (value - self.mean);
+    }
+
+    fn standard_error(&self) -> DVec3 {
+        let count = self.count as f64;
+        (self.squares / (count - 1.0) / count).map(f64::sqrt)
+    }
+}
+
+/// Independent batches in reverse mode: enough for a standard error, few enough to hold.
+const BATCHES: usize = 16;
+
+pub(super) fn reverse<M: LinearMethod>(
+    method: &M,
+    scene: &Scene,
+    film: &Film,
+    adjoint: &Image,
+) -> Result<VertexGradient, EstimatorError> {
+    check_adjoint(film, adjoint)?;
+    check_samples(method.samples())?;
+    let view = View { scene, film, prepared: method.prepare(scene, film)? };
+    let batches = BATCHES.min(method.samples());
+    let parts: Vec<_> =
+        (0..batches).into_par_iter().map(|batch| reverse_batch(method, &view, adjoint, batch)).collect();
+    let mut mean = vec![DVec2::ZERO; scene.vertices().len()];
+    parts.iter().for_each(|part| add(&mut mean, &part.gradient));
+    // Each batch estimates its share; shares differ by one sample at most.
+    let mut squares = vec![DVec2::ZERO; mean.len()];
+    for (batch, part) in parts.iter().enumerate() {
+        let share = share(method.samples(), batch) as f64 / method.samples() as f64;
+        for ((s, g), m) in squares.iter_mut().zip(&part.gradient).zip(&mean) {
+            let d = *g - share * *m;
+            *s += d * d;
+        }
+    }
+    let factor = batches as f64 / (batches as f64 - 1.0);
+    Ok(VertexGradient {
+        mean,
+        standard_error: squares.iter().map(|s| (*s * factor).map(f64::sqrt)).collect(),
+        rays: parts.iter().map(|p| p.rays).sum(),
+        non_finite: parts.iter().map(|p| p.non_finite).sum(),
+    })
+}
+
+struct Batch {
+    gradient: Vec<DVec2>,
+    rays: u64,
+    non_finite: u64,
+}
+
+/// How many of `samples` fall to a batch: those congruent to it.
+fn share(samples: usize, batch: usize) -> usize {
+    (samples - batch).div_ceil(BATCHES.min(samples))
+}
+
+fn reverse_batch<M: LinearMethod>(
+    method: &M,
+    view: &View<'_, M::Prepared>,
+    adjoint: &Image,
+    batch: usize,
+) -> Batch {
+    let film = view.film;
+    let mut out = Batch { gradient: vec![DVec2::ZERO; view.scene.vertices().len()], rays: 0, non_finite: 0 };
+    let scale = 1.0 / method.samples() as f64;
+    let mut emitted: Vec<(MaterialPoint, DVec2)> = vec![];
+    for y in 0..film.height() {
+        for x in 0..film.width() {
+            let delta = adjoint.pixel(x, y) * scale;
+            if delta == DVec3::ZERO {
+                continue;
+            }
+            let pixel = method.pixel(view, x, y);
+            for sample in (batch..method.samples()).step_by(BATCHES.min(method.samples())) {
+                let mut rng = sample_stream(method.seed(), y * film.width() + x, sample);
+                emitted.clear();
+                out.rays += method.sample(view, &pixel, &mut rng, |point, covectors| {
+                    let c = delta.x * covectors[0] + delta.y * covectors[1] + delta.z * covectors[2];
+                    emitted.push((*point, c));
+                });
+                if emitted.iter().all(|(_, c)| c.is_finite()) {
+                    emitted.iter().for_each(|(point, c)| point.scatter(*c, &mut out.gradient));
+                } else {
+                    out.non_finite += 1;
+                }
+            }
+        }
+    }
+    out
+}
+
+pub(super) fn check_samples(samples: usize) -> Result<(), EstimatorError> {
+    if samples == 0 { Err(EstimatorError::NoSamples) } else { Ok(()) }
+}

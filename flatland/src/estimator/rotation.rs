@@ -1,0 +1,132 @@
+//! One rigid motion per kernel (Loubet, Holzschuch and Jakob 2019), in the image plane.
+
+use glam::DVec2;
+
+use super::linear::{self, Covectors, LinearMethod, View};
+use super::{EstimatorError, GradientImage, Method, VertexGradient};
+use crate::plane::{Film, Filter, Hit, Image, MaterialPoint, Motion, Scene};
+use crate::random::{Stream, open01};
+
+/// The integral over the image is spread over small kernels, ∫ f du = ∫∫ f(u) k(μ, u) du dμ, and each
+/// kernel is moved rigidly so as to follow one of the points seen in it.
+///
+/// With V the velocity of that point, constant on the kernel,
+///
+/// ```text
+/// dI/dθ ≈ ∫∫ k h ∂f/∂θ + ∇(k h f)·V du dμ
+/// ```
+///
+/// On the sphere the rigid motion is a rotation; in the plane, a translation. The point is chosen
+/// by a heuristic: of a few points drawn from the kernel, the topmost shape's, because an occluder's
+/// edge is the one that is seen. It is right where one rigid motion carries every edge in the
+/// kernel, and **biased** everywhere else: whatever the number of samples, V·ν differs from the
+/// boundary's velocity by its variation across the kernel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rotation {
+    /// Samples a pixel.
+    pub samples: usize,
+    /// The kernel's concentration κ, in 1/pixel².
+    pub kappa: f64,
+    /// Points from which the one to follow is chosen.
+    pub candidates: usize,
+    /// Seed.
+    pub seed: u64,
+}
+
+impl Default for Rotation {
+    fn default() -> Self {
+        Self { samples: 64, kappa: 44.0, candidates: 4, seed: 0 }
+    }
+}
+
+impl Method for Rotation {
+    fn name(&self) -> &'static str {
+        "rotation"
+    }
+
+    fn forward(&self, scene: &Scene, motion: &Motion, film: &Film) -> Result<GradientImage, EstimatorError> {
+        linear::forward(self, scene, motion, film)
+    }
+
+    fn reverse(&self, scene: &Scene, film: &Film, adjoint: &Image) -> Result<VertexGradient, EstimatorError> {
+        linear::reverse(self, scene, film, adjoint)
+    }
+}
+
+impl Rotation {
+    /// A point of the kernel N(0, I/κ).
+    fn offset(kappa: f64, rng: &mut Stream) -> DVec2 {
+        let radius = (-2.0 * open01(rng).ln() / kappa).sqrt();
+        radius * DVec2::from_angle(std::f64::consts::TAU * open01(rng))
+    }
+
+    /// The point the kernel around μ follows.
+    fn followed(&self, scene: &Scene, mu: DVec2, kappa: f64, rng: &mut Stream) -> Option<Hit> {
+        let hits = (0..self.candidates).map(|_| scene.hit(mu + Self::offset(kappa, rng)));
+        // Of equals the first: a point of the top shape as the kernel found it.
+        hits.flatten().reduce(|best, hit| if hit.shape() > best.shape() { hit } else { best })
+    }
+}
+
+impl LinearMethod for Rotation {
+    type Prepared = f64;
+    type Pixel = DVec2;
+
+    fn samples(&self) -> usize {
+        self.samples
+    }
+
+    fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    fn prepare(&self, _: &Scene, film: &Film) -> Result<f64, EstimatorError> {
+        let kappa = self.kappa / (film.pixel() * film.pixel());
+        if !(kappa > 0.0 && kappa.is_finite()) {
+            return Err(crate::warp::WarpError::Kappa { kappa: self.kappa }.into());
+        }
+        Ok(kappa)
+    }
+
+    fn pixel(&self, view: &View<'_, f64>, x: usize, y: usize) -> DVec2 {
+        view.film.centre(x, y)
+    }
+
+    fn sample(
+        &self,
+        view: &View<'_, f64>,
+        &centre: &DVec2,
+        rng: &mut Stream,
+        mut emit: impl FnMut(&MaterialPoint, &Covectors),
+    ) -> u64 {
+        let (scene, film, kappa) = (view.scene, view.film, view.prepared);
+        // u from the pixel and μ from the kernel around u: the same joint density as μ first.
+        let s = film.sample(centre, rng);
+        let offset = Self::offset(kappa, rng);
+        let mu = s.u + offset;
+        let hit = scene.hit(s.u);
+        if let (Some(hit), Some(g)) = (&hit, scene.material_gradient(hit.as_ref(), s.u)) {
+            emit(hit.point(), &g.map(|g| -s.value * g));
+        }
+        let mut rays = 1 + self.candidates as u64;
+        let Some(followed) = self.followed(scene, mu, kappa, rng) else { return rays };
+        let f = scene.value(hit.as_ref(), s.u);
+        let gradient = scene.gradient(hit.as_ref(), s.u);
+        // ∇_u k(μ, u)/k = κ (μ − u)
+        let covectors =
+            [0, 1, 2].map(|c| f[c] * s.gradient + s.value * gradient[c] + s.value * f[c] * kappa * offset);
+        emit(followed.point(), &covectors);
+        if film.filter() == Filter::Box {
+            // The filter's own jump, on the pixel's fixed edge.
+            let side = super::warped_area::PixelSide::draw(film, centre, rng);
+            let mu = side.u + Self::offset(kappa, rng);
+            rays += 1 + self.candidates as u64;
+            if let Some(followed) = self.followed(scene, mu, kappa, rng) {
+                let f = scene.value(scene.hit(side.u).as_ref(), side.u);
+                let flux = -side.weight * side.outward;
+                emit(followed.point(), &f.to_array().map(|f| f * flux));
+            }
+        }
+        rays
+    }
+}

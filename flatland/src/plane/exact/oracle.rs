@@ -1,0 +1,158 @@
+//! The oracle field: exact boundary velocities, interpolated linearly on the arrangement.
+
+use glam::{DMat2, DVec2};
+
+use super::arrangement::{Arrangement, Boundary};
+use crate::warp::Field;
+
+/// A field that is linear in each triangle of the arrangement and takes the exact boundary
+/// velocity, along its normal, on every silhouette that is seen.
+///
+/// Where boundaries of different motions meet in a node, V is the velocity of their crossing,
+/// which belongs to both. Where more meet than one vector can satisfy (a moving vertex exactly on
+/// another edge), V takes several values around that one node while its normal component stays
+/// continuous across every triangle edge, which is all the divergence theorem needs.
+#[derive(Clone, Debug)]
+pub struct OracleField<'a> {
+    pub(super) arrangement: &'a Arrangement<'a>,
+    /// V at the corners of every triangle.
+    pub(super) corners: Vec<[DVec2; 3]>,
+    /// ∂V/∂u in every triangle.
+    pub(super) gradient: Vec<DMat2>,
+}
+
+/// How far a nodal velocity may miss a boundary's, relative to the velocities there, and still
+/// count as satisfying it: rounding in a 2 × 2 solve.
+const CONSISTENT: f64 = 1e-12;
+
+/// V·normal = flux at one end of a boundary.
+#[derive(Clone, Copy, Debug)]
+struct Condition {
+    normal: DVec2,
+    velocity: DVec2,
+    flux: f64,
+}
+
+impl<'a> Arrangement<'a> {
+    /// The velocity of the material edge `owner` at a point on it.
+    pub(super) fn edge_velocity(&self, owner: u32, at: DVec2, velocities: &[DVec2]) -> DVec2 {
+        let [a, b] = self.edges[owner as usize].1;
+        let (p, q) = (self.scene.vertices()[a], self.scene.vertices()[b]);
+        let d = q - p;
+        let t = (at - p).dot(d) / d.length_squared();
+        velocities[a] + t * (velocities[b] - velocities[a])
+    }
+
+    /// The boundary's velocity at its two nodes, and its unit normal from minus to plus.
+    pub(super) fn boundary_velocity(&self, b: &Boundary, velocities: &[DVec2]) -> ([DVec2; 2], DVec2) {
+        let ends = b.nodes.map(|n| self.nodes[n as usize]);
+        let normal = -(ends[1] - ends[0]).perp().normalize();
+        (ends.map(|p| self.edge_velocity(b.owners[0], p, velocities)), normal)
+    }
+
+    /// The oracle field of a motion.
+    #[must_use]
+    pub fn oracle(&'a self, velocities: &[DVec2]) -> OracleField<'a> {
+        let mut at_node: Vec<Vec<Condition>> = vec![vec![]; self.nodes.len()];
+        let mut flux_at = std::collections::HashMap::new();
+        for b in self.boundaries.iter().filter(|b| b.minus != b.plus) {
+            let (ends, normal) = self.boundary_velocity(b, velocities);
+            for k in 0..2 {
+                let condition = Condition { normal, velocity: ends[k], flux: ends[k].dot(normal) };
+                at_node[b.nodes[k] as usize].push(condition);
+                flux_at.insert((b.nodes[k], b.nodes[1 - k]), condition);
+            }
+        }
+        let nodal: Vec<_> = at_node.iter().map(|conditions| nodal_velocity(conditions)).collect();
+        let mut corners = Vec::with_capacity(self.visible.len());
+        let mut gradient = Vec::with_capacity(self.visible.len());
+        for (t, nodes) in self.mesh.triangles.iter().enumerate() {
+            let [a, b, c] = self.corners(t);
+            let values = [0, 1, 2].map(|k| {
+                let node = nodes[k] as usize;
+                let value = nodal[node];
+                if value.consistent {
+                    return value.velocity;
+                }
+                // The two edges that meet in this corner fix V by their fluxes; an edge that is
+                // no boundary takes the flux of the nodal value, the same from both sides.
+                let rows = [(k + 1) % 3, (k + 2) % 3].map(|j| {
+                    flux_at.get(&(nodes[k], nodes[j])).map_or_else(
+                        || {
+                            let normal =
+                                (self.nodes[nodes[j] as usize] - self.nodes[node]).perp().normalize();
+                            (normal, value.velocity.dot(normal))
+                        },
+                        |c| (c.normal, c.flux),
+                    )
+                });
+                solve(rows)
+            });
+            let edges = DMat2::from_cols(b - a, c - a);
+            let change = DMat2::from_cols(values[1] - values[0], values[2] - values[0]);
+            corners.push(values);
+            gradient.push(change * edges.inverse());
+        }
+        OracleField { arrangement: self, corners, gradient }
+    }
+}
+
+impl OracleField<'_> {
+    /// (V, ∇·V) at u; zero outside the arrangement's frame.
+    #[must_use]
+    pub fn at(&self, u: DVec2) -> Field<DVec2> {
+        self.arrangement.locate(u).map_or(Field::ZERO, |(t, barycentric)| {
+            let value = (0..3).map(|k| barycentric[k] * self.corners[t][k]).sum();
+            Field { value, divergence: self.divergence(t) }
+        })
+    }
+
+    pub(super) fn divergence(&self, triangle: usize) -> f64 {
+        self.gradient[triangle].col(0).x + self.gradient[triangle].col(1).y
+    }
+
+    /// V at a point of a triangle.
+    pub(super) fn in_triangle(&self, triangle: usize, u: DVec2) -> DVec2 {
+        self.corners[triangle][0] + self.gradient[triangle] * (u - self.arrangement.corners(triangle)[0])
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Nodal {
+    velocity: DVec2,
+    consistent: bool,
+}
+
+/// One V for a node: the velocity of a boundary there if it satisfies all, else that of the
+/// crossing of two, else the least-squares one, marked as inconsistent.
+fn nodal_velocity(conditions: &[Condition]) -> Nodal {
+    if conditions.is_empty() {
+        return Nodal { velocity: DVec2::ZERO, consistent: true };
+    }
+    let size = conditions.iter().map(|c| c.velocity.length()).fold(0.0, f64::max);
+    let satisfies = |v: DVec2| {
+        let scale = CONSISTENT * (size + v.length());
+        conditions.iter().all(|c| (v.dot(c.normal) - c.flux).abs() <= scale)
+    };
+    let own = conditions.iter().map(|c| c.velocity);
+    let crossings = conditions
+        .iter()
+        .enumerate()
+        .flat_map(|(i, c)| conditions[..i].iter().map(|d| solve([(c.normal, c.flux), (d.normal, d.flux)])));
+    if let Some(velocity) = own.chain(crossings).find(|&v| v.is_finite() && satisfies(v)) {
+        return Nodal { velocity, consistent: true };
+    }
+    let (mut matrix, mut right) = (DMat2::ZERO, DVec2::ZERO);
+    for c in conditions {
+        matrix += DMat2::from_cols(c.normal.x * c.normal, c.normal.y * c.normal);
+        right += c.flux * c.normal;
+    }
+    Nodal { velocity: matrix.inverse() * right, consistent: false }
+}
+
+/// V with V·normal = flux for both rows.
+fn solve([(n0, q0), (n1, q1)]: [(DVec2, f64); 2]) -> DVec2 {
+    // Cramer's rule on the rows n₀, n₁.
+    let determinant = n0.perp_dot(n1);
+    DVec2::new(q0 * n1.y - q1 * n0.y, n0.x * q1 - n1.x * q0) / determinant
+}

@@ -1,0 +1,160 @@
+//! Gauss–Legendre quadrature on segments and triangles, and clipping to a rectangle.
+
+use std::sync::LazyLock;
+
+use glam::DVec2;
+
+use crate::plane::{Film, Filter, FilterCell};
+
+/// Nodes and weights on [0, 1].
+#[derive(Debug)]
+pub(super) struct Rule(Vec<(f64, f64)>);
+
+/// Exact for degree 5 on segments and total degree 4 on triangles: a quadratic shade times a
+/// bilinear filter, and with them a linear velocity on segments.
+static POLYNOMIAL: LazyLock<Rule> = LazyLock::new(|| Rule::new(3));
+/// For the Gaussian filter on cells one σ wide.
+static SMOOTH: LazyLock<Rule> = LazyLock::new(|| Rule::new(8));
+
+impl Rule {
+    /// The rule that is exact, or for the Gaussian converged, on the cells of a film's filter.
+    pub(super) fn of(film: &Film) -> &'static Self {
+        match film.filter() {
+            Filter::Box | Filter::Tent => &POLYNOMIAL,
+            Filter::Gaussian => &SMOOTH,
+        }
+    }
+
+    /// The n-point rule, by Newton's method on the Legendre polynomial.
+    fn new(n: u32) -> Self {
+        let legendre = |x: f64| {
+            let (mut p, mut previous) = (x, 1.0);
+            for k in 2..=n {
+                let k = f64::from(k);
+                (p, previous) = (((2.0 * k - 1.0) * x * p - (k - 1.0) * previous) / k, p);
+            }
+            (p, f64::from(n) * (x * p - previous) / (x * x - 1.0))
+        };
+        let node = |i: u32| {
+            let mut x = -(std::f64::consts::PI * (f64::from(i) + 0.75) / (f64::from(n) + 0.5)).cos();
+            for _ in 0..8 {
+                let (p, slope) = legendre(x);
+                x -= p / slope;
+            }
+            let slope = legendre(x).1;
+            (0.5 * (1.0 + x), 1.0 / ((1.0 - x * x) * slope * slope))
+        };
+        Self((0..n).map(node).collect())
+    }
+
+    /// Calls `f(t, weight)` for the points of [0, 1]; the weights sum to 1.
+    pub(super) fn segment(&self, mut f: impl FnMut(f64, f64)) {
+        self.0.iter().for_each(|&(t, w)| f(t, w));
+    }
+
+    /// Calls `f(u, weight)` for the points of a triangle, the unit square collapsed onto a corner
+    /// (Duffy 1982); the weights sum to the area.
+    pub(super) fn triangle(&self, [a, b, c]: [DVec2; 3], mut f: impl FnMut(DVec2, f64)) {
+        let twice_area = (b - a).perp_dot(c - a);
+        for &(s, ws) in &self.0 {
+            for &(t, wt) in &self.0 {
+                f(a + s * ((b - a) + t * (c - b)), twice_area * s * ws * wt);
+            }
+        }
+    }
+}
+
+/// A convex polygon of at most 7 corners: a triangle clipped to a rectangle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Clipped {
+    corners: [DVec2; 8],
+    len: usize,
+}
+
+impl Clipped {
+    /// Sutherland and Hodgman (1974). Corners made on a side of the cell have the side's coordinate
+    /// exactly. Empty if they meet in no area.
+    pub(super) fn new(triangle: [DVec2; 3], cell: &FilterCell) -> Self {
+        let mut this = Self { corners: [DVec2::ZERO; 8], len: 3 };
+        this.corners[..3].copy_from_slice(&triangle);
+        for axis in 0..2 {
+            this.keep(axis, cell.min[axis], 1.0);
+            this.keep(axis, cell.max[axis], -1.0);
+        }
+        let origin = this.corners[0];
+        let area: f64 = (1..this.len.max(2) - 1)
+            .map(|i| (this.corners[i] - origin).perp_dot(this.corners[i + 1] - origin))
+            .sum();
+        if area <= 0.0 {
+            this.len = 0;
+        }
+        this
+    }
+
+    fn keep(&mut self, axis: usize, side: f64, sign: f64) {
+        let mut out = [DVec2::ZERO; 8];
+        let mut len = 0;
+        for i in 0..self.len {
+            let (p, q) = (self.corners[i], self.corners[(i + 1) % self.len]);
+            let (dp, dq) = (sign * (p[axis] - side), sign * (q[axis] - side));
+            if dp >= 0.0 {
+                out[len] = p;
+                len += 1;
+            }
+            if (dp > 0.0 && dq < 0.0) || (dp < 0.0 && dq > 0.0) {
+                // p + t (q − p), not a weighted mean: it keeps a coordinate that p and q share.
+                out[len] = p + (dp / (dp - dq)) * (q - p);
+                out[len][axis] = side;
+                len += 1;
+            }
+        }
+        *self = Self { corners: out, len };
+    }
+
+    /// The corners in order.
+    pub(super) fn corners(&self) -> &[DVec2] {
+        &self.corners[..self.len]
+    }
+
+    /// The triangles of the fan about the first corner.
+    pub(super) fn triangles(&self) -> impl Iterator<Item = [DVec2; 3]> {
+        let c = self.corners();
+        (2..c.len()).map(move |i| [c[0], c[i - 1], c[i]])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rules_are_exact_to_their_degree() {
+        for (rule, n) in [(&*POLYNOMIAL, 3), (&*SMOOTH, 8)] {
+            for degree in 0..2 * n {
+                let mut sum = 0.0;
+                rule.segment(|t, w| sum += w * t.powi(degree));
+                assert!((sum - 1.0 / f64::from(degree + 1)).abs() < 1e-15, "{n} {degree}");
+            }
+        }
+        // ∫ x³ y over the triangle (0,0), (1,0), (0,1) is 3!·1!/6! = 1/120.
+        let mut sum = 0.0;
+        POLYNOMIAL.triangle([DVec2::ZERO, DVec2::X, DVec2::Y], |u, w| sum += w * u.x.powi(3) * u.y);
+        assert!((sum - 1.0 / 120.0).abs() < 1e-16);
+    }
+
+    #[test]
+    fn clipping_keeps_area_and_sides() {
+        let triangle = [DVec2::new(-1.0, -1.0), DVec2::new(3.0, -1.0), DVec2::new(-1.0, 3.0)];
+        let cell = FilterCell { min: DVec2::ZERO, max: DVec2::splat(1.5) };
+        let mut area = 0.0;
+        let clipped = Clipped::new(triangle, &cell);
+        for t in clipped.triangles() {
+            POLYNOMIAL.triangle(t, |_, w| area += w);
+        }
+        // The square less the corner cut off by x + y = 2.
+        assert!((area - (2.25 - 0.5)).abs() < 1e-15);
+        // Touching along a side has no area.
+        let outside = [DVec2::new(0.0, 0.0), DVec2::new(0.0, 1.0), DVec2::new(-1.0, 0.0)];
+        assert!(Clipped::new(outside, &cell).corners().is_empty());
+    }
+}
