@@ -24,11 +24,11 @@ fn mix(word: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// A uniform number in the open interval (0, 1): 2⁻⁵³ (k + ½), never 0 and never 1, so that
+/// A uniform number in the open interval (0, 1): 2⁻⁵² (k + ½), never 0 and never 1, so that
 /// logarithms of it are finite.
 #[expect(clippy::cast_precision_loss, reason = "53 bits fit a double exactly")]
 pub fn open01(rng: &mut impl Rng) -> f64 {
-    ((rng.next_u64() >> 11) as f64 + 0.5) * (1.0 / 9_007_199_254_740_992.0)
+    ((rng.next_u64() >> 12) as f64 + 0.5) * f64::EPSILON
 }
 
 #[cfg(test)]
@@ -41,6 +41,25 @@ mod tests {
         assert_eq!(first(1, &[2, 3]).to_bits(), first(1, &[2, 3]).to_bits());
         assert_ne!(first(1, &[2, 3]).to_bits(), first(1, &[3, 2]).to_bits());
         assert_ne!(first(1, &[2, 3]).to_bits(), first(2, &[2, 3]).to_bits());
+    }
+
+    #[test]
+    fn the_interval_is_open_at_both_ends() {
+        struct Constant(u64);
+        impl rand::TryRng for Constant {
+            type Error = std::convert::Infallible;
+            fn try_next_u32(&mut self) -> Result<u32, Self::Error> {
+                Ok(self.0 as u32)
+            }
+            fn try_next_u64(&mut self) -> Result<u64, Self::Error> {
+                Ok(self.0)
+            }
+            fn try_fill_bytes(&mut self, _: &mut [u8]) -> Result<(), Self::Error> {
+                Ok(())
+            }
+        }
+        assert!(open01(&mut Constant(0)) > 0.0);
+        assert!(open01(&mut Constant(u64::MAX)) < 1.0);
     }
 
     #[test]

@@ -14,6 +14,7 @@
 //! the seed alone, and forward and reverse see the same random numbers: they are one linear map and
 //! its transpose.
 
+mod area_integral;
 mod edge_sampling;
 mod exact;
 mod finite_difference;
@@ -21,11 +22,12 @@ mod linear;
 mod rotation;
 mod warped_area;
 
+pub use area_integral::{AreaIntegral, Form};
 pub use edge_sampling::EdgeSampling;
 pub use exact::Exact;
 pub use finite_difference::FiniteDifference;
 pub use rotation::Rotation;
-pub use warped_area::{Form, WarpedArea};
+pub use warped_area::WarpedArea;
 
 use glam::DVec2;
 

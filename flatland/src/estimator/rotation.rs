@@ -2,10 +2,13 @@
 
 use glam::DVec2;
 
+use super::area_integral::PixelSide;
 use super::linear::{self, Covectors, LinearMethod, View};
 use super::{EstimatorError, GradientImage, Method, VertexGradient};
-use crate::plane::{Film, Filter, Hit, Image, MaterialPoint, Motion, Scene};
-use crate::random::{Stream, open01};
+use crate::plane::fields::{followed, kernel_offset};
+use crate::plane::{Film, Filter, Image, MaterialPoint, Motion, Scene};
+use crate::random::Stream;
+use crate::warp::WarpError;
 
 /// The integral over the image is spread over small kernels, ∫ f du = ∫∫ f(u) k(μ, u) du dμ, and each
 /// kernel is moved rigidly so as to follow one of the points seen in it.
@@ -53,21 +56,6 @@ impl Method for Rotation {
     }
 }
 
-impl Rotation {
-    /// A point of the kernel N(0, I/κ).
-    fn offset(kappa: f64, rng: &mut Stream) -> DVec2 {
-        let radius = (-2.0 * open01(rng).ln() / kappa).sqrt();
-        radius * DVec2::from_angle(std::f64::consts::TAU * open01(rng))
-    }
-
-    /// The point the kernel around μ follows.
-    fn followed(&self, scene: &Scene, mu: DVec2, kappa: f64, rng: &mut Stream) -> Option<Hit> {
-        let hits = (0..self.candidates).map(|_| scene.hit(mu + Self::offset(kappa, rng)));
-        // Of equals the first: a point of the top shape as the kernel found it.
-        hits.flatten().reduce(|best, hit| if hit.shape() > best.shape() { hit } else { best })
-    }
-}
-
 impl LinearMethod for Rotation {
     type Prepared = f64;
     type Pixel = DVec2;
@@ -83,7 +71,7 @@ impl LinearMethod for Rotation {
     fn prepare(&self, _: &Scene, film: &Film) -> Result<f64, EstimatorError> {
         let kappa = self.kappa / (film.pixel() * film.pixel());
         if !(kappa > 0.0 && kappa.is_finite()) {
-            return Err(crate::warp::WarpError::Kappa { kappa: self.kappa }.into());
+            return Err(WarpError::Kappa { kappa: self.kappa }.into());
         }
         Ok(kappa)
     }
@@ -102,29 +90,29 @@ impl LinearMethod for Rotation {
         let (scene, film, kappa) = (view.scene, view.film, view.prepared);
         // u from the pixel and μ from the kernel around u: the same joint density as μ first.
         let s = film.sample(centre, rng);
-        let offset = Self::offset(kappa, rng);
+        let offset = kernel_offset(kappa, rng);
         let mu = s.u + offset;
         let hit = scene.hit(s.u);
         if let (Some(hit), Some(g)) = (&hit, scene.material_gradient(hit.as_ref(), s.u)) {
             emit(hit.point(), &g.map(|g| -s.value * g));
         }
         let mut rays = 1 + self.candidates as u64;
-        let Some(followed) = self.followed(scene, mu, kappa, rng) else { return rays };
+        let Some(point) = followed(scene, mu, kappa, self.candidates, rng) else { return rays };
         let f = scene.value(hit.as_ref(), s.u);
         let gradient = scene.gradient(hit.as_ref(), s.u);
         // ∇_u k(μ, u)/k = κ (μ − u)
         let covectors =
             [0, 1, 2].map(|c| f[c] * s.gradient + s.value * gradient[c] + s.value * f[c] * kappa * offset);
-        emit(followed.point(), &covectors);
+        emit(point.point(), &covectors);
         if film.filter() == Filter::Box {
             // The filter's own jump, on the pixel's fixed edge.
-            let side = super::warped_area::PixelSide::draw(film, centre, rng);
-            let mu = side.u + Self::offset(kappa, rng);
+            let side = PixelSide::draw(film, centre, rng);
+            let mu = side.u + kernel_offset(kappa, rng);
             rays += 1 + self.candidates as u64;
-            if let Some(followed) = self.followed(scene, mu, kappa, rng) {
+            if let Some(point) = followed(scene, mu, kappa, self.candidates, rng) {
                 let f = scene.value(scene.hit(side.u).as_ref(), side.u);
                 let flux = -side.weight * side.outward;
-                emit(followed.point(), &f.to_array().map(|f| f * flux));
+                emit(point.point(), &f.to_array().map(|f| f * flux));
             }
         }
         rays

@@ -12,6 +12,7 @@
 mod box_tree;
 mod edge_tree;
 pub mod exact;
+pub mod fields;
 mod film;
 mod motion;
 mod polygon;
@@ -36,6 +37,24 @@ use glam::DVec2;
 pub fn orient(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     let coord = |p: DVec2| robust::Coord { x: p.x, y: p.y };
     robust::orient2d(coord(a), coord(b), coord(c))
+}
+
+/// Twice the signed area of the triangle abc, to full relative precision also for slivers whose
+/// [`orient`] has the right sign but few right digits.
+///
+/// Differences carry their rounding errors along (two-sum, Knuth 1969), and the determinant is
+/// Kahan's difference of products.
+pub(crate) fn twice_area(a: DVec2, b: DVec2, c: DVec2) -> f64 {
+    let difference = |x: f64, y: f64| {
+        let d = x - y;
+        let back = d - x;
+        (d, (x - (d - back)) - (y + back))
+    };
+    let ((ux, ux_tail), (uy, uy_tail)) = (difference(b.x, a.x), difference(b.y, a.y));
+    let ((vx, vx_tail), (vy, vy_tail)) = (difference(c.x, a.x), difference(c.y, a.y));
+    let product = uy * vx;
+    let leading = ux.mul_add(vy, -product) - uy.mul_add(vx, -product);
+    leading + (ux * vy_tail + ux_tail * vy - uy * vx_tail - uy_tail * vx)
 }
 
 /// Adds `from` to `to`, element by element.

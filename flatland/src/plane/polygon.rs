@@ -135,6 +135,7 @@ impl Polygon {
             let (expected, found) = (self.vertices.len(), vertices.len());
             return Err(PolygonError::VertexCount { expected, found });
         }
+        let vertices: Vec<_> = vertices.into_iter().map(|p| p + DVec2::ZERO).collect();
         let bad = |p: &DVec2| !p.to_array().into_iter().all(is_representable);
         if let Some(i) = vertices.iter().position(bad) {
             let (ring, vertex) = self.ring_of(i);

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::{FilterCell, orient};
+use super::{FilterCell, orient, twice_area};
 
 /// Whether r, known to lie on the line pq, is strictly between p and q.
 fn is_between(p: DVec2, q: DVec2, r: DVec2) -> bool {
@@ -48,7 +48,8 @@ pub(crate) fn crossing([a, b]: [DVec2; 2], [c, d]: [DVec2; 2]) -> DVec2 {
     if (b - a).length_squared() > (d - c).length_squared() {
         return crossing([c, d], [a, b]);
     }
-    let (oa, ob) = (orient(c, d, a), orient(c, d, b));
+    // To full relative precision, or the crossing of almost parallel segments slides along them.
+    let (oa, ob) = (twice_area(c, d, a), twice_area(c, d, b));
     let p = a + (b - a) * (oa / (oa - ob));
     // Rounding must not leave the box of the segment.
     p.clamp(a.min(b), a.max(b))

@@ -51,7 +51,7 @@ pub enum Debias {
 
 impl Default for Debias {
     fn default() -> Self {
-        Self::Multilevel { rays: 8, first: 0.3, ratio: 0.35 }
+        Self::Multilevel { rays: 4, first: 0.36, ratio: 0.37 }
     }
 }
 

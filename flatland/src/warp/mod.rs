@@ -18,8 +18,8 @@
 //!
 //! The quotient by Σ w̃ makes every fixed number of rays biased ([`Debias::Consistent`]), the more
 //! so the closer u is to a boundary. [`Debias::Multilevel`] and [`Debias::RussianRoulette`] remove
-//! that bias exactly. With B proportional to the distance, the field is boundary consistent when
-//! γ ≥ 1 (n = 1) and γ ≥ 3/2 (n = 2), at equality only logarithmically; below the bound no number
+//! that bias exactly. With B ~ sᵖ in the distance s, the field is boundary consistent when pγ ≥ 1
+//! (n = 1) and γ ≥ 1/p + 1/2 (n = 2), at equality only logarithmically; below the bound no number
 //! of rays helps.
 //!
 //! # Numbers
@@ -38,10 +38,12 @@ mod auxiliary;
 mod boundary;
 mod debias;
 mod domain;
+mod field;
 mod stencil;
 
 pub use auxiliary::AuxiliaryPoints;
 pub use boundary::BoundaryFunction;
 pub use debias::Debias;
 pub use domain::{Circle, Domain, Draw, Plane, Vector};
-pub use stencil::{Field, Stencil, Term, Warp, WarpError, Weighting};
+pub use field::{Field, WarpField};
+pub use stencil::{Stencil, Term, Warp, WarpError, Weighting};

@@ -6,13 +6,15 @@ use super::auxiliary::AuxiliaryPoints;
 use super::boundary::BoundaryFunction;
 use super::debias::Debias;
 use super::domain::{Domain, Draw, Vector};
+use super::field::Field;
 
 /// The weight w(u, u').
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Weighting {
     /// w = (D + B)^−γ: continuous and boundary consistent. The method ("attempt 3").
     BoundaryAware {
-        /// γ. The variance near boundaries grows with it and the bias falls; 3 is the default.
+        /// γ. The larger, the closer V follows what is seen near a boundary, and the more its
+        /// variance there. 3/2 is the default with a quadratic B, 3 is the paper's with a linear one.
         gamma: f64,
         /// B.
         boundary: BoundaryFunction,
@@ -23,7 +25,7 @@ pub enum Weighting {
 
 impl Default for Weighting {
     fn default() -> Self {
-        Self::BoundaryAware { gamma: 3.0, boundary: BoundaryFunction::default() }
+        Self::BoundaryAware { gamma: 1.5, boundary: BoundaryFunction::default() }
     }
 }
 
@@ -47,7 +49,7 @@ impl Default for Warp {
         Self {
             weighting: Weighting::default(),
             points: AuxiliaryPoints::default(),
-            focus: 0.5,
+            focus: 0.3,
             debias: Debias::default(),
         }
     }
@@ -100,20 +102,6 @@ pub struct Term<V, H> {
     pub divergence: V,
 }
 
-/// The warp field at a point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Field<V> {
-    /// V(u), tangent at u.
-    pub value: V,
-    /// ∇·V(u).
-    pub divergence: f64,
-}
-
-impl<V: Vector> Field<V> {
-    /// No motion.
-    pub const ZERO: Self = Self { value: V::ZERO, divergence: 0.0 };
-}
-
 /// V = P_u Σ Ω_i V_i and ∇·V = Σ M_i·V_i at one point u.
 #[derive(Clone, Debug)]
 pub struct Stencil<D: Domain, H> {
@@ -153,6 +141,21 @@ impl<D: Domain, H> Stencil<D, H> {
 }
 
 impl Warp {
+    /// The original's estimate: γ = 3, B linear in the distance, points spread as the kernel, a
+    /// fixed number of rays.
+    #[must_use]
+    pub fn original(rays: usize) -> Self {
+        Self {
+            weighting: Weighting::BoundaryAware {
+                gamma: 3.0,
+                boundary: BoundaryFunction::KernelScaled { scale: 0.6 },
+            },
+            points: AuxiliaryPoints::Antithetic,
+            focus: 1.0,
+            debias: Debias::Consistent { rays },
+        }
+    }
+
     /// Checks the parameters once, so that [`stencil`](Self::stencil) need not.
     ///
     /// # Errors
@@ -338,13 +341,13 @@ mod tests {
             let mut draws = vec![];
             warp.points.draw::<D>(u, kappa, warp.focus, 10, &mut stream(1, &[]), &mut draws);
             let value = |at: DVec2| {
-                let scale = 0.6 * kappa.sqrt();
+                let scale = 0.2 * kappa.sqrt();
                 let (mut z, mut a) = (0.0, DVec2::ZERO);
                 for draw in &draws {
                     let p = draw.point;
-                    let b = (scale * boundary(p)).min(1.0);
+                    let b = (scale * boundary(p)).powi(2).min(1.0);
                     // w at the new place over the density at the old one.
-                    let w = (exponent(at, p).exp_m1() + b).powi(-3) / draw.log_density.exp();
+                    let w = (exponent(at, p).exp_m1() + b).powf(-1.5) / draw.log_density.exp();
                     z += w;
                     a += w * velocity(p);
                 }
@@ -417,10 +420,9 @@ mod tests {
     fn the_field_reaches_the_boundary_velocity_as_rays_grow() {
         // On the strip's edge V·ν must become 1; at equality of γ and its bound only slowly.
         let value = |rays, gamma| {
-            let warp = Warp {
-                weighting: Weighting::BoundaryAware { gamma, boundary: BoundaryFunction::default() },
-                ..warp(Debias::Consistent { rays })
-            };
+            let boundary = BoundaryFunction::KernelScaled { scale: 0.6 };
+            let weighting = Weighting::BoundaryAware { gamma, boundary };
+            let warp = Warp { weighting, ..warp(Debias::Consistent { rays }) };
             let u = DVec2::new(1e-12, 0.0);
             let at = |seed| {
                 let s = warp.stencil::<Plane, _>(u, 100.0, &mut stream(seed, &[]), strip);

@@ -6,13 +6,17 @@ use rayon::prelude::*;
 use super::ExactError;
 use super::arrangement::{Arrangement, Boundary};
 use super::oracle::OracleField;
-use super::quadrature::{Clipped, Rule};
+use super::quadrature::{Clipped, Point, Rule};
 use crate::plane::segments::clip_segment;
 use crate::plane::{Film, Filter, FilterCell, Hit, Image};
 
 /// What the velocities of two coincident edges may differ by, relative to the velocities, and
 /// still count as the same: rounding in their interpolation.
 const SAME: f64 = 1e-12;
+
+/// Pieces shorter than this, relative to the coordinates there, are crossings smeared by rounding:
+/// what is lost by choosing one of their owners is as small.
+const SMEARED: f64 = 1e-12;
 
 impl Arrangement<'_> {
     /// ∫ h f du of every pixel.
@@ -22,9 +26,9 @@ impl Arrangement<'_> {
         self.pixels(film, |pixel, centre, sum| {
             self.each_clipped(film, pixel, |face, _, clipped| {
                 let surface = self.surface(face);
-                for t in clipped.triangles() {
-                    rule.triangle(t, |u, w| {
-                        *sum += w * film.filter_value(centre, u) * self.value(surface, u)
+                for piece in clipped.pieces() {
+                    rule.triangle(&piece, |p, w| {
+                        *sum += w * film.filter_value(centre, p.u) * self.value(surface, p.u)
                     });
                 }
             });
@@ -41,8 +45,8 @@ impl Arrangement<'_> {
         Ok(self.pixels(film, |pixel, centre, sum| {
             self.each_clipped(film, pixel, |face, _, clipped| {
                 let Surface::Material(hit) = self.surface(face) else { return };
-                for t in clipped.triangles() {
-                    rule.triangle(t, |u, w| {
+                for piece in clipped.pieces() {
+                    rule.triangle(&piece, |&Point { u, .. }, w| {
                         let hit = self.scene.move_hit(&hit, u);
                         let f = self.scene.theta_derivative(Some(&hit), u, velocities);
                         *sum += w * film.filter_value(centre, u) * f;
@@ -79,13 +83,13 @@ impl Arrangement<'_> {
         self.pixels(film, |pixel, centre, sum| {
             self.each_clipped(film, pixel, |face, cell, clipped| {
                 let surface = self.surface(face);
-                let field = |u| oracle.in_triangle(face, u);
-                for t in clipped.triangles() {
-                    rule.triangle(t, |u, w| {
+                for piece in clipped.pieces() {
+                    rule.triangle(&piece, |point, w| {
+                        let u = point.u;
                         let (f, g) = (self.value(surface, u), self.slope(surface, u));
-                        let v = field(u);
+                        let v = oracle.in_triangle(face, point.barycentric);
                         let h = film.filter_value(centre, u);
-                        let slope = film.filter_gradient(centre, u).dot(v) + h * oracle.divergence(face);
+                        let slope = film.filter_gradient(centre, u).dot(v) + h * oracle.divergence[face];
                         *sum += w * (slope * f + h * DVec3::from(g.map(|g| g.dot(v))));
                     });
                 }
@@ -93,9 +97,10 @@ impl Arrangement<'_> {
                     let h = 1.0 / (film.pixel() * film.pixel());
                     each_side(clipped, cell, |[p, q], outward| {
                         rule.segment(|t, w| {
-                            let u = p.lerp(q, t);
-                            let flux = w * (q - p).length() * h * field(u).dot(outward);
-                            *sum -= flux * self.value(surface, u);
+                            let point = p.lerp(q, t);
+                            let v = oracle.in_triangle(face, point.barycentric);
+                            let flux = w * (q.u - p.u).length() * h * v.dot(outward);
+                            *sum -= flux * self.value(surface, point.u);
                         });
                     });
                 }
@@ -111,7 +116,9 @@ impl Arrangement<'_> {
     /// alone, and [`ExactError::PixelEdge`].
     pub fn gradient(&self, film: &Film, adjoint: &Image) -> Result<Vec<DVec2>, ExactError> {
         for b in self.boundaries.iter().filter(|b| self.on_film(b, film)) {
-            if let [first, second, ..] = b.owners[..] {
+            if let [first, second, ..] = b.owners[..]
+                && !self.is_smeared_crossing(b)
+            {
                 return Err(self.parting(b, first, second));
             }
             self.check_pixel_edge(b, film, |_| true)?;
@@ -143,8 +150,8 @@ impl Arrangement<'_> {
         let centre = film.centre(pixel[0], pixel[1]);
         self.each_clipped(film, pixel, |face, _, clipped| {
             let Surface::Material(hit) = self.surface(face) else { return };
-            for t in clipped.triangles() {
-                rule.triangle(t, |u, w| {
+            for piece in clipped.pieces() {
+                rule.triangle(&piece, |&Point { u, .. }, w| {
                     let hit = self.scene.move_hit(&hit, u);
                     if let Some(g) = self.scene.material_gradient(Some(&hit), u) {
                         let covector = (0..3).map(|c| adjoint[c] * g[c]).sum::<DVec2>();
@@ -154,8 +161,7 @@ impl Arrangement<'_> {
             }
         });
         self.each_boundary(film, pixel, |b, t0, t1| {
-            let ends = b.nodes.map(|n| self.nodes[n as usize]);
-            let normal = -(ends[1] - ends[0]).perp().normalize();
+            let normal = self.boundary_normal(b);
             let [v0, v1] = self.edges[b.owners[0] as usize].1;
             let (p, d) = (self.scene.vertices()[v0], self.scene.vertices()[v1] - self.scene.vertices()[v0]);
             self.along(b, t0, t1, rule, |u, _, w| {
@@ -180,9 +186,12 @@ impl Arrangement<'_> {
     fn check_differentiable(&self, film: &Film, velocities: &[DVec2]) -> Result<(), ExactError> {
         for b in self.boundaries.iter().filter(|b| self.on_film(b, film)) {
             let ends = b.nodes.map(|n| self.nodes[n as usize]);
-            let normal = (ends[1] - ends[0]).perp().normalize();
+            let normal = self.boundary_normal(b);
             let velocity = |owner: u32| ends.map(|p| self.edge_velocity(owner, p, velocities));
             let first = velocity(b.owners[0]);
+            if self.is_smeared_crossing(b) {
+                continue;
+            }
             for &other in &b.owners[1..] {
                 let second = velocity(other);
                 let scale = first.iter().chain(&second).map(|v| v.length()).fold(0.0, f64::max);
@@ -194,6 +203,12 @@ impl Arrangement<'_> {
             self.check_pixel_edge(b, film, |normal| first.iter().any(|v| v.dot(normal) != 0.0))?;
         }
         Ok(())
+    }
+
+    /// Whether edges seem to coincide only because rounding made two nodes of one crossing.
+    fn is_smeared_crossing(&self, b: &Boundary) -> bool {
+        let [p, q] = b.nodes.map(|n| self.nodes[n as usize]);
+        p.distance(q) <= SMEARED * p.abs().max(q.abs()).max_element()
     }
 
     fn parting(&self, b: &Boundary, first: u32, second: u32) -> ExactError {
@@ -325,13 +340,13 @@ enum Surface {
 
 /// Calls `f` with each side of a clipped triangle that lies on a side of its cell, and the cell's
 /// outward normal there.
-fn each_side(clipped: &Clipped, cell: &FilterCell, mut f: impl FnMut([DVec2; 2], DVec2)) {
+fn each_side(clipped: &Clipped, cell: &FilterCell, mut f: impl FnMut([&Point; 2], DVec2)) {
     let corners = clipped.corners();
-    for (i, &p) in corners.iter().enumerate() {
-        let q = corners[(i + 1) % corners.len()];
+    for (i, p) in corners.iter().enumerate() {
+        let q = &corners[(i + 1) % corners.len()];
         for (axis, normal) in [(0, DVec2::X), (1, DVec2::Y)] {
             for (side, outward) in [(cell.min[axis], -normal), (cell.max[axis], normal)] {
-                if p[axis] == side && q[axis] == side {
+                if p.u[axis] == side && q.u[axis] == side {
                     f([p, q], outward);
                 }
             }

@@ -20,12 +20,14 @@
 //! an error that names the place.
 
 mod arrangement;
+mod harmonic;
 mod integrals;
 mod noding;
 mod oracle;
 mod quadrature;
 
 pub use arrangement::{Arrangement, Boundary};
+pub use harmonic::HarmonicField;
 pub use oracle::OracleField;
 
 use glam::DVec2;

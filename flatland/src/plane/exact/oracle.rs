@@ -1,8 +1,9 @@
 //! The oracle field: exact boundary velocities, interpolated linearly on the arrangement.
 
-use glam::{DMat2, DVec2};
+use glam::{DMat2, DVec2, DVec3};
 
 use super::arrangement::{Arrangement, Boundary};
+use crate::plane::twice_area;
 use crate::warp::Field;
 
 /// A field that is linear in each triangle of the arrangement and takes the exact boundary
@@ -17,8 +18,8 @@ pub struct OracleField<'a> {
     pub(super) arrangement: &'a Arrangement<'a>,
     /// V at the corners of every triangle.
     pub(super) corners: Vec<[DVec2; 3]>,
-    /// ∂V/∂u in every triangle.
-    pub(super) gradient: Vec<DMat2>,
+    /// ∇·V in every triangle.
+    pub(super) divergence: Vec<f64>,
 }
 
 /// How far a nodal velocity may miss a boundary's, relative to the velocities there, and still
@@ -43,10 +44,19 @@ impl<'a> Arrangement<'a> {
         velocities[a] + t * (velocities[b] - velocities[a])
     }
 
+    /// The unit normal from minus to plus. It is that of the whole edge: rounding may have turned a
+    /// short piece of it anywhere.
+    pub(super) fn boundary_normal(&self, b: &Boundary) -> DVec2 {
+        let [p, q] = b.nodes.map(|n| self.nodes[n as usize]);
+        let edge = self.edges[b.owners[0] as usize].1.map(|v| self.scene.vertices()[v]);
+        let along = (edge[1] - edge[0]).normalize();
+        -along.perp() * (q - p).dot(along).signum()
+    }
+
     /// The boundary's velocity at its two nodes, and its unit normal from minus to plus.
     pub(super) fn boundary_velocity(&self, b: &Boundary, velocities: &[DVec2]) -> ([DVec2; 2], DVec2) {
         let ends = b.nodes.map(|n| self.nodes[n as usize]);
-        let normal = -(ends[1] - ends[0]).perp().normalize();
+        let normal = self.boundary_normal(b);
         (ends.map(|p| self.edge_velocity(b.owners[0], p, velocities)), normal)
     }
 
@@ -65,7 +75,7 @@ impl<'a> Arrangement<'a> {
         }
         let nodal: Vec<_> = at_node.iter().map(|conditions| nodal_velocity(conditions)).collect();
         let mut corners = Vec::with_capacity(self.visible.len());
-        let mut gradient = Vec::with_capacity(self.visible.len());
+        let mut divergence = Vec::with_capacity(self.visible.len());
         for (t, nodes) in self.mesh.triangles.iter().enumerate() {
             let [a, b, c] = self.corners(t);
             let values = [0, 1, 2].map(|k| {
@@ -86,14 +96,17 @@ impl<'a> Arrangement<'a> {
                         |c| (c.normal, c.flux),
                     )
                 });
-                solve(rows)
+                // A corner between two pieces of one line has no angle, and no area to matter.
+                let velocity = solve(rows);
+                if velocity.is_finite() { velocity } else { value.velocity }
             });
-            let edges = DMat2::from_cols(b - a, c - a);
-            let change = DMat2::from_cols(values[1] - values[0], values[2] - values[0]);
+            // ∇·V = Σ V_k·∇b_k, with the velocities relative to one of them: a common one has none.
+            let sides = [c - b, a - c, b - a].map(DVec2::perp);
+            let sum: f64 = (1..3).map(|k| (values[k] - values[0]).dot(sides[k])).sum();
             corners.push(values);
-            gradient.push(change * edges.inverse());
+            divergence.push(sum / twice_area(a, b, c));
         }
-        OracleField { arrangement: self, corners, gradient }
+        OracleField { arrangement: self, corners, divergence }
     }
 }
 
@@ -101,19 +114,16 @@ impl OracleField<'_> {
     /// (V, ∇·V) at u; zero outside the arrangement's frame.
     #[must_use]
     pub fn at(&self, u: DVec2) -> Field<DVec2> {
-        self.arrangement.locate(u).map_or(Field::ZERO, |(t, barycentric)| {
-            let value = (0..3).map(|k| barycentric[k] * self.corners[t][k]).sum();
-            Field { value, divergence: self.divergence(t) }
+        self.arrangement.locate(u).map_or(Field::ZERO, |(t, barycentric)| Field {
+            value: self.in_triangle(t, DVec3::from(barycentric)),
+            divergence: self.divergence[t],
         })
     }
 
-    pub(super) fn divergence(&self, triangle: usize) -> f64 {
-        self.gradient[triangle].col(0).x + self.gradient[triangle].col(1).y
-    }
-
     /// V at a point of a triangle.
-    pub(super) fn in_triangle(&self, triangle: usize, u: DVec2) -> DVec2 {
-        self.corners[triangle][0] + self.gradient[triangle] * (u - self.arrangement.corners(triangle)[0])
+    pub(super) fn in_triangle(&self, triangle: usize, barycentric: DVec3) -> DVec2 {
+        let [a, b, c] = self.corners[triangle];
+        a + barycentric.y * (b - a) + barycentric.z * (c - a)
     }
 }
 
@@ -130,10 +140,8 @@ fn nodal_velocity(conditions: &[Condition]) -> Nodal {
         return Nodal { velocity: DVec2::ZERO, consistent: true };
     }
     let size = conditions.iter().map(|c| c.velocity.length()).fold(0.0, f64::max);
-    let satisfies = |v: DVec2| {
-        let scale = CONSISTENT * (size + v.length());
-        conditions.iter().all(|c| (v.dot(c.normal) - c.flux).abs() <= scale)
-    };
+    let satisfies =
+        |v: DVec2| conditions.iter().all(|c| (v.dot(c.normal) - c.flux).abs() <= CONSISTENT * size);
     let own = conditions.iter().map(|c| c.velocity);
     let crossings = conditions
         .iter()
@@ -147,7 +155,9 @@ fn nodal_velocity(conditions: &[Condition]) -> Nodal {
         matrix += DMat2::from_cols(c.normal.x * c.normal, c.normal.y * c.normal);
         right += c.flux * c.normal;
     }
-    Nodal { velocity: matrix.inverse() * right, consistent: false }
+    // All normals parallel: any of the velocities is as good.
+    let least = matrix.inverse() * right;
+    Nodal { velocity: if least.is_finite() { least } else { conditions[0].velocity }, consistent: false }
 }
 
 /// V with V·normal = flux for both rows.

@@ -2,9 +2,9 @@
 
 use std::sync::LazyLock;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
-use crate::plane::{Film, Filter, FilterCell};
+use crate::plane::{Film, Filter, FilterCell, twice_area};
 
 /// Nodes and weights on [0, 1].
 #[derive(Debug)]
@@ -52,74 +52,107 @@ impl Rule {
         self.0.iter().for_each(|&(t, w)| f(t, w));
     }
 
-    /// Calls `f(u, weight)` for the points of a triangle, the unit square collapsed onto a corner
-    /// (Duffy 1982); the weights sum to the area.
-    pub(super) fn triangle(&self, [a, b, c]: [DVec2; 3], mut f: impl FnMut(DVec2, f64)) {
-        let twice_area = (b - a).perp_dot(c - a);
+    /// Calls `f(point, weight)` for the points of a piece of a triangle, the unit square collapsed
+    /// onto a corner (Duffy 1982); the weights sum to the piece's area.
+    pub(super) fn triangle(&self, piece: &Piece, mut f: impl FnMut(&Point, f64)) {
+        let [a, b, c] = &piece.corners;
         for &(s, ws) in &self.0 {
             for &(t, wt) in &self.0 {
-                f(a + s * ((b - a) + t * (c - b)), twice_area * s * ws * wt);
+                f(&a.lerp(&b.lerp(c, t), s), piece.twice_area * s * ws * wt);
             }
         }
     }
 }
 
+/// A point of a triangle: where it is, and as barycentric coordinates. The latter are accurate
+/// relative to the triangle, however thin that is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Point {
+    pub(super) u: DVec2,
+    pub(super) barycentric: DVec3,
+}
+
+impl Point {
+    /// self + t (other − self), which keeps a coordinate that both share.
+    pub(super) fn lerp(&self, other: &Self, t: f64) -> Self {
+        Self {
+            u: self.u + t * (other.u - self.u),
+            barycentric: self.barycentric + t * (other.barycentric - self.barycentric),
+        }
+    }
+}
+
+/// A triangle inside a larger one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Piece {
+    corners: [Point; 3],
+    twice_area: f64,
+}
+
 /// A convex polygon of at most 7 corners: a triangle clipped to a rectangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Clipped {
-    corners: [DVec2; 8],
+    corners: [Point; 8],
     len: usize,
+    /// Of the whole triangle.
+    twice_area: f64,
 }
 
 impl Clipped {
     /// Sutherland and Hodgman (1974). Corners made on a side of the cell have the side's coordinate
     /// exactly. Empty if they meet in no area.
     pub(super) fn new(triangle: [DVec2; 3], cell: &FilterCell) -> Self {
-        let mut this = Self { corners: [DVec2::ZERO; 8], len: 3 };
-        this.corners[..3].copy_from_slice(&triangle);
+        let [a, b, c] = triangle;
+        let mut corners = [Point { u: a, barycentric: DVec3::ZERO }; 8];
+        for k in 0..3 {
+            corners[k] = Point { u: triangle[k], barycentric: DVec3::AXES[k] };
+        }
+        let mut this = Self { corners, len: 3, twice_area: twice_area(a, b, c) };
         for axis in 0..2 {
             this.keep(axis, cell.min[axis], 1.0);
             this.keep(axis, cell.max[axis], -1.0);
         }
-        let origin = this.corners[0];
-        let area: f64 = (1..this.len.max(2) - 1)
-            .map(|i| (this.corners[i] - origin).perp_dot(this.corners[i + 1] - origin))
-            .sum();
-        if area <= 0.0 {
+        if this.pieces().map(|p| p.twice_area).sum::<f64>() <= 0.0 {
             this.len = 0;
         }
         this
     }
 
     fn keep(&mut self, axis: usize, side: f64, sign: f64) {
-        let mut out = [DVec2::ZERO; 8];
+        let mut out = self.corners;
         let mut len = 0;
         for i in 0..self.len {
             let (p, q) = (self.corners[i], self.corners[(i + 1) % self.len]);
-            let (dp, dq) = (sign * (p[axis] - side), sign * (q[axis] - side));
+            let (dp, dq) = (sign * (p.u[axis] - side), sign * (q.u[axis] - side));
             if dp >= 0.0 {
                 out[len] = p;
                 len += 1;
             }
             if (dp > 0.0 && dq < 0.0) || (dp < 0.0 && dq > 0.0) {
-                // p + t (q − p), not a weighted mean: it keeps a coordinate that p and q share.
-                out[len] = p + (dp / (dp - dq)) * (q - p);
-                out[len][axis] = side;
+                out[len] = p.lerp(&q, dp / (dp - dq));
+                out[len].u[axis] = side;
                 len += 1;
             }
         }
-        *self = Self { corners: out, len };
+        self.corners = out;
+        self.len = len;
     }
 
     /// The corners in order.
-    pub(super) fn corners(&self) -> &[DVec2] {
+    pub(super) fn corners(&self) -> &[Point] {
         &self.corners[..self.len]
     }
 
     /// The triangles of the fan about the first corner.
-    pub(super) fn triangles(&self) -> impl Iterator<Item = [DVec2; 3]> {
+    pub(super) fn pieces(&self) -> impl Iterator<Item = Piece> {
         let c = self.corners();
-        (2..c.len()).map(move |i| [c[0], c[i - 1], c[i]])
+        (2..c.len()).map(move |i| {
+            let corners = [c[0], c[i - 1], c[i]];
+            // The area relative to the whole is the determinant of the barycentric coordinates.
+            let [p, q, r] = corners.map(|c| c.barycentric);
+            let (v, w) = (q - p, r - p);
+            Piece { corners, twice_area: self.twice_area * (v.x * w.y - v.y * w.x) }
+        })
     }
 }
 
@@ -138,7 +171,10 @@ mod tests {
         }
         // ∫ x³ y over the triangle (0,0), (1,0), (0,1) is 3!·1!/6! = 1/120.
         let mut sum = 0.0;
-        POLYNOMIAL.triangle([DVec2::ZERO, DVec2::X, DVec2::Y], |u, w| sum += w * u.x.powi(3) * u.y);
+        let cell = FilterCell { min: DVec2::ZERO, max: DVec2::ONE };
+        for piece in Clipped::new([DVec2::ZERO, DVec2::X, DVec2::Y], &cell).pieces() {
+            POLYNOMIAL.triangle(&piece, |p, w| sum += w * p.u.x.powi(3) * p.u.y);
+        }
         assert!((sum - 1.0 / 120.0).abs() < 1e-16);
     }
 
@@ -148,8 +184,8 @@ mod tests {
         let cell = FilterCell { min: DVec2::ZERO, max: DVec2::splat(1.5) };
         let mut area = 0.0;
         let clipped = Clipped::new(triangle, &cell);
-        for t in clipped.triangles() {
-            POLYNOMIAL.triangle(t, |_, w| area += w);
+        for piece in clipped.pieces() {
+            POLYNOMIAL.triangle(&piece, |_, w| area += w);
         }
         // The square less the corner cut off by x + y = 2.
         assert!((area - (2.25 - 0.5)).abs() < 1e-15);

@@ -1,0 +1,114 @@
+//! Every construction of the warp field (theory, section 2), over a scene of polygons.
+//!
+//! | construction | continuous | boundary consistent | needs |
+//! |---|---|---|---|
+//! | [`DirectField`] | no: jumps at silhouettes | yes | nothing |
+//! | [`AuxiliaryField`], Gaussian | yes | no: biased | auxiliary rays |
+//! | [`AuxiliaryField`], boundary-aware | yes | yes | auxiliary rays |
+//! | [`OracleField`](super::exact::OracleField) | yes | yes | all silhouettes |
+//! | [`HarmonicField`](super::exact::HarmonicField) | yes | yes | all silhouettes |
+//! | [`FollowedField`] | within a kernel | no: biased | a few rays |
+
+use glam::DVec2;
+
+use super::{Hit, Scene};
+use crate::random::{Stream, open01};
+use crate::warp::{Field, Plane, Stencil, Warp, WarpField};
+
+/// "Attempt 1": the velocity of the material seen at u, as it is.
+#[derive(Clone, Copy, Debug)]
+pub struct DirectField<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The velocity of every vertex.
+    pub velocities: &'a [DVec2],
+}
+
+impl WarpField<Plane> for DirectField<'_> {
+    fn at(&self, u: DVec2, _: &mut Stream) -> (Field<DVec2>, u64) {
+        let field = self.scene.hit(u).map_or(Field::ZERO, |hit| {
+            let gradients = self.scene.barycentric_gradients(&hit);
+            let vertices = hit.point().vertices().into_iter().zip(gradients);
+            let divergence = vertices.map(|(v, g)| g.dot(self.velocities[v])).sum();
+            Field { value: hit.velocity(self.velocities), divergence }
+        });
+        (field, 1)
+    }
+}
+
+/// "Attempt 2" and the method itself: a weighted mean over auxiliary points.
+#[derive(Clone, Copy, Debug)]
+pub struct AuxiliaryField<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The velocity of every vertex.
+    pub velocities: &'a [DVec2],
+    /// The weight and the number of points.
+    pub warp: Warp,
+    /// The kernel's concentration, in the scene's own unit.
+    pub kappa: f64,
+}
+
+impl WarpField<Plane> for AuxiliaryField<'_> {
+    fn at(&self, u: DVec2, rng: &mut Stream) -> (Field<DVec2>, u64) {
+        let stencil = scene_stencil(self.scene, &self.warp, self.kappa, u, rng);
+        let field = stencil.field(|hit| hit.map_or(DVec2::ZERO, |h| h.velocity(self.velocities)));
+        (field, stencil.terms().len() as u64)
+    }
+}
+
+/// The coefficients of (V, ∇·V) over what the auxiliary points see; a miss stands still.
+pub fn scene_stencil(
+    scene: &Scene,
+    warp: &Warp,
+    kappa: f64,
+    u: DVec2,
+    rng: &mut Stream,
+) -> Stencil<Plane, Option<Hit>> {
+    let reach = warp.reach(kappa);
+    warp.stencil(u, kappa, rng, |point| {
+        let hit = scene.hit(point);
+        let distance = hit.as_ref().map_or(f64::INFINITY, |h| scene.boundary_distance(Some(h), point, reach));
+        (hit, distance)
+    })
+}
+
+/// The heuristic of Loubet et al. (2019): a kernel follows one of the points seen in it.
+#[derive(Clone, Copy, Debug)]
+pub struct FollowedField<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The velocity of every vertex.
+    pub velocities: &'a [DVec2],
+    /// The kernel's concentration, in the scene's own unit.
+    pub kappa: f64,
+    /// Points from which the one to follow is chosen.
+    pub candidates: usize,
+}
+
+impl WarpField<Plane> for FollowedField<'_> {
+    fn at(&self, u: DVec2, rng: &mut Stream) -> (Field<DVec2>, u64) {
+        let followed = followed(self.scene, u, self.kappa, self.candidates, rng);
+        let value = followed.map_or(DVec2::ZERO, |hit| hit.velocity(self.velocities));
+        (Field { value, divergence: 0.0 }, self.candidates as u64)
+    }
+}
+
+/// Of a few points drawn from the kernel around μ, one of the topmost shape: an occluder's edge is
+/// the one that is seen.
+pub(crate) fn followed(
+    scene: &Scene,
+    mu: DVec2,
+    kappa: f64,
+    candidates: usize,
+    rng: &mut Stream,
+) -> Option<Hit> {
+    let hits = (0..candidates).map(|_| scene.hit(mu + kernel_offset(kappa, rng)));
+    hits.flatten().reduce(|best, hit| if hit.shape() > best.shape() { hit } else { best })
+}
+
+/// A point of the kernel N(0, I/κ).
+pub(crate) fn kernel_offset(kappa: f64, rng: &mut Stream) -> DVec2 {
+    let radius = (-2.0 * open01(rng).ln() / kappa).sqrt();
+    radius * DVec2::from_angle(std::f64::consts::TAU * open01(rng))
+}

@@ -1,0 +1,646 @@
+use std::f64::consts::PI;
+
+use glam::{DVec2, DVec3};
+use rand::RngExt;
+
+use super::super::{Polygon, SceneError, orient};
+use super::*;
+use crate::random::stream;
+
+/// A document of 100 × 100 with the given content, which begins in line 2.
+fn svg(content: &str) -> String {
+    format!("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"100\" height=\"100\">\n{content}\n</svg>")
+}
+
+fn draw(content: &str) -> Drawing {
+    parse(&svg(content), &SvgOptions::default()).unwrap_or_else(|error| panic!("{content}: {error}"))
+}
+
+fn refuse(content: &str) -> SvgError {
+    match parse(&svg(content), &SvgOptions::default()) {
+        Ok(_) => panic!("not refused: {content}"),
+        Err(error) => error,
+    }
+}
+
+fn area(polygon: &Polygon) -> f64 {
+    let v = |i: u32| polygon.vertices()[i as usize];
+    polygon.triangles().iter().map(|t| 0.5 * orient(v(t[0]), v(t[1]), v(t[2]))).sum()
+}
+
+fn areas(drawing: &Drawing) -> Vec<f64> {
+    drawing.scene.shapes().iter().map(|s| area(s.polygon())).collect()
+}
+
+#[track_caller]
+fn assert_near(value: f64, reference: f64, tolerance: f64) {
+    assert!((value - reference).abs() <= tolerance, "{value} is not {reference} within {tolerance}");
+}
+
+fn point(x: f64, y: f64) -> DVec2 {
+    DVec2::new(x, y)
+}
+
+#[test]
+fn rectangle() {
+    let drawing = draw("<rect id='r' x='10' y='20' width='30' height='40' fill='#3366cc'/>");
+    assert_eq!(drawing.size, point(100.0, 100.0));
+    let corners = [(10.0, 20.0), (40.0, 20.0), (40.0, 60.0), (10.0, 60.0)];
+    let polygon = drawing.scene.shapes()[0].polygon();
+    assert_eq!(polygon.vertices(), corners.map(|(x, y)| point(x, y)));
+    let hit = drawing.scene.hit(point(11.0, 59.0));
+    assert_eq!(drawing.scene.value(hit.as_ref(), point(11.0, 59.0)), DVec3::new(0.2, 0.4, 0.8));
+    assert_eq!(drawing.scene.value(None, point(0.0, 0.0)), DVec3::ONE);
+}
+
+#[test]
+fn view_box_and_units() {
+    let text = "<svg xmlns='http://www.w3.org/2000/svg' width='2in' height='96' viewBox='-1 -1 4 2'>\
+                <rect x='-1' y='-1' width='50%' height='1'/></svg>";
+    let drawing = parse(text, &SvgOptions::default()).unwrap();
+    assert_eq!(drawing.size, point(192.0, 96.0));
+    assert_eq!(drawing.scene.bounds(), Some((point(0.0, 0.0), point(96.0, 48.0))));
+}
+
+#[test]
+fn painters_order_and_names() {
+    let drawing = draw(
+        "<g id='outer'><g><rect id='a' width='9' height='9'/></g><g id='inner'>\
+         <rect width='8' height='8'/><path id='b' d='M0,0h7v7z'/></g></g><rect width='1' height='1'/>",
+    );
+    let names: Vec<_> = (0..4).map(|i| drawing.name(i)).collect();
+    assert_eq!(names, [Some("a"), Some("inner"), Some("b"), None]);
+    assert_eq!(drawing.name(4), None);
+    assert_eq!(drawing.ids[2], ["b", "inner", "outer"]);
+    assert_eq!(drawing.shapes_under("outer"), [0, 1, 2]);
+    assert_eq!(drawing.shapes_under("inner"), [1, 2]);
+    assert_eq!(drawing.shapes_under("b"), [2]);
+    assert!(drawing.shapes_under("nothing").is_empty());
+    assert_eq!(drawing.scene.hit(point(0.9, 0.5)).unwrap().shape(), 3);
+}
+
+#[test]
+fn holes_by_either_rule() {
+    let outer = "M0 0H40V40H0z";
+    let same = "M10 10H30V30H10z";
+    let opposite = "M10 10V30H30V10z";
+    let case = |d: &str, rule: &str| areas(&draw(&format!("<path d='{d}' fill-rule='{rule}'/>")))[0];
+    assert_eq!(case(&format!("{outer}{same}"), "evenodd"), 1200.0);
+    assert_eq!(case(&format!("{outer}{opposite}"), "evenodd"), 1200.0);
+    assert_eq!(case(&format!("{outer}{same}"), "nonzero"), 1600.0);
+    assert_eq!(case(&format!("{outer}{opposite}"), "nonzero"), 1200.0);
+    // An island in the hole, of either orientation.
+    for island in ["M15 15H25V25H15z", "M15 15V25H25V15z"] {
+        assert_eq!(case(&format!("{outer}{opposite}{island}"), "nonzero"), 1300.0);
+        assert_eq!(case(&format!("{outer}{same}{island}"), "evenodd"), 1300.0);
+        assert_eq!(case(&format!("{outer}{same}{island}"), "nonzero"), 1600.0);
+    }
+    // Two components with different orientations.
+    assert_eq!(case(&format!("{same}M50 50V60H60V50z"), "nonzero"), 500.0);
+}
+
+#[test]
+fn star_by_either_rule() {
+    // The pentagram {5/2}, of circumradius 40.
+    let corners = (0..5).map(|k| {
+        let angle = f64::from(2 * k) * 2.0 * PI / 5.0;
+        format!("{},{}", 50.0 + 40.0 * angle.sin(), 50.0 - 40.0 * angle.cos())
+    });
+    let points = corners.collect::<Vec<_>>().join(" ");
+    let case =
+        |rule: &str| areas(&draw(&format!("<polygon points='{points}' fill-rule='{rule}'/>")))[0] / 1600.0;
+    // The edges lie on lines at the distance h = cos 72° from the centre; they form the inner
+    // pentagon, of area 5 h² tan 36°, and five tips of height 1 − h over its sides.
+    let (h, side) = ((2.0 * PI / 5.0).cos(), 2.0 * (2.0 * PI / 5.0).cos() * (PI / 5.0).tan());
+    let inner = 5.0 * 0.5 * h * side;
+    let tips = 5.0 * 0.5 * (1.0 - h) * side;
+    assert_near(case("nonzero"), inner + tips, 1e-6);
+    assert_near(case("evenodd"), tips, 1e-6);
+}
+
+#[test]
+fn nested_transforms() {
+    let drawing = draw(
+        "<g transform='translate(50 50)'><g transform='rotate(90) scale(2,1)'>\
+         <rect x='1' y='2' width='3' height='4' transform='skewX(45)'/></g></g>",
+    );
+    // skewX(45): (x + y, y); then (2x, y); then (−y, x); then + 50.
+    let place = |x: f64, y: f64| point(50.0 - y, 50.0 + 2.0 * (x + y));
+    let expected = [place(1.0, 2.0), place(4.0, 2.0), place(4.0, 6.0), place(1.0, 6.0)];
+    for (v, e) in drawing.scene.vertices().iter().zip(expected) {
+        assert!(v.distance(e) < 1e-4, "{v} {e}");
+    }
+    assert_near(areas(&drawing)[0], 24.0, 1e-4);
+}
+
+#[test]
+fn curves_within_tolerance() {
+    let options = |tolerance| SvgOptions { tolerance, ..SvgOptions::default() };
+    let mut counts = vec![];
+    for tolerance in [1.0, 0.1, 0.01, 0.001] {
+        // A scale on top: the tolerance is in pixels of the image.
+        let circle = "<g transform='scale(10)'><circle cx='5' cy='5' r='4'/></g>";
+        let drawing = parse(&svg(circle), &options(tolerance)).unwrap();
+        // Chords are inside; usvg's cubics are off by 2.8·10⁻⁴ r.
+        let cubic = 2.8e-4 * 40.0;
+        for &v in drawing.scene.vertices() {
+            assert_near(v.distance(point(50.0, 50.0)), 40.0, cubic);
+        }
+        let error = PI * 1600.0 - areas(&drawing)[0];
+        assert!(error.abs() < 2.0 * PI * 40.0 * (tolerance + cubic), "{tolerance}: {error}");
+        counts.push(drawing.scene.vertices().len());
+        // The parabola from (0, 0) over (50, 100) to (100, 0): y = 2x(1 − x/100).
+        let drawing = parse(&svg("<path d='M0 0Q50 100 100 0'/>"), &options(tolerance)).unwrap();
+        let mut last = DVec2::ZERO;
+        for &v in drawing.scene.vertices() {
+            let mid = 0.5 * (v + last);
+            assert_near(mid.y, 2.0 * mid.x * (1.0 - mid.x / 100.0), tolerance * 1.0001);
+            last = v;
+        }
+        let segments = drawing.scene.vertices().len() - 1;
+        assert_eq!(segments, (200.0 / (4.0 * tolerance)).sqrt().ceil() as usize);
+    }
+    assert!(counts.is_sorted_by(|a, b| a < b), "{counts:?}");
+    for tolerance in [0.0, -1.0, 1e-9, f64::NAN, f64::INFINITY] {
+        let error = parse(&svg("<rect width='1' height='1'/>"), &options(tolerance)).unwrap_err();
+        assert!(matches!(error, SvgError::Tolerance { .. }));
+    }
+}
+
+#[test]
+fn gradient_values() {
+    let stops = "<stop offset='0.25' stop-color='#000'/><stop offset='0.75' stop-color='#f00'/>";
+    let red = |drawing: &Drawing, x: f64, y: f64| {
+        let hit = drawing.scene.hit(point(x, y));
+        drawing.scene.value(hit.as_ref(), point(x, y))
+    };
+    // Bounding box, default vector.
+    let drawing = draw(&format!(
+        "<linearGradient id='g'>{stops}</linearGradient>\
+         <rect x='20' y='20' width='40' height='10' fill='url(#g)'/>"
+    ));
+    for (x, value) in [(25.0, 0.0), (30.0, 0.0), (35.0, 0.25), (45.0, 0.75), (55.0, 1.0)] {
+        let colour = red(&drawing, x, 25.0);
+        assert_near(colour.x, value, 1e-6);
+        assert_eq!((colour.y, colour.z), (0.0, 0.0));
+    }
+    // User space, a transform of the gradient with skew, and one of the shape.
+    let drawing = draw(&format!(
+        "<linearGradient id='g' gradientUnits='userSpaceOnUse' x1='0' y1='0' x2='10' y2='0' \
+         gradientTransform='translate(1 2) skewX(45)'>{stops}</linearGradient>\
+         <g transform='translate(5 0) rotate(90)'>\
+         <rect x='0' y='-90' width='90' height='90' fill='url(#g)'/></g>"
+    ));
+    for (x, y) in [(0.0, 0.0), (3.0, -1.0), (7.0, -4.0), (5.0, -2.0), (1.0, -5.0)] {
+        // In the gradient's coordinates (x, y), in user space (x + y + 1, y + 2), in the image
+        // (5 − y', x').
+        let (user_x, user_y) = (x + y + 1.0, y + 2.0);
+        let (image_x, image_y) = (5.0 - user_y, user_x);
+        let t: f64 = x / 10.0;
+        let expected = ((t - 0.25) / 0.5).clamp(0.0, 1.0);
+        if drawing.scene.hit(point(image_x, image_y)).is_some() {
+            assert_near(red(&drawing, image_x, image_y).x, expected, 1e-5);
+        }
+        // The shade is affine beyond the shape as well.
+        let shade = drawing.scene.shapes()[0].shade();
+        assert_near(shade.value(point(image_x, image_y)).x, expected, 1e-5);
+    }
+    // Stops from another gradient; a vector without length paints the last colour.
+    let drawing = draw(&format!(
+        "<linearGradient id='s'>{stops}</linearGradient>\
+         <linearGradient id='g' href='#s' gradientUnits='userSpaceOnUse' x1='3' x2='3'/>\
+         <rect width='10' height='10' fill='url(#g)'/>"
+    ));
+    assert_eq!(red(&drawing, 5.0, 5.0), DVec3::X);
+    // Equal colours at one offset are no jump.
+    let drawing = draw(
+        "<linearGradient id='g'><stop/><stop offset='.5' stop-color='red'/>\
+         <stop offset='.5' stop-color='#f00'/><stop offset='1'/></linearGradient>\
+         <rect width='10' height='10' fill='url(#g)'/>",
+    );
+    assert_near(red(&drawing, 4.0, 5.0).x, 0.8, 1e-5);
+    assert_near(red(&drawing, 6.0, 5.0).x, 0.8, 1e-5);
+    // The attachment is passed on.
+    let options = SvgOptions { attachment: Attachment::Material, ..SvgOptions::default() };
+    let text = svg(&format!(
+        "<linearGradient id='g'>{stops}</linearGradient><rect width='9' height='9' fill='url(#g)'/>"
+    ));
+    let drawing = parse(&text, &options).unwrap();
+    assert_eq!(drawing.scene.shapes()[0].shade().attachment(), Attachment::Material);
+}
+
+#[test]
+fn invisible_content_is_left_out() {
+    let seen = "<rect id='seen' width='10' height='10'/>";
+    let hidden = [
+        "<g display='none'><text>a</text><image href='a.png'/></g>",
+        "<text style='display:none'>a</text>",
+        "<text visibility='hidden'>a</text>",
+        "<g visibility='hidden'><rect width='9' height='9' stroke='red'/></g>",
+        "<g opacity='0'><image href='a.png'/></g>",
+        "<rect width='9' height='9' fill='none'/>",
+        "<rect width='9' height='9' fill-opacity='0'/>",
+        "<rect width='9' height='9' fill='transparent'/>",
+        "<rect width='9' height='9' opacity='0%'/>",
+        "<rect width='0' height='9'/>",
+        "<circle r='0'/>",
+        "<path/>",
+        "<path d=''/>",
+        "<path d='M1 1L5 5z'/>",
+        "<path d='M1 1L5 5L2 2z'/>",
+        "<polyline points='1 1'/>",
+        "<line x2='5' y2='5'/>",
+        "<rect width='9' height='9' transform='scale(0)'/>",
+        "<rect width='9' height='9' stroke='red' stroke-width='0' fill='none'/>",
+        "<rect width='9' height='9' stroke='red' stroke-opacity='0' fill='none'/>",
+        "<style>.h { display: none }</style><path class='h' d='M0 0h1v1z'/>",
+        "<defs><text>a</text><filter id='f'/><mask id='m'/><clipPath id='c'/></defs>",
+        "<symbol id='s'><text>a</text></symbol>",
+        "<title>t</title><desc>d</desc><metadata><a xmlns='x'>text</a></metadata>",
+        "<i:image xmlns:i='http://www.inkscape.org' /><i:g xmlns:i='i'><text>a</text></i:g>",
+        "<!-- <text/> -->",
+    ];
+    for content in hidden {
+        let drawing = draw(&format!("{content}{seen}"));
+        assert_eq!(drawing.ids, [["seen"]], "{content}");
+        let error = refuse(content);
+        assert!(matches!(error, SvgError::Empty), "{content}: {error}");
+    }
+    // Visible inside hidden.
+    let drawing = draw("<g visibility='hidden'><rect id='v' visibility='visible' width='9' height='9'/></g>");
+    assert_eq!(drawing.shapes_under("v"), [0]);
+}
+
+/// Every refusal names the element, its id and its place.
+#[test]
+fn unsupported_content_is_refused_by_name() {
+    let gradient = "<linearGradient id='g'><stop/><stop offset='1' stop-color='red'/></linearGradient>";
+    let cases: &[(&str, &str, &str)] = &[
+        ("text", "text", "<text id='bad' x='1'>a</text>"),
+        ("image", "image", "<image id='bad' href='a.png' width='1' height='1'/>"),
+        ("foreignObject", "foreignObject", "<foreignObject id='bad'/>"),
+        ("switch", "switch", "<switch id='bad'><g/></switch>"),
+        ("script", "script", "<script id='bad'/>"),
+        ("blob", "blob", "<blob id='bad'/>"),
+        ("rect", "stroke", "<rect id='bad' width='1' height='1' stroke='red'/>"),
+        ("rect", "stroke", "<rect id='bad' width='1' height='1' fill='none' style='stroke:#000'/>"),
+        ("line", "stroke", "<g stroke='red'><line id='bad' x2='5'/></g>"),
+        ("rect", "opacity", "<rect id='bad' width='1' height='1' opacity='.5'/>"),
+        ("g", "opacity", "<g id='bad' opacity='.5'><rect width='1' height='1'/></g>"),
+        ("rect", "fill opacity", "<rect id='bad' width='1' height='1' fill-opacity='50%'/>"),
+        ("rect", "fill opacity", "<rect id='bad' width='1' height='1' fill='#ff000080'/>"),
+        ("rect", "filter", "<rect id='bad' width='1' height='1' filter='blur(2px)'/>"),
+        ("rect", "filter", "<filter id='f'/><rect id='bad' width='1' height='1' filter='url(#f)'/>"),
+        ("g", "mask", "<mask id='m'/><g id='bad' style='mask:url(#m)'><rect width='1' height='1'/></g>"),
+        ("rect", "clip-path", "<clipPath id='c'/><rect id='bad' width='1' height='1' clip-path='url(#c)'/>"),
+        ("rect", "clip-path", "<rect id='bad' width='1' height='1' style='clip-path:circle(40%)'/>"),
+        (
+            "g",
+            "mix-blend-mode",
+            "<g id='bad' style='mix-blend-mode:multiply'><rect width='1' height='1'/></g>",
+        ),
+        ("path", "marker-end", "<marker id='m'/><path id='bad' d='M0 0h1v1' marker-end='url(#m)'/>"),
+        (
+            "rect",
+            "radialGradient",
+            "<radialGradient id='r'/><rect id='bad' width='1' height='1' fill='url(#r)'/>",
+        ),
+        ("rect", "pattern", "<pattern id='p'/><rect id='bad' width='1' height='1' fill='url(#p)'/>"),
+        ("rect", "nothing", "<rect id='bad' width='1' height='1' fill='url(#none) red'/>"),
+        ("use", "nothing", "<use id='bad' href='#none'/>"),
+        ("use", "nothing", "<use id='bad' href='other.svg#a'/>"),
+        ("animate", "animate in rect", "<rect width='1' height='1'><animate id='bad'/></rect>"),
+        ("g", "itself", "<g id='bad'><use href='#bad'/></g>"),
+        ("rect", "rotate", "<rect id='bad' width='1' height='1' style='rotate:45deg'/>"),
+        ("rect", "given before", "<g id='bad'/><rect id='bad' width='1' height='1'/>"),
+        ("rect", "given before", "<i:a xmlns:i='i' id='bad'/><rect id='bad' width='1' height='1'/>"),
+        ("use", "nothing", "<i:a xmlns:i='i' id='i'/><use id='bad' href='#i'/>"),
+        ("style", "selector", "<style id='bad'>g > rect { fill: red }</style>"),
+        ("style", "selector", "<style id='bad'>@import 'a'; .a { fill: red }</style>"),
+        ("style", "open block", "<style id='bad'>.a { fill: red</style>"),
+        ("style", "text/css", "<style id='bad' media='print'>.a { fill: red }</style>"),
+        ("style", "filter", "<style id='bad'>.a { filter: blur(2px) }</style>"),
+        ("rect", "another namespace", "<rect id='bad' width='1' height='1' xml:id='r'/>"),
+        ("g", "background", "<g id='bad' style='background:red'/>"),
+        ("use", "nothing", "<use id='bad'/>"),
+        ("text", "text", "<style>.s { display: inline }</style><text id='bad' display='none'>a</text>"),
+        ("rect", "beyond", "<g transform='scale(1e5)'><rect id='bad' width='20' height='1'/></g>"),
+    ];
+    let mut failures = vec![];
+    for (tag, what, content) in cases {
+        let error = refuse(&format!("\n  {content}"));
+        let line = if *what == "itself" { None } else { Some(3) };
+        let text = error.to_string();
+        let is_good = match &error {
+            SvgError::Unsupported { element, what: found } => {
+                found.contains(what)
+                    && (line.is_none()
+                        || element.tag == *tag
+                            && element.id.as_deref() == Some("bad")
+                            && Some(element.line) == line
+                            && text.contains(&format!("<{tag} id=\"bad\"> at line 3, column")))
+            }
+            _ => false,
+        };
+        if !is_good {
+            failures.push(format!("{content}: {text}"));
+        }
+    }
+    for (what, bad) in [
+        ("spreadMethod", "<linearGradient id='h' href='#g' spreadMethod='reflect'/>"),
+        (
+            "two colours at one offset",
+            "<linearGradient id='h'><stop/><stop stop-color='red'/></linearGradient>",
+        ),
+        (
+            "two colours at one offset",
+            "<linearGradient id='h'><stop offset='.5'/><stop offset='.2' stop-color='red'/></linearGradient>",
+        ),
+        (
+            "stop-opacity",
+            "<linearGradient id='h'><stop/><stop offset='1' stop-opacity='.5'/></linearGradient>",
+        ),
+        ("no inverse", "<linearGradient id='h' href='#g' gradientTransform='matrix(1 1 1 1 0 0)'/>"),
+    ] {
+        let content = format!("{gradient}{bad}<rect id='bad' width='5' height='5' fill='url(#h)'/>");
+        let error = refuse(&content);
+        match &error {
+            SvgError::Unsupported { element, what: found } if found.contains(what) => {
+                assert_eq!((element.tag.as_str(), element.id.as_deref()), ("rect", Some("bad")));
+            }
+            _ => failures.push(format!("{content}: {error}")),
+        }
+    }
+    assert!(failures.is_empty(), "{failures:#?}");
+}
+
+#[test]
+fn unreadable_values_are_refused_by_name() {
+    let cases = [
+        ("d", "<path id='bad' d='M0 0L1'/>"),
+        ("d", "<path id='bad' d='M0 0h5v5zQ'/>"),
+        ("d", "<path id='bad' d='L0 0h5v5z'/>"),
+        ("d", "<path id='bad' d='M0 0h5v5z 3 4'/>"),
+        ("d", "<path id='bad' d='M0 0hNaNv5z'/>"),
+        ("d", "<path id='bad' d='M0 0hinfv5z'/>"),
+        ("d", "<path id='bad' d='M0 0h1e999v5z'/>"),
+        ("d", "<path id='bad' d='M0 0h1e7v5z'/>"),
+        ("d", "<path id='bad' d='M0 0A5 5 0 2 0 9 9'/>"),
+        ("d", "<path id='bad' d='M0 0A1e-300 5 0 1 0 9 9'/>"),
+        ("points", "<polygon id='bad' points='0 0 1 1 2'/>"),
+        ("points", "<polygon id='bad' points='0 0 1 x'/>"),
+        ("transform", "<rect id='bad' transform='rotate(4' width='1' height='1'/>"),
+        ("transform", "<rect id='bad' transform='turn(4)' width='1' height='1'/>"),
+        ("transform", "<rect id='bad' style='transform:rotate(45deg)' width='1' height='1'/>"),
+        ("transform", "<rect id='bad' transform='scale(1e-9)' width='1' height='1'/>"),
+        ("fill", "<rect id='bad' fill='#12' width='1' height='1'/>"),
+        ("fill", "<rect id='bad' fill='lavendar' width='1' height='1'/>"),
+        ("fill", "<rect id='bad' fill='oklch(0.5 0.2 100)' width='1' height='1'/>"),
+        ("stroke", "<rect id='bad' stroke='rgb(1,2)' width='1' height='1'/>"),
+        ("fill-rule", "<rect id='bad' fill-rule='odd' width='1' height='1'/>"),
+        ("opacity", "<rect id='bad' opacity='half' width='1' height='1'/>"),
+        ("width", "<rect id='bad' width='1vw' height='1'/>"),
+        ("r", "<circle id='bad' r='-1'/>"),
+        ("style", "<rect id='bad' style='font:1px/2 a;fill:red' width='1' height='1'/>"),
+        ("style", "<rect id='bad' style='fill:var(--a)' width='1' height='1'/>"),
+        ("viewBox", "<svg id='bad' viewBox='0 0 0 5'/>"),
+    ];
+    for (attribute, content) in cases {
+        match refuse(&format!("\n\n {content}")) {
+            SvgError::Value { element, name, .. } => {
+                assert_eq!((name.as_str(), element.id.as_deref()), (attribute, Some("bad")), "{content}");
+                assert_eq!((element.line, element.column), (4, 2), "{content}");
+            }
+            error => panic!("{content}: {error}"),
+        }
+    }
+}
+
+#[test]
+fn readable_values_are_read() {
+    let cases: &[(&str, f64)] = &[
+        ("<path d='m 1-1.5.5e1.5L+9,9 z m2 2 3 0 0 3'/>", f64::NAN),
+        ("<path d='M0 0h4v4H0zM10 10l4 0 0 4-4 0'/>", 32.0),
+        ("<path d='M0,10a10 10 0 0120 0z'/>", 50.0 * PI),
+        ("<path d='M0 10A10 10 0 0,1 20,10Z'/>", 50.0 * PI),
+        ("<path d='M0 0T4 0 4 4S0 4 0 4z'/>", f64::NAN),
+        ("<polygon points=' 0,0 4,0, 4 4 0 4 '/>", 16.0),
+        ("<polyline points='0 0 4 0 4 4'/>", 8.0),
+        ("<ellipse rx='10' ry='5'/>", 50.0 * PI),
+        ("<rect width='10' height='10' rx='5'/>", 25.0 * PI),
+        ("<rect width='10' height='10' rx='auto' ry='0'/>", 100.0),
+        (
+            "<rect width='4' height='4' transform='translate(1), rotate(30,1,2)\n scale(2 -1) skewY(3)'/>",
+            32.0,
+        ),
+        ("<rect width='1cm' height='1e0in'/>", 9600.0 * 0.96 / 2.54),
+        (
+            "<style>/* c */ rect.a, #b .c { fill: red !important; ; width: auto }</style><rect class='a' width='4' height='4'/>",
+            16.0,
+        ),
+        (
+            "<rect style='fill : rgb(1, 2, 3) ; stroke:none;-inkscape-stroke:none' width='4' height='4'/>",
+            16.0,
+        ),
+        ("<a><rect width='4' height='4' fill='inherit' stroke='none' color='red'/></a>", 16.0),
+        (
+            "<i:d xmlns:i='i' id='b'/><rect id='a' xmlns:i='i' i:width='x' i:d='y' width='4' height='4'/>",
+            16.0,
+        ),
+        ("<svg x='1' overflow='visible'><rect width='4' height='4'/></svg>", 16.0),
+    ];
+    for (content, expected) in cases {
+        let drawing = draw(content);
+        let found: f64 = areas(&drawing).iter().sum();
+        if !expected.is_nan() {
+            // Arcs are coarse at this size.
+            assert!((found / expected - 1.0).abs() < 0.02, "{content}: {found} {expected}");
+        }
+    }
+}
+
+#[test]
+fn used_elements_belong_to_the_use() {
+    let drawing = draw(
+        "<defs><g id='leaf'><rect id='part' width='2' height='2'/><rect width='1' height='1'/></g></defs>\
+         <g id='tree'><use id='left' href='#leaf'/>\
+         <use xlink:href='#leaf' xmlns:xlink='http://www.w3.org/1999/xlink' x='50' fill='red'/></g>\
+         <symbol id='s' overflow='visible'><rect width='3' height='3'/></symbol><use id='from' href='#s'/>",
+    );
+    assert_eq!(drawing.ids[0], ["left", "tree"]);
+    assert_eq!(drawing.shapes_under("left"), [0, 1]);
+    assert_eq!(drawing.shapes_under("tree"), [0, 1, 2, 3]);
+    assert!(drawing.shapes_under("leaf").is_empty());
+    assert_eq!(drawing.shapes_under("from"), [4]);
+    assert_eq!(drawing.scene.value(drawing.scene.hit(point(51.5, 1.5)).as_ref(), point(51.5, 1.5)), DVec3::X);
+    // Clipping viewports are refused.
+    let error = refuse("<symbol id='s'><rect width='3' height='3'/></symbol>\n<use id='u' href='#s'/>");
+    assert!(
+        matches!(&error, SvgError::Unsupported { element, what } if element.id.as_deref() == Some("u")
+        && element.line == 3 && what == "clipping"),
+        "{error}"
+    );
+    let error = refuse("<svg width='1' height='1'><rect width='3' height='3'/></svg>");
+    assert!(matches!(&error, SvgError::Unsupported { what, .. } if what == "clipping"), "{error}");
+}
+
+#[test]
+fn references_in_circles_are_refused() {
+    let cases = [
+        "<linearGradient id='a' href='#b'/><linearGradient id='b' href='#c'/>\
+         <linearGradient id='c' href='#b'/><rect fill='url(#a)' width='1' height='1'/>",
+        "<linearGradient id='a' href='#a'/><rect fill='url(#a)' width='1' height='1'/>",
+        "<pattern id='a'><rect fill='url(#b)' width='1' height='1'/></pattern>\
+         <pattern id='b'><rect fill='url(#c)' width='1' height='1'/></pattern>\
+         <pattern id='c'><rect fill='url(#b)' width='1' height='1'/></pattern>\
+         <rect fill='url(#a)' width='1' height='1'/>",
+        "<g id='a'><use href='#b'/></g><g id='b'><use href='#a'/></g>",
+        "<defs><use id='a' href='#a'/></defs><rect width='1' height='1'/>",
+    ];
+    for content in cases {
+        assert!(matches!(refuse(content), SvgError::Unsupported { .. }), "{content}");
+    }
+    // 2³⁰ rectangles by 30 uses.
+    let mut bomb = "<rect id='u0' width='1' height='1'/>".to_owned();
+    for i in 0..30 {
+        bomb.push_str(&format!("<g id='u{}'><use href='#u{i}'/><use href='#u{i}'/></g>", i + 1));
+    }
+    assert!(matches!(refuse(&bomb), SvgError::Unsupported { .. }));
+    let deep = |n: usize| format!("{}<rect width='1' height='1'/>{}", "<g>".repeat(n), "</g>".repeat(n));
+    assert_eq!(areas(&draw(&deep(250))), [1.0]);
+    assert!(matches!(refuse(&deep(300)), SvgError::Unsupported { .. }));
+    assert!(matches!(refuse(&deep(100_000)), SvgError::Unsupported { .. }));
+}
+
+#[test]
+fn broken_documents() {
+    let options = SvgOptions::default();
+    let error = |text: &str| parse(text, &options).unwrap_err();
+    assert!(matches!(error(""), SvgError::Xml { line: 1, .. }));
+    assert!(matches!(error("no markup"), SvgError::Xml { .. }));
+    let broken = "<svg xmlns='http://www.w3.org/2000/svg'>\n<g>\n  <rect width=1/>\n</g></svg>";
+    assert!(matches!(error(broken), SvgError::Xml { line: 3, column: 15, .. }), "{}", error(broken));
+    assert!(matches!(error("<svg xmlns='http://www.w3.org/2000/svg'><g>"), SvgError::Xml { .. }));
+    assert!(matches!(error("<html/>"), SvgError::Unsupported { .. }));
+    assert!(matches!(error("<svg xmlns='http://www.w3.org/2000/svg'/>"), SvgError::Empty));
+    let no_size = "<svg xmlns='http://www.w3.org/2000/svg' width='0' height='5'/>";
+    assert!(matches!(error(no_size), SvgError::Document { .. }));
+    let entity = "<!DOCTYPE svg [<!ENTITY e '<rect width=\"1\" height=\"1\"/>'>]>\
+                  <svg xmlns='http://www.w3.org/2000/svg' width='9' height='9'>&e;&e;</svg>";
+    assert!(matches!(error(entity), SvgError::Unsupported { .. }));
+    let external = "<?xml-stylesheet href='a.css'?><svg xmlns='http://www.w3.org/2000/svg'/>";
+    assert!(matches!(error(external), SvgError::Unsupported { .. }));
+    let background = SvgOptions { background: DVec3::NAN, ..options };
+    let scene = parse(&svg("<rect width='1' height='1'/>"), &background);
+    assert!(matches!(scene, Err(SvgError::Scene(SceneError::Background))));
+    let missing = read(Path::new("/nonexistent/drawing.svg"), &options).unwrap_err();
+    assert!(matches!(&missing, SvgError::Io { path, .. } if path.ends_with("drawing.svg")));
+    // The page's colour is a shape behind all others.
+    let page = "<svg xmlns='http://www.w3.org/2000/svg' id='page' width='9' height='9' \
+                style='background-color:#00f'><rect width='1' height='1'/></svg>";
+    let page = parse(page, &options).unwrap();
+    assert_eq!((page.name(0), areas(&page)), (Some("page"), vec![81.0, 1.0]));
+    // A byte order mark and an entity in an attribute do no harm.
+    let marked = "\u{feff}<!DOCTYPE svg [<!ENTITY w '7'>]><svg xmlns='http://www.w3.org/2000/svg' \
+                  width='9' height='9'><rect width='&w;' height='&w;'/></svg>";
+    assert_eq!(areas(&parse(marked, &options).unwrap()), [49.0]);
+}
+
+/// The winding number of u, by crossings of a ray.
+fn winding(rings: &[Vec<DVec2>], u: DVec2) -> i32 {
+    let mut number = 0;
+    for ring in rings {
+        for (i, &a) in ring.iter().enumerate() {
+            let b = ring[(i + 1) % ring.len()];
+            if (a.y <= u.y) != (b.y <= u.y) {
+                let side = orient(a, b, u);
+                number += i32::from(a.y <= u.y && side > 0.0) - i32::from(a.y > u.y && side < 0.0);
+            }
+        }
+    }
+    number
+}
+
+/// Random rings, on a small grid so that most are degenerate, and in general position.
+#[test]
+fn fill_rules_agree_with_winding_numbers() {
+    let mut rng = stream(7, &[]);
+    for case in 0..3000 {
+        let rings: Vec<Vec<DVec2>> = (0..rng.random_range(1..4))
+            .map(|_| {
+                (0..rng.random_range(3..12))
+                    .map(|_| {
+                        if case % 2 == 0 {
+                            point(f64::from(rng.random_range(0..6)), f64::from(rng.random_range(0..6)))
+                        } else {
+                            point(rng.random_range(0.0..6.0), rng.random_range(0.0..6.0))
+                        }
+                    })
+                    .collect()
+            })
+            .collect();
+        for rule in [usvg::FillRule::NonZero, usvg::FillRule::EvenOdd] {
+            let polygon = region::polygon(rings.clone(), rule)
+                .unwrap_or_else(|error| panic!("{case} {rule:?}: {error} {rings:?}"));
+            let resolved: Vec<Vec<DVec2>> =
+                polygon.iter().flat_map(|p| p.rings().map(<[DVec2]>::to_vec)).collect();
+            for _ in 0..50 {
+                let u = point(rng.random_range(0.0..6.0), rng.random_range(0.0..6.0));
+                let edges = rings.iter().flat_map(|r| (0..r.len()).map(|i| (r[i], r[(i + 1) % r.len()])));
+                let distance = edges
+                    .map(|(a, b)| super::super::scene::segment_distance_squared(u, a, b))
+                    .fold(f64::INFINITY, f64::min);
+                if distance.sqrt() < 1e-4 {
+                    continue;
+                }
+                let number = winding(&rings, u);
+                let is_in = if rule == usvg::FillRule::NonZero { number != 0 } else { number % 2 != 0 };
+                assert_eq!(winding(&resolved, u) % 2 != 0, is_in, "{case} {rule:?} {u} {rings:?}");
+            }
+        }
+    }
+}
+
+/// No input makes the reader panic: a document cut short anywhere, and with bytes changed.
+#[test]
+fn mutated_documents_do_not_panic() {
+    let valid = svg("<style>.c1, g rect { fill: #fa0; } #q{opacity:1}</style>\n\
+         <defs><linearGradient id='g' x2='0' y2='1' gradientTransform='rotate(9)'>\
+         <stop offset='10%' stop-color='red'/><stop offset='1' style='stop-color:#00f'/></linearGradient>\n\
+         <linearGradient id='h' xlink:href='#g' xmlns:xlink='http://www.w3.org/1999/xlink'/></defs>\n\
+         <g id='q' transform='translate(1,2) rotate(3) scale(.9)' fill='url(#g)'>\n\
+         <path class='c1' d='M10,10C20-5 9e1,5 50 60s-30 3-20 9q3 3 4 9t3 1a5 6 7 0 1 8 9z' fill-rule='evenodd'/>\n\
+         <polygon points='1,1 9,1 2,8 5,0 6,7' style='fill:url(#h);stroke:none'/><circle cx='50' r='9'/>\n\
+         <use href='#r' x='3'/><rect id='r' width='9' height='50%' rx='1'/><ellipse rx='2' ry='3'/></g>");
+    let options = SvgOptions::default();
+    assert_eq!(parse(&valid, &options).unwrap().scene.shapes().len(), 6);
+    for end in (0..valid.len()).filter(|&end| valid.is_char_boundary(end)) {
+        assert!(parse(&valid[..end], &options).is_err(), "cut at byte {end}");
+    }
+    let mut rng = stream(11, &[]);
+    let alphabet: Vec<char> = "09-+.,eEMmzAaQ #%()<>/='\"&;:{}\n*@!-xé\u{0}".chars().collect();
+    let characters: Vec<char> = valid.chars().collect();
+    let mut accepted = 0;
+    for _ in 0..4000 {
+        let mut mutant = characters.clone();
+        for _ in 0..rng.random_range(1..4) {
+            let at = rng.random_range(0..mutant.len());
+            let new = alphabet[rng.random_range(0..alphabet.len())];
+            match rng.random_range(0..4) {
+                0 => mutant.insert(at, new),
+                1 => drop(mutant.remove(at)),
+                2 => {
+                    let other = rng.random_range(0..mutant.len());
+                    mutant.swap(at, other);
+                }
+                _ => mutant[at] = new,
+            }
+        }
+        let text: String = mutant.into_iter().collect();
+        if let Ok(drawing) = parse(&text, &options) {
+            accepted += 1;
+            assert!(drawing.scene.vertices().iter().all(|v| v.is_finite()), "{text}");
+        }
+    }
+    assert!(accepted > 0);
+}

@@ -1,0 +1,178 @@
+//! Random plane scenes: generic, degenerate in a named way, and not differentiable.
+//!
+//! A [`Case`] is built from [`Knobs`] by [`Knobs::build`]. [`random`] draws the knobs from a seed;
+//! [`strategy`] lets proptest draw them, so that a failure shrinks to few shapes with few vertices
+//! and the simplest filter. All cases but those of [`non_differentiable`] have a derivative, though
+//! that of [`Kind::NearlyCoincident`] changes within a displacement of one gap.
+
+mod degenerate;
+mod pieces;
+
+use flatland::plane::{Film, Filter, Motion, Scene};
+use glam::DVec2;
+use proptest::prelude::*;
+
+use degenerate::pieces;
+use pieces::{Dice, Piece, Window};
+
+/// A scene that moves, and a film that looks at it.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// Shapes that cross the film's border.
+    pub scene: Scene,
+    /// What θ does to it.
+    pub motion: Motion,
+    /// 3 × 3 to 6 × 6 pixels.
+    pub film: Film,
+    /// The knobs, in words: what a failing test should print.
+    pub label: String,
+}
+
+impl Case {
+    /// The velocity of every vertex.
+    ///
+    /// # Panics
+    /// Never for cases of this module, whose motions fit their scenes.
+    #[must_use]
+    pub fn velocities(&self) -> Vec<DVec2> {
+        self.motion.velocities(&self.scene).expect("the motion fits its scene")
+    }
+}
+
+/// What is degenerate about a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Kind {
+    /// Nothing.
+    Generic,
+    /// Two polygons side by side share edges, or parts of one, and move as one.
+    CoincidentTogether,
+    /// Two polygons that share part of an edge move apart, below a third that hides where.
+    CoincidentHidden,
+    /// Two polygons that move differently have a vertex in common.
+    SharedVertex,
+    /// A vertex of a polygon lies exactly on another's edge, and they move differently.
+    TJunction,
+    /// Two polygons, or two rings of one, touch in a point from outside.
+    Touching,
+    /// An edge runs exactly through a pixel's corner, or through several.
+    EdgeThroughCorner,
+    /// Vertices lie exactly on pixels' corners.
+    VertexOnCorner,
+    /// Edges run along the lines where the filter is not smooth; along a box's border they stand
+    /// still or slide along themselves.
+    GridAligned,
+    /// Polygons 10³ to 10⁶ times as long as wide.
+    Sliver,
+    /// Edges of two polygons that move differently are 10⁻⁶, 10⁻¹⁰ or 10⁻¹³ pixels apart.
+    NearlyCoincident,
+    /// Copies of one polygon lie on each other and move as one.
+    NestedCopies,
+    /// A polygon's hole is exactly filled by another, and they move as one.
+    FilledHole,
+}
+
+impl Kind {
+    /// All kinds, the generic first.
+    pub const ALL: [Self; 13] = [
+        Self::Generic,
+        Self::CoincidentTogether,
+        Self::CoincidentHidden,
+        Self::SharedVertex,
+        Self::TJunction,
+        Self::Touching,
+        Self::EdgeThroughCorner,
+        Self::VertexOnCorner,
+        Self::GridAligned,
+        Self::Sliver,
+        Self::NearlyCoincident,
+        Self::NestedCopies,
+        Self::FilledHole,
+    ];
+}
+
+/// All that a case depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Knobs {
+    /// Everything that has no knob of its own.
+    pub seed: u64,
+    /// What is degenerate.
+    pub kind: Kind,
+    /// How many shapes, 1 to 5; more where the kind needs more.
+    pub shapes: usize,
+    /// The most vertices of a ring, 3 to 12.
+    pub vertices: usize,
+    /// The pixel filter.
+    pub filter: Filter,
+}
+
+impl Knobs {
+    /// Knobs drawn from a seed.
+    #[must_use]
+    pub fn random(seed: u64, kind: Kind) -> Self {
+        let mut dice = Dice::new(seed, u64::MAX);
+        let filter = dice.pick(&[Filter::Box, Filter::Tent, Filter::Gaussian]);
+        Self { seed, kind, shapes: dice.count(1, 5), vertices: dice.count(3, 12), filter }
+    }
+
+    /// The case with these knobs: the same on every machine and in every thread.
+    ///
+    /// # Panics
+    /// If a generator is wrong: every scene it makes must be valid.
+    #[must_use]
+    pub fn build(&self) -> Case {
+        let window = Window::random(&mut Dice::new(self.seed, 0), self.filter, self.kind == Kind::Generic);
+        let mut stack = pieces(self, &window);
+        // The rest is generic, above and below. Each shape has dice of its own, so that there may
+        // be fewer of them while the others stay as they are.
+        let rest = self.shapes.saturating_sub(stack.len());
+        for i in 0..rest {
+            let mut dice = Dice::new(self.seed, 100 + i as u64);
+            let piece = Piece::generic(&mut dice, &window, self.vertices);
+            let place = if dice.chance(0.7) { 0 } else { stack.len() };
+            stack.insert(place, piece);
+        }
+        let background = Dice::new(self.seed, 1).colour();
+        let (scene, motion) = pieces::assemble(background, stack);
+        Case { scene, motion, film: window.film, label: format!("{self:?}") }
+    }
+}
+
+/// The case of a kind with all other knobs drawn from a seed.
+#[must_use]
+pub fn random(seed: u64, kind: Kind) -> Case {
+    Knobs::random(seed, kind).build()
+}
+
+/// Cases of any kind, for proptest.
+pub fn strategy() -> impl Strategy<Value = Case> {
+    knobs(Kind::ALL.to_vec()).prop_map(|knobs| knobs.build())
+}
+
+/// Cases of one kind, for proptest.
+pub fn strategy_of(kind: Kind) -> impl Strategy<Value = Case> {
+    knobs(vec![kind]).prop_map(|knobs| knobs.build())
+}
+
+/// Knobs over some kinds; shrinks towards the first kind, one shape, triangles and a box.
+pub fn knobs(kinds: Vec<Kind>) -> impl Strategy<Value = Knobs> {
+    let filters = vec![Filter::Box, Filter::Tent, Filter::Gaussian];
+    let parts = (any::<u64>(), prop::sample::select(kinds), 1..=5_usize, 3..=12_usize);
+    (parts, prop::sample::select(filters)).prop_map(|((seed, kind, shapes, vertices), filter)| Knobs {
+        seed,
+        kind,
+        shapes,
+        vertices,
+        filter,
+    })
+}
+
+/// A case whose image has no derivative, in a pixel well inside the film: even seeds tear two
+/// polygons apart along a visible edge that they share, odd seeds push an edge across the border
+/// of a box pixel that it lies on.
+#[must_use]
+pub fn non_differentiable(seed: u64) -> Case {
+    degenerate::non_differentiable(seed)
+}
+
+#[cfg(test)]
+mod tests;
