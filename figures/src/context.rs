@@ -1,0 +1,77 @@
+//! What every figure is told: how much to spend, where to write, and how to show progress.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use clap::ValueEnum;
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// How many samples to spend.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Quality {
+    /// Enough to see every effect; all figures in under two minutes on two cores.
+    Draft,
+    /// Enough to print.
+    Full,
+}
+
+/// What every figure is told.
+pub(crate) struct Context {
+    quality: Quality,
+    out: PathBuf,
+    seed: u64,
+    figures: ProgressBar,
+    start: Instant,
+}
+
+impl Context {
+    /// For a run of `count` figures.
+    pub(crate) fn new(quality: Quality, out: PathBuf, seed: u64, count: usize) -> Self {
+        let figures = ProgressBar::new(count as u64).with_style(style("{pos}/{len} {bar:24} {elapsed} {msg}"));
+        figures.enable_steady_tick(Duration::from_millis(200));
+        Self { quality, out, seed, figures, start: Instant::now() }
+    }
+
+    /// `draft` or `full`, by the quality asked for.
+    pub(crate) fn spend<T>(&self, draft: T, full: T) -> T {
+        match self.quality {
+            Quality::Draft => draft,
+            Quality::Full => full,
+        }
+    }
+
+    /// The seed of every random number.
+    pub(crate) fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// Where a file of this name goes.
+    pub(crate) fn path(&self, file: &str) -> PathBuf {
+        self.out.join(file)
+    }
+
+    /// Says what the figure is doing now.
+    pub(crate) fn step(&self, what: &str) {
+        self.figures.set_message(what.to_owned());
+    }
+
+    /// Draws one figure, and reports the time it took.
+    pub(crate) fn figure<T>(&self, title: &str, draw: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<T> {
+        let start = Instant::now();
+        self.step(title);
+        let drawn = draw()?;
+        self.figures.println(format!("{:6.1} s  {title}", start.elapsed().as_secs_f64()));
+        self.figures.inc(1);
+        Ok(drawn)
+    }
+
+    /// Says where the gallery is.
+    pub(crate) fn finish(&self, page: &Path) {
+        self.figures.finish_and_clear();
+        println!("{} written in {:.1} s", page.display(), self.start.elapsed().as_secs_f64());
+    }
+}
+
+fn style(template: &str) -> ProgressStyle {
+    ProgressStyle::with_template(template).expect("the template is well formed")
+}

@@ -1,0 +1,59 @@
+//! The figures, one file each, in the order of the story.
+
+mod attempts;
+mod drawing;
+mod edges;
+mod fields;
+mod forms;
+mod trade;
+
+use crate::context::Context;
+use crate::gallery::Section;
+
+/// What the gallery opens with.
+pub(crate) const INTRODUCTION: &str = "<p>When a shape moves, the image changes in two ways: inside \
+    it, smoothly, and along its silhouette, by a jump that sweeps over pixels. The second part, the \
+    <em>boundary term</em>, is what sampling misses. These figures go from the boundary term to the \
+    warp field that turns it into an ordinary area integral, and to what that costs. Every number \
+    in them was computed by the run that drew them.</p>";
+
+/// A figure.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Name {
+    Fields,
+    Attempts,
+    Forms,
+    Edges,
+    Trade,
+    Drawing,
+}
+
+impl Name {
+    /// All figures in order.
+    pub(crate) const ALL: [Self; 6] =
+        [Self::Fields, Self::Attempts, Self::Forms, Self::Edges, Self::Trade, Self::Drawing];
+
+    /// What the progress bar calls it.
+    pub(crate) fn title(self) -> &'static str {
+        match self {
+            Self::Fields => "1 warp fields",
+            Self::Attempts => "2 three attempts",
+            Self::Forms => "3 three forms of one derivative",
+            Self::Edges => "4 edge sampling",
+            Self::Trade => "5 bias, variance and time",
+            Self::Drawing => "6 a real drawing",
+        }
+    }
+
+    /// Draws it, writes its files and explains it.
+    pub(crate) fn draw(self, context: &Context) -> anyhow::Result<Section> {
+        match self {
+            Self::Fields => fields::draw(context),
+            Self::Attempts => attempts::draw(context),
+            Self::Forms => forms::draw(context),
+            Self::Edges => edges::draw(context),
+            Self::Trade => trade::draw(context),
+            Self::Drawing => drawing::draw(context),
+        }
+    }
+}
