@@ -1,11 +1,13 @@
 //! What the integration tests of the workspace share: an independent oracle, random scenes, and the
 //! statistics of unbiasedness.
 //!
+//! - [`campaign`]: estimates and exact values over many scenes.
 //! - [`oracle`]: pixels of a plane scene and their derivatives by a slab decomposition in dual
 //!   numbers, sharing no code with [`flatland::plane::exact`].
 //! - [`scenes`]: random scenes, generic, degenerate and not differentiable.
 //! - [`statistics`]: z-tests with corrected thresholds, and rates on log–log data.
 
+pub mod campaign;
 mod double_double;
 pub mod oracle;
 pub mod scenes;

@@ -36,7 +36,7 @@ pub enum BoundaryFunction {
 
 impl Default for BoundaryFunction {
     fn default() -> Self {
-        Self::KernelScaledSquared { scale: 0.2 }
+        Self::KernelScaledSquared { scale: 0.4 }
     }
 }
 

@@ -36,9 +36,12 @@ pub enum Debias {
     /// every two points are together as often as apart and those products cancel; it costs no rays.
     ///
     /// Cost is finite when ratio < 1/2, variance when E|Δ_l|² falls faster than `ratio` from level
-    /// to level. It falls as 4⁻ˡ where u is far from boundaries, for any γ. The strip that m rays
-    /// cannot resolve narrows as m^−1/(3a) for B ~ s and γ = 3, as m^−1/(2a) for B ~ s², with a the
-    /// focus: E|Δ_l|² falls at least as 4⁻ˡ if a ≤ 1/6, a ≤ 1/4 respectively.
+    /// to level. It falls as 4⁻ˡ where u is far from boundaries, for any γ. The strip along a
+    /// silhouette that m rays cannot resolve narrows as m^−1/(3a) for B ~ s and γ = 3, as
+    /// m^−1/(2a) for B ~ s², with a the focus. Where silhouettes of *different* motions meet in a
+    /// point, V is not continuous at that point, ∫ |∇·V|² diverges logarithmically for the exact
+    /// field already, and E|Δ_l|² does not fall: there the variance is infinite, as that of every
+    /// scheme with finite cost, and errors fall a little more slowly than n^−½.
     Multilevel {
         /// Auxiliary rays in a block.
         rays: usize,

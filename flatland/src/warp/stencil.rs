@@ -49,7 +49,7 @@ impl Default for Warp {
         Self {
             weighting: Weighting::default(),
             points: AuxiliaryPoints::default(),
-            focus: 0.3,
+            focus: 0.4,
             debias: Debias::default(),
         }
     }
@@ -341,7 +341,7 @@ mod tests {
             let mut draws = vec![];
             warp.points.draw::<D>(u, kappa, warp.focus, 10, &mut stream(1, &[]), &mut draws);
             let value = |at: DVec2| {
-                let scale = 0.2 * kappa.sqrt();
+                let scale = 0.4 * kappa.sqrt();
                 let (mut z, mut a) = (0.0, DVec2::ZERO);
                 for draw in &draws {
                     let p = draw.point;

@@ -1,0 +1,169 @@
+//! The bias of a fixed number of auxiliary rays, against everything that decides it.
+
+use flatland::estimator::WarpedArea;
+use flatland::warp::{BoundaryFunction, Debias, Warp, Weighting};
+
+use super::study::{Bias, KAPPA, Spread, Study, seed_of};
+use crate::context::Context;
+use crate::plot::{Color, Marker, Palette};
+
+/// Auxiliary rays N' of the first study.
+const RAYS: [usize; 9] = [1, 2, 4, 8, 16, 32, 64, 128, 256];
+/// From how many rays on the bias is expected to follow a power of N'.
+const SETTLED: usize = 8;
+/// Auxiliary rays of the study of κ.
+pub(super) const RAYS_OF_KAPPA: usize = 16;
+/// Auxiliary rays of the study of γ.
+pub(super) const RAYS_OF_GAMMA: [usize; 3] = [8, 32, 128];
+/// The least γ for which a linear B is boundary consistent in two dimensions: 1/p + 1/2, p = 1.
+pub(super) const BOUND: f64 = 1.5;
+
+/// A weight with its looks.
+pub(super) struct Series {
+    pub(super) name: &'static str,
+    pub(super) color: Color,
+    pub(super) marker: Marker,
+    warp: Warp,
+}
+
+/// A series with its bias along some axis.
+pub(super) struct Curve {
+    pub(super) series: Series,
+    /// (what varies, bias).
+    pub(super) points: Vec<(f64, Bias)>,
+}
+
+/// The exponent of N' that a curve's bias follows, with its standard error.
+#[derive(Clone, Copy)]
+pub(super) struct Rate {
+    pub(super) exponent: f64,
+    pub(super) error: f64,
+}
+
+/// Bias and variance of one γ and N'.
+pub(super) struct GammaPoint {
+    pub(super) rays: usize,
+    pub(super) gamma: f64,
+    pub(super) bias: Bias,
+    pub(super) spread: Spread,
+}
+
+fn with(boundary: BoundaryFunction, gamma: f64, warp: Warp) -> Warp {
+    Warp { weighting: Weighting::BoundaryAware { gamma, boundary }, ..warp }
+}
+
+fn consistent(rays: usize, warp: Warp) -> Warp {
+    Warp { debias: Debias::Consistent { rays }, ..warp }
+}
+
+/// Six weights, from the original to one that no number of rays makes right.
+fn weights() -> Vec<Series> {
+    let original = Warp::original(1);
+    let series = |name, color, marker, warp| Series { name, color, marker, warp };
+    vec![
+        series("original: linear B, γ = 3", Palette::BLUE, Marker::Circle, original),
+        series("the same, focus 0.3", Palette::SKY, Marker::Square, Warp { focus: 0.3, ..original }),
+        series("default: B ~ s², γ = 3/2", Palette::VERMILION, Marker::Diamond, Warp::default()),
+        series(
+            "B = 2s, blind to κ",
+            Palette::GREEN,
+            Marker::TriangleUp,
+            with(BoundaryFunction::SceneScaled { scale: 2.0 }, 3.0, original),
+        ),
+        series(
+            "grazing: B ~ √s, γ = 3",
+            Palette::PURPLE,
+            Marker::TriangleDown,
+            with(BoundaryFunction::Grazing { scale: 2.0 }, 3.0, original),
+        ),
+        series(
+            "Gaussian: no B",
+            Palette::GREY,
+            Marker::Cross,
+            Warp { weighting: Weighting::Gaussian, ..original },
+        ),
+    ]
+}
+
+/// Three boundary functions, two of which know the kernel's width.
+fn boundaries() -> Vec<Series> {
+    weights().into_iter().enumerate().filter(|(i, _)| [0, 2, 3].contains(i)).map(|(_, series)| series).collect()
+}
+
+/// Bias against N'.
+pub(super) fn against_rays(context: &Context, study: &Study) -> Vec<Curve> {
+    let (batches, grid) = context.spend((8, 40), (32, 96));
+    let measure = |index: usize, warp: Warp, rays: usize| {
+        // Few rays cost little and vary much.
+        let batches = batches * (32 / rays).clamp(1, 6);
+        let seed = seed_of(context.seed(), &[5, 1, index as u64, rays as u64]);
+        (rays as f64, study.bias(consistent(rays, warp), KAPPA, batches, grid, seed))
+    };
+    let curves = weights().into_iter().enumerate();
+    curves
+        .map(|(index, series)| {
+            let points = RAYS.iter().map(|&rays| measure(index, series.warp, rays)).collect();
+            Curve { series, points }
+        })
+        .collect()
+}
+
+/// Bias against κ at a fixed number of rays.
+pub(super) fn against_kappa(context: &Context, study: &Study) -> Vec<Curve> {
+    let (batches, grid) = context.spend((8, 72), (32, 160));
+    let kappas: Vec<f64> = (0..9).map(|i| 10.0 * 10f64.powf(f64::from(i) * 0.3125)).collect();
+    let measure = |index: usize, warp: Warp, kappa: f64| {
+        let seed = seed_of(context.seed(), &[5, 2, index as u64, kappa.to_bits()]);
+        (kappa, study.bias(consistent(RAYS_OF_KAPPA, warp), kappa, batches, grid, seed))
+    };
+    let curves = boundaries().into_iter().enumerate();
+    curves
+        .map(|(index, series)| {
+            let points = kappas.iter().map(|&kappa| measure(index, series.warp, kappa)).collect();
+            Curve { series, points }
+        })
+        .collect()
+}
+
+/// Bias and variance against γ, with the linear boundary function of the original.
+pub(super) fn against_gamma(context: &Context, study: &Study) -> anyhow::Result<Vec<GammaPoint>> {
+    let (batches, grid, budget) = context.spend((8, 40, 40_000), (32, 96, 1_000_000));
+    let mut out = vec![];
+    for rays in RAYS_OF_GAMMA {
+        for gamma in [0.5, 0.75, 1.0, 1.25, BOUND, 2.0, 2.5, 3.0, 4.0, 6.0] {
+            let warp = Warp { focus: 0.3, ..Warp::original(rays) };
+            let warp = with(BoundaryFunction::KernelScaled { scale: 0.6 }, gamma, warp);
+            let seed = seed_of(context.seed(), &[5, 3, rays as u64, gamma.to_bits()]);
+            let bias = study.bias(warp, KAPPA, batches, grid, seed);
+            let samples = budget / (rays + 8);
+            let method = WarpedArea { samples, kappa: KAPPA, warp, seed, ..WarpedArea::default() };
+            out.push(GammaPoint { rays, gamma, bias, spread: study.spread(&method, samples)? });
+        }
+    }
+    Ok(out)
+}
+
+impl Curve {
+    /// The log–log slope by weighted least squares, over the settled points that stand out of the noise by
+    /// three standard errors; None if those are fewer than three.
+    pub(super) fn rate(&self) -> Option<Rate> {
+        let fitted: Vec<[f64; 3]> = self
+            .points
+            .iter()
+            .filter(|(rays, bias)| *rays >= SETTLED as f64 && bias.missing > 3.0 * bias.error)
+            .map(|(rays, bias)| [rays.ln(), bias.missing.ln(), (bias.missing / bias.error).powi(2)])
+            .collect();
+        if fitted.len() < 3 {
+            return None;
+        }
+        let total: f64 = fitted.iter().map(|[.., w]| w).sum();
+        let mean = |k: usize| fitted.iter().map(|point| point[2] * point[k]).sum::<f64>() / total;
+        let (x, y) = (mean(0), mean(1));
+        let (mut xx, mut xy) = (0.0, 0.0);
+        for [a, b, w] in &fitted {
+            xx += w * (a - x) * (a - x);
+            xy += w * (a - x) * (b - y);
+        }
+        Some(Rate { exponent: xy / xx, error: xx.sqrt().recip() })
+    }
+}

@@ -1,0 +1,188 @@
+//! The two pictures of the study.
+
+use glam::DVec2;
+
+use super::bias::{BOUND, Curve, GammaPoint, RAYS_OF_GAMMA, RAYS_OF_KAPPA};
+use super::debias::{RAYS, Scheme, name};
+use super::front::{Contender, Line, TIMES, front};
+use super::study::{SIDE, Study};
+use crate::plot::{
+    Align, Axes, Axis, Color, Figure, GUTTER, Height, Legend, Marker, Palette, Pen, Rect, Shading, Style,
+    TextStyle, number,
+};
+
+/// How far a bias must stand out of its noise to be drawn on a log axis, in standard errors.
+const VISIBLE: f64 = 2.0;
+
+/// Picture 1: the scene, and bias against N', κ and γ.
+pub(super) fn bias_page(study: &Study, rays: &[Curve], kappa: &[Curve], gamma: &[GammaPoint]) -> Figure {
+    let title = "The bias of a fixed number of auxiliary rays N′, and what decides it";
+    let mut figure = Figure::new(960.0, 600.0, title, "");
+    let rows = figure.body.rows(&[1.0, 0.92], GUTTER);
+    let top = rows[0].columns(&[0.27, 0.73], GUTTER);
+    let space = figure.panel(top[0], 0, "The scene: ∂_{θ}I of 4 × 4 pixels");
+    draw_scene(&mut figure, study, space);
+    let space = figure.panel(top[1], 1, "Bias against the number of auxiliary rays");
+    rays_axes(rays).draw(&mut figure.canvas, space);
+    let bottom = rows[1].columns(&[1.0, 1.0, 1.0], GUTTER);
+    let space = figure.panel(bottom[0], 2, &format!("Bias against κ, N′ = {RAYS_OF_KAPPA}"));
+    kappa_axes(kappa).draw(&mut figure.canvas, space);
+    let space = figure.panel(bottom[1], 3, "Bias against γ (linear B)");
+    gamma_axes(gamma, "missing part of the gradient", |p| p.bias.missing, |p| p.bias.error)
+        .draw(&mut figure.canvas, space);
+    let space = figure.panel(bottom[2], 4, "Variance against γ (linear B)");
+    gamma_axes(gamma, "relative variance of one sample", |p| p.spread.variance, |_| 0.0)
+        .draw(&mut figure.canvas, space);
+    figure
+}
+
+/// The exact gradient image under the quadrilateral and the velocities of its corners.
+fn draw_scene(figure: &mut Figure, study: &Study, space: Rect) {
+    let shading = Shading::signed_covering(&study.exact, 1.0);
+    let canvas = &mut figure.canvas;
+    let picture = canvas.field((SIDE, SIDE), &study.exact, &shading, "", space);
+    let scale = picture.width / SIDE as f64;
+    let page = |p: DVec2| DVec2::new(picture.x, picture.y) + scale * p;
+    let corners: Vec<DVec2> = study.scene.vertices().iter().map(|&p| page(p)).collect();
+    canvas.stroke_polygon(&[corners.as_slice()], &Pen::new(Color::INK, 1.5));
+    for (corner, velocity) in corners.iter().zip(&study.velocities) {
+        canvas.arrow(*corner, *corner + 0.42 * scale * *velocity, &Pen::new(Color::INK, 1.3));
+    }
+    // The auxiliary kernel, its width as radius, around one point.
+    let at = page(DVec2::new(2.95, 2.0));
+    let radius = scale / super::study::KAPPA.sqrt();
+    canvas.circle(at, radius, &Pen::new(Palette::ORANGE, 1.6));
+    let style = TextStyle::new(10.0, Palette::ORANGE.mix(Color::INK, 0.3)).halo(Color::WHITE);
+    let beside = at - DVec2::new(radius + 4.0, 0.0);
+    canvas.text("kernel", beside, &style.anchored(Align::Right, Height::Middle));
+}
+
+fn rays_axes(curves: &[Curve]) -> Axes {
+    let ticks = [1, 2, 4, 8, 16, 32, 64, 128, 256].map(|n| (f64::from(n), n.to_string()));
+    let x = Axis::log("auxiliary rays N′").ticks(ticks).limits(0.9, 285.0);
+    let y = Axis::log("missing part of the gradient, 1 − slope").limits(1.5e-3, 1.2);
+    let mut axes = Axes::new(x, y).legend(Legend::Outside);
+    for curve in curves {
+        let label = curve.rate().map_or_else(
+            || curve.series.name.to_owned(),
+            |rate| format!("{}: N′^{{{:.2} ± {:.2}}}", curve.series.name, rate.exponent, rate.error)
+                .replace("^{-", "^{−"),
+        );
+        let style = Style::new(curve.series.color).marker(curve.series.marker);
+        let visible = curve.points.iter().filter(|(_, b)| b.missing > VISIBLE * b.error);
+        let points: Vec<[f64; 4]> = visible
+            .map(|(n, b)| [*n, b.missing, (b.missing - b.error).max(1e-9), b.missing + b.error])
+            .collect();
+        axes.error_bars(points.clone(), &Style::new(curve.series.color));
+        axes.line(points.iter().map(|p| [p[0], p[1]]), &style.labelled(label));
+    }
+    let guide: Vec<[f64; 2]> = [24.0, 256.0].map(|n| [n, 3.2 / n]).to_vec();
+    axes.line(guide, &Style::new(Color::MUTED).dotted().labelled("slope −1"));
+    axes
+}
+
+fn kappa_axes(curves: &[Curve]) -> Axes {
+    let y = Axis::linear("missing part of the gradient");
+    let mut axes = Axes::new(Axis::log("κ (1/pixel²)"), y).legend(Legend::TopLeft);
+    axes.horizontal(0.0, "", &Style::new(Color::MUTED).width(1.0));
+    for curve in curves {
+        let style = Style::new(curve.series.color).marker(curve.series.marker);
+        let bars = curve.points.iter().map(|(k, b)| [*k, b.missing, b.missing - b.error, b.missing + b.error]);
+        axes.error_bars(bars, &Style::new(curve.series.color));
+        let line = curve.points.iter().map(|(k, b)| [*k, b.missing]);
+        axes.line(line, &style.labelled(curve.series.name));
+    }
+    axes
+}
+
+fn gamma_axes(
+    points: &[GammaPoint],
+    label: &str,
+    value: impl Fn(&GammaPoint) -> f64,
+    error: impl Fn(&GammaPoint) -> f64,
+) -> Axes {
+    let ticks = [0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0].map(|g| (g, number(g)));
+    let x = Axis::log("exponent γ").ticks(ticks).limits(0.46, 6.5);
+    let mut axes = Axes::new(x, Axis::log(label)).legend(Legend::BottomLeft);
+    axes.vertical(BOUND, "", &Style::new(Color::MUTED).dashed().labelled(format!("bound γ = {BOUND}")));
+    let looks = [(Palette::SKY, Marker::Circle), (Palette::BLUE, Marker::Square), (Color::INK, Marker::Diamond)];
+    for (rays, (color, marker)) in RAYS_OF_GAMMA.into_iter().zip(looks) {
+        let mine: Vec<&GammaPoint> = points
+            .iter()
+            .filter(|p| p.rays == rays && value(p) > VISIBLE * error(p))
+            .collect();
+        let bars = mine.iter().map(|p| {
+            let (v, e) = (value(p), error(p));
+            [p.gamma, v, v - e, v + e]
+        });
+        axes.error_bars(bars, &Style::new(color));
+        let style = Style::new(color).marker(marker).labelled(format!("N′ = {rays}"));
+        axes.line(mine.iter().map(|p| [p.gamma, value(p)]), &style);
+    }
+    axes
+}
+
+/// Picture 2: what debiasing costs, and the front.
+pub(super) fn trade_page(schemes: &[Scheme], contenders: &[Contender]) -> Figure {
+    let title = "The price of no bias, and the error of every method at equal time";
+    let mut figure = Figure::new(960.0, 680.0, title, "");
+    let rows = figure.body.rows(&[0.8, 1.0], GUTTER);
+    let space = figure.panel(rows[0], 0, &format!("Variance × rays, relative to {RAYS} rays of the same weight, biased"));
+    draw_schemes(&mut figure, schemes, space);
+    let space = figure.panel(rows[1], 1, "Error against time; the front of the methods that are not told the edges");
+    front_axes(contenders).draw(&mut figure.canvas, space);
+    figure
+}
+
+/// Rows of means with error bars and medians over batches.
+fn draw_schemes(figure: &mut Figure, schemes: &[Scheme], space: Rect) {
+    let columns = space.split_left(190.0);
+    let count = schemes.len() as f64;
+    let x = Axis::log("variance × rays, relative to the consistent estimator");
+    let ticks: [(f64, String); 0] = [];
+    let mut axes =
+        Axes::new(x, Axis::linear("").ticks(ticks).limits(-0.6, count - 0.4)).legend(Legend::Outside);
+    let row = |index: usize| count - 1.0 - index as f64;
+    let mut named = false;
+    for (index, scheme) in schemes.iter().enumerate() {
+        let color = if scheme.original { Palette::BLUE } else { Palette::VERMILION };
+        let Some(reference) = schemes.iter().find(|s| s.original == scheme.original) else { continue };
+        let ratio = scheme.relative(reference);
+        let low = (ratio.value - ratio.error).max(0.5 * ratio.value);
+        let bar = Style::new(color);
+        axes.line([[low, row(index)], [ratio.value + ratio.error, row(index)]], &bar);
+        let label = |text: &str| if named { String::new() } else { text.to_owned() };
+        let mean = Style::new(color).marker(Marker::Circle).radius(4.0);
+        axes.scatter([[ratio.value, row(index)]], &mean.labelled(label("mean, standard error")));
+        let median = Style::new(color).marker(Marker::Ring).radius(4.0);
+        let middle = scheme.median() / reference.cost().value;
+        axes.scatter([[middle, row(index)]], &median.labelled(label("median of the batches")));
+        named = true;
+    }
+    axes.vertical(1.0, "", &Style::new(Color::MUTED).dashed());
+    let placed = axes.draw(&mut figure.canvas, columns.1);
+    for (index, scheme) in schemes.iter().enumerate() {
+        let Some(at) = placed.at([placed.x.low(), row(index)]) else { continue };
+        let color = if scheme.original { Palette::BLUE } else { Palette::VERMILION };
+        let style = TextStyle::new(10.5, color.mix(Color::INK, 0.25)).anchored(Align::Right, Height::Middle);
+        figure.canvas.text(&name(scheme.debias), at - DVec2::new(10.0, 0.0), &style);
+    }
+}
+
+fn front_axes(contenders: &[Contender]) -> Axes {
+    let x = Axis::log("time per pixel on one core (s)").limits(TIMES.0, TIMES.1);
+    let y = Axis::log("relative RMS error of the gradient").limits(2e-3, 30.0);
+    let mut axes = Axes::new(x, y).legend(Legend::Outside);
+    let best: Vec<[f64; 2]> = front(contenders).iter().map(|(t, e, _)| [*t, *e]).collect();
+    axes.line(best, &Style::new(Palette::OCHRE.alpha(0.55)).width(9.0).labelled("the front"));
+    for contender in contenders {
+        let style = Style::new(contender.color).labelled(contender.name.clone());
+        let style = match contender.line {
+            Line::Solid => style,
+            Line::Dashed => style.dashed(),
+            Line::Dotted => style.dotted(),
+        };
+        axes.line(contender.curve(), &style);
+    }
+    axes
+}
