@@ -27,7 +27,8 @@ pub(crate) struct Context {
 impl Context {
     /// For a run of `count` figures.
     pub(crate) fn new(quality: Quality, out: PathBuf, seed: u64, count: usize) -> Self {
-        let figures = ProgressBar::new(count as u64).with_style(style("{pos}/{len} {bar:24} {elapsed} {msg}"));
+        let figures =
+            ProgressBar::new(count as u64).with_style(style("{pos}/{len} {bar:24} {elapsed} {msg}"));
         figures.enable_steady_tick(Duration::from_millis(200));
         Self { quality, out, seed, figures, start: Instant::now() }
     }
@@ -56,7 +57,11 @@ impl Context {
     }
 
     /// Draws one figure, and reports the time it took.
-    pub(crate) fn figure<T>(&self, title: &str, draw: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<T> {
+    pub(crate) fn figure<T>(
+        &self,
+        title: &str,
+        draw: impl FnOnce() -> anyhow::Result<T>,
+    ) -> anyhow::Result<T> {
         let start = Instant::now();
         self.step(title);
         let drawn = draw()?;

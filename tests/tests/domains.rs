@@ -90,7 +90,7 @@ fn circle<D: Domain<Vector = DVec2>>(warp: &Warp, kappa: f64, samples: u64, seed
     })
 }
 
-const SPHERE_EXACT: fn() -> f64 = || std::f64::consts::PI * 0.9_f64.sin().powi(2) * -1.0;
+const SPHERE_EXACT: fn() -> f64 = || -std::f64::consts::PI * 0.9_f64.sin().powi(2);
 const CIRCLE_EXACT: fn() -> f64 = || 2.0 * 0.9_f64.sin();
 
 fn z(moments: Moments, exact: f64) -> f64 {

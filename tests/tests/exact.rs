@@ -134,6 +134,9 @@ fn where_there_is_no_derivative_the_answer_is_an_error_that_names_the_place() {
     assert_eq!((edges, pixels), (100, 100));
 }
 
+/// A wrong derivative, from the boundary and the interior term.
+type Control = fn(DVec3, DVec3) -> DVec3;
+
 /// The tests above must be able to fail: each corruption of the answer is noticed.
 #[test]
 fn wrong_answers_are_noticed() {
@@ -151,11 +154,11 @@ fn wrong_answers_are_noticed() {
             continue;
         }
         tried += 1;
-        let controls: [(&str, &dyn Fn(DVec3, DVec3) -> DVec3); 4] = [
-            ("zero", &|_, _| DVec3::ZERO),
-            ("sign flipped", &|b, i| i - b),
-            ("interior only", &|_, i| i),
-            ("one part in 10⁷", &|b, i| (b + i) * (1.0 + 1e-7)),
+        let controls: [(&str, Control); 4] = [
+            ("zero", |_, _| DVec3::ZERO),
+            ("sign flipped", |b, i| i - b),
+            ("interior only", |_, i| i),
+            ("one part in 10⁷", |b, i| (b + i) * (1.0 + 1e-7)),
         ];
         for (name, wrong) in controls {
             let failures =

@@ -109,9 +109,9 @@ fn the_same_bits_at_1_2_and_4_threads() {
                 let forward = method.forward(&case.scene, &case.motion, &case.film).expect("valid");
                 let reverse = method.reverse(&case.scene, &case.film, &adjoint).expect("valid");
                 let images = [forward.mean, forward.standard_error];
-                let pixels = images.iter().flat_map(|i| i.pixels().iter().flat_map(|p| p.to_array()));
+                let pixels = images.iter().flat_map(|i| i.pixels().iter().flat_map(DVec3::to_array));
                 bits.extend(pixels.map(f64::to_bits));
-                bits.extend(reverse.mean.iter().flat_map(|g| g.to_array()).map(f64::to_bits));
+                bits.extend(reverse.mean.iter().flat_map(glam::DVec2::to_array).map(f64::to_bits));
             }
             bits
         })

@@ -91,7 +91,7 @@ fn warped_area_in_depth() {
     let method = |seed| WarpedArea { samples: 20_000, ..warped(Warp::default(), seed) };
     let v = Verdict::of(&deep, |k, seed| k.run(&method(seed)));
     println!("in depth: worst |z| {:.2}, slope {:.4} ± {:.4}", v.worst, v.slope, v.slope_error);
-    assert!(v.passes(limit()) && v.slope_error < 0.01, "{v:?}");
+    assert!(v.passes(limit()) && v.slope_error < 0.03, "{v:?}");
 }
 
 #[test]

@@ -297,7 +297,7 @@ mod tests {
                 |b| b.contains(p),
                 |i| {
                     if boxes[i].contains(p) {
-                        seen.push(i)
+                        seen.push(i);
                     }
                 },
             );
@@ -314,7 +314,7 @@ mod tests {
         let mut rng = stream(5, &[]);
         for _ in 0..100 {
             let p = DVec2::new(open01(&mut rng), open01(&mut rng));
-            let accept = |i: usize| (i % 3 == 0 && boxes[i].contains(p)).then_some(());
+            let accept = |i: usize| (i.is_multiple_of(3) && boxes[i].contains(p)).then_some(());
             let brute = (0..400).rev().find(|&i| accept(i).is_some());
             assert_eq!(tree.last_at(p, accept).map(|(i, ())| i), brute);
         }

@@ -220,7 +220,7 @@ impl Shade {
                 finite(anchor.is_finite(), "anchor")?;
                 finite(value.is_finite(), "value")?;
                 finite(gradient.iter().all(|g| g.is_finite()), "gradient")?;
-                finite(hessian.iter().all(|h| h.is_finite()), "hessian")
+                finite(hessian.iter().all(DMat2::is_finite), "hessian")
             }
             Profile::Ramp { anchor, direction, stops } => {
                 finite(anchor.is_finite(), "anchor")?;

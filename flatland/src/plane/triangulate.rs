@@ -68,8 +68,8 @@ impl Triangulation {
         let mut seen = vec![false; self.triangles.len()];
         let mut todo = vec![];
         for (t, neighbours) in self.neighbours.iter().enumerate() {
-            for k in 0..3 {
-                if neighbours[k] == OUTSIDE && !seen[t] {
+            for (k, &neighbour) in neighbours.iter().enumerate() {
+                if neighbour == OUTSIDE && !seen[t] {
                     seen[t] = true;
                     cross(OUTSIDE, self.edge(t, k), t as u32);
                     todo.push(t);

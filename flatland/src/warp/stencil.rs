@@ -49,7 +49,7 @@ impl Default for Warp {
         Self {
             weighting: Weighting::default(),
             points: AuxiliaryPoints::default(),
-            focus: 0.4,
+            focus: 0.3,
             debias: Debias::default(),
         }
     }

@@ -3,7 +3,8 @@
 use flatland::estimator::WarpedArea;
 use flatland::warp::{Debias, Warp};
 
-use super::study::{KAPPA, Spread, Study, seed_of};
+use super::study::{KAPPA, seed_of};
+use super::target::{Spread, Target};
 use crate::context::Context;
 
 /// Rays of the consistent estimator that the schemes are compared with.
@@ -22,6 +23,14 @@ pub(super) struct Scheme {
 pub(super) struct Ratio {
     pub(super) value: f64,
     pub(super) error: f64,
+}
+
+impl Ratio {
+    /// "3.5 ± 0.6": as many digits as the error allows.
+    pub(super) fn shown(self) -> String {
+        let digits = (1.0 - self.error.log10().floor()).clamp(0.0, 4.0) as usize;
+        format!("{:.digits$} ± {:.digits$}", self.value, self.error)
+    }
 }
 
 impl Scheme {
@@ -45,12 +54,6 @@ impl Scheme {
         0.5 * (costs[(costs.len() - 1) / 2] + costs[costs.len() / 2])
     }
 
-    /// The mean variance and rays of a sample.
-    pub(super) fn spread(&self) -> Spread {
-        let mean = |of: fn(&Spread) -> f64| self.batches.iter().map(of).sum::<f64>() / self.batches.len() as f64;
-        Spread { variance: mean(|s| s.variance), rays: mean(|s| s.rays) }
-    }
-
     /// cost / reference, first-order errors of both.
     pub(super) fn relative(&self, reference: &Self) -> Ratio {
         let (a, b) = (self.cost(), reference.cost());
@@ -60,7 +63,7 @@ impl Scheme {
 }
 
 /// The schemes compared: consistent at 16 rays first for either weight, the default weight first.
-pub(super) fn schemes(context: &Context, study: &Study) -> anyhow::Result<Vec<Scheme>> {
+pub(super) fn schemes(context: &Context, target: &Target) -> anyhow::Result<Vec<Scheme>> {
     let multilevel = |rays, first, ratio| Debias::Multilevel { rays, first, ratio };
     let roulette = |rays, tail| Debias::RussianRoulette { rays, tail };
     let consistent = Debias::Consistent { rays: RAYS };
@@ -75,12 +78,15 @@ pub(super) fn schemes(context: &Context, study: &Study) -> anyhow::Result<Vec<Sc
         (true, multilevel(16, 0.35, 0.35)),
         (true, roulette(16, 1.5)),
     ];
-    list.into_iter().enumerate().map(|(i, (original, debias))| scheme(context, study, i, original, debias)).collect()
+    list.into_iter()
+        .enumerate()
+        .map(|(i, (original, debias))| scheme(context, target, i, original, debias))
+        .collect()
 }
 
 fn scheme(
     context: &Context,
-    study: &Study,
+    target: &Target,
     index: usize,
     original: bool,
     debias: Debias,
@@ -93,7 +99,8 @@ fn scheme(
     let batches = (0..count)
         .map(|batch| {
             let seed = seed_of(context.seed(), &[5, 4, index as u64, batch]);
-            study.spread(&WarpedArea { samples, kappa: KAPPA, warp, seed, ..WarpedArea::default() }, samples)
+            let method = WarpedArea { samples, kappa: KAPPA, warp, seed, ..WarpedArea::default() };
+            Ok(target.measure(1, samples, |_| method)?.1)
         })
         .collect::<anyhow::Result<_>>()?;
     Ok(Scheme { name: name(debias), original, debias, batches })

@@ -1,16 +1,21 @@
 //! The error that every method has after a given time.
 
 use flatland::estimator::{EdgeSampling, FiniteDifference, Method, Rotation, WarpedArea};
+use flatland::plane::Motion;
 use flatland::plane::exact::Arrangement;
 use flatland::warp::{Debias, Warp};
+use glam::DVec2;
 
-use super::debias::{RAYS, Scheme};
-use super::study::{Bias, KAPPA, Spread, Study, seed_of};
+use super::regression::{Bias, regress_exactly};
+use super::study::{KAPPA, seed_of};
+use super::target::{Ask, Spread, Target};
 use crate::context::Context;
 use crate::plot::{Color, Palette};
 
 /// Shortest and longest time shown, in seconds of one core per pixel.
-pub(super) const TIMES: (f64, f64) = (3e-6, 3.0);
+pub(super) const TIMES: (f64, f64) = (1e-5, 10.0);
+/// Independent runs of every method.
+const RUNS: usize = 8;
 
 /// How a method is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,15 +25,22 @@ pub(super) enum Line {
     Dotted,
 }
 
-/// A method with what decides its error after t seconds: error² = bias² + variance · seconds/t.
-pub(super) struct Contender {
+/// What a method is called and how it is drawn.
+#[derive(Clone, Debug)]
+pub(super) struct Looks {
     pub(super) name: String,
     pub(super) color: Color,
     pub(super) line: Line,
+}
+
+/// A method with what decides its error after t seconds: error² = bias² + variance · seconds/t.
+pub(super) struct Contender {
+    pub(super) looks: Looks,
     /// Whether it needs to be told where edges are.
     pub(super) needs_edges: bool,
-    /// None where theory says that there is none.
-    pub(super) bias: Option<Bias>,
+    /// Whether theory says that it has no bias.
+    pub(super) unbiased: bool,
+    pub(super) bias: Bias,
     pub(super) spread: Spread,
     /// Seconds a sample of one pixel.
     pub(super) seconds: f64,
@@ -37,7 +49,7 @@ pub(super) struct Contender {
 impl Contender {
     /// The relative RMS error after `time` seconds a pixel.
     pub(super) fn error(&self, time: f64) -> f64 {
-        let squared = self.bias.map_or(0.0, |bias| bias.squared.max(0.0));
+        let squared = if self.unbiased { 0.0 } else { self.bias.squared.max(0.0) };
         (squared + self.spread.variance * self.seconds / time).sqrt()
     }
 
@@ -48,136 +60,124 @@ impl Contender {
 }
 
 /// Times, evenly spaced by their logarithms.
-pub(super) fn times() -> impl Iterator<Item = f64> {
+fn times() -> impl Iterator<Item = f64> {
     let (low, high) = (TIMES.0.ln(), TIMES.1.ln());
-    (0..=200).map(move |i| (low + (high - low) * f64::from(i) / 200.0).exp())
+    (0..=300).map(move |i| (low + (high - low) * f64::from(i) / 300.0).exp())
 }
 
-/// The least error of the methods that need no edges, at every time one of them can be used: the front.
+/// The front: at every time the least error of the methods that need no edges, and whose it is.
 pub(super) fn front(contenders: &[Contender]) -> Vec<(f64, f64, usize)> {
-    let able = |time: f64| {
-        let fits = move |c: &Contender| !c.needs_edges && c.seconds <= time;
-        contenders.iter().enumerate().filter(move |(_, c)| fits(c))
-    };
     times()
         .filter_map(|time| {
-            let errors = able(time).map(|(i, c)| (time, c.error(time), i));
-            errors.min_by(|a, b| a.1.total_cmp(&b.1))
+            let able = contenders.iter().enumerate().filter(|(_, c)| !c.needs_edges && c.seconds <= time);
+            able.map(|(i, c)| (time, c.error(time), i)).min_by(|a, b| a.1.total_cmp(&b.1))
         })
         .collect()
 }
 
-/// All methods, measured.
-pub(super) fn contenders(
-    context: &Context,
-    study: &Study,
-    schemes: &[Scheme],
-) -> anyhow::Result<Vec<Contender>> {
-    let mut out = vec![];
-    let blues = [Palette::SKY, Palette::BLUE, Palette::BLUE.mix(Color::INK, 0.5)];
-    for (rays, color) in [4, 16, 64].into_iter().zip(blues) {
-        out.push(consistent(context, study, rays, color)?);
+/// All methods, measured on one target.
+pub(super) fn contenders(context: &Context, target: &Target) -> anyhow::Result<Vec<Contender>> {
+    let mode = match target.ask {
+        Ask::Pixels(_) => 0,
+        Ask::Vertices(_) => 1,
+    };
+    let bench = Bench { target, seed: seed_of(context.seed(), &[5, 5, mode]), effort: context.spend(1, 40) };
+    let dark = Palette::BLUE.mix(Color::INK, 0.55);
+    let consistent = |rays| Debias::Consistent { rays };
+    let look = |name: &str, color, line| Looks { name: name.to_owned(), color, line };
+    let mut out = vec![
+        bench.warped(look("warped area, 4 rays", Palette::SKY, Line::Solid), consistent(4))?,
+        bench.warped(look("warped area, 16 rays", Palette::BLUE, Line::Solid), consistent(16))?,
+        bench.warped(look("warped area, 64 rays", dark, Line::Solid), consistent(64))?,
+        bench.warped(look("warped area, multilevel", Palette::VERMILION, Line::Solid), Debias::default())?,
+        bench.warped(
+            look("warped area, roulette", Palette::PURPLE, Line::Solid),
+            Debias::RussianRoulette { rays: 4, tail: 1.5 },
+        )?,
+        bench.rotation(look("rotation", Palette::ORANGE, Line::Dashed))?,
+    ];
+    for (step, color) in [(0.05, Palette::GREEN.tint(0.45)), (0.005, Palette::GREEN)] {
+        let name = format!("differences, step {step}");
+        out.push(bench.finite_difference(Looks { name, color, line: Line::Dotted }, step)?);
     }
-    for (scheme, color, word) in [
-        (schemes.iter().find(|s| !s.original && s.debias == Debias::default()), Palette::VERMILION, "multilevel"),
-        (
-            schemes.iter().find(|s| !s.original && matches!(s.debias, Debias::RussianRoulette { .. })),
-            Palette::PURPLE,
-            "Russian roulette",
-        ),
-    ] {
-        let Some(scheme) = scheme else { continue };
-        let samples = context.spend(600, 4000);
-        let warp = Warp { debias: scheme.debias, ..Warp::default() };
-        let seed = seed_of(context.seed(), &[5, 5, scheme.debias.expected_rays().to_bits()]);
-        let method = WarpedArea { samples, kappa: KAPPA, warp, seed, ..WarpedArea::default() };
-        out.push(Contender {
-            name: format!("warped area, {word}"),
-            color,
-            line: Line::Solid,
-            needs_edges: false,
-            bias: None,
-            spread: scheme.spread(),
-            seconds: study.seconds(&method, samples)?,
-        });
-    }
-    out.push(rotation(context, study)?);
-    for (step, tint) in [(0.5, 0.0), (0.1, 0.3), (0.01, 0.55)] {
-        out.push(finite_difference(context, study, step, Palette::GREEN.tint(tint))?);
-    }
-    out.push(edge_sampling(context, study)?);
+    out.push(bench.edge_sampling(look("edge sampling", Color::INK, Line::Dashed))?);
     Ok(out)
 }
 
-fn consistent(context: &Context, study: &Study, rays: usize, color: Color) -> anyhow::Result<Contender> {
-    let (batches, grid, budget) = context.spend((8, 48, 60_000), (32, 128, 2_000_000));
-    let warp = Warp { debias: Debias::Consistent { rays }, ..Warp::default() };
-    let seed = seed_of(context.seed(), &[5, 6, rays as u64]);
-    let samples = budget / (rays + 8);
-    let method = WarpedArea { samples, kappa: KAPPA, warp, seed, ..WarpedArea::default() };
-    let timed = WarpedArea { samples: 8000 / (rays + 8), ..method };
-    Ok(Contender {
-        name: format!("warped area, {rays} rays"),
-        color,
-        line: if rays == RAYS { Line::Solid } else { Line::Dashed },
-        needs_edges: false,
-        bias: Some(study.bias(warp, KAPPA, batches * 2, grid, seed)),
-        spread: study.spread(&method, samples)?,
-        seconds: study.seconds(&timed, timed.samples)?,
-    })
+/// Measures methods.
+struct Bench<'a> {
+    target: &'a Target,
+    seed: u64,
+    effort: usize,
 }
 
-fn rotation(context: &Context, study: &Study) -> anyhow::Result<Contender> {
-    let samples = context.spend(2000, 60_000);
-    let method = Rotation { samples, kappa: KAPPA, ..Rotation::default() };
-    let run = |batch: usize| Rotation { seed: seed_of(context.seed(), &[5, 7, batch as u64]), ..method };
-    let timed = Rotation { samples: 500, ..method };
-    Ok(Contender {
-        name: "rotation".to_owned(),
-        color: Palette::ORANGE,
-        line: Line::Solid,
-        needs_edges: false,
-        bias: Some(study.bias_of(8, run)?),
-        spread: study.spread(&run(8), samples)?,
-        seconds: study.seconds(&timed, timed.samples)?,
-    })
-}
+impl Bench<'_> {
+    fn seed(&self, run: usize) -> u64 {
+        seed_of(self.seed, &[run as u64])
+    }
 
-/// The bias is exact: both displaced images are known.
-fn finite_difference(context: &Context, study: &Study, step: f64, color: Color) -> anyhow::Result<Contender> {
-    let image = |theta: f64| -> anyhow::Result<Vec<f64>> {
-        let scene = study.motion.displace(&study.scene, theta)?;
-        let image = Arrangement::new(&scene, &study.film)?.primal(&study.film);
-        Ok(image.pixels().iter().map(|pixel| pixel.x).collect())
-    };
-    let (plus, minus) = (image(step)?, image(-step)?);
-    let difference: Vec<f64> = plus.iter().zip(minus).map(|(p, m)| (p - m) / (2.0 * step)).collect();
-    let samples = context.spend(8000, 200_000);
-    let seed = seed_of(context.seed(), &[5, 8, step.to_bits()]);
-    let method = FiniteDifference { samples, step, seed };
-    let timed = FiniteDifference { samples: 4000, ..method };
-    Ok(Contender {
-        name: format!("finite differences, step {step}"),
-        color,
-        line: Line::Dotted,
-        needs_edges: false,
-        bias: Some(study.bias_exactly(&difference)),
-        spread: study.spread(&method, samples)?,
-        seconds: study.seconds(&timed, timed.samples)?,
-    })
-}
+    fn contender<M: Method>(
+        &self,
+        looks: Looks,
+        samples: usize,
+        method: impl Fn(usize, u64) -> M,
+    ) -> anyhow::Result<Contender> {
+        let many = samples * self.effort;
+        let (bias, spread) = self.target.measure(RUNS, many, |run| method(many, self.seed(run)))?;
+        let seconds = self.target.seconds(samples / 2, &method(samples / 2, self.seed(RUNS)))?;
+        Ok(Contender { looks, needs_edges: false, unbiased: false, bias, spread, seconds })
+    }
 
-fn edge_sampling(context: &Context, study: &Study) -> anyhow::Result<Contender> {
-    let samples = context.spend(4000, 100_000);
-    let method = EdgeSampling { samples, seed: seed_of(context.seed(), &[5, 9]) };
-    let timed: &dyn Method = &EdgeSampling { samples: 2000, ..method };
-    Ok(Contender {
-        name: "edge sampling (has the edges)".to_owned(),
-        color: Color::INK,
-        line: Line::Dashed,
-        needs_edges: true,
-        bias: None,
-        spread: study.spread(&method, samples)?,
-        seconds: study.seconds(timed, 2000)?,
-    })
+    fn warped(&self, looks: Looks, debias: Debias) -> anyhow::Result<Contender> {
+        let samples = (10_000.0 / (debias.expected_rays() + 4.0)) as usize;
+        let warp = Warp { debias, ..Warp::default() };
+        let method =
+            |samples, seed| WarpedArea { samples, kappa: KAPPA, warp, seed, ..WarpedArea::default() };
+        Ok(Contender { unbiased: debias.is_unbiased(), ..self.contender(looks, samples, method)? })
+    }
+
+    fn rotation(&self, looks: Looks) -> anyhow::Result<Contender> {
+        self.contender(looks, 2000, |samples, seed| Rotation {
+            samples,
+            kappa: KAPPA,
+            seed,
+            ..Rotation::default()
+        })
+    }
+
+    /// The bias is exact: the displaced images are known.
+    fn finite_difference(&self, looks: Looks, step: f64) -> anyhow::Result<Contender> {
+        let samples = match self.target.ask {
+            Ask::Pixels(_) => 4000,
+            Ask::Vertices(_) => 200,
+        };
+        let method = |samples, seed| FiniteDifference { samples, step, seed };
+        let contender = self.contender(looks, samples, method)?;
+        let difference = self.exact_difference(step)?;
+        Ok(Contender { bias: regress_exactly(&self.target.exact, &difference), ..contender })
+    }
+
+    /// What finite differences compute in the mean.
+    fn exact_difference(&self, step: f64) -> anyhow::Result<Vec<f64>> {
+        let Target { scene, film, ask, .. } = self.target;
+        let image = |motion: &Motion, theta: f64| -> anyhow::Result<_> {
+            let moved = motion.displace(scene, theta)?;
+            Ok(Arrangement::new(&moved, film)?.primal(film))
+        };
+        let difference = |motion: &Motion| -> anyhow::Result<_> {
+            Ok(image(motion, step)?.zip(&image(motion, -step)?, |a, b| (a - b) / (2.0 * step)))
+        };
+        match ask {
+            Ask::Pixels(motion) => Ok(difference(motion)?.pixels().iter().map(|pixel| pixel.x).collect()),
+            Ask::Vertices(adjoint) => (0..scene.vertices().len())
+                .flat_map(|vertex| DVec2::AXES.map(|axis| Motion::vertex(0, vertex, axis)))
+                .map(|motion| Ok(adjoint.dot(&difference(&motion)?)))
+                .collect(),
+        }
+    }
+
+    fn edge_sampling(&self, looks: Looks) -> anyhow::Result<Contender> {
+        let contender = self.contender(looks, 2000, |samples, seed| EdgeSampling { samples, seed })?;
+        Ok(Contender { needs_edges: true, unbiased: true, ..contender })
+    }
 }

@@ -2,10 +2,13 @@
 //! set it right, and which method is best at equal time.
 
 mod bias;
+mod cells;
 mod debias;
 mod front;
 mod page;
+mod regression;
 mod study;
+mod target;
 mod text;
 
 use crate::context::Context;
@@ -18,19 +21,26 @@ const TRADE: &str = "figure5_trade.png";
 /// Measures, draws and explains.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let study = study::Study::new()?;
+    eprintln!("{:?}", std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH));
     context.step("5 bias against N′");
     let rays = bias::against_rays(context, &study);
+    eprintln!("{:?}", std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH));
     context.step("5 bias against κ");
     let kappa = bias::against_kappa(context, &study);
+    eprintln!("{:?}", std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH));
     context.step("5 bias and variance against γ");
     let gamma = bias::against_gamma(context, &study)?;
     write_png(&context.path(BIAS), &page::bias_page(&study, &rays, &kappa, &gamma).canvas)?;
+    eprintln!("{:?}", std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH));
     context.step("5 debiasing schemes");
-    let schemes = debias::schemes(context, &study)?;
+    let image = target::Target::image(&study)?;
+    let schemes = debias::schemes(context, &image)?;
+    eprintln!("{:?}", std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH));
     context.step("5 error at equal time");
-    let contenders = front::contenders(context, &study, &schemes)?;
-    write_png(&context.path(TRADE), &page::trade_page(&schemes, &contenders).canvas)?;
-    let results = text::Results { rays, kappa, gamma, schemes, contenders };
+    let forward = front::contenders(context, &image)?;
+    let reverse = front::contenders(context, &target::Target::vertices(&study)?)?;
+    write_png(&context.path(TRADE), &page::trade_page(&schemes, &forward, &reverse).canvas)?;
+    let results = text::Results { rays, kappa, gamma, schemes, forward, reverse };
     let data = results.write(context)?;
     Ok(Section {
         id: "trade".to_owned(),

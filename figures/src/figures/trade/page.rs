@@ -5,7 +5,8 @@ use glam::DVec2;
 use super::bias::{BOUND, Curve, GammaPoint, RAYS_OF_GAMMA, RAYS_OF_KAPPA};
 use super::debias::{RAYS, Scheme, name};
 use super::front::{Contender, Line, TIMES, front};
-use super::study::{SIDE, Study};
+use super::study::{KAPPA, SIDE, Study};
+use super::target::VERTICES;
 use crate::plot::{
     Align, Axes, Axis, Color, Figure, GUTTER, Height, Legend, Marker, Palette, Pen, Rect, Shading, Style,
     TextStyle, number,
@@ -50,7 +51,7 @@ fn draw_scene(figure: &mut Figure, study: &Study, space: Rect) {
     }
     // The auxiliary kernel, its width as radius, around one point.
     let at = page(DVec2::new(2.95, 2.0));
-    let radius = scale / super::study::KAPPA.sqrt();
+    let radius = scale / KAPPA.sqrt();
     canvas.circle(at, radius, &Pen::new(Palette::ORANGE, 1.6));
     let style = TextStyle::new(10.0, Palette::ORANGE.mix(Color::INK, 0.3)).halo(Color::WHITE);
     let beside = at - DVec2::new(radius + 4.0, 0.0);
@@ -65,8 +66,10 @@ fn rays_axes(curves: &[Curve]) -> Axes {
     for curve in curves {
         let label = curve.rate().map_or_else(
             || curve.series.name.to_owned(),
-            |rate| format!("{}: N′^{{{:.2} ± {:.2}}}", curve.series.name, rate.exponent, rate.error)
-                .replace("^{-", "^{−"),
+            |rate| {
+                format!("{}: N′^{{{:.2} ± {:.2}}}", curve.series.name, rate.exponent, rate.error)
+                    .replace("^{-", "^{−")
+            },
         );
         let style = Style::new(curve.series.color).marker(curve.series.marker);
         let visible = curve.points.iter().filter(|(_, b)| b.missing > VISIBLE * b.error);
@@ -87,7 +90,8 @@ fn kappa_axes(curves: &[Curve]) -> Axes {
     axes.horizontal(0.0, "", &Style::new(Color::MUTED).width(1.0));
     for curve in curves {
         let style = Style::new(curve.series.color).marker(curve.series.marker);
-        let bars = curve.points.iter().map(|(k, b)| [*k, b.missing, b.missing - b.error, b.missing + b.error]);
+        let bars =
+            curve.points.iter().map(|(k, b)| [*k, b.missing, b.missing - b.error, b.missing + b.error]);
         axes.error_bars(bars, &Style::new(curve.series.color));
         let line = curve.points.iter().map(|(k, b)| [*k, b.missing]);
         axes.line(line, &style.labelled(curve.series.name));
@@ -105,12 +109,11 @@ fn gamma_axes(
     let x = Axis::log("exponent γ").ticks(ticks).limits(0.46, 6.5);
     let mut axes = Axes::new(x, Axis::log(label)).legend(Legend::BottomLeft);
     axes.vertical(BOUND, "", &Style::new(Color::MUTED).dashed().labelled(format!("bound γ = {BOUND}")));
-    let looks = [(Palette::SKY, Marker::Circle), (Palette::BLUE, Marker::Square), (Color::INK, Marker::Diamond)];
+    let looks =
+        [(Palette::SKY, Marker::Circle), (Palette::BLUE, Marker::Square), (Color::INK, Marker::Diamond)];
     for (rays, (color, marker)) in RAYS_OF_GAMMA.into_iter().zip(looks) {
-        let mine: Vec<&GammaPoint> = points
-            .iter()
-            .filter(|p| p.rays == rays && value(p) > VISIBLE * error(p))
-            .collect();
+        let mine: Vec<&GammaPoint> =
+            points.iter().filter(|p| p.rays == rays && value(p) > VISIBLE * error(p)).collect();
         let bars = mine.iter().map(|p| {
             let (v, e) = (value(p), error(p));
             [p.gamma, v, v - e, v + e]
@@ -122,62 +125,86 @@ fn gamma_axes(
     axes
 }
 
-/// Picture 2: what debiasing costs, and the front.
-pub(super) fn trade_page(schemes: &[Scheme], contenders: &[Contender]) -> Figure {
+/// Picture 2: what debiasing costs, and the fronts.
+pub(super) fn trade_page(schemes: &[Scheme], forward: &[Contender], reverse: &[Contender]) -> Figure {
     let title = "The price of no bias, and the error of every method at equal time";
-    let mut figure = Figure::new(960.0, 680.0, title, "");
-    let rows = figure.body.rows(&[0.8, 1.0], GUTTER);
-    let space = figure.panel(rows[0], 0, &format!("Variance × rays, relative to {RAYS} rays of the same weight, biased"));
+    let mut figure = Figure::new(960.0, 700.0, title, "");
+    let rows = figure.body.rows(&[0.72, 1.0], GUTTER);
+    let heading = format!("Variance × rays of a sample, relative to {RAYS} rays of the original’s weight");
+    let space = figure.panel(rows[0], 0, &heading);
     draw_schemes(&mut figure, schemes, space);
-    let space = figure.panel(rows[1], 1, "Error against time; the front of the methods that are not told the edges");
-    front_axes(contenders).draw(&mut figure.canvas, space);
+    let columns = rows[1].columns(&[1.0, 1.47], GUTTER);
+    let space = figure.panel(columns[0], 1, "One parameter: its gradient image");
+    front_axes(forward).legend(Legend::None).draw(&mut figure.canvas, space);
+    let heading = format!("{} parameters: all coordinates of a star, reverse mode", 2 * VERTICES);
+    let space = figure.panel(columns[1], 2, &heading);
+    front_axes(reverse).legend(Legend::Outside).draw(&mut figure.canvas, space);
     figure
 }
 
-/// Rows of means with error bars and medians over batches.
+/// The colour of a weight.
+fn weight_color(scheme: &Scheme) -> Color {
+    if scheme.original { Palette::BLUE } else { Palette::VERMILION }
+}
+
+/// Rows of means with error bars, and medians over batches, with the numbers beside them.
 fn draw_schemes(figure: &mut Figure, schemes: &[Scheme], space: Rect) {
-    let columns = space.split_left(190.0);
-    let count = schemes.len() as f64;
-    let x = Axis::log("variance × rays, relative to the consistent estimator");
-    let ticks: [(f64, String); 0] = [];
-    let mut axes =
-        Axes::new(x, Axis::linear("").ticks(ticks).limits(-0.6, count - 0.4)).legend(Legend::Outside);
-    let row = |index: usize| count - 1.0 - index as f64;
-    let mut named = false;
-    for (index, scheme) in schemes.iter().enumerate() {
-        let color = if scheme.original { Palette::BLUE } else { Palette::VERMILION };
-        let Some(reference) = schemes.iter().find(|s| s.original == scheme.original) else { continue };
-        let ratio = scheme.relative(reference);
-        let low = (ratio.value - ratio.error).max(0.5 * ratio.value);
-        let bar = Style::new(color);
-        axes.line([[low, row(index)], [ratio.value + ratio.error, row(index)]], &bar);
-        let label = |text: &str| if named { String::new() } else { text.to_owned() };
-        let mean = Style::new(color).marker(Marker::Circle).radius(4.0);
-        axes.scatter([[ratio.value, row(index)]], &mean.labelled(label("mean, standard error")));
-        let median = Style::new(color).marker(Marker::Ring).radius(4.0);
-        let middle = scheme.median() / reference.cost().value;
-        axes.scatter([[middle, row(index)]], &median.labelled(label("median of the batches")));
-        named = true;
+    let space = space.inset(190.0, 0.0, 245.0, 0.0);
+    let row = |index: usize| (schemes.len() - 1 - index) as f64;
+    let reference = |original: bool| schemes.iter().find(|s| s.original == original);
+    let (Some(one), Some(own)) = (reference(true), reference(false)) else { return };
+    let ticks = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0].map(|v| (v, number(v)));
+    let none: [(f64, String); 0] = [];
+    let y = Axis::linear("").ticks(none).limits(-0.6, schemes.len() as f64 - 0.4);
+    let mut axes = Axes::new(Axis::log("times as many rays for the same noise").ticks(ticks), y);
+    axes = axes.legend(Legend::BottomRight);
+    for (scheme, color) in [(one, Palette::BLUE), (own, Palette::VERMILION)] {
+        axes.vertical(scheme.relative(one).value, "", &Style::new(color).width(1.0).dashed());
     }
-    axes.vertical(1.0, "", &Style::new(Color::MUTED).dashed());
-    let placed = axes.draw(&mut figure.canvas, columns.1);
+    for (index, scheme) in schemes.iter().enumerate() {
+        let style = Style::new(weight_color(scheme));
+        let ratio = scheme.relative(one);
+        let ends = [(ratio.value - ratio.error).max(0.5 * ratio.value), ratio.value + ratio.error];
+        axes.line(ends.map(|x| [x, row(index)]), &style);
+        let mean = style.clone().marker(Marker::Circle).radius(4.0);
+        axes.scatter([[ratio.value, row(index)]], &mean);
+        let median = style.marker(Marker::Ring).radius(4.0);
+        axes.scatter([[scheme.median() / one.cost().value, row(index)]], &median);
+    }
+    let sample = Style::new(Color::MUTED).radius(4.0);
+    axes.scatter([], &sample.clone().marker(Marker::Circle).labelled("mean ± standard error"));
+    axes.scatter([], &sample.marker(Marker::Ring).labelled("median of the batches"));
+    let placed = axes.draw(&mut figure.canvas, space);
+    let right = placed.frame.right();
+    let heading = TextStyle::new(10.0, Color::MUTED).anchored(Align::Left, Height::Baseline);
+    let above = placed.frame.y - 4.0;
+    figure.canvas.text("against the original’s", DVec2::new(right + 12.0, above), &heading);
+    figure.canvas.text("against the same weight", DVec2::new(right + 132.0, above), &heading);
     for (index, scheme) in schemes.iter().enumerate() {
         let Some(at) = placed.at([placed.x.low(), row(index)]) else { continue };
-        let color = if scheme.original { Palette::BLUE } else { Palette::VERMILION };
-        let style = TextStyle::new(10.5, color.mix(Color::INK, 0.25)).anchored(Align::Right, Height::Middle);
+        let color = weight_color(scheme).mix(Color::INK, 0.25);
+        let style = TextStyle::new(10.5, color).anchored(Align::Right, Height::Middle);
         figure.canvas.text(&name(scheme.debias), at - DVec2::new(10.0, 0.0), &style);
+        let style = style.anchored(Align::Left, Height::Middle);
+        let same = if scheme.original { one } else { own };
+        for (base, x) in [(one, 12.0), (same, 132.0)] {
+            let text =
+                if std::ptr::eq(base, scheme) { "1".to_owned() } else { scheme.relative(base).shown() };
+            figure.canvas.text(&text, DVec2::new(right + x, at.y), &style);
+        }
     }
 }
 
 fn front_axes(contenders: &[Contender]) -> Axes {
     let x = Axis::log("time per pixel on one core (s)").limits(TIMES.0, TIMES.1);
-    let y = Axis::log("relative RMS error of the gradient").limits(2e-3, 30.0);
-    let mut axes = Axes::new(x, y).legend(Legend::Outside);
+    let y = Axis::log("relative RMS error of the gradient").limits(1e-3, 30.0);
+    let mut axes = Axes::new(x, y);
     let best: Vec<[f64; 2]> = front(contenders).iter().map(|(t, e, _)| [*t, *e]).collect();
-    axes.line(best, &Style::new(Palette::OCHRE.alpha(0.55)).width(9.0).labelled("the front"));
+    axes.line(best, &Style::new(Palette::OCHRE.alpha(0.5)).width(8.0).labelled("best without edges"));
     for contender in contenders {
-        let style = Style::new(contender.color).labelled(contender.name.clone());
-        let style = match contender.line {
+        let looks = &contender.looks;
+        let style = Style::new(looks.color).labelled(looks.name.clone());
+        let style = match looks.line {
             Line::Solid => style,
             Line::Dashed => style.dashed(),
             Line::Dotted => style.dotted(),

@@ -28,7 +28,7 @@ impl Arrangement<'_> {
                 let surface = self.surface(face);
                 for piece in clipped.pieces() {
                     rule.triangle(&piece, |p, w| {
-                        *sum += w * film.filter_value(centre, p.u) * self.value(surface, p.u)
+                        *sum += w * film.filter_value(centre, p.u) * self.value(surface, p.u);
                     });
                 }
             });

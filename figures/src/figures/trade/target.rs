@@ -1,0 +1,129 @@
+//! A derivative asked of every method alike, with its exact value.
+
+use std::time::Instant;
+
+use anyhow::Context as _;
+use flatland::estimator::{Exact, Method};
+use flatland::plane::{Film, Image, Motion, Scene};
+use glam::{DVec2, DVec3};
+
+use super::regression::{Bias, regress};
+use super::study::{SIDE, Study, white_over_black};
+
+/// Vertices of the star whose coordinates are all differentiated.
+pub(super) const VERTICES: usize = 32;
+
+/// Which derivative.
+pub(super) enum Ask {
+    /// Of every pixel, for one motion: forward mode.
+    Pixels(Motion),
+    /// Of one loss with this adjoint image, for every coordinate of every vertex: reverse mode.
+    Vertices(Image),
+}
+
+/// The derivative asked for, and its exact value.
+pub(super) struct Target {
+    pub(super) scene: Scene,
+    pub(super) film: Film,
+    pub(super) ask: Ask,
+    pub(super) exact: Vec<f64>,
+    norm: f64,
+}
+
+/// How much a method varies and costs, per sample of one pixel.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spread {
+    /// Σ variance/Σ exact².
+    pub(super) variance: f64,
+    /// Times the scene was asked what is seen.
+    pub(super) rays: f64,
+}
+
+/// An estimate of all components.
+struct Answer {
+    mean: Vec<f64>,
+    /// Σ of the squared standard errors.
+    squares: f64,
+    rays: u64,
+}
+
+impl Target {
+    /// The gradient image of the study's quadrilateral.
+    pub(super) fn image(study: &Study) -> anyhow::Result<Self> {
+        Self::new(study.scene.clone(), study.film, Ask::Pixels(study.motion.clone()))
+    }
+
+    /// All vertex coordinates of a star on the same film, for the loss ½ ‖I − target‖² with the study's
+    /// quadrilateral as target.
+    pub(super) fn vertices(study: &Study) -> anyhow::Result<Self> {
+        let corner = |i: usize| {
+            let angle = i as f64 * std::f64::consts::TAU / VERTICES as f64;
+            let radius = if i.is_multiple_of(2) { 1.35 } else { 0.95 };
+            DVec2::new(2.0, 2.05) + radius * DVec2::from_angle(angle + 0.1)
+        };
+        let scene = white_over_black((0..VERTICES).map(corner).collect())?;
+        let primal = |scene: &Scene| -> anyhow::Result<Image> {
+            Ok(flatland::plane::exact::Arrangement::new(scene, &study.film)?.primal(&study.film))
+        };
+        let adjoint = primal(&scene)?.zip(&primal(&study.scene)?, |a, b| DVec3::X * (a - b));
+        Self::new(scene, study.film, Ask::Vertices(adjoint))
+    }
+
+    fn new(scene: Scene, film: Film, ask: Ask) -> anyhow::Result<Self> {
+        let mut target = Self { scene, film, ask, exact: vec![], norm: 0.0 };
+        target.exact = target.answer(&Exact)?.mean;
+        target.norm = target.exact.iter().map(|e| e * e).sum();
+        Ok(target)
+    }
+
+    fn answer(&self, method: &dyn Method) -> anyhow::Result<Answer> {
+        match &self.ask {
+            Ask::Pixels(motion) => {
+                let image = method.forward(&self.scene, motion, &self.film)?;
+                let squares = image.standard_error.pixels().iter().map(|e| e.x * e.x).sum();
+                let mean = image.mean.pixels().iter().map(|pixel| pixel.x).collect();
+                Ok(Answer { mean, squares, rays: image.rays })
+            }
+            Ask::Vertices(adjoint) => {
+                let gradient = method.reverse(&self.scene, &self.film, adjoint)?;
+                let squares = gradient.standard_error.iter().map(|e| e.length_squared()).sum();
+                let mean = gradient.mean.iter().flat_map(DVec2::to_array).collect();
+                Ok(Answer { mean, squares, rays: gradient.rays })
+            }
+        }
+    }
+
+    /// What a method computes in the mean and how it varies, from `runs` of it that take `samples` a
+    /// pixel each.
+    pub(super) fn measure<M: Method>(
+        &self,
+        runs: usize,
+        samples: usize,
+        method: impl Fn(usize) -> M,
+    ) -> anyhow::Result<(Bias, Spread)> {
+        let answers =
+            (0..runs).map(|run| self.answer(&method(run))).collect::<anyhow::Result<Vec<Answer>>>()?;
+        let count = (runs * samples) as f64;
+        let squares: f64 = answers.iter().map(|a| a.squares).sum();
+        let rays: u64 = answers.iter().map(|a| a.rays).sum();
+        let spread = Spread {
+            variance: squares / runs as f64 * samples as f64 / self.norm,
+            rays: rays as f64 / count / (SIDE * SIDE) as f64,
+        };
+        let means: Vec<Vec<f64>> = answers.into_iter().map(|a| a.mean).collect();
+        Ok((regress(&self.exact, &means), spread))
+    }
+
+    /// Seconds that one thread takes for a sample of one pixel: the least of three runs, so that what
+    /// else the machine does counts little.
+    pub(super) fn seconds(&self, samples: usize, method: &dyn Method) -> anyhow::Result<f64> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().context("starting one thread")?;
+        let mut least = f64::INFINITY;
+        for _ in 0..3 {
+            let start = Instant::now();
+            pool.install(|| self.answer(method))?;
+            least = least.min(start.elapsed().as_secs_f64());
+        }
+        Ok(least / (samples * SIDE * SIDE) as f64)
+    }
+}

@@ -1,0 +1,119 @@
+//! Biases that are known are asserted, so that nobody mends or worsens them unawares.
+
+use flatland::estimator::{Exact, Method, Rotation, WarpedArea};
+use flatland::plane::{Film, Filter, Image, Motion, Polygon, Scene, Shade, Shape};
+use flatland::warp::{BoundaryFunction, Debias, Warp, Weighting};
+use glam::{DVec2, DVec3};
+use tests::statistics::threshold;
+
+fn white(points: Vec<DVec2>) -> Shape {
+    Shape::new(Polygon::simple(points).expect("simple"), Shade::constant(DVec3::ONE))
+}
+
+fn disc(centre: DVec2, radius: f64) -> Shape {
+    let corner = |i: i32| centre + radius * DVec2::from_angle(std::f64::consts::TAU * f64::from(i) / 96.0);
+    white((0..96).map(corner).collect())
+}
+
+fn film() -> Film {
+    Film::new(8, 8, Filter::Tent).expect("a film")
+}
+
+/// A disc that turns about its own centre: its image does not change, but for the corners of the
+/// 96-gon. A static bar may cover a part of it.
+fn turning_disc(bar: bool) -> (Scene, Motion) {
+    let mut shapes = vec![disc(DVec2::splat(4.0), 2.6)];
+    if bar {
+        let corners = [(4.4, 0.3), (6.0, 0.3), (6.0, 7.7), (4.4, 7.7)];
+        let grey = Shade::constant(DVec3::splat(0.5));
+        let polygon = Polygon::simple(corners.map(|(x, y)| DVec2::new(x, y))).expect("simple");
+        shapes.push(Shape::new(polygon, grey));
+    }
+    let scene = Scene::new(DVec3::ZERO, shapes).expect("a scene");
+    (scene, Motion::rotate([0], DVec2::splat(4.0)))
+}
+
+/// The largest |z| of any pixel against the exact derivative, with its limit for a false alarm of
+/// 10⁻⁶.
+fn worst(method: &impl Method, scene: &Scene, motion: &Motion) -> (f64, f64) {
+    let exact = Exact.forward(scene, motion, &film()).expect("differentiable");
+    let found = method.forward(scene, motion, &film()).expect("valid");
+    let z = |i: usize| {
+        let error = found.standard_error.pixels()[i].x;
+        let difference = found.mean.pixels()[i].x - exact.mean.pixels()[i].x;
+        if error > 0.0 { (difference / error).abs() } else { 0.0 }
+    };
+    ((0..64).map(z).fold(0.0, f64::max), threshold(1e-6, 64))
+}
+
+/// The regression of a gradient image on the exact one.
+fn slope(found: &Image, exact: &Image) -> f64 {
+    exact.dot(found) / exact.dot(exact)
+}
+
+/// On a disc alone the points that a kernel follows are as often to one side of a boundary point as
+/// to the other, and their velocities' normal parts cancel: no bias, by mirror symmetry.
+#[test]
+fn rotation_is_right_on_a_turning_disc_alone() {
+    let (scene, motion) = turning_disc(false);
+    let (z, limit) = worst(&Rotation { samples: 4000, ..Rotation::default() }, &scene, &motion);
+    println!("disc alone: worst |z| {z:.2} (limit {limit:.2})");
+    assert!(z < limit, "{z}");
+}
+
+/// The bar breaks the symmetry: kernels near it follow it and stand still, or follow only what is
+/// left of the disc.
+#[test]
+fn rotation_is_biased_on_a_turning_disc_behind_a_bar() {
+    let (scene, motion) = turning_disc(true);
+    let rotation = Rotation { samples: 20_000, kappa: 10.0, ..Rotation::default() };
+    let (z, limit) = worst(&rotation, &scene, &motion);
+    println!("disc behind a bar, rotation: worst |z| {z:.2} (limit {limit:.2})");
+    assert!(z > limit, "{z}");
+    let warped = WarpedArea { samples: 4000, kappa: 10.0, ..WarpedArea::default() };
+    let (z, limit) = worst(&warped, &scene, &motion);
+    println!("disc behind a bar, warped area: worst |z| {z:.2} (limit {limit:.2})");
+    assert!(z < limit, "{z}");
+}
+
+/// A disc that grows: the points inside it are slower than its boundary.
+fn growing_disc() -> (Scene, Motion) {
+    let scene = Scene::new(DVec3::ZERO, vec![disc(DVec2::splat(4.0), 2.6)]).expect("a scene");
+    (scene, Motion::scale([0], DVec2::splat(4.0)))
+}
+
+#[test]
+fn the_gaussian_field_loses_about_half_of_every_silhouette() {
+    let (scene, motion) = growing_disc();
+    let exact = Exact.forward(&scene, &motion, &film()).expect("differentiable").mean;
+    let attenuation = |rays| {
+        let debias = Debias::Consistent { rays };
+        let warp = Warp { weighting: Weighting::Gaussian, focus: 1.0, debias, ..Warp::default() };
+        let method = WarpedArea { samples: 2000, warp, ..WarpedArea::default() };
+        slope(&method.forward(&scene, &motion, &film()).expect("valid").mean, &exact)
+    };
+    let (few, many) = (attenuation(8), attenuation(128));
+    println!("Gaussian field: slope {few:.3} with 8 rays, {many:.3} with 128");
+    // At the silhouette the kernel sees one half moving, one half still.
+    assert!((0.35..0.65).contains(&few) && (0.35..0.65).contains(&many), "{few} {many}");
+}
+
+#[test]
+fn below_its_bound_gamma_is_biased_whatever_the_number_of_rays() {
+    let (scene, motion) = growing_disc();
+    let exact = Exact.forward(&scene, &motion, &film()).expect("differentiable").mean;
+    let slope = |gamma: f64, rays| {
+        let boundary = BoundaryFunction::KernelScaled { scale: 0.6 };
+        let weighting = Weighting::BoundaryAware { gamma, boundary };
+        let warp = Warp { weighting, debias: Debias::Consistent { rays }, ..Warp::default() };
+        let method = WarpedArea { samples: 500, warp, ..WarpedArea::default() };
+        slope(&method.forward(&scene, &motion, &film()).expect("valid").mean, &exact)
+    };
+    // The bound is 3/2 for B linear in the distance.
+    let [below, above] = [1.0, 3.0].map(|gamma| {
+        let (few, many) = (slope(gamma, 32), slope(gamma, 256));
+        println!("γ = {gamma}: slope {few:.3} with 32 rays, {many:.3} with 256");
+        many
+    });
+    assert!(below < 0.85 && above > 0.96, "{below} {above}");
+}
