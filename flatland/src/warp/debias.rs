@@ -15,8 +15,8 @@ pub enum Debias {
         /// Auxiliary rays per estimate.
         rays: usize,
     },
-    /// X_1 + Σ_k (X_{k+1} − X_k) 1[K > k]/P(K > k), with X_k = X(k · rays) from the first k batches
-    /// and P(K > k) = (k + 1)^−tail: the paper's (section 5; Rhee and Glynn 2015), untruncated.
+    /// X_1 + Σ (X_{k+1} − X_k)/P(K > k) over 1 ≤ k < K, with X_k = X(k · rays) from the first k
+    /// batches and P(K > k) = (k + 1)^−tail: the paper's (Rhee and Glynn 2015), untruncated.
     ///
     /// E|X_{k+1} − X_k|² falls as k⁻³ once the means have settled, so cost and variance are both
     /// finite exactly when 1 < tail < 2. A geometric K, as in released code, has infinite variance

@@ -4,8 +4,8 @@ use flatland::estimator::WarpedArea;
 use flatland::warp::{BoundaryFunction, Debias, Warp, Weighting};
 
 use super::regression::Bias;
-use super::study::{KAPPA, Study, seed_of};
-use super::target::{Spread, Target};
+use super::stratified::Kernel;
+use super::target::{KAPPA, Spread, Target, seed_of};
 use crate::context::Context;
 use crate::plot::{Color, Marker, Palette};
 
@@ -87,24 +87,24 @@ fn weights() -> Vec<Series> {
     ]
 }
 
-/// Three boundary functions, two of which know the kernel's width.
+/// Boundary functions that know the kernel's width, and two that do not.
 fn boundaries() -> Vec<Series> {
-    weights()
-        .into_iter()
-        .enumerate()
-        .filter(|(i, _)| [0, 2, 3].contains(i))
-        .map(|(_, series)| series)
-        .collect()
+    let mut list: Vec<Series> =
+        weights().into_iter().enumerate().filter(|(i, _)| [0, 2, 3].contains(i)).map(|(_, s)| s).collect();
+    let warp = with(BoundaryFunction::SceneScaled { scale: 20.0 }, 3.0, Warp::original(1));
+    let (name, color) = ("B = 20s, blind to κ", Palette::OCHRE);
+    list.push(Series { name, color, marker: Marker::TriangleDown, warp });
+    list
 }
 
 /// Bias against N'.
-pub(super) fn against_rays(context: &Context, study: &Study) -> Vec<Curve> {
+pub(super) fn against_rays(context: &Context, target: &Target) -> Vec<Curve> {
     let batches = context.spend(8, 96);
     let measure = |index: usize, warp: Warp, rays: usize| {
         // Few rays cost little and vary much.
         let batches = batches * (32 / rays).clamp(1, 6);
         let seed = seed_of(context.seed(), &[5, 1, index as u64, rays as u64]);
-        (rays as f64, study.bias(consistent(rays, warp), KAPPA, batches, seed))
+        (rays as f64, target.bias(Kernel { warp: consistent(rays, warp), kappa: KAPPA }, batches, seed))
     };
     let curves = weights().into_iter().enumerate();
     curves
@@ -116,12 +116,12 @@ pub(super) fn against_rays(context: &Context, study: &Study) -> Vec<Curve> {
 }
 
 /// Bias against κ at a fixed number of rays.
-pub(super) fn against_kappa(context: &Context, study: &Study) -> Vec<Curve> {
+pub(super) fn against_kappa(context: &Context, target: &Target) -> Vec<Curve> {
     let batches = context.spend(8, 96);
     let kappas: Vec<f64> = (0..9).map(|i| 10.0 * 10f64.powf(f64::from(i) * 0.3125)).collect();
     let measure = |index: usize, warp: Warp, kappa: f64| {
         let seed = seed_of(context.seed(), &[5, 2, index as u64, kappa.to_bits()]);
-        (kappa, study.bias(consistent(RAYS_OF_KAPPA, warp), kappa, batches, seed))
+        (kappa, target.bias(Kernel { warp: consistent(RAYS_OF_KAPPA, warp), kappa }, batches, seed))
     };
     let curves = boundaries().into_iter().enumerate();
     curves
@@ -133,16 +133,15 @@ pub(super) fn against_kappa(context: &Context, study: &Study) -> Vec<Curve> {
 }
 
 /// Bias and variance against γ, with the linear boundary function of the original.
-pub(super) fn against_gamma(context: &Context, study: &Study) -> anyhow::Result<Vec<GammaPoint>> {
+pub(super) fn against_gamma(context: &Context, target: &Target) -> anyhow::Result<Vec<GammaPoint>> {
     let (batches, budget) = context.spend((8, 40_000), (96, 1_000_000));
-    let target = Target::image(study)?;
     let mut out = vec![];
     for rays in RAYS_OF_GAMMA {
         for gamma in [0.5, 0.75, 1.0, 1.25, BOUND, 2.0, 2.5, 3.0, 4.0, 6.0] {
             let warp = Warp { focus: 0.3, ..Warp::original(rays) };
             let warp = with(BoundaryFunction::KernelScaled { scale: 0.6 }, gamma, warp);
             let seed = seed_of(context.seed(), &[5, 3, rays as u64, gamma.to_bits()]);
-            let bias = study.bias(warp, KAPPA, batches, seed);
+            let bias = target.bias(Kernel { warp, kappa: KAPPA }, batches, seed);
             let samples = budget / (rays + 8);
             let method = WarpedArea { samples, kappa: KAPPA, warp, seed, ..WarpedArea::default() };
             let (_, spread) = target.measure(1, samples, |_| method)?;

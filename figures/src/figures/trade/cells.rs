@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 /// Sides of cells, in units of the kernel's width, at the edges.
-const FINEST: f64 = 0.25;
+const FINEST: f64 = 0.36;
 /// Sides of cells relative to their distance from the edges.
 const GRADING: f64 = 0.6;
 /// The largest side.
@@ -34,7 +34,6 @@ pub(super) fn graded((low, high): (DVec2, DVec2), edges: &[[DVec2; 2]], kappa: f
             open.push(Cell { low: cell.low + corner * size, size });
         }
     }
-    eprintln!("cells {} {kappa}", done.len());
     done
 }
 

@@ -3,8 +3,7 @@
 use flatland::estimator::WarpedArea;
 use flatland::warp::{Debias, Warp};
 
-use super::study::{KAPPA, seed_of};
-use super::target::{Spread, Target};
+use super::target::{KAPPA, Spread, Target, seed_of};
 use crate::context::Context;
 
 /// Rays of the consistent estimator that the schemes are compared with.

@@ -7,8 +7,8 @@ use flatland::warp::{Debias, Warp};
 use glam::DVec2;
 
 use super::regression::{Bias, regress_exactly};
-use super::study::{KAPPA, seed_of};
-use super::target::{Ask, Spread, Target};
+use super::stratified::Kernel;
+use super::target::{Ask, KAPPA, Spread, Target, seed_of};
 use crate::context::Context;
 use crate::plot::{Color, Palette};
 
@@ -78,8 +78,8 @@ pub(super) fn front(contenders: &[Contender]) -> Vec<(f64, f64, usize)> {
 /// All methods, measured on one target.
 pub(super) fn contenders(context: &Context, target: &Target) -> anyhow::Result<Vec<Contender>> {
     let mode = match target.ask {
-        Ask::Pixels(_) => 0,
-        Ask::Vertices(_) => 1,
+        Ask::Pixels { .. } => 0,
+        Ask::Vertices { .. } => 1,
     };
     let bench = Bench { target, seed: seed_of(context.seed(), &[5, 5, mode]), effort: context.spend(1, 40) };
     let dark = Palette::BLUE.mix(Color::INK, 0.55);
@@ -96,7 +96,7 @@ pub(super) fn contenders(context: &Context, target: &Target) -> anyhow::Result<V
         )?,
         bench.rotation(look("rotation", Palette::ORANGE, Line::Dashed))?,
     ];
-    for (step, color) in [(0.05, Palette::GREEN.tint(0.45)), (0.005, Palette::GREEN)] {
+    for (step, color) in [(0.02, Palette::GREEN.tint(0.45)), (0.002, Palette::GREEN)] {
         let name = format!("differences, step {step}");
         out.push(bench.finite_difference(Looks { name, color, line: Line::Dotted }, step)?);
     }
@@ -128,12 +128,21 @@ impl Bench<'_> {
         Ok(Contender { looks, needs_edges: false, unbiased: false, bias, spread, seconds })
     }
 
+    /// The bias of a fixed number of rays is measured apart, by stratification.
     fn warped(&self, looks: Looks, debias: Debias) -> anyhow::Result<Contender> {
-        let samples = (10_000.0 / (debias.expected_rays() + 4.0)) as usize;
+        let unbiased = debias.is_unbiased();
+        // Heavy tails need many samples before the variance is seen.
+        let budget = if unbiased { 30_000.0 } else { 8_000.0 };
+        let samples = (budget / (debias.expected_rays() + 4.0)) as usize;
         let warp = Warp { debias, ..Warp::default() };
         let method =
             |samples, seed| WarpedArea { samples, kappa: KAPPA, warp, seed, ..WarpedArea::default() };
-        Ok(Contender { unbiased: debias.is_unbiased(), ..self.contender(looks, samples, method)? })
+        let mut contender = Contender { unbiased, ..self.contender(looks, samples, method)? };
+        if !unbiased {
+            let kernel = Kernel { warp, kappa: KAPPA };
+            contender.bias = self.target.bias(kernel, RUNS * self.effort.min(8), self.seed);
+        }
+        Ok(contender)
     }
 
     fn rotation(&self, looks: Looks) -> anyhow::Result<Contender> {
@@ -148,8 +157,8 @@ impl Bench<'_> {
     /// The bias is exact: the displaced images are known.
     fn finite_difference(&self, looks: Looks, step: f64) -> anyhow::Result<Contender> {
         let samples = match self.target.ask {
-            Ask::Pixels(_) => 4000,
-            Ask::Vertices(_) => 200,
+            Ask::Pixels { .. } => 4000,
+            Ask::Vertices { .. } => 100,
         };
         let method = |samples, seed| FiniteDifference { samples, step, seed };
         let contender = self.contender(looks, samples, method)?;
@@ -168,8 +177,8 @@ impl Bench<'_> {
             Ok(image(motion, step)?.zip(&image(motion, -step)?, |a, b| (a - b) / (2.0 * step)))
         };
         match ask {
-            Ask::Pixels(motion) => Ok(difference(motion)?.pixels().iter().map(|pixel| pixel.x).collect()),
-            Ask::Vertices(adjoint) => (0..scene.vertices().len())
+            Ask::Pixels { motion, .. } => Ok(difference(motion)?.pixels().iter().map(|pixel| pixel.x).collect()),
+            Ask::Vertices { adjoint } => (0..scene.vertices().len())
                 .flat_map(|vertex| DVec2::AXES.map(|axis| Motion::vertex(0, vertex, axis)))
                 .map(|motion| Ok(adjoint.dot(&difference(&motion)?)))
                 .collect(),

@@ -7,10 +7,11 @@ mod debias;
 mod front;
 mod page;
 mod regression;
-mod study;
+mod stratified;
 mod target;
 mod text;
 
+use self::target::Target;
 use crate::context::Context;
 use crate::gallery::{Picture, Section};
 use crate::output::write_png;
@@ -20,25 +21,24 @@ const TRADE: &str = "figure5_trade.png";
 
 /// Measures, draws and explains.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
-    let study = study::Study::new()?;
-    eprintln!("{:?}", std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH));
+    let image = Target::image()?;
+
     context.step("5 bias against N′");
-    let rays = bias::against_rays(context, &study);
-    eprintln!("{:?}", std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH));
+    let rays = bias::against_rays(context, &image);
+
     context.step("5 bias against κ");
-    let kappa = bias::against_kappa(context, &study);
-    eprintln!("{:?}", std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH));
+    let kappa = bias::against_kappa(context, &image);
+
     context.step("5 bias and variance against γ");
-    let gamma = bias::against_gamma(context, &study)?;
-    write_png(&context.path(BIAS), &page::bias_page(&study, &rays, &kappa, &gamma).canvas)?;
-    eprintln!("{:?}", std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH));
+    let gamma = bias::against_gamma(context, &image)?;
+    write_png(&context.path(BIAS), &page::bias_page(&image, &rays, &kappa, &gamma).canvas)?;
+
     context.step("5 debiasing schemes");
-    let image = target::Target::image(&study)?;
     let schemes = debias::schemes(context, &image)?;
-    eprintln!("{:?}", std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH));
+
     context.step("5 error at equal time");
     let forward = front::contenders(context, &image)?;
-    let reverse = front::contenders(context, &target::Target::vertices(&study)?)?;
+    let reverse = front::contenders(context, &Target::vertices()?)?;
     write_png(&context.path(TRADE), &page::trade_page(&schemes, &forward, &reverse).canvas)?;
     let results = text::Results { rays, kappa, gamma, schemes, forward, reverse };
     let data = results.write(context)?;

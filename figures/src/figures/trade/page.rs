@@ -1,12 +1,11 @@
-//! The two pictures of the study.
+//! The two pictures of the target.
 
 use glam::DVec2;
 
 use super::bias::{BOUND, Curve, GammaPoint, RAYS_OF_GAMMA, RAYS_OF_KAPPA};
 use super::debias::{RAYS, Scheme, name};
 use super::front::{Contender, Line, TIMES, front};
-use super::study::{KAPPA, SIDE, Study};
-use super::target::VERTICES;
+use super::target::{Ask, KAPPA, SIDE, Target, VERTICES};
 use crate::plot::{
     Align, Axes, Axis, Color, Figure, GUTTER, Height, Legend, Marker, Palette, Pen, Rect, Shading, Style,
     TextStyle, number,
@@ -16,13 +15,13 @@ use crate::plot::{
 const VISIBLE: f64 = 2.0;
 
 /// Picture 1: the scene, and bias against N', κ and γ.
-pub(super) fn bias_page(study: &Study, rays: &[Curve], kappa: &[Curve], gamma: &[GammaPoint]) -> Figure {
+pub(super) fn bias_page(target: &Target, rays: &[Curve], kappa: &[Curve], gamma: &[GammaPoint]) -> Figure {
     let title = "The bias of a fixed number of auxiliary rays N′, and what decides it";
     let mut figure = Figure::new(960.0, 600.0, title, "");
     let rows = figure.body.rows(&[1.0, 0.92], GUTTER);
     let top = rows[0].columns(&[0.27, 0.73], GUTTER);
     let space = figure.panel(top[0], 0, "The scene: ∂_{θ}I of 4 × 4 pixels");
-    draw_scene(&mut figure, study, space);
+    draw_scene(&mut figure, target, space);
     let space = figure.panel(top[1], 1, "Bias against the number of auxiliary rays");
     rays_axes(rays).draw(&mut figure.canvas, space);
     let bottom = rows[1].columns(&[1.0, 1.0, 1.0], GUTTER);
@@ -30,23 +29,26 @@ pub(super) fn bias_page(study: &Study, rays: &[Curve], kappa: &[Curve], gamma: &
     kappa_axes(kappa).draw(&mut figure.canvas, space);
     let space = figure.panel(bottom[1], 3, "Bias against γ (linear B)");
     gamma_axes(gamma, "missing part of the gradient", |p| p.bias.missing, |p| p.bias.error)
+        .legend(Legend::BottomLeft)
         .draw(&mut figure.canvas, space);
     let space = figure.panel(bottom[2], 4, "Variance against γ (linear B)");
     gamma_axes(gamma, "relative variance of one sample", |p| p.spread.variance, |_| 0.0)
+        .legend(Legend::BottomRight)
         .draw(&mut figure.canvas, space);
     figure
 }
 
 /// The exact gradient image under the quadrilateral and the velocities of its corners.
-fn draw_scene(figure: &mut Figure, study: &Study, space: Rect) {
-    let shading = Shading::signed_covering(&study.exact, 1.0);
+fn draw_scene(figure: &mut Figure, target: &Target, space: Rect) {
+    let shading = Shading::signed_covering(&target.exact, 1.0);
     let canvas = &mut figure.canvas;
-    let picture = canvas.field((SIDE, SIDE), &study.exact, &shading, "", space);
+    let picture = canvas.field((SIDE, SIDE), &target.exact, &shading, "", space);
     let scale = picture.width / SIDE as f64;
     let page = |p: DVec2| DVec2::new(picture.x, picture.y) + scale * p;
-    let corners: Vec<DVec2> = study.scene.vertices().iter().map(|&p| page(p)).collect();
+    let corners: Vec<DVec2> = target.scene.vertices().iter().map(|&p| page(p)).collect();
     canvas.stroke_polygon(&[corners.as_slice()], &Pen::new(Color::INK, 1.5));
-    for (corner, velocity) in corners.iter().zip(&study.velocities) {
+    let Ask::Pixels { velocities, .. } = &target.ask else { return };
+    for (corner, velocity) in corners.iter().zip(velocities) {
         canvas.arrow(*corner, *corner + 0.42 * scale * *velocity, &Pen::new(Color::INK, 1.3));
     }
     // The auxiliary kernel, its width as radius, around one point.
@@ -61,7 +63,7 @@ fn draw_scene(figure: &mut Figure, study: &Study, space: Rect) {
 fn rays_axes(curves: &[Curve]) -> Axes {
     let ticks = [1, 2, 4, 8, 16, 32, 64, 128, 256].map(|n| (f64::from(n), n.to_string()));
     let x = Axis::log("auxiliary rays N′").ticks(ticks).limits(0.9, 285.0);
-    let y = Axis::log("missing part of the gradient, 1 − slope").limits(1.5e-3, 1.2);
+    let y = Axis::log("missing part of the gradient, 1 − slope").limits(3e-3, 1.0);
     let mut axes = Axes::new(x, y).legend(Legend::Outside);
     for curve in curves {
         let label = curve.rate().map_or_else(
@@ -86,7 +88,7 @@ fn rays_axes(curves: &[Curve]) -> Axes {
 
 fn kappa_axes(curves: &[Curve]) -> Axes {
     let y = Axis::linear("missing part of the gradient");
-    let mut axes = Axes::new(Axis::log("κ (1/pixel²)"), y).legend(Legend::TopLeft);
+    let mut axes = Axes::new(Axis::log("κ (1/pixel²)"), y).legend(Legend::BottomLeft);
     axes.horizontal(0.0, "", &Style::new(Color::MUTED).width(1.0));
     for curve in curves {
         let style = Style::new(curve.series.color).marker(curve.series.marker);
@@ -107,7 +109,7 @@ fn gamma_axes(
 ) -> Axes {
     let ticks = [0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0].map(|g| (g, number(g)));
     let x = Axis::log("exponent γ").ticks(ticks).limits(0.46, 6.5);
-    let mut axes = Axes::new(x, Axis::log(label)).legend(Legend::BottomLeft);
+    let mut axes = Axes::new(x, Axis::log(label));
     axes.vertical(BOUND, "", &Style::new(Color::MUTED).dashed().labelled(format!("bound γ = {BOUND}")));
     let looks =
         [(Palette::SKY, Marker::Circle), (Palette::BLUE, Marker::Square), (Color::INK, Marker::Diamond)];
@@ -157,7 +159,7 @@ fn draw_schemes(figure: &mut Figure, schemes: &[Scheme], space: Rect) {
     let none: [(f64, String); 0] = [];
     let y = Axis::linear("").ticks(none).limits(-0.6, schemes.len() as f64 - 0.4);
     let mut axes = Axes::new(Axis::log("times as many rays for the same noise").ticks(ticks), y);
-    axes = axes.legend(Legend::BottomRight);
+    axes = axes.legend(Legend::TopRight);
     for (scheme, color) in [(one, Palette::BLUE), (own, Palette::VERMILION)] {
         axes.vertical(scheme.relative(one).value, "", &Style::new(color).width(1.0).dashed());
     }

@@ -4,21 +4,26 @@ use std::time::Instant;
 
 use anyhow::Context as _;
 use flatland::estimator::{Exact, Method};
-use flatland::plane::{Film, Image, Motion, Scene};
+use flatland::plane::exact::Arrangement;
+use flatland::plane::{Film, Filter, Image, Motion, Polygon, Scene, Shade, Shape};
+use flatland::random::{open01, stream};
 use glam::{DVec2, DVec3};
 
 use super::regression::{Bias, regress};
-use super::study::{SIDE, Study, white_over_black};
 
+/// Pixels a side.
+pub(super) const SIDE: usize = 4;
+/// The auxiliary kernel's κ wherever it is not what varies, in 1/pixel²: a width of 0.15 pixels.
+pub(super) const KAPPA: f64 = 44.0;
 /// Vertices of the star whose coordinates are all differentiated.
-pub(super) const VERTICES: usize = 32;
+pub(super) const VERTICES: usize = 64;
 
 /// Which derivative.
 pub(super) enum Ask {
     /// Of every pixel, for one motion: forward mode.
-    Pixels(Motion),
-    /// Of one loss with this adjoint image, for every coordinate of every vertex: reverse mode.
-    Vertices(Image),
+    Pixels { motion: Motion, velocities: Vec<DVec2> },
+    /// Of the loss with this adjoint image, for every coordinate of every vertex: reverse mode.
+    Vertices { adjoint: Image },
 }
 
 /// The derivative asked for, and its exact value.
@@ -48,25 +53,29 @@ struct Answer {
 }
 
 impl Target {
-    /// The gradient image of the study's quadrilateral.
-    pub(super) fn image(study: &Study) -> anyhow::Result<Self> {
-        Self::new(study.scene.clone(), study.film, Ask::Pixels(study.motion.clone()))
+    /// The gradient image of a quadrilateral that moves and turns.
+    pub(super) fn image() -> anyhow::Result<Self> {
+        let scene = quadrilateral()?;
+        let turn = Motion::rotate([0], DVec2::new(2.2, 2.0));
+        let motion = Motion::translate([0], DVec2::new(1.0, 0.3)).and(turn);
+        let velocities = motion.velocities(&scene)?;
+        Self::new(scene, Film::new(SIDE, SIDE, Filter::Tent)?, Ask::Pixels { motion, velocities })
     }
 
-    /// All vertex coordinates of a star on the same film, for the loss ½ ‖I − target‖² with the study's
-    /// quadrilateral as target.
-    pub(super) fn vertices(study: &Study) -> anyhow::Result<Self> {
+    /// All vertex coordinates of a star, for the loss ½ ‖I − J‖² with J the quadrilateral's image.
+    pub(super) fn vertices() -> anyhow::Result<Self> {
         let corner = |i: usize| {
-            let angle = i as f64 * std::f64::consts::TAU / VERTICES as f64;
-            let radius = if i.is_multiple_of(2) { 1.35 } else { 0.95 };
-            DVec2::new(2.0, 2.05) + radius * DVec2::from_angle(angle + 0.1)
+            let angle = 0.1 + i as f64 * std::f64::consts::TAU / VERTICES as f64;
+            let radius = if i.is_multiple_of(2) { 1.35 } else { 1.1 };
+            DVec2::new(2.0, 2.05) + radius * DVec2::from_angle(angle)
         };
         let scene = white_over_black((0..VERTICES).map(corner).collect())?;
+        let film = Film::new(SIDE, SIDE, Filter::Tent)?;
         let primal = |scene: &Scene| -> anyhow::Result<Image> {
-            Ok(flatland::plane::exact::Arrangement::new(scene, &study.film)?.primal(&study.film))
+            Ok(Arrangement::new(scene, &film)?.primal(&film))
         };
-        let adjoint = primal(&scene)?.zip(&primal(&study.scene)?, |a, b| DVec3::X * (a - b));
-        Self::new(scene, study.film, Ask::Vertices(adjoint))
+        let adjoint = primal(&scene)?.zip(&primal(&quadrilateral()?)?, |a, b| DVec3::X * (a - b));
+        Self::new(scene, film, Ask::Vertices { adjoint })
     }
 
     fn new(scene: Scene, film: Film, ask: Ask) -> anyhow::Result<Self> {
@@ -78,13 +87,13 @@ impl Target {
 
     fn answer(&self, method: &dyn Method) -> anyhow::Result<Answer> {
         match &self.ask {
-            Ask::Pixels(motion) => {
+            Ask::Pixels { motion, .. } => {
                 let image = method.forward(&self.scene, motion, &self.film)?;
                 let squares = image.standard_error.pixels().iter().map(|e| e.x * e.x).sum();
                 let mean = image.mean.pixels().iter().map(|pixel| pixel.x).collect();
                 Ok(Answer { mean, squares, rays: image.rays })
             }
-            Ask::Vertices(adjoint) => {
+            Ask::Vertices { adjoint } => {
                 let gradient = method.reverse(&self.scene, &self.film, adjoint)?;
                 let squares = gradient.standard_error.iter().map(|e| e.length_squared()).sum();
                 let mean = gradient.mean.iter().flat_map(DVec2::to_array).collect();
@@ -126,4 +135,21 @@ impl Target {
         }
         Ok(least / (samples * SIDE * SIDE) as f64)
     }
+}
+
+/// The quadrilateral of the study.
+fn quadrilateral() -> anyhow::Result<Scene> {
+    let corners = [(1.1, 1.4), (2.9, 1.0), (3.2, 2.6), (1.5, 3.1)];
+    white_over_black(corners.map(|(x, y)| DVec2::new(x, y)).to_vec())
+}
+
+/// A white polygon over black.
+fn white_over_black(corners: Vec<DVec2>) -> anyhow::Result<Scene> {
+    let shape = Shape::new(Polygon::simple(corners)?, Shade::constant(DVec3::ONE));
+    Ok(Scene::new(DVec3::ZERO, vec![shape])?)
+}
+
+/// A seed for the part of the study that the words name: 52 bits of their stream.
+pub(super) fn seed_of(seed: u64, words: &[u64]) -> u64 {
+    (open01(&mut stream(seed, words)) * 2f64.powi(52)) as u64
 }

@@ -44,7 +44,7 @@ impl Results {
             for curve in curves {
                 for (x, b) in &curve.points {
                     let (rays, kappa) = if what == "rays" {
-                        (*x, super::study::KAPPA)
+                        (*x, super::target::KAPPA)
                     } else {
                         (super::bias::RAYS_OF_KAPPA as f64, *x)
                     };
@@ -67,7 +67,7 @@ impl Results {
                 "gamma".into(),
                 "".into(),
                 p.rays.into(),
-                super::study::KAPPA.into(),
+                super::target::KAPPA.into(),
                 p.gamma.into(),
                 p.bias.missing.into(),
                 p.bias.error.into(),

@@ -1,0 +1,147 @@
+//! The two rules of a warp field, measured: is it continuous, and does it follow the boundaries?
+
+use flatland::random::stream;
+use glam::DVec2;
+use rayon::prelude::*;
+
+use super::constructions::Construction;
+use super::example::{EXTENT, Site, WIDTH};
+
+/// Half the distance between the two points of a pair, in kernel widths.
+pub(super) const OFFSET: f64 = 1e-4;
+/// Standard errors that a kept rule may be missed by; 5 make a false alarm in a few hundred points rare.
+pub(super) const SIGMAS: f64 = 5.0;
+/// What a continuous field may change by over a pair, relative to the largest boundary speed.
+pub(super) const SLACK: f64 = 10.0 * OFFSET;
+
+/// A mean with its standard error.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Measured {
+    pub(super) value: f64,
+    pub(super) error: f64,
+}
+
+impl Measured {
+    /// Whether the value may be zero.
+    pub(super) fn vanishes(self) -> bool {
+        self.value.abs() <= SIGMAS * self.error + SLACK
+    }
+
+    fn larger(self, other: Self) -> Self {
+        if other.value.abs() > self.value.abs() { other } else { self }
+    }
+}
+
+/// What was measured on one pair of points, relative to the largest boundary speed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pair {
+    /// |V⁺ − V⁻|.
+    pub(super) jump: Measured,
+    /// (V − v)·ν on the occluder's side and on the other.
+    pub(super) mismatch: [Measured; 2],
+}
+
+/// A construction's record.
+pub(super) struct Record {
+    /// At every site of the silhouettes.
+    pub(super) silhouettes: Vec<Pair>,
+    pub(super) largest_jump: Measured,
+    pub(super) largest_mismatch: Measured,
+    pub(super) mean_mismatch: f64,
+    /// The standard error of one site's mismatch, in the mean.
+    pub(super) mean_error: f64,
+    pub(super) continuous: bool,
+    pub(super) consistent: bool,
+}
+
+impl Record {
+    pub(super) fn new(construction: &Construction<'_>, sites: &[Site], speed: f64, seed: u64) -> Self {
+        let measure = |list: &[Site], purpose: u64| -> Vec<Pair> {
+            let pairs = list.par_iter().enumerate();
+            pairs.map(|(i, site)| measure(construction, site, speed, (seed, [purpose, i as u64]))).collect()
+        };
+        let silhouettes = measure(sites, 2);
+        let elsewhere = measure(&borders(), 3);
+        let jumps = || silhouettes.iter().chain(&elsewhere).map(|pair| pair.jump);
+        let mismatches = || silhouettes.iter().map(|pair| pair.mismatch[0]);
+        let mean = |f: fn(Measured) -> f64| mismatches().map(f).sum::<f64>() / silhouettes.len() as f64;
+        Self {
+            largest_jump: jumps().fold(Measured::default(), Measured::larger),
+            largest_mismatch: mismatches().fold(Measured::default(), Measured::larger),
+            mean_mismatch: mean(|m| m.value.abs()),
+            mean_error: mean(|m| m.error),
+            continuous: jumps().all(Measured::vanishes),
+            consistent: mismatches().all(Measured::vanishes),
+            silhouettes,
+        }
+    }
+}
+
+/// Pairs away from silhouettes: the middles of the sides of kernel cells, where the rotation method
+/// passes from one kernel to the next.
+fn borders() -> Vec<Site> {
+    let cells = (EXTENT / WIDTH).round();
+    let mut sites = vec![];
+    for y in 0..cells.y as u32 {
+        for x in 0..cells.x as u32 {
+            // Every second cell, as on a chessboard; its right and lower side.
+            if (x + y) % 2 == 1 {
+                continue;
+            }
+            let centre = (DVec2::new(f64::from(x), f64::from(y)) + 0.5) * WIDTH;
+            for outward in [DVec2::X, DVec2::Y] {
+                let at = centre + 0.5 * WIDTH * outward;
+                sites.push(Site { at, outward, velocity: DVec2::ZERO, half: DVec2::ZERO });
+            }
+        }
+    }
+    sites
+}
+
+/// Compares the field just inside and just outside; both use the same random numbers, which leaves
+/// the mean of their difference as it is and makes its error smaller.
+fn measure(
+    construction: &Construction<'_>,
+    site: &Site,
+    speed: f64,
+    (seed, [purpose, index]): (u64, [u64; 2]),
+) -> Pair {
+    let (field, repeats) = &construction.measured;
+    let step = OFFSET * WIDTH * site.outward;
+    let mut sums = [Sum::default(); 4];
+    for repeat in 0..*repeats {
+        let [inside, outside] = [site.at - step, site.at + step]
+            .map(|u| field.at(u, &mut stream(seed, &[purpose, index, repeat as u64])).0.value / speed);
+        let difference = outside - inside;
+        let miss = |value: DVec2| (value - site.velocity / speed).dot(site.outward);
+        let values = [difference.x, difference.y, miss(inside), miss(outside)];
+        sums.iter_mut().zip(values).for_each(|(sum, value)| sum.add(value));
+    }
+    let [x, y, inside, outside] = sums.map(Sum::measured);
+    let jump = Measured { value: x.value.hypot(y.value), error: x.error.hypot(y.error) };
+    Pair { jump, mismatch: [inside, outside] }
+}
+
+/// A running mean and variance.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sum {
+    count: f64,
+    mean: f64,
+    squares: f64,
+}
+
+impl Sum {
+    /// Welford's update.
+    pub(super) fn add(&mut self, value: f64) {
+        self.count += 1.0;
+        let delta = value - self.mean;
+        self.mean += delta / self.count;
+        self.squares += delta * (value - self.mean);
+    }
+
+    pub(super) fn measured(self) -> Measured {
+        let error =
+            if self.count > 1.0 { (self.squares / (self.count - 1.0) / self.count).sqrt() } else { 0.0 };
+        Measured { value: self.mean, error }
+    }
+}
