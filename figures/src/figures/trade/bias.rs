@@ -137,12 +137,12 @@ pub(super) fn against_gamma(context: &Context, target: &Target) -> anyhow::Resul
     let (batches, budget) = context.spend((8, 40_000), (96, 1_000_000));
     let mut out = vec![];
     for rays in RAYS_OF_GAMMA {
-        for gamma in [0.5, 0.75, 1.0, 1.25, BOUND, 2.0, 2.5, 3.0, 4.0, 6.0] {
+        for gamma in [0.5, 0.75, 1.0, 1.25, BOUND, 2.0, 3.0, 4.0, 6.0] {
             let warp = Warp { focus: 0.3, ..Warp::original(rays) };
             let warp = with(BoundaryFunction::KernelScaled { scale: 0.6 }, gamma, warp);
             let seed = seed_of(context.seed(), &[5, 3, rays as u64, gamma.to_bits()]);
             let bias = target.bias(Kernel { warp, kappa: KAPPA }, batches, seed);
-            let samples = budget / (rays + 8);
+            let samples = (budget / (rays + 8)).max(600);
             let method = WarpedArea { samples, kappa: KAPPA, warp, seed, ..WarpedArea::default() };
             let (_, spread) = target.measure(1, samples, |_| method)?;
             out.push(GammaPoint { rays, gamma, bias, spread });

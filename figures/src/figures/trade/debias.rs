@@ -11,7 +11,6 @@ pub(super) const RAYS: usize = 16;
 
 /// A scheme, with the spread of each of its batches.
 pub(super) struct Scheme {
-    pub(super) name: String,
     pub(super) original: bool,
     pub(super) debias: Debias,
     batches: Vec<Spread>,
@@ -102,7 +101,7 @@ fn scheme(
             Ok(target.measure(1, samples, |_| method)?.1)
         })
         .collect::<anyhow::Result<_>>()?;
-    Ok(Scheme { name: name(debias), original, debias, batches })
+    Ok(Scheme { original, debias, batches })
 }
 
 /// What the scheme is called in the figure.

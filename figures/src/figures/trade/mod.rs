@@ -3,6 +3,7 @@
 
 mod bias;
 mod cells;
+mod data;
 mod debias;
 mod front;
 mod page;
@@ -60,6 +61,6 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
             },
         ],
         data,
-        table: Some(results.table()),
+        table: Some(results.methods()),
     })
 }

@@ -88,7 +88,7 @@ fn rays_axes(curves: &[Curve]) -> Axes {
 
 fn kappa_axes(curves: &[Curve]) -> Axes {
     let y = Axis::linear("missing part of the gradient");
-    let mut axes = Axes::new(Axis::log("κ (1/pixel²)"), y).legend(Legend::BottomLeft);
+    let mut axes = Axes::new(Axis::log("κ (1/pixel²)"), y).legend(Legend::TopRight);
     axes.horizontal(0.0, "", &Style::new(Color::MUTED).width(1.0));
     for curve in curves {
         let style = Style::new(curve.series.color).marker(curve.series.marker);
