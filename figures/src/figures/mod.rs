@@ -1,6 +1,7 @@
 //! The figures, one file each, in the order of the story.
 
 mod attempts;
+mod common;
 mod drawing;
 mod edges;
 mod fields;

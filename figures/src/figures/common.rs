@@ -1,0 +1,33 @@
+//! What several figures need.
+
+use flatland::plane::Image;
+use glam::DVec3;
+
+use crate::plot::{Color, Raster};
+
+/// One channel of an image, row by row.
+pub(crate) fn channel(image: &Image, channel: usize) -> Vec<f64> {
+    image.pixels().iter().map(|pixel| pixel[channel]).collect()
+}
+
+/// An image of linear radiance as a picture.
+pub(crate) fn picture(image: &Image) -> Raster {
+    let pixels = image.pixels().iter().map(|pixel| pixel.as_vec3().to_array()).collect();
+    Raster::new(image.width(), image.height(), pixels).encoded()
+}
+
+/// The display colour of a linear one.
+pub(crate) fn display(linear: DVec3) -> Color {
+    let pixel = Raster::new(1, 1, vec![linear.as_vec3().to_array()]).encoded();
+    Color::from_rgb(pixel.pixels()[0])
+}
+
+/// The root of the mean square; 0 for nothing.
+pub(crate) fn root_mean_square(values: &[f64]) -> f64 {
+    (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
+/// The largest magnitude; 0 for nothing.
+pub(crate) fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |largest, value| largest.max(value.abs()))
+}

@@ -1,0 +1,125 @@
+//! The pictures: what is found, and what it costs.
+
+use flatland::plane::exact::Arrangement;
+use glam::DVec2;
+
+use super::super::common::display;
+use super::foliage::{Foliage, SIDE};
+use super::study::{Plant, Racer, Run};
+use crate::plot::{
+    Axes, Axis, Canvas, Color, Figure, GUTTER, Legend, Marker, Palette, Pen, Rect, Style, Upward, View,
+};
+
+/// Two plants and their cost without a clock: the same for every run of one seed.
+pub(super) fn rays(examples: &[Foliage; 2], plants: &[Plant], caption: &str) -> anyhow::Result<Canvas> {
+    let mut figure =
+        Figure::new(960.0, 650.0, "What edge sampling has to find, and what finding it costs", caption);
+    let (top, bottom) = figure.body.split_top(342.0);
+    let (top, bottom) = (top.columns(&[1.0; 3], GUTTER), bottom.columns(&[1.0; 3], GUTTER));
+    for (i, plant) in examples.iter().enumerate() {
+        let title = format!("{} leaves, {} edges", plant.scene.shapes().len(), plant.scene.edges().count());
+        let space = figure.panel(top[i], i, &title);
+        leaves(&mut figure.canvas, plant, space)?;
+    }
+    let space = figure.panel(top[2], 2, "most edges are hidden");
+    visibility(plants).draw(&mut figure.canvas, space.inset(0.0, 0.0, 0.0, 8.0));
+    let space = figure.panel(bottom[0], 3, "variance of one sample");
+    race(plants, "variance", |run| run.variance, Legend::BottomRight).draw(&mut figure.canvas, space);
+    let space = figure.panel(bottom[1], 4, "rays of one sample");
+    race(plants, "rays", |run| run.rays, Legend::None).draw(&mut figure.canvas, space);
+    let space = figure.panel(bottom[2], 5, "rays for a given precision");
+    race(plants, "variance × rays", Run::rays_cost, Legend::None).draw(&mut figure.canvas, space);
+    Ok(figure.canvas)
+}
+
+/// The cost by the clock.
+pub(super) fn time(plants: &[Plant], caption: &str) -> Canvas {
+    let mut figure = Figure::new(960.0, 290.0, "The same by the clock, on one thread", caption);
+    let cells = figure.body.columns(&[1.0; 3], GUTTER);
+    let space = figure.panel(cells[0], 0, "time of one sample");
+    race(plants, "microseconds", |run| 1e6 * run.seconds, Legend::BottomRight)
+        .draw(&mut figure.canvas, space);
+    let space = figure.panel(cells[1], 1, "time for a given precision");
+    race(plants, "variance × microseconds", |run| 1e6 * run.time_cost(), Legend::None)
+        .draw(&mut figure.canvas, space);
+    let space = figure.panel(cells[2], 2, "edge sampling's advantage");
+    advantage(plants).draw(&mut figure.canvas, space);
+    figure.canvas
+}
+
+fn leaves(canvas: &mut Canvas, plant: &Foliage, space: Rect) -> anyhow::Result<()> {
+    let side = space.width.min(space.height);
+    let at = Rect::new(space.x, space.y, side, side);
+    let view = View::fit(DVec2::ZERO, DVec2::splat(SIDE as f64), at, Upward::No);
+    let scene = &plant.scene;
+    let arrangement = Arrangement::new(scene, &plant.film)?;
+    canvas.clipped(at, |canvas| {
+        canvas.fill_rect(at, display(scene.background()).tint(0.5));
+        for shape in scene.shapes() {
+            let ring: Vec<DVec2> = shape.polygon().vertices().iter().map(|p| view.at(*p)).collect();
+            canvas.fill_polygon(&[ring], display(shape.shade().value(DVec2::ZERO)).tint(0.35));
+        }
+        for (_, edge) in scene.edges() {
+            let [p, q] = edge.map(|v| view.at(scene.vertices()[v]));
+            canvas.line(p, q, &Pen::new(Color::INK.alpha(0.33), 0.5));
+        }
+        for (ends, _) in arrangement.silhouettes() {
+            let [p, q] = ends.map(|end| view.at(end));
+            canvas.line(p, q, &Pen::new(Color::WHITE, 2.6));
+        }
+        for (ends, _) in arrangement.silhouettes() {
+            let [p, q] = ends.map(|end| view.at(end));
+            canvas.line(p, q, &Pen::new(Palette::VERMILION, 1.5));
+        }
+    });
+    canvas.frame(at, &Pen::new(Color::SPINE, 0.5));
+    Ok(())
+}
+
+fn leaf_axis() -> Axis {
+    Axis::log("leaves")
+}
+
+fn visibility(plants: &[Plant]) -> Axes {
+    let mut axes = Axes::new(
+        leaf_axis(),
+        Axis::linear("fraction")
+            .limits(0.0, 1.42)
+            .ticks([0.0, 0.25, 0.5, 0.75, 1.0].map(|t| (t, format!("{t}")))),
+    )
+    .legend(Legend::TopRight);
+    let curve = |value: fn(&Plant) -> f64| plants.iter().map(move |p| [p.leaves as f64, value(p)]);
+    let style = Style::new(Palette::GREEN).labelled("edge length that is seen").marker(Marker::Circle);
+    axes.line(curve(|p| p.visible), &style);
+    let exact = plants.iter().filter_map(|p| Some([p.leaves as f64, p.visible_exact?]));
+    axes.scatter(
+        exact,
+        &Style::new(Color::INK).labelled("the same, exactly").marker(Marker::Ring).radius(5.0),
+    );
+    let style = Style::new(Palette::VERMILION).labelled("edge samples wasted").marker(Marker::Square);
+    axes.line(curve(|p| p.wasted), &style);
+    axes
+}
+
+fn race(plants: &[Plant], label: &str, value: impl Fn(&Run) -> f64, legend: Legend) -> Axes {
+    let mut axes = Axes::new(leaf_axis(), Axis::log(label)).legend(legend);
+    for (i, racer) in Racer::ALL.into_iter().enumerate() {
+        let style = Style::new(racer.color()).labelled(racer.name()).marker(racer.marker());
+        axes.line(plants.iter().map(|p| [p.leaves as f64, value(&p.runs[i])]), &style);
+    }
+    axes
+}
+
+fn advantage(plants: &[Plant]) -> Axes {
+    let mut axes =
+        Axes::new(leaf_axis(), Axis::log("unbiased warped area ÷ edge sampling")).legend(Legend::TopRight);
+    let mut curve = |label: &str, color, marker, value: fn(&Run) -> f64| {
+        let points = plants.iter().map(|p| [p.leaves as f64, value(&p.runs[1]) / value(&p.runs[0])]);
+        axes.line(points, &Style::new(color).labelled(label).marker(marker));
+    };
+    curve("variance", Palette::GREY, Marker::Diamond, |run| run.variance);
+    curve("variance × rays", Palette::GREEN, Marker::TriangleUp, Run::rays_cost);
+    curve("variance × time", Palette::PURPLE, Marker::Circle, Run::time_cost);
+    axes.horizontal(1.0, "equal", &Style::new(Color::INK).dashed().width(1.0));
+    axes
+}

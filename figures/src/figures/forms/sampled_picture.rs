@@ -1,0 +1,116 @@
+//! The picture of the sampled area integral.
+
+use super::Crossings;
+use super::sampled::Estimate;
+use super::scene::SIDE;
+use crate::plot::{Axes, Axis, Canvas, Color, Figure, GUTTER, Legend, Marker, Palette, Rect, Shading, Style};
+
+/// Histograms of z-scores reach this far; what lies beyond is counted in the last bin.
+const REACH: f64 = 6.0;
+const BINS: usize = 48;
+
+/// What the picture shows.
+pub(super) struct Exhibits<'a> {
+    pub(super) estimate: &'a Estimate,
+    pub(super) gaussian: &'a Estimate,
+    /// (area form, reparameterised form) of single samples.
+    pub(super) pairs: &'a [(f64, f64)],
+    pub(super) common: Shading,
+    pub(super) crossings: &'a [Crossings<'a>],
+}
+
+/// Draws the estimate, its error, and what they say.
+pub(super) fn draw(shown: &Exhibits<'_>, caption: &str) -> Canvas {
+    let mut figure =
+        Figure::new(960.0, 500.0, "The area integral by sampling, no edge ever looked for", caption);
+    let cells = figure.body.grid(2, 3, GUTTER);
+    let estimate = shown.estimate;
+    let title = format!("warped-area estimate, {} spp", estimate.samples);
+    field(&mut figure, cells[0], 0, &title, &estimate.mean, &shown.common);
+    let errors = &estimate.standard_error;
+    let highest = Shading::signed_covering(errors, 0.995).scale.high();
+    field(&mut figure, cells[1], 1, "its standard error", errors, &Shading::sequential(0.0, highest));
+    let title = "z = (estimate − exact)/standard error";
+    field(&mut figure, cells[2], 2, title, &estimate.z, &Shading::signed(4.0));
+    let space = figure.panel(cells[3], 3, "z-scores of all pixels");
+    histogram(shown).draw(&mut figure.canvas, space);
+    let space = figure.panel(cells[4], 4, "two forms of the same sample");
+    forms(shown).draw(&mut figure.canvas, space);
+    let space = figure.panel(cells[5], 5, "samples that cross a silhouette");
+    crossings(shown).draw(&mut figure.canvas, space);
+    figure.canvas
+}
+
+fn field(figure: &mut Figure, cell: Rect, index: usize, title: &str, values: &[f64], shading: &Shading) {
+    let space = figure.panel(cell, index, title);
+    figure.canvas.field((SIDE, SIDE), values, shading, "", space);
+}
+
+fn histogram(shown: &Exhibits<'_>) -> Axes {
+    let mut axes =
+        Axes::new(Axis::linear("z").limits(-REACH, REACH), Axis::linear("density").limits(0.0, 0.66))
+            .legend(Legend::TopRight);
+    let width = 2.0 * REACH / BINS as f64;
+    let bars = density(&shown.estimate.scores());
+    axes.bars(bars.clone(), width, &Style::new(Palette::SKY).labelled("boundary-aware"));
+    let steps = density(&shown.gaussian.scores()).into_iter().map(|[x, y]| [x - 0.5 * width, y]);
+    axes.steps(steps, &Style::new(Palette::VERMILION).labelled("Gaussian weights").width(1.3));
+    let normal = (0..=120).map(|i| {
+        let z = REACH * (f64::from(i) / 60.0 - 1.0);
+        [z, (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt()]
+    });
+    axes.line(normal, &Style::new(Color::INK).labelled("standard normal").width(1.3));
+    axes
+}
+
+/// (middle, density) of every bin.
+fn density(scores: &[f64]) -> Vec<[f64; 2]> {
+    let mut counts = [0_usize; BINS];
+    let width = 2.0 * REACH / BINS as f64;
+    for z in scores {
+        let bin = ((z + REACH) / width).clamp(0.0, BINS as f64 - 1.0);
+        counts[bin as usize] += 1;
+    }
+    let scale = 1.0 / (scores.len().max(1) as f64 * width);
+    counts.iter().enumerate().map(|(i, &n)| [width * (i as f64 + 0.5) - REACH, n as f64 * scale]).collect()
+}
+
+fn forms(shown: &Exhibits<'_>) -> Axes {
+    let mut axes = Axes::new(
+        Axis::log("|area form| of one sample").limits(1e-3, 1e3),
+        Axis::log("|reparameterised − area|").limits(1e-19, 1e-9),
+    )
+    .legend(Legend::TopLeft);
+    let points =
+        shown.pairs.iter().filter(|(a, b)| a != b && *a != 0.0).map(|(a, b)| [a.abs(), (b - a).abs()]);
+    axes.scatter(
+        points,
+        &Style::new(Palette::BLUE.alpha(0.35)).labelled("one sample of one pixel").radius(1.4),
+    );
+    let rounding = |x: f64| [x, x * f64::EPSILON];
+    axes.line([rounding(1e-3), rounding(1e3)], &Style::new(Color::INK).width(1.0).labelled("rounding, 2⁻⁵²"));
+    axes
+}
+
+fn crossings(shown: &Exhibits<'_>) -> Axes {
+    let mut axes = Axes::new(Axis::log("θ − θ_{0}"), Axis::log("fraction of samples").limits(2e-5, 3.0))
+        .legend(Legend::TopLeft);
+    let markers = [Marker::Cross, Marker::Square, Marker::Circle, Marker::Diamond];
+    for ((moved, points), marker) in shown.crossings.iter().zip(markers) {
+        let seen = points.iter().copied().filter(|[_, fraction]| *fraction > 0.0);
+        let style = Style::new(moved.color).labelled(moved.name).marker(marker).radius(2.6);
+        axes.line(seen, &style);
+    }
+    if let Some((_, last)) = shown.crossings.first()
+        && let Some([theta, fraction]) = last.last().copied()
+    {
+        let slope =
+            |power: i32, start: f64| [1.0, 0.1].map(|t| [theta * t, start * fraction * t.powi(power)]);
+        let style = Style::new(Palette::GREY).dotted().width(1.0);
+        axes.line(slope(1, 2.0), &style);
+        axes.note(slope(1, 2.0)[1], "∝ θ", Palette::GREY);
+        axes.line(slope(2, 0.1), &style);
+        axes.note(slope(2, 0.1)[1], "∝ θ^{2}", Palette::GREY);
+    }
+    axes
+}
