@@ -128,8 +128,9 @@ impl Polygon {
     /// The same polygon and triangles with vertices elsewhere.
     ///
     /// # Errors
-    /// [`PolygonError::TriangleInverted`] if a triangle would turn over, [`PolygonError::VertexCount`]
-    /// if their number differs, [`PolygonError::Coordinate`] if one cannot be represented.
+    /// [`PolygonError::TriangleInverted`] if a triangle would turn over, [`PolygonError::EdgesMeet`]
+    /// if the polygon would overlap itself, [`PolygonError::VertexCount`] if their number differs,
+    /// [`PolygonError::Coordinate`] if one cannot be represented.
     pub fn displaced(&self, vertices: Vec<DVec2>) -> Result<Self, PolygonError> {
         if vertices.len() != self.vertices.len() {
             let (expected, found) = (self.vertices.len(), vertices.len());
@@ -146,7 +147,8 @@ impl Polygon {
         if let Some(triangle) = self.triangles.iter().position(inverted) {
             return Err(PolygonError::TriangleInverted { triangle });
         }
-        Ok(Self { vertices, ..self.clone() })
+        let displaced = Self { vertices, ..self.clone() };
+        displaced.check_edges().map(|()| displaced)
     }
 
     /// All vertices, ring after ring.

@@ -6,6 +6,7 @@ use std::ops::Range;
 use glam::{DMat2, DVec2, DVec3};
 
 use super::box_tree::{Aabb, BoxTree};
+use super::locate::{Astray, Locator};
 use super::shade::{Attachment, Shade, ShadeError};
 use super::{Polygon, PolygonError, orient};
 use crate::dual::Dual;
@@ -152,14 +153,56 @@ pub struct Scene {
     /// (shape, vertices), in painter's order, so that the largest index is on top.
     triangles: Vec<(u32, [u32; 3])>,
     triangle_tree: BoxTree,
+    shape_tree: BoxTree,
+    /// Where the triangles of each shape start, and their number at the end.
+    triangle_starts: Vec<usize>,
     outlines: Vec<Outline>,
+    /// For shapes of many triangles.
+    locators: Vec<Option<Locator>>,
 }
+
+/// Shapes of more triangles than this are searched, those of fewer tested one by one.
+const FEW_TRIANGLES: usize = 12;
 
 /// The edges of one shape, for the distance to its own boundary.
 #[derive(Clone, Debug)]
-struct Outline {
-    edges: Vec<[u32; 2]>,
+pub(crate) struct Outline {
+    /// The vertices of each edge, numbered through the whole scene.
+    pub(crate) edges: Vec<[u32; 2]>,
     tree: BoxTree,
+}
+
+impl Outline {
+    /// The nearest edge and its distance, if below a limit.
+    pub(crate) fn nearest(&self, vertices: &[DVec2], u: DVec2, limit: f64) -> Option<(usize, f64)> {
+        let distance_squared = |i: usize| {
+            let [a, b] = self.edges[i].map(|v| vertices[v as usize]);
+            segment_distance_squared(u, a, b)
+        };
+        self.tree.nearest(u, limit * limit, distance_squared).map(|(i, d)| (i, d.sqrt()))
+    }
+
+    /// Whether u is inside or on the outline, exactly: by the parity of the edges that a ray in
+    /// direction +x crosses.
+    pub(crate) fn contains(&self, vertices: &[DVec2], u: DVec2) -> bool {
+        let (mut odd, mut on) = (false, false);
+        self.tree.visit(
+            |b| b.min.y <= u.y && u.y <= b.max.y && u.x <= b.max.x,
+            |i| {
+                let [p, q] = self.edges[i].map(|v| vertices[v as usize]);
+                if (p.y > u.y) != (q.y > u.y) {
+                    let side = orient(p, q, u);
+                    on |= side == 0.0;
+                    odd ^= (side > 0.0) == (q.y > p.y);
+                } else if p.y == u.y && q.y == u.y {
+                    on |= p.x.min(q.x) <= u.x && u.x <= p.x.max(q.x);
+                } else {
+                    on |= u == p || u == q;
+                }
+            },
+        );
+        odd || on
+    }
 }
 
 impl Scene {
@@ -196,6 +239,23 @@ impl Scene {
         let boxes: Vec<_> =
             triangles.iter().map(|(_, t)| Aabb::of(t.map(|v| vertices[v as usize]))).collect();
         let triangle_tree = BoxTree::build(&boxes);
+        let boxes: Vec<_> = shapes.iter().map(|s| Aabb::of(s.polygon.vertices().iter().copied())).collect();
+        let shape_tree = BoxTree::build(&boxes);
+        let counts = shapes.iter().map(|s| s.polygon.triangles().len());
+        let triangle_starts: Vec<_> = std::iter::once(0)
+            .chain(counts.scan(0, |sum, count| {
+                *sum += count;
+                Some(*sum)
+            }))
+            .collect();
+        let locators = outlines
+            .iter()
+            .zip(triangle_starts.windows(2))
+            .map(|(outline, w)| {
+                let own = || triangles[w[0]..w[1]].iter().map(|(_, t)| *t).collect();
+                (w[1] - w[0] > FEW_TRIANGLES).then(|| Locator::new(own(), &outline.edges))
+            })
+            .collect();
         let is_displaced = material != vertices;
         Self {
             background,
@@ -206,7 +266,10 @@ impl Scene {
             ranges,
             triangles,
             triangle_tree,
+            shape_tree,
+            triangle_starts,
             outlines,
+            locators,
         }
     }
 
@@ -281,16 +344,24 @@ impl Scene {
     /// What would be seen at u if shape `limit` and all above it were taken away.
     #[must_use]
     pub fn hit_below(&self, u: DVec2, limit: usize) -> Option<Hit> {
-        self.triangle_tree
-            .last_at(u, |i| {
-                let (shape, _) = self.triangles[i];
-                if shape as usize >= limit { None } else { self.barycentric(i, u) }
-            })
-            .map(|(i, barycentric)| {
+        let locate = |shape| if shape < limit { self.locate(u, shape) } else { None };
+        self.shape_tree.last_at(u, locate).map(|(_, hit)| hit)
+    }
+
+    /// The point of a shape at u, seen or not.
+    fn locate(&self, u: DVec2, shape: usize) -> Option<Hit> {
+        let start = self.triangle_starts[shape];
+        let Some(locator) = &self.locators[shape] else {
+            return (start..self.triangle_starts[shape + 1]).find_map(|i| {
+                let weights = self.barycentric(i, u)?;
                 let (shape, vertices) = self.triangles[i];
-                let point = MaterialPoint { vertices, weights: barycentric };
-                Hit { shape, triangle: i as u32, point }
-            })
+                Some(Hit { shape, triangle: i as u32, point: MaterialPoint { vertices, weights } })
+            });
+        };
+        match locator.locate(&self.vertices, &self.outlines[shape], u)? {
+            Ok(triangle) => Some(self.extended_hit(start + triangle, u)),
+            Err(Astray) => self.nearest_hit(u, shape),
+        }
     }
 
     /// The material point of one shape at u, seen or not. Where rounding puts u just outside the
@@ -418,11 +489,7 @@ impl Scene {
     pub fn boundary_distance(&self, hit: Option<&Hit>, u: DVec2, limit: f64) -> f64 {
         let Some(hit) = hit else { return limit };
         let outline = &self.outlines[hit.shape()];
-        let distance_squared = |i: usize| {
-            let [a, b] = outline.edges[i].map(|v| self.vertices[v as usize]);
-            segment_distance_squared(u, a, b)
-        };
-        outline.tree.nearest(u, limit * limit, distance_squared).map_or(limit, |(_, d)| d.sqrt())
+        outline.nearest(&self.vertices, u, limit).map_or(limit, |(_, distance)| distance)
     }
 
     /// The parts inside one triangle of a shape, given by its vertices, of the lines on which its
@@ -542,6 +609,43 @@ mod tests {
                 assert!(scene.hit_below(DVec2::new(t, (t + e).clamp(0.0, 4.0)), 1).is_some());
                 assert!(scene.hit_below(DVec2::new(t, (4.0 - t + e).clamp(0.0, 4.0)), 1).is_some());
             }
+        }
+    }
+
+    #[test]
+    fn many_triangles_are_located_as_each_by_itself_would_be() {
+        use crate::random::{open01, stream};
+        // A wavy ring of 600 edges with a hole of 300, and a star with sharp corners.
+        let ring = |n: usize, radius: f64, waves: f64, depth: f64| -> Vec<DVec2> {
+            let corner = |i: usize| {
+                let t = std::f64::consts::TAU * i as f64 / n as f64;
+                radius * (1.0 + depth * (waves * t).sin()) * DVec2::from_angle(t)
+            };
+            (0..n).map(corner).collect()
+        };
+        let wavy = Polygon::new(vec![ring(600, 3.0, 9.0, 0.3), ring(300, 1.2, 5.0, 0.4)]).unwrap();
+        let star = Polygon::simple(ring(64, 3.0, 32.0 - 0.5, 0.8)).unwrap();
+        for polygon in [wavy, star] {
+            let white = Shade::constant(DVec3::ONE);
+            let scene = Scene::new(DVec3::ZERO, vec![Shape::new(polygon, white)]).unwrap();
+            let mut rng = stream(1, &[]);
+            let mut probes: Vec<DVec2> =
+                (0..20_000).map(|_| 8.0 * (DVec2::new(open01(&mut rng), open01(&mut rng)) - 0.5)).collect();
+            probes.extend_from_slice(scene.vertices());
+            let (mut inside, mut astray) = (0, 0);
+            for u in probes {
+                let brute = (0..scene.triangles.len()).any(|i| scene.barycentric(i, u).is_some());
+                let hit = scene.hit(u);
+                assert_eq!(hit.is_some(), brute, "{u}");
+                if let Some(hit) = hit {
+                    inside += 1;
+                    assert!(hit.point.weights.iter().all(|&w| w >= 0.0), "{u} {hit:?}");
+                }
+                let located =
+                    scene.locators[0].as_ref().unwrap().locate(&scene.vertices, &scene.outlines[0], u);
+                astray += usize::from(matches!(located, Some(Err(Astray))));
+            }
+            assert!(inside > 1000 && astray < inside / 100, "{inside} inside, {astray} astray");
         }
     }
 

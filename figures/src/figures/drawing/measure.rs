@@ -1,0 +1,198 @@
+//! The gradient images of a view by every method, and how far they are from the exact one.
+
+use std::time::Instant;
+
+use flatland::estimator::{EdgeSampling, Exact, FiniteDifference, GradientImage, Method, WarpedArea};
+use flatland::plane::exact::Arrangement;
+use flatland::plane::{Film, Image, Motion, Scene};
+
+/// The channel that is shown and judged: green tells the drawing's gold from its red.
+pub(super) const CHANNEL: usize = 1;
+/// Side of the blocks of pixels in which heavy tails are averaged.
+pub(super) const BLOCK: usize = 6;
+
+/// A drawing and the part of it that turns.
+pub(super) struct Subject<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) motion: Motion,
+    /// The largest distance of a moving vertex from the centre.
+    pub(super) radius: f64,
+}
+
+/// What one film sees.
+pub(super) struct View {
+    pub(super) film: Film,
+    pub(super) primal: Image,
+    pub(super) exact: Image,
+    /// Seconds for the exact gradient, its arrangement included.
+    pub(super) exact_seconds: f64,
+    pub(super) warped: Estimate,
+    /// With as many rays as `warped`.
+    pub(super) differences: Estimate,
+    /// With as many rays as `warped`.
+    pub(super) edges: Estimate,
+    /// The step of `differences`, in radians.
+    pub(super) step: f64,
+}
+
+/// What a method computed, in one channel.
+pub(super) struct Estimate {
+    pub(super) samples: usize,
+    pub(super) rays: u64,
+    pub(super) seconds: f64,
+    pub(super) mean: Vec<f64>,
+    pub(super) standard_error: Vec<f64>,
+    pub(super) agreement: Agreement,
+}
+
+/// How an estimate agrees with the exact gradient.
+#[derive(Clone, Copy)]
+pub(super) struct Agreement {
+    /// The slope of the estimate on the exact gradient: 1 if unbiased.
+    pub(super) slope: f64,
+    pub(super) slope_error: f64,
+    /// ‖estimate − exact‖/‖exact‖.
+    pub(super) error: f64,
+    /// Over pixels, and over blocks of pixels.
+    pub(super) pixels: Worst,
+    pub(super) blocks: Worst,
+}
+
+/// The largest of many |z|.
+#[derive(Clone, Copy)]
+pub(super) struct Worst {
+    pub(super) z: f64,
+    pub(super) count: usize,
+    /// The median of the largest of as many normal ones.
+    pub(super) expected: f64,
+}
+
+/// One channel of an image.
+pub(super) fn channel(image: &Image) -> Vec<f64> {
+    image.pixels().iter().map(|pixel| pixel[CHANNEL]).collect()
+}
+
+impl View {
+    /// All methods on one film, warped area with `samples` a pixel.
+    pub(super) fn new(subject: &Subject<'_>, film: Film, samples: usize, seed: u64) -> anyhow::Result<Self> {
+        let Subject { scene, motion, radius } = subject;
+        let primal = Arrangement::new(scene, &film)?.primal(&film);
+        let start = Instant::now();
+        let exact = Exact.forward(scene, motion, &film)?.mean;
+        let exact_seconds = start.elapsed().as_secs_f64();
+        let estimate = |method: &dyn Method, samples: usize| -> anyhow::Result<Estimate> {
+            let start = Instant::now();
+            let image = method.forward(scene, motion, &film)?;
+            Ok(Estimate::new(&image, &exact, samples, start.elapsed().as_secs_f64()))
+        };
+        let warped = estimate(&WarpedArea { samples, seed, ..WarpedArea::default() }, samples)?;
+        let equal = |rays: u64| (warped.rays / (rays * (film.width() * film.height()) as u64)) as usize;
+        // Half a pixel at the rim.
+        let step = 0.5 * film.pixel() / radius;
+        let samples = equal(2);
+        let differences = estimate(&FiniteDifference { samples, step, seed }, samples)?;
+        let samples = equal(3);
+        let edges = estimate(&EdgeSampling { samples, seed }, samples)?;
+        Ok(Self { film, primal, exact, exact_seconds, warped, differences, edges, step })
+    }
+
+    /// Width and height.
+    pub(super) fn size(&self) -> (usize, usize) {
+        (self.film.width(), self.film.height())
+    }
+}
+
+impl Estimate {
+    fn new(image: &GradientImage, exact: &Image, samples: usize, seconds: f64) -> Self {
+        let (mean, standard_error) = (channel(&image.mean), channel(&image.standard_error));
+        let agreement = Agreement::new(&channel(exact), &mean, &standard_error, exact.width());
+        Self { samples, rays: image.rays, seconds, mean, standard_error, agreement }
+    }
+
+    /// (estimate − exact)/standard error of every pixel; NaN where nothing varies.
+    pub(super) fn z(&self, exact: &Image) -> Vec<f64> {
+        pixel_z(&channel(exact), &self.mean, &self.standard_error)
+    }
+
+    /// The same of the sums over blocks of pixels.
+    pub(super) fn block_z(&self, exact: &Image) -> Vec<f64> {
+        block_z(&channel(exact), &self.mean, &self.standard_error, exact.width())
+    }
+}
+
+/// Standard errors up to this part of the largest gradient are rounding.
+const ROUNDING: f64 = 1e-9;
+
+fn rounding(exact: &[f64]) -> f64 {
+    ROUNDING * exact.iter().fold(0.0_f64, |largest, e| largest.max(e.abs()))
+}
+
+fn pixel_z(exact: &[f64], mean: &[f64], error: &[f64]) -> Vec<f64> {
+    let least = rounding(exact);
+    let parts = mean.iter().zip(exact).zip(error);
+    parts.map(|((m, e), &s)| if s > least { (m - e) / s } else { f64::NAN }).collect()
+}
+
+fn block_z(exact: &[f64], mean: &[f64], error: &[f64], width: usize) -> Vec<f64> {
+    let least = rounding(exact);
+    let columns = width.div_ceil(BLOCK);
+    let rows = (exact.len() / width).div_ceil(BLOCK);
+    let mut sums = vec![(0.0, 0.0); columns * rows];
+    for i in 0..exact.len() {
+        let sum = &mut sums[i / width / BLOCK * columns + i % width / BLOCK];
+        sum.0 += mean[i] - exact[i];
+        sum.1 += error[i] * error[i];
+    }
+    sums.into_iter().map(|(d, v)| if v.sqrt() > least { d / v.sqrt() } else { f64::NAN }).collect()
+}
+
+impl Agreement {
+    fn new(exact: &[f64], mean: &[f64], error: &[f64], width: usize) -> Self {
+        let norm: f64 = exact.iter().map(|e| e * e).sum();
+        let dot: f64 = exact.iter().zip(mean).map(|(e, m)| e * m).sum();
+        let variance: f64 = exact.iter().zip(error).map(|(e, s)| (e * s).powi(2)).sum();
+        let distance: f64 = exact.iter().zip(mean).map(|(e, m)| (m - e).powi(2)).sum();
+        Self {
+            slope: dot / norm,
+            slope_error: variance.sqrt() / norm,
+            error: (distance / norm).sqrt(),
+            pixels: Worst::of(pixel_z(exact, mean, error)),
+            blocks: Worst::of(block_z(exact, mean, error, width)),
+        }
+    }
+}
+
+impl Worst {
+    fn of(all: impl IntoIterator<Item = f64>) -> Self {
+        let finite = all.into_iter().filter(|z| z.is_finite());
+        let (count, z) = finite.fold((0, 0.0_f64), |(count, worst), z| (count + 1, worst.max(z.abs())));
+        Self { z, count, expected: expected_worst(count) }
+    }
+}
+
+/// The z with count · P(|Z| > z) = ln 2, by bisection: the median of the largest of `count` normal ones.
+fn expected_worst(count: usize) -> f64 {
+    // The tail's asymptotic series, good to 1 % from z = 2.5 on.
+    let tail = |z: f64| {
+        let density = (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt();
+        2.0 * density / z * (1.0 - z.powi(-2) + 3.0 * z.powi(-4))
+    };
+    let (mut low, mut high) = (1.0, 40.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if count as f64 * tail(middle) > std::f64::consts::LN_2 { low = middle } else { high = middle }
+    }
+    low
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_worst_of_many_grows_slowly() {
+        // P(|Z| > 3.8906) = 10⁻⁴, P(|Z| > 4.8916) = 10⁻⁶.
+        assert!((expected_worst(6931) - 3.8906).abs() < 2e-3);
+        assert!((expected_worst(693_147) - 4.8916).abs() < 1e-3);
+    }
+}
