@@ -14,7 +14,6 @@ mod edge_tree;
 pub mod exact;
 pub mod fields;
 mod film;
-mod locate;
 mod motion;
 mod polygon;
 mod scene;

@@ -6,7 +6,6 @@ use std::ops::Range;
 use glam::{DMat2, DVec2, DVec3};
 
 use super::box_tree::{Aabb, BoxTree};
-use super::locate::{Astray, Locator};
 use super::shade::{Attachment, Shade, ShadeError};
 use super::{Polygon, PolygonError, orient};
 use crate::dual::Dual;
@@ -152,57 +151,17 @@ pub struct Scene {
     ranges: Vec<Range<usize>>,
     /// (shape, vertices), in painter's order, so that the largest index is on top.
     triangles: Vec<(u32, [u32; 3])>,
+    /// Over boxes of parts of triangles; `tree_triangles` says of which.
     triangle_tree: BoxTree,
-    shape_tree: BoxTree,
-    /// Where the triangles of each shape start, and their number at the end.
-    triangle_starts: Vec<usize>,
+    tree_triangles: Vec<u32>,
     outlines: Vec<Outline>,
-    /// For shapes of many triangles.
-    locators: Vec<Option<Locator>>,
 }
-
-/// Shapes of more triangles than this are searched, those of fewer tested one by one.
-const FEW_TRIANGLES: usize = 12;
 
 /// The edges of one shape, for the distance to its own boundary.
 #[derive(Clone, Debug)]
-pub(crate) struct Outline {
-    /// The vertices of each edge, numbered through the whole scene.
-    pub(crate) edges: Vec<[u32; 2]>,
+struct Outline {
+    edges: Vec<[u32; 2]>,
     tree: BoxTree,
-}
-
-impl Outline {
-    /// The nearest edge and its distance, if below a limit.
-    pub(crate) fn nearest(&self, vertices: &[DVec2], u: DVec2, limit: f64) -> Option<(usize, f64)> {
-        let distance_squared = |i: usize| {
-            let [a, b] = self.edges[i].map(|v| vertices[v as usize]);
-            segment_distance_squared(u, a, b)
-        };
-        self.tree.nearest(u, limit * limit, distance_squared).map(|(i, d)| (i, d.sqrt()))
-    }
-
-    /// Whether u is inside or on the outline, exactly: by the parity of the edges that a ray in
-    /// direction +x crosses.
-    pub(crate) fn contains(&self, vertices: &[DVec2], u: DVec2) -> bool {
-        let (mut odd, mut on) = (false, false);
-        self.tree.visit(
-            |b| b.min.y <= u.y && u.y <= b.max.y && u.x <= b.max.x,
-            |i| {
-                let [p, q] = self.edges[i].map(|v| vertices[v as usize]);
-                if (p.y > u.y) != (q.y > u.y) {
-                    let side = orient(p, q, u);
-                    on |= side == 0.0;
-                    odd ^= (side > 0.0) == (q.y > p.y);
-                } else if p.y == u.y && q.y == u.y {
-                    on |= p.x.min(q.x) <= u.x && u.x <= p.x.max(q.x);
-                } else {
-                    on |= u == p || u == q;
-                }
-            },
-        );
-        odd || on
-    }
 }
 
 impl Scene {
@@ -236,26 +195,15 @@ impl Scene {
             let boxes: Vec<_> = edges.iter().map(|e| Aabb::of(e.map(|v| vertices[v as usize]))).collect();
             outlines.push(Outline { edges, tree: BoxTree::build(&boxes) });
         }
-        let boxes: Vec<_> =
-            triangles.iter().map(|(_, t)| Aabb::of(t.map(|v| vertices[v as usize]))).collect();
+        let mut boxes = vec![];
+        let mut tree_triangles = vec![];
+        for (i, (_, t)) in (0_u32..).zip(&triangles) {
+            for part in part_boxes(t.map(|v| vertices[v as usize])) {
+                boxes.push(part);
+                tree_triangles.push(i);
+            }
+        }
         let triangle_tree = BoxTree::build(&boxes);
-        let boxes: Vec<_> = shapes.iter().map(|s| Aabb::of(s.polygon.vertices().iter().copied())).collect();
-        let shape_tree = BoxTree::build(&boxes);
-        let counts = shapes.iter().map(|s| s.polygon.triangles().len());
-        let triangle_starts: Vec<_> = std::iter::once(0)
-            .chain(counts.scan(0, |sum, count| {
-                *sum += count;
-                Some(*sum)
-            }))
-            .collect();
-        let locators = outlines
-            .iter()
-            .zip(triangle_starts.windows(2))
-            .map(|(outline, w)| {
-                let own = || triangles[w[0]..w[1]].iter().map(|(_, t)| *t).collect();
-                (w[1] - w[0] > FEW_TRIANGLES).then(|| Locator::new(own(), &outline.edges))
-            })
-            .collect();
         let is_displaced = material != vertices;
         Self {
             background,
@@ -266,10 +214,8 @@ impl Scene {
             ranges,
             triangles,
             triangle_tree,
-            shape_tree,
-            triangle_starts,
+            tree_triangles,
             outlines,
-            locators,
         }
     }
 
@@ -344,30 +290,23 @@ impl Scene {
     /// What would be seen at u if shape `limit` and all above it were taken away.
     #[must_use]
     pub fn hit_below(&self, u: DVec2, limit: usize) -> Option<Hit> {
-        let locate = |shape| if shape < limit { self.locate(u, shape) } else { None };
-        self.shape_tree.last_at(u, locate).map(|(_, hit)| hit)
-    }
-
-    /// The point of a shape at u, seen or not.
-    fn locate(&self, u: DVec2, shape: usize) -> Option<Hit> {
-        let start = self.triangle_starts[shape];
-        let Some(locator) = &self.locators[shape] else {
-            return (start..self.triangle_starts[shape + 1]).find_map(|i| {
-                let weights = self.barycentric(i, u)?;
-                let (shape, vertices) = self.triangles[i];
-                Some(Hit { shape, triangle: i as u32, point: MaterialPoint { vertices, weights } })
-            });
+        let test = |part: usize| {
+            let i = self.tree_triangles[part] as usize;
+            let (shape, vertices) = self.triangles[i];
+            if shape as usize >= limit {
+                return None;
+            }
+            let weights = self.barycentric(i, u)?;
+            Some(Hit { shape, triangle: i as u32, point: MaterialPoint { vertices, weights } })
         };
-        match locator.locate(&self.vertices, &self.outlines[shape], u)? {
-            Ok(triangle) => Some(self.extended_hit(start + triangle, u)),
-            Err(Astray) => self.nearest_hit(u, shape),
-        }
+        self.triangle_tree.last_at(u, test).map(|(_, hit)| hit)
     }
 
     /// The material point of one shape at u, seen or not. Where rounding puts u just outside the
     /// shape, the nearest triangle is extended.
     pub(crate) fn nearest_hit(&self, u: DVec2, shape: usize) -> Option<Hit> {
-        let distance_squared = |i: usize| {
+        let distance_squared = |part: usize| {
+            let i = self.tree_triangles[part] as usize;
             if self.triangles[i].0 as usize != shape {
                 return f64::INFINITY;
             }
@@ -378,8 +317,8 @@ impl Scene {
             let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| segment_distance_squared(u, p, q));
             sides.into_iter().fold(f64::INFINITY, f64::min)
         };
-        let (i, _) = self.triangle_tree.nearest(u, f64::INFINITY, distance_squared)?;
-        Some(self.extended_hit(i, u))
+        let (part, _) = self.triangle_tree.nearest(u, f64::INFINITY, distance_squared)?;
+        Some(self.extended_hit(self.tree_triangles[part] as usize, u))
     }
 
     /// The hit at another point in the same triangle, or in its extension.
@@ -489,7 +428,11 @@ impl Scene {
     pub fn boundary_distance(&self, hit: Option<&Hit>, u: DVec2, limit: f64) -> f64 {
         let Some(hit) = hit else { return limit };
         let outline = &self.outlines[hit.shape()];
-        outline.nearest(&self.vertices, u, limit).map_or(limit, |(_, distance)| distance)
+        let distance_squared = |i: usize| {
+            let [a, b] = outline.edges[i].map(|v| self.vertices[v as usize]);
+            segment_distance_squared(u, a, b)
+        };
+        outline.tree.nearest(u, limit * limit, distance_squared).map_or(limit, |(_, d)| d.sqrt())
     }
 
     /// The parts inside one triangle of a shape, given by its vertices, of the lines on which its
@@ -543,6 +486,43 @@ impl Scene {
             }
         }
     }
+}
+
+/// The most parts into which a triangle's box is split.
+const PARTS: usize = 16;
+
+/// Boxes that together cover a triangle: one, or for a sliver across its box several along it
+/// (Ernst and Greiner 2007). A densely sampled outline has nothing but slivers, whose whole boxes
+/// would overlap everywhere.
+fn part_boxes(triangle: [DVec2; 3]) -> impl Iterator<Item = Aabb> {
+    let whole = Aabb::of(triangle);
+    let size = whole.max - whole.min;
+    let area = 0.5 * orient(triangle[0], triangle[1], triangle[2]);
+    // A box cut into k strips along a diagonal sliver has 1/k of its area left.
+    let excess = (size.x * size.y / (4.0 * area)).min(PARTS as f64);
+    let (parts, axis) = (excess.max(1.0) as usize, usize::from(size.y > size.x));
+    (0..parts).map(move |k| {
+        if parts == 1 {
+            return whole;
+        }
+        let side = |k: usize| whole.min[axis] + size[axis] * (k as f64 / parts as f64);
+        let (low, high) = (side(k), if k + 1 == parts { whole.max[axis] } else { side(k + 1) });
+        let mut part = Aabb::EMPTY;
+        for i in 0..3 {
+            let (p, q) = (triangle[i], triangle[(i + 1) % 3]);
+            // Where the edge is within the strip, from its end points and its crossings.
+            let clamp = |x: f64| ((x - p[axis]) / (q[axis] - p[axis])).clamp(0.0, 1.0);
+            let touches = p[axis].min(q[axis]) <= high && p[axis].max(q[axis]) >= low;
+            if touches && p[axis] == q[axis] {
+                part = part.union(Aabb::of([p, q]));
+            } else if touches {
+                part = part.union(Aabb::of([low, high].map(|x| p + clamp(x) * (q - p))));
+            }
+        }
+        // Rounding must not uncover a point: a few units in the last place more.
+        let margin = 4.0 * f64::EPSILON * whole.min.abs().max(whole.max.abs());
+        Aabb { min: part.min - margin, max: part.max + margin }
+    })
 }
 
 /// The squared distance from u to the segment ab.
@@ -613,39 +593,22 @@ mod tests {
     }
 
     #[test]
-    fn many_triangles_are_located_as_each_by_itself_would_be() {
+    fn a_densely_sampled_outline_hides_no_point() {
         use crate::random::{open01, stream};
-        // A wavy ring of 600 edges with a hole of 300, and a star with sharp corners.
-        let ring = |n: usize, radius: f64, waves: f64, depth: f64| -> Vec<DVec2> {
-            let corner = |i: usize| {
-                let t = std::f64::consts::TAU * i as f64 / n as f64;
-                radius * (1.0 + depth * (waves * t).sin()) * DVec2::from_angle(t)
-            };
-            (0..n).map(corner).collect()
+        let corner = |i: i32| {
+            let t = std::f64::consts::TAU * f64::from(i) / 900.0;
+            3.0 * (1.0 + 0.3 * (9.0 * t).sin()) * DVec2::from_angle(t)
         };
-        let wavy = Polygon::new(vec![ring(600, 3.0, 9.0, 0.3), ring(300, 1.2, 5.0, 0.4)]).unwrap();
-        let star = Polygon::simple(ring(64, 3.0, 32.0 - 0.5, 0.8)).unwrap();
-        for polygon in [wavy, star] {
-            let white = Shade::constant(DVec3::ONE);
-            let scene = Scene::new(DVec3::ZERO, vec![Shape::new(polygon, white)]).unwrap();
-            let mut rng = stream(1, &[]);
-            let mut probes: Vec<DVec2> =
-                (0..20_000).map(|_| 8.0 * (DVec2::new(open01(&mut rng), open01(&mut rng)) - 0.5)).collect();
-            probes.extend_from_slice(scene.vertices());
-            let (mut inside, mut astray) = (0, 0);
-            for u in probes {
-                let brute = (0..scene.triangles.len()).any(|i| scene.barycentric(i, u).is_some());
-                let hit = scene.hit(u);
-                assert_eq!(hit.is_some(), brute, "{u}");
-                if let Some(hit) = hit {
-                    inside += 1;
-                    assert!(hit.point.weights.iter().all(|&w| w >= 0.0), "{u} {hit:?}");
-                }
-                let located =
-                    scene.locators[0].as_ref().unwrap().locate(&scene.vertices, &scene.outlines[0], u);
-                astray += usize::from(matches!(located, Some(Err(Astray))));
-            }
-            assert!(inside > 1000 && astray < inside / 100, "{inside} inside, {astray} astray");
+        let polygon = Polygon::simple((0..900).map(corner).collect::<Vec<_>>()).unwrap();
+        let scene = Scene::new(DVec3::ZERO, vec![Shape::new(polygon, Shade::constant(DVec3::ONE))]).unwrap();
+        assert!(scene.tree_triangles.len() > 2 * scene.triangles.len(), "slivers are split");
+        let mut rng = stream(1, &[]);
+        let mut probes: Vec<DVec2> =
+            (0..20_000).map(|_| 8.0 * (DVec2::new(open01(&mut rng), open01(&mut rng)) - 0.5)).collect();
+        probes.extend_from_slice(scene.vertices());
+        for u in probes {
+            let brute = (0..scene.triangles.len()).any(|i| scene.barycentric(i, u).is_some());
+            assert_eq!(scene.hit(u).is_some(), brute, "{u}");
         }
     }
 

@@ -35,7 +35,8 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let subject = Subject { scene, motion: Motion::rotate(part.iter().copied(), centre), radius };
 
     let side = context.spend(144, 432);
-    let film = |corner: DVec2, width: f64| Film::placed(side, side, Filter::Tent, corner, width / side as f64);
+    let film =
+        |corner: DVec2, width: f64| Film::placed(side, side, Filter::Tent, corner, width / side as f64);
     context.step("6 gradient of the drawing");
     let spp = context.spend([12, 28], [256, 512]);
     let whole = View::new(&subject, film(DVec2::ZERO, drawing.size.x)?, spp[0], context.seed())?;
@@ -57,7 +58,8 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
         ),
         pictures: vec![Picture {
             file: PICTURE.to_owned(),
-            alt: "A coat of arms, the exact gradient image of turning its shield, and estimates of it".to_owned(),
+            alt: "A coat of arms, the exact gradient image of turning its shield, and estimates of it"
+                .to_owned(),
             caption: caption(&close),
         }],
         data,
@@ -142,8 +144,15 @@ fn rgb(image: &Image) -> Vec<[f32; 3]> {
 }
 
 fn pixels(view: &View) -> Table {
-    let mut table =
-        Table::new(&["x", "y", "exact", "warped area", "standard error", "finite differences", "edge sampling"]);
+    let mut table = Table::new(&[
+        "x",
+        "y",
+        "exact",
+        "warped area",
+        "standard error",
+        "finite differences",
+        "edge sampling",
+    ]);
     let (width, _) = view.size();
     for (i, exact) in channel(&view.exact).into_iter().enumerate() {
         let error = view.warped.standard_error[i];

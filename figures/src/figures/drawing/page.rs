@@ -1,16 +1,20 @@
 //! The picture.
 
 use flatland::plane::Image;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use super::measure::{BLOCK, View, channel};
 use crate::plot::{
-    Axes, Axis, Color, Figure, Filter, Legend, Palette, Pen, Raster, Rect, Shading, Style, PANEL_TITLE_ROOM,
+    Axes, Axis, Color, Figure, Filter, Legend, PANEL_TITLE_ROOM, Palette, Pen, Raster, Rect, Shading, Style,
 };
 
 /// Side of a picture on the page.
 const SIDE: f64 = 216.0;
 const GAP: f64 = 14.0;
+/// Luminance of encoded colours, by Rec. 709's weights.
+const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
+/// How dark a black primal prints under a gradient.
+const PRINT: f64 = 0.3;
 /// Widest |z| shown.
 const REACH: f64 = 6.0;
 const BIN: f64 = 0.25;
@@ -28,21 +32,12 @@ pub(super) fn page(whole: &View, part: &View, centre: DVec2, radius: f64) -> Fig
     for (row, view) in [whole, part].into_iter().enumerate() {
         let exact = channel(&view.exact);
         let shading = Shading::signed_covering(&exact, 0.97);
-        let names = if row == 0 {
-            [
-                "Primal".to_owned(),
-                "Exact gradient".to_owned(),
-                format!("Warped area, {} spp", view.warped.samples),
-                format!("Finite differences, {} spp", view.differences.samples),
-            ]
-        } else {
-            [
-                "The shield".to_owned(),
-                "Exact gradient".to_owned(),
-                format!("Warped area, {} spp", view.warped.samples),
-                format!("Finite differences, {} spp", view.differences.samples),
-            ]
-        };
+        let names = [
+            if row == 0 { "Primal" } else { "The shield" }.to_owned(),
+            "Exact gradient".to_owned(),
+            format!("Warped area, {} spp", view.warped.samples),
+            format!("Finite differences, {} spp", view.differences.samples),
+        ];
         let fields = [&exact, &view.warped.mean, &view.differences.mean];
         let (width, rows) = view.size();
         for (column, name) in names.iter().enumerate() {
@@ -50,6 +45,7 @@ pub(super) fn page(whole: &View, part: &View, centre: DVec2, radius: f64) -> Fig
             let space = figure.panel(place, 4 * row + column, name);
             let raster = match column.checked_sub(1) {
                 None => colors(&view.primal),
+                Some(field) if row == 0 => over_primal(&view.primal, &shading, fields[field]),
                 Some(field) => shading.raster(width, rows, fields[field]),
             };
             let rect = figure.canvas.image_fit(&raster, space, Filter::Nearest);
@@ -71,6 +67,15 @@ pub(super) fn page(whole: &View, part: &View, centre: DVec2, radius: f64) -> Fig
 
 fn colors(image: &Image) -> Raster {
     Raster::from_fn(image.width(), image.height(), |x, y| image.pixel(x, y).to_array())
+}
+
+/// A gradient over a pale print of the primal, so that its place in the drawing is seen.
+fn over_primal(primal: &Image, shading: &Shading, gradient: &[f64]) -> Raster {
+    Raster::from_fn(primal.width(), primal.height(), |x, y| {
+        let luminance = primal.pixel(x, y).dot(LUMINANCE);
+        let pale = 1.0 - PRINT * (1.0 - luminance);
+        shading.color(gradient[y * primal.width() + x]).rgb.map(|channel| f64::from(channel) * pale)
+    })
 }
 
 /// Where a point of the scene lies on a picture of the view.
@@ -95,7 +100,7 @@ fn turn(figure: &mut Figure, view: &View, rect: Rect, centre: DVec2, radius: f64
     let arc: Vec<DVec2> = (0..=24).map(|i| at(-0.9 + 1.5 * f64::from(i) / 24.0)).collect();
     figure.canvas.polyline(&arc, &Pen::new(Color::WHITE, 4.0));
     figure.canvas.polyline(&arc, &Pen::new(Color::INK, 1.8));
-    figure.canvas.arrow(at(0.55), at(0.66), &Pen::new(Color::INK, 1.8));
+    figure.canvas.arrow(at(0.35), at(0.68), &Pen::new(Color::INK, 1.8));
 }
 
 /// Standard error, z-scores and their distribution.
@@ -131,7 +136,11 @@ fn histogram(part: &View, z: &[f64]) -> Axes {
     });
     let series = [
         ("pixels".to_owned(), density(z), Palette::SKY),
-        (format!("blocks of {BLOCK} × {BLOCK}"), density(&part.warped.block_z(&part.exact)), Palette::VERMILION),
+        (
+            format!("blocks of {BLOCK} × {BLOCK}"),
+            density(&part.warped.block_z(&part.exact)),
+            Palette::VERMILION,
+        ),
     ];
     for (name, steps, color) in series {
         axes.steps(steps, &Style::new(color).labelled(name));

@@ -89,7 +89,7 @@ fn scheme(
     original: bool,
     debias: Debias,
 ) -> anyhow::Result<Scheme> {
-    let (count, budget) = context.spend((16, 16_000), (32, 1_000_000));
+    let (count, budget) = context.spend((16, 10_000), (32, 1_000_000));
     // As many rays for every scheme, so that none looks steadier for having drawn more.
     let samples = (f64::from(budget) / (debias.expected_rays() + 1.0)) as usize;
     let base = if original { Warp::original(RAYS) } else { Warp::default() };

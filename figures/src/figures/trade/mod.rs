@@ -24,20 +24,20 @@ const TRADE: &str = "figure5_trade.png";
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let image = Target::image()?;
 
-    eprintln!("T {:?}", std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH)); context.step("5 bias against N′");
+    context.step("5 bias against N′");
     let rays = bias::against_rays(context, &image);
 
-    eprintln!("T {:?}", std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH)); context.step("5 bias against κ");
+    context.step("5 bias against κ");
     let kappa = bias::against_kappa(context, &image);
 
-    eprintln!("T {:?}", std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH)); context.step("5 bias and variance against γ");
+    context.step("5 bias and variance against γ");
     let gamma = bias::against_gamma(context, &image)?;
     write_png(&context.path(BIAS), &page::bias_page(&image, &rays, &kappa, &gamma).canvas)?;
 
-    eprintln!("T {:?}", std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH)); context.step("5 debiasing schemes");
+    context.step("5 debiasing schemes");
     let schemes = debias::schemes(context, &image)?;
 
-    eprintln!("T {:?}", std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH)); context.step("5 error at equal time");
+    context.step("5 error at equal time");
     let forward = front::contenders(context, &image)?;
     let reverse = front::contenders(context, &Target::vertices()?)?;
     write_png(&context.path(TRADE), &page::trade_page(&schemes, &forward, &reverse).canvas)?;

@@ -71,9 +71,8 @@ impl Target {
         };
         let scene = white_over_black((0..VERTICES).map(corner).collect())?;
         let film = Film::new(SIDE, SIDE, Filter::Tent)?;
-        let primal = |scene: &Scene| -> anyhow::Result<Image> {
-            Ok(Arrangement::new(scene, &film)?.primal(&film))
-        };
+        let primal =
+            |scene: &Scene| -> anyhow::Result<Image> { Ok(Arrangement::new(scene, &film)?.primal(&film)) };
         let adjoint = primal(&scene)?.zip(&primal(&quadrilateral()?)?, |a, b| DVec3::X * (a - b));
         Self::new(scene, film, Ask::Vertices { adjoint })
     }

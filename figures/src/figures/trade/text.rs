@@ -47,13 +47,7 @@ fn exponent(rate: Option<Rate>) -> String {
 impl Results {
     /// The figure in a few paragraphs.
     pub(super) fn explanation(&self) -> String {
-        [
-            self.about_rays(),
-            self.about_kappa_and_gamma(),
-            self.about_debiasing(),
-            self.about_time(),
-        ]
-        .concat()
+        [self.about_rays(), self.about_kappa_and_gamma(), self.about_debiasing(), self.about_time()].concat()
     }
 
     fn about_rays(&self) -> String {
@@ -183,7 +177,8 @@ fn succession(contenders: &[Contender]) -> String {
     let count = parts.len();
     let words = parts.iter().enumerate().map(|(i, (index, until))| {
         let name = &contenders[*index].looks.name;
-        let span = if i + 1 < count { format!(" up to {} ms a pixel", number(1e3 * until)) } else { String::new() };
+        let span =
+            if i + 1 < count { format!(" up to {} ms a pixel", number(1e3 * until)) } else { String::new() };
         format!("{name}{span}")
     });
     words.collect::<Vec<_>>().join(", then ")
