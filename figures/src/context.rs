@@ -65,7 +65,8 @@ impl Context {
         let start = Instant::now();
         self.step(title);
         let drawn = draw()?;
-        self.figures.println(format!("{:6.1} s  {title}", start.elapsed().as_secs_f64()));
+        let seconds = start.elapsed().as_secs_f64();
+        self.figures.suspend(|| eprintln!("{seconds:6.1} s  {title}"));
         self.figures.inc(1);
         Ok(drawn)
     }

@@ -27,7 +27,7 @@ struct Options {
     /// Which figure to draw.
     #[arg(value_enum, default_value = "all")]
     figure: Choice,
-    /// How many samples to spend: draft takes a minute or two, full an hour's patience less.
+    /// How many samples to spend: draft takes a minute or two, full much longer.
     #[arg(long, value_enum, default_value = "draft")]
     quality: Quality,
     /// The folder to write to; it is made if there is none.

@@ -14,10 +14,9 @@ const GAP: f64 = 14.0;
 /// Luminance of encoded colours, by Rec. 709's weights.
 const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 /// How dark a black primal prints under a gradient.
-const PRINT: f64 = 0.3;
+const PRINT: f64 = 0.2;
 /// Widest |z| shown.
 const REACH: f64 = 6.0;
-const BIN: f64 = 0.25;
 
 /// The whole drawing, the moving part, and how warped area agrees with the exact gradient there.
 pub(super) fn page(whole: &View, part: &View, centre: DVec2, radius: f64) -> Figure {
@@ -96,11 +95,13 @@ fn frame_part(figure: &mut Figure, whole: &View, part: &View, rect: Rect) {
 
 /// An arrow along the turn.
 fn turn(figure: &mut Figure, view: &View, rect: Rect, centre: DVec2, radius: f64) {
-    let at = |angle: f64| on(view, rect, centre + 1.12 * radius * DVec2::from_angle(angle));
-    let arc: Vec<DVec2> = (0..=24).map(|i| at(-0.9 + 1.5 * f64::from(i) / 24.0)).collect();
-    figure.canvas.polyline(&arc, &Pen::new(Color::WHITE, 4.0));
-    figure.canvas.polyline(&arc, &Pen::new(Color::INK, 1.8));
-    figure.canvas.arrow(at(0.35), at(0.68), &Pen::new(Color::INK, 1.8));
+    let at = |angle: f64| on(view, rect, centre + 1.3 * radius * DVec2::from_angle(angle));
+    let arc: Vec<DVec2> = (0..=24).map(|i| at(-1.0 + 1.5 * f64::from(i) / 24.0)).collect();
+    for (color, width) in [(Color::INK, 4.0), (Color::WHITE, 2.2)] {
+        let pen = Pen::new(color, width);
+        figure.canvas.polyline(&arc, &pen);
+        figure.canvas.arrow(at(0.45), at(0.8), &pen);
+    }
 }
 
 /// Standard error, z-scores and their distribution.
@@ -135,10 +136,10 @@ fn histogram(part: &View, z: &[f64]) -> Axes {
         [x, (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt()]
     });
     let series = [
-        ("pixels".to_owned(), density(z), Palette::SKY),
+        ("pixels".to_owned(), density(z, 0.25), Palette::SKY),
         (
             format!("blocks of {BLOCK} × {BLOCK}"),
-            density(&part.warped.block_z(&part.exact)),
+            density(&part.warped.block_z(&part.exact), 0.5),
             Palette::VERMILION,
         ),
     ];
@@ -150,15 +151,15 @@ fn histogram(part: &View, z: &[f64]) -> Axes {
 }
 
 /// A histogram of unit area; what lies beyond the reach counts in the total.
-fn density(z: &[f64]) -> Vec<[f64; 2]> {
+fn density(z: &[f64], width: f64) -> Vec<[f64; 2]> {
     let finite: Vec<f64> = z.iter().copied().filter(|z| z.is_finite()).collect();
-    let bins = (2.0 * REACH / BIN) as usize;
+    let bins = (2.0 * REACH / width) as usize;
     let mut counts = vec![0.0; bins + 1];
     for z in &finite {
-        let bin = ((z + REACH) / BIN).floor();
+        let bin = ((z + REACH) / width).floor();
         if bin >= 0.0 && bin < bins as f64 {
-            counts[bin as usize] += 1.0 / (finite.len() as f64 * BIN);
+            counts[bin as usize] += 1.0 / (finite.len() as f64 * width);
         }
     }
-    counts.iter().enumerate().map(|(i, c)| [-REACH + i as f64 * BIN, c.max(1e-9)]).collect()
+    counts.iter().enumerate().map(|(i, c)| [-REACH + i as f64 * width, c.max(1e-9)]).collect()
 }
