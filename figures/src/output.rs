@@ -9,9 +9,8 @@ use std::{
 
 use anyhow::{Context, Result, bail, ensure};
 use image::{DynamicImage, ImageBuffer, ImageFormat, Rgb};
-use serde::Serialize;
 
-use crate::plot::{Canvas, Raster, number};
+use crate::plot::{Canvas, number};
 
 /// One entry of a table.
 #[derive(Clone, Debug, PartialEq)]
@@ -137,15 +136,6 @@ pub(crate) fn write_png(path: &Path, canvas: &Canvas) -> Result<()> {
     png_file(path, pixmap.width(), pixmap.height(), &rgb8(canvas))
 }
 
-/// Writes a picture as PNG, pixel for pixel.
-///
-/// # Errors
-/// If the picture is empty or the file cannot be written.
-pub(crate) fn write_raster_png(path: &Path, raster: &Raster) -> Result<()> {
-    let (width, height) = sides(raster.width(), raster.height(), path)?;
-    png_file(path, width, height, &raster.to_rgb8())
-}
-
 fn png_file(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<()> {
     let encode = || -> Result<Vec<u8>, png::EncodingError> {
         let mut bytes = Vec::new();
@@ -248,17 +238,6 @@ pub(crate) fn write_csv(path: &Path, table: &Table) -> Result<()> {
     write_bytes(path, &encode().with_context(|| format!("encoding {}", path.display()))?)
 }
 
-/// Writes a value as indented JSON; NaN and infinities become null.
-///
-/// # Errors
-/// If the value has no JSON form or the file cannot be written.
-pub(crate) fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
-    let mut text =
-        serde_json::to_string_pretty(value).with_context(|| format!("encoding {}", path.display()))?;
-    text.push('\n');
-    write_bytes(path, text.as_bytes())
-}
-
 /// Writes linear RGB values, signed ones too, as OpenEXR in single precision, row by row from the top.
 ///
 /// # Errors
@@ -279,15 +258,6 @@ pub(crate) fn write_exr(path: &Path, width: usize, height: usize, pixels: &[[f32
         .write_to(&mut bytes, ImageFormat::OpenExr)
         .with_context(|| format!("encoding {}", path.display()))?;
     write_bytes(path, bytes.get_ref())
-}
-
-/// Writes a scalar field as OpenEXR with three equal channels (image cannot write grey EXR).
-///
-/// # Errors
-/// As [`write_exr`].
-pub(crate) fn write_field_exr(path: &Path, width: usize, height: usize, values: &[f64]) -> Result<()> {
-    let pixels: Vec<[f32; 3]> = values.iter().map(|value| [*value as f32; 3]).collect();
-    write_exr(path, width, height, &pixels)
 }
 
 fn sides(width: usize, height: usize, path: &Path) -> Result<(u32, u32)> {
@@ -338,10 +308,10 @@ mod tests {
     fn exr_keeps_signs() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
-        write_field_exr(&path, 2, 1, &[-1.5, 3e4]).unwrap();
+        write_exr(&path, 2, 1, &[[-1.5; 3], [3e4; 3]]).unwrap();
         let read = image::open(&path).unwrap().to_rgb32f();
         assert_eq!(read.into_raw(), [-1.5, -1.5, -1.5, 3e4, 3e4, 3e4]);
-        assert!(write_field_exr(&path, 3, 1, &[0.0]).is_err());
+        assert!(write_exr(&path, 3, 1, &[[0.0; 3]]).is_err());
     }
 
     #[test]

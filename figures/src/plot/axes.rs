@@ -66,12 +66,6 @@ impl Axis {
         Self { ticks: Some(ticks.into_iter().map(|(value, label)| (value, label.into())).collect()), ..self }
     }
 
-    /// The same without grid lines.
-    #[must_use]
-    pub(crate) fn without_grid(self) -> Self {
-        Self { grid: false, ..self }
-    }
-
     fn scale(&self, values: impl IntoIterator<Item = f64>) -> Scale {
         match self.limits {
             Some((low, high)) => Scale::new(self.kind, low, high),
@@ -111,12 +105,6 @@ impl Axes {
         Self { title: String::new(), x, y, legend: Legend::TopRight, marks: Vec::new(), notes: Vec::new() }
     }
 
-    /// The same under a title.
-    #[must_use]
-    pub(crate) fn titled(self, title: impl Into<String>) -> Self {
-        Self { title: title.into(), ..self }
-    }
-
     /// The same with the legend elsewhere (it starts in the top right corner).
     #[must_use]
     pub(crate) fn legend(self, legend: Legend) -> Self {
@@ -136,20 +124,6 @@ impl Axes {
     /// Markers without a line.
     pub(crate) fn scatter(&mut self, points: impl IntoIterator<Item = [f64; 2]>, style: &Style) {
         self.push(Mark::Scatter(points.into_iter().collect()), style);
-    }
-
-    /// Markers with a text beside each, put where it covers the least.
-    pub(crate) fn scatter_labelled<L: Into<String>>(
-        &mut self,
-        points: impl IntoIterator<Item = ([f64; 2], L)>,
-        style: &Style,
-    ) {
-        let mut plain = Vec::new();
-        for (point, label) in points {
-            plain.push(point);
-            self.note(point, label, style.pen.color);
-        }
-        self.push(Mark::Scatter(plain), style);
     }
 
     /// Vertical bars from low to high around markers: [x, y, low, high].
@@ -330,7 +304,6 @@ mod tests {
             axes.line([], &style);
             axes.line(pairs.clone(), &style.clone().dashed());
             axes.steps(pairs.clone(), &style);
-            axes.scatter_labelled(pairs.iter().map(|pair| (*pair, "p")), &style);
             axes.error_bars(pairs.iter().map(|[a, b]| [*a, *b, *b, *a]), &style);
             axes.band(pairs.iter().map(|[a, b]| [*a, *b, *a]), &style);
             axes.bars(pairs, 0.5, &style);

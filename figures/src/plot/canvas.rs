@@ -69,12 +69,6 @@ impl Canvas {
         SCALE
     }
 
-    /// The whole page.
-    #[must_use]
-    pub(crate) fn page(&self) -> Rect {
-        Rect::new(0.0, 0.0, f64::from(self.pixmap.width()) / SCALE, f64::from(self.pixmap.height()) / SCALE)
-    }
-
     /// What has been drawn, in device pixels.
     #[must_use]
     pub(crate) fn pixmap(&self) -> &Pixmap {

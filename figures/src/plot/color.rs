@@ -109,23 +109,6 @@ impl Palette {
     pub(crate) const OCHRE: Color = Color::hex(0xa8_8f_00);
     /// Dark grey, for references and ground truth.
     pub(crate) const GREY: Color = Color::hex(0x4a_4f_57);
-    /// All of them, in the order series should take them.
-    pub(crate) const ALL: [Color; 8] = [
-        Self::BLUE,
-        Self::VERMILION,
-        Self::GREEN,
-        Self::PURPLE,
-        Self::ORANGE,
-        Self::SKY,
-        Self::OCHRE,
-        Self::GREY,
-    ];
-
-    /// The colour of series `index`; the palette repeats after eight.
-    #[must_use]
-    pub(crate) const fn nth(index: usize) -> Color {
-        Self::ALL[index % Self::ALL.len()]
-    }
 }
 
 #[cfg(test)]

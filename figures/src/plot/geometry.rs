@@ -78,13 +78,6 @@ impl Rect {
         (Self { height, ..self }, self.inset(0.0, height, 0.0, 0.0))
     }
 
-    /// Cuts a strip of width `width` off the left: (strip, rest).
-    #[must_use]
-    pub(crate) fn split_left(self, width: f64) -> (Self, Self) {
-        let width = width.clamp(0.0, self.width);
-        (Self { width, ..self }, self.inset(width, 0.0, 0.0, 0.0))
-    }
-
     /// Columns whose widths stand in the ratio of `weights`, `gutter` apart.
     #[must_use]
     pub(crate) fn columns(self, weights: &[f64], gutter: f64) -> Vec<Self> {
@@ -165,12 +158,6 @@ impl View {
     pub(crate) fn vector(&self, vector: DVec2) -> DVec2 {
         vector * self.scale
     }
-
-    /// Logical pixels a scene length takes.
-    #[must_use]
-    pub(crate) fn length(&self, length: f64) -> f64 {
-        length * self.scale.x
-    }
 }
 
 #[cfg(test)]
@@ -192,6 +179,5 @@ mod tests {
             View::fit(DVec2::ZERO, DVec2::new(2.0, 1.0), Rect::new(0.0, 0.0, 100.0, 100.0), Upward::Yes);
         assert_eq!(view.at(DVec2::ZERO), DVec2::new(0.0, 75.0));
         assert_eq!(view.at(DVec2::new(2.0, 1.0)), DVec2::new(100.0, 25.0));
-        assert_eq!(view.length(1.0), 50.0);
     }
 }

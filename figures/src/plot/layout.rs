@@ -58,13 +58,4 @@ impl Figure {
         self.canvas.text(title, at + DVec2::new(width + 6.0, 0.0), &style);
         rest
     }
-
-    /// A text centred above a column or picture, in the size of panel titles; returns the space below.
-    pub(crate) fn heading(&mut self, space: Rect, title: &str) -> Rect {
-        let (strip, rest) = space.split_top(PANEL_TITLE_ROOM);
-        let at = DVec2::new(strip.centre().x, strip.y + 1.0);
-        let style = TextStyle::new(PANEL_TITLE, Color::INK).anchored(Align::Centre, Height::Top);
-        self.canvas.text(title, at, &style);
-        rest
-    }
 }

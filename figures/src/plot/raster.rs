@@ -52,44 +52,10 @@ impl Raster {
         self
     }
 
-    /// The part of `width`×`height` pixels whose top-left pixel is (x, y), for magnified insets.
-    ///
-    /// # Panics
-    /// If the part does not lie in the picture.
-    #[must_use]
-    pub(crate) fn crop(&self, x: usize, y: usize, width: usize, height: usize) -> Self {
-        assert!(x + width <= self.width && y + height <= self.height, "a part of the picture");
-        let pixels = (y..y + height)
-            .flat_map(|row| self.pixels[row * self.width + x..][..width].iter().copied())
-            .collect();
-        Self { width, height, pixels }
-    }
-
-    /// Pixels in a row.
-    #[must_use]
-    pub(crate) fn width(&self) -> usize {
-        self.width
-    }
-
-    /// Rows.
-    #[must_use]
-    pub(crate) fn height(&self) -> usize {
-        self.height
-    }
-
     /// The pixels, row by row from the top.
     #[must_use]
     pub(crate) fn pixels(&self) -> &[[f32; 3]] {
         &self.pixels
-    }
-
-    /// The pixels as 8-bit RGB.
-    #[must_use]
-    pub(crate) fn to_rgb8(&self) -> Vec<u8> {
-        self.pixels
-            .iter()
-            .flat_map(|pixel| Color::from_rgb(*pixel).rgb.map(|channel| (255.0 * channel).round() as u8))
-            .collect()
     }
 
     /// The mean colour over the pixel-space box [x0, x1]×[y0, y1], which has positive area.
@@ -210,7 +176,6 @@ mod tests {
     fn shrinking_takes_means() {
         let mean = checker().mean([0.0, 3.0], [0.0, 2.0]);
         assert!((mean[0] - 0.5).abs() < 1e-6);
-        assert_eq!(checker().crop(1, 0, 2, 1).pixels(), [[1.0; 3], [0.0; 3]]);
         assert_eq!(checker().between(1.0, 0.5), [0.5; 3]);
     }
 }
