@@ -5,6 +5,8 @@
 
 use glam::DVec2;
 
+use super::orient;
+
 /// An axis-aligned box, closed on every side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Aabb {
@@ -268,6 +270,43 @@ fn halve(boxes: &[Aabb], slice: &mut [u32]) -> usize {
         key(a).total_cmp(&key(b)).then(a.cmp(&b))
     });
     middle
+}
+
+/// The most parts into which a triangle's box is split.
+const PARTS: usize = 16;
+
+/// Boxes that together cover a triangle: one, or for a sliver across its box several along it
+/// (Ernst and Greiner 2007). A densely sampled outline has nothing but slivers, whose whole boxes
+/// would overlap everywhere.
+pub(crate) fn part_boxes(triangle: [DVec2; 3]) -> impl Iterator<Item = Aabb> {
+    let whole = Aabb::of(triangle);
+    let size = whole.max - whole.min;
+    let area = 0.5 * orient(triangle[0], triangle[1], triangle[2]);
+    // A box cut into k strips along a diagonal sliver has 1/k of its area left.
+    let excess = (size.x * size.y / (4.0 * area)).min(PARTS as f64);
+    let (parts, axis) = (excess.max(1.0) as usize, usize::from(size.y > size.x));
+    (0..parts).map(move |k| {
+        if parts == 1 {
+            return whole;
+        }
+        let side = |k: usize| whole.min[axis] + size[axis] * (k as f64 / parts as f64);
+        let (low, high) = (side(k), if k + 1 == parts { whole.max[axis] } else { side(k + 1) });
+        let mut part = Aabb::EMPTY;
+        for i in 0..3 {
+            let (p, q) = (triangle[i], triangle[(i + 1) % 3]);
+            // Where the edge is within the strip, from its end points and its crossings.
+            let clamp = |x: f64| ((x - p[axis]) / (q[axis] - p[axis])).clamp(0.0, 1.0);
+            let touches = p[axis].min(q[axis]) <= high && p[axis].max(q[axis]) >= low;
+            if touches && p[axis] == q[axis] {
+                part = part.union(Aabb::of([p, q]));
+            } else if touches {
+                part = part.union(Aabb::of([low, high].map(|x| p + clamp(x) * (q - p))));
+            }
+        }
+        // Rounding must not uncover a point: a few units in the last place more.
+        let margin = 4.0 * f64::EPSILON * whole.min.abs().max(whole.max.abs());
+        Aabb { min: part.min - margin, max: part.max + margin }
+    })
 }
 
 #[cfg(test)]

@@ -14,6 +14,7 @@ mod edge_tree;
 pub mod exact;
 pub mod fields;
 mod film;
+mod hit;
 mod motion;
 mod polygon;
 mod scene;
@@ -24,9 +25,10 @@ mod triangulate;
 
 pub(crate) use edge_tree::{Edge, EdgeTree};
 pub use film::{Film, FilmError, Filter, FilterCell, Image, PixelSample};
+pub use hit::{Hit, MaterialPoint};
 pub use motion::{Motion, MotionError};
 pub use polygon::{Polygon, PolygonError};
-pub use scene::{Hit, MaterialPoint, Scene, SceneError, Shape};
+pub use scene::{Scene, SceneError, Shape};
 pub use shade::{Attachment, Shade, ShadeError};
 
 use glam::DVec2;

@@ -5,7 +5,9 @@ use std::ops::Range;
 
 use glam::{DMat2, DVec2, DVec3};
 
-use super::box_tree::{Aabb, BoxTree};
+use super::box_tree::{Aabb, BoxTree, part_boxes};
+use super::hit::{Hit, MaterialPoint};
+use super::segments::distance_squared;
 use super::shade::{Attachment, Shade, ShadeError};
 use super::{Polygon, PolygonError, orient};
 use crate::dual::Dual;
@@ -60,83 +62,6 @@ pub enum SceneError {
     /// The background is not finite.
     #[error("the background has a component that is not finite")]
     Background,
-}
-
-/// A point of the material: an affine combination of vertices, which moves with them.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MaterialPoint {
-    vertices: [u32; 3],
-    weights: [f64; 3],
-}
-
-impl MaterialPoint {
-    /// Vertex `v` itself, numbered through the whole scene.
-    #[must_use]
-    pub fn vertex(v: usize) -> Self {
-        Self::on_edge([v, v], 0.0)
-    }
-
-    /// The point (1 − s) a + s b of the edge between vertices a and b.
-    #[must_use]
-    pub fn on_edge([a, b]: [usize; 2], s: f64) -> Self {
-        Self { vertices: [a, b, b].map(|v| v as u32), weights: [1.0 - s, s, 0.0] }
-    }
-
-    /// The three vertices, numbered through the whole scene.
-    #[must_use]
-    pub fn vertices(&self) -> [usize; 3] {
-        self.vertices.map(|v| v as usize)
-    }
-
-    /// Their weights, which sum to 1.
-    #[must_use]
-    pub fn weights(&self) -> [f64; 3] {
-        self.weights
-    }
-
-    /// The point's velocity, Σ b_j ṗ_j.
-    #[must_use]
-    pub fn velocity(&self, velocities: &[DVec2]) -> DVec2 {
-        let [a, b, c] = self.vertices().map(|v| velocities[v]);
-        // Relative to one vertex, so that a translation is exact whatever rounding did to b.
-        a + self.weights[1] * (b - a) + self.weights[2] * (c - a)
-    }
-
-    /// The transpose of [`velocity`](Self::velocity): adds b_j `covector` to each vertex.
-    pub fn scatter(&self, covector: DVec2, gradient: &mut [DVec2]) {
-        for (v, b) in self.vertices().into_iter().zip(self.weights) {
-            gradient[v] += b * covector;
-        }
-    }
-}
-
-/// What is seen at a point: a shape and, as barycentric coordinates in one of its triangles, the
-/// material point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hit {
-    shape: u32,
-    triangle: u32,
-    point: MaterialPoint,
-}
-
-impl Hit {
-    /// Which shape is seen.
-    #[must_use]
-    pub fn shape(&self) -> usize {
-        self.shape as usize
-    }
-
-    /// Which of its material points.
-    #[must_use]
-    pub fn point(&self) -> &MaterialPoint {
-        &self.point
-    }
-
-    /// The velocity of the material point.
-    #[must_use]
-    pub fn velocity(&self, velocities: &[DVec2]) -> DVec2 {
-        self.point.velocity(velocities)
-    }
 }
 
 /// Opaque polygons in painter's order (the last is on top) over a constant background.
@@ -305,7 +230,7 @@ impl Scene {
     /// The material point of one shape at u, seen or not. Where rounding puts u just outside the
     /// shape, the nearest triangle is extended.
     pub(crate) fn nearest_hit(&self, u: DVec2, shape: usize) -> Option<Hit> {
-        let distance_squared = |part: usize| {
+        let to_triangle = |part: usize| {
             let i = self.tree_triangles[part] as usize;
             if self.triangles[i].0 as usize != shape {
                 return f64::INFINITY;
@@ -314,10 +239,10 @@ impl Scene {
             if self.barycentric(i, u).is_some() {
                 return 0.0;
             }
-            let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| segment_distance_squared(u, p, q));
+            let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| distance_squared(u, p, q));
             sides.into_iter().fold(f64::INFINITY, f64::min)
         };
-        let (part, _) = self.triangle_tree.nearest(u, f64::INFINITY, distance_squared)?;
+        let (part, _) = self.triangle_tree.nearest(u, f64::INFINITY, to_triangle)?;
         Some(self.extended_hit(self.tree_triangles[part] as usize, u))
     }
 
@@ -428,11 +353,11 @@ impl Scene {
     pub fn boundary_distance(&self, hit: Option<&Hit>, u: DVec2, limit: f64) -> f64 {
         let Some(hit) = hit else { return limit };
         let outline = &self.outlines[hit.shape()];
-        let distance_squared = |i: usize| {
+        let to_edge = |i: usize| {
             let [a, b] = outline.edges[i].map(|v| self.vertices[v as usize]);
-            segment_distance_squared(u, a, b)
+            distance_squared(u, a, b)
         };
-        outline.tree.nearest(u, limit * limit, distance_squared).map_or(limit, |(_, d)| d.sqrt())
+        outline.tree.nearest(u, limit * limit, to_edge).map_or(limit, |(_, d)| d.sqrt())
     }
 
     /// The parts inside one triangle of a shape, given by its vertices, of the lines on which its
@@ -485,58 +410,6 @@ impl Scene {
                 u + a * offset[0] + b * offset[1] + c * offset[2]
             }
         }
-    }
-}
-
-/// The most parts into which a triangle's box is split.
-const PARTS: usize = 16;
-
-/// Boxes that together cover a triangle: one, or for a sliver across its box several along it
-/// (Ernst and Greiner 2007). A densely sampled outline has nothing but slivers, whose whole boxes
-/// would overlap everywhere.
-fn part_boxes(triangle: [DVec2; 3]) -> impl Iterator<Item = Aabb> {
-    let whole = Aabb::of(triangle);
-    let size = whole.max - whole.min;
-    let area = 0.5 * orient(triangle[0], triangle[1], triangle[2]);
-    // A box cut into k strips along a diagonal sliver has 1/k of its area left.
-    let excess = (size.x * size.y / (4.0 * area)).min(PARTS as f64);
-    let (parts, axis) = (excess.max(1.0) as usize, usize::from(size.y > size.x));
-    (0..parts).map(move |k| {
-        if parts == 1 {
-            return whole;
-        }
-        let side = |k: usize| whole.min[axis] + size[axis] * (k as f64 / parts as f64);
-        let (low, high) = (side(k), if k + 1 == parts { whole.max[axis] } else { side(k + 1) });
-        let mut part = Aabb::EMPTY;
-        for i in 0..3 {
-            let (p, q) = (triangle[i], triangle[(i + 1) % 3]);
-            // Where the edge is within the strip, from its end points and its crossings.
-            let clamp = |x: f64| ((x - p[axis]) / (q[axis] - p[axis])).clamp(0.0, 1.0);
-            let touches = p[axis].min(q[axis]) <= high && p[axis].max(q[axis]) >= low;
-            if touches && p[axis] == q[axis] {
-                part = part.union(Aabb::of([p, q]));
-            } else if touches {
-                part = part.union(Aabb::of([low, high].map(|x| p + clamp(x) * (q - p))));
-            }
-        }
-        // Rounding must not uncover a point: a few units in the last place more.
-        let margin = 4.0 * f64::EPSILON * whole.min.abs().max(whole.max.abs());
-        Aabb { min: part.min - margin, max: part.max + margin }
-    })
-}
-
-/// The squared distance from u to the segment ab.
-pub(crate) fn segment_distance_squared(u: DVec2, a: DVec2, b: DVec2) -> f64 {
-    let (d, w) = (b - a, u - a);
-    let t = w.dot(d) / d.length_squared();
-    if t <= 0.0 {
-        w.length_squared()
-    } else if t >= 1.0 {
-        (u - b).length_squared()
-    } else {
-        // The area over the base: exact to rounding also when u is almost on the line.
-        let cross = orient(a, b, u);
-        cross * cross / d.length_squared()
     }
 }
 

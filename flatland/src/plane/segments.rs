@@ -55,6 +55,21 @@ pub(crate) fn crossing([a, b]: [DVec2; 2], [c, d]: [DVec2; 2]) -> DVec2 {
     p.clamp(a.min(b), a.max(b))
 }
 
+/// The squared distance from u to the segment ab.
+pub(crate) fn distance_squared(u: DVec2, a: DVec2, b: DVec2) -> f64 {
+    let (d, w) = (b - a, u - a);
+    let t = w.dot(d) / d.length_squared();
+    if t <= 0.0 {
+        w.length_squared()
+    } else if t >= 1.0 {
+        (u - b).length_squared()
+    } else {
+        // The area over the base: exact to rounding also when u is almost on the line.
+        let cross = orient(a, b, u);
+        cross * cross / d.length_squared()
+    }
+}
+
 /// The part [t₀, t₁] of the segment pq inside a cell, if longer than a point (Liang and Barsky
 /// 1984). A segment along a side is in the cell on the side's far side only, so that a point counts
 /// once where cells meet.

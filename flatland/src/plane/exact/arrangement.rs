@@ -101,7 +101,7 @@ impl<'a> Arrangement<'a> {
                 return f64::INFINITY;
             }
             let [p, q] = b.nodes.map(|n| self.nodes[n as usize]);
-            crate::plane::scene::segment_distance_squared(u, p, q)
+            crate::plane::segments::distance_squared(u, p, q)
         };
         self.boundary_tree.nearest(u, f64::INFINITY, distance_squared).map(|(i, d)| (i, d.sqrt()))
     }

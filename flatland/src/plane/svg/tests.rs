@@ -588,7 +588,7 @@ fn fill_rules_agree_with_winding_numbers() {
                 let u = point(rng.random_range(0.0..6.0), rng.random_range(0.0..6.0));
                 let edges = rings.iter().flat_map(|r| (0..r.len()).map(|i| (r[i], r[(i + 1) % r.len()])));
                 let distance = edges
-                    .map(|(a, b)| super::super::scene::segment_distance_squared(u, a, b))
+                    .map(|(a, b)| super::super::segments::distance_squared(u, a, b))
                     .fold(f64::INFINITY, f64::min);
                 if distance.sqrt() < 1e-4 {
                     continue;
