@@ -35,7 +35,7 @@ fn gap(case: &Case) -> f64 {
 /// integral then loses ε/g of the velocities to rounding, whatever computes it. The edge integral
 /// does not, and is held to [`TOLERANCE`] in every case.
 fn divergence_tolerance(case: &Case) -> f64 {
-    TOLERANCE.max(100.0 * f64::EPSILON / gap(case))
+    TOLERANCE.max(100.0 * f64::EPSILON / gap(case)).min(1e-2)
 }
 
 /// Every pixel that fails, with what it should be.

@@ -1,19 +1,18 @@
 //! Numerical stability at the extremes: a table that this test fills and the README shows.
 //!
 //! `UPDATE_README=1 cargo test --release -p tests --test stability` writes the table into the README;
-//! without it the test fails if the README shows another one.
+//! without it the test holds every row to its bound, and fails if the README shows other rows.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
-use flatland::estimator::{Exact, Method, WarpedArea};
+use flatland::estimator::{Exact, GradientImage, Method, WarpedArea};
 use flatland::plane::exact::Arrangement;
 use flatland::plane::fields::scene_stencil;
-use flatland::plane::{Attachment, Film, Filter, Motion, Polygon, Scene, Shade, Shape};
+use flatland::plane::{Attachment, Film, Filter, Image, Motion, Polygon, Scene, Shade, Shape};
 use flatland::random::stream;
 use flatland::warp::{Debias, Warp};
 use glam::{DVec2, DVec3};
-use tests::campaign::Known;
 use tests::oracle;
 use tests::scenes::Case;
 
@@ -25,9 +24,10 @@ struct Row {
     sampled: String,
 }
 
-/// The power of ten at or above a number: what does not change from machine to machine.
+/// The power of ten at or above a number.
 fn power(x: f64) -> String {
     assert!(x.is_finite(), "{x}");
+    assert!(x <= 1e-2, "{x}");
     if x == 0.0 { "0".into() } else { format!("≤ 1e{}", x.log10().ceil()) }
 }
 
@@ -66,20 +66,34 @@ fn row(extreme: impl Into<String>, case: Case, method: &WarpedArea) -> Row {
     let edge = edge.fold(0.0, f64::max) / size;
     let apart = boundary.zip(&divergence, |b, d| (b - d).abs());
     let apart = apart.pixels().iter().map(|p| p.max_element()).fold(0.0, f64::max) / size;
-    let known = Known::new(case);
-    let estimate = known.run(method);
-    let z = (estimate.mean - known.exact) / estimate.standard_error;
-    assert!(z.abs() < 5.0, "{z}: {estimate:?} for {}", known.exact);
+    let sampled = method.forward(&case.scene, &case.motion, &case.film).expect("valid");
+    let (found, error) = found(&total, &sampled);
+    assert!((found - 1.0).abs() < 5.0 * error && error < 0.1, "{found} ± {error}");
     Row {
         extreme: extreme.into(),
         edge: power(edge),
         divergence: power(apart),
-        sampled: "within 5 standard errors".into(),
+        sampled: percent(found, error),
     }
 }
 
+/// The part of the exact derivative that the samples find, by regression over all pixels and
+/// channels, with its standard error. Channels share their samples: at worst their errors add up.
+fn found(exact: &Image, sampled: &GradientImage) -> (f64, f64) {
+    assert_eq!(sampled.non_finite, 0);
+    let squares = exact.dot(exact);
+    let errors = exact.zip(&sampled.standard_error, |x, e| (x * e).abs());
+    let variance: f64 = errors.pixels().iter().map(|p| p.element_sum().powi(2)).sum();
+    (exact.dot(&sampled.mean) / squares, variance.sqrt() / squares)
+}
+
+fn percent(found: f64, error: f64) -> String {
+    assert!(found.is_finite() && error.is_finite());
+    format!("finds {:.0}% ± {:.0}% of it", 100.0 * found, 100.0 * error)
+}
+
 fn method() -> WarpedArea {
-    WarpedArea { samples: 1000, seed: 4, ..WarpedArea::default() }
+    WarpedArea { samples: 4000, seed: 4, ..WarpedArea::default() }
 }
 
 /// A half-plane that moves with velocity 1 along x, up to x = 1.
@@ -139,7 +153,7 @@ fn rows() -> Vec<Row> {
         rows.push(row(format!("{offset:.0e} pixels away from the origin"), pair(1.0, at), &method()));
     }
     for kappa in [1.0, 100.0, 1e4] {
-        let samples = if kappa > 1e3 { 8000 } else { 1000 };
+        let samples = if kappa > 1e3 { 40_000 } else { 4000 };
         let method = WarpedArea { kappa, samples, ..method() };
         rows.push(row(format!("κ = {kappa:.0e} per square pixel"), pair(1.0, DVec2::ZERO), &method));
     }
@@ -185,7 +199,7 @@ fn rows() -> Vec<Row> {
     rows.push(row(
         "one auxiliary ray, debiased",
         pair(1.0, DVec2::ZERO),
-        &WarpedArea { warp: one, samples: 4000, ..method() },
+        &WarpedArea { warp: one, samples: 16_000, ..method() },
     ));
     rows
 }
@@ -197,28 +211,20 @@ fn exact_row(extreme: String, case: &Case) -> Row {
     let oracle = oracle::image(&case.scene, &velocities, &case.film);
     let size = oracle.iter().map(|o| o.absolute).fold(0.0, f64::max);
     let sampled = method().forward(&case.scene, &case.motion, &case.film).expect("valid");
-    assert_eq!(sampled.non_finite, 0, "{extreme}");
     let exact = Exact.forward(&case.scene, &case.motion, &case.film);
-    let exact = match exact {
-        Ok(exact) => exact.mean,
-        Err(e) => {
-            return Row {
-                extreme, edge: format!("error: {e}"), divergence: "–".into(), sampled: "–".into()
-            };
-        }
-    };
-    // The part of the exact derivative that the samples find: features far below the spacing of
-    // samples are missed by any of them, and the standard error does not know.
-    let found = exact.dot(&sampled.mean) / exact.dot(&exact);
-    let error = exact.zip(&sampled.standard_error, |x, e| (x * e) * (x * e));
-    let error = error.pixels().iter().map(|p| p.element_sum()).sum::<f64>().sqrt() / exact.dot(&exact);
-    let sampled = format!("finds {:.0}% ± {:.0}% of it", 100.0 * found, 100.0 * error);
+    let exact = exact.expect("differentiable").mean;
+    let (found, error) = found(&exact, &sampled);
     let edge = exact.pixels().iter().zip(&oracle).map(|(t, o)| (*t - o.derivative).abs().max_element());
     let arrangement = Arrangement::new(&case.scene, &case.film).expect("an arrangement");
     let divergence = arrangement.divergence(&case.film, &arrangement.oracle(&velocities));
     let apart = exact.zip(&divergence, |b, d| (b - d).abs());
     let apart = apart.pixels().iter().map(|p| p.max_element()).fold(0.0, f64::max);
-    Row { extreme, edge: power(edge.fold(0.0, f64::max) / size), divergence: power(apart / size), sampled }
+    Row {
+        extreme,
+        edge: power(edge.fold(0.0, f64::max) / size),
+        divergence: power(apart / size),
+        sampled: percent(found, error),
+    }
 }
 
 const BEGIN: &str = "<!-- stability table: filled by tests/tests/stability.rs -->\n";
@@ -240,6 +246,9 @@ fn the_readme_shows_what_is_measured_at_the_extremes() {
     if std::env::var_os("UPDATE_README").is_some() {
         std::fs::write(&path, format!("{before}{BEGIN}{table}{END}{after}")).expect("README.md");
     } else {
-        assert_eq!(shown, table, "run with UPDATE_README=1 to show the new numbers");
+        // The extremes shown must be those measured; their last digits differ between machines.
+        let extremes =
+            |t: &str| t.lines().map(|l| l.split('|').nth(1).map(str::to_owned)).collect::<Vec<_>>();
+        assert_eq!(extremes(shown), extremes(&table), "run with UPDATE_README=1 to show the new rows");
     }
 }

@@ -51,7 +51,8 @@ impl Method for FiniteDifference {
         }))
     }
 
-    /// One forward difference per coordinate of every vertex: the cost grows with their number.
+    /// One central difference per coordinate of every vertex: the cost grows with their number. The
+    /// standard error is an upper bound: it takes the channels of a pixel as fully correlated.
     fn reverse(&self, scene: &Scene, film: &Film, adjoint: &Image) -> Result<VertexGradient, EstimatorError> {
         check_adjoint(film, adjoint)?;
         let mut out = VertexGradient { mean: vec![], standard_error: vec![], rays: 0, non_finite: 0 };
@@ -62,8 +63,10 @@ impl Method for FiniteDifference {
                     let motion = Motion::vertex(shape, vertex, DVec2::AXES[axis]);
                     let image = self.forward(scene, &motion, film)?;
                     mean[axis] = adjoint.dot(&image.mean);
-                    let squared = adjoint.zip(&image.standard_error, |a, e| (a * e) * (a * e));
-                    error[axis] = squared.pixels().iter().map(|p| p.element_sum()).sum::<f64>().sqrt();
+                    // Channels share their samples: at worst their errors add up.
+                    let errors = adjoint.zip(&image.standard_error, |a, e| (a * e).abs());
+                    let squares = errors.pixels().iter().map(|p| p.element_sum().powi(2));
+                    error[axis] = squares.sum::<f64>().sqrt();
                     out.rays += image.rays;
                     out.non_finite += image.non_finite;
                 }

@@ -48,6 +48,9 @@ pub enum EstimatorError {
     /// The exact derivative does not exist or cannot be computed.
     #[error(transparent)]
     Exact(#[from] ExactError),
+    /// The rotation method was given no candidates to follow.
+    #[error("at least one candidate to follow is needed")]
+    NoCandidates,
     /// No samples were asked for.
     #[error("at least one sample per pixel is needed")]
     NoSamples,
@@ -89,7 +92,7 @@ pub struct VertexGradient {
     pub standard_error: Vec<DVec2>,
     /// How many times the scene was asked what is seen at a point.
     pub rays: u64,
-    /// How many samples were not finite. They are left out of the mean, which is then biased.
+    /// How many samples were not finite. They count as 0, and the mean is then biased.
     pub non_finite: u64,
 }
 

@@ -73,6 +73,9 @@ impl LinearMethod for Rotation {
         if !(kappa > 0.0 && kappa.is_finite()) {
             return Err(WarpError::Kappa { kappa: self.kappa }.into());
         }
+        if self.candidates == 0 {
+            return Err(EstimatorError::NoCandidates);
+        }
         Ok(kappa)
     }
 

@@ -18,9 +18,10 @@ pub enum Debias {
     /// X_1 + Σ (X_{k+1} − X_k)/P(K > k) over 1 ≤ k < K, with X_k = X(k · rays) from the first k
     /// batches and P(K > k) = (k + 1)^−tail: the paper's (Rhee and Glynn 2015), untruncated.
     ///
-    /// E|X_{k+1} − X_k|² falls as k⁻³ once the means have settled, so cost and variance are both
-    /// finite exactly when 1 < tail < 2. A geometric K, as in released code, has infinite variance
-    /// unless it is truncated, and then it is biased.
+    /// Unbiased, but E|X_{k+1} − X_k|² falls only as k⁻², as for any running mean, so that no tail has
+    /// both: the expected number of rays is finite for tail > 1, the variance for tail < 1. Its
+    /// errors fall more slowly than n^−½. A geometric K, as in released code, is worse still, unless
+    /// it is truncated, and then it is biased. [`Multilevel`](Self::Multilevel) is the cure.
     RussianRoulette {
         /// Auxiliary rays in a batch.
         rays: usize,
@@ -32,13 +33,14 @@ pub enum Debias {
     /// Glynn 2015, in the coupled-sum form of Rhee and Glynn 2015). All rays serve all levels.
     ///
     /// One split into halves leaves Δ_l with the product of every two points from different
-    /// halves. Here up to 15 splits are averaged, along the rows of a Hadamard matrix, so that
-    /// every two points are together as often as apart and those products cancel; it costs no rays.
+    /// halves. Here up to 15 splits are averaged, along the rows of a Hadamard matrix, so that in
+    /// blocks of up to 16 pairs every two are together nearly as often as apart (7 times to 8), and
+    /// those products nearly cancel; it costs no rays.
     ///
     /// Cost is finite when ratio < 1/2, variance when E|Δ_l|² falls faster than `ratio` from level
     /// to level. It falls as 4⁻ˡ where u is far from boundaries, for any γ. The strip along a
     /// silhouette that m rays cannot resolve narrows as m^−1/(3a) for B ~ s and γ = 3, as
-    /// m^−1/(2a) for B ~ s², with a the focus, and E|Δ_l|² with it: the variance is finite when
+    /// m^−1/(2a) for B ~ s² and γ = 3/2, with a the focus, and E|Δ_l|² with it: the variance is finite when
     /// 2^−1/(3a), respectively 2^−1/(2a), is below `ratio`. So it is for the default; spread as
     /// the kernel (a = 1), points need `ratio` > 0.79 or 0.71, which no finite cost allows. Where
     /// silhouettes of *different* motions meet in a
@@ -87,9 +89,9 @@ impl Debias {
             Self::Consistent { rays: 0 }
             | Self::RussianRoulette { rays: 0, .. }
             | Self::Multilevel { rays: 0, .. } => Err("at least one auxiliary ray is needed"),
-            Self::RussianRoulette { tail, .. } if !(tail > 1.0 && tail < 2.0) => {
-                Err("Russian roulette has finite cost and variance only for 1 < tail < 2")
-            }
+            Self::RussianRoulette { tail, .. } if !(tail > 1.0 && tail < 2.0) => Err(
+                "Russian roulette takes 1 < tail < 2: a finite number of rays, and not more noise than need be",
+            ),
             Self::Multilevel { first, .. } if !(first > 0.0 && first <= 1.0) => {
                 Err("the multilevel P(L ≥ 1) must be in (0, 1]")
             }

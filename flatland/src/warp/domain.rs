@@ -72,7 +72,7 @@ pub trait Domain {
     /// Draws u' around u, for a kernel e⁻ˣ of concentration κ. `xi` are uniform in (0, 1), and
     /// possibly stratified.
     ///
-    /// `focus` a ∈ (0, 1] is the power by which the distribution function of the distance is
+    /// `focus` a ∈ [0.1, 1] is the power by which the distribution function of the distance is
     /// raised: at 1 points spread as the kernel does; below, they crowd around u, with density
     /// ∝ |u−u'|^−n(1−a) there.
     fn draw(u: Self::Vector, kappa: f64, focus: f64, xi: [f64; 2]) -> Draw<Self::Vector>;

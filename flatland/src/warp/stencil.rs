@@ -77,8 +77,8 @@ pub enum WarpError {
         /// κ.
         kappa: f64,
     },
-    /// The focus must be in (0, 1].
-    #[error("the focus {focus} is not in (0, 1]")]
+    /// The focus must be in [0.1, 1]: below, distances underflow.
+    #[error("the focus {focus} is not in [0.1, 1]")]
     Focus {
         /// The focus.
         focus: f64,
@@ -141,8 +141,8 @@ impl<D: Domain, H> Stencil<D, H> {
 }
 
 impl Warp {
-    /// The original's estimate: γ = 3, B linear in the distance, points spread as the kernel, a
-    /// fixed number of rays.
+    /// The original's estimate, γ = 3 and points spread as the kernel, with a linear B in units of
+    /// the kernel's width (the original's is blind to it) and a fixed number of rays.
     #[must_use]
     pub fn original(rays: usize) -> Self {
         Self {
@@ -173,7 +173,7 @@ impl Warp {
                 return Err(WarpError::Scale { scale: boundary.scale() });
             }
         }
-        if !(self.focus > 0.0 && self.focus <= 1.0) {
+        if !(self.focus >= 0.1 && self.focus <= 1.0) {
             return Err(WarpError::Focus { focus: self.focus });
         }
         self.debias.check().map_err(|what| WarpError::Debias { what })

@@ -25,11 +25,17 @@ pub struct HarmonicField<'a> {
 }
 
 impl<'a> Arrangement<'a> {
-    /// The harmonic field of a motion; `tolerance` is a length in the scene's unit, say 10⁻⁶ pixels.
+    /// The harmonic field of a motion; `tolerance` is a length in the scene's unit, say 10⁻⁶ pixels,
+    /// and at least 16 units in the last place of the coordinates.
+    ///
+    /// # Panics
+    /// Its evaluation panics if there is not one velocity per vertex.
     #[must_use]
     pub fn harmonic(&'a self, velocities: &'a [DVec2], tolerance: f64) -> HarmonicField<'a> {
         let low = self.nodes.iter().copied().fold(DVec2::INFINITY, DVec2::min);
         let high = self.nodes.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
+        // A walk cannot come closer to a silhouette than coordinates can tell.
+        let tolerance = tolerance.max(16.0 * f64::EPSILON * low.abs().max(high.abs()).max_element());
         HarmonicField { arrangement: self, velocities, frame: (low, high), tolerance }
     }
 }

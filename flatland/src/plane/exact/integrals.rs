@@ -114,6 +114,9 @@ impl Arrangement<'_> {
     /// # Errors
     /// [`ExactError::EdgesPart`] where edges of different shapes coincide, because each may move
     /// alone, and [`ExactError::PixelEdge`].
+    ///
+    /// # Panics
+    /// If the adjoint is smaller than the film.
     pub fn gradient(&self, film: &Film, adjoint: &Image) -> Result<Vec<DVec2>, ExactError> {
         for b in self.boundaries.iter().filter(|b| self.on_film(b, film)) {
             if let [first, second, ..] = b.owners[..]

@@ -61,6 +61,9 @@ impl<'a> Arrangement<'a> {
     }
 
     /// The oracle field of a motion.
+    ///
+    /// # Panics
+    /// If there is not one velocity per vertex.
     #[must_use]
     pub fn oracle(&'a self, velocities: &[DVec2]) -> OracleField<'a> {
         let mut at_node: Vec<Vec<Condition>> = vec![vec![]; self.nodes.len()];
