@@ -5,7 +5,7 @@ use flatland::random::{Stream, open01, stream};
 use flatland::warp::{AuxiliaryPoints, Circle, Debias, Domain, Draw, Vector, Warp};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use tests::statistics::Moments;
+use tests::statistics::{Moments, suite_threshold as limit};
 use volume3d::Sphere;
 
 /// A domain that forgets its curvature: existing implementations.
@@ -95,11 +95,6 @@ const CIRCLE_EXACT: fn() -> f64 = || 2.0 * 0.9_f64.sin();
 
 fn z(moments: Moments, exact: f64) -> f64 {
     (moments.mean() - exact) / moments.standard_error()
-}
-
-/// |z| above this rejects: a false alarm of 10⁻⁶ over the comparisons of this file.
-fn limit() -> f64 {
-    tests::statistics::threshold(1e-6, 20)
 }
 
 #[test]

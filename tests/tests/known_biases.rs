@@ -4,7 +4,7 @@ use flatland::estimator::{Exact, Method, Rotation, WarpedArea};
 use flatland::plane::{Film, Filter, Image, Motion, Polygon, Scene, Shade, Shape};
 use flatland::warp::{BoundaryFunction, Debias, Warp, Weighting};
 use glam::{DVec2, DVec3};
-use tests::statistics::threshold;
+use tests::statistics::suite_threshold;
 
 fn white(points: Vec<DVec2>) -> Shape {
     Shape::new(Polygon::simple(points).expect("simple"), Shade::constant(DVec3::ONE))
@@ -33,8 +33,7 @@ fn turning_disc(bar: bool) -> (Scene, Motion) {
     (scene, Motion::rotate([0], DVec2::splat(4.0)))
 }
 
-/// The largest |z| of any pixel against the exact derivative, with its limit for a false alarm of
-/// 10⁻⁶.
+/// The largest |z| of any pixel against the exact derivative, with its limit.
 fn worst(method: &impl Method, scene: &Scene, motion: &Motion) -> (f64, f64) {
     let exact = Exact.forward(scene, motion, &film()).expect("differentiable");
     let found = method.forward(scene, motion, &film()).expect("valid");
@@ -45,7 +44,7 @@ fn worst(method: &impl Method, scene: &Scene, motion: &Motion) -> (f64, f64) {
         let z = (difference / error.max(1e-12)).abs();
         if z.is_nan() { f64::INFINITY } else { z }
     };
-    ((0..64).map(z).fold(0.0, f64::max), threshold(1e-6, 64))
+    ((0..64).map(z).fold(0.0, f64::max), suite_threshold())
 }
 
 /// The regression of a gradient image on the exact one.

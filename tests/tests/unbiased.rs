@@ -1,7 +1,8 @@
 //! Unbiasedness of every method that claims it, with the controls that must be rejected on the same
 //! scenes (theory, section 11).
 //!
-//! The false-alarm rate is 10⁻⁶ for all comparisons of this file together. Seeds are fixed.
+//! The false-alarm rate is 10⁻⁶ for the whole suite: below 16 methods, at most 288 scenes and one
+//! slope each, and what other files compare. Seeds are fixed.
 
 use std::sync::LazyLock;
 
@@ -13,7 +14,7 @@ use flatland::warp::{AuxiliaryPoints, BoundaryFunction, Debias, Warp, Weighting}
 use glam::{DVec2, DVec3};
 use tests::campaign::{Estimate, Known, Verdict, known};
 use tests::scenes::{Case, Kind};
-use tests::statistics::threshold;
+use tests::statistics::suite_threshold as limit;
 
 /// Kinds on which the Monte Carlo methods are tested. On nearly coincident edges that part, the
 /// derivative exists only within their gap; the exact tests cover them.
@@ -38,11 +39,6 @@ static KNOWN: LazyLock<Vec<Known>> = LazyLock::new(|| {
     assert!(known.len() >= 200, "{} scenes", known.len());
     known
 });
-
-/// |z| above this rejects. Below 16 methods, at most 288 scenes and one slope each.
-fn limit() -> f64 {
-    threshold(1e-6, 16 * 289)
-}
 
 fn verdict(name: &str, estimate: impl Fn(&Known, u64) -> Estimate + Sync) -> Verdict {
     let v = Verdict::of(&KNOWN, estimate);
