@@ -15,7 +15,11 @@
 //! - [`warp`]: the machinery that turns auxiliary points into (V, ∇·V) and its transpose,
 //!   written once for the plane, the circle and (in `volume3d`) the sphere.
 //! - [`plane`]: polygons over the image plane, where every integral above is known exactly.
-//! - [`estimator`]: the methods that differentiate an image, behind one trait.
+//! - [`transport`]: flat worlds in which light is scattered, over the directions of a circle, and
+//!   their exact images and derivatives.
+//! - [`sdf`]: implicit flat shapes, and the fields made of a sphere tracer's own points.
+//! - [`estimator`]: the methods that differentiate an image, behind one trait; along paths in
+//!   [`estimator::transport`].
 //!
 //! # Example
 //!
@@ -45,4 +49,6 @@ mod dual;
 pub mod estimator;
 pub mod plane;
 pub mod random;
+pub mod sdf;
+pub mod transport;
 pub mod warp;

@@ -20,6 +20,7 @@ mod exact;
 mod finite_difference;
 mod linear;
 mod rotation;
+pub mod transport;
 mod warped_area;
 
 pub use area_integral::{AreaIntegral, Form};

@@ -38,6 +38,19 @@ impl Aabb {
         (self.min - p).max(p - self.max).max(DVec2::ZERO).length_squared()
     }
 
+    /// The parameter t ≥ 0 at which the ray with reciprocal direction `slope` enters the box; `None`
+    /// if it misses. Rounding never turns a hit into a miss: the exit is rounded up by three units
+    /// in the last place (Ize 2013).
+    fn entered_at(&self, origin: DVec2, slope: DVec2) -> Option<f64> {
+        let (a, b) = ((self.min - origin) * slope, (self.max - origin) * slope);
+        // 0 · ∞ = NaN says that the origin is on a side parallel to the ray: inside, so no limit.
+        let low = |a: f64, b: f64| if a.is_nan() || b.is_nan() { f64::NEG_INFINITY } else { a.min(b) };
+        let high = |a: f64, b: f64| if a.is_nan() || b.is_nan() { f64::INFINITY } else { a.max(b) };
+        let enter = low(a.x, b.x).max(low(a.y, b.y)).max(0.0);
+        let leave = high(a.x, b.x).min(high(a.y, b.y)) * (1.0 + 6.0 * f64::EPSILON);
+        (enter <= leave).then_some(enter)
+    }
+
     fn half_perimeter(&self) -> f64 {
         let e = self.max - self.min;
         (e.x + e.y).max(0.0)
@@ -195,6 +208,45 @@ impl BoxTree {
             }
         }
         best
+    }
+
+    /// Offers `test` the primitives whose boxes the ray origin + t direction meets at 0 < t < limit,
+    /// nearer boxes first. `test` returns the new limit, the parameter of the nearest hit so far.
+    pub(crate) fn along(
+        &self,
+        origin: DVec2,
+        direction: DVec2,
+        mut limit: f64,
+        mut test: impl FnMut(usize, f64) -> f64,
+    ) {
+        let slope = direction.recip();
+        let enter = |id: u32| self.nodes[id as usize].bounds.entered_at(origin, slope);
+        let mut stack = [(0_u32, 0.0_f64); STACK];
+        let mut depth = usize::from(!self.nodes.is_empty() && enter(0).is_some());
+        while depth > 0 {
+            depth -= 1;
+            let (id, t) = stack[depth];
+            if t > limit {
+                continue;
+            }
+            let node = &self.nodes[id as usize];
+            if node.count > 0 {
+                for &i in self.primitives(node) {
+                    limit = test(i as usize, limit);
+                }
+                continue;
+            }
+            let mut push = |child: Option<(u32, f64)>| {
+                if let Some(child) = child {
+                    stack[depth] = child;
+                    depth += 1;
+                }
+            };
+            let [a, b] = [node.first, node.first + 1].map(|c| enter(c).map(|t| (c, t)));
+            let a_is_nearer = a.is_some_and(|(_, a)| b.is_none_or(|(_, b)| a <= b));
+            push(if a_is_nearer { b } else { a });
+            push(if a_is_nearer { a } else { b });
+        }
     }
 
     fn primitives(&self, node: &Node) -> &[u32] {

@@ -41,7 +41,7 @@ impl Filter {
     /// The smooth cells of the support, per axis, as (first, last) in pixels from the centre: on
     /// each the filter is a polynomial, or for the Gaussian short enough for Gauss–Legendre
     /// quadrature of 8 points to be exact to rounding.
-    fn intervals(self) -> &'static [(f64, f64)] {
+    pub(crate) fn intervals(self) -> &'static [(f64, f64)] {
         match self {
             Self::Box => &[(-0.5, 0.5)],
             Self::Tent => &[(-1.0, 0.0), (0.0, 1.0)],
@@ -58,7 +58,8 @@ impl Filter {
         }
     }
 
-    fn profile(self, x: f64) -> f64 {
+    /// h along one axis, at an offset from the pixel centre, in 1/pixel.
+    pub(crate) fn profile(self, x: f64) -> f64 {
         match self {
             Self::Box => f64::from(u8::from(x.abs() <= 0.5)),
             Self::Tent => (1.0 - x.abs()).max(0.0),
@@ -67,7 +68,8 @@ impl Filter {
         }
     }
 
-    fn profile_slope(self, x: f64) -> f64 {
+    /// dh/dx along one axis, in 1/pixel².
+    pub(crate) fn profile_slope(self, x: f64) -> f64 {
         match self {
             Self::Box => 0.0,
             Self::Tent if x.abs() > 1.0 => 0.0,
@@ -103,10 +105,17 @@ impl Filter {
         )
     }
 
-    /// An offset with its density. The density is bounded away from 0 wherever ∇h is not 0: a
-    /// sample drawn from h itself would give ∇h/h infinite variance at the border.
+    /// An offset with its density.
     fn sample(self, rng: &mut impl Rng) -> (DVec2, f64) {
-        let axis = |rng: &mut _| match self {
+        let (x, px) = self.profile_sample(rng);
+        let (y, py) = self.profile_sample(rng);
+        (DVec2::new(x, y), px * py)
+    }
+
+    /// An offset along one axis with its density. The density is bounded away from 0 wherever ∇h is
+    /// not 0: a sample drawn from h itself would give ∇h/h infinite variance at the border.
+    pub(crate) fn profile_sample(self, rng: &mut impl Rng) -> (f64, f64) {
+        match self {
             Self::Box => (open01(rng) - 0.5, 1.0),
             Self::Tent => (2.0 * open01(rng) - 1.0, 0.5),
             Self::Gaussian => loop {
@@ -117,10 +126,7 @@ impl Filter {
                     break (x, (-0.5 * (x / SIGMA).powi(2)).exp() / (GAUSSIAN_MASS + 4.0 * LOWERED));
                 }
             },
-        };
-        let (x, px) = axis(rng);
-        let (y, py) = axis(rng);
-        (DVec2::new(x, y), px * py)
+        }
     }
 }
 

@@ -23,12 +23,14 @@ mod shade;
 pub mod svg;
 mod triangulate;
 
+pub(crate) use box_tree::{Aabb, BoxTree};
 pub(crate) use edge_tree::{Edge, EdgeTree};
 pub use film::{Film, FilmError, Filter, FilterCell, Image, PixelSample};
 pub use hit::{Hit, MaterialPoint};
 pub use motion::{Motion, MotionError};
 pub use polygon::{Polygon, PolygonError};
 pub use scene::{Scene, SceneError, Shape};
+pub(crate) use segments::Meeting;
 pub use shade::{Attachment, Shade, ShadeError};
 
 use glam::DVec2;

@@ -1,6 +1,6 @@
 //! The spaces a warp field lives on: where auxiliary points come from and what a tangent is.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use std::fmt::Debug;
 use std::ops::{Add, Mul, Neg, Sub};
 
@@ -42,22 +42,32 @@ macro_rules! vector {
 vector!(DVec2);
 vector!(DVec3);
 
+impl Vector for f64 {
+    const ZERO: Self = 0.0;
+    fn dot(self, other: Self) -> f64 {
+        self * other
+    }
+    fn is_finite(self) -> bool {
+        Self::is_finite(self)
+    }
+}
+
 /// An auxiliary point drawn around u.
 #[derive(Clone, Copy, Debug)]
 pub struct Draw<V> {
     /// The point u'.
     pub point: V,
-    /// Its part tangent at u: u' − u in the plane, P_u u' on the circle and the sphere. In all of
+    /// Its part tangent at u: u' − u on the line and in the plane, P_u u' on the circle and the sphere. In all of
     /// them ∇_u x = −κ times this.
     pub tangent: V,
-    /// x = κ|u−u'|²/2 in the plane, κ(1 − u·u') on the circle and the sphere: D = eˣ − 1. Always
+    /// x = κ|u−u'|²/2 on the line and in the plane, κ(1 − u·u') on the circle and the sphere: D = eˣ − 1. Always
     /// positive.
     pub exponent: f64,
     /// ln p(u') up to a constant, the same for all draws with the same κ and focus.
     pub log_density: f64,
 }
 
-/// A domain of integration: the plane, the circle of directions or the sphere of directions.
+/// A domain of integration: the line, the plane, the circle of directions or the sphere of directions.
 ///
 /// Points and tangents are ambient vectors: of R² for the plane and the circle, of R³ for the
 /// sphere.
@@ -66,7 +76,7 @@ pub trait Domain {
     type Vector: Vector;
 
     /// The coefficient c of −c u·V in the divergence of a field that is projected to the tangent
-    /// space: 0 in the plane, the dimension n on the unit circle and sphere.
+    /// space: 0 on the line and in the plane, the dimension n on the unit circle and sphere.
     const CURVATURE: f64;
 
     /// Draws u' around u, for a kernel e⁻ˣ of concentration κ. `xi` are uniform in (0, 1), and
@@ -113,6 +123,33 @@ impl Domain for Plane {
     }
 }
 
+/// The line R, n = 1: the film of a flat world.
+#[derive(Clone, Copy, Debug)]
+pub struct Line;
+
+impl Domain for Line {
+    type Vector = f64;
+    const CURVATURE: f64 = 0.0;
+
+    /// With x = κ|u − u'|²/2, the distance has the distribution function (1 − e⁻ˣ)^(a/2): at a = 1
+    /// nearly that of the normal kernel, whose own has no elementary inverse, with the same tails.
+    fn draw(u: f64, kappa: f64, focus: f64, [a, b]: [f64; 2]) -> Draw<f64> {
+        let within = a.powf(2.0 / focus);
+        let exponent = -(-within).ln_1p();
+        let tangent = (2.0 * exponent / kappa).sqrt().copysign(b - 0.5);
+        let log_density = (0.5 * focus - 1.0) * within.ln() - exponent + 0.5 * exponent.ln();
+        Draw { point: u + tangent, tangent, exponent, log_density }
+    }
+
+    fn reflect(u: f64, draw: &Draw<f64>) -> Draw<f64> {
+        Draw { point: u - draw.tangent, tangent: -draw.tangent, ..*draw }
+    }
+
+    fn project(_: f64, v: f64) -> f64 {
+        v
+    }
+}
+
 /// The unit circle S¹, n = 1, in the ambient plane.
 #[derive(Clone, Copy, Debug)]
 pub struct Circle;
@@ -121,21 +158,21 @@ impl Domain for Circle {
     type Vector = DVec2;
     const CURVATURE: f64 = 1.0;
 
-    /// A wrapped Cauchy distribution of the von Mises kernel's width, σ = κ^−½ (at most 1), whose
-    /// distribution function has an inverse: tan(φ/2) = σ tan(π v/2). Best and Fisher (1979)
-    /// accept it with probability 0.65 to draw von Mises itself; as the density is divided out,
-    /// nothing is gained by rejecting. 1 − cos φ is carried instead of cos φ: at κ = 10¹² the latter
+    /// As on the [`Line`], with y = 8κ sin²(φ/4) in place of x = κ(1 − cos φ): alike near u, and
+    /// without a density that vanishes at the antipode. y ≤ 4κ, hence the distribution function
+    /// ((1 − e⁻ʸ)/(1 − e^−4κ))^(a/2). 1 − cos φ is carried instead of cos φ: at κ = 10¹² the latter
     /// would be rounding noise.
     fn draw(u: DVec2, kappa: f64, focus: f64, [a, b]: [f64; 2]) -> Draw<DVec2> {
-        let sigma = kappa.sqrt().recip().min(1.0);
-        let within = a.powf(1.0 / focus);
-        let tan = sigma * (0.5 * PI * within).tan();
-        let scale = 1.0 / (1.0 + tan * tan);
-        let versine = 2.0 * tan * tan * scale;
-        let tangent = (2.0 * tan * scale).copysign(b - 0.5) * u.perp();
-        let density = 1.0 / (scale * (sigma * sigma + tan * tan));
-        let log_density = (focus - 1.0) * within.ln() + density.ln();
+        let within = a.powf(2.0 / focus);
+        let y = -(within * (-4.0 * kappa).exp_m1()).ln_1p();
+        // sin²(φ/4) and sin²(φ/2)
+        let quarter = (y / (8.0 * kappa)).min(0.5);
+        let half = 4.0 * quarter * (1.0 - quarter);
+        let sine = 2.0 * half.sqrt() * (1.0 - 2.0 * quarter);
+        let tangent = sine.copysign(b - 0.5) * u.perp();
+        let log_density = (0.5 * focus - 1.0) * within.ln() - y + 0.5 * half.ln();
         // u cos φ = u − u (1 − cos φ)
+        let versine = 2.0 * half;
         Draw { point: u - versine * u + tangent, tangent, exponent: kappa * versine, log_density }
     }
 
@@ -180,6 +217,22 @@ mod tests {
                 assert!((mean - cosine).abs() < 0.01, "{focus} {kappa} {mean}");
             }
             assert!((kernel_mean::<Circle>(1e12, focus, |x| x) - 0.5).abs() < 0.01, "{focus}");
+        }
+    }
+
+    #[test]
+    fn draws_on_the_line_weighted_by_their_density_are_normal() {
+        for focus in [1.0, 0.5, 0.25] {
+            let mut rng = stream(3, &[]);
+            let (mut sum, mut mass) = (0.0, 0.0);
+            for _ in 0..400_000 {
+                let d = Line::draw(0.7, 9.0, focus, [open01(&mut rng), open01(&mut rng)]);
+                assert!((d.exponent - 4.5 * d.tangent * d.tangent).abs() <= 1e-14 * d.exponent);
+                let w = (-d.exponent - d.log_density).exp();
+                sum += w * (d.point - 0.7).powi(2);
+                mass += w;
+            }
+            assert!((sum / mass - 1.0 / 9.0).abs() < 2e-3, "{focus} {}", sum / mass);
         }
     }
 

@@ -9,7 +9,7 @@
 //! ω_i = w̃_i / Σ w̃_j,   w̃ = w/p,   ℓ = ∇_u ln w,   ℓ̄ = Σ ω_i ℓ_i,
 //! ```
 //!
-//! (Bangaru, Li and Durand 2020, section 4.3) where c = 0 in the plane and c = n on the circle
+//! (Bangaru, Li and Durand 2020, section 4.3) where c = 0 on the line and in the plane and c = n on the circle
 //! and the sphere, whose fields are projected to the tangent space at u. Both are linear in the
 //! V_i, so a [`Stencil`] keeps their coefficients: forward mode applies it, reverse mode applies
 //! its transpose, and every [`Debias`] scheme is one more linear combination.
@@ -24,7 +24,7 @@
 //!
 //! # Numbers
 //!
-//! Everything is computed from x = κ|u−u'|²/2 (plane) or κ(1 − u·u') (circle, sphere), for which
+//! Everything is computed from x = κ|u−u'|²/2 (line, plane) or κ(1 − u·u') (circle, sphere), for which
 //! D = eˣ − 1. With q = B e⁻ˣ + (1 − e⁻ˣ) one has D + B = eˣ q, hence
 //!
 //! ```text
@@ -44,6 +44,6 @@ mod stencil;
 pub use auxiliary::AuxiliaryPoints;
 pub use boundary::BoundaryFunction;
 pub use debias::Debias;
-pub use domain::{Circle, Domain, Draw, Plane, Vector};
+pub use domain::{Circle, Domain, Draw, Line, Plane, Vector};
 pub use field::{Field, WarpField};
 pub use stencil::{Stencil, Term, Warp, WarpError, Weighting};

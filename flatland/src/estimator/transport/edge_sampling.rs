@@ -1,0 +1,163 @@
+//! Monte Carlo edge sampling along paths (Li, Aittala, Durand and Lehtinen 2018). In one dimension the
+//! edges are points, the vertices of the world.
+
+use super::driver::{self, LinearMethod, Streams, View};
+use super::sweep::{EdgePicker, Sweep, first_ray};
+use super::warped_area::Kernels;
+use super::{Gradient, GradientImage, Method, PathError};
+use crate::random::{Stream, open01};
+use crate::transport::fields::{Construction, Jump, jumps_on_film};
+use crate::transport::{Camera, Change, Covector, Origin, Paths, Terms, World, both_sides};
+
+/// Interior by path tracing, jumps by sampling one vertex for the film and one at every surface, with
+/// what is seen on both sides of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EdgeSampling {
+    /// Paths a pixel.
+    pub samples: usize,
+    /// How paths end.
+    pub paths: Paths,
+    /// How a vertex is picked at a surface.
+    pub choice: EdgeChoice,
+    /// Seed.
+    pub seed: u64,
+}
+
+/// How a vertex is picked at a surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EdgeChoice {
+    /// All alike.
+    Uniform,
+    /// By f cos φ/r towards it, which takes a look at every vertex.
+    #[default]
+    Importance,
+}
+
+impl Default for EdgeSampling {
+    fn default() -> Self {
+        Self { samples: 64, paths: Paths::default(), choice: EdgeChoice::default(), seed: 0 }
+    }
+}
+
+impl Method for EdgeSampling {
+    fn name(&self) -> &'static str {
+        "edge sampling"
+    }
+
+    fn forward(&self, world: &World, camera: &Camera, change: &Change) -> Result<GradientImage, PathError> {
+        driver::forward(self, world, camera, change)
+    }
+
+    fn reverse(&self, world: &World, camera: &Camera, adjoint: &[f64]) -> Result<Gradient, PathError> {
+        driver::reverse(self, world, camera, adjoint)
+    }
+}
+
+/// A pixel with the jumps under its filter.
+pub(super) struct Pixel {
+    index: usize,
+    jumps: Vec<Jump>,
+}
+
+impl LinearMethod for EdgeSampling {
+    type Pixel = Pixel;
+
+    fn samples(&self) -> usize {
+        self.samples
+    }
+
+    fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    fn check(&self) -> Result<(), PathError> {
+        Ok(())
+    }
+
+    fn pixel(&self, view: &View<'_>, pixel: usize) -> Pixel {
+        let mut jumps = if view.wanted.geometry { jumps_on_film(view.world, view.camera) } else { vec![] };
+        let film = view.camera.film;
+        jumps.retain(|j| film.filter_value(pixel, j.at) > 0.0);
+        Pixel { index: pixel, jumps }
+    }
+
+    fn sample(
+        &self,
+        view: &View<'_>,
+        pixel: &Pixel,
+        streams: &mut Streams,
+        covectors: &mut Vec<Covector>,
+    ) -> u64 {
+        let View { world, camera, wanted } = *view;
+        let sample = camera.film.sample(pixel.index, &mut streams.path);
+        let origin = Origin::free(camera.position);
+        let path = self.paths.trace(world, origin, camera.direction(sample.u), wanted, &mut streams.path);
+        let mut sweep = Sweep {
+            world,
+            construction: &Construction::Still,
+            kernels: &Kernels::default(),
+            edges: Some(EdgePicker { paths: self.paths, choice: self.choice }),
+            fault: None,
+            geometry: wanted.geometry,
+            rng: &mut streams.auxiliary,
+            covectors,
+            rays: path.rays,
+        };
+        let arrival = sweep.path(&path, sample.value);
+        if wanted.geometry {
+            if let Some(first) = path.vertices.first() {
+                first_ray(&mut sweep, camera, sample.u, first, arrival);
+            }
+            let rays = self.primary(view, pixel, sweep.rng, sweep.covectors);
+            sweep.rays += rays;
+        }
+        sweep.rays
+    }
+}
+
+impl EdgeSampling {
+    /// h(u) (L⁻ − L⁺) u̇ at one of the jumps under the pixel's filter.
+    fn primary(
+        &self,
+        view: &View<'_>,
+        pixel: &Pixel,
+        rng: &mut Stream,
+        covectors: &mut Vec<Covector>,
+    ) -> u64 {
+        let count = pixel.jumps.len();
+        if count == 0 {
+            return 0;
+        }
+        let jump = &pixel.jumps[((open01(rng) * count as f64) as usize).min(count - 1)];
+        let origin = Origin::free(view.camera.position);
+        let Some((difference, rays)) = jump_radiance(view.world, &self.paths, origin, jump.vertex, rng)
+        else {
+            return 0;
+        };
+        let weight = count as f64 * view.camera.film.filter_value(pixel.index, jump.at) * difference;
+        let point = crate::plane::MaterialPoint::vertex(jump.vertex);
+        covectors.push(Covector::Point(point, Terms { primary: weight * jump.rate, ..Terms::default() }));
+        let mut primary = crate::transport::CameraChange::default();
+        primary.add(weight, &jump.camera);
+        covectors.push(Covector::Camera(Terms { primary, ..Terms::default() }));
+        rays
+    }
+}
+
+/// L⁻ − L⁺ across the direction of a vertex: an unbiased estimate; `None` if it is hidden.
+pub(super) fn jump_radiance(
+    world: &World,
+    paths: &Paths,
+    origin: Origin,
+    vertex: usize,
+    rng: &mut Stream,
+) -> Option<(f64, u64)> {
+    let direction = (world.vertex(vertex) - origin.point).normalize();
+    let sides = both_sides(world, origin, vertex)?;
+    let [before, after] = sides.map(|seen| {
+        let path = paths.follow(world, seen, direction, Default::default(), rng);
+        (path.radiance(world), path.rays)
+    });
+    // One more ray found out that the vertex is visible.
+    Some((before.0 - after.0, before.1 + after.1 + 1))
+}

@@ -1,0 +1,134 @@
+//! All methods against each other, from the simplest world on. The statistics over many worlds, against
+//! exact values, are elsewhere.
+
+use glam::DVec2;
+
+use super::*;
+use crate::plane::Filter;
+use crate::transport::fields::Construction;
+use crate::transport::{CameraChange, Film, Material, MaterialChange, Paths, Shape};
+
+fn p(x: f64, y: f64) -> DVec2 {
+    DVec2::new(x, y)
+}
+
+fn camera(filter: Filter) -> Camera {
+    let film = Film { pixels: 3, filter };
+    Camera { position: p(0.2, 2.0), angle: -1.4, field_of_view: 0.9, film }
+}
+
+/// A floor, a light above it, and perhaps something between.
+fn world(floor: Material, occluder: bool) -> World {
+    let mut shapes = vec![
+        Shape::open([p(-6.0, 0.1), p(6.0, -0.2)], floor),
+        Shape::open([p(-2.5, 2.6), p(-1.0, 3.0)], Material::emitter(3.0)),
+    ];
+    if occluder {
+        let corners = [p(-1.6, 1.2), p(-0.7, 1.3), p(-0.9, 1.6)];
+        shapes.push(Shape::closed(corners, Material::diffuse(0.6).with_emission(0.2)));
+    }
+    World::new(0.3, shapes).expect("a world")
+}
+
+fn glossy() -> Material {
+    Material { reflectance: 0.1, ..Material::glossy(0.7, 0.15) }
+}
+
+fn changes(world: &World) -> Vec<Change> {
+    let camera = |camera| Change::of_camera(world, camera);
+    let last = world.shapes().len() - 1;
+    let mut material = Change::none(world);
+    material.materials[0] =
+        MaterialChange { reflectance: 1.0, gloss_strength: 0.4, gloss_width: 0.1, emission: 0.0 };
+    material.materials[1].emission = 0.5;
+    material.environment = 0.7;
+    vec![
+        Change::translate(world, [0], p(0.3, 1.0)),
+        Change::rotate(world, [0], p(0.0, 0.0)),
+        Change::translate(world, [1], p(1.0, 0.4)),
+        Change::rotate(world, [last], p(0.0, 1.0)),
+        camera(CameraChange { position: p(1.0, 0.5), ..CameraChange::default() }),
+        camera(CameraChange { angle: 1.0, field_of_view: 0.5, ..CameraChange::default() }),
+        material,
+    ]
+}
+
+/// Edge sampling, which shares the interior term and nothing else, and the area estimators.
+#[test]
+fn edges_and_areas_agree() {
+    for (floor, occluder, bounces) in [
+        (Material::diffuse(0.8), false, 1),
+        (glossy(), false, 1),
+        (Material::diffuse(0.8), true, 1),
+        (glossy(), true, 3),
+    ] {
+        let world = world(floor, occluder);
+        let paths = Paths { bounces, ..Paths::default() };
+        for change in changes(&world) {
+            let camera = camera(if bounces == 1 { Filter::Tent } else { Filter::Box });
+            let run = |m: &dyn Method| m.forward(&world, &camera, &change).expect("valid");
+            let edges = run(&EdgeSampling { samples: 2000, paths, ..EdgeSampling::default() });
+            let warped = WarpedArea { samples: 1000, paths, ..WarpedArea::default() };
+            for construction in [Construction::default(), Construction::Harmonic] {
+                let areas = run(&WarpedArea { construction, ..warped });
+                for pixel in 0..3 {
+                    let error = edges.standard_error[pixel].hypot(areas.standard_error[pixel]);
+                    let z = (edges.total()[pixel] - areas.total()[pixel]) / error.max(1e-12);
+                    // 168 comparisons.
+                    assert!(z.abs() < 5.5, "{construction:?} {change:?} {pixel}: {z}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_primal_is_the_same_with_and_without_a_gradient() {
+    // A change of nothing but the environment's radiance by itself: the derivative is what of the
+    // image is due to it, and in a world without emitters that is the image.
+    let shapes = vec![
+        Shape::open([p(-6.0, 0.1), p(6.0, -0.2)], glossy()),
+        Shape::closed([p(-1.6, 1.2), p(-0.7, 1.3), p(-0.9, 1.6)], Material::diffuse(0.6)),
+    ];
+    let world = World::new(1.0, shapes).expect("a world");
+    let paths = Paths { bounces: 3, ..Paths::default() };
+    let image = paths.image(&world, &camera(Filter::Tent), 50, 3);
+    let change = Change { environment: 1.0, ..Change::none(&world) };
+    let method = WarpedArea { samples: 50, paths, seed: 3, ..WarpedArea::default() };
+    let gradient = method.forward(&world, &camera(Filter::Tent), &change).expect("valid");
+    for ([mean, _], total) in image.iter().zip(gradient.total()) {
+        assert!((mean - total).abs() < 1e-13 * mean, "{mean} {total}");
+    }
+}
+
+#[test]
+fn appearance_traces_no_auxiliary_ray() {
+    let world = world(glossy(), true);
+    let changes = changes(&world);
+    let rays = |change| {
+        let method = WarpedArea { samples: 10, ..WarpedArea::default() };
+        method.forward(&world, &camera(Filter::Tent), change).expect("valid").rays
+    };
+    assert!(rays(&changes[6]) < 10 * 3 * 4);
+    assert!(rays(&changes[0]) > 10 * 3 * 8);
+}
+
+#[test]
+fn bad_parameters_are_named() {
+    let world = world(glossy(), false);
+    let (camera, change) = (camera(Filter::Box), Change::none(&world));
+    let run = |m: WarpedArea| m.forward(&world, &camera, &change).expect_err("bad");
+    let good = WarpedArea::default();
+    assert_eq!(run(WarpedArea { samples: 0, ..good }), PathError::NoSamples);
+    let construction = Construction::Followed { candidates: 0 };
+    assert_eq!(run(WarpedArea { construction, ..good }), PathError::NoCandidates);
+    let kernels = Kernels { surface: f64::NAN, ..Kernels::default() };
+    assert!(matches!(run(WarpedArea { kernels, ..good }), PathError::Warp(_)));
+    let wide = Camera { field_of_view: 4.0, ..camera };
+    assert!(matches!(good.forward(&world, &wide, &change), Err(PathError::Camera(_))));
+    let other = Change { vertices: vec![], ..change.clone() };
+    assert!(matches!(good.forward(&world, &camera, &other), Err(PathError::Change(_))));
+    assert!(matches!(good.reverse(&world, &camera, &[1.0]), Err(PathError::AdjointSize { .. })));
+    let difference = FiniteDifference { step: 0.0, ..FiniteDifference::default() };
+    assert_eq!(difference.forward(&world, &camera, &change), Err(PathError::Step { step: 0.0 }));
+}

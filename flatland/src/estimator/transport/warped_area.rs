@@ -1,0 +1,228 @@
+//! Warped-area sampling along paths (Bangaru, Li and Durand 2020), with any construction of the field.
+
+use super::driver::{self, CONTROL, LinearMethod, Streams, View};
+use super::sweep::{Sweep, first_ray, scatter_field};
+use super::{Gradient, GradientImage, Method, PathError};
+use crate::plane::Filter;
+use crate::random::stream;
+use crate::transport::fields::Construction;
+use crate::transport::{Camera, CameraChange, Change, Covector, Material, Origin, Paths, Terms, World};
+use crate::warp::WarpError;
+
+/// A warp at every bounce: on the film, and on the circle of directions at every surface, for
+/// directions drawn by the scattering function as well as for those towards emitters.
+///
+/// The light of each emitting segment and the light that is scattered towards a surface are integrals
+/// of their own, with kernels of their own. Both strategies of multiple importance sampling see the
+/// same field for the same integral: their weights are not differentiated, and would have to be if it
+/// were not the same.
+///
+/// Unbiased if the construction is [`Construction::Auxiliary`] with a debiased warp or
+/// [`Construction::Harmonic`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WarpedArea {
+    /// Paths a pixel.
+    pub samples: usize,
+    /// How paths end.
+    pub paths: Paths,
+    /// How the warp field is constructed.
+    pub construction: Construction,
+    /// The concentrations of the auxiliary kernels.
+    pub kernels: Kernels,
+    /// A mistake to make, for tests that must notice it.
+    pub fault: Option<Fault>,
+    /// Seed.
+    pub seed: u64,
+}
+
+/// A mistake that makes the gradient wrong, as a negative control.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// No warp of the directions at this surface of the path and at all after it; 0 is the first.
+    NoWarpFrom {
+        /// The surface.
+        surface: usize,
+    },
+    /// The densities of directions are differentiated along with the integrand.
+    AttachedDensity,
+}
+
+/// How the concentration κ of an auxiliary kernel follows from the place. A kernel wider than what is
+/// between two jumps resolves them slowly; one much narrower makes V steep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kernels {
+    /// On the film, in 1/pixel².
+    pub film: f64,
+    /// The least κ at a surface: kernels of κ^−½ radians.
+    pub surface: f64,
+    /// How many kernel widths a lobe's width or an emitter's subtended angle holds at least.
+    pub relative: f64,
+}
+
+impl Default for Kernels {
+    fn default() -> Self {
+        Self { film: 44.0, surface: 20.0, relative: 2.0 }
+    }
+}
+
+impl Kernels {
+    /// κ at a surface, for the light of an emitter that subtends an angle or for scattered light.
+    pub(super) fn surface(&self, material: &Material, subtended: Option<f64>) -> f64 {
+        let lobe = material.gloss.filter(|g| g.strength > 0.0).map_or(f64::INFINITY, |g| g.width);
+        let width = lobe.min(subtended.unwrap_or(f64::INFINITY));
+        // Directions are no finer than rounding.
+        (self.relative / width.max(f64::EPSILON)).powi(2).max(self.surface)
+    }
+}
+
+impl Default for WarpedArea {
+    fn default() -> Self {
+        Self {
+            samples: 64,
+            paths: Paths::default(),
+            construction: Construction::default(),
+            kernels: Kernels::default(),
+            fault: None,
+            seed: 0,
+        }
+    }
+}
+
+impl Method for WarpedArea {
+    fn name(&self) -> &'static str {
+        match self.construction {
+            Construction::Auxiliary(_) => "warped area",
+            Construction::Harmonic => "harmonic field",
+            Construction::Direct => "direct field",
+            Construction::Followed { .. } => "rotation",
+            Construction::Still => "interior only",
+        }
+    }
+
+    fn forward(&self, world: &World, camera: &Camera, change: &Change) -> Result<GradientImage, PathError> {
+        driver::forward(self, world, camera, change)
+    }
+
+    fn reverse(&self, world: &World, camera: &Camera, adjoint: &[f64]) -> Result<Gradient, PathError> {
+        driver::reverse(self, world, camera, adjoint)
+    }
+}
+
+/// A pixel, and the mean radiance over it as a control variate: ∫ ∇·(V h) du = 0.
+pub(super) struct Pixel {
+    index: usize,
+    control: f64,
+}
+
+/// Fixed film points of the control variate.
+const CONTROLS: usize = 8;
+
+impl LinearMethod for WarpedArea {
+    type Pixel = Pixel;
+
+    fn samples(&self) -> usize {
+        self.samples
+    }
+
+    fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    fn check(&self) -> Result<(), PathError> {
+        let Kernels { film, surface, relative } = self.kernels;
+        for kappa in [film, surface, relative] {
+            match &self.construction {
+                Construction::Auxiliary(warp) => warp.check(kappa)?,
+                Construction::Followed { candidates: 0 } => return Err(PathError::NoCandidates),
+                _ if !(kappa > 0.0 && kappa.is_finite()) => return Err(WarpError::Kappa { kappa }.into()),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn pixel(&self, view: &View<'_>, pixel: usize) -> Pixel {
+        let film = view.camera.film;
+        let mut sum = 0.0;
+        if view.wanted.geometry {
+            for i in 0..CONTROLS {
+                // Any constant would do that does not depend on the samples.
+                let mut rng = stream(self.seed, &[pixel as u64, i as u64, CONTROL]);
+                let offset = (i as f64 + 0.5) / CONTROLS as f64 - 0.5;
+                let u = film.centre(pixel) + film.filter.radius() * offset;
+                let direction = view.camera.direction(u);
+                let origin = Origin::free(view.camera.position);
+                sum += self.paths.radiance(view.world, origin, direction, &mut rng).0;
+            }
+        }
+        Pixel { index: pixel, control: sum / CONTROLS as f64 }
+    }
+
+    fn sample(
+        &self,
+        view: &View<'_>,
+        pixel: &Pixel,
+        streams: &mut Streams,
+        covectors: &mut Vec<Covector>,
+    ) -> u64 {
+        let View { world, camera, wanted } = *view;
+        let sample = camera.film.sample(pixel.index, &mut streams.path);
+        let origin = Origin::free(camera.position);
+        let path = self.paths.trace(world, origin, camera.direction(sample.u), wanted, &mut streams.path);
+        let mut sweep = Sweep {
+            world,
+            construction: &self.construction,
+            kernels: &self.kernels,
+            edges: None,
+            fault: self.fault,
+            geometry: wanted.geometry,
+            rng: &mut streams.auxiliary,
+            covectors,
+            rays: path.rays,
+        };
+        let arrival = sweep.path(&path, sample.value);
+        if wanted.geometry {
+            let per_u =
+                path.vertices.first().map_or(0.0, |v| first_ray(&mut sweep, camera, sample.u, v, arrival));
+            let excess = path.radiance(world) - pixel.control;
+            let (a, b) = (per_u + sample.slope * excess, sample.value * excess);
+            self.film_field(&mut sweep, camera, sample.u, a, b);
+            if camera.film.filter == Filter::Box {
+                self.pixel_end(&mut sweep, view, pixel, &mut streams.pixel_end);
+            }
+        }
+        sweep.rays
+    }
+}
+
+impl WarpedArea {
+    /// Emits the covectors of a V + b ∇·V on the film, the primary term.
+    fn film_field(&self, sweep: &mut Sweep<'_, '_>, camera: &Camera, u: f64, a: f64, b: f64) {
+        let field = self.construction.over_film(sweep.world, camera, u, self.kernels.film, sweep.rng);
+        sweep.rays += field.rays;
+        let origin = scatter_field(&field, a, b, |point, primary| {
+            sweep.covectors.push(Covector::Point(point, Terms { primary, ..Terms::default() }));
+        });
+        let mut primary = CameraChange { position: -origin, ..CameraChange::default() };
+        primary.add(a, &field.camera[0]);
+        primary.add(b, &field.camera[1]);
+        sweep.covectors.push(Covector::Camera(Terms { primary, ..Terms::default() }));
+    }
+
+    /// The box filter jumps at the fixed ends of its pixel: the flux f V through one of them, chosen at
+    /// random, is subtracted (Bangaru et al. 2022).
+    fn pixel_end(
+        &self,
+        sweep: &mut Sweep<'_, '_>,
+        view: &View<'_>,
+        pixel: &Pixel,
+        rng: &mut crate::random::Stream,
+    ) {
+        let outward = if crate::random::open01(rng) < 0.5 { -1.0 } else { 1.0 };
+        let u = view.camera.film.centre(pixel.index) + 0.5 * outward;
+        let origin = Origin::free(view.camera.position);
+        let (value, rays) = self.paths.radiance(view.world, origin, view.camera.direction(u), rng);
+        sweep.rays += rays;
+        self.film_field(sweep, view.camera, u, -2.0 * outward * (value - pixel.control), 0.0);
+    }
+}

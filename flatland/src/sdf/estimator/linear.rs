@@ -1,0 +1,150 @@
+//! What all estimators share: samples of pixels, their means, and reverse mode.
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use super::Estimate;
+use crate::random::{Stream, open01, stream};
+use crate::sdf::AngularFilm;
+
+/// Batches from which reverse mode takes its standard error.
+const BATCHES: usize = 16;
+
+/// A direction within a pixel's support, drawn uniformly: h and h′ over the density are bounded.
+pub(super) struct PixelSample {
+    pub(super) direction: DVec2,
+    /// h/p.
+    pub(super) value: f64,
+    /// h′/p.
+    pub(super) slope: f64,
+}
+
+impl PixelSample {
+    pub(super) fn draw(film: &AngularFilm, pixel: usize, rng: &mut Stream) -> Self {
+        let offset = film.radius() * (2.0 * open01(rng) - 1.0);
+        let width = 2.0 * film.radius();
+        Self {
+            direction: DVec2::from_angle(film.centre(pixel) + offset),
+            value: width * film.value(offset),
+            slope: width * film.slope(offset),
+        }
+    }
+}
+
+/// One sample of one pixel.
+pub(super) struct Sampled {
+    pub(super) value: f64,
+    pub(super) rays: u64,
+    pub(super) out_of_steps: bool,
+}
+
+/// What one sample cost, in reverse mode.
+pub(super) struct Spent {
+    pub(super) rays: u64,
+    pub(super) out_of_steps: bool,
+}
+
+/// Σx and Σx² with what they cost.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    count: u64,
+    mean: f64,
+    /// Σ (x − mean)² (Welford 1962).
+    squares: f64,
+    rays: u64,
+    non_finite: u64,
+    out_of_steps: u64,
+}
+
+impl Sums {
+    fn push(&mut self, x: f64) {
+        self.count += 1;
+        let before = x - self.mean;
+        self.mean += before / self.count as f64;
+        self.squares += before * (x - self.mean);
+    }
+
+    fn standard_error(&self) -> f64 {
+        let n = self.count as f64;
+        (self.squares / (n * (n - 1.0))).sqrt()
+    }
+}
+
+fn sample_stream(seed: u64, pixel: usize, sample: usize) -> Stream {
+    stream(seed, &[pixel as u64, sample as u64])
+}
+
+/// The mean of `samples` samples of every pixel.
+pub(super) fn forward(
+    film: &AngularFilm,
+    samples: usize,
+    seed: u64,
+    sample: impl Fn(usize, &mut Stream) -> Sampled + Sync,
+) -> Estimate {
+    let of_pixel = |pixel: usize| {
+        let mut sums = Sums::default();
+        for index in 0..samples {
+            let found = sample(pixel, &mut sample_stream(seed, pixel, index));
+            sums.push(if found.value.is_finite() { found.value } else { 0.0 });
+            sums.rays += found.rays;
+            sums.non_finite += u64::from(!found.value.is_finite());
+            sums.out_of_steps += u64::from(found.out_of_steps);
+        }
+        sums
+    };
+    let sums: Vec<Sums> = (0..film.count()).into_par_iter().map(of_pixel).collect();
+    Estimate {
+        mean: sums.iter().map(|s| s.mean).collect(),
+        standard_error: sums.iter().map(Sums::standard_error).collect(),
+        rays: sums.iter().map(|s| s.rays).sum(),
+        non_finite: sums.iter().map(|s| s.non_finite).sum(),
+        out_of_steps: sums.iter().map(|s| s.out_of_steps).sum(),
+    }
+}
+
+/// The gradient of Σ_p adjoint_p I_p, from the same samples: `scatter` adds a sample of a pixel, times
+/// its adjoint, to the gradient of its parameters.
+pub(super) fn reverse(
+    samples: usize,
+    seed: u64,
+    (adjoint, parameters): (&[f64], usize),
+    scatter: impl Fn(usize, f64, &mut Stream, &mut [f64]) -> Spent + Sync,
+) -> Estimate {
+    let batches = BATCHES.min(samples);
+    let of_batch = |batch: usize| {
+        let (mut total, mut one) = (vec![0.0; parameters], vec![0.0; parameters]);
+        let mut sums = Sums::default();
+        for (pixel, &delta) in adjoint.iter().enumerate() {
+            for index in (batch..samples).step_by(batches) {
+                one.fill(0.0);
+                let mut rng = sample_stream(seed, pixel, index);
+                let spent = scatter(pixel, delta, &mut rng, &mut one);
+                sums.rays += spent.rays;
+                sums.out_of_steps += u64::from(spent.out_of_steps);
+                if one.iter().all(|g| g.is_finite()) {
+                    total.iter_mut().zip(&one).for_each(|(t, g)| *t += g);
+                } else {
+                    sums.non_finite += 1;
+                }
+            }
+        }
+        (total, sums)
+    };
+    let found: Vec<(Vec<f64>, Sums)> = (0..batches).into_par_iter().map(of_batch).collect();
+    // Of the samples a batch has: (samples − batch) over the stride, rounded up.
+    let size = |batch: usize| (samples - batch).div_ceil(batches) as f64;
+    let of_parameter = |parameter: usize| {
+        let mut spread = Sums::default();
+        found.iter().enumerate().for_each(|(b, (total, _))| spread.push(total[parameter] / size(b)));
+        let mean = found.iter().map(|(total, _)| total[parameter]).sum::<f64>() / samples as f64;
+        (mean, spread.standard_error())
+    };
+    let (mean, standard_error) = (0..parameters).map(of_parameter).unzip();
+    Estimate {
+        mean,
+        standard_error,
+        rays: found.iter().map(|(_, s)| s.rays).sum(),
+        non_finite: found.iter().map(|(_, s)| s.non_finite).sum(),
+        out_of_steps: found.iter().map(|(_, s)| s.out_of_steps).sum(),
+    }
+}

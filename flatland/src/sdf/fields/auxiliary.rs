@@ -1,0 +1,85 @@
+//! The boundary-aware mean over auxiliary rays, on an implicit shape.
+
+use super::form::{FieldForm, Tap};
+use super::{FieldError, TracedField};
+use crate::random::Stream;
+use crate::sdf::distance::LevelSetVelocity;
+use crate::sdf::tracer::{TracePoint, View};
+use crate::warp::{Domain, Vector, Warp};
+
+/// What stands for the distance from an auxiliary hit to the silhouette, in radians: a function of
+/// the hit alone. n is the unit normal.
+///
+/// All of them vanish where the surface turns away from the eye smoothly. A silhouette that is a
+/// *corner* (a polygon, a box without rounding) is approached with n·ω far from 0 on the occluder's
+/// side: none of them can see it, B stays at 1, and the field misses part of its velocity like a
+/// Gaussian one. Round such corners.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SilhouetteDistance {
+    /// |n·ω| ~ s^½: the boundary function's order p is halved.
+    Grazing,
+    /// (n·ω)² ~ s, in units that depend on curvature and distance.
+    GrazingSquared,
+    /// (n·ω)²/(2kt), with the surface's curvature k = ω·Hω/|∇φ| along the ray: s itself to first
+    /// order, whatever the scale. Infinite where the surface is not convex along the ray.
+    #[default]
+    Curvature,
+}
+
+impl SilhouetteDistance {
+    /// The distance, from the gradient and ω·Hω at the hit.
+    fn of<V: Vector>(self, hit: &TracePoint<V>, direction: V, hessian: impl Fn() -> V) -> f64 {
+        let gradient = hit.jet.gradient;
+        let length = gradient.dot(gradient).sqrt();
+        let cosine = (gradient.dot(direction) / length).abs();
+        match self {
+            Self::Grazing => cosine,
+            Self::GrazingSquared => cosine * cosine,
+            Self::Curvature => {
+                let curvature = hessian().dot(direction) / length;
+                if curvature > 0.0 { cosine * cosine / (2.0 * curvature * hit.t) } else { f64::INFINITY }
+            }
+        }
+    }
+}
+
+/// V = P_ω Σ Ω_i V_i over auxiliary rays, with V_i = P G(x_i)/t_i at their hits (Bangaru, Li and
+/// Durand 2020, on implicit shapes).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AuxiliaryField {
+    /// The weight and the number of rays.
+    pub warp: Warp,
+    /// The kernel's concentration, in radians⁻².
+    pub kappa: f64,
+    /// What B is a function of.
+    pub distance: SilhouetteDistance,
+}
+
+impl<D: Domain> TracedField<D> for AuxiliaryField {
+    fn form(&self, view: &View<'_, D::Vector>, direction: D::Vector, rng: &mut Stream) -> FieldForm<D> {
+        let stencil = self.warp.stencil::<D, _>(direction, self.kappa, rng, |omega| {
+            let trace = view.trace(omega);
+            let hit = trace.hit().copied();
+            let hessian = |hit: &TracePoint<_>| view.sdf.hessian_times(hit.position, omega);
+            let distance = hit.map_or(f64::INFINITY, |h| self.distance.of(&h, omega, || hessian(&h)));
+            (hit.map(|hit| (omega, hit)), distance)
+        });
+        let rays = stencil.terms().len() as u64;
+        let taps = stencil.terms().iter().filter_map(|term| {
+            let (omega, hit) = term.hit?;
+            // V_i = φ̇ times this.
+            let velocity = D::project(omega, LevelSetVelocity::new(hit.jet.gradient).e) * (1.0 / hit.t);
+            Some(Tap {
+                point: hit.position,
+                value: velocity * term.weight,
+                slope: term.divergence.dot(velocity),
+                gradient: D::Vector::ZERO,
+            })
+        });
+        FieldForm::new(direction, taps.collect(), rays)
+    }
+
+    fn check(&self) -> Result<(), FieldError> {
+        Ok(self.warp.check(self.kappa)?)
+    }
+}

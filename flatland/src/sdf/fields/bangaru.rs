@@ -1,0 +1,139 @@
+//! The mean of geometry derivatives over the points of a ray (Bangaru et al. 2022).
+
+use super::form::{FieldForm, Scalar, Tap};
+use super::mean::{magnitude, normalise, slope_along};
+use super::{FieldError, TracedField, check};
+use crate::random::Stream;
+use crate::sdf::tracer::{Trace, TracePoint, View};
+use crate::warp::{Domain, Vector};
+
+/// V(ω) = P_ω Σ ℓ_i w_i G(x_i)/t_i / Σ ℓ_i w_i over the points of the primary ray itself, with
+///
+/// ```text
+/// w_i = S_i^−γ − S_(k)^−γ (at least 0),   S = |φ| + λ |∇φ·ω|
+/// ```
+///
+/// (Bangaru et al. 2022, "Differentiable Rendering of Neural SDFs through Reparameterization",
+/// section 4), where S_(k) is the k-th smallest. Near a smooth silhouette of curvature 1/r passed at
+/// the offset δ, S ≈ δ + λ|s|/r at the distance s along the ray, so that the mean is taken over
+/// |s| ~ δr/λ, and as G changes by s/r over it,
+///
+/// ```text
+/// |V − v| ~ δ for γ > 2,   δ log(1/δ) for γ = 2,   δ^{γ−1} for 1 < γ < 2
+/// ```
+///
+/// outside. Inside, where the ray ends at the surface with |∇φ·ω| ~ √δ, the square roots of these: the
+/// variance of ∇·V diverges logarithmically there. At corners, where ∇φ turns within a distance δ, the
+/// weights stay bounded: see [the module](super).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BangaruField {
+    /// γ; 3 is the paper's choice, 6 and more are unstable.
+    pub gamma: f64,
+    /// λ, about 0.1. Smaller ones average over longer pieces of the ray.
+    pub lambda: f64,
+    /// k: how many points take part, those with the smallest S; `None` for all. The k-th weight is
+    /// subtracted so that points come and go with weight 0.
+    pub keep: Option<usize>,
+}
+
+impl Default for BangaruField {
+    fn default() -> Self {
+        Self { gamma: 3.0, lambda: 0.1, keep: None }
+    }
+}
+
+impl BangaruField {
+    /// The points that take part and their normalised weights ℓ_i w_i / Σ ℓ_j w_j: what the field is
+    /// the mean of. The eye itself, where G/t has no limit, takes no part.
+    #[must_use]
+    pub fn weights<D: Domain>(&self, view: &View<'_, D::Vector>, trace: &Trace<D::Vector>) -> Vec<f64> {
+        self.scalars::<D>(view, trace).into_iter().map(|w| w.value).collect()
+    }
+
+    /// As [`weights`](Self::weights), one for each point of the trace but the first.
+    fn scalars<D: Domain>(
+        &self,
+        view: &View<'_, D::Vector>,
+        trace: &Trace<D::Vector>,
+    ) -> Vec<Scalar<D::Vector>> {
+        let points = trace.points.get(1..).unwrap_or_default();
+        let distances: Vec<_> = points.iter().map(|p| self.distance::<D>(view, trace.direction, p)).collect();
+        let least = distances.iter().map(|s| s.value).fold(f64::INFINITY, f64::min);
+        let kept = self.threshold(&distances).map(|s| self.power(s, least));
+        let mut weights: Vec<_> = points
+            .iter()
+            .zip(&distances)
+            .map(|(point, &s)| step_weight(point, self.power(s, least), kept))
+            .collect();
+        normalise(&mut weights);
+        weights
+    }
+
+    /// S. Never 0, so that its power stays finite relative to the smallest.
+    fn distance<D: Domain>(
+        &self,
+        view: &View<'_, D::Vector>,
+        direction: D::Vector,
+        point: &TracePoint<D::Vector>,
+    ) -> Scalar<D::Vector> {
+        let near = magnitude(Scalar { value: point.jet.value, gradient: point.phi_gradient });
+        let grazing = magnitude(slope_along::<D>(view, direction, point));
+        Scalar {
+            value: (near.value + self.lambda * grazing.value).max(f64::MIN_POSITIVE),
+            gradient: near.gradient + grazing.gradient * self.lambda,
+        }
+    }
+
+    /// (S/S_min)^−γ. That S_min depends on ω too cancels in the quotient.
+    fn power<V: Vector>(&self, s: Scalar<V>, least: f64) -> Scalar<V> {
+        let value = (s.value / least).powf(-self.gamma);
+        Scalar { value, gradient: s.gradient * (-self.gamma * value / s.value) }
+    }
+
+    /// S_(k), if there are that many points.
+    fn threshold<V: Vector>(&self, distances: &[Scalar<V>]) -> Option<Scalar<V>> {
+        let rank = self.keep?.checked_sub(1)?;
+        let mut order: Vec<usize> = (0..distances.len()).collect();
+        order.sort_by(|&a, &b| distances[a].value.total_cmp(&distances[b].value));
+        order.get(rank).map(|&index| distances[index])
+    }
+
+    /// The form over a ray that is traced already.
+    #[must_use]
+    pub fn form_of<D: Domain>(&self, view: &View<'_, D::Vector>, trace: &Trace<D::Vector>) -> FieldForm<D> {
+        let weights = self.scalars::<D>(view, trace);
+        let taps = trace.points.iter().skip(1).zip(weights).filter(|(_, w)| w.value > 0.0);
+        let taps = taps.map(|(point, weight)| {
+            let t = Scalar { value: point.t, gradient: point.t_gradient };
+            Tap::new::<D>(view, trace.direction, t, weight)
+        });
+        FieldForm::new(trace.direction, taps.collect(), 1)
+    }
+}
+
+/// |ℓ| (w − w_(k))₊
+fn step_weight<V: Vector>(point: &TracePoint<V>, power: Scalar<V>, kept: Option<Scalar<V>>) -> Scalar<V> {
+    let kept = kept.unwrap_or(Scalar::constant(0.0));
+    let excess = power.value - kept.value;
+    if excess <= 0.0 {
+        return Scalar::constant(0.0);
+    }
+    let step = magnitude(Scalar { value: point.step, gradient: point.step_gradient });
+    Scalar {
+        value: step.value * excess,
+        gradient: step.gradient * excess + (power.gradient - kept.gradient) * step.value,
+    }
+}
+
+impl<D: Domain> TracedField<D> for BangaruField {
+    fn form(&self, view: &View<'_, D::Vector>, direction: D::Vector, _: &mut Stream) -> FieldForm<D> {
+        self.form_of(view, &view.trace(direction))
+    }
+
+    fn check(&self) -> Result<(), FieldError> {
+        check("γ", self.gamma, "positive and finite", self.gamma > 0.0)?;
+        check("λ", self.lambda, "finite and not negative", self.lambda >= 0.0)?;
+        let keep = self.keep.unwrap_or(2);
+        check("k", keep as f64, "at least 2", keep >= 2)
+    }
+}

@@ -1,0 +1,28 @@
+//! "Attempt 1": the velocity of what is seen.
+
+use super::form::{FieldForm, Scalar, Tap};
+use super::{FieldError, TracedField};
+use crate::random::Stream;
+use crate::sdf::tracer::View;
+use crate::warp::{Domain, Vector};
+
+/// V = P_ω G(x)/t at the hit x, and 0 on a miss. It jumps at silhouettes: a negative control.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DirectField;
+
+impl<D: Domain> TracedField<D> for DirectField {
+    fn form(&self, view: &View<'_, D::Vector>, direction: D::Vector, _: &mut Stream) -> FieldForm<D> {
+        let trace = view.trace(direction);
+        let tap = trace.hit().map(|hit| {
+            // φ(o + t(ω) ω) = 0, hence ∇_ω t = −t P_ω ∇φ/(∇φ·ω).
+            let gradient = hit.jet.gradient;
+            let turn = D::project(direction, gradient) * (-hit.t / gradient.dot(direction));
+            Tap::new::<D>(view, direction, Scalar { value: hit.t, gradient: turn }, Scalar::constant(1.0))
+        });
+        FieldForm::new(direction, tap.into_iter().collect(), 1)
+    }
+
+    fn check(&self) -> Result<(), FieldError> {
+        Ok(())
+    }
+}

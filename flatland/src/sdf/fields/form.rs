@@ -1,0 +1,113 @@
+//! A warp field as a linear form in the rates of φ, and its transpose.
+
+use crate::sdf::distance::{Jet, LevelSetVelocity};
+use crate::sdf::tracer::View;
+use crate::warp::{Domain, Field, Vector};
+
+/// A point with the coefficients of φ̇ = ∂_θφ and ∇φ̇ there in V and ∇·V.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tap<V> {
+    /// The point.
+    pub point: V,
+    /// The coefficient of φ̇ in V, before projection.
+    pub value: V,
+    /// The coefficient of φ̇ in ∇·V.
+    pub slope: f64,
+    /// The covector of ∇φ̇ in ∇·V.
+    pub gradient: V,
+}
+
+/// A scalar function of ω and its gradient, tangent at ω.
+#[derive(Clone, Copy)]
+pub(super) struct Scalar<V> {
+    pub(super) value: f64,
+    pub(super) gradient: V,
+}
+
+impl<V: Vector> Scalar<V> {
+    pub(super) fn constant(value: f64) -> Self {
+        Self { value, gradient: V::ZERO }
+    }
+}
+
+impl<V: Vector> Tap<V> {
+    /// The tap of U(ω) = W G(x)/t with x = o + tω, where t and W depend on ω, and of the divergence
+    /// of P_ω U.
+    ///
+    /// With G = φ̇ e, where e = −∇φ/|∇φ|² near surfaces, and E = De,
+    ///
+    /// ```text
+    /// ∇_ω·U = (∇W/t − W ∇t/t²)·e φ̇ + (W/t) ∇_ω·G,
+    /// ∇_ω·G = (∇t·Eω + t (tr E − ω·Eω)) φ̇ + ((e·∇t) ω + t P_ω e)·∇φ̇,
+    /// ```
+    ///
+    /// and ∇·(P_ω U) = ∇_ω·U − n ω·U, because projecting to the sphere of directions takes away what
+    /// points along ω.
+    pub(super) fn new<D: Domain<Vector = V>>(
+        view: &View<'_, V>,
+        direction: V,
+        t: Scalar<V>,
+        weight: Scalar<V>,
+    ) -> Self {
+        let point = view.eye + direction * t.value;
+        let gradient = view.sdf.jet(point).gradient;
+        let velocity = LevelSetVelocity::new(gradient);
+        let e = velocity.e;
+        let along = velocity.derivative(view.sdf.hessian_times(point, direction));
+        let across = view.sdf.hessian_times(point, gradient);
+        let trace = velocity.trace(view.sdf.laplacian(point), across);
+        let turn = t.gradient.dot(along) + t.value * (trace - direction.dot(along));
+        let shift = direction * e.dot(t.gradient) + D::project(direction, e) * t.value;
+        let scale = weight.value / t.value;
+        let change = (weight.gradient - t.gradient * scale).dot(e) / t.value;
+        let projected = D::CURVATURE * scale * direction.dot(e);
+        Self { point, value: e * scale, slope: change + scale * turn - projected, gradient: shift * scale }
+    }
+}
+
+/// V = P_ω Σ a_i φ̇(x_i) and ∇·V = Σ α_i φ̇(x_i) + β_i·∇φ̇(x_i), in one direction ω.
+#[derive(Clone, Debug)]
+pub struct FieldForm<D: Domain> {
+    direction: D::Vector,
+    taps: Vec<Tap<D::Vector>>,
+    rays: u64,
+}
+
+impl<D: Domain> FieldForm<D> {
+    pub(super) fn new(direction: D::Vector, taps: Vec<Tap<D::Vector>>, rays: u64) -> Self {
+        Self { direction, taps, rays }
+    }
+
+    /// The points and their coefficients.
+    #[must_use]
+    pub fn taps(&self) -> &[Tap<D::Vector>] {
+        &self.taps
+    }
+
+    /// How many rays it took.
+    #[must_use]
+    pub fn rays(&self) -> u64 {
+        self.rays
+    }
+
+    /// Forward mode: the field, from φ̇ and ∇φ̇ at each point.
+    pub fn field(&self, mut rate: impl FnMut(D::Vector) -> Jet<D::Vector>) -> Field<D::Vector> {
+        let mut sum = Field::<D::Vector>::ZERO;
+        for tap in &self.taps {
+            let rate = rate(tap.point);
+            sum.value = sum.value + tap.value * rate.value;
+            sum.divergence += tap.slope * rate.value + tap.gradient.dot(rate.gradient);
+        }
+        Field { value: D::project(self.direction, sum.value), ..sum }
+    }
+
+    /// Reverse mode: hands each point the covector (c_i, q_i) for which
+    /// Σ c_i φ̇_i + q_i·∇φ̇_i = a·V + b ∇·V.
+    pub fn scatter(&self, a: D::Vector, b: f64, mut add: impl FnMut(D::Vector, Jet<D::Vector>)) {
+        let a = D::project(self.direction, a);
+        for tap in &self.taps {
+            let value = a.dot(tap.value) + b * tap.slope;
+            add(tap.point, Jet { value, gradient: tap.gradient * b });
+        }
+    }
+}

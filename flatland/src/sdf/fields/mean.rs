@@ -1,0 +1,43 @@
+//! Means over the points of a ray, with weights that depend on the direction.
+
+use super::form::Scalar;
+use crate::sdf::tracer::{TracePoint, View};
+use crate::warp::{Domain, Vector};
+
+/// ∇φ·ω at a point of a ray and its gradient P_ω∇φ + t P_ω Hω + (ω·Hω) ∇_ω t.
+pub(super) fn slope_along<D: Domain>(
+    view: &View<'_, D::Vector>,
+    direction: D::Vector,
+    point: &TracePoint<D::Vector>,
+) -> Scalar<D::Vector> {
+    let hessian = view.sdf.hessian_times(point.position, direction);
+    let turn = D::project(direction, point.jet.gradient + hessian * point.t);
+    Scalar {
+        value: point.jet.gradient.dot(direction),
+        gradient: turn + point.t_gradient * direction.dot(hessian),
+    }
+}
+
+/// |s|; its gradient at 0 is taken as 0.
+pub(super) fn magnitude<V: Vector>(s: Scalar<V>) -> Scalar<V> {
+    let sign = if s.value == 0.0 { 0.0 } else { s.value.signum() };
+    Scalar { value: s.value.abs(), gradient: s.gradient * sign }
+}
+
+/// q_i/Σq_j and its gradient (∇q_i − (q_i/Σq) Σ∇q)/Σq, in place; nothing if the sum is 0.
+pub(super) fn normalise<V: Vector>(weights: &mut Vec<Scalar<V>>) {
+    let mut sum = Scalar::<V>::constant(0.0);
+    for q in weights.iter() {
+        sum.value += q.value;
+        sum.gradient = sum.gradient + q.gradient;
+    }
+    if !(sum.value > 0.0 && sum.value.is_finite()) {
+        weights.clear();
+        return;
+    }
+    let inverse = sum.value.recip();
+    for q in weights.iter_mut() {
+        let value = q.value * inverse;
+        *q = Scalar { value, gradient: (q.gradient - sum.gradient * value) * inverse };
+    }
+}

@@ -1,0 +1,107 @@
+//! Every construction of the warp field over directions, for implicit shapes.
+//!
+//! | construction | continuous | boundary consistent | needs |
+//! |---|---|---|---|
+//! | [`DirectField`] | no: jumps at silhouettes | yes | the hit |
+//! | [`AuxiliaryField`] | yes | if pγ ≥ 1; not at corners | auxiliary rays |
+//! | [`BangaruField`] | if ∇φ is | if γ > 1, at the rate δ if γ > 2; not at corners | the points of one ray |
+//! | [`ViciniField`] | if ∇φ is | in the limit ε → 0; not at corners | the points of one ray |
+//! | [`HarmonicField`](super::exact::HarmonicField) | yes | yes | all silhouettes |
+//!
+//! All but the last are a [`FieldForm`]: linear in ∂_θφ and ∇∂_θφ at a few points, whose coefficients
+//! do not depend on what moves.
+//!
+//! # What is biased, and when
+//!
+//! The two fields made of tracer points are exact functions of ω, and so is their divergence:
+//! nothing here is a finite difference or a random quotient. Yet ∇φ must be continuous in the free
+//! space that rays cross. Across the medial axis between two shapes, behind a reflex corner and at
+//! the cell edges of a bilinear grid it jumps, the weights of the points jump with it, and ∇·V misses
+//! these jumps: a bias that no number of steps removes. [`SmoothUnion`](super::shapes::SmoothUnion)
+//! and a bicubic grid have none. Nor is V differentiable where ∇φ = 0, at the saddle between any two
+//! shapes, unless 1/|∇φ|² is bounded there, as it is here.
+//!
+//! A silhouette that is a sharp corner is out of reach of all of them: on the faces beside it G is
+//! the velocity along *their* normals, not that of the corner, and nothing in φ at a hit tells that a
+//! corner is near. Round it: a corner of radius r is a smooth silhouette, resolved by rays that pass it
+//! within a part of r. The harmonic field and
+//! [`RelaxedBoundary`](super::estimator::RelaxedBoundary), which looks from outside only, take corners
+//! as they are.
+
+mod auxiliary;
+mod bangaru;
+mod direct;
+mod form;
+mod mean;
+mod vicini;
+
+pub use auxiliary::{AuxiliaryField, SilhouetteDistance};
+pub use bangaru::BangaruField;
+pub use direct::DirectField;
+pub use form::{FieldForm, Tap};
+pub use vicini::ViciniField;
+
+use super::tracer::View;
+use crate::random::Stream;
+use crate::warp::{Domain, Field, WarpError, WarpField};
+
+/// A field that is linear in ∂_θφ and ∇∂_θφ at points of rays.
+pub trait TracedField<D: Domain>: Sync {
+    /// The coefficients of (V, ∇·V) in the direction ω.
+    fn form(&self, view: &View<'_, D::Vector>, direction: D::Vector, rng: &mut Stream) -> FieldForm<D>;
+
+    /// Checks the parameters once, so that [`form`](Self::form) need not.
+    ///
+    /// # Errors
+    /// A [`FieldError`] that names the parameter.
+    fn check(&self) -> Result<(), FieldError>;
+}
+
+/// Parameters no field can be made with.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FieldError {
+    /// A parameter of a weight is out of its range.
+    #[error("the weight's {parameter} = {value} is not {wanted}")]
+    Weight {
+        /// Which one.
+        parameter: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        wanted: &'static str,
+    },
+    /// The auxiliary rays' parameters are out of range.
+    #[error(transparent)]
+    Warp(#[from] WarpError),
+}
+
+/// Refuses what is not finite, or not what `holds` says.
+fn check(parameter: &'static str, value: f64, wanted: &'static str, holds: bool) -> Result<(), FieldError> {
+    let good = value.is_finite() && holds;
+    if good { Ok(()) } else { Err(FieldError::Weight { parameter, value, wanted }) }
+}
+
+/// A traced field for one motion: forward mode.
+#[derive(Clone, Copy)]
+pub struct MovingField<'a, V, F> {
+    /// The shape and the eye.
+    pub view: View<'a, V>,
+    /// The construction.
+    pub field: &'a F,
+    /// The direction in parameter space.
+    pub direction: &'a [f64],
+}
+
+impl<D: Domain, F: TracedField<D>> WarpField<D> for MovingField<'_, D::Vector, F>
+where
+    D::Vector: Sync,
+{
+    fn at(&self, u: D::Vector, rng: &mut Stream) -> (Field<D::Vector>, u64) {
+        let form = self.field.form(&self.view, u, rng);
+        (form.field(|x| self.view.sdf.rate(x, self.direction)), form.rays())
+    }
+}
+
+#[cfg(test)]
+mod tests;

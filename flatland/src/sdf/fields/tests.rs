@@ -1,0 +1,125 @@
+use glam::DVec2;
+
+use super::*;
+use crate::random::{open01, stream};
+use crate::sdf::distance::{Jet, Sdf};
+use crate::sdf::shapes::{Circle, Grid, Interpolation, Polygon, RoundedBox, Shape, SmoothUnion};
+use crate::sdf::tracer::Tracer;
+use crate::warp::Circle as Directions;
+
+fn shapes() -> Vec<Shape> {
+    let circle = |x, y, r| Shape::Circle(Circle::new(DVec2::new(x, y), r).expect("a circle"));
+    let turned = RoundedBox::new(DVec2::new(3.2, 0.9), DVec2::new(0.5, 0.3), 0.4, 0.1).expect("a box");
+    let union = SmoothUnion::new(circle(3.0, -0.8, 0.6), Shape::Box(turned), 0.5).expect("a union");
+    let triangle = [(2.5, -0.6), (3.5, 0.2), (2.6, 0.8)].map(|(x, y)| DVec2::new(x, y));
+    let corners = (DVec2::new(-0.5, -3.0), DVec2::new(5.5, 3.0));
+    let value = |p: DVec2| (p - DVec2::new(3.0, 0.0)).length() - 1.0;
+    let grid = Grid::sampled(Interpolation::Bicubic, corners, 40, value).expect("a grid");
+    vec![
+        circle(3.0, 0.2, 1.0),
+        Shape::Union(Box::new(union)),
+        Shape::Polygon(Polygon::new(triangle.to_vec()).expect("simple")),
+        Shape::Grid(grid),
+    ]
+}
+
+fn view(sdf: &Shape) -> View<'_, DVec2> {
+    let tracer = Tracer { far: 5.0, step_scale: 0.9, ..Tracer::default() };
+    View { sdf, eye: DVec2::ZERO, tracer }
+}
+
+fn direction(shape: &Shape) -> Vec<f64> {
+    let mut rng = stream(9, &[]);
+    (0..shape.parameter_count()).map(|_| open01(&mut rng) - 0.3).collect()
+}
+
+fn deterministic() -> Vec<(&'static str, Box<dyn TracedField<Directions>>)> {
+    vec![
+        ("direct", Box::new(DirectField)),
+        ("Bangaru", Box::new(BangaruField::default())),
+        ("Bangaru, k = 6", Box::new(BangaruField { keep: Some(6), ..BangaruField::default() })),
+        ("Vicini", Box::new(ViciniField { reach: Some(0.5), epsilon: 1e-3, ..ViciniField::default() })),
+        ("Vicini, m = 1", Box::new(ViciniField { reach: None, ..ViciniField::default() })),
+    ]
+}
+
+/// Angles away from silhouettes, where finite differences resolve the fields.
+const ANGLES: [f64; 6] = [-0.52, -0.21, -0.04, 0.07, 0.23, 0.61];
+
+#[test]
+fn the_divergence_is_that_of_the_field() {
+    let h = 1e-6;
+    for (which, shape) in shapes().iter().enumerate() {
+        let (view, theta) = (view(shape), direction(shape));
+        for (name, field) in deterministic() {
+            let at = |angle: f64| {
+                let form = field.form(&view, DVec2::from_angle(angle), &mut stream(1, &[]));
+                form.field(|x| shape.rate(x, &theta))
+            };
+            for angle in ANGLES {
+                let found = at(angle);
+                let tangent = DVec2::from_angle(angle).perp();
+                assert!(found.value.perp_dot(tangent).abs() < 1e-12);
+                let (plus, minus) = (at(angle + h).value, at(angle - h).value);
+                let expected = (plus - minus).dot(tangent) / (2.0 * h);
+                let tolerance = 1e-4 * (1.0 + expected.abs());
+                let label = format!("shape {which}, {name} at {angle}");
+                assert!((found.divergence - expected).abs() < tolerance, "{label}: {found:?} {expected}");
+            }
+        }
+    }
+}
+
+#[test]
+fn scatter_is_the_transpose_of_field() {
+    let mut fields = deterministic();
+    let distance = SilhouetteDistance::default();
+    let auxiliary = AuxiliaryField { warp: crate::warp::Warp::default(), kappa: 100.0, distance };
+    fields.push(("auxiliary", Box::new(auxiliary)));
+    for (which, shape) in shapes().iter().enumerate() {
+        let (view, theta) = (view(shape), direction(shape));
+        for (name, field) in &fields {
+            for (seed, angle) in ANGLES.into_iter().enumerate() {
+                let form = field.form(&view, DVec2::from_angle(angle), &mut stream(seed as u64, &[]));
+                let (a, b) = (DVec2::new(0.4, -1.1), 0.7);
+                let v = form.field(|x| shape.rate(x, &theta));
+                let forward = a.dot(v.value) + b * v.divergence;
+                let (mut gradient, mut size) = (vec![0.0; theta.len()], 1.0);
+                form.scatter(a, b, |x, covector: Jet<DVec2>| {
+                    shape.add_parameter_gradient(x, covector, &mut gradient);
+                    size += covector.dot(shape.rate(x, &theta)).abs();
+                });
+                let reverse: f64 = gradient.iter().zip(&theta).map(|(g, d)| g * d).sum();
+                let label = format!("shape {which}, {name}");
+                assert!((forward - reverse).abs() < 1e-12 * size, "{label}: {forward} {reverse}");
+            }
+        }
+    }
+}
+
+#[test]
+fn weights_add_up_to_one_and_vanish_at_rank_k() {
+    let shape = &shapes()[1];
+    let view = view(shape);
+    let trace = view.trace(DVec2::from_angle(0.1));
+    let field = BangaruField { keep: Some(5), ..BangaruField::default() };
+    let weights = field.weights::<Directions>(&view, &trace);
+    assert_eq!(weights.len() + 1, trace.points.len());
+    assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+    assert_eq!(weights.iter().filter(|w| **w > 0.0).count(), 4);
+}
+
+#[test]
+fn bad_parameters_are_refused() {
+    let good = BangaruField::default();
+    let check = |field: &dyn TracedField<Directions>| field.check();
+    assert_eq!(check(&good), Ok(()));
+    assert!(check(&BangaruField { gamma: 0.0, ..good }).is_err());
+    assert!(check(&BangaruField { lambda: f64::NAN, ..good }).is_err());
+    assert!(check(&BangaruField { keep: Some(1), ..good }).is_err());
+    assert!(check(&ViciniField { epsilon: -1.0, ..ViciniField::default() }).is_err());
+    assert!(check(&ViciniField { reach: Some(0.0), ..ViciniField::default() }).is_err());
+    let warp = crate::warp::Warp::default();
+    let distance = SilhouetteDistance::Grazing;
+    assert!(check(&AuxiliaryField { warp, kappa: -1.0, distance }).is_err());
+}

@@ -1,0 +1,109 @@
+//! Pixels of equal angle.
+
+use std::f64::consts::TAU;
+
+/// The pixel filter over angles, with ∫h = 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AngularFilter {
+    /// One pixel wide; it jumps at the pixel's fixed ends.
+    Box,
+    /// Two pixels wide, continuous.
+    #[default]
+    Tent,
+}
+
+/// A row of pixels over an interval of angles. Pixel i is centred at `first` + (i + ½) `pixel`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AngularFilm {
+    first: f64,
+    pixel: f64,
+    count: usize,
+    filter: AngularFilter,
+}
+
+/// A film that cannot be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum AngularFilmError {
+    /// The interval is not finite, not increasing, or wider than the circle.
+    #[error("angles from {first} to {last} are not an interval of at most 2π")]
+    Interval {
+        /// Its first angle.
+        first: f64,
+        /// Its last.
+        last: f64,
+    },
+    /// No pixels.
+    #[error("at least one pixel is needed")]
+    NoPixels,
+}
+
+impl AngularFilm {
+    /// `count` pixels from the angle `first` to `last`, in radians.
+    ///
+    /// # Errors
+    /// If there are no pixels or the interval is no interval.
+    pub fn new(first: f64, last: f64, count: usize, filter: AngularFilter) -> Result<Self, AngularFilmError> {
+        if count == 0 {
+            return Err(AngularFilmError::NoPixels);
+        }
+        let width = last - first;
+        if !(first.is_finite() && width > 0.0 && width <= TAU) {
+            return Err(AngularFilmError::Interval { first, last });
+        }
+        Ok(Self { first, pixel: width / count as f64, count, filter })
+    }
+
+    /// How many pixels.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The width of a pixel, in radians.
+    #[must_use]
+    pub fn pixel(&self) -> f64 {
+        self.pixel
+    }
+
+    /// The filter.
+    #[must_use]
+    pub fn filter(&self) -> AngularFilter {
+        self.filter
+    }
+
+    /// The middle of a pixel.
+    #[must_use]
+    pub fn centre(&self, pixel: usize) -> f64 {
+        self.first + (pixel as f64 + 0.5) * self.pixel
+    }
+
+    /// How far the filter reaches to each side.
+    #[must_use]
+    pub fn radius(&self) -> f64 {
+        match self.filter {
+            AngularFilter::Box => 0.5 * self.pixel,
+            AngularFilter::Tent => self.pixel,
+        }
+    }
+
+    /// h at an angle from the pixel's middle, in radians⁻¹.
+    #[must_use]
+    pub fn value(&self, offset: f64) -> f64 {
+        let relative = offset.abs() / self.pixel;
+        match self.filter {
+            AngularFilter::Box if relative <= 0.5 => 1.0 / self.pixel,
+            AngularFilter::Box => 0.0,
+            AngularFilter::Tent => (1.0 - relative).max(0.0) / self.pixel,
+        }
+    }
+
+    /// h′.
+    #[must_use]
+    pub fn slope(&self, offset: f64) -> f64 {
+        match self.filter {
+            AngularFilter::Tent if offset.abs() < self.pixel => -offset.signum() / (self.pixel * self.pixel),
+            _ => 0.0,
+        }
+    }
+}

@@ -1,0 +1,31 @@
+//! Implicit flat worlds: shapes φ(x; θ) = 0 seen from a point, in all directions of the circle.
+//!
+//! The image is I_p = ∫ h_p(ω) L(ω; θ) dω over the circle of directions (n = 1), where L is what the
+//! ray from the eye hits first. A ray is found by sphere tracing, which brings points x_i with φ and
+//! ∇φ for nothing; the two fields published for implicit shapes are made of these points alone and
+//! trace no auxiliary ray. [`distance`](Sdf), [`tracer`](Tracer) and [`fields`] do not know the
+//! dimension: the sphere of directions uses the same code.
+//!
+//! - [`Sdf`]: φ, its derivatives in space and in the parameters, and the transpose of the latter.
+//! - [`shapes`]: discs, rectangles, polygons, grids, and their smooth union.
+//! - [`Tracer`], [`View`], [`Trace`]: sphere tracing and the derivative of the whole trace.
+//! - [`fields`]: every construction of V, as a linear form in ∂_θφ and ∇∂_θφ.
+//! - [`Scene`], [`AngularFilm`]: an eye, a shading, pixels of equal angle.
+//! - [`estimator`]: area integral, relaxed boundary, implicit differentiation.
+//! - [`exact`]: the same pixels and derivatives in closed form, from tangent rays.
+//!
+//! What moves is the shape. The eye, the light and the film stand still.
+
+mod distance;
+pub mod estimator;
+pub mod exact;
+pub mod fields;
+mod film;
+mod scene;
+pub mod shapes;
+mod tracer;
+
+pub use distance::{Jet, Sdf, geometry_derivative};
+pub use film::{AngularFilm, AngularFilmError, AngularFilter};
+pub use scene::{Scene, SceneError, Shading};
+pub use tracer::{End, Trace, TracePoint, Tracer, TracerError, View};

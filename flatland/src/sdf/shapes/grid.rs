@@ -1,0 +1,209 @@
+//! Distances sampled on a grid.
+
+use glam::DVec2;
+
+use super::{ShapeError, check};
+use crate::sdf::distance::{Jet, Sdf};
+
+/// How a grid becomes a function.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interpolation {
+    /// Continuous only: ∇φ jumps across the edges of cells, and with it every field made of tracer
+    /// points, which is therefore biased. Kept to show that.
+    Bilinear,
+    /// The uniform cubic B-spline with the node values as coefficients: twice continuously
+    /// differentiable, so that ∇·V is continuous, and a convex combination of nodes, so that each
+    /// component of ∇φ is bounded by the differences of the nodes and the tracer stays safe. It
+    /// smooths instead of passing through the nodes. Catmull–Rom passes through them, but is only
+    /// once differentiable and overshoots.
+    Bicubic,
+}
+
+/// φ from node values on a regular grid of width × height nodes, row by row. Parameters: the node
+/// values.
+///
+/// Beyond the border the outermost nodes are repeated: φ becomes constant across the border, which
+/// keeps it a bound but makes ∇φ vanish near the corners. Eye and far limit belong inside.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grid {
+    interpolation: Interpolation,
+    low: DVec2,
+    spacing: f64,
+    width: usize,
+    height: usize,
+    nodes: Vec<f64>,
+}
+
+/// The weights of up to four neighbouring nodes in one direction, and their first two derivatives.
+struct Basis {
+    /// Index of the first node; it and the others are clamped to the grid.
+    first: i64,
+    weights: [[f64; 4]; 3],
+}
+
+impl Basis {
+    /// At a coordinate in units of the spacing, with the first node at 0.
+    fn new(interpolation: Interpolation, coordinate: f64) -> Self {
+        let cell = coordinate.floor();
+        let s = coordinate - cell;
+        match interpolation {
+            Interpolation::Bilinear => Self {
+                first: cell as i64,
+                weights: [[1.0 - s, s, 0.0, 0.0], [-1.0, 1.0, 0.0, 0.0], [0.0; 4]],
+            },
+            Interpolation::Bicubic => {
+                let r = 1.0 - s;
+                let value = [
+                    r * r * r / 6.0,
+                    (4.0 - 3.0 * s * s * (2.0 - s)) / 6.0,
+                    (4.0 - 3.0 * r * r * (2.0 - r)) / 6.0,
+                    s * s * s / 6.0,
+                ];
+                let slope = [-0.5 * r * r, 0.5 * s * (3.0 * s - 4.0), 0.5 * r * (4.0 - 3.0 * r), 0.5 * s * s];
+                Self { first: cell as i64 - 1, weights: [value, slope, [r, 3.0 * s - 2.0, 3.0 * r - 2.0, s]] }
+            }
+        }
+    }
+
+    /// The node of weight i, of `count`.
+    fn node(&self, i: usize, count: usize) -> usize {
+        self.first.saturating_add(i as i64).clamp(0, count as i64 - 1) as usize
+    }
+}
+
+/// Second derivatives in x², xy, y².
+struct Curvature {
+    xx: f64,
+    xy: f64,
+    yy: f64,
+}
+
+impl Grid {
+    /// A grid whose first node is at `low`.
+    ///
+    /// # Errors
+    /// If the node values are not as many as the size says, there are fewer than 2 × 2, or a number is
+    /// not finite.
+    pub fn new(
+        interpolation: Interpolation,
+        low: DVec2,
+        spacing: f64,
+        (width, height): (usize, usize),
+        nodes: Vec<f64>,
+    ) -> Result<Self, ShapeError> {
+        let found = nodes.len();
+        if width < 2 || height < 2 || width.checked_mul(height) != Some(found) {
+            return Err(ShapeError::Nodes { width, height, found });
+        }
+        check("grid", "spacing", spacing, "positive and finite", spacing > 0.0)?;
+        check("grid", "low.x", low.x, "finite", true)?;
+        check("grid", "low.y", low.y, "finite", true)?;
+        for &node in &nodes {
+            check("grid", "node value", node, "finite", true)?;
+        }
+        Ok(Self { interpolation, low, spacing, width, height, nodes })
+    }
+
+    /// The values of a function at the nodes between two corners, `cells` to the wider side.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn sampled(
+        interpolation: Interpolation,
+        (low, high): (DVec2, DVec2),
+        cells: usize,
+        value: impl Fn(DVec2) -> f64,
+    ) -> Result<Self, ShapeError> {
+        let extent = high - low;
+        let spacing = extent.max_element() / cells.max(1) as f64;
+        let count = |length: f64| (length / spacing).round() as usize + 1;
+        let (width, height) = (count(extent.x), count(extent.y));
+        let at = |i: usize| low + spacing * DVec2::new((i % width) as f64, (i / width) as f64);
+        let nodes = (0..width * height).map(|i| value(at(i))).collect();
+        Self::new(interpolation, low, spacing, (width, height), nodes)
+    }
+
+    pub(super) fn with_parameters(&self, nodes: &[f64]) -> Result<Self, ShapeError> {
+        Self::new(self.interpolation, self.low, self.spacing, (self.width, self.height), nodes.to_vec())
+    }
+
+    pub(super) fn parameters(&self) -> Vec<f64> {
+        self.nodes.clone()
+    }
+
+    fn bases(&self, x: DVec2) -> [Basis; 2] {
+        let local = (x - self.low) / self.spacing;
+        [local.x, local.y].map(|coordinate| Basis::new(self.interpolation, coordinate))
+    }
+
+    /// Calls `visit` with each node near x and its coefficients in (φ, ∂_xφ, ∂_yφ).
+    fn visit(&self, x: DVec2, mut visit: impl FnMut(usize, [f64; 3])) {
+        let [across, down] = self.bases(x);
+        let inverse = self.spacing.recip();
+        for j in 0..4 {
+            let row = down.node(j, self.height) * self.width;
+            let [v, dv, _] = down.weights.map(|w| w[j]);
+            for i in 0..4 {
+                let [u, du, _] = across.weights.map(|w| w[i]);
+                visit(row + across.node(i, self.width), [u * v, du * v * inverse, u * dv * inverse]);
+            }
+        }
+    }
+
+    fn interpolate(&self, x: DVec2, values: &[f64]) -> Jet<DVec2> {
+        let mut jet = Jet::ZERO;
+        self.visit(x, |node, [value, along_x, along_y]| {
+            jet.value += value * values[node];
+            jet.gradient += DVec2::new(along_x, along_y) * values[node];
+        });
+        jet
+    }
+
+    fn curvature(&self, x: DVec2) -> Curvature {
+        let [across, down] = self.bases(x);
+        let mut sum = Curvature { xx: 0.0, xy: 0.0, yy: 0.0 };
+        let inverse = (self.spacing * self.spacing).recip();
+        for j in 0..4 {
+            let row = down.node(j, self.height) * self.width;
+            let [v, dv, ddv] = down.weights.map(|w| w[j]);
+            for i in 0..4 {
+                let [u, du, ddu] = across.weights.map(|w| w[i]);
+                let value = self.nodes[row + across.node(i, self.width)] * inverse;
+                sum.xx += ddu * v * value;
+                sum.xy += du * dv * value;
+                sum.yy += u * ddv * value;
+            }
+        }
+        sum
+    }
+}
+
+impl Sdf<DVec2> for Grid {
+    fn jet(&self, x: DVec2) -> Jet<DVec2> {
+        self.interpolate(x, &self.nodes)
+    }
+
+    fn hessian_times(&self, x: DVec2, v: DVec2) -> DVec2 {
+        let Curvature { xx, xy, yy } = self.curvature(x);
+        DVec2::new(xx * v.x + xy * v.y, xy * v.x + yy * v.y)
+    }
+
+    fn laplacian(&self, x: DVec2) -> f64 {
+        let Curvature { xx, yy, .. } = self.curvature(x);
+        xx + yy
+    }
+
+    fn parameter_count(&self) -> usize {
+        self.nodes.len()
+    }
+
+    fn rate(&self, x: DVec2, direction: &[f64]) -> Jet<DVec2> {
+        self.interpolate(x, direction)
+    }
+
+    fn add_parameter_gradient(&self, x: DVec2, covector: Jet<DVec2>, gradient: &mut [f64]) {
+        self.visit(x, |node, [value, along_x, along_y]| {
+            gradient[node] += Jet { value, gradient: DVec2::new(along_x, along_y) }.dot(covector);
+        });
+    }
+}

@@ -1,0 +1,162 @@
+//! Implicit shapes in the plane.
+
+mod circle;
+mod grid;
+mod point;
+mod polygon;
+mod rounded_box;
+mod union;
+
+pub use circle::Circle;
+pub use grid::{Grid, Interpolation};
+pub use polygon::Polygon;
+pub use rounded_box::RoundedBox;
+pub use union::SmoothUnion;
+
+use glam::DVec2;
+
+use super::distance::{Jet, Sdf};
+
+/// A shape that cannot be built.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ShapeError {
+    /// A parameter is not finite, or not in its range.
+    #[error("{shape}: {parameter} = {value} is not {wanted}")]
+    Parameter {
+        /// Which kind of shape.
+        shape: &'static str,
+        /// Which of its parameters.
+        parameter: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        wanted: &'static str,
+    },
+    /// A polygon has fewer than three vertices.
+    #[error("polygon: {count} vertices, at least 3 are needed")]
+    Vertices {
+        /// How many it has.
+        count: usize,
+    },
+    /// Two edges of a polygon meet other than at the vertex they share.
+    #[error("polygon: edges {first} and {second} meet")]
+    NotSimple {
+        /// The first edge, from this vertex to the next.
+        first: usize,
+        /// The second.
+        second: usize,
+    },
+    /// A grid has too few nodes for its interpolation, or not as many as its size says.
+    #[error("grid: {found} node values for {width} × {height} nodes, of which at least 2 × 2 are needed")]
+    Nodes {
+        /// Nodes in x.
+        width: usize,
+        /// Nodes in y.
+        height: usize,
+        /// Node values given.
+        found: usize,
+    },
+    /// A list of parameters has the wrong length.
+    #[error("{found} parameters for a shape that has {expected}")]
+    Count {
+        /// How many the shape has.
+        expected: usize,
+        /// How many were given.
+        found: usize,
+    },
+}
+
+/// Refuses what is not finite, or not what `holds` says.
+fn check(
+    shape: &'static str,
+    parameter: &'static str,
+    value: f64,
+    wanted: &'static str,
+    holds: bool,
+) -> Result<(), ShapeError> {
+    let good = value.is_finite() && holds;
+    if good { Ok(()) } else { Err(ShapeError::Parameter { shape, parameter, value, wanted }) }
+}
+
+/// Any of the shapes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shape {
+    /// A disc: centre, radius.
+    Circle(Circle),
+    /// A rectangle: centre, half extents, angle, rounding.
+    Box(RoundedBox),
+    /// A simple polygon: its vertices.
+    Polygon(Polygon),
+    /// Two shapes, blended where they are close: the parameters of both, blending width.
+    Union(Box<SmoothUnion>),
+    /// Samples on a grid: its node values.
+    Grid(Grid),
+}
+
+macro_rules! each {
+    ($self:expr, $shape:ident => $value:expr) => {
+        match $self {
+            Shape::Circle($shape) => $value,
+            Shape::Box($shape) => $value,
+            Shape::Polygon($shape) => $value,
+            Shape::Union($shape) => $value,
+            Shape::Grid($shape) => $value,
+        }
+    };
+}
+
+impl Shape {
+    /// θ, in the order in which every direction and gradient is given.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<f64> {
+        each!(self, shape => shape.parameters())
+    }
+
+    /// The same shape with other parameters.
+    ///
+    /// # Errors
+    /// A [`ShapeError`] that names the parameter.
+    pub fn with_parameters(&self, parameters: &[f64]) -> Result<Self, ShapeError> {
+        let (expected, found) = (self.parameter_count(), parameters.len());
+        if expected != found {
+            return Err(ShapeError::Count { expected, found });
+        }
+        Ok(match self {
+            Self::Circle(_) => Self::Circle(Circle::from_parameters(parameters)?),
+            Self::Box(_) => Self::Box(RoundedBox::from_parameters(parameters)?),
+            Self::Polygon(_) => Self::Polygon(Polygon::from_parameters(parameters)?),
+            Self::Union(union) => Self::Union(Box::new(union.with_parameters(parameters)?)),
+            Self::Grid(grid) => Self::Grid(grid.with_parameters(parameters)?),
+        })
+    }
+}
+
+impl Sdf<DVec2> for Shape {
+    fn jet(&self, x: DVec2) -> Jet<DVec2> {
+        each!(self, shape => shape.jet(x))
+    }
+
+    fn hessian_times(&self, x: DVec2, v: DVec2) -> DVec2 {
+        each!(self, shape => shape.hessian_times(x, v))
+    }
+
+    fn laplacian(&self, x: DVec2) -> f64 {
+        each!(self, shape => shape.laplacian(x))
+    }
+
+    fn parameter_count(&self) -> usize {
+        each!(self, shape => shape.parameter_count())
+    }
+
+    fn rate(&self, x: DVec2, direction: &[f64]) -> Jet<DVec2> {
+        each!(self, shape => shape.rate(x, direction))
+    }
+
+    fn add_parameter_gradient(&self, x: DVec2, covector: Jet<DVec2>, gradient: &mut [f64]) {
+        each!(self, shape => shape.add_parameter_gradient(x, covector, gradient));
+    }
+}
+
+#[cfg(test)]
+mod tests;

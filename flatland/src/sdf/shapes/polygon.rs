@@ -1,0 +1,231 @@
+//! Simple polygons, by their exact signed distance.
+
+use glam::DVec2;
+
+use super::point::PointDistance;
+use super::{ShapeError, check};
+use crate::sdf::distance::{Jet, Sdf};
+
+/// The signed distance to a simple polygon, of either orientation. Parameters: x and y of every
+/// vertex, in order.
+///
+/// Outside a convex polygon φ is continuously differentiable. A reflex corner casts a medial axis
+/// into the space outside, across which ∇φ jumps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Polygon {
+    vertices: Vec<DVec2>,
+    /// 1 if the vertices turn counter-clockwise (y up), −1 if not.
+    orientation: f64,
+}
+
+/// The part of the polygon that is nearest to a point.
+enum Nearest {
+    /// A vertex, and whether the point is outside (1) or inside (−1).
+    Vertex { index: usize, side: f64 },
+    /// The point (1 − s) a + s b of an edge.
+    Edge { edge: Edge, ends: [usize; 2], s: f64 },
+}
+
+/// An edge as its line.
+#[derive(Clone, Copy)]
+struct Edge {
+    start: DVec2,
+    tangent: DVec2,
+    normal: DVec2,
+    length: f64,
+}
+
+impl Edge {
+    /// φ̇ = −n·((1 − s) ȧ + s ḃ) and ∇φ̇ = −t n·(ḃ − ȧ)/|b − a|.
+    fn rate(&self, s: f64, [a, b]: [DVec2; 2]) -> Jet<DVec2> {
+        let [a, b] = [a, b].map(|velocity| self.normal.dot(velocity));
+        Jet { value: -(1.0 - s) * a - s * b, gradient: self.tangent * ((a - b) / self.length) }
+    }
+
+    /// The covectors of ȧ and ḃ.
+    fn transpose(&self, s: f64, covector: Jet<DVec2>) -> [DVec2; 2] {
+        let turn = covector.gradient.dot(self.tangent) / self.length;
+        [turn - (1.0 - s) * covector.value, -turn - s * covector.value].map(|c| c * self.normal)
+    }
+}
+
+impl Polygon {
+    /// A simple polygon of at least three vertices.
+    ///
+    /// # Errors
+    /// If a coordinate is not finite, there are too few vertices, or two edges meet.
+    pub fn new(vertices: Vec<DVec2>) -> Result<Self, ShapeError> {
+        let count = vertices.len();
+        if count < 3 {
+            return Err(ShapeError::Vertices { count });
+        }
+        for v in &vertices {
+            check("polygon", "vertex.x", v.x, "finite", true)?;
+            check("polygon", "vertex.y", v.y, "finite", true)?;
+        }
+        check_simple(&vertices)?;
+        // Twice the area, relative to a vertex so that far from the origin it does not cancel.
+        let area: f64 = (0..count)
+            .map(|i| (vertices[i] - vertices[0]).perp_dot(vertices[(i + 1) % count] - vertices[0]))
+            .sum();
+        Ok(Self { vertices, orientation: area.signum() })
+    }
+
+    pub(super) fn from_parameters(parameters: &[f64]) -> Result<Self, ShapeError> {
+        Self::new(parameters.chunks_exact(2).map(|p| DVec2::new(p[0], p[1])).collect())
+    }
+
+    pub(super) fn parameters(&self) -> Vec<f64> {
+        self.vertices.iter().flat_map(|v| [v.x, v.y]).collect()
+    }
+
+    /// The vertices.
+    #[must_use]
+    pub fn vertices(&self) -> &[DVec2] {
+        &self.vertices
+    }
+
+    fn edge(&self, index: usize) -> Edge {
+        let (a, b) = (self.vertices[index], self.vertices[self.next(index)]);
+        let length = (b - a).length();
+        let tangent = (b - a) / length;
+        Edge { start: a, tangent, normal: -self.orientation * tangent.perp(), length }
+    }
+
+    /// The outward normal of the edge from this vertex to the next.
+    pub(in crate::sdf) fn edge_normal(&self, index: usize) -> DVec2 {
+        self.edge(index).normal
+    }
+
+    fn next(&self, index: usize) -> usize {
+        if index + 1 == self.vertices.len() { 0 } else { index + 1 }
+    }
+
+    fn nearest(&self, x: DVec2) -> Nearest {
+        let (mut best, mut least) = ((0, 0.0), f64::INFINITY);
+        for index in 0..self.vertices.len() {
+            let (a, b) = (self.vertices[index], self.vertices[self.next(index)]);
+            let s = ((x - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+            let square = (x - a - s * (b - a)).length_squared();
+            if square < least {
+                (best, least) = ((index, s), square);
+            }
+        }
+        let (index, s) = best;
+        if s <= 0.0 {
+            self.corner(index)
+        } else if s >= 1.0 {
+            self.corner(self.next(index))
+        } else {
+            Nearest::Edge { edge: self.edge(index), ends: [index, self.next(index)], s }
+        }
+    }
+
+    /// A convex corner is nearest only to points outside, a reflex one only to points inside.
+    fn corner(&self, index: usize) -> Nearest {
+        let count = self.vertices.len();
+        let [before, here, after] = [index + count - 1, index, index + 1].map(|i| self.vertices[i % count]);
+        let turn = self.orientation * (here - before).perp_dot(after - here);
+        Nearest::Vertex { index, side: if turn >= 0.0 { 1.0 } else { -1.0 } }
+    }
+
+    /// [`rate`](Sdf::rate) from the velocity of each vertex.
+    pub(super) fn rate_of(&self, x: DVec2, velocity: impl Fn(usize) -> DVec2) -> Jet<DVec2> {
+        match self.nearest(x) {
+            Nearest::Vertex { index, side } => {
+                PointDistance::new(x, self.vertices[index]).rate(velocity(index)) * side
+            }
+            Nearest::Edge { edge, ends, s } => edge.rate(s, ends.map(velocity)),
+        }
+    }
+
+    /// The transpose of [`rate_of`](Self::rate_of).
+    pub(super) fn scatter(&self, x: DVec2, covector: Jet<DVec2>, mut add: impl FnMut(usize, DVec2)) {
+        match self.nearest(x) {
+            Nearest::Vertex { index, side } => {
+                let point = PointDistance::new(x, self.vertices[index]);
+                add(index, point.transpose(covector * side));
+            }
+            Nearest::Edge { edge, ends, s } => {
+                let [a, b] = edge.transpose(s, covector);
+                add(ends[0], a);
+                add(ends[1], b);
+            }
+        }
+    }
+}
+
+/// Compares every two edges with exact predicates (Shewchuk 1997).
+fn check_simple(vertices: &[DVec2]) -> Result<(), ShapeError> {
+    let count = vertices.len();
+    let end = |i: usize| vertices[(i + 1) % count];
+    let coord = |p: DVec2| robust::Coord { x: p.x, y: p.y };
+    let side = |a, b, c| robust::orient2d(coord(a), coord(b), coord(c));
+    let within = |a: DVec2, b: DVec2, p: DVec2| {
+        side(a, b, p) == 0.0 && p.cmpge(a.min(b)).all() && p.cmple(a.max(b)).all()
+    };
+    for first in 0..count {
+        let (a, b) = (vertices[first], end(first));
+        if a == b {
+            return Err(ShapeError::NotSimple { first, second: first });
+        }
+        for (second, &c) in vertices.iter().enumerate().skip(first + 1) {
+            let d = end(second);
+            let crossing = side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0;
+            // Neighbours share one vertex and no more.
+            let touching = if second == first + 1 {
+                within(a, b, d) || within(c, d, a)
+            } else if first == 0 && second + 1 == count {
+                within(a, b, c) || within(c, d, b)
+            } else {
+                [c, d].iter().any(|&p| within(a, b, p)) || [a, b].iter().any(|&p| within(c, d, p))
+            };
+            if crossing || touching {
+                return Err(ShapeError::NotSimple { first, second });
+            }
+        }
+    }
+    Ok(())
+}
+
+impl Sdf<DVec2> for Polygon {
+    fn jet(&self, x: DVec2) -> Jet<DVec2> {
+        match self.nearest(x) {
+            Nearest::Vertex { index, side } => PointDistance::new(x, self.vertices[index]).jet() * side,
+            Nearest::Edge { edge, .. } => {
+                Jet { value: edge.normal.dot(x - edge.start), gradient: edge.normal }
+            }
+        }
+    }
+
+    fn hessian_times(&self, x: DVec2, v: DVec2) -> DVec2 {
+        match self.nearest(x) {
+            Nearest::Vertex { index, side } => {
+                PointDistance::new(x, self.vertices[index]).hessian_times(v) * side
+            }
+            Nearest::Edge { .. } => DVec2::ZERO,
+        }
+    }
+
+    fn laplacian(&self, x: DVec2) -> f64 {
+        match self.nearest(x) {
+            Nearest::Vertex { index, side } => PointDistance::new(x, self.vertices[index]).laplacian() * side,
+            Nearest::Edge { .. } => 0.0,
+        }
+    }
+
+    fn parameter_count(&self) -> usize {
+        2 * self.vertices.len()
+    }
+
+    fn rate(&self, x: DVec2, direction: &[f64]) -> Jet<DVec2> {
+        self.rate_of(x, |i| DVec2::new(direction[2 * i], direction[2 * i + 1]))
+    }
+
+    fn add_parameter_gradient(&self, x: DVec2, covector: Jet<DVec2>, gradient: &mut [f64]) {
+        self.scatter(x, covector, |i, c| {
+            gradient[2 * i] += c.x;
+            gradient[2 * i + 1] += c.y;
+        });
+    }
+}

@@ -1,0 +1,139 @@
+use glam::DVec2;
+
+use super::*;
+use crate::random::{Stream, open01, stream};
+
+fn every_shape() -> Vec<(&'static str, Shape)> {
+    let circle = |x, y, r| Shape::Circle(Circle::new(DVec2::new(x, y), r).expect("a circle"));
+    let turned = RoundedBox::new(DVec2::new(0.2, -0.1), DVec2::new(0.7, 0.3), 0.4, 0.1).expect("a box");
+    let bent = [(0.0, -0.8), (0.9, 0.7), (0.1, 0.1), (-0.8, 0.6)].map(|(x, y)| DVec2::new(x, y));
+    let clockwise: Vec<DVec2> = bent.iter().rev().copied().collect();
+    let union = SmoothUnion::new(circle(-0.5, 0.0, 0.3), Shape::Box(turned.clone()), 0.4).expect("a union");
+    let corners = (DVec2::splat(-1.5), DVec2::splat(1.5));
+    let grid = |interpolation| {
+        let value = |p: DVec2| (p - 0.1).length() - 0.6 + 0.05 * (3.0 * p.x).sin();
+        Shape::Grid(Grid::sampled(interpolation, corners, 9, value).expect("a grid"))
+    };
+    vec![
+        ("circle", circle(0.1, 0.2, 0.5)),
+        ("box", Shape::Box(turned)),
+        ("polygon", Shape::Polygon(Polygon::new(bent.to_vec()).expect("simple"))),
+        ("clockwise polygon", Shape::Polygon(Polygon::new(clockwise).expect("simple"))),
+        ("union", Shape::Union(Box::new(union))),
+        ("bilinear grid", grid(Interpolation::Bilinear)),
+        ("bicubic grid", grid(Interpolation::Bicubic)),
+    ]
+}
+
+fn random_vector(rng: &mut Stream) -> DVec2 {
+    DVec2::new(open01(rng), open01(rng)) * 2.4 - 1.2
+}
+
+/// Whether φ is smooth within reach of a finite difference: second differences agree with ∇²φ.
+fn is_smooth(shape: &Shape, x: DVec2, h: f64) -> bool {
+    let middle = shape.jet(x);
+    [DVec2::X, DVec2::Y].iter().all(|&e| {
+        let (plus, minus) = (shape.jet(x + h * e).gradient, shape.jet(x - h * e).gradient);
+        (plus - middle.gradient).length() < 1e3 * h && (middle.gradient - minus).length() < 1e3 * h
+    })
+}
+
+/// Central differences of everything, at random points; h = 1e-5 leaves truncation and rounding near
+/// 1e-10 for functions of unit scale, 1e-8 next to corners, where third derivatives reach 1/ρ³.
+#[test]
+fn derivatives_are_those_of_the_value() {
+    let h = 1e-5;
+    for (name, shape) in every_shape() {
+        let (mut rng, mut checked) = (stream(3, &[]), 0);
+        let theta = shape.parameters();
+        assert_eq!(shape.with_parameters(&theta).as_ref(), Ok(&shape), "{name}");
+        for _ in 0..300 {
+            let (x, v) = (random_vector(&mut rng), random_vector(&mut rng));
+            let direction: Vec<f64> = theta.iter().map(|_| open01(&mut rng) - 0.5).collect();
+            if !is_smooth(&shape, x, 3.0 * h) {
+                continue;
+            }
+            checked += 1;
+            let difference = |f: &dyn Fn(f64) -> f64| (f(h) - f(-h)) / (2.0 * h);
+            let moved = |h: f64| {
+                let moved: Vec<f64> = theta.iter().zip(&direction).map(|(p, d)| p + h * d).collect();
+                shape.with_parameters(&moved).expect("still a shape")
+            };
+            let (jet, rate) = (shape.jet(x), shape.rate(x, &direction));
+            let hessian = shape.hessian_times(x, v);
+            let basis = [DVec2::X, DVec2::Y];
+            let trace: f64 = basis.iter().map(|&e| e.dot(shape.hessian_times(x, e))).sum();
+            let pairs = [
+                ("∇φ·v", jet.gradient.dot(v), difference(&|h| shape.jet(x + h * v).value)),
+                ("v·Hv", hessian.dot(v), difference(&|h| shape.jet(x + h * v).gradient.dot(v))),
+                ("Hv.x", hessian.x, difference(&|h| shape.jet(x + h * v).gradient.x)),
+                ("Δφ", shape.laplacian(x), trace),
+                ("∂θφ", rate.value, difference(&|h| moved(h).jet(x).value)),
+                ("∇∂θφ·v", rate.gradient.dot(v), difference(&|h| moved(h).jet(x).gradient.dot(v))),
+            ];
+            for (what, found, expected) in pairs {
+                let tolerance = 1e-6 * (1.0 + expected.abs());
+                assert!((found - expected).abs() < tolerance, "{name} at {x}: {what} {found} for {expected}");
+            }
+        }
+        assert!(checked > 200, "{name}: only {checked} smooth points");
+    }
+}
+
+#[test]
+fn the_parameter_gradient_is_the_transpose_of_the_rate() {
+    for (name, shape) in every_shape() {
+        let mut rng = stream(4, &[]);
+        for _ in 0..200 {
+            let x = random_vector(&mut rng);
+            let covector = Jet { value: open01(&mut rng) - 0.5, gradient: random_vector(&mut rng) };
+            let direction: Vec<f64> = (0..shape.parameter_count()).map(|_| open01(&mut rng) - 0.5).collect();
+            let mut gradient = vec![0.0; direction.len()];
+            shape.add_parameter_gradient(x, covector, &mut gradient);
+            let reverse: f64 = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum();
+            let forward = covector.dot(shape.rate(x, &direction));
+            let size: f64 = 1.0 + gradient.iter().map(|g| g.abs()).sum::<f64>();
+            assert!((forward - reverse).abs() < 1e-14 * size, "{name}: {forward} {reverse}");
+        }
+    }
+}
+
+#[test]
+fn distances_never_overtake_the_surface() {
+    for (name, shape) in every_shape() {
+        let mut rng = stream(5, &[]);
+        for _ in 0..2000 {
+            let (x, y) = (random_vector(&mut rng), random_vector(&mut rng));
+            let bound = (x - y).length() * if name.contains("grid") { 1.2 } else { 1.0 + 1e-12 };
+            assert!((shape.jet(x).value - shape.jet(y).value).abs() <= bound, "{name} {x} {y}");
+        }
+    }
+}
+
+#[test]
+fn a_polygon_knows_its_inside_at_convex_and_reflex_corners() {
+    for (name, shape) in every_shape().into_iter().filter(|(name, _)| name.contains("polygon")) {
+        let value = |x, y| shape.jet(DVec2::new(x, y)).value;
+        assert!((value(0.0, -1.0) - 0.2).abs() < 1e-15, "{name}");
+        // Above the reflex corner is outside, right below it inside.
+        assert!(value(0.1, 0.25) > 0.0 && value(0.1, 0.05) < 0.0, "{name}");
+        assert_eq!(value(0.1, 0.1), 0.0, "{name}");
+    }
+}
+
+#[test]
+fn bad_shapes_are_refused() {
+    assert!(matches!(Circle::new(DVec2::ZERO, 0.0), Err(ShapeError::Parameter { parameter: "radius", .. })));
+    assert!(Circle::new(DVec2::new(f64::NAN, 0.0), 1.0).is_err());
+    assert!(RoundedBox::new(DVec2::ZERO, DVec2::ONE, f64::INFINITY, 0.0).is_err());
+    assert!(RoundedBox::new(DVec2::ZERO, DVec2::ONE, 0.0, -1.0).is_err());
+    let bow = [(0.0, 0.0), (1.0, 1.0), (1.0, 0.0), (0.0, 1.0)].map(|(x, y)| DVec2::new(x, y));
+    assert_eq!(Polygon::new(bow.to_vec()), Err(ShapeError::NotSimple { first: 0, second: 2 }));
+    assert_eq!(Polygon::new(bow[..2].to_vec()), Err(ShapeError::Vertices { count: 2 }));
+    let nodes = |count| Grid::new(Interpolation::Bicubic, DVec2::ZERO, 1.0, (2, 3), vec![0.0; count]);
+    assert!(nodes(6).is_ok());
+    assert!(matches!(nodes(5), Err(ShapeError::Nodes { found: 5, .. })));
+    let circle = Shape::Circle(Circle::new(DVec2::ZERO, 1.0).expect("a circle"));
+    assert_eq!(circle.with_parameters(&[1.0]), Err(ShapeError::Count { expected: 3, found: 1 }));
+    assert!(SmoothUnion::new(circle.clone(), circle, f64::NAN).is_err());
+}

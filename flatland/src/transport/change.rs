@@ -1,0 +1,346 @@
+//! How a world and its camera depend on a parameter θ; gradients have the same shape.
+
+use glam::DVec2;
+
+use super::{Camera, CameraChange, Material, World};
+use crate::plane::MaterialPoint;
+
+/// A rate of change of every parameter there is: as the direction θ of a derivative, or as a
+/// gradient.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Change {
+    /// Of every vertex.
+    pub vertices: Vec<DVec2>,
+    /// Of every shape's material.
+    pub materials: Vec<MaterialChange>,
+    /// Of the environment's radiance.
+    pub environment: f64,
+    /// Of the camera.
+    pub camera: CameraChange,
+}
+
+/// A rate of change of a [`Material`]'s parameters.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MaterialChange {
+    /// Of ρ.
+    pub reflectance: f64,
+    /// Of the emitted radiance.
+    pub emission: f64,
+    /// Of the gloss strength s; ignored by a material without gloss.
+    pub gloss_strength: f64,
+    /// Of the gloss width w; ignored by a material without gloss.
+    pub gloss_width: f64,
+}
+
+/// The part of a derivative due to each term of it. Their sum is the derivative; each alone has a
+/// value that no choice of the warp field can change.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Terms<T> {
+    /// ∫ ∂f/∂θ at fixed film coordinates and fixed directions.
+    pub interior: T,
+    /// Of jumps over the film: the boundary integral of primary visibility.
+    pub primary: T,
+    /// Of jumps over the directions at a surface: shadows and everything seen by reflection.
+    pub secondary: T,
+}
+
+impl<T> Terms<T> {
+    /// The same of every term.
+    pub fn map<U>(self, mut f: impl FnMut(T) -> U) -> Terms<U> {
+        Terms { interior: f(self.interior), primary: f(self.primary), secondary: f(self.secondary) }
+    }
+
+    /// The terms in order.
+    pub fn to_array(self) -> [T; 3] {
+        [self.interior, self.primary, self.secondary]
+    }
+}
+
+impl<T: std::ops::Add<Output = T>> Terms<T> {
+    /// The derivative.
+    pub fn total(self) -> T {
+        self.interior + self.primary + self.secondary
+    }
+}
+
+/// A change that does not fit its world.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ChangeError {
+    /// The change has another number of vertices or shapes than the world.
+    #[error("a change of {vertices} vertices and {shapes} shapes for a world of {expected:?}")]
+    Size {
+        /// Vertices of the change.
+        vertices: usize,
+        /// Shapes of the change.
+        shapes: usize,
+        /// Vertices and shapes of the world.
+        expected: (usize, usize),
+    },
+    /// A rate that is NaN or infinite.
+    #[error("a rate of the change is not finite: {what}")]
+    NotFinite {
+        /// Which.
+        what: String,
+    },
+}
+
+impl Change {
+    /// No change of a world.
+    #[must_use]
+    pub fn none(world: &World) -> Self {
+        Self {
+            vertices: vec![DVec2::ZERO; world.vertex_count()],
+            materials: vec![MaterialChange::default(); world.shapes().len()],
+            ..Self::default()
+        }
+    }
+
+    /// p(θ) = p + θ direction for every vertex of some shapes.
+    ///
+    /// # Panics
+    /// If the world has no such shape.
+    #[must_use]
+    pub fn translate(world: &World, shapes: impl IntoIterator<Item = usize>, direction: DVec2) -> Self {
+        Self::moving(world, shapes, |_| direction)
+    }
+
+    /// Rotation of some shapes by θ radians about `centre`, from +x towards +y, to first order.
+    ///
+    /// # Panics
+    /// If the world has no such shape.
+    #[must_use]
+    pub fn rotate(world: &World, shapes: impl IntoIterator<Item = usize>, centre: DVec2) -> Self {
+        Self::moving(world, shapes, |p| (p - centre).perp())
+    }
+
+    /// p(θ) = centre + (1 + θ)(p − centre) for every vertex of some shapes.
+    ///
+    /// # Panics
+    /// If the world has no such shape.
+    #[must_use]
+    pub fn scale(world: &World, shapes: impl IntoIterator<Item = usize>, centre: DVec2) -> Self {
+        Self::moving(world, shapes, |p| p - centre)
+    }
+
+    /// A velocity for every vertex of some shapes.
+    ///
+    /// # Panics
+    /// If the world has no such shape.
+    #[must_use]
+    pub fn moving(
+        world: &World,
+        shapes: impl IntoIterator<Item = usize>,
+        velocity: impl Fn(DVec2) -> DVec2,
+    ) -> Self {
+        let mut this = Self::none(world);
+        for shape in shapes {
+            for (v, p) in world.vertices_of(shape).zip(world.shapes()[shape].points()) {
+                this.vertices[v] = velocity(*p);
+            }
+        }
+        this
+    }
+
+    /// A change of the camera alone.
+    #[must_use]
+    pub fn of_camera(world: &World, camera: CameraChange) -> Self {
+        Self { camera, ..Self::none(world) }
+    }
+
+    /// Both changes at once.
+    ///
+    /// # Panics
+    /// If they are of different worlds.
+    #[must_use]
+    pub fn and(mut self, other: &Self) -> Self {
+        self.add(1.0, other);
+        self
+    }
+
+    /// Adds `factor` times another.
+    ///
+    /// # Panics
+    /// If they are of different worlds.
+    pub fn add(&mut self, factor: f64, other: &Self) {
+        assert_eq!(self.vertices.len(), other.vertices.len(), "changes of different worlds");
+        assert_eq!(self.materials.len(), other.materials.len(), "changes of different worlds");
+        self.vertices.iter_mut().zip(&other.vertices).for_each(|(a, b)| *a += factor * *b);
+        self.materials.iter_mut().zip(&other.materials).for_each(|(a, b)| a.add(factor, b));
+        self.environment += factor * other.environment;
+        self.camera.add(factor, &other.camera);
+    }
+
+    /// Σ over all parameters of the products.
+    ///
+    /// # Panics
+    /// If they are of different worlds.
+    #[must_use]
+    pub fn dot(&self, other: &Self) -> f64 {
+        assert_eq!(self.vertices.len(), other.vertices.len(), "changes of different worlds");
+        assert_eq!(self.materials.len(), other.materials.len(), "changes of different worlds");
+        let vertices: f64 = self.vertices.iter().zip(&other.vertices).map(|(a, b)| a.dot(*b)).sum();
+        let materials: f64 = self.materials.iter().zip(&other.materials).map(|(a, b)| a.dot(b)).sum();
+        vertices + materials + self.environment * other.environment + self.camera.dot(&other.camera)
+    }
+
+    /// All rates, in a fixed order: for statistics over gradients.
+    pub fn values(&self) -> impl Iterator<Item = f64> + '_ {
+        let CameraChange { position, angle, field_of_view } = self.camera;
+        self.vertices
+            .iter()
+            .flat_map(DVec2::to_array)
+            .chain(self.materials.iter().flat_map(MaterialChange::to_array))
+            .chain([self.environment, position.x, position.y, angle, field_of_view])
+    }
+
+    /// Calls `f` with every rate, in the order of [`values`](Self::values).
+    pub fn for_each_value(&mut self, mut f: impl FnMut(&mut f64)) {
+        for v in &mut self.vertices {
+            f(&mut v.x);
+            f(&mut v.y);
+        }
+        for m in &mut self.materials {
+            [&mut m.reflectance, &mut m.emission, &mut m.gloss_strength, &mut m.gloss_width]
+                .into_iter()
+                .for_each(&mut f);
+        }
+        let CameraChange { position, angle, field_of_view } = &mut self.camera;
+        [&mut self.environment, &mut position.x, &mut position.y, angle, field_of_view]
+            .into_iter()
+            .for_each(f);
+    }
+
+    /// Whether anything moves. If nothing does, no auxiliary ray is traced.
+    #[must_use]
+    pub fn is_geometric(&self) -> bool {
+        self.vertices.iter().any(|v| *v != DVec2::ZERO) || self.camera != CameraChange::default()
+    }
+
+    /// The camera changed by `theta` times this.
+    #[must_use]
+    pub fn displaced_camera(&self, camera: &Camera, theta: f64) -> Camera {
+        Camera {
+            position: camera.position + theta * self.camera.position,
+            angle: camera.angle + theta * self.camera.angle,
+            field_of_view: camera.field_of_view + theta * self.camera.field_of_view,
+            film: camera.film,
+        }
+    }
+
+    /// Checks that it fits a world.
+    ///
+    /// # Errors
+    /// A [`ChangeError`] that says what does not.
+    pub fn check(&self, world: &World) -> Result<(), ChangeError> {
+        let expected = (world.vertex_count(), world.shapes().len());
+        let (vertices, shapes) = (self.vertices.len(), self.materials.len());
+        if (vertices, shapes) != expected {
+            return Err(ChangeError::Size { vertices, shapes, expected });
+        }
+        let fail = |what: String| Err(ChangeError::NotFinite { what });
+        if let Some(v) = self.vertices.iter().position(|v| !v.is_finite()) {
+            return fail(format!("of vertex {v}"));
+        }
+        if let Some(m) = self.materials.iter().position(|m| m.to_array().iter().any(|x| !x.is_finite())) {
+            return fail(format!("of the material of shape {m}"));
+        }
+        if self.values().any(|x| !x.is_finite()) {
+            return fail("of the environment or the camera".to_owned());
+        }
+        Ok(())
+    }
+
+    /// The derivative that a covector of this change's kind picks out of it.
+    #[must_use]
+    pub(crate) fn pick(&self, covector: &Covector) -> Terms<f64> {
+        match covector {
+            Covector::Point(point, terms) => {
+                let v = point.velocity(&self.vertices);
+                terms.map(|c| c.dot(v))
+            }
+            Covector::Camera(terms) => terms.map(|c| c.dot(&self.camera)),
+            Covector::Material(shape, m) => {
+                Terms { interior: m.dot(&self.materials[*shape]), ..Terms::default() }
+            }
+            Covector::Environment(c) => Terms { interior: c * self.environment, ..Terms::default() },
+        }
+    }
+}
+
+/// What one sample of dI/dθ takes from the rate of one parameter: forward mode multiplies, reverse
+/// mode scatters, and each is the other's transpose by construction.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Covector {
+    /// Of a material point.
+    Point(MaterialPoint, Terms<DVec2>),
+    /// Of the camera.
+    Camera(Terms<CameraChange>),
+    /// Of a shape's material.
+    Material(usize, MaterialChange),
+    /// Of the environment.
+    Environment(f64),
+}
+
+impl Covector {
+    /// Whether every component is finite.
+    pub(crate) fn is_finite(&self) -> bool {
+        match self {
+            Self::Point(_, terms) => terms.to_array().iter().all(|c| c.is_finite()),
+            Self::Camera(terms) => terms
+                .to_array()
+                .iter()
+                .all(|c| c.position.is_finite() && c.angle.is_finite() && c.field_of_view.is_finite()),
+            Self::Material(_, m) => m.to_array().iter().all(|x| x.is_finite()),
+            Self::Environment(c) => c.is_finite(),
+        }
+    }
+
+    /// Adds `factor` times this to the gradient of each term.
+    pub(crate) fn scatter(&self, factor: f64, gradient: &mut Terms<Change>) {
+        let Terms { interior, primary, secondary } = gradient;
+        match self {
+            Self::Point(point, terms) => {
+                let all = [interior, primary, secondary].into_iter().zip(terms.to_array());
+                all.for_each(|(g, c)| point.scatter(factor * c, &mut g.vertices));
+            }
+            Self::Camera(terms) => {
+                let all = [interior, primary, secondary].into_iter().zip(terms.to_array());
+                all.for_each(|(g, c)| g.camera.add(factor, &c));
+            }
+            Self::Material(shape, m) => interior.materials[*shape].add(factor, m),
+            Self::Environment(c) => interior.environment += factor * c,
+        }
+    }
+}
+
+impl MaterialChange {
+    /// The rates in order.
+    #[must_use]
+    pub fn to_array(&self) -> [f64; 4] {
+        [self.reflectance, self.emission, self.gloss_strength, self.gloss_width]
+    }
+
+    /// Σ of the products.
+    #[must_use]
+    pub fn dot(&self, other: &Self) -> f64 {
+        self.to_array().into_iter().zip(other.to_array()).map(|(a, b)| a * b).sum()
+    }
+
+    /// Adds `factor` times another.
+    pub fn add(&mut self, factor: f64, other: &Self) {
+        self.reflectance += factor * other.reflectance;
+        self.emission += factor * other.emission;
+        self.gloss_strength += factor * other.gloss_strength;
+        self.gloss_width += factor * other.gloss_width;
+    }
+
+    pub(super) fn displace(&self, material: &mut Material, theta: f64) {
+        material.reflectance += theta * self.reflectance;
+        material.emission += theta * self.emission;
+        if let Some(gloss) = &mut material.gloss {
+            gloss.strength += theta * self.gloss_strength;
+            gloss.width += theta * self.gloss_width;
+        }
+    }
+}

@@ -1,0 +1,27 @@
+//! Exact images of flat worlds, and their exact derivatives.
+//!
+//! From every point the half circle of directions is cut where what is seen changes ([`View`]).
+//! Over such an [`Interval`] direct light has a closed form, for diffuse surfaces and for the glossy
+//! lobe ([`Surface`]), and its derivative is an interior term and a sum over the intervals' ends. A
+//! pixel integrates it between the places where two vertices are seen in one direction ([`Exact`]).
+
+mod critical;
+mod direct;
+mod error;
+mod jumps;
+mod lobe;
+mod partition;
+mod pixels;
+mod quadrature;
+mod radiosity;
+mod visible;
+
+#[cfg(test)]
+mod tests;
+
+pub use direct::{RadianceRate, Surface, SurfaceMotion};
+pub use error::ExactError;
+pub use jumps::{VisibleJump, visible_jumps};
+pub use pixels::{Exact, Integrated};
+pub use radiosity::Radiosity;
+pub use visible::{End, Interval, View};

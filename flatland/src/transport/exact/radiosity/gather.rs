@@ -1,0 +1,180 @@
+//! Light gathered at a point: direct light in closed form, and the weights of all nodes' values.
+
+use std::collections::BTreeMap;
+
+use glam::DVec2;
+
+use super::dual_math::DualVector;
+use super::panels::{NODES, Panels, Rule, Side};
+use crate::dual::Dual;
+use crate::transport::exact::direct::{Surface, SurfaceMotion, turn};
+use crate::transport::exact::visible::{End, Interval};
+use crate::transport::{Change, World};
+
+/// A piece of directions is halved while the distance varies by more than this over it: the
+/// parameter of the point that is seen must be a smooth function of the angle.
+const MOST_STRETCH: f64 = 2.5;
+/// And no more often than this.
+const MOST_HALVINGS: usize = 48;
+
+/// The panels of all sides that matter.
+pub(super) type Mesh = BTreeMap<Side, Panels>;
+
+/// The weights of nodes' values, node by node.
+pub(super) type Row = Vec<(usize, Dual)>;
+
+/// What a point gathers from: its surface, and how that moves.
+pub(super) struct Gather<'a> {
+    pub(super) world: &'a World,
+    pub(super) change: &'a Change,
+    pub(super) surface: Surface<'a>,
+    pub(super) motion: SurfaceMotion,
+    /// ρ.
+    pub(super) reflectance: Dual,
+}
+
+/// The part of an interval in which one panel is seen.
+#[derive(Clone, Copy)]
+struct Part {
+    /// The segment's first end point and its edge in the surface's frame.
+    start: DualVector,
+    edge: DualVector,
+    /// The panel's ends, and where its first node's value is.
+    panel: [f64; 2],
+    first: usize,
+}
+
+impl Gather<'_> {
+    /// The sides that are seen and scatter light.
+    pub(super) fn sides(&self) -> impl Iterator<Item = Side> + '_ {
+        self.surface.intervals().iter().filter_map(|i| self.side(i))
+    }
+
+    /// Emission and direct light.
+    pub(super) fn direct(&self) -> Dual {
+        let rate = self.surface.rate(self.change, &self.motion);
+        Dual { value: self.surface.radiance(), slope: rate.interior + rate.boundary }
+    }
+
+    /// ρ/2 ∫ ℓ_k cos φ dφ of every node's Lagrange polynomial ℓ_k.
+    pub(super) fn row(&self, mesh: &Mesh, rule: &Rule) -> Row {
+        let mut row = vec![];
+        for interval in self.surface.intervals() {
+            if let Some((side, panels)) = self.side(interval).and_then(|s| Some((s, mesh.get(&s)?))) {
+                self.interval(interval, side.0, panels, rule, &mut row);
+            }
+        }
+        row
+    }
+
+    fn side(&self, interval: &Interval) -> Option<Side> {
+        let segment = interval.seen?;
+        let seen = &self.world.segments()[segment];
+        let from = self.surface.view().point() - seen.start;
+        (self.world.material(segment).reflectance > 0.0).then(|| (segment, seen.edge.perp_dot(from) > 0.0))
+    }
+
+    fn interval(&self, interval: &Interval, segment: usize, panels: &Panels, rule: &Rule, row: &mut Row) {
+        let part = self.part(segment);
+        let ends = [&interval.start, &interval.end].map(|end| self.angle_of(end));
+        let [low, high] = [&interval.start, &interval.end].map(|end| self.parameter(end, segment, &part));
+        let rising = low < high;
+        let (least, most) = if rising { (low, high) } else { (high, low) };
+        for (k, pair) in panels.breaks.windows(2).enumerate() {
+            if pair[1] <= least || pair[0] >= most {
+                continue;
+            }
+            let inside =
+                |s: f64, end: Dual| if s > least && s < most { self.angle_at(segment, s) } else { end };
+            let order = if rising { [pair[0], pair[1]] } else { [pair[1], pair[0]] };
+            let angles = [inside(order[0], ends[0]), inside(order[1], ends[1])];
+            let part = Part { panel: [pair[0], pair[1]], first: panels.first + k * NODES, ..part };
+            let base = row.len();
+            let zero = Dual::constant(0.0);
+            row.extend((0..NODES).map(|n| (part.first + n, zero)));
+            self.panel(&part, angles, rule, &mut row[base..], 0);
+        }
+    }
+
+    /// Adds up the weights of a panel between two angles.
+    fn panel(&self, part: &Part, [a, b]: [Dual; 2], rule: &Rule, row: &mut [(usize, Dual)], halvings: usize) {
+        if a.value >= b.value {
+            return;
+        }
+        let [near, far] = [a, b].map(|angle| part.distance(angle.value));
+        let stretched = near.max(far) > MOST_STRETCH * near.min(far) || b.value - a.value > 1.0;
+        if stretched && halvings < MOST_HALVINGS {
+            let middle = (a + b) * 0.5;
+            self.panel(part, [a, middle], rule, row, halvings + 1);
+            self.panel(part, [middle, b], rule, row, halvings + 1);
+            return;
+        }
+        let length = part.panel[1] - part.panel[0];
+        for &(t, weight) in &rule.points {
+            let angle = a + (b - a) * t;
+            let (sin, cos) = angle.sin_cos();
+            let s = part.parameter(DualVector { x: cos, y: sin });
+            let local = (s.value - part.panel[0]) / length;
+            let factor = self.reflectance * cos * (b - a) * (0.5 * weight);
+            for (entry, (value, slope)) in row.iter_mut().zip(rule.basis(local)) {
+                entry.1 = entry.1 + factor * Dual { value, slope: slope * s.slope / length };
+            }
+        }
+    }
+
+    fn part(&self, segment: usize) -> Part {
+        let seen = &self.world.segments()[segment];
+        let [a, b] = seen.vertices.map(|v| self.change.vertices[v]);
+        let start = self.in_frame(seen.start - self.surface.view().point(), a - self.motion.velocity);
+        Part { start, edge: self.in_frame(seen.edge, b - a), panel: [0.0, 1.0], first: 0 }
+    }
+
+    /// A vector along the normal and the tangent, which turn.
+    fn in_frame(&self, value: DVec2, slope: DVec2) -> DualVector {
+        let view = self.surface.view();
+        let rotate = |v: DVec2| DVec2::new(view.axis().dot(v), view.tangent().dot(v));
+        let local = rotate(value);
+        DualVector::new(local, rotate(slope) - self.motion.normal_turn * local.perp())
+    }
+
+    fn angle_of(&self, end: &End) -> Dual {
+        if end.vertex.is_none() || end.cos == 0.0 {
+            return Dual::constant(end.angle);
+        }
+        let turned = turn(self.surface.view(), end, self.change, self.motion.velocity);
+        Dual { value: end.angle, slope: turned - self.motion.normal_turn }
+    }
+
+    /// The angle in which the point of a segment at s is seen.
+    fn angle_at(&self, segment: usize, s: f64) -> Dual {
+        let seen = &self.world.segments()[segment];
+        let to = seen.at(s) - self.surface.view().point();
+        let velocity = seen.material_point(s).velocity(&self.change.vertices) - self.motion.velocity;
+        let slope = to.perp_dot(velocity) / to.length_squared() - self.motion.normal_turn;
+        Dual { value: self.surface.view().angle(to), slope }
+    }
+
+    /// The parameter of the point that is seen at an end of an interval.
+    fn parameter(&self, end: &End, segment: usize, part: &Part) -> f64 {
+        let vertices = self.world.segments()[segment].vertices;
+        if let Some(k) = vertices.iter().position(|v| end.vertex == Some(*v)) {
+            return k as f64;
+        }
+        let direction = DualVector::new(DVec2::new(end.cos, end.sin), DVec2::ZERO);
+        part.parameter(direction).value.clamp(0.0, 1.0)
+    }
+}
+
+impl Part {
+    /// s with direction × (start + s edge) = 0.
+    fn parameter(&self, direction: DualVector) -> Dual {
+        -(direction.perp_dot(self.start) / direction.perp_dot(self.edge))
+    }
+
+    /// How far the segment's line is.
+    fn distance(&self, angle: f64) -> f64 {
+        let (sin, cos) = angle.sin_cos();
+        let height = self.start.x.value * self.edge.y.value - self.start.y.value * self.edge.x.value;
+        (height / (cos * self.edge.y.value - sin * self.edge.x.value)).abs()
+    }
+}

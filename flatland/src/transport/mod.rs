@@ -1,0 +1,35 @@
+//! Flat worlds: light transport in the plane, over the directions of a circle (n = 1).
+//!
+//! A [`World`] is made of disjoint polylines and polygons, each of one [`Material`], in an
+//! environment of constant radiance; a [`Camera`] is a pinhole with a line of pixels. The radiance
+//! that leaves x towards ω_o is
+//!
+//! ```text
+//! L(x, ω_o) = L_e + ∫ f(ω_i, ω_o) |n·ω_i| L(y, −ω_i) dω_i
+//! ```
+//!
+//! over the half circle of directions on ω_o's side, and y the point first met in direction ω_i.
+//!
+//! A [`Change`] says how vertices, materials, environment and camera depend on θ, and has the shape
+//! of the gradient as well.
+
+mod camera;
+mod change;
+mod emitters;
+pub mod exact;
+pub mod fields;
+mod material;
+mod path;
+mod scattering;
+mod sides;
+mod world;
+
+pub use camera::{Camera, CameraChange, CameraError, Film, FilmSample};
+pub(crate) use change::Covector;
+pub use change::{Change, ChangeError, MaterialChange, Terms};
+pub use material::{Gloss, Material};
+pub use path::{LEAST_SURVIVAL, Paths};
+pub(crate) use path::{Light, Path, Vertex, Wanted, path_stream};
+pub(crate) use scattering::Scattering;
+pub(crate) use sides::both_sides;
+pub use world::{Hit, Origin, Segment, Shape, World, WorldError};
