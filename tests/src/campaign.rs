@@ -82,6 +82,24 @@ pub fn known(kinds: &[Kind], per_kind: u64) -> Vec<Known> {
     all.into_iter().filter(|k| k.exact.abs() > 1e-3).collect()
 }
 
+/// A number that is known, and what to call it.
+pub trait Reference: Sync {
+    /// The exact value.
+    fn exact(&self) -> f64;
+    /// Enough to repeat it.
+    fn label(&self) -> &str;
+}
+
+impl Reference for Known {
+    fn exact(&self) -> f64 {
+        self.exact
+    }
+
+    fn label(&self) -> &str {
+        &self.case.label
+    }
+}
+
 /// How estimates compare with exact values over a campaign.
 #[derive(Clone, Debug)]
 pub struct Verdict {
@@ -102,10 +120,11 @@ pub struct Verdict {
 impl Verdict {
     /// Runs an estimate over all scenes, in parallel, twice: with seeds 0 and 1.
     ///
-    /// Each half is weighted by the variance of the other, but at least as if it were off by 30%. Weights from its own variance would be
-    /// correlated with its error, because where the distribution is skewed a large mean comes with a
-    /// large variance, and the slope would be biased by them.
-    pub fn of(known: &[Known], estimate: impl Fn(&Known, u64) -> Estimate + Sync) -> Self {
+    /// Each half is weighted by the variance of the other, but at least as if it were off by 30%.
+    /// Weights from its own variance would be correlated with its error, because where the
+    /// distribution is skewed a large mean comes with a large variance, and the slope would be
+    /// biased by them.
+    pub fn of<K: Reference>(known: &[K], estimate: impl Fn(&K, u64) -> Estimate + Sync) -> Self {
         let halves: Vec<[Estimate; 2]> =
             known.par_iter().map(|k| [0, 1].map(|seed| estimate(k, seed))).collect();
         let mut this = Self {
@@ -118,20 +137,20 @@ impl Verdict {
         };
         let (mut xy, mut xx, mut variance) = (0.0, 0.0, 0.0);
         for (k, pair) in known.iter().zip(&halves) {
-            let [a, b] = pair;
+            let ([a, b], exact) = (pair, k.exact());
             // An estimate without any spread must be exact, but for rounding.
-            let error = (0.5 * a.standard_error.hypot(b.standard_error)).max(1e-12 * k.exact.abs());
-            let z = (0.5 * (a.mean + b.mean) - k.exact) / error;
+            let error = (0.5 * a.standard_error.hypot(b.standard_error)).max(1e-12 * exact.abs());
+            let z = (0.5 * (a.mean + b.mean) - exact) / error;
             if z.is_nan() || z.abs() > this.worst {
                 this.worst = if z.is_nan() { f64::INFINITY } else { z.abs() };
-                this.worst_label.clone_from(&k.case.label);
+                this.worst_label = k.label().to_owned();
             }
             this.spread += z * z / known.len() as f64;
             for (own, other) in [(a, b), (b, a)] {
-                let weight = 1.0 / (other.standard_error.powi(2) + (0.3 * k.exact).powi(2));
-                xy += weight * k.exact * own.mean;
-                xx += weight * k.exact * k.exact;
-                variance += (weight * k.exact * own.standard_error).powi(2);
+                let weight = 1.0 / (other.standard_error.powi(2) + (0.3 * exact).powi(2));
+                xy += weight * exact * own.mean;
+                xx += weight * exact * exact;
+                variance += (weight * exact * own.standard_error).powi(2);
             }
         }
         this.spread = this.spread.sqrt();

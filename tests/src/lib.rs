@@ -10,5 +10,7 @@
 pub mod campaign;
 mod double_double;
 pub mod oracle;
+pub mod readme;
 pub mod scenes;
 pub mod statistics;
+pub mod transport;

@@ -4,7 +4,6 @@
 //! without it the test holds every row to its bound, and fails if the README shows other rows.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
 use flatland::estimator::{Exact, GradientImage, Method, WarpedArea};
 use flatland::plane::exact::Arrangement;
@@ -14,6 +13,7 @@ use flatland::random::stream;
 use flatland::warp::{Debias, Warp};
 use glam::{DVec2, DVec3};
 use tests::oracle;
+use tests::readme;
 use tests::scenes::Case;
 
 /// A row of the table: the extreme, and what was measured there.
@@ -227,9 +227,6 @@ fn exact_row(extreme: String, case: &Case) -> Row {
     }
 }
 
-const BEGIN: &str = "<!-- stability table: filled by tests/tests/stability.rs -->\n";
-const END: &str = "<!-- end of stability table -->";
-
 #[test]
 fn the_readme_shows_what_is_measured_at_the_extremes() {
     let mut table = String::from(
@@ -238,17 +235,5 @@ fn the_readme_shows_what_is_measured_at_the_extremes() {
     for Row { extreme, edge, divergence, sampled } in rows() {
         writeln!(table, "| {extreme} | {edge} | {divergence} | {sampled} |").expect("a string");
     }
-    println!("{table}");
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md");
-    let readme = std::fs::read_to_string(&path).expect("README.md");
-    let (before, rest) = readme.split_once(BEGIN).expect("the table's beginning");
-    let (shown, after) = rest.split_once(END).expect("the table's end");
-    if std::env::var_os("UPDATE_README").is_some() {
-        std::fs::write(&path, format!("{before}{BEGIN}{table}{END}{after}")).expect("README.md");
-    } else {
-        // The extremes shown must be those measured; their last digits differ between machines.
-        let extremes =
-            |t: &str| t.lines().map(|l| l.split('|').nth(1).map(str::to_owned)).collect::<Vec<_>>();
-        assert_eq!(extremes(shown), extremes(&table), "run with UPDATE_README=1 to show the new rows");
-    }
+    readme::table("stability table", &table);
 }

@@ -1,0 +1,125 @@
+//! One number per flat world, estimated and exact, over many worlds: what the statistical tests of
+//! transport compare, by the [`Verdict`](crate::campaign::Verdict) of the plane's campaigns.
+
+use rayon::prelude::*;
+
+use super::oracle;
+use super::worlds::{Case, Kind, Knobs, Moving};
+use crate::campaign::{Estimate, Reference};
+
+/// A world with its exact derivative, seen through fixed random weights.
+#[derive(Clone, Debug)]
+pub struct Known {
+    /// The world, its camera and its change.
+    pub case: Case,
+    /// How often light is scattered at most.
+    pub bounces: usize,
+    /// One weight per pixel.
+    pub weights: Vec<f64>,
+    /// Σ weight · I.
+    pub value: f64,
+    /// Σ weight · dI/dθ.
+    pub exact: f64,
+    /// The estimated error of [`exact`](Self::exact): rounding for up to one scattering event, and
+    /// for more that of the oracle's quadrature. Standard errors must be well above it.
+    pub error: f64,
+}
+
+impl Known {
+    /// By the oracle; see [`oracle::image`] for its cost.
+    #[must_use]
+    pub fn new(case: Case, bounces: usize) -> Self {
+        let pixels = oracle::image(&case.world, &case.camera, &case.change, bounces);
+        // Anything that is not smooth from pixel to pixel will do.
+        let weights: Vec<f64> = (0..pixels.len()).map(|i| 1.0 + 0.5 * (7.3 * i as f64).sin()).collect();
+        let sum =
+            |f: fn(&oracle::PixelOracle) -> f64| weights.iter().zip(&pixels).map(|(w, p)| w * f(p)).sum();
+        let rounding: f64 = sum(|p| 1e-12 * p.absolute);
+        let (value, exact, quadrature): (f64, f64, f64) =
+            (sum(|p| p.value), sum(|p| p.derivative), sum(|p| p.error));
+        Self { case, bounces, weights, value, exact, error: rounding + quadrature }
+    }
+
+    /// The weighted sum of pixels with their standard errors, which are independent.
+    ///
+    /// # Panics
+    /// If there is not one of each per pixel of the case.
+    #[must_use]
+    pub fn estimate(&self, mean: &[f64], standard_error: &[f64]) -> Estimate {
+        assert_eq!(mean.len(), self.weights.len(), "one mean per pixel");
+        assert_eq!(standard_error.len(), self.weights.len(), "one standard error per pixel");
+        let weighted =
+            |values: &[f64]| self.weights.iter().zip(values).map(|(w, v)| w * v).collect::<Vec<_>>();
+        let variance: f64 = weighted(standard_error).iter().map(|e| e * e).sum();
+        Estimate { mean: weighted(mean).iter().sum(), standard_error: variance.sqrt() }
+    }
+
+    /// The covector ∂L/∂I of the loss L = Σ weight · I, one per pixel: what reverse mode starts from.
+    #[must_use]
+    pub fn adjoint(&self) -> &[f64] {
+        &self.weights
+    }
+}
+
+impl Reference for Known {
+    fn exact(&self) -> f64 {
+        self.exact
+    }
+
+    fn label(&self) -> &str {
+        &self.case.label
+    }
+}
+
+/// `per_kind` worlds of each of some kinds, in each of which one of `movings` changes something,
+/// with light scattered at most `bounces` times. Those whose derivative is nothing to speak of are
+/// left out.
+///
+/// # Panics
+/// If nothing is to move.
+#[must_use]
+pub fn known(kinds: &[Kind], movings: &[Moving], per_kind: u64, bounces: usize) -> Vec<Known> {
+    assert!(!movings.is_empty(), "nothing moves");
+    let drawn = |&kind: &Kind| {
+        (0..per_kind).map(move |i| {
+            let moving = movings[i as usize % movings.len()];
+            let knobs = Knobs { moving, ..Knobs::random(50_000 + i, kind) };
+            // Light that is scattered twice costs a second for a small world.
+            if bounces < 2 { knobs } else { Knobs { shapes: knobs.shapes.min(1), pixels: 4, ..knobs } }
+        })
+    };
+    let knobs: Vec<Knobs> = kinds.iter().flat_map(drawn).collect();
+    let all: Vec<Known> = knobs.into_par_iter().map(|k| Known::new(k.build(), bounces)).collect();
+    all.into_iter().filter(|k| k.exact.abs() > 1e-3).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::Verdict;
+
+    /// A method that is exact but for noise passes, and one that is biased does not.
+    #[test]
+    fn a_campaign_tells_right_from_wrong() {
+        let known = known(&Kind::GENERIC, &Moving::GEOMETRIC, 14, 1);
+        assert!(known.len() > 60, "{} worlds", known.len());
+        assert!(known.iter().all(|k| k.error < 1e-9 * k.exact.abs().max(1.0)), "the oracle is not exact");
+        let noisy = |factor: f64| {
+            Verdict::of(&known, move |k: &Known, seed| {
+                let noise = 0.01 * k.exact * (seed as f64 - 0.5);
+                Estimate { mean: factor * k.exact + noise, standard_error: 0.01 * k.exact.abs() }
+            })
+        };
+        assert!(noisy(1.0).passes(5.0));
+        assert!(!noisy(0.9).passes(5.0) && !noisy(-1.0).passes(5.0) && !noisy(0.0).passes(5.0));
+    }
+
+    #[test]
+    fn light_scattered_twice_is_known_to_its_stated_error() {
+        let known = known(&[Kind::Room, Kind::Glossy], &Moving::ALL, 2, 2);
+        for k in &known {
+            println!("{}: {:e} ± {:.1e}", k.case.label, k.exact, k.error);
+            assert!(k.error < 1e-5 * k.exact.abs().max(1.0), "{}", k.case.label);
+        }
+    }
+}

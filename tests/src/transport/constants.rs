@@ -1,0 +1,167 @@
+//! Worlds whose pixels and derivatives are known by an argument, without computing them.
+
+use flatland::plane::Filter;
+use flatland::transport::{Camera, CameraChange, Change, Film, Gloss, Material, Shape, World};
+use glam::DVec2;
+
+use super::worlds::{Case, Kind, Knobs};
+
+/// A world with what every one of its pixels must be.
+#[derive(Clone, Debug)]
+pub struct Constant {
+    /// The world.
+    pub case: Case,
+    /// How often light is scattered at most.
+    pub bounces: usize,
+    /// Every pixel, if that is known.
+    pub value: Option<f64>,
+    /// The derivative of every pixel.
+    pub derivative: f64,
+}
+
+fn p(x: f64, y: f64) -> DVec2 {
+    DVec2::new(x, y)
+}
+
+/// All of them, with some filters, and light scattered at most `bounces` times.
+#[must_use]
+pub fn constants(filters: &[Filter], bounces: usize) -> Vec<Constant> {
+    let mut all = vec![];
+    for &filter in filters {
+        all.extend(furnaces(filter, bounces));
+        all.extend(alone_under_a_sky(filter, bounces));
+        all.push(sliding_under_itself(filter, bounces));
+        all.push(turning_in_the_furnace(filter, bounces));
+        all.extend(moved_as_one(filter, bounces));
+    }
+    all
+}
+
+fn camera(position: DVec2, angle: f64, field_of_view: f64, filter: Filter) -> Camera {
+    Camera { position, angle, field_of_view, film: Film { pixels: 5, filter } }
+}
+
+/// Σ xᵏ for k from 0 to n, and its derivative by x.
+fn geometric(x: f64, n: usize) -> [f64; 2] {
+    (0..=n).fold([0.0, 0.0], |[sum, slope], k| {
+        let k = i32::try_from(k).expect("few bounces");
+        [sum + x.powi(k), slope + if k == 0 { 0.0 } else { f64::from(k) * x.powi(k - 1) }]
+    })
+}
+
+/// Inside a closed diffuse room of reflectance ρ that emits L everywhere, with things of the same
+/// material in it, the radiance is L Σ ρᵏ wherever one looks; whatever moves, it stays so, and by ρ
+/// and L it changes as that formula.
+fn furnaces(filter: Filter, bounces: usize) -> Vec<Constant> {
+    let (emission, reflectance) = (1.7, 0.6);
+    let material = Material::diffuse(reflectance).with_emission(emission);
+    let room = Shape::closed([p(-1.1, -0.9), p(1.2, -1.0), p(1.0, 0.9), p(-0.9, 1.1)], material);
+    let block = Shape::closed([p(0.3, -0.2), p(0.7, -0.1), p(0.4, 0.3)], material);
+    let world = World::new(0.0, vec![room, block]).expect("a world");
+    let camera = camera(p(-0.4, 0.1), 0.1, 1.0, filter);
+    let [sum, slope] = geometric(reflectance, bounces);
+    let mut by_material = Change::none(&world);
+    for m in &mut by_material.materials {
+        (m.reflectance, m.emission) = (0.3, -0.8);
+    }
+    let eye = CameraChange { position: p(0.4, -1.0), angle: 0.3, field_of_view: 0.5 };
+    [
+        ("a block moves", Change::translate(&world, [1], p(0.7, 0.4)), 0.0),
+        ("a block turns", Change::rotate(&world, [1], p(0.5, 0.0)), 0.0),
+        ("the walls move", Change::scale(&world, [0], p(0.1, 0.0)), 0.0),
+        ("the camera moves", Change::of_camera(&world, eye), 0.0),
+        ("the material changes", by_material, 0.3 * emission * slope - 0.8 * sum),
+    ]
+    .map(|(what, change, derivative)| Constant {
+        case: Case { world: world.clone(), camera, change, label: format!("furnace, {what}, {filter:?}") },
+        bounces,
+        value: Some(emission * sum),
+        derivative,
+    })
+    .into()
+}
+
+/// A convex polygon that fills the view, alone under a sky of radiance E: each of its points sees
+/// half a circle of sky and no other, and reflects ρE, from wherever it is seen and however it
+/// moves.
+fn alone_under_a_sky(filter: Filter, bounces: usize) -> Vec<Constant> {
+    let (sky, reflectance) = (1.3, 0.8);
+    let corners = [p(-40.0, -3.0), p(0.5, -0.9), p(60.0, -4.0), p(0.0, -30.0)];
+    let ground = Shape::closed(corners, Material::diffuse(reflectance));
+    let world = World::new(sky, vec![ground]).expect("a world");
+    let camera = camera(p(0.2, 1.0), -1.4, 0.7, filter);
+    let reflected = if bounces == 0 { 0.0 } else { 1.0 };
+    let mut by_sky = Change { environment: 0.7, ..Change::none(&world) };
+    by_sky.materials[0].reflectance = 0.2;
+    [
+        ("it moves", Change::translate(&world, [0], p(0.7, 0.4)), 0.0),
+        ("it turns", Change::rotate(&world, [0], p(0.5, 0.0)), 0.0),
+        ("the sky brightens", by_sky, (0.7 * reflectance + 0.2 * sky) * reflected),
+    ]
+    .map(|(what, change, derivative)| Constant {
+        case: Case {
+            world: world.clone(),
+            camera,
+            change,
+            label: format!("under a sky, {what}, {filter:?}"),
+        },
+        bounces,
+        value: Some(sky * reflectance * reflected),
+        derivative,
+    })
+    .into()
+}
+
+/// A line that slides along itself below a light, its ends out of view: no surface point stays and
+/// nothing that is seen changes.
+fn sliding_under_itself(filter: Filter, bounces: usize) -> Constant {
+    let gloss = Some(Gloss { strength: 0.4, width: 0.2 });
+    let material = Material { reflectance: 0.5, gloss, emission: 0.1 };
+    let line = Shape::open([p(-30.0, -16.0), p(40.0, 19.0)], material);
+    let light = Shape::open([p(-2.0, 3.0), p(-0.5, 3.5)], Material::emitter(2.0));
+    let world = World::new(0.3, vec![line, light]).expect("a world");
+    let camera = camera(p(0.2, 2.0), -1.4, 0.7, filter);
+    let change = Change::translate(&world, [0], p(2.0, 1.0));
+    let label = format!("sliding under itself, {filter:?}");
+    Constant { case: Case { world, camera, change, label }, bounces, value: None, derivative: 0.0 }
+}
+
+/// A many-sided disc that turns about its centre, in front of what looks as it does.
+fn turning_in_the_furnace(filter: Filter, bounces: usize) -> Constant {
+    let corner = |i: u32| 0.5 * DVec2::from_angle(std::f64::consts::TAU * f64::from(i) / 24.0);
+    let disc = Shape::closed((0..24).map(corner), Material::emitter(1.3));
+    let world = World::new(1.3, vec![disc]).expect("a world");
+    let camera = camera(p(-1.4, 0.2), -0.1, 1.2, filter);
+    let change = Change::rotate(&world, [0], DVec2::ZERO);
+    let label = format!("a disc that turns, {filter:?}");
+    Constant { case: Case { world, camera, change, label }, bounces, value: Some(1.3), derivative: 0.0 }
+}
+
+/// Random worlds that are translated, turned or scaled together with their camera.
+fn moved_as_one(filter: Filter, bounces: usize) -> Vec<Constant> {
+    let knobs = |seed, kind| Knobs { filter, shapes: 1, pixels: 4, ..Knobs::random(seed, kind) };
+    let mut all = vec![];
+    for (seed, kind) in [(1, Kind::Shadows), (2, Kind::Glossy), (3, Kind::Glowing), (4, Kind::Room)] {
+        let Case { world, camera, label, .. } = knobs(seed, kind).build();
+        let (every, centre) = (0..world.shapes().len(), p(0.3, 0.8));
+        let (arm, none) = (camera.position - centre, CameraChange::default());
+        let direction = p(0.8, -0.5);
+        let eye = |camera: CameraChange| Change::of_camera(&world, camera);
+        let changes = [
+            Change::translate(&world, every.clone(), direction)
+                .and(&eye(CameraChange { position: direction, ..none })),
+            Change::rotate(&world, every.clone(), centre).and(&eye(CameraChange {
+                position: arm.perp(),
+                angle: 1.0,
+                ..none
+            })),
+            Change::scale(&world, every, centre).and(&eye(CameraChange { position: arm, ..none })),
+        ];
+        for (what, change) in ["translated", "turned", "scaled"].into_iter().zip(changes) {
+            let label = format!("{what} as one: {label}");
+            let case = Case { world: world.clone(), camera, change, label };
+            all.push(Constant { case, bounces, value: None, derivative: 0.0 });
+        }
+    }
+    all
+}

@@ -1,0 +1,50 @@
+//! What θ does to a world.
+
+use flatland::transport::{CameraChange, Change, World};
+
+use super::Moving;
+use super::dice::Dice;
+
+/// A change of the kind `moving` of a world as large as `unit`.
+pub(super) fn draw(dice: &mut Dice, moving: Moving, world: &World, unit: f64) -> Change {
+    let shapes: Vec<usize> = (0..world.shapes().len()).filter(|_| dice.chance(0.5)).collect();
+    // At least one.
+    let shapes = if shapes.is_empty() { vec![dice.count(0, world.shapes().len() - 1)] } else { shapes };
+    let camera = |camera: CameraChange| Change::of_camera(world, camera);
+    let none = CameraChange::default();
+    match moving {
+        Moving::Translate => Change::translate(world, shapes, dice.vector(unit)),
+        Moving::Rotate => Change::rotate(world, shapes, dice.vector(unit)),
+        Moving::Scale => Change::scale(world, shapes, dice.vector(unit)),
+        Moving::Vertex => {
+            let mut change = Change::none(world);
+            change.vertices[dice.count(0, world.vertex_count() - 1)] = dice.vector(unit);
+            change
+        }
+        Moving::CameraPosition => camera(CameraChange { position: dice.vector(unit), ..none }),
+        Moving::CameraAngle => camera(CameraChange { angle: dice.sign(), ..none }),
+        Moving::FieldOfView => camera(CameraChange { field_of_view: dice.sign(), ..none }),
+        Moving::Material => {
+            let mut change = Change::none(world);
+            for (material, shape) in change.materials.iter_mut().zip(world.shapes()) {
+                // Relative: what is 0 stays so, and a narrow lobe has little room.
+                let now = shape.material();
+                material.reflectance = dice.between(-1.0, 1.0) * now.reflectance;
+                material.emission = dice.between(-1.0, 1.0) * now.emission;
+                if let Some(gloss) = now.gloss {
+                    material.gloss_strength = dice.between(-1.0, 1.0) * gloss.strength;
+                    material.gloss_width = dice.between(-1.0, 1.0) * gloss.width;
+                }
+            }
+            change
+        }
+        Moving::Environment => Change { environment: 1.0, ..Change::none(world) },
+        Moving::Mixed => {
+            let mut sum = Change::none(world);
+            for part in Moving::ALL.into_iter().filter(|part| *part != Moving::Mixed) {
+                sum.add(dice.between(-1.0, 1.0), &draw(dice, part, world, unit));
+            }
+            sum
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! Random choices and what random worlds are made of.
+
+use std::f64::consts::TAU;
+
+use flatland::random::{Stream, open01, stream};
+use flatland::transport::{Gloss, Material, Shape};
+use glam::DVec2;
+use rand::Rng;
+
+/// A source of choices.
+pub(super) struct Dice(Stream);
+
+impl Dice {
+    pub(super) fn new(seed: u64, purpose: u64) -> Self {
+        Self(stream(seed, &[purpose]))
+    }
+
+    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * open01(&mut self.0)
+    }
+
+    /// Between two positive numbers, uniform in the logarithm.
+    pub(super) fn scale(&mut self, low: f64, high: f64) -> f64 {
+        self.between(low.ln(), high.ln()).exp()
+    }
+
+    pub(super) fn chance(&mut self, probability: f64) -> bool {
+        open01(&mut self.0) < probability
+    }
+
+    /// A whole number from `low` to `high`, both included.
+    pub(super) fn count(&mut self, low: usize, high: usize) -> usize {
+        low + (self.0.next_u64() % (high - low + 1) as u64) as usize
+    }
+
+    pub(super) fn pick<T: Copy>(&mut self, from: &[T]) -> T {
+        from[self.count(0, from.len() - 1)]
+    }
+
+    pub(super) fn sign(&mut self) -> f64 {
+        if self.chance(0.5) { 1.0 } else { -1.0 }
+    }
+
+    pub(super) fn vector(&mut self, length: f64) -> DVec2 {
+        DVec2::from_angle(self.between(0.0, TAU)) * self.between(0.3, 1.0) * length
+    }
+
+    /// A segment, an open polyline of two, or a polygon of up to five corners, inside a disc: the
+    /// corners have increasing angles, so it does not meet itself.
+    pub(super) fn shape(&mut self, centre: DVec2, radius: f64, material: Material) -> Shape {
+        let corners = self.count(2, 5);
+        let turn = self.between(0.0, TAU);
+        let corner = |i: usize, dice: &mut Self| {
+            let angle = turn + TAU * (i as f64 + dice.between(-0.3, 0.3)) / corners as f64;
+            centre + radius * dice.between(0.4, 1.0) * DVec2::from_angle(angle)
+        };
+        let points: Vec<_> = (0..corners).map(|i| corner(i, self)).collect();
+        if corners > 2 && self.chance(0.7) {
+            Shape::closed(points, material)
+        } else {
+            Shape::open(points, material)
+        }
+    }
+
+    /// Diffuse, of an albedo up to `albedo`.
+    pub(super) fn diffuse(&mut self, albedo: f64) -> Material {
+        Material::diffuse(self.between(0.25, 1.0) * albedo)
+    }
+
+    /// With a lobe of a width in a range, and perhaps a diffuse part.
+    pub(super) fn glossy(&mut self, albedo: f64, [narrow, wide]: [f64; 2]) -> Material {
+        let reflectance = if self.chance(0.5) { self.between(0.1, 0.5) * albedo } else { 0.0 };
+        let strength = self.between(0.5, 1.0) * (albedo - reflectance);
+        let gloss = Some(Gloss { strength, width: self.scale(narrow, wide) });
+        Material { reflectance, gloss, emission: 0.0 }
+    }
+
+    /// An emitter, perhaps one that reflects as well.
+    pub(super) fn emitter(&mut self) -> Material {
+        let emission = self.between(0.5, 4.0);
+        if self.chance(0.7) { Material::emitter(emission) } else { self.diffuse(0.6).with_emission(emission) }
+    }
+}

@@ -1,0 +1,377 @@
+//! Implicit flat worlds: every field and baseline against exact derivatives, with its measured bias.
+
+use std::f64::consts::FRAC_PI_4;
+
+use flatland::random::{Stream, open01, stream};
+use flatland::sdf::estimator::{AreaIntegral, Estimate, ImplicitHit, RelaxedBoundary};
+use flatland::sdf::exact::{Exact, HarmonicField, Silhouette};
+use flatland::sdf::fields::{
+    AuxiliaryField, BangaruField, DirectField, MovingField, SilhouetteDistance, TracedField, ViciniField,
+};
+use flatland::sdf::shapes::{Circle, Grid, Interpolation, Polygon, Shape, SmoothUnion};
+use flatland::sdf::{AngularFilm, AngularFilter, Scene, Sdf, Shading, Tracer};
+use flatland::warp::{Circle as Directions, Debias, Field, Warp, WarpField};
+use glam::DVec2;
+use tests::statistics::{ZReport, regression_slope, suite_threshold};
+
+fn disc(x: f64, y: f64, r: f64) -> Shape {
+    Shape::Circle(Circle::new(DVec2::new(x, y), r).expect("a disc"))
+}
+
+/// Two discs, the nearer hiding a part of the other, blended over `width` in the free space between.
+fn pair(width: f64) -> Shape {
+    let union = SmoothUnion::new(disc(2.5, -0.5, 0.4), disc(4.0, 0.6, 0.7), width);
+    Shape::Union(Box::new(union.expect("a union")))
+}
+
+fn triangle() -> Shape {
+    let corners = [(2.5, -0.6), (3.5, 0.2), (2.6, 0.8)].map(|(x, y)| DVec2::new(x, y));
+    Shape::Polygon(Polygon::new(corners.to_vec()).expect("simple"))
+}
+
+const SHADING: Shading =
+    Shading { base: 1.0, position: DVec2::new(0.1, -0.2), normal: DVec2::new(-0.4, 0.3) };
+
+/// A scene, a motion and the exact derivative of its image.
+struct Case {
+    scene: Scene,
+    film: AngularFilm,
+    direction: Vec<f64>,
+    exact: Vec<f64>,
+}
+
+impl Case {
+    fn new(shape: Shape, shading: Shading, filter: AngularFilter) -> Self {
+        let tracer = Tracer { far: 10.0, ..Tracer::default() };
+        let mut direction: Vec<f64> =
+            (0..shape.parameter_count()).map(|i| 0.5 + (1.3 * i as f64).sin()).collect();
+        if matches!(shape, Shape::Union(_)) {
+            // The blending width changes nothing that is seen.
+            *direction.last_mut().expect("a width") = 0.0;
+        }
+        let scene = Scene::new(shape, DVec2::ZERO, tracer, shading, 0.3).expect("a scene");
+        let film = AngularFilm::new(-FRAC_PI_4, FRAC_PI_4, 12, filter).expect("a film");
+        Self::of(scene, film, direction)
+    }
+
+    fn of(scene: Scene, film: AngularFilm, direction: Vec<f64>) -> Self {
+        let found = Exact::new(&scene).expect("closed").derivative(&film, &direction).expect("fits");
+        let exact = found.iter().map(|[interior, boundary]| interior + boundary).collect();
+        Self { scene, film, direction, exact }
+    }
+
+    fn silhouettes(&self) -> Vec<Silhouette> {
+        Exact::new(&self.scene).expect("closed").silhouettes(&self.direction).expect("fits")
+    }
+
+    fn area(&self, samples: usize, field: &impl WarpField<Directions>) -> Estimate {
+        let method = AreaIntegral { samples, seed: 1, ..AreaIntegral::default() };
+        method.forward(&self.scene, &self.direction, &self.film, field).expect("valid")
+    }
+
+    fn traced(&self, samples: usize, field: &impl TracedField<Directions>) -> Estimate {
+        let (view, direction) = (self.scene.view(), self.direction.as_slice());
+        self.area(samples, &MovingField { view, field, direction })
+    }
+
+    fn report(&self, label: &str, found: &Estimate) -> ZReport {
+        let mut report = ZReport::new(1e-9);
+        for (pixel, exact) in self.exact.iter().enumerate() {
+            let (mean, error) = (found.mean[pixel], found.standard_error[pixel]);
+            report.compare(format!("{label}, pixel {pixel}"), mean, *exact, error);
+        }
+        assert_eq!(found.non_finite, 0, "{label}");
+        report
+    }
+
+    /// The regression of an estimate on the exact derivative, and its standard error.
+    fn slope(&self, label: &str, found: &Estimate) -> (f64, f64) {
+        let norm: f64 = self.exact.iter().map(|e| e * e).sum();
+        let product: f64 = self.exact.iter().zip(&found.mean).map(|(e, m)| e * m).sum();
+        let noise: f64 = self.exact.iter().zip(&found.standard_error).map(|(e, s)| (e * s).powi(2)).sum();
+        let (slope, error) = (product / norm, noise.sqrt() / norm);
+        let worst = self.report(label, found).worst().map_or(0.0, |c| c.z.abs());
+        println!("{label}: slope {slope:.3} ± {error:.3}, worst |z| {worst:.1}, {} rays", found.rays);
+        (slope, error)
+    }
+
+    /// No pixel beyond the suite's threshold.
+    fn assert_right(&self, label: &str, found: &Estimate) {
+        self.slope(label, found);
+        let report = self.report(label, found);
+        let worst = report.worst().expect("pixels").z.abs();
+        assert!(worst < suite_threshold(), "{label}: {}", report.summary(1e-6));
+    }
+
+    fn assert_wrong(&self, label: &str, found: &Estimate) {
+        self.slope(label, found);
+        let worst = self.report(label, found).worst().expect("pixels").z.abs();
+        assert!(worst > suite_threshold(), "{label} was not rejected: worst |z| {worst}");
+    }
+}
+
+fn auxiliary(rays: usize, distance: SilhouetteDistance) -> AuxiliaryField {
+    let warp = Warp { debias: Debias::Consistent { rays }, ..Warp::default() };
+    AuxiliaryField { warp, kappa: 400.0, distance }
+}
+
+#[test]
+fn consistent_fields_give_the_derivative_of_smooth_shapes() {
+    let filters = [AngularFilter::Tent, AngularFilter::Box];
+    for filter in filters {
+        for (name, shape) in [("disc", disc(3.0, 0.2, 1.0)), ("pair", pair(0.5))] {
+            let case = Case::new(shape, SHADING, filter);
+            let label = |field: &str| format!("{name}, {filter:?}, {field}");
+            let harmonic = {
+                let exact = Exact::new(&case.scene).expect("closed");
+                HarmonicField::new(&exact, &case.direction).expect("fits")
+            };
+            case.assert_right(&label("harmonic"), &case.area(4000, &harmonic));
+            case.assert_right(&label("Bangaru"), &case.traced(4000, &BangaruField::default()));
+            case.assert_right(&label("Vicini"), &case.traced(4000, &ViciniField::default()));
+            let unbiased = AuxiliaryField { warp: Warp::default(), ..auxiliary(1, Default::default()) };
+            case.assert_right(&label("auxiliary, debiased"), &case.traced(1000, &unbiased));
+        }
+    }
+}
+
+/// What must be rejected: fields that break a rule, and methods without a boundary term.
+#[test]
+fn inconsistent_fields_are_rejected() {
+    let case = Case::new(disc(3.0, 0.2, 1.0), SHADING, AngularFilter::Tent);
+    case.assert_wrong("direct", &case.traced(4000, &DirectField));
+    let idr = ImplicitHit { samples: 4000, seed: 1 };
+    let found = idr.forward(&case.scene, &case.direction, &case.film).expect("valid");
+    case.assert_wrong("implicit differentiation", &found);
+    // The medial axis between the discs: ∇φ jumps, and with it the weights.
+    let kinked = Case::new(pair(0.0), SHADING, AngularFilter::Tent);
+    case_bias_of_the_kink(&kinked);
+    // Corners: no field made of G can be consistent.
+    let flat = Shading { normal: DVec2::ZERO, ..SHADING };
+    let corners = Case::new(triangle(), flat, AngularFilter::Tent);
+    corners.assert_wrong("triangle, Bangaru", &corners.traced(4000, &BangaruField::default()));
+    corners.assert_wrong("triangle, Vicini", &corners.traced(4000, &ViciniField::default()));
+    let distance = SilhouetteDistance::default();
+    corners.assert_wrong("triangle, auxiliary", &corners.traced(1000, &auxiliary(16, distance)));
+}
+
+fn case_bias_of_the_kink(kinked: &Case) {
+    kinked.assert_wrong("pair without blending, Bangaru", &kinked.traced(6000, &BangaruField::default()));
+    // The multiplier confines Vicini's field to where the medial axis is not.
+    kinked.assert_right("pair without blending, Vicini", &kinked.traced(4000, &ViciniField::default()));
+}
+
+/// The tracer's field without the term −n ω·U of the projection, seen from close by.
+struct Unprojected<'a, F>(MovingField<'a, DVec2, F>);
+
+impl<F: TracedField<Directions>> WarpField<Directions> for Unprojected<'_, F> {
+    fn at(&self, u: DVec2, rng: &mut Stream) -> (Field<DVec2>, u64) {
+        let form = self.0.field.form(&self.0.view, u, rng);
+        let rate = |x| self.0.view.sdf.rate(x, self.0.direction);
+        let along: f64 = form.taps().iter().map(|tap| tap.value.dot(u) * rate(tap.point).value).sum();
+        let field = form.field(rate);
+        (Field { divergence: field.divergence + along, ..field }, form.rays())
+    }
+}
+
+#[test]
+fn the_curvature_term_is_needed() {
+    let case = Case::new(disc(1.6, 0.1, 1.0), SHADING, AngularFilter::Tent);
+    let field = BangaruField::default();
+    case.assert_right("close disc, Bangaru", &case.traced(20_000, &field));
+    let moving = MovingField { view: case.scene.view(), field: &field, direction: &case.direction };
+    case.assert_wrong("close disc, without the curvature term", &case.area(20_000, &Unprojected(moving)));
+}
+
+/// With as many auxiliary rays as released renderers use, each B has its own bias.
+#[test]
+fn auxiliary_rays_on_a_disc() {
+    let case = Case::new(disc(3.0, 0.2, 1.0), SHADING, AngularFilter::Tent);
+    let slope = |rays, distance| {
+        let label = format!("disc, {rays} auxiliary rays, {distance:?}");
+        case.slope(&label, &case.traced(2000, &auxiliary(rays, distance)))
+    };
+    let [few, many] = [4, 64].map(|rays| slope(rays, SilhouetteDistance::Curvature).0);
+    assert!((many - 1.0).abs() < 0.15 && (few - 1.0).abs() < 0.5, "{few} {many}");
+    // |n·ω| is not small until very close to the silhouette.
+    let (grazing, _) = slope(16, SilhouetteDistance::Grazing);
+    let (squared, _) = slope(16, SilhouetteDistance::GrazingSquared);
+    println!("B of |n·ω|: {grazing:.3}, of (n·ω)²: {squared:.3}");
+}
+
+/// Of the field V the area integral sees only its limits on both sides of a silhouette: for a field
+/// that is exact in ω, |V − v| there is the whole bias.
+fn error_at(case: &Case, field: &impl TracedField<Directions>, tracer: Tracer, offset: f64) -> f64 {
+    let silhouette = case.silhouettes()[1];
+    let view = flatland::sdf::View { tracer, ..case.scene.view() };
+    let direction = DVec2::from_angle(silhouette.angle + offset);
+    let form = field.form(&view, direction, &mut stream(0, &[]));
+    let found = form.field(|x| view.sdf.rate(x, &case.direction));
+    (found.value.dot(direction.perp()) - silhouette.rate).abs()
+}
+
+#[test]
+fn the_mean_of_tracer_points_converges_at_its_rate() {
+    let case = Case::new(disc(3.0, 0.2, 1.0), SHADING, AngularFilter::Tent);
+    let tracer = Tracer { far: 10.0, tolerance: 1e-13, max_steps: 100_000, ..Tracer::default() };
+    // (γ, rate outside, rate inside): min(1, γ − 1), and half of it. At γ = 1.5 inside the limit is
+    // reached slowly.
+    for (gamma, outside, inside) in [(3.0, 1.0, 0.5), (2.5, 1.0, 0.5), (1.5, 0.5, 0.25)] {
+        let field = BangaruField { gamma, ..BangaruField::default() };
+        for (side, expected) in [(1.0, outside), (-1.0, inside)] {
+            let offsets = [1e-6, 3e-7, 1e-7, 3e-8, 1e-8];
+            let x: Vec<f64> = offsets.iter().map(|d: &f64| d.ln()).collect();
+            let y: Vec<f64> =
+                offsets.iter().map(|d| error_at(&case, &field, tracer, side * d).ln()).collect();
+            let rate = regression_slope(&x, &y);
+            println!("γ = {gamma}, side {side}: |V − v| ~ δ^{rate:.2}");
+            assert!((rate - expected).abs() < 0.12, "γ = {gamma}, side {side}: {rate} for {expected}");
+        }
+    }
+}
+
+/// Rays that run out of steps before the silhouette are the bias that is left: they stop at a distance
+/// ~ 1/steps before it, where G is as far off.
+#[test]
+fn twice_as_many_tracer_points_halve_the_bias() {
+    let case = Case::new(disc(3.0, 0.2, 1.0), SHADING, AngularFilter::Tent);
+    for step_scale in [1.0, 0.5] {
+        let errors = [50, 100, 200, 400, 800].map(|max_steps| {
+            let tracer = Tracer { far: 10.0, step_scale, max_steps, tolerance: 1e-14 };
+            error_at(&case, &BangaruField::default(), tracer, 1e-12)
+        });
+        println!("step scale {step_scale}: |V − v| {errors:?}");
+        for pair in errors.windows(2) {
+            let factor = pair[0] / pair[1];
+            assert!((1.6..2.5).contains(&factor), "{errors:?}");
+        }
+    }
+    // Vicini's ε leaves a bias of its own, which falls with it.
+    let tracer = Tracer { far: 10.0, tolerance: 1e-14, max_steps: 200_000, ..Tracer::default() };
+    let errors = [1e-2, 1e-3, 1e-4]
+        .map(|epsilon| error_at(&case, &ViciniField { epsilon, ..ViciniField::default() }, tracer, 1e-9));
+    println!("Vicini, ε = 10⁻², 10⁻³, 10⁻⁴: |V − v| {errors:?}");
+    assert!(errors[0] > 3.0 * errors[1] && errors[1] > 3.0 * errors[2], "{errors:?}");
+}
+
+#[test]
+fn the_band_is_biased_by_its_width() {
+    let case = Case::new(pair(0.5), SHADING, AngularFilter::Tent);
+    let slope = |width, samples| {
+        let band = RelaxedBoundary { samples, width, seed: 1 };
+        let found = band.forward(&case.scene, &case.direction, &case.film).expect("valid");
+        case.slope(&format!("pair, band of ε = {width}"), &found)
+    };
+    let [(wide, wide_error), (half, _), (narrow, error)] =
+        [(0.1, 20_000), (0.05, 20_000), (0.005, 60_000)].map(|(width, samples)| slope(width, samples));
+    assert!((1.0 - wide).abs() > 6.0 * wide_error, "{wide}");
+    assert!((1.0 - half).abs() < 0.75 * (1.0 - wide).abs(), "{half} {wide}");
+    assert!((narrow - 1.0).abs() < 4.0 * error + 0.02, "{narrow} ± {error}");
+    // Corners are as good as any silhouette to it.
+    let corners = Case::new(triangle(), Shading { normal: DVec2::ZERO, ..SHADING }, AngularFilter::Tent);
+    let band = RelaxedBoundary { samples: 60_000, width: 0.005, seed: 1 };
+    let found = band.forward(&corners.scene, &corners.direction, &corners.film).expect("valid");
+    let (slope, error) = corners.slope("triangle, band of ε = 0.005", &found);
+    assert!((slope - 1.0).abs() < 4.0 * error + 0.02, "{slope} ± {error}");
+}
+
+fn random_direction(count: usize) -> Vec<f64> {
+    let mut rng = stream(11, &[]);
+    (0..count).map(|_| open01(&mut rng) - 0.5).collect()
+}
+
+fn assert_transposed(label: &str, case: &Case, forward: &Estimate, reverse: &Estimate, adjoint: &[f64]) {
+    let left: f64 = forward.mean.iter().zip(adjoint).map(|(i, d)| i * d).sum();
+    let terms: Vec<f64> = reverse.mean.iter().zip(&case.direction).map(|(g, d)| g * d).collect();
+    let right: f64 = terms.iter().sum();
+    let size: f64 = 1.0 + terms.iter().map(|t| t.abs()).sum::<f64>();
+    println!("{label}: {left} = {right}");
+    assert!((left - right).abs() < 1e-10 * size, "{label}: {left} {right}");
+    assert_eq!(forward.rays, reverse.rays, "{label}");
+}
+
+#[test]
+fn forward_and_reverse_are_transposed() {
+    let low = DVec2::new(-0.5, -3.0);
+    let value = |p: DVec2| (p - DVec2::new(3.0, 0.2)).length() - 1.0;
+    let grid = Grid::sampled(Interpolation::Bicubic, (low, -low + 5.0), 30, value).expect("a grid");
+    for filter in [AngularFilter::Tent, AngularFilter::Box] {
+        for shape in [pair(0.5), triangle(), Shape::Grid(grid.clone())] {
+            let direction = random_direction(shape.parameter_count());
+            let tracer = Tracer { far: 5.0, step_scale: 0.9, ..Tracer::default() };
+            let scene = Scene::new(shape, DVec2::ZERO, tracer, SHADING, 0.3).expect("a scene");
+            let film = AngularFilm::new(-0.7, 0.7, 5, filter).expect("a film");
+            let adjoint = random_direction(film.count());
+            let case = Case { scene, film, direction, exact: vec![] };
+            let area = AreaIntegral { samples: 20, ..AreaIntegral::default() };
+            macro_rules! transposed {
+                ($label:expr, $field:expr) => {
+                    let (view, direction) = (case.scene.view(), case.direction.as_slice());
+                    let moving = MovingField { view, field: &$field, direction };
+                    let forward = area.forward(&case.scene, direction, &case.film, &moving);
+                    let reverse = area.reverse(&case.scene, &case.film, &adjoint, &$field);
+                    let (forward, reverse) = (forward.expect("valid"), reverse.expect("valid"));
+                    assert_transposed($label, &case, &forward, &reverse, &adjoint);
+                };
+            }
+            transposed!("direct", DirectField);
+            transposed!("Bangaru", BangaruField { keep: Some(12), ..BangaruField::default() });
+            transposed!("Vicini", ViciniField::default());
+            transposed!("auxiliary", auxiliary(8, SilhouetteDistance::GrazingSquared));
+            let band = RelaxedBoundary { samples: 20, width: 0.1, seed: 3 };
+            let forward = band.forward(&case.scene, &case.direction, &case.film).expect("valid");
+            let reverse = band.reverse(&case.scene, &case.film, &adjoint).expect("valid");
+            assert_transposed("band", &case, &forward, &reverse, &adjoint);
+            let idr = ImplicitHit { samples: 20, seed: 3 };
+            let forward = idr.forward(&case.scene, &case.direction, &case.film).expect("valid");
+            let reverse = idr.reverse(&case.scene, &case.film, &adjoint).expect("valid");
+            assert_transposed("implicit", &case, &forward, &reverse, &adjoint);
+        }
+    }
+}
+
+/// A disc of radius r at twice its radius, for any r: all lengths scale, and so must everything.
+#[test]
+fn tiny_and_huge_discs_are_alike() {
+    for radius in [1e-6, 1.0, 1e6] {
+        let tracer = Tracer { far: 10.0 * radius, ..Tracer::default() };
+        let shading = Shading { position: SHADING.position / radius, ..SHADING };
+        let shape = disc(2.0 * radius, 0.3 * radius, radius);
+        let scene = Scene::new(shape, DVec2::ZERO, tracer, shading, 0.3).expect("a scene");
+        let film = AngularFilm::new(-FRAC_PI_4, FRAC_PI_4, 6, AngularFilter::Tent).expect("a film");
+        let direction = [0.3 * radius, 0.7 * radius, 0.5 * radius];
+        let case = Case::of(scene, film, direction.to_vec());
+        case.assert_right(&format!("r = {radius:e}, Bangaru"), &case.traced(3000, &BangaruField::default()));
+        let vicini = ViciniField { epsilon: 1e-6 * radius, ..ViciniField::default() };
+        case.assert_right(&format!("r = {radius:e}, Vicini"), &case.traced(3000, &vicini));
+    }
+}
+
+#[test]
+fn nothing_overflows_near_the_surface_or_along_it() {
+    // The eye 10⁻⁹ before the surface: half of all directions hit at once, the others pass along it.
+    let tracer = Tracer { far: 10.0, ..Tracer::default() };
+    let scene = Scene::new(disc(1.0 + 1e-9, 0.0, 1.0), DVec2::ZERO, tracer, SHADING, 0.3).expect("a scene");
+    let film = AngularFilm::new(-3.0, 3.0, 9, AngularFilter::Tent).expect("a film");
+    let case = Case { scene, film, direction: vec![1e-9, 1e-9, 1e-9], exact: vec![0.0; 9] };
+    for found in [case.traced(300, &BangaruField::default()), case.traced(300, &ViciniField::default())] {
+        assert_eq!(found.non_finite, 0);
+        assert!(found.mean.iter().all(|m| m.is_finite()));
+    }
+    // Rays within rounding of a silhouette.
+    let case = Case::new(disc(3.0, 0.2, 1.0), SHADING, AngularFilter::Tent);
+    let silhouette = case.silhouettes()[0].angle;
+    for offset in [0.0, 1e-16, -1e-16, 1e-14, -1e-14, 1e-10, -1e-10, 1e-6, -1e-6] {
+        let direction = DVec2::from_angle(silhouette + offset);
+        let (view, mut rng) = (case.scene.view(), stream(0, &[]));
+        let forms = [
+            TracedField::<Directions>::form(&BangaruField::default(), &view, direction, &mut rng),
+            TracedField::<Directions>::form(&ViciniField::default(), &view, direction, &mut rng),
+            TracedField::<Directions>::form(&DirectField, &view, direction, &mut rng),
+        ];
+        for form in forms {
+            let field = form.field(|x| view.sdf.rate(x, &case.direction));
+            assert!(field.value.is_finite() && field.divergence.is_finite(), "{offset} {field:?}");
+        }
+    }
+}
