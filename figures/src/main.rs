@@ -54,6 +54,14 @@ enum Choice {
     Trade,
     /// Figure 6: a real drawing and its gradient image.
     Drawing,
+    /// Figure 7: a flat world, a path with its auxiliary rays, and the derivative of a shadow.
+    Transport,
+    /// Figure 8: edge sampling and warped area as a glossy lobe narrows.
+    Specular,
+    /// Figure 9: implicit shapes: fields from the points of sphere tracing.
+    Implicit,
+    /// Figure 10: bias and variance along paths, for shadows and two bounces.
+    PathBias,
 }
 
 fn main() -> ExitCode {
@@ -75,6 +83,10 @@ fn run(options: &Options) -> anyhow::Result<()> {
         Choice::Edges => vec![Name::Edges],
         Choice::Trade => vec![Name::Trade],
         Choice::Drawing => vec![Name::Drawing],
+        Choice::Transport => vec![Name::Transport],
+        Choice::Specular => vec![Name::Specular],
+        Choice::Implicit => vec![Name::Implicit],
+        Choice::PathBias => vec![Name::PathBias],
     };
     std::fs::create_dir_all(&options.out)
         .with_context(|| format!("cannot make the folder {}", options.out.display()))?;

@@ -1,6 +1,7 @@
 //! What several figures need.
 
 use flatland::plane::Image;
+use flatland::random::{open01, stream};
 use glam::DVec3;
 
 use crate::plot::{Color, Raster};
@@ -30,4 +31,32 @@ pub(crate) fn root_mean_square(values: &[f64]) -> f64 {
 /// The largest magnitude; 0 for nothing.
 pub(crate) fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |largest, value| largest.max(value.abs()))
+}
+
+/// A seed for the part of the study that the words name: 52 bits of their stream.
+pub(crate) fn seed_of(seed: u64, words: &[u64]) -> u64 {
+    (open01(&mut stream(seed, words)) * 2f64.powi(52)) as u64
+}
+
+/// A number with its standard error.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ratio {
+    pub(crate) value: f64,
+    pub(crate) error: f64,
+}
+
+impl Ratio {
+    /// The mean of independent runs.
+    pub(crate) fn of_runs(values: &[f64]) -> Self {
+        let count = values.len() as f64;
+        let value = values.iter().sum::<f64>() / count;
+        let squares: f64 = values.iter().map(|v| (v - value) * (v - value)).sum();
+        Self { value, error: (squares / (count * (count - 1.0))).sqrt() }
+    }
+
+    /// "3.5 ± 0.6": as many digits as the error allows.
+    pub(crate) fn shown(self) -> String {
+        let digits = (1.0 - self.error.log10().floor()).clamp(0.0, 4.0) as usize;
+        format!("{:.digits$} ± {:.digits$}", self.value, self.error)
+    }
 }

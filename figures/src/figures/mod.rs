@@ -5,8 +5,13 @@ mod common;
 mod drawing;
 mod edges;
 mod fields;
+mod flat;
 mod forms;
+mod implicit;
+mod path_bias;
+mod specular;
 mod trade;
+mod transport;
 
 use crate::context::Context;
 use crate::gallery::Section;
@@ -27,12 +32,26 @@ pub(crate) enum Name {
     Edges,
     Trade,
     Drawing,
+    Transport,
+    Specular,
+    Implicit,
+    PathBias,
 }
 
 impl Name {
     /// All figures in order.
-    pub(crate) const ALL: [Self; 6] =
-        [Self::Fields, Self::Attempts, Self::Forms, Self::Edges, Self::Trade, Self::Drawing];
+    pub(crate) const ALL: [Self; 10] = [
+        Self::Fields,
+        Self::Attempts,
+        Self::Forms,
+        Self::Edges,
+        Self::Trade,
+        Self::Drawing,
+        Self::Transport,
+        Self::Specular,
+        Self::Implicit,
+        Self::PathBias,
+    ];
 
     /// What the progress bar calls it.
     pub(crate) fn title(self) -> &'static str {
@@ -43,6 +62,10 @@ impl Name {
             Self::Edges => "4 edge sampling",
             Self::Trade => "5 bias, variance and time",
             Self::Drawing => "6 a real drawing",
+            Self::Transport => "7 flat transport",
+            Self::Specular => "8 a near-specular lobe",
+            Self::Implicit => "9 implicit shapes",
+            Self::PathBias => "10 bias along paths",
         }
     }
 
@@ -55,6 +78,10 @@ impl Name {
             Self::Edges => edges::draw(context),
             Self::Trade => trade::draw(context),
             Self::Drawing => drawing::draw(context),
+            Self::Transport => transport::draw(context),
+            Self::Specular => specular::draw(context),
+            Self::Implicit => implicit::draw(context),
+            Self::PathBias => path_bias::draw(context),
         }
     }
 }

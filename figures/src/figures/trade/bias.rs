@@ -21,25 +21,25 @@ pub(super) const RAYS_OF_GAMMA: [usize; 3] = [8, 32, 128];
 pub(super) const BOUND: f64 = 1.5;
 
 /// A weight with its looks.
-pub(super) struct Series {
-    pub(super) name: &'static str,
-    pub(super) color: Color,
-    pub(super) marker: Marker,
-    warp: Warp,
+pub(in crate::figures) struct Series {
+    pub(in crate::figures) name: &'static str,
+    pub(in crate::figures) color: Color,
+    pub(in crate::figures) marker: Marker,
+    pub(in crate::figures) warp: Warp,
 }
 
 /// A series with its bias along some axis.
-pub(super) struct Curve {
-    pub(super) series: Series,
+pub(in crate::figures) struct Curve {
+    pub(in crate::figures) series: Series,
     /// (what varies, bias).
-    pub(super) points: Vec<(f64, Bias)>,
+    pub(in crate::figures) points: Vec<(f64, Bias)>,
 }
 
 /// The exponent of N' that a curve's bias follows, with its standard error.
 #[derive(Clone, Copy)]
-pub(super) struct Rate {
-    pub(super) exponent: f64,
-    pub(super) error: f64,
+pub(in crate::figures) struct Rate {
+    pub(in crate::figures) exponent: f64,
+    pub(in crate::figures) error: f64,
 }
 
 /// Bias and variance of one γ and N'.
@@ -54,7 +54,8 @@ fn with(boundary: BoundaryFunction, gamma: f64, warp: Warp) -> Warp {
     Warp { weighting: Weighting::BoundaryAware { gamma, boundary }, ..warp }
 }
 
-fn consistent(rays: usize, warp: Warp) -> Warp {
+/// The same weight with a fixed number of rays.
+pub(in crate::figures) fn consistent(rays: usize, warp: Warp) -> Warp {
     Warp { debias: Debias::Consistent { rays }, ..warp }
 }
 
@@ -154,7 +155,7 @@ pub(super) fn against_gamma(context: &Context, target: &Target) -> anyhow::Resul
 impl Curve {
     /// The log–log slope by weighted least squares, over the settled points that stand out of the noise by
     /// three standard errors; None if those are fewer than three.
-    pub(super) fn rate(&self) -> Option<Rate> {
+    pub(in crate::figures) fn rate(&self) -> Option<Rate> {
         let fitted: Vec<[f64; 3]> = self
             .points
             .iter()

@@ -5,6 +5,7 @@ use flatland::warp::{Debias, Warp};
 
 use super::target::{KAPPA, Spread, Target, seed_of};
 use crate::context::Context;
+pub(super) use crate::figures::common::Ratio;
 
 /// Rays of the consistent estimator that the schemes are compared with.
 pub(super) const RAYS: usize = 16;
@@ -16,21 +17,6 @@ pub(super) struct Scheme {
     batches: Vec<Spread>,
 }
 
-/// A ratio with its standard error.
-#[derive(Clone, Copy)]
-pub(super) struct Ratio {
-    pub(super) value: f64,
-    pub(super) error: f64,
-}
-
-impl Ratio {
-    /// "3.5 ± 0.6": as many digits as the error allows.
-    pub(super) fn shown(self) -> String {
-        let digits = (1.0 - self.error.log10().floor()).clamp(0.0, 4.0) as usize;
-        format!("{:.digits$} ± {:.digits$}", self.value, self.error)
-    }
-}
-
 impl Scheme {
     /// Variance × rays of every batch.
     fn costs(&self) -> impl Iterator<Item = f64> {
@@ -39,10 +25,7 @@ impl Scheme {
 
     /// The mean of variance × rays over batches, with its standard error.
     pub(super) fn cost(&self) -> Ratio {
-        let count = self.batches.len() as f64;
-        let value = self.costs().sum::<f64>() / count;
-        let squares: f64 = self.costs().map(|c| (c - value) * (c - value)).sum();
-        Ratio { value, error: (squares / (count * (count - 1.0))).sqrt() }
+        Ratio::of_runs(&self.costs().collect::<Vec<_>>())
     }
 
     /// The median of variance × rays over batches.
@@ -105,7 +88,7 @@ fn scheme(
 }
 
 /// What the scheme is called in the figure.
-pub(super) fn name(debias: Debias) -> String {
+pub(in crate::figures) fn name(debias: Debias) -> String {
     match debias {
         Debias::Consistent { rays } => format!("consistent, {rays} rays (biased)"),
         Debias::RussianRoulette { rays, tail } => format!("roulette: {rays} rays, tail {tail}"),

@@ -1,13 +1,13 @@
 //! Figure 5: bias, variance and time: what a fixed number of auxiliary rays gets wrong, what it costs to
 //! set it right, and which method is best at equal time.
 
-mod bias;
+pub(super) mod bias;
 mod cells;
 mod data;
-mod debias;
+pub(super) mod debias;
 mod front;
 mod page;
-mod regression;
+pub(super) mod regression;
 mod stratified;
 mod target;
 mod text;

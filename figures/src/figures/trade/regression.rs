@@ -2,17 +2,17 @@
 
 /// What a method computes in the mean, against the exact gradient.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bias {
+pub(in crate::figures) struct Bias {
     /// 1 − slope of the mean gradient on the exact one: the part of the gradient that is missing.
-    pub(super) missing: f64,
+    pub(in crate::figures) missing: f64,
     /// Its standard error.
-    pub(super) error: f64,
+    pub(in crate::figures) error: f64,
     /// ‖mean − exact‖²/‖exact‖², with the noise's own contribution taken off.
-    pub(super) squared: f64,
+    pub(in crate::figures) squared: f64,
 }
 
 /// The regression on the exact gradient of the mean of independent, equally good estimates.
-pub(super) fn regress(exact: &[f64], estimates: &[Vec<f64>]) -> Bias {
+pub(in crate::figures) fn regress(exact: &[f64], estimates: &[Vec<f64>]) -> Bias {
     let count = estimates.len() as f64;
     let mean: Vec<f64> =
         (0..exact.len()).map(|i| estimates.iter().map(|x| x[i]).sum::<f64>() / count).collect();

@@ -6,10 +6,10 @@ use anyhow::Context as _;
 use flatland::estimator::{Exact, Method};
 use flatland::plane::exact::Arrangement;
 use flatland::plane::{Film, Filter, Image, Motion, Polygon, Scene, Shade, Shape};
-use flatland::random::{open01, stream};
 use glam::{DVec2, DVec3};
 
 use super::regression::{Bias, regress};
+pub(super) use crate::figures::common::seed_of;
 
 /// Pixels a side.
 pub(super) const SIDE: usize = 4;
@@ -146,9 +146,4 @@ fn quadrilateral() -> anyhow::Result<Scene> {
 fn white_over_black(corners: Vec<DVec2>) -> anyhow::Result<Scene> {
     let shape = Shape::new(Polygon::simple(corners)?, Shade::constant(DVec3::ONE));
     Ok(Scene::new(DVec3::ZERO, vec![shape])?)
-}
-
-/// A seed for the part of the study that the words name: 52 bits of their stream.
-pub(super) fn seed_of(seed: u64, words: &[u64]) -> u64 {
-    (open01(&mut stream(seed, words)) * 2f64.powi(52)) as u64
 }

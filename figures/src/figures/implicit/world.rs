@@ -1,0 +1,99 @@
+//! The flat world of the figure, and what every field says of it.
+
+use std::f64::consts::FRAC_PI_6;
+
+use anyhow::Context as _;
+use flatland::random::stream;
+use flatland::sdf::exact::{Exact, HarmonicField, Silhouette};
+use flatland::sdf::fields::{
+    AuxiliaryField, BangaruField, DirectField, MovingField, SilhouetteDistance, TracedField, ViciniField,
+};
+use flatland::sdf::shapes::{Circle, Shape, SmoothUnion};
+use flatland::sdf::{Scene, Sdf, Shading, Tracer};
+use flatland::warp::{Circle as Directions, Debias, Warp, WarpField};
+use glam::DVec2;
+
+/// Auxiliary rays of the field that needs them.
+pub(super) const RAYS: usize = 64;
+
+/// Its concentration, in radians⁻²: a kernel 2.3° wide.
+pub(super) const KAPPA: f64 = 600.0;
+
+/// The angles shown, to both sides of 0.
+pub(super) const REACH: f64 = FRAC_PI_6;
+
+/// Two discs before an eye at the origin, the nearer hiding a part of the other, and a motion.
+pub(super) struct World {
+    pub(super) scene: Scene,
+    pub(super) direction: Vec<f64>,
+    pub(super) discs: [Circle; 2],
+}
+
+impl World {
+    pub(super) fn new() -> anyhow::Result<Self> {
+        let discs = [Circle::new(DVec2::new(2.3, -0.35), 0.45)?, Circle::new(DVec2::new(3.6, 0.55), 0.75)?];
+        let [near, far] = discs.map(Shape::Circle);
+        let union = Shape::Union(Box::new(SmoothUnion::new(near, far, 0.35)?));
+        let tracer = Tracer { far: 8.0, ..Tracer::default() };
+        let scene = Scene::new(union, DVec2::ZERO, tracer, Shading::constant(1.0), 0.0)?;
+        // The near disc moves up, the far one down and grows; the blending width stays.
+        let direction = vec![0.0, 0.8, 0.0, 0.0, -0.5, 0.3, 0.0];
+        Ok(Self { scene, direction, discs })
+    }
+
+    /// Where the picture of white discs on black jumps, upwards in angle.
+    pub(super) fn silhouettes(&self) -> anyhow::Result<Vec<Silhouette>> {
+        let exact = Exact::new(&self.scene)?;
+        let mut found = exact.silhouettes(&self.direction)?;
+        found.sort_by(|a, b| a.angle.total_cmp(&b.angle));
+        Ok(found)
+    }
+
+    /// dα/dθ of a field in a direction.
+    pub(super) fn rate(&self, field: &impl TracedField<Directions>, tracer: Tracer, angle: f64) -> f64 {
+        let view = flatland::sdf::View { tracer, ..self.scene.view() };
+        let omega = DVec2::from_angle(angle);
+        let form = field.form(&view, omega, &mut stream(0, &[]));
+        form.field(|x| self.scene.shape().rate(x, &self.direction)).value.dot(omega.perp())
+    }
+}
+
+/// V against the angle.
+pub(super) struct Curve {
+    pub(super) name: &'static str,
+    pub(super) values: Vec<[f64; 2]>,
+}
+
+/// Every field at equally spaced angles; the one made of auxiliary rays as the mean over `repeats`.
+pub(super) fn curves(world: &World, count: usize, repeats: usize, seed: u64) -> anyhow::Result<Vec<Curve>> {
+    let exact = Exact::new(&world.scene).context("two discs have a closed form")?;
+    let harmonic = HarmonicField::new(&exact, &world.direction)?;
+    let view = world.scene.view();
+    let angle = |i: usize| REACH * (2.0 * (i as f64 + 0.5) / count as f64 - 1.0);
+    let sampled = |name, field: &dyn WarpField<Directions>, repeats: usize| {
+        let at = |i: usize| {
+            let omega = DVec2::from_angle(angle(i));
+            let one = |repeat: usize| {
+                let mut rng = stream(seed, &[i as u64, repeat as u64]);
+                field.at(omega, &mut rng).0.value.dot(omega.perp())
+            };
+            [angle(i), (0..repeats).map(one).sum::<f64>() / repeats as f64]
+        };
+        Curve { name, values: (0..count).map(at).collect() }
+    };
+    let direction = world.direction.as_slice();
+    let debias = Debias::Consistent { rays: RAYS };
+    let auxiliary = AuxiliaryField {
+        warp: Warp { debias, ..Warp::default() },
+        kappa: KAPPA,
+        distance: SilhouetteDistance::Curvature,
+    };
+    let (bangaru, vicini) = (BangaruField::default(), ViciniField::default());
+    Ok(vec![
+        sampled("direct", &MovingField { view, field: &DirectField, direction }, 1),
+        sampled("auxiliary rays", &MovingField { view, field: &auxiliary, direction }, repeats),
+        sampled("Bangaru et al.", &MovingField { view, field: &bangaru, direction }, 1),
+        sampled("Vicini et al.", &MovingField { view, field: &vicini, direction }, 1),
+        sampled("harmonic (exact)", &harmonic, 1),
+    ])
+}

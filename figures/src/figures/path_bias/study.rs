@@ -1,0 +1,229 @@
+//! Bias against N' and the price of every scheme.
+
+use flatland::estimator::transport::{EdgeSampling, Method, WarpedArea};
+use flatland::transport::fields::Construction;
+use flatland::warp::{Debias, Warp};
+
+use super::worlds::{PIXELS, Setting};
+use crate::context::Context;
+use crate::figures::common::{Ratio, seed_of};
+use crate::figures::trade::bias::{Curve, Series, consistent};
+use crate::figures::trade::debias::name;
+use crate::figures::trade::regression::{Bias, regress};
+use crate::plot::{Color, Marker, Palette};
+
+/// Independent runs of every estimate.
+const RUNS: usize = 8;
+/// Rays of the consistent estimates among the schemes.
+pub(super) const RAYS: usize = 16;
+
+/// How a scheme's field is made.
+#[derive(Clone, Copy)]
+pub(super) enum Field {
+    Original(Debias),
+    Default(Debias),
+    Harmonic,
+    Edges,
+}
+
+/// What one estimate computes in the mean, and how it varies.
+#[derive(Clone, Copy)]
+pub(super) struct Measured {
+    pub(super) samples: usize,
+    pub(super) bias: Bias,
+    /// Σ over pixels of the variance of a sample, over Σ reference²; its standard error from the runs.
+    pub(super) variance: Ratio,
+    /// Rays a sample.
+    pub(super) rays: f64,
+}
+
+impl Measured {
+    /// Variance × rays.
+    pub(super) fn cost(&self) -> Ratio {
+        Ratio { value: self.variance.value * self.rays, error: self.variance.error * self.rays }
+    }
+}
+
+/// A scheme with what was measured.
+pub(super) struct Scheme {
+    pub(super) field: Field,
+    pub(super) measured: Measured,
+}
+
+/// All that was measured in one world.
+pub(super) struct Study {
+    pub(super) setting: Setting,
+    pub(super) curves: Vec<Curve>,
+    pub(super) schemes: Vec<Scheme>,
+}
+
+impl Field {
+    fn all() -> [Self; 8] {
+        let fixed = Debias::Consistent { rays: RAYS };
+        let roulette = |rays| Debias::RussianRoulette { rays, tail: 1.5 };
+        [
+            Self::Original(fixed),
+            Self::Original(Debias::Multilevel { rays: RAYS, first: 0.35, ratio: 0.35 }),
+            Self::Original(roulette(RAYS)),
+            Self::Default(fixed),
+            Self::Default(Debias::default()),
+            Self::Default(roulette(4)),
+            Self::Harmonic,
+            Self::Edges,
+        ]
+    }
+
+    pub(super) fn name(self) -> String {
+        match self {
+            Self::Original(debias) | Self::Default(debias) => name(debias),
+            Self::Harmonic => "harmonic field".to_owned(),
+            Self::Edges => "edge sampling".to_owned(),
+        }
+    }
+
+    pub(super) fn weight(self) -> &'static str {
+        match self {
+            Self::Original(_) => "original",
+            Self::Default(_) => "default",
+            Self::Harmonic | Self::Edges => "none",
+        }
+    }
+
+    pub(super) fn color(self) -> Color {
+        match self {
+            Self::Original(_) => Palette::BLUE,
+            Self::Default(_) => Palette::VERMILION,
+            Self::Harmonic => Palette::GREEN,
+            Self::Edges => Color::INK,
+        }
+    }
+
+    /// Squares are unbiased.
+    pub(super) fn marker(self) -> Marker {
+        match self {
+            _ if self.is_unbiased() => Marker::Square,
+            Self::Original(_) => Marker::Circle,
+            _ => Marker::Diamond,
+        }
+    }
+
+    /// Auxiliary rays of one estimate of the field, where it has any.
+    pub(super) fn auxiliary_rays(self) -> Option<f64> {
+        match self {
+            Self::Original(debias) | Self::Default(debias) => Some(debias.expected_rays()),
+            Self::Harmonic | Self::Edges => None,
+        }
+    }
+
+    /// Whether theory says that it has no bias.
+    pub(super) fn is_unbiased(self) -> bool {
+        match self {
+            Self::Original(debias) | Self::Default(debias) => debias.is_unbiased(),
+            Self::Harmonic | Self::Edges => true,
+        }
+    }
+
+    fn construction(self) -> Construction {
+        match self {
+            Self::Original(debias) => Construction::Auxiliary(Warp { debias, ..Warp::original(RAYS) }),
+            Self::Default(debias) => Construction::Auxiliary(Warp { debias, ..Warp::default() }),
+            Self::Harmonic | Self::Edges => Construction::Harmonic,
+        }
+    }
+}
+
+fn weights() -> [Series; 2] {
+    let series = |name, color, marker, warp| Series { name, color, marker, warp };
+    [
+        series("original: linear B, γ = 3", Palette::BLUE, Marker::Circle, Warp::original(1)),
+        series("default: B ~ s², γ = 3/2", Palette::VERMILION, Marker::Diamond, Warp::default()),
+    ]
+}
+
+impl Study {
+    pub(super) fn new(context: &Context, setting: Setting, world: u64) -> anyhow::Result<Self> {
+        // More in the long run, where the noise allows it.
+        let counts = context.spend(&[2, 4, 8, 16, 32][..], &[1, 2, 4, 8, 16, 32, 64, 128]);
+        let mut curves = vec![];
+        for (index, series) in weights().into_iter().enumerate() {
+            let mut points = vec![];
+            for &rays in counts {
+                let construction = Construction::Auxiliary(consistent(rays, series.warp));
+                // Few rays cost little and vary little.
+                let effort = if rays < 8 { 0.4 } else { 1.0 };
+                let seed = seed_of(context.seed(), &[10, 1, world, index as u64, rays as u64]);
+                let measured = measure(context, &setting, construction, rays as f64, effort, seed)?;
+                points.push((rays as f64, measured.bias));
+            }
+            curves.push(Curve { series, points });
+        }
+        let mut schemes = vec![];
+        for (index, field) in Field::all().into_iter().enumerate() {
+            let seed = seed_of(context.seed(), &[10, 2, world, index as u64]);
+            let measured = match field {
+                Field::Edges => edges(context, &setting, seed)?,
+                _ => {
+                    // The harmonic field looks at every vertex: as many rays as they are.
+                    let looks = setting.world.vertex_count() as f64;
+                    let rays = field.auxiliary_rays().unwrap_or(looks);
+                    measure(context, &setting, field.construction(), rays, 1.0, seed)?
+                }
+            };
+            schemes.push(Scheme { field, measured });
+        }
+        Ok(Self { setting, curves, schemes })
+    }
+}
+
+/// Rays a pixel that are spent on each estimate.
+fn budget(context: &Context) -> f64 {
+    context.spend(1.5e5, 6e6)
+}
+
+fn measure(
+    context: &Context,
+    setting: &Setting,
+    construction: Construction,
+    auxiliary: f64,
+    effort: f64,
+    seed: u64,
+) -> anyhow::Result<Measured> {
+    // One field on the film, and about one at every surface.
+    let rays = (auxiliary + 2.0) * (1 + setting.paths.bounces) as f64;
+    let samples = (effort * budget(context) / rays / RUNS as f64) as usize;
+    let paths = setting.paths;
+    repeat(setting, samples.max(2), |samples, run| {
+        let seed = seed_of(seed, &[run as u64]);
+        WarpedArea { samples, paths, construction, seed, ..WarpedArea::default() }
+    })
+}
+
+fn edges(context: &Context, setting: &Setting, seed: u64) -> anyhow::Result<Measured> {
+    let samples = (0.2 * budget(context) / 8.0 / RUNS as f64) as usize;
+    let paths = setting.paths;
+    repeat(setting, samples.max(2), |samples, run| {
+        let seed = seed_of(seed, &[run as u64]);
+        EdgeSampling { samples, paths, seed, ..EdgeSampling::default() }
+    })
+}
+
+fn repeat<M: Method>(
+    setting: &Setting,
+    samples: usize,
+    method: impl Fn(usize, usize) -> M,
+) -> anyhow::Result<Measured> {
+    let (mut means, mut variances, mut rays) = (vec![], vec![], 0);
+    for run in 0..RUNS {
+        let image = method(samples, run).forward(&setting.world, &setting.camera, &setting.change)?;
+        let squares: f64 = image.standard_error.iter().map(|e| e * e).sum();
+        variances.push(squares * samples as f64 / setting.norm());
+        rays += image.rays;
+        means.push(image.total());
+    }
+    Ok(Measured {
+        samples: samples * RUNS,
+        bias: regress(&setting.reference, &means),
+        variance: Ratio::of_runs(&variances),
+        rays: rays as f64 / (RUNS * samples * PIXELS) as f64,
+    })
+}

@@ -1,0 +1,111 @@
+//! Figure 7: flat transport: one path with its auxiliary rays, the image of a shadow, and its derivative
+//! by every method.
+
+mod curves;
+mod fans;
+mod setting;
+mod study;
+mod text;
+mod weights;
+mod world;
+
+use self::fans::DrawnPath;
+use self::setting::Setting;
+use self::study::Study;
+use crate::context::Context;
+use crate::gallery::{Picture, Section};
+use crate::output::write_png;
+use crate::plot::{Align, Canvas, Color, Figure, GUTTER, Height, PANEL_TITLE_ROOM, TextStyle};
+
+const WORLD: &str = "figure7_transport.png";
+const METHODS: &str = "figure7_methods.png";
+const BODY: f64 = 960.0;
+/// Width of the world's panel.
+const WIDE: f64 = 610.0;
+const WEIGHTS: f64 = 190.0;
+const ROW: f64 = 185.0;
+
+/// Measures, draws and explains.
+pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
+    let setting = Setting::new()?;
+    let path = DrawnPath::new(&setting, context.seed())?;
+    let study = Study::new(context, &setting)?;
+    context.step("7 flat transport: drawing");
+    write_png(&context.path(WORLD), &world_page(&setting, &path, &study))?;
+    write_png(&context.path(METHODS), &methods_page(&study))?;
+    let results = text::Results { study: &study, path: &path, vertices: setting.world.vertex_count() };
+    let data = results.write(context)?;
+    Ok(Section {
+        id: "transport".to_owned(),
+        title: "Flat transport: a warp at every bounce".to_owned(),
+        explanation_html: results.explanation(),
+        formula_mathml: text::formulas(),
+        pictures: vec![
+            Picture {
+                file: WORLD.to_owned(),
+                alt: "A flat world with a light, an occluder, a floor and a wall; a path with its auxiliary \
+                      rays coloured by weight; the image and the terms of its derivative"
+                    .to_owned(),
+                caption: results.world_caption(),
+            },
+            Picture {
+                file: METHODS.to_owned(),
+                alt: "The derivative of the image by every method, each beside the exact curve".to_owned(),
+                caption: results.methods_caption(),
+            },
+        ],
+        data,
+        table: Some(results.table()),
+    })
+}
+
+/// The world with the path, the image and its terms, and the weights.
+fn world_page(setting: &Setting, path: &DrawnPath, study: &Study) -> Canvas {
+    let size = world::HIGH - world::LOW;
+    let upper = WIDE * size.y / size.x + PANEL_TITLE_ROOM;
+    let height = upper + GUTTER + PANEL_TITLE_ROOM + WEIGHTS;
+    let mut figure =
+        Figure::new(BODY, height, "A path, and the auxiliary rays that warp it at every bounce", "");
+    let (above, below) = figure.body.split_top(upper);
+    let columns = above.columns(&[WIDE, BODY - WIDE], 0.0);
+    let (left, right) = (columns[0], columns[1]);
+    let space = figure.panel(
+        left,
+        0,
+        "One path through the camera, the floor and the wall; auxiliary rays by weight",
+    );
+    let image: Vec<f64> = study.images[1].iter().map(|p| p[0]).collect();
+    world::draw(&mut figure.canvas, space, setting, path, &image);
+    let rows = right.inset(GUTTER, 0.0, 0.0, 0.0).rows(&[0.92, 1.0], 12.0);
+    let space = figure.panel(rows[0], 1, "The image: a line of pixels (lines: exact)");
+    curves::image(&mut figure.canvas, space, study);
+    let space = figure.panel(rows[1], 2, "Its derivative, term by term (thin: exact)");
+    curves::terms(&mut figure.canvas, space, study);
+    let title = "Weights of the auxiliary rays against what they see (dashed: jumps)";
+    let space = figure.panel(below.inset(0.0, GUTTER, 0.0, 0.0), 3, title);
+    weights::draw(&mut figure.canvas, space, &path.fans);
+    figure.canvas
+}
+
+/// Small multiples: every method beside the exact derivative.
+fn methods_page(study: &Study) -> Canvas {
+    let title = "The derivative of a shadow by every method, at the same number of rays";
+    let mut figure = Figure::new(BODY, 3.0 * ROW + 20.0, title, "");
+    let cells: Vec<_> =
+        figure.body.rows(&[1.0; 3], 10.0).into_iter().flat_map(|r| r.columns(&[1.0; 3], 14.0)).collect();
+    for (i, entry) in study.entries.iter().enumerate() {
+        let space = figure.panel(cells[i], i, entry.looks.name);
+        let width = TextStyle::new(11.5, Color::INK).width(entry.looks.name) + 30.0;
+        let style = TextStyle::new(10.0, Color::MUTED).anchored(Align::Left, Height::Top);
+        figure.canvas.text(
+            entry.looks.verdict,
+            glam::DVec2::new(cells[i].x + width, cells[i].y + 2.5),
+            &style,
+        );
+        curves::method(&mut figure.canvas, space, study, entry, [i % 3 == 0, i >= 6]);
+    }
+    let last = study.entries.len();
+    let space = figure.panel(cells[last], last, "two bounces (exact: radiosity)");
+    curves::twice(&mut figure.canvas, space, study, [false, true]);
+    figure.canvas
+}
