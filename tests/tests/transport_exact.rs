@@ -170,9 +170,11 @@ fn wrong_derivatives_are_noticed() {
 #[test]
 fn what_is_known_by_an_argument() {
     let mut findings = Findings::default();
-    // One filter of each kind of work: the random worlds try them all.
-    for (bounces, filter) in [(0, Filter::Box), (0, Filter::Gaussian), (1, Filter::Tent)] {
-        for Constant { case, value, derivative, .. } in constants(&[filter], bounces) {
+    let filters = [Filter::Box, Filter::Tent, Filter::Gaussian];
+    let mut count = 0;
+    for bounces in [0, 1] {
+        for Constant { case, value, derivative, .. } in constants(&filters, bounces) {
+            count += 1;
             let Case { world, camera, change, label } = &case;
             let exact = Exact { bounces, ..Exact::default() };
             let image = exact.image(world, camera).unwrap_or_else(|e| panic!("{label}: {e}"));
@@ -186,7 +188,7 @@ fn what_is_known_by_an_argument() {
             }
         }
     }
-    println!("worst relative error {:.1e}", findings.worst);
+    println!("{count} worlds, worst relative error {:.1e}", findings.worst);
     assert!(findings.failures.is_empty(), "{}", findings.failures.join("\n"));
 }
 
@@ -204,7 +206,8 @@ fn light_scattered_twice() {
     let run = |case: &Case| {
         let Case { world, camera, change, label } = case;
         let expected = oracle::image(world, camera, change, 2);
-        let radiosity = Radiosity { bounces: Some(2), ..Radiosity::default() };
+        // The coarsest, which states errors of some 10⁻⁹ of the scale: the oracle's are larger.
+        let radiosity = Radiosity { bounces: Some(2), parts: 1, tolerance: 1e-8 };
         let [image, gradient] =
             radiosity.gradient(world, camera, change).unwrap_or_else(|e| panic!("{label}: {e}"));
         let mut findings = Findings::default();

@@ -91,12 +91,6 @@ fn with(warp: Warp) -> impl Fn(u64, Paths) -> WarpedArea + Sync {
     move |seed, paths| WarpedArea { construction: Construction::Auxiliary(warp), ..warped(seed, paths) }
 }
 
-/// The default's warp.
-fn default_warp() -> Warp {
-    let Construction::Auxiliary(warp) = Construction::default() else { unreachable!("auxiliary rays") };
-    warp
-}
-
 #[test]
 fn worlds_without_a_jump() {
     accept("no jump, warped area", &SMOOTH, warped);
@@ -120,7 +114,8 @@ fn warped_area_with_multilevel_debiasing() {
 
 #[test]
 fn warped_area_with_other_warps() {
-    let warp = default_warp();
+    let warp = Warp::one_dimensional();
+    accept("velocities that do not fade", &ONCE, with(warp));
     let points = AuxiliaryPoints::Antithetic;
     accept("antithetic points", &ONCE, with(Warp { points, ..warp }));
     accept("the plane's default", &ONCE, with(Warp::default()));
@@ -131,7 +126,7 @@ fn warped_area_with_other_warps() {
 #[test]
 fn russian_roulette() {
     let debias = Debias::RussianRoulette { rays: 8, tail: 1.5 };
-    let method = with(Warp { debias, ..default_warp() });
+    let method = with(Warp { debias, ..Warp::one_dimensional() });
     let v = verdict("Russian roulette", &ONCE, |k, seed| total(k, &method(seed, paths(k))));
     assert!(v.slope_z().abs() < limit() && limit() * v.slope_error < 0.35, "{v:?}");
 }
@@ -200,9 +195,9 @@ fn controls_are_rejected() {
     };
     reject("direct field", &ONCE, constructed(Construction::Direct));
     reject("rotation", &ONCE, constructed(Construction::Followed { candidates: 4 }));
-    let gaussian = Warp { weighting: Weighting::Gaussian, focus: 1.0, ..default_warp() };
+    let gaussian = Warp { weighting: Weighting::Gaussian, focus: 1.0, ..Warp::one_dimensional() };
     reject("Gaussian field", &ONCE, constructed(Construction::Auxiliary(gaussian)));
-    let few = Warp { debias: Debias::Consistent { rays: 2 }, ..default_warp() };
+    let few = Warp { debias: Debias::Consistent { rays: 2 }, ..Warp::one_dimensional() };
     reject("two rays as they are", &ONCE, constructed(Construction::Auxiliary(few)));
     let fault =
         |fault| move |k: &Known, seed| total(k, &WarpedArea { fault: Some(fault), ..warped(seed, paths(k)) });

@@ -12,13 +12,18 @@ use glam::DVec2;
 use super::{Camera, CameraChange, Gloss, Hit, Origin, World};
 use crate::plane::MaterialPoint;
 use crate::random::{Stream, open01};
-use crate::warp::{AuxiliaryPoints, BoundaryFunction, Circle, Debias, Line, Warp, Weighting};
+use crate::warp::{Circle, Line, Warp};
 
 /// A construction of the warp field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Construction {
     /// A weighted mean over auxiliary rays: boundary-aware or Gaussian.
     Auxiliary(Warp),
+    /// The same over directions, of velocities that fade away from jumps: V_i (1 − B_i) in place of V_i.
+    /// Only what is near a jump has to move, and a narrow lobe that sees none is left alone: with V_i
+    /// itself, the slope of the lobe times V has a variance ∝ 1/width² wherever anything moves. On the
+    /// film, where the filter is as wide as the kernel, nothing fades.
+    Local(Warp),
     /// Linear between the jumps that are seen, all of which are searched for: ΔV = 0 in one
     /// dimension. The cost grows with the number of vertices.
     Harmonic,
@@ -35,16 +40,9 @@ pub enum Construction {
 }
 
 impl Default for Construction {
-    /// The boundary-aware field, debiased, with what a study of shadows and reflections found best in
-    /// one dimension: strata fill a line evenly, so that larger blocks need fewer levels, and γ = 1
-    /// with B ~ s², twice its bound, makes V the least steep.
+    /// Local, debiased, with the weights of [`Warp::one_dimensional`].
     fn default() -> Self {
-        Self::Auxiliary(Warp {
-            weighting: Weighting::BoundaryAware { gamma: 1.0, boundary: BoundaryFunction::default() },
-            points: AuxiliaryPoints::Stratified,
-            focus: 0.5,
-            debias: Debias::Multilevel { rays: 8, first: 0.15, ratio: 0.3 },
-        })
+        Self::Local(Warp::one_dimensional())
     }
 }
 
@@ -109,20 +107,22 @@ impl Construction {
     ) -> LinearField {
         let mut field = LinearField::default();
         match self {
-            Self::Auxiliary(warp) => {
+            Self::Auxiliary(warp) | Self::Local(warp) => {
+                let is_local = matches!(self, Self::Local(_));
                 let stencil = warp.stencil::<Circle, _>(direction, kappa, rng, |d| {
                     let hit = world.trace(origin, d);
                     let distance =
                         hit.as_ref().map_or(f64::INFINITY, |h| jump_angle(world, origin.point, d, h));
-                    (hit.map(|h| (h, d)), distance)
+                    let share = if is_local { warp.nearness(distance, kappa) } else { 1.0 };
+                    (hit.map(|h| (h, d, share)), distance)
                 });
                 field.rays = stencil.terms().len() as u64;
                 for term in stencil.terms() {
-                    if let Some((hit, d)) = &term.hit {
+                    if let Some((hit, d, share)) = term.hit.as_ref().filter(|(.., share)| *share > 0.0) {
                         let (point, rate) = seen(world, *d, hit);
                         let tangent = d.perp();
                         let weight = term.weight * tangent.dot(direction.perp());
-                        field.push(point, rate, weight, term.divergence.dot(tangent));
+                        field.push(point, rate * *share, weight, term.divergence.dot(tangent));
                     }
                 }
             }
@@ -175,7 +175,7 @@ impl Construction {
         let trace = |u: f64| world.trace(origin, camera.direction(u));
         let mut field = LinearField::default();
         match self {
-            Self::Auxiliary(warp) => {
+            Self::Auxiliary(warp) | Self::Local(warp) => {
                 let stencil = warp.stencil::<Line, _>(u, kappa, rng, |at| {
                     let hit = trace(at);
                     let distance = hit.as_ref().map_or(f64::INFINITY, |h| jump_on_film(world, camera, at, h));

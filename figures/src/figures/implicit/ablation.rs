@@ -18,15 +18,16 @@ pub(super) struct Setting {
 /// Bisections of a silhouette: to rounding.
 const BISECTIONS: usize = 48;
 
-/// The bias of Σ dα/dθ over the white discs' ends, relative to the sum of magnitudes.
+/// The bias of Σ dα/dθ over the ends of the discs before the black background, relative to the sum of magnitudes.
 ///
-/// The field is an exact function of ω, so that the area integral over white on black is V at the last
-/// rays that hit: what it gets wrong there is all its bias.
+/// The field is an exact function of ω, so that the area integral of white discs on black is V at the
+/// last rays that hit: what it gets wrong there is all its bias.
 fn bias(world: &World, field: &impl TracedField<Directions>, steps: usize) -> anyhow::Result<f64> {
     let tracer = Tracer { max_steps: steps, far: 8.0, ..Tracer::default() };
     let (mut wrong, mut size) = (0.0, 0.0);
     // Ends towards the black background: inside is the brighter side.
-    for silhouette in world.silhouettes()? {
+    let ends = world.silhouettes()?.into_iter().filter(|s| s.before == 0.0 || s.after == 0.0);
+    for silhouette in ends {
         let inward = if silhouette.after > silhouette.before { 1.0 } else { -1.0 };
         let found = world.rate(field, tracer, last_hit(world, tracer, &silhouette, inward));
         wrong += (found - silhouette.rate).abs();

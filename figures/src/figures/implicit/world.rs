@@ -13,6 +13,9 @@ use flatland::sdf::{Scene, Sdf, Shading, Tracer};
 use flatland::warp::{Circle as Directions, Debias, Warp, WarpField};
 use glam::DVec2;
 
+/// Brighter the farther away: where one disc covers the other, the image jumps too.
+const SHADING: Shading = Shading { base: 0.5, position: DVec2::new(0.2, 0.0), normal: DVec2::ZERO };
+
 /// Auxiliary rays of the field that needs them.
 pub(super) const RAYS: usize = 64;
 
@@ -35,7 +38,7 @@ impl World {
         let [near, far] = discs.map(Shape::Circle);
         let union = Shape::Union(Box::new(SmoothUnion::new(near, far, 0.35)?));
         let tracer = Tracer { far: 8.0, ..Tracer::default() };
-        let scene = Scene::new(union, DVec2::ZERO, tracer, Shading::constant(1.0), 0.0)?;
+        let scene = Scene::new(union, DVec2::ZERO, tracer, SHADING, 0.0)?;
         // The near disc moves up, the far one down and grows; the blending width stays.
         let direction = vec![0.0, 0.8, 0.0, 0.0, -0.5, 0.3, 0.0];
         Ok(Self { scene, direction, discs })

@@ -66,7 +66,7 @@ impl Field {
             Self::Original(Debias::Multilevel { rays: RAYS, first: 0.35, ratio: 0.35 }),
             Self::Original(roulette(RAYS)),
             Self::Default(fixed),
-            Self::Default(Debias::default()),
+            Self::Default(Warp::one_dimensional().debias),
             Self::Default(roulette(4)),
             Self::Harmonic,
             Self::Edges,
@@ -126,7 +126,7 @@ impl Field {
     fn construction(self) -> Construction {
         match self {
             Self::Original(debias) => Construction::Auxiliary(Warp { debias, ..Warp::original(RAYS) }),
-            Self::Default(debias) => Construction::Auxiliary(Warp { debias, ..Warp::default() }),
+            Self::Default(debias) => Construction::Local(Warp { debias, ..Warp::one_dimensional() }),
             Self::Harmonic | Self::Edges => Construction::Harmonic,
         }
     }
@@ -136,7 +136,7 @@ fn weights() -> [Series; 2] {
     let series = |name, color, marker, warp| Series { name, color, marker, warp };
     [
         series("original: linear B, γ = 3", Palette::BLUE, Marker::Circle, Warp::original(1)),
-        series("default: B ~ s², γ = 3/2", Palette::VERMILION, Marker::Diamond, Warp::default()),
+        series("default: B ~ s², γ = 1, local", Palette::VERMILION, Marker::Diamond, Warp::one_dimensional()),
     ]
 }
 
@@ -148,7 +148,9 @@ impl Study {
         for (index, series) in weights().into_iter().enumerate() {
             let mut points = vec![];
             for &rays in counts {
-                let construction = Construction::Auxiliary(consistent(rays, series.warp));
+                let warp = consistent(rays, series.warp);
+                let construction =
+                    if index == 0 { Construction::Auxiliary(warp) } else { Construction::Local(warp) };
                 // Few rays cost little and vary little.
                 let effort = if rays < 8 { 0.4 } else { 1.0 };
                 let seed = seed_of(context.seed(), &[10, 1, world, index as u64, rays as u64]);

@@ -100,11 +100,11 @@ impl Racer {
     fn method(self, samples: usize, seed: u64) -> Box<dyn Method> {
         let edges = |choice| EdgeSampling { samples, choice, seed, ..EdgeSampling::default() };
         let warped = |construction| WarpedArea { samples, construction, seed, ..WarpedArea::default() };
-        let auxiliary = |debias| Construction::Auxiliary(Warp { debias, ..Warp::default() });
+        let auxiliary = |debias| Construction::Local(Warp { debias, ..Warp::one_dimensional() });
         match self {
             Self::Uniform => Box::new(edges(EdgeChoice::Uniform)),
             Self::Importance => Box::new(edges(EdgeChoice::Importance)),
-            Self::Multilevel => Box::new(warped(auxiliary(Debias::default()))),
+            Self::Multilevel => Box::new(warped(auxiliary(Warp::one_dimensional().debias))),
             Self::Consistent => Box::new(warped(auxiliary(Debias::Consistent { rays: RAYS }))),
             Self::Harmonic => Box::new(warped(Construction::Harmonic)),
         }

@@ -113,11 +113,14 @@ impl Results {
              <p>A narrow lobe is hard for everyone. The value of the lobe at an edge is either nearly 0 or of the \
              order 1/w, so that <em>edge sampling</em> has a variance of the order 1/w. Its choice by importance looks at \
              the lobe first: its variance {edges}. <em>Warped area</em> follows the lobe, but multiplies by its \
-             slope, g′/g, which is of the order 1/w wherever V is not 0. Before the sky, where only light close to the \
+             slope, g′/g, which is of the order 1/w wherever V is not 0. V is 0 where no edge is near the lobe: \
+             velocities are made to fade away from edges. The <em>harmonic field</em> is not, and its variance \
+             {harmonic}. Before the sky, where only light close to the \
              silhouette counts, its variance {warped}. With the luminous object, where all of the object’s light \
              counts, it {luminous}. The unbiased method with the least variance × rays, of {count} widths: before the \
              sky {win_sky}; with the luminous object {win_object}.</p>",
             edges = growth(sky, Racer::Importance),
+            harmonic = growth(sky, Racer::Harmonic),
             warped = growth(sky, Racer::Multilevel),
             luminous = growth(object, Racer::Multilevel),
             count = self.lit(sky).count(),

@@ -120,7 +120,7 @@ struct Draw<'a> {
 
 impl Draw<'_> {
     fn warp() -> Warp {
-        Warp { debias: Debias::Consistent { rays: RAYS }, ..Warp::default() }
+        Warp { debias: Debias::Consistent { rays: RAYS }, ..Warp::one_dimensional() }
     }
 
     fn end(&self, origin: Origin, direction: DVec2, hit: Option<&Hit>) -> DVec2 {

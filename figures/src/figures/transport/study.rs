@@ -168,11 +168,11 @@ fn methods(bounces: usize) -> Vec<(Looks, Build)> {
     });
     let differences: Build =
         Box::new(move |samples, seed| Box::new(FiniteDifference { samples, paths, step: STEP, seed }));
-    let consistent = Warp { debias: Debias::Consistent { rays: FIXED }, ..Warp::default() };
+    let consistent = Warp { debias: Debias::Consistent { rays: FIXED }, ..Warp::one_dimensional() };
     let looks = |name, color, verdict| Looks { name, color, verdict };
     vec![
         (looks(WARPED, Palette::VERMILION, "no edges, no bias"), warped(Construction::default())),
-        (looks(CONSISTENT, Palette::SKY, "no edges, biased"), warped(Construction::Auxiliary(consistent))),
+        (looks(CONSISTENT, Palette::SKY, "no edges, biased"), warped(Construction::Local(consistent))),
         (looks("harmonic field", Palette::PURPLE, "finds all edges"), warped(Construction::Harmonic)),
         (looks(EDGES, Palette::BLUE, "needs a list of edges"), edges),
         (looks("finite differences", Palette::GREEN, "one run a parameter"), differences),

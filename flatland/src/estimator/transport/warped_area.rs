@@ -17,7 +17,8 @@ use crate::warp::WarpError;
 /// same field for the same integral: their weights are not differentiated, and would have to be if it
 /// were not the same.
 ///
-/// Unbiased if the construction is [`Construction::Auxiliary`] with a debiased warp or
+/// Unbiased if the construction is [`Construction::Auxiliary`] or [`Construction::Local`] with a debiased
+/// warp, or
 /// [`Construction::Harmonic`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WarpedArea {
@@ -91,7 +92,7 @@ impl Default for WarpedArea {
 impl Method for WarpedArea {
     fn name(&self) -> &'static str {
         match self.construction {
-            Construction::Auxiliary(_) => "warped area",
+            Construction::Auxiliary(_) | Construction::Local(_) => "warped area",
             Construction::Harmonic => "harmonic field",
             Construction::Direct => "direct field",
             Construction::Followed { .. } => "rotation",
@@ -132,7 +133,7 @@ impl LinearMethod for WarpedArea {
         let Kernels { film, surface, relative } = self.kernels;
         for kappa in [film, surface, relative] {
             match &self.construction {
-                Construction::Auxiliary(warp) => warp.check(kappa)?,
+                Construction::Auxiliary(warp) | Construction::Local(warp) => warp.check(kappa)?,
                 Construction::Followed { candidates: 0 } => return Err(PathError::NoCandidates),
                 _ if !(kappa > 0.0 && kappa.is_finite()) => return Err(WarpError::Kappa { kappa }.into()),
                 _ => {}

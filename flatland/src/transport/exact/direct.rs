@@ -54,7 +54,9 @@ pub struct RadianceRate {
     pub interior: f64,
     /// Of the ends of what is seen.
     pub boundary: f64,
-    /// The sum of the absolute values of all that was added up.
+    /// The sum of the absolute values of all that was added up, the velocities of a vertex and of
+    /// the point one by one: the boundary term of what moves along with all it sees is nothing but
+    /// their rounding.
     pub magnitude: f64,
 }
 
@@ -133,10 +135,9 @@ impl<'a> Surface<'a> {
             let [low, high] = [&pair[0], &pair[1]].map(|i| emitted(self.world, i.seen));
             if low != high {
                 let end = &pair[1].start;
-                let jump =
-                    self.scattering(end) * (low - high) * turn(&self.view, end, change, motion.velocity);
-                rate.boundary += jump;
-                rate.magnitude += jump.abs();
+                let step = self.scattering(end) * (low - high);
+                rate.boundary += step * turn(&self.view, end, change, motion.velocity);
+                rate.magnitude += step.abs() * turn_magnitude(end, change, motion.velocity);
             }
         }
         rate
@@ -214,6 +215,16 @@ pub(super) fn turn(view: &View, end: &End, change: &Change, velocity: DVec2) -> 
         return 0.0;
     }
     view.direction(end).perp().dot(change.vertices[vertex] - velocity) / end.distance
+}
+
+/// (|v̇| + |ẋ|)/r: what the rounding of [`turn`] is relative to.
+fn turn_magnitude(end: &End, change: &Change, velocity: DVec2) -> f64 {
+    match end.vertex {
+        Some(vertex) if end.cos != 0.0 => {
+            (change.vertices[vertex].length() + velocity.length()) / end.distance
+        }
+        _ => 0.0,
+    }
 }
 
 /// sin φ₁ − sin φ₀ = 2 cos φ̄ sin(Δφ/2), with cos φ̄ = (cos φ₀ + cos φ₁)/(2 cos(Δφ/2)).

@@ -28,6 +28,8 @@ pub(super) struct Gather<'a> {
     pub(super) world: &'a World,
     pub(super) change: &'a Change,
     pub(super) surface: Surface<'a>,
+    /// The segment that the surface is of.
+    pub(super) segment: usize,
     pub(super) motion: SurfaceMotion,
     /// ρ.
     pub(super) reflectance: Dual,
@@ -70,13 +72,22 @@ impl Gather<'_> {
     fn side(&self, interval: &Interval) -> Option<Side> {
         let segment = interval.seen?;
         let seen = &self.world.segments()[segment];
-        let from = self.surface.view().point() - seen.start;
-        (self.world.material(segment).reflectance > 0.0).then(|| (segment, seen.edge.perp_dot(from) > 0.0))
+        let own = &self.world.segments()[self.segment];
+        let shared = own.vertices.iter().position(|v| seen.vertices.contains(v));
+        // All of a segment is on one side of its neighbour: from the common corner, or next to it,
+        // the point itself does not tell which.
+        let point = shared.map_or(self.surface.view().point(), |k| own.ends()[1 - k]);
+        let side = seen.edge.perp_dot(point - seen.start) > 0.0;
+        (self.world.material(segment).reflectance > 0.0).then_some((segment, side))
     }
 
     fn interval(&self, interval: &Interval, segment: usize, panels: &Panels, rule: &Rule, row: &mut Row) {
-        let part = self.part(segment);
         let ends = [&interval.start, &interval.end].map(|end| self.angle_of(end));
+        let corners = self.world.segments()[segment].ends();
+        if let Some(k) = corners.iter().position(|corner| *corner == self.surface.view().point()) {
+            return self.corner(k, panels, ends, rule, row);
+        }
+        let part = self.part(segment);
         let [low, high] = [&interval.start, &interval.end].map(|end| self.parameter(end, segment, &part));
         let rising = low < high;
         let (least, most) = if rising { (low, high) } else { (high, low) };
@@ -94,6 +105,16 @@ impl Gather<'_> {
             row.extend((0..NODES).map(|n| (part.first + n, zero)));
             self.panel(&part, angles, rule, &mut row[base..], 0);
         }
+    }
+
+    /// The weights from a corner, which sees nothing but the end of its neighbour at that very corner,
+    /// in all directions in which it sees it. (The limit of a point that goes to the corner.)
+    fn corner(&self, end: usize, panels: &Panels, [a, b]: [Dual; 2], rule: &Rule, row: &mut Row) {
+        let last = panels.breaks.len() - 2;
+        let first = panels.first + NODES * [0, last][end];
+        let factor = self.reflectance * (b.sin_cos().0 - a.sin_cos().0) * 0.5;
+        let basis = rule.basis(end as f64);
+        row.extend(basis.iter().enumerate().map(|(n, (value, _))| (first + n, factor * *value)));
     }
 
     /// Adds up the weights of a panel between two angles.

@@ -19,6 +19,9 @@ mod dual_math;
 mod gather;
 mod panels;
 
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
+
 use rayon::prelude::*;
 
 use super::direct::{Surface, SurfaceMotion};
@@ -88,7 +91,8 @@ impl Radiosity {
         let seen = sides_on_film(world, camera, &partition);
         let solve = |levels: usize, parts: usize| {
             let solution = Solution::new(world, change, &seen, self.bounces, Fineness { levels, parts });
-            FilmIntegral { world, camera, change, partition: &partition, solution, bounces: self.bounces }
+            let (bounces, known) = (self.bounces, Mutex::default());
+            FilmIntegral { world, camera, change, partition: &partition, solution, bounces, known }
                 .pixels(self.tolerance)
         };
         let (coarse, fine) = (solve(LEVELS, self.parts)?, solve(LEVELS + 1, 2 * self.parts)?);
@@ -254,7 +258,7 @@ fn gather<'a>(
     let shape = world.segments()[segment].shape;
     let value = world.material(segment).reflectance;
     let reflectance = Dual { value, slope: change.materials[shape].reflectance };
-    Gather { world, change, surface, motion, reflectance }
+    Gather { world, change, surface, segment, motion, reflectance }
 }
 
 struct FilmIntegral<'a> {
@@ -264,6 +268,9 @@ struct FilmIntegral<'a> {
     partition: &'a Partition,
     solution: Solution,
     bounces: Option<usize>,
+    /// L at the bits of u. Filters overlap and their pieces end in the same places, so that every
+    /// pixel in reach asks for the same u.
+    known: Mutex<HashMap<u64, Dual>>,
 }
 
 /// A pixel's value and derivative.
@@ -284,8 +291,7 @@ impl FilmIntegral<'_> {
             film.cells(pixel).for_each(|cell| self.partition.pieces(cell, &mut pieces));
             let integrand = |u: f64| {
                 let h = film.filter_value(pixel, u);
-                let seen = self.partition.stretch(u).seen;
-                let l = self.radiance(seen.map(|i| Seen::on(self.world, self.camera, i, u)), u);
+                let l = self.radiance_at(u);
                 ([h * l.value, h * l.slope], h * (l.value.abs() + l.slope.abs()))
             };
             let integral = adaptive(&pieces, integrand, tolerance);
@@ -300,7 +306,20 @@ impl FilmIntegral<'_> {
         Ok((0..film.pixels).into_par_iter().map(pixel).collect())
     }
 
-    /// L at fixed u.
+    /// L at fixed u, between jumps.
+    fn radiance_at(&self, u: f64) -> Dual {
+        // A value is whole or not there: a thread that panicked leaves nothing to be afraid of.
+        let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(l) = known().get(&u.to_bits()) {
+            return *l;
+        }
+        let seen = self.partition.stretch(u).seen;
+        let l = self.radiance(seen.map(|i| Seen::on(self.world, self.camera, i, u)), u);
+        known().insert(u.to_bits(), l);
+        l
+    }
+
+    /// L at fixed u, of what is seen there on one side.
     fn radiance(&self, seen: Option<Seen>, u: f64) -> Dual {
         let Some(seen) = seen else {
             return Dual { value: self.world.environment(), slope: self.change.environment };

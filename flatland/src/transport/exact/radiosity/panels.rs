@@ -57,17 +57,22 @@ impl Rule {
 
     /// The Lagrange polynomials at t ∈ [0, 1] and their slopes there.
     pub(super) fn basis(&self, t: f64) -> [(f64, f64); NODES] {
-        std::array::from_fn(|i| {
-            // Π (t − t_j) and its derivative, by the product rule.
-            let (mut value, mut slope) = (self.barycentric[i], 0.0);
-            for (j, (node, _)) in self.points.iter().enumerate() {
-                if i != j {
-                    slope = slope * (t - node) + value;
-                    value *= t - node;
-                }
-            }
-            (value, slope)
-        })
+        // ℓ_i = b_i Π (t − t_j) over j < i and over j > i, each with its derivative.
+        let times = |(value, slope): (f64, f64), node: f64| (value * (t - node), slope * (t - node) + value);
+        let mut basis = [(0.0, 0.0); NODES];
+        let mut below = (1.0, 0.0);
+        for (entry, (node, _)) in basis.iter_mut().zip(&self.points) {
+            *entry = below;
+            below = times(below, *node);
+        }
+        let mut above = (1.0, 0.0);
+        for (i, (node, _)) in self.points.iter().enumerate().rev() {
+            let (value, slope) = basis[i];
+            let scale = self.barycentric[i];
+            basis[i] = (scale * value * above.0, scale * (slope * above.0 + value * above.1));
+            above = times(above, *node);
+        }
+        basis
     }
 }
 

@@ -2,8 +2,12 @@
 
 use super::super::quadrature::adaptive;
 use super::super::{Exact, ExactError, Integrated, Radiosity, Surface};
-use super::surfaces::central_differences;
+use super::surfaces::{SWEEP, central_differences};
 use super::*;
+
+/// An image is a second's work: two steps only. Panels are chosen anew in each world, and solutions on
+/// other panels differ by their error, which shorter steps would magnify.
+const STEPS: [f64; 2] = [1e-3, 3e-4];
 
 fn camera(pixels: usize) -> Camera {
     Camera {
@@ -128,12 +132,41 @@ fn a_room_with_one_bright_wall() {
     assert!(largest(&image) < 1e-9 && largest(&slope) < 1e-8);
     let fewest = Radiosity { parts: 1, ..Radiosity::default() };
     let moved = |h: f64| Some(fewest.image(&world.displaced(&change, h).ok()?, &camera).ok()?.pixels);
-    let found = central_differences(moved).expect("worlds");
+    let found = central_differences(&SWEEP, moved).expect("worlds");
     for (p, found) in found.into_iter().enumerate() {
         for slope in &errors {
             let error = (found - slope.pixels[p]).abs() / slope.scales[p];
             println!("{p} {error:e}");
             assert!(error < 2e-6, "{p}: {found} {}", slope.pixels[p]);
+        }
+    }
+}
+
+/// The corner of two surfaces is in view. There one sees nothing of the other but that very corner,
+/// and each has a radiance of its own, whose difference times the velocity of the corner over the film
+/// is a part of the derivative.
+#[test]
+fn a_corner_that_moves_over_the_film() {
+    let lamp = [(-0.625, 0.25), (-0.5, 0.0)].map(|(x, y)| DVec2::new(x, y));
+    let lamp = Shape::open(lamp, Material::emitter(2.0));
+    let walls = room(0.7, 0.0).shapes()[0].clone();
+    let world = World::new(0.0, vec![walls, lamp]).expect("a world");
+    let turning = CameraChange { position: DVec2::new(0.5, 0.25), angle: 1.0, field_of_view: 0.0 };
+    let change = Change::of_camera(&world, turning).and(&Change::scale(&world, [0], DVec2::ZERO));
+    // Two corners each: at all four, for which end of which segment a corner is differs.
+    for angle in [1.78, 4.6] {
+        let camera = Camera { angle, ..camera(2) };
+        let radiosity = Radiosity { bounces: Some(2), parts: 1, tolerance: 1e-9 };
+        let [_, slope] = radiosity.gradient(&world, &camera, &change).expect("a gradient");
+        let moved = |h: f64| {
+            let moved = world.displaced(&change, h).ok()?;
+            Some(radiosity.image(&moved, &change.displaced_camera(&camera, h)).ok()?.pixels)
+        };
+        let found = central_differences(&STEPS, moved).expect("worlds");
+        for (p, found) in found.into_iter().enumerate() {
+            let error = (found - slope.pixels[p]).abs() / slope.scales[p];
+            println!("{angle} {p} {error:e}");
+            assert!(error < 1e-7, "{angle} {p}: {found} {}", slope.pixels[p]);
         }
     }
 }
@@ -173,7 +206,7 @@ fn derivatives_agree_with_differences() {
             let moved = world.displaced(&change, h).ok()?;
             Some(radiosity.image(&moved, &change.displaced_camera(&camera, h)).ok()?.pixels)
         };
-        let found = central_differences(moved);
+        let found = central_differences(&STEPS, moved);
         for p in 0..6 {
             worst_error = worst_error.max(image.errors[p] / image.scales[p]);
             worst_slope = worst_slope.max(slopes.errors[p] / slopes.scales[p]);

@@ -109,7 +109,7 @@ fn radiance_rate_agrees_with_differences() {
             let direction = DVec2::from_angle(outgoing.to_angle() + h * turn);
             Some(vec![Surface::new(&moved, segment, s + h * slide, direction).radiance()])
         };
-        let Some(found) = central_differences(at) else { return };
+        let Some(found) = central_differences(&SWEEP, at) else { return };
         let error = (found[0] - rate.interior - rate.boundary).abs() / rate.magnitude.max(0.1);
         worst = worst.max(error);
         assert!(error < 1e-6, "{error} {found:?} {rate:?} {segment} {s}");
@@ -117,16 +117,18 @@ fn radiance_rate_agrees_with_differences() {
     println!("worst {worst:e}");
 }
 
+/// Steps from where a random world's structure changes to where rounding takes over.
+pub(super) const SWEEP: [f64; 4] = [1e-3, 1e-4, 1e-5, 3e-6];
+
 /// The difference quotients of several values, each at the step where two neighbouring steps agree
 /// best; `None` if there are no two steps at which the world exists.
-pub(super) fn central_differences(f: impl Fn(f64) -> Option<Vec<f64>>) -> Option<Vec<f64>> {
+pub(super) fn central_differences(steps: &[f64], f: impl Fn(f64) -> Option<Vec<f64>>) -> Option<Vec<f64>> {
     // Fourth order: (4 Δ(h) − Δ(2h)) / 3.
     let quotients = |h: f64| {
         let [a, b, c, d] = [f(-2.0 * h)?, f(-h)?, f(h)?, f(2.0 * h)?];
         let of = |i: usize| (4.0 * (c[i] - b[i]) - 0.5 * (d[i] - a[i])) / (6.0 * h);
         Some((0..a.len()).map(of).collect::<Vec<f64>>())
     };
-    let steps = [1e-3, 1e-4, 1e-5, 3e-6, 1e-6];
     let found: Vec<Vec<f64>> = steps.iter().filter_map(|h| quotients(*h)).collect();
     let best = |i: usize| {
         let pairs = found.windows(2).map(|q| ((q[0][i] - q[1][i]).abs(), q[1][i]));
