@@ -4,8 +4,10 @@
 //! - [`campaign`]: estimates and exact values over many scenes.
 //! - [`oracle`]: pixels of a plane scene and their derivatives by a slab decomposition in dual
 //!   numbers, sharing no code with [`flatland::plane::exact`].
+//! - [`readme`]: the README's tables, which tests fill.
 //! - [`scenes`]: random scenes, generic, degenerate and not differentiable.
 //! - [`statistics`]: z-tests with corrected thresholds, and rates on log–log data.
+//! - [`transport`]: the same for flat worlds in which light is scattered.
 
 pub mod campaign;
 mod double_double;
@@ -14,3 +16,8 @@ pub mod readme;
 pub mod scenes;
 pub mod statistics;
 pub mod transport;
+
+/// The README's examples compile and run.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct Readme;

@@ -87,7 +87,7 @@ impl Racer {
     /// Samples a pixel in a run, for a world of so many vertices: fewer where each costs more.
     fn samples(self, context: &Context, vertices: usize) -> usize {
         let (most, looks) = match self {
-            Self::Uniform => (500, 250_000),
+            Self::Uniform => (1000, usize::MAX),
             Self::Importance => (500, 110_000),
             Self::Multilevel => (300, usize::MAX),
             Self::Consistent => (200, usize::MAX),

@@ -151,8 +151,7 @@ impl Results {
              derivative stay exactly the same: all new vertices lie between segments alike, and the two silhouettes \
              are two vertices as before. Edge sampling does not know which. Its variance grows in proportion to the \
              vertices it chooses from, and to find importances it looks at every vertex. From {few} to {many} vertices a \
-             sample takes {t_importance} as long by importance, {t_uniform} uniformly (this implementation fills a \
-             table of all vertices for that too, which uniform choice would not need), {t_harmonic} for the harmonic \
+             sample takes {t_importance} as long by importance, {t_uniform} uniformly, {t_harmonic} for the harmonic \
              field, which looks for all jumps, and {t_warped} for warped area, which finds what its rays find. In this \
              run the variance of edge sampling by importance can be told up to {known} vertices, and uniformly up to \
              {known_uniform}: beyond, its samples find too few silhouettes, and it is counted \

@@ -285,7 +285,8 @@ impl Sweep<'_, '_> {
         self.covectors.push(Covector::Point(point, Terms { secondary, ..Terms::default() }));
     }
 
-    /// A vertex and its probability.
+    /// A vertex and its probability. The ends of the surface itself lie on its horizon, where nothing
+    /// is scattered.
     fn pick(
         &mut self,
         choice: EdgeChoice,
@@ -293,13 +294,14 @@ impl Sweep<'_, '_> {
         scattering: &Scattering<'_>,
     ) -> Option<(usize, f64)> {
         let own = self.world.segments()[vertex.hit.segment].vertices;
-        let weight = |(v, p): (usize, DVec2)| match choice {
-            _ if own.contains(&v) => 0.0,
-            EdgeChoice::Uniform => 1.0,
-            EdgeChoice::Importance => {
-                let d = p - vertex.origin.point;
-                scattering.value(d.normalize()) / d.length()
-            }
+        let count = self.world.vertex_count();
+        if choice == EdgeChoice::Uniform {
+            let picked = ((open01(self.rng) * count as f64) as usize).min(count - 1);
+            return (!own.contains(&picked)).then_some((picked, 1.0 / count as f64));
+        }
+        let weight = |(v, p): (usize, DVec2)| {
+            let d = p - vertex.origin.point;
+            if own.contains(&v) { 0.0 } else { scattering.value(d.normalize()) / d.length() }
         };
         let weights: Vec<f64> = self.world.vertices().enumerate().map(weight).collect();
         let sum: f64 = weights.iter().sum();
