@@ -1,7 +1,10 @@
 //! Biases that are known are asserted, so that nobody mends or worsens them unawares.
 
+use flatland::estimator::transport::{Method as _, WarpedArea as PathWarpedArea};
 use flatland::estimator::{Exact, Method, Rotation, WarpedArea};
 use flatland::plane::{Film, Filter, Image, Motion, Polygon, Scene, Shade, Shape};
+use flatland::transport::fields::Construction;
+use flatland::transport::{self, Camera, Change, Paths, World};
 use flatland::warp::{BoundaryFunction, Debias, Warp, Weighting};
 use glam::{DVec2, DVec3};
 use tests::statistics::suite_threshold;
@@ -81,6 +84,34 @@ fn rotation_is_biased_on_a_turning_disc_behind_a_bar() {
 fn growing_disc() -> (Scene, Motion) {
     let scene = Scene::new(DVec3::ZERO, vec![disc(DVec2::splat(4.0), 2.6)]).expect("a scene");
     (scene, Motion::scale([0], DVec2::splat(4.0)))
+}
+
+/// In a flat world the points seen on a turning disc move to one side all over it, but for its
+/// silhouettes, which stand still: following any of them moves both silhouettes.
+#[test]
+fn rotation_is_biased_on_a_turning_disc_in_a_flat_world() {
+    let corner = |i: i32| DVec2::from_angle(std::f64::consts::TAU * f64::from(i) / 96.0);
+    let disc = transport::Shape::closed((0..96).map(corner), transport::Material::emitter(1.0));
+    let world = World::new(0.0, vec![disc]).expect("a world");
+    let film = transport::Film { pixels: 8, filter: Filter::Tent };
+    let camera = Camera { position: DVec2::new(0.0, 4.0), angle: -1.5, field_of_view: 0.8, film };
+    let change = Change::rotate(&world, [0], DVec2::ZERO);
+    let paths = Paths { bounces: 0, ..Paths::default() };
+    let exact = transport::exact::Exact { bounces: 0, ..Default::default() };
+    let exact = exact.gradient(&world, &camera, &change).expect("differentiable").pixels;
+    let worst = |construction| {
+        let method = PathWarpedArea { samples: 64_000, paths, construction, ..PathWarpedArea::default() };
+        let found = method.forward(&world, &camera, &change).expect("valid");
+        let z = |i: usize| {
+            let difference: f64 = found.total()[i] - exact[i].total();
+            // A pixel without spread must be exact, but for rounding.
+            (difference / found.standard_error[i].max(1e-12)).abs()
+        };
+        (0..film.pixels).map(z).fold(0.0, f64::max)
+    };
+    let [rotation, warped] = [Construction::Followed { candidates: 4 }, Construction::default()].map(worst);
+    println!("turning disc in a flat world: worst |z| {rotation:.1} by rotation, {warped:.1} by warped area");
+    assert!(rotation > suite_threshold() && warped < suite_threshold(), "{rotation} {warped}");
 }
 
 #[test]
