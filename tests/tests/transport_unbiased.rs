@@ -1,8 +1,8 @@
 //! Unbiasedness along whole paths, against exact derivatives, with the controls that must be rejected
 //! on the same worlds.
 //!
-//! Worlds without any discontinuity come first (`Kind::Direct`): only cosines, distances and lobes
-//! change there. Seeds are fixed, and the false-alarm rate is that of the whole suite.
+//! Worlds without any discontinuity come first: only cosines, distances and lobes change there. Then
+//! those whose film sees no jump (`Kind::Direct`), then all others. Seeds are fixed, and the false-alarm rate is that of the whole suite.
 
 use std::sync::LazyLock;
 
@@ -11,12 +11,13 @@ use flatland::estimator::transport::{
 };
 use flatland::plane::Filter;
 use flatland::transport::fields::Construction;
-use flatland::transport::{Camera, Change, Film, Material, Paths, Shape, World};
+use flatland::transport::{Camera, CameraChange, Change, Film, Material, Paths, Shape, World};
 use flatland::warp::{AuxiliaryPoints, Debias, Warp, Weighting};
 use glam::DVec2;
 use tests::campaign::{Estimate, Verdict};
 use tests::statistics::suite_threshold as limit;
 use tests::transport::campaign::{Known, known};
+use tests::transport::constants::constants;
 use tests::transport::worlds::{Case, Kind, Moving};
 
 /// Light scattered once: at least 100 worlds.
@@ -26,13 +27,45 @@ static ONCE: LazyLock<Vec<Known>> = LazyLock::new(|| {
     known
 });
 
-/// The same, without a jump anywhere.
-static SMOOTH: LazyLock<Vec<Known>> = LazyLock::new(|| known(&[Kind::Direct], &Moving::ALL, 30, 1));
+/// The same, without a jump over the film; the light's ends are jumps over directions.
+static UNBROKEN: LazyLock<Vec<Known>> = LazyLock::new(|| {
+    let known = known(&[Kind::Direct], &Moving::ALL, 30, 1);
+    assert!(known.len() >= 25, "{} worlds", known.len());
+    known
+});
+
+/// Without any jump at all: a tilted glossy floor alone under a sky, beyond the view on both sides.
+static SMOOTH: LazyLock<Vec<Known>> = LazyLock::new(|| {
+    let p = |x: f64, y: f64| DVec2::new(x, y);
+    let mut all = vec![];
+    for (width, filter) in [(0.3, Filter::Tent), (0.6, Filter::Gaussian), (1.0, Filter::Box)] {
+        let floor = Material { reflectance: 0.2, ..Material::glossy(0.7, width) };
+        let world = World::new(1.3, vec![Shape::open([p(-9.0, -0.6), p(8.0, 0.5)], floor)]);
+        let world = world.expect("a world");
+        let film = Film { pixels: 4, filter };
+        let camera = Camera { position: p(-1.0, 0.7), angle: -0.5, field_of_view: 0.5, film };
+        let moves = CameraChange { position: p(0.3, 0.8), ..CameraChange::default() };
+        let turns = CameraChange { angle: 1.0, field_of_view: 0.3, ..CameraChange::default() };
+        let changes = [
+            Change::rotate(&world, [0], p(0.0, 0.0)),
+            Change::moving(&world, [0], |p| DVec2::new(0.0, 0.1 * p.x + 0.5)),
+            Change::of_camera(&world, moves),
+            Change::of_camera(&world, turns),
+        ];
+        for (i, change) in changes.into_iter().enumerate() {
+            let label = format!("floor alone, lobe {width}, {filter:?}, change {i}");
+            all.push(Known::new(Case { world: world.clone(), camera, change, label }, 1));
+        }
+    }
+    all.retain(|k| k.exact.abs() > 1e-3);
+    assert!(all.len() >= 8, "{} worlds", all.len());
+    all
+});
 
 /// Light scattered twice.
 static TWICE: LazyLock<Vec<Known>> = LazyLock::new(|| {
     let known = known(&[Kind::Room, Kind::Glossy, Kind::Shadows], &Moving::GEOMETRIC, 14, 2);
-    assert!(known.iter().all(|k| k.error < 1e-4 * k.exact.abs().max(1.0)), "the oracle is not exact");
+    assert!(known.len() >= 35, "{} worlds", known.len());
     known
 });
 
@@ -61,14 +94,17 @@ fn run(k: &Known, method: &impl Method) -> GradientImage {
 
 fn total(k: &Known, method: &impl Method) -> Estimate {
     let found = run(k, method);
-    k.estimate(&found.total(), &found.standard_error)
+    let estimate = k.estimate(&found.total(), &found.standard_error);
+    // The reference's own error must not count.
+    assert!(k.error < 0.2 * estimate.standard_error.max(1e-6 * k.exact.abs()), "{:e} {estimate:?}", k.error);
+    estimate
 }
 
 fn accept<M: Method>(name: &str, known: &[Known], method: impl Fn(u64, Paths) -> M + Sync) {
     let v = verdict(name, known, |k, seed| total(k, &method(seed, paths(k))));
     assert!(v.passes(limit()), "{name} is biased: {v:?}");
-    // A test that could see no bias would prove nothing: one of 35% must not pass.
-    assert!(limit() * v.slope_error < 0.35, "{name}: {v:?}");
+    // A test that could see no bias would prove nothing: one of 30% must not pass.
+    assert!(limit() * v.slope_error < 0.3, "{name}: {v:?}");
 }
 
 fn reject(name: &str, known: &[Known], estimate: impl Fn(&Known, u64) -> Estimate + Sync) {
@@ -93,17 +129,89 @@ fn with(warp: Warp) -> impl Fn(u64, Paths) -> WarpedArea + Sync {
 
 #[test]
 fn worlds_without_a_jump() {
-    accept("no jump, warped area", &SMOOTH, warped);
-    accept("no jump, no warp of directions", &SMOOTH, |seed, paths| WarpedArea {
+    let constructed = |construction| {
+        move |seed, paths| WarpedArea { samples: 8 * SAMPLES, construction, ..warped(seed, paths) }
+    };
+    // Here every field is right: none at all, one that would jump at silhouettes, and the method's.
+    accept("no jump, no warp", &SMOOTH, constructed(Construction::Still));
+    accept("no jump, direct field", &SMOOTH, constructed(Construction::Direct));
+    accept("no jump, warped area", &SMOOTH, constructed(Construction::default()));
+    reject("no jump, attached density", &SMOOTH, |k, seed| {
+        let fault = Some(Fault::AttachedDensity);
+        total(k, &WarpedArea { fault, ..constructed(Construction::Still)(seed, paths(k)) })
+    });
+}
+
+#[test]
+fn worlds_without_a_jump_over_the_film() {
+    accept("film without a jump, warped area", &UNBROKEN, warped);
+    accept("film without a jump, harmonic field", &UNBROKEN, |seed, paths| WarpedArea {
         construction: Construction::Harmonic,
         ..warped(seed, paths)
     });
-    accept("no jump, edge sampling", &SMOOTH, |seed, paths| EdgeSampling {
+    accept("film without a jump, edge sampling", &UNBROKEN, |seed, paths| EdgeSampling {
         samples: SAMPLES,
         paths,
         seed,
         ..EdgeSampling::default()
     });
+}
+
+/// What is 0, or known without computing anything: furnaces, a floor that slides under itself, all
+/// things and the camera moved as one.
+#[test]
+fn what_is_known_by_an_argument() {
+    let mut worst = [0.0_f64; 3];
+    for bounces in [1, 2] {
+        let paths = Paths { bounces, ..Paths::default() };
+        for constant in constants(&[Filter::Tent, Filter::Box], bounces) {
+            let Case { world, camera, change, label } = &constant.case;
+            let harmonic = WarpedArea { construction: Construction::Harmonic, ..warped(3, paths) };
+            let edges = EdgeSampling { samples: SAMPLES, paths, seed: 3, ..EdgeSampling::default() };
+            let methods: [&dyn Method; 3] = [&warped(3, paths), &harmonic, &edges];
+            for (method, worst) in methods.into_iter().zip(&mut worst) {
+                let found = method.forward(world, camera, change).expect("valid");
+                for (mean, error) in found.total().into_iter().zip(&found.standard_error) {
+                    // Rounding where samples do not differ.
+                    let z = (mean - constant.derivative) / error.max(1e-9);
+                    assert!(
+                        z.abs() < limit(),
+                        "{}: {mean} ± {error} for {} {label}",
+                        method.name(),
+                        constant.derivative
+                    );
+                    *worst = worst.max(z.abs());
+                }
+            }
+        }
+    }
+    println!("known by an argument: worst |z| {worst:.2?}");
+}
+
+/// Doubling the paths must halve the square of a standard error (theory, section 11): so it does, to a
+/// factor of 2, in nearly all worlds for the harmonic field and edge sampling. For the default it is
+/// counted: in penumbras its variance is not finite.
+#[test]
+fn standard_errors_settle() {
+    let settled = |name: &str, method: &(dyn Fn(&Known, usize) -> Estimate + Sync)| {
+        let ratio = |k: &Known| {
+            let [once, twice] = [1, 2].map(|times| method(k, times * SAMPLES).standard_error.powi(2));
+            2.0 * twice / once
+        };
+        let moving: Vec<&Known> = ONCE.iter().filter(|k| k.case.change.is_geometric()).collect();
+        let within = moving.iter().filter(|k| (0.5..2.0).contains(&ratio(k))).count();
+        println!("{name}: {within} of {} standard errors settle", moving.len());
+        within as f64 / moving.len() as f64
+    };
+    let constructed = |construction| {
+        move |k: &Known, samples| total(k, &WarpedArea { samples, construction, ..warped(7, paths(k)) })
+    };
+    settled("warped area", &constructed(Construction::default()));
+    let harmonic = settled("harmonic field", &constructed(Construction::Harmonic));
+    let edges = settled("edge sampling", &|k, samples| {
+        total(k, &EdgeSampling { samples, paths: paths(k), seed: 7, ..EdgeSampling::default() })
+    });
+    assert!(harmonic > 0.85 && edges > 0.85, "{harmonic} {edges}");
 }
 
 #[test]
@@ -128,7 +236,7 @@ fn russian_roulette() {
     let debias = Debias::RussianRoulette { rays: 8, tail: 1.5 };
     let method = with(Warp { debias, ..Warp::one_dimensional() });
     let v = verdict("Russian roulette", &ONCE, |k, seed| total(k, &method(seed, paths(k))));
-    assert!(v.slope_z().abs() < limit() && limit() * v.slope_error < 0.35, "{v:?}");
+    assert!(v.slope_z().abs() < limit() && limit() * v.slope_error < 0.3, "{v:?}");
 }
 
 #[test]
@@ -186,6 +294,12 @@ fn controls_are_rejected() {
     reject("interior only", &ONCE, |k, seed| total(k, &interior(seed, paths(k))));
     reject("primary only", &ONCE, |k, seed| {
         let found = run(k, &warped(seed, paths(k)));
+        let [sum, error] = [&found.mean, &found.term_error]
+            .map(|terms| terms.iter().map(|t| t.primary).collect::<Vec<f64>>());
+        k.estimate(&sum, &error)
+    });
+    reject("no secondary term", &ONCE, |k, seed| {
+        let found = run(k, &warped(seed, paths(k)));
         let sum: Vec<f64> = found.mean.iter().map(|t| t.interior + t.primary).collect();
         let error: Vec<f64> = found.term_error.iter().map(|t| t.interior.hypot(t.primary)).collect();
         k.estimate(&sum, &error)
@@ -197,8 +311,10 @@ fn controls_are_rejected() {
     reject("rotation", &ONCE, constructed(Construction::Followed { candidates: 4 }));
     let gaussian = Warp { weighting: Weighting::Gaussian, focus: 1.0, ..Warp::one_dimensional() };
     reject("Gaussian field", &ONCE, constructed(Construction::Auxiliary(gaussian)));
-    let few = Warp { debias: Debias::Consistent { rays: 2 }, ..Warp::one_dimensional() };
-    reject("two rays as they are", &ONCE, constructed(Construction::Auxiliary(few)));
+    for rays in [2, 8] {
+        let few = Warp { debias: Debias::Consistent { rays }, ..Warp::one_dimensional() };
+        reject(&format!("{rays} rays as they are"), &ONCE, constructed(Construction::Local(few)));
+    }
     let fault =
         |fault| move |k: &Known, seed| total(k, &WarpedArea { fault: Some(fault), ..warped(seed, paths(k)) });
     reject("attached density", &ONCE, fault(Fault::AttachedDensity));

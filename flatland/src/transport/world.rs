@@ -269,12 +269,18 @@ impl World {
     }
 
     /// The vertices of a shape, numbered through the whole world.
+    ///
+    /// # Panics
+    /// If the world has no such shape.
     #[must_use]
     pub fn vertices_of(&self, shape: usize) -> std::ops::Range<usize> {
         self.first_vertex[shape]..self.first_vertex[shape + 1]
     }
 
     /// The point of a vertex.
+    ///
+    /// # Panics
+    /// If the world has no such vertex.
     #[must_use]
     pub fn vertex(&self, vertex: usize) -> DVec2 {
         let shape = self.first_vertex.partition_point(|&first| first <= vertex) - 1;
@@ -282,6 +288,9 @@ impl World {
     }
 
     /// The one or two segments that end at a vertex.
+    ///
+    /// # Panics
+    /// If the world has no such vertex.
     pub fn segments_at(&self, vertex: usize) -> impl Iterator<Item = usize> + '_ {
         let shape = self.first_vertex.partition_point(|&first| first <= vertex) - 1;
         let own = self.first_segment[shape]..self.first_segment[shape + 1];
@@ -293,6 +302,9 @@ impl World {
     }
 
     /// The material of a segment.
+    ///
+    /// # Panics
+    /// If the world has no such segment.
     #[must_use]
     pub fn material(&self, segment: usize) -> &Material {
         &self.shapes[self.segments[segment].shape].material
@@ -330,12 +342,18 @@ impl World {
     }
 
     /// The point of a hit.
+    ///
+    /// # Panics
+    /// If the world has no such segment.
     #[must_use]
     pub fn point(&self, hit: &Hit) -> DVec2 {
         self.segments[hit.segment].at(hit.s)
     }
 
     /// The point of a hit as the start of another ray.
+    ///
+    /// # Panics
+    /// If the world has no such segment.
     #[must_use]
     pub fn origin(&self, hit: &Hit) -> Origin {
         Origin { point: self.point(hit), segment: Some(hit.segment) }

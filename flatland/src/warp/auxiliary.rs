@@ -11,7 +11,7 @@ use crate::random::open01;
 pub enum AuxiliaryPoints {
     /// Independent points.
     Independent,
-    /// Pairs u ± δ (plane) or reflections through u (circle, sphere): the odd part of ∇w cancels.
+    /// Pairs u ± δ (line, plane) or reflections through u (circle, sphere): the odd part of ∇w cancels.
     /// An odd number of points leaves the last one alone.
     #[default]
     Antithetic,

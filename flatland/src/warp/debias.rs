@@ -47,6 +47,10 @@ pub enum Debias {
     /// point, V is not continuous at that point, ∫ |∇·V|² diverges logarithmically for the exact
     /// field already, and E|Δ_l|² does not fall: there the variance is infinite, as that of every
     /// scheme with finite cost, and errors fall a little more slowly than n^−½.
+    ///
+    /// That is for n = 2. For n = 1 the same happens where two jumps of different motions come close:
+    /// across a gap g, ∫ |∇·V|² ~ 1/g, and all gaps occur along a penumbra. E|Δ_l|² does not fall there
+    /// either, so that means of short runs are too small with errors that are too small.
     Multilevel {
         /// Auxiliary rays in a block.
         rays: usize,

@@ -134,7 +134,8 @@ impl Domain for Line {
     /// With x = κ|u − u'|²/2, the distance has the distribution function (1 − e⁻ˣ)^(a/2): at a = 1
     /// nearly that of the normal kernel, whose own has no elementary inverse, with the same tails.
     fn draw(u: f64, kappa: f64, focus: f64, [a, b]: [f64; 2]) -> Draw<f64> {
-        let within = a.powf(2.0 / focus);
+        // At the smallest focus the power of the smallest ξ underflows.
+        let within = a.powf(2.0 / focus).max(f64::MIN_POSITIVE);
         let exponent = -(-within).ln_1p();
         let tangent = (2.0 * exponent / kappa).sqrt().copysign(b - 0.5);
         let log_density = (0.5 * focus - 1.0) * within.ln() - exponent + 0.5 * exponent.ln();
@@ -163,7 +164,7 @@ impl Domain for Circle {
     /// ((1 − e⁻ʸ)/(1 − e^−4κ))^(a/2). 1 − cos φ is carried instead of cos φ: at κ = 10¹² the latter
     /// would be rounding noise.
     fn draw(u: DVec2, kappa: f64, focus: f64, [a, b]: [f64; 2]) -> Draw<DVec2> {
-        let within = a.powf(2.0 / focus);
+        let within = a.powf(2.0 / focus).max(f64::MIN_POSITIVE);
         let y = -(within * (-4.0 * kappa).exp_m1()).ln_1p();
         // sin²(φ/4) and sin²(φ/2)
         let quarter = (y / (8.0 * kappa)).min(0.5);

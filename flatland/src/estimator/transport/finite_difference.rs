@@ -6,9 +6,10 @@ use super::driver::Moments;
 use super::{Gradient, GradientImage, Method, PathError};
 use crate::transport::{Camera, Change, Origin, Paths, Terms, World, path_stream};
 
-/// (I(θ + h) − I(θ − h))/2h, the same random numbers on both sides.
+/// (I(θ + h) − I(θ − h))/2h, the same random numbers on both sides. Where there is no world on one side,
+/// because an albedo or a radiance would be negative, say, it is (I(θ ± h) − I(θ))/±h.
 ///
-/// Biased by O(h²) I''' where the image is smooth, and its variance grows as 1/h wherever paths jump.
+/// Biased by O(h²) I''', one-sided by O(h) I'', where the image is smooth, and its variance grows as 1/h wherever paths jump.
 /// It does not know terms: all is reported as interior.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FiniteDifference {
@@ -49,7 +50,12 @@ impl Method for FiniteDifference {
             let world = displaced.map_err(|source| PathError::Displaced { theta, source })?;
             Ok::<_, PathError>((world, camera))
         };
-        let sides = [displaced(self.step)?, displaced(-self.step)?];
+        let (sides, width) = match [self.step, -self.step].map(displaced) {
+            [Ok(plus), Ok(minus)] => ([plus, minus], 2.0 * self.step),
+            [Ok(plus), Err(_)] => ([plus, (world.clone(), *camera)], self.step),
+            [Err(_), Ok(minus)] => ([(world.clone(), *camera), minus], self.step),
+            [Err(error), Err(_)] => return Err(error),
+        };
         let pixels: Vec<_> = (0..camera.film.pixels)
             .into_par_iter()
             .map(|pixel| {
@@ -64,7 +70,7 @@ impl Method for FiniteDifference {
                         rays += traced;
                         at.value * value
                     });
-                    let slope = (plus - minus) / (2.0 * self.step);
+                    let slope = (plus - minus) / width;
                     moments.add(if slope.is_finite() { slope } else { 0.0 });
                     if !slope.is_finite() {
                         bad.push((pixel, sample));
@@ -83,7 +89,7 @@ impl Method for FiniteDifference {
         })
     }
 
-    /// One forward difference a parameter.
+    /// A difference for every parameter: twice as many images as there are parameters.
     fn reverse(&self, world: &World, camera: &Camera, adjoint: &[f64]) -> Result<Gradient, PathError> {
         camera.check()?;
         if adjoint.len() != camera.film.pixels {

@@ -50,6 +50,12 @@ pub enum PathError {
         /// What is wrong there.
         source: WorldError,
     },
+    /// The number of kernel widths in a lobe or an emitter is not in (0, 10⁶].
+    #[error("{relative} kernel widths to a lobe or emitter is not in (0, 10⁶]")]
+    RelativeWidth {
+        /// The number.
+        relative: f64,
+    },
     /// The rotation method was given no candidates to follow.
     #[error("at least one candidate to follow is needed")]
     NoCandidates,

@@ -74,8 +74,8 @@ fn edges_and_areas_agree() {
                 for pixel in 0..3 {
                     let error = edges.standard_error[pixel].hypot(areas.standard_error[pixel]);
                     let z = (edges.total()[pixel] - areas.total()[pixel]) / error.max(1e-12);
-                    // 168 comparisons.
-                    assert!(z.abs() < 5.5, "{construction:?} {change:?} {pixel}: {z}");
+                    // 168 comparisons, of those that share the false-alarm rate of the whole suite.
+                    assert!(z.abs() < 6.5, "{construction:?} {change:?} {pixel}: {z}");
                 }
             }
         }
@@ -124,6 +124,8 @@ fn bad_parameters_are_named() {
     assert_eq!(run(WarpedArea { construction, ..good }), PathError::NoCandidates);
     let kernels = Kernels { surface: f64::NAN, ..Kernels::default() };
     assert!(matches!(run(WarpedArea { kernels, ..good }), PathError::Warp(_)));
+    let kernels = Kernels { relative: 0.0, ..Kernels::default() };
+    assert_eq!(run(WarpedArea { kernels, ..good }), PathError::RelativeWidth { relative: 0.0 });
     let wide = Camera { field_of_view: 4.0, ..camera };
     assert!(matches!(good.forward(&world, &wide, &change), Err(PathError::Camera(_))));
     let other = Change { vertices: vec![], ..change.clone() };
@@ -131,4 +133,19 @@ fn bad_parameters_are_named() {
     assert!(matches!(good.reverse(&world, &camera, &[1.0]), Err(PathError::AdjointSize { .. })));
     let difference = FiniteDifference { step: 0.0, ..FiniteDifference::default() };
     assert_eq!(difference.forward(&world, &camera, &change), Err(PathError::Step { step: 0.0 }));
+}
+
+/// Where an emission of 0 cannot be lowered, the difference is one-sided.
+#[test]
+fn finite_differences_in_reverse_are_those_of_every_parameter() {
+    let world = world(glossy(), false);
+    let camera = camera(Filter::Tent);
+    let method = FiniteDifference { samples: 50, step: 1e-3, ..FiniteDifference::default() };
+    let adjoint = [0.3, -1.0, 0.7];
+    let reverse = method.reverse(&world, &camera, &adjoint).expect("valid").total();
+    let mut change = Change::none(&world);
+    change.materials[0].emission = 1.0;
+    let forward = method.forward(&world, &camera, &change).expect("valid").total();
+    let expected: f64 = forward.iter().zip(adjoint).map(|(g, a)| g * a).sum();
+    assert!(expected != 0.0 && reverse.materials[0].emission == expected);
 }

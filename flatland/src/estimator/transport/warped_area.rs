@@ -7,7 +7,7 @@ use crate::plane::Filter;
 use crate::random::stream;
 use crate::transport::fields::Construction;
 use crate::transport::{Camera, CameraChange, Change, Covector, Material, Origin, Paths, Terms, World};
-use crate::warp::WarpError;
+use crate::warp::{WarpError, Weighting};
 
 /// A warp at every bounce: on the film, and on the circle of directions at every surface, for
 /// directions drawn by the scattering function as well as for those towards emitters.
@@ -17,9 +17,8 @@ use crate::warp::WarpError;
 /// same field for the same integral: their weights are not differentiated, and would have to be if it
 /// were not the same.
 ///
-/// Unbiased if the construction is [`Construction::Auxiliary`] or [`Construction::Local`] with a debiased
-/// warp, or
-/// [`Construction::Harmonic`].
+/// Unbiased with [`Construction::Harmonic`], and with [`Construction::Local`] and
+/// [`Construction::Auxiliary`] if their warp is debiased and boundary-aware with pγ ≥ 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WarpedArea {
     /// Paths a pixel.
@@ -52,11 +51,12 @@ pub enum Fault {
 /// between two jumps resolves them slowly; one much narrower makes V steep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kernels {
-    /// On the film, in 1/pixel².
+    /// On the film, in 1/pixel²: 44 is a width of 0.15 pixels.
     pub film: f64,
-    /// The least κ at a surface: kernels of κ^−½ radians.
+    /// The least κ at a surface: 20 is a width of κ^−½ = 0.22 radians.
     pub surface: f64,
-    /// How many kernel widths a lobe's width or an emitter's subtended angle holds at least.
+    /// How many kernel widths a lobe's width or an emitter's subtended angle holds at least, up to 10⁶.
+    /// Between 0.3 and 6 the variance hardly changes.
     pub relative: f64,
 }
 
@@ -92,6 +92,9 @@ impl Default for WarpedArea {
 impl Method for WarpedArea {
     fn name(&self) -> &'static str {
         match self.construction {
+            Construction::Auxiliary(w) | Construction::Local(w) if w.weighting == Weighting::Gaussian => {
+                "Gaussian field"
+            }
             Construction::Auxiliary(_) | Construction::Local(_) => "warped area",
             Construction::Harmonic => "harmonic field",
             Construction::Direct => "direct field",
@@ -131,7 +134,10 @@ impl LinearMethod for WarpedArea {
 
     fn check(&self) -> Result<(), PathError> {
         let Kernels { film, surface, relative } = self.kernels;
-        for kappa in [film, surface, relative] {
+        if !(relative > 0.0 && relative <= 1e6) {
+            return Err(PathError::RelativeWidth { relative });
+        }
+        for kappa in [film, surface] {
             match &self.construction {
                 Construction::Auxiliary(warp) | Construction::Local(warp) => warp.check(kappa)?,
                 Construction::Followed { candidates: 0 } => return Err(PathError::NoCandidates),
