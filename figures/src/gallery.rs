@@ -42,7 +42,8 @@ pub(crate) struct Section {
 pub(crate) struct Gallery {
     title: String,
     intro_html: String,
-    sections: Vec<Section>,
+    /// Each with its number.
+    sections: Vec<(usize, Section)>,
 }
 
 impl Gallery {
@@ -52,10 +53,11 @@ impl Gallery {
         Self { title: title.into(), intro_html: intro_html.into(), sections: Vec::new() }
     }
 
-    /// The page with one more section at its end.
+    /// The page with one more section at its end, under a number of its own: on a page of a single
+    /// figure it is still that figure's.
     #[must_use]
-    pub(crate) fn section(mut self, section: Section) -> Self {
-        self.sections.push(section);
+    pub(crate) fn section(mut self, number: usize, section: Section) -> Self {
+        self.sections.push((number, section));
         self
     }
 
@@ -75,12 +77,13 @@ impl Gallery {
              <nav aria-label=\"Contents\"><ol>",
             self.intro_html
         )?;
-        for section in &self.sections {
-            write!(page, "<li><a href=\"#{}\">{}</a></li>", escape(&section.id), escape(&section.title))?;
+        for (number, section) in &self.sections {
+            let (id, title) = (escape(&section.id), escape(&section.title));
+            write!(page, "<li value=\"{number}\"><a href=\"#{id}\">{title}</a></li>")?;
         }
         page.push_str("</ol></nav>\n<main>\n");
-        for (i, section) in self.sections.iter().enumerate() {
-            write_section(&mut page, i + 1, section, folder)
+        for (number, section) in &self.sections {
+            write_section(&mut page, *number, section, folder)
                 .with_context(|| format!("section “{}” of the gallery", section.title))?;
         }
         page.push_str("</main>\n</body>\n</html>\n");
@@ -404,12 +407,14 @@ mod tests {
         write_png(&folder.path().join("a.png"), &Canvas::new(20.0, 10.0)).unwrap();
         let picture = Picture { file: "a.png".into(), alt: "<white>".into(), caption: String::new() };
         let section = Section { id: "a".into(), pictures: vec![picture], ..Section::default() };
-        Gallery::new("T & t", "").section(section.clone()).write(folder.path()).unwrap();
+        Gallery::new("T & t", "").section(7, section.clone()).write(folder.path()).unwrap();
         let page = fs::read_to_string(folder.path().join("index.html")).unwrap();
+        assert!(page.contains("<span>7</span>") && page.contains("<li value=\"7\">"));
         assert!(page.contains("src=\"data:image/png;base64,iVBORw0KGgo"));
         assert!(page.contains("width=\"20\" height=\"10\" alt=\"&lt;white&gt;\""));
         let missing = Section { data: vec!["none.csv".into()], ..section };
-        let error = format!("{:#}", Gallery::new("", "").section(missing).write(folder.path()).unwrap_err());
+        let error =
+            format!("{:#}", Gallery::new("", "").section(1, missing).write(folder.path()).unwrap_err());
         assert!(error.contains("none.csv"), "{error}");
     }
 }

@@ -94,7 +94,7 @@ fn run(options: &Options) -> anyhow::Result<()> {
     let mut gallery = Gallery::new("Warped-area sampling in the plane", figures::INTRODUCTION);
     for name in chosen {
         let section = context.figure(name.title(), || name.draw(&context))?;
-        gallery = gallery.section(section);
+        gallery = gallery.section(name.number(), section);
     }
     gallery.write(&options.out)?;
     context.finish(&options.out.join("index.html"));

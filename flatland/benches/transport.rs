@@ -60,7 +60,7 @@ fn paths(c: &mut Criterion) {
         let name = format!("{sides} sides, {bounces} bounces");
         group.throughput(Throughput::Elements((SAMPLES * camera.film.pixels) as u64));
         group.bench_function(BenchmarkId::new("primal", &name), |b| {
-            b.iter(|| paths.image(&world, &camera, SAMPLES, 1));
+            b.iter(|| paths.image(&world, &camera, SAMPLES, 1).expect("valid"));
         });
         let warped = WarpedArea { samples: SAMPLES, paths, ..WarpedArea::default() };
         let methods: [(&str, Box<dyn Method>); 4] = [

@@ -109,7 +109,7 @@ fn the_same_bits_at_1_2_and_4_threads() {
                     reverse.total().values().chain(reverse.standard_error.values()).map(f64::to_bits),
                 );
             }
-            let image = paths.image(&case.world, &case.camera, 40, 1);
+            let image = paths.image(&case.world, &case.camera, 40, 1).expect("valid");
             bits.extend(image.iter().flatten().copied().map(f64::to_bits));
             bits
         })

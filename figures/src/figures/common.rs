@@ -38,6 +38,13 @@ pub(crate) fn seed_of(seed: u64, words: &[u64]) -> u64 {
     (open01(&mut stream(seed, words)) * 2f64.powi(52)) as u64
 }
 
+/// The relative standard error of a variance above which it is not known.
+pub(crate) const KNOWN: f64 = 0.5;
+/// Standard errors by which an unbiased mean may be off. If it is farther, the run has likely missed samples
+/// so large that they decide the variance. With the 7 degrees of freedom of 8 runs one healthy run in 25 is
+/// farther as well: too few runs are believed rather than too many.
+pub(crate) const SETTLED: f64 = 2.5;
+
 /// A number with its standard error.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ratio {
@@ -52,6 +59,12 @@ impl Ratio {
         let value = values.iter().sum::<f64>() / count;
         let squares: f64 = values.iter().map(|v| (v - value) * (v - value)).sum();
         Self { value, error: (squares / (count * (count - 1.0))).sqrt() }
+    }
+
+    /// The quotient of two independent numbers, with the error to first order.
+    pub(crate) fn over(self, other: Self) -> Self {
+        let value = self.value / other.value;
+        Self { value, error: value.abs() * (self.error / self.value).hypot(other.error / other.value) }
     }
 
     /// "3.5 ± 0.6": as many digits as the error allows.

@@ -20,7 +20,10 @@ use crate::gallery::Section;
 pub(crate) const INTRODUCTION: &str = "<p>When a shape moves, the image changes in two ways: inside \
     it, smoothly, and along its silhouette, by a jump that sweeps over pixels. The second part, the \
     <em>boundary term</em>, is what sampling misses. These figures go from the boundary term to the \
-    warp field that turns it into an ordinary area integral, and to what that costs. Every number \
+    warp field that turns it into an ordinary area integral, and to what that costs. The first six stay \
+    on the image plane. Figures 7 to 10 follow light on: in a flat world, where paths are scattered more than \
+    once and every direction of a path needs a warp of its own, for shiny surfaces, for shapes given by a \
+    distance function, and with what the bias along paths and its removal cost. Every number \
     in them was computed by the run that drew them.</p>";
 
 /// A figure.
@@ -52,6 +55,11 @@ impl Name {
         Self::Implicit,
         Self::PathBias,
     ];
+
+    /// Its number in the story, from 1 on.
+    pub(crate) fn number(self) -> usize {
+        self as usize + 1
+    }
 
     /// What the progress bar calls it.
     pub(crate) fn title(self) -> &'static str {

@@ -114,13 +114,3 @@ impl<V: Vector> LevelSetVelocity<V> {
         -self.rho * laplacian - 2.0 * self.rho_slope * self.gradient.dot(hessian_gradient)
     }
 }
-
-/// G(x) = −∂_θφ ∇φ/|∇φ|²: how fast, along its normal, the level set through x moves, by the implicit
-/// function theorem; 0 where ∇φ is. The material of an implicit shape has no other velocity: what
-/// slides along the surface is not seen.
-#[must_use]
-pub fn geometry_derivative<V: Vector>(sdf: &dyn Sdf<V>, x: V, direction: &[f64]) -> V {
-    let gradient = sdf.jet(x).gradient;
-    let square = gradient.dot(gradient);
-    if square > 0.0 { gradient * (-sdf.rate(x, direction).value / square) } else { V::ZERO }
-}

@@ -33,6 +33,12 @@ pub enum AngularFilmError {
         /// Its last.
         last: f64,
     },
+    /// The filter of a pixel reaches around the circle, onto itself.
+    #[error("the support of a pixel's filter is {support} radians wide, more than 2π")]
+    Support {
+        /// Its width, in radians.
+        support: f64,
+    },
     /// No pixels.
     #[error("at least one pixel is needed")]
     NoPixels,
@@ -42,7 +48,7 @@ impl AngularFilm {
     /// `count` pixels from the angle `first` to `last`, in radians.
     ///
     /// # Errors
-    /// If there are no pixels or the interval is no interval.
+    /// If there are no pixels, the interval is no interval or the support of a pixel wider than the circle.
     pub fn new(first: f64, last: f64, count: usize, filter: AngularFilter) -> Result<Self, AngularFilmError> {
         if count == 0 {
             return Err(AngularFilmError::NoPixels);
@@ -51,7 +57,9 @@ impl AngularFilm {
         if !(first.is_finite() && width > 0.0 && width <= TAU) {
             return Err(AngularFilmError::Interval { first, last });
         }
-        Ok(Self { first, pixel: width / count as f64, count, filter })
+        let film = Self { first, pixel: width / count as f64, count, filter };
+        let support = 2.0 * film.radius();
+        if support <= TAU { Ok(film) } else { Err(AngularFilmError::Support { support }) }
     }
 
     /// How many pixels.
@@ -105,5 +113,21 @@ impl AngularFilm {
             AngularFilter::Tent if offset.abs() < self.pixel => -offset.signum() / (self.pixel * self.pixel),
             _ => 0.0,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+
+    #[test]
+    fn bad_films_are_refused() {
+        let film = |last, count, filter| AngularFilm::new(-PI, last, count, filter);
+        assert!(film(PI, 1, AngularFilter::Box).is_ok() && film(PI, 2, AngularFilter::Tent).is_ok());
+        assert_eq!(film(PI, 1, AngularFilter::Tent), Err(AngularFilmError::Support { support: 2.0 * TAU }));
+        assert_eq!(film(PI, 0, AngularFilter::Box), Err(AngularFilmError::NoPixels));
+        assert!(matches!(film(4.0, 9, AngularFilter::Box), Err(AngularFilmError::Interval { .. })));
     }
 }

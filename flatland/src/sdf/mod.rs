@@ -25,7 +25,7 @@ mod scene;
 pub mod shapes;
 mod tracer;
 
-pub use distance::{Jet, Sdf, geometry_derivative};
+pub use distance::{Jet, Sdf};
 pub use film::{AngularFilm, AngularFilmError, AngularFilter};
 pub use scene::{Scene, SceneError, Shading};
-pub use tracer::{End, Trace, TracePoint, Tracer, TracerError, View};
+pub use tracer::{End, RayCount, Trace, TracePoint, Tracer, TracerError, View};

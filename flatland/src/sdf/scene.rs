@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::distance::{Jet, Sdf};
 use super::shapes::Shape;
-use super::tracer::{End, Trace, TracePoint, Tracer, TracerError, View};
+use super::tracer::{Trace, TracePoint, Tracer, TracerError, View};
 
 /// L = base + a·x + b·n at the point x with unit normal n: smooth, like a Lambert surface lit from
 /// all around, and different along a surface both by place and by slope.
@@ -70,7 +70,6 @@ pub(super) struct Seen {
     pub(super) gradient: DVec2,
     /// Where φ̇ is taken, and (c, r).
     pub(super) hit: Option<(DVec2, Jet<DVec2>)>,
-    pub(super) out_of_steps: bool,
 }
 
 impl Scene {
@@ -142,12 +141,11 @@ impl Scene {
     /// L of a traced ray with its derivatives.
     pub(super) fn seen(&self, trace: &Trace<DVec2>) -> Seen {
         let radiance = self.radiance(trace);
-        let out_of_steps = trace.end == End::OutOfSteps;
         let Some(hit) = trace.hit() else {
-            return Seen { radiance, gradient: DVec2::ZERO, hit: None, out_of_steps };
+            return Seen { radiance, gradient: DVec2::ZERO, hit: None };
         };
         let (gradient, form) = self.shading_form(trace.direction, hit);
-        Seen { radiance, gradient, hit: Some((hit.position, form)), out_of_steps }
+        Seen { radiance, gradient, hit: Some((hit.position, form)) }
     }
 
     /// a, (c, r) of dL/dθ = a·V + c φ̇ + r·∇φ̇.

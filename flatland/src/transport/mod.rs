@@ -28,7 +28,7 @@ pub use camera::{Camera, CameraChange, CameraError, Film, FilmSample};
 pub(crate) use change::Covector;
 pub use change::{Change, ChangeError, MaterialChange, Terms};
 pub use material::{Gloss, Material};
-pub use path::{LEAST_SURVIVAL, Paths};
+pub use path::{ImageError, LEAST_SURVIVAL, Paths};
 pub(crate) use path::{Light, Path, Vertex, Wanted, path_stream};
 pub(crate) use scattering::Scattering;
 pub(crate) use sides::both_sides;

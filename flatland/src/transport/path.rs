@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::emitters::{Emitters, angle};
 use super::scattering::Scattering;
-use super::{Camera, Film, Hit, Origin, World};
+use super::{Camera, CameraError, Film, Hit, Origin, World};
 use crate::random::{Stream, open01, stream};
 
 /// How paths end.
@@ -27,6 +27,18 @@ impl Default for Paths {
     fn default() -> Self {
         Self { bounces: 1, roulette_after: 4 }
     }
+}
+
+/// An image that cannot be traced.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImageError {
+    /// The camera cannot be used.
+    #[error(transparent)]
+    Camera(#[from] CameraError),
+    /// No samples were asked for.
+    #[error("at least one sample per pixel is needed")]
+    NoSamples,
 }
 
 /// What else than the value a path is traced for.
@@ -186,11 +198,24 @@ impl Paths {
         (path.radiance(world), path.rays)
     }
 
-    /// The image, from `samples` paths a pixel: mean and standard error of every pixel.
-    #[must_use]
-    pub fn image(&self, world: &World, camera: &Camera, samples: usize, seed: u64) -> Vec<[f64; 2]> {
+    /// The image, from `samples` paths a pixel: mean and standard error of every pixel. The error from a
+    /// single sample is NaN.
+    ///
+    /// # Errors
+    /// An [`ImageError`] if the camera cannot be used or no samples were asked for.
+    pub fn image(
+        &self,
+        world: &World,
+        camera: &Camera,
+        samples: usize,
+        seed: u64,
+    ) -> Result<Vec<[f64; 2]>, ImageError> {
+        camera.check()?;
+        if samples == 0 {
+            return Err(ImageError::NoSamples);
+        }
         let film = camera.film;
-        (0..film.pixels)
+        let pixels = (0..film.pixels)
             .into_par_iter()
             .map(|pixel| {
                 let (mut mean, mut squares) = (0.0, 0.0);
@@ -204,7 +229,8 @@ impl Paths {
                 let n = samples as f64;
                 [mean, (squares / (n - 1.0) / n).sqrt()]
             })
-            .collect()
+            .collect();
+        Ok(pixels)
     }
 
     fn pixel_sample(

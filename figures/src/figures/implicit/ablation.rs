@@ -1,28 +1,48 @@
-//! What is left of the bias, against the steps a ray may take.
+//! How far V is from the silhouettes' velocity at the last rays that hit, against the steps a ray may take, and
+//! how steep it is.
 
+use flatland::random::{open01, stream};
 use flatland::sdf::exact::Silhouette;
 use flatland::sdf::fields::{BangaruField, TracedField, ViciniField};
-use flatland::sdf::{End, Tracer, View};
+use flatland::sdf::{End, Sdf, Tracer, View};
 use flatland::warp::Circle as Directions;
 use glam::DVec2;
 
-use super::world::World;
+use super::world::{REACH, World};
+use crate::figures::common::{Ratio, seed_of};
+use crate::plot::number;
 
 /// One set of parameters.
 pub(super) struct Setting {
     pub(super) name: String,
-    /// (steps, relative error of the derivative).
+    /// (steps, relative error of V at the last rays that hit).
     pub(super) points: Vec<[f64; 2]>,
+}
+
+/// γ of the studies.
+const GAMMAS: [f64; 5] = [1.0, 1.5, 2.0, 3.0, 6.0];
+/// Independent runs of the mean square of ∇·V.
+const RUNS: usize = 8;
+
+/// The mean square of ∇·V over directions that hit, with one γ.
+pub(super) struct Steepness {
+    pub(super) gamma: f64,
+    pub(super) square: Ratio,
 }
 
 /// Bisections of a silhouette: to rounding.
 const BISECTIONS: usize = 48;
 
-/// The bias of Σ dα/dθ over the ends of the discs before the black background, relative to the sum of magnitudes.
+/// Σ |V − v|/Σ |v| over the ends of the discs before the black background, with V at the last rays that hit and v the
+/// silhouettes' angular velocities.
 ///
-/// The field is an exact function of ω, so that the area integral of white discs on black is V at the
-/// last rays that hit: what it gets wrong there is all its bias.
-fn bias(world: &World, field: &impl TracedField<Directions>, steps: usize) -> anyhow::Result<f64> {
+/// The field is an exact function of ω. The area integral of ∇·V over an interval of rays that hit is V at its
+/// ends, so that what V gets wrong there is all the bias that such discs of one brightness have.
+fn error_of_last_hits(
+    world: &World,
+    field: &impl TracedField<Directions>,
+    steps: usize,
+) -> anyhow::Result<f64> {
     let tracer = Tracer { max_steps: steps, far: 8.0, ..Tracer::default() };
     let (mut wrong, mut size) = (0.0, 0.0);
     // Ends towards the black background: inside is the brighter side.
@@ -60,7 +80,7 @@ fn setting(
     field: &impl TracedField<Directions>,
     most: usize,
 ) -> anyhow::Result<Setting> {
-    let points = steps(most).into_iter().map(|n| Ok([n as f64, bias(world, field, n)?]));
+    let points = steps(most).into_iter().map(|n| Ok([n as f64, error_of_last_hits(world, field, n)?]));
     Ok(Setting { name, points: points.collect::<anyhow::Result<_>>()? })
 }
 
@@ -70,7 +90,35 @@ pub(super) fn gammas(world: &World, most: usize) -> anyhow::Result<Vec<Setting>>
         let field = BangaruField { gamma, ..BangaruField::default() };
         setting(world, format!("γ = {gamma}"), &field, most)
     };
-    [1.0, 1.5, 2.0, 3.0, 6.0].into_iter().map(with).collect()
+    GAMMAS.into_iter().map(with).collect()
+}
+
+/// The variance that every γ causes: E (∇·V)² over directions that hit. It diverges logarithmically towards
+/// silhouettes, from inside, so that it depends a little on how many directions there are.
+pub(super) fn steepness(world: &World, count: usize, seed: u64) -> Vec<Steepness> {
+    let of = |gamma: f64| {
+        let field = BangaruField { gamma, ..BangaruField::default() };
+        let run = |run: usize| mean_square(world, &field, count, seed_of(seed, &[9, 1, run as u64]));
+        Steepness { gamma, square: Ratio::of_runs(&(0..RUNS).map(run).collect::<Vec<_>>()) }
+    };
+    GAMMAS.into_iter().map(of).collect()
+}
+
+/// The mean of (∇·V)² over those of so many directions that hit.
+fn mean_square(world: &World, field: &BangaruField, count: usize, seed: u64) -> f64 {
+    let view = world.scene.view();
+    let mut rng = stream(seed, &[]);
+    let (mut sum, mut hits) = (0.0, 0);
+    for _ in 0..count {
+        let trace = view.trace(DVec2::from_angle(REACH * (2.0 * open01(&mut rng) - 1.0)));
+        if trace.end == End::Hit {
+            let form = field.form_of::<Directions>(&view, &trace);
+            let found = form.field(|x| world.scene.shape().rate(x, &world.direction));
+            sum += found.divergence * found.divergence;
+            hits += 1;
+        }
+    }
+    sum / f64::from(hits.max(1))
 }
 
 /// Bangaru et al. with several λ, and Vicini et al. with several ε.
@@ -82,7 +130,7 @@ pub(super) fn lambdas(world: &World, most: usize) -> anyhow::Result<Vec<Setting>
     let mut found: Vec<Setting> = [0.01, 0.1, 1.0].into_iter().map(with).collect::<anyhow::Result<_>>()?;
     for epsilon in [1e-3, 1e-6] {
         let field = ViciniField { epsilon, ..ViciniField::default() };
-        found.push(setting(world, format!("Vicini, ε = {epsilon}"), &field, most)?);
+        found.push(setting(world, format!("Vicini, ε = {}", number(epsilon)), &field, most)?);
     }
     Ok(found)
 }

@@ -34,10 +34,10 @@ pub(super) fn page(shown: &Shown<'_>) -> Figure {
     let space = figure.panel(top[1], 1, "Every field against direction");
     field_axes(shown).draw(&mut figure.canvas, space);
     let bottom = rows[1].columns(&[1.0, 1.0], GUTTER);
-    let space = figure.panel(bottom[0], 2, "Bias of the derivative against steps and γ (λ = 0.1)");
+    let space = figure.panel(bottom[0], 2, "Error of V at the last hits, by γ (λ = 0.1)");
     let colors = [Palette::GREY, Palette::ORANGE, Palette::SKY, Palette::BLUE, Color::INK];
     bias_axes(shown.gammas, &colors).draw(&mut figure.canvas, space);
-    let space = figure.panel(bottom[1], 3, "Bias against steps and λ (γ = 3), and ε");
+    let space = figure.panel(bottom[1], 3, "The same by λ (γ = 3), and by ε");
     let colors = [Palette::SKY, Palette::BLUE, Color::INK, Palette::VERMILION, Palette::OCHRE];
     bias_axes(shown.lambdas, &colors).draw(&mut figure.canvas, space);
     figure
@@ -152,7 +152,7 @@ fn bias_axes(settings: &[Setting], colors: &[Color]) -> Axes {
         .map(|s| s.points.iter().step_by(2).map(|p| (p[0], number(p[0]))).collect())
         .unwrap_or_default();
     let x = Axis::log("steps a ray may take").ticks(ticks).limits(0.9 * low, 1.1 * high);
-    let mut axes = Axes::new(x, Axis::log("relative bias")).legend(Legend::BottomLeft);
+    let mut axes = Axes::new(x, Axis::log("Σ|V − v| / Σ|v|")).legend(Legend::BottomLeft);
     for (setting, color) in settings.iter().zip(colors) {
         let style = Style::new(*color).labelled(setting.name.clone()).marker(Marker::Circle).radius(3.0);
         axes.line(setting.points.iter().copied(), &style);

@@ -44,7 +44,8 @@ impl World {
         Ok(Self { scene, direction, discs })
     }
 
-    /// Where the picture of white discs on black jumps, upwards in angle.
+    /// Where the picture jumps, by increasing angle: at the discs before the black background, and where one of them
+    /// covers the other.
     pub(super) fn silhouettes(&self) -> anyhow::Result<Vec<Silhouette>> {
         let exact = Exact::new(&self.scene)?;
         let mut found = exact.silhouettes(&self.direction)?;
@@ -93,10 +94,50 @@ pub(super) fn curves(world: &World, count: usize, repeats: usize, seed: u64) -> 
     };
     let (bangaru, vicini) = (BangaruField::default(), ViciniField::default());
     Ok(vec![
-        sampled("direct", &MovingField { view, field: &DirectField, direction }, 1),
-        sampled("auxiliary rays", &MovingField { view, field: &auxiliary, direction }, repeats),
-        sampled("Bangaru et al.", &MovingField { view, field: &bangaru, direction }, 1),
-        sampled("Vicini et al.", &MovingField { view, field: &vicini, direction }, 1),
+        sampled("direct", &MovingField::new(view, &DirectField, direction)?, 1),
+        sampled("auxiliary rays", &MovingField::new(view, &auxiliary, direction)?, repeats),
+        sampled("Bangaru et al.", &MovingField::new(view, &bangaru, direction)?, 1),
+        sampled("Vicini et al.", &MovingField::new(view, &vicini, direction)?, 1),
         sampled("harmonic (exact)", &harmonic, 1),
     ])
+}
+
+/// What points that lie too far apart do to the fields of a ray's own points, with full steps and with shorter ones.
+pub(super) struct Coarseness {
+    /// The shorter steps' length, relative to full ones.
+    pub(super) scale: f64,
+    /// The total variation of Bangaru et al.'s field between the last two silhouettes, over the difference of its
+    /// ends: 1 if it is monotone.
+    pub(super) variation: [f64; 2],
+    /// The largest |V| of Vicini et al.'s field in the middle third between the first two.
+    pub(super) bump: [f64; 2],
+}
+
+impl Coarseness {
+    /// Over `count` directions each.
+    pub(super) fn new(world: &World, silhouettes: &[Silhouette], count: usize) -> anyhow::Result<Self> {
+        const SCALE: f64 = 0.1;
+        let angles: Vec<f64> = silhouettes.iter().map(|s| s.angle).collect();
+        let ([first, second, ..], [.., before, last]) = (angles.as_slice(), angles.as_slice()) else {
+            anyhow::bail!("the figure's world has too few silhouettes");
+        };
+        let (near, far, scale) = ([*first, *second], [*before, *last], SCALE);
+        let tracers = [1.0, scale].map(|step_scale| Tracer { step_scale, far: 8.0, ..Tracer::default() });
+        let angle = |[from, to]: [f64; 2], i: usize| from + (to - from) * (i as f64 + 0.5) / count as f64;
+        let third = (near[1] - near[0]) / 3.0;
+        let middle = [near[0] + third, near[1] - third];
+        Ok(Self {
+            scale,
+            variation: tracers.map(|tracer| {
+                let at = |i| world.rate(&BangaruField::default(), tracer, angle(far, i));
+                let values: Vec<f64> = (0..count).map(at).collect();
+                let sum: f64 = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
+                sum / (values[count - 1] - values[0]).abs()
+            }),
+            bump: tracers.map(|tracer| {
+                let at = |i| world.rate(&ViciniField::default(), tracer, angle(middle, i)).abs();
+                (0..count).map(at).fold(0.0, f64::max)
+            }),
+        })
+    }
 }

@@ -2,12 +2,12 @@
 
 use glam::DVec2;
 
-use super::study::{Scheme, Study};
+use super::study::Study;
 use super::worlds::OCCLUDER;
 use crate::figures::flat::{draw_camera, draw_motion, draw_world};
 use crate::plot::{
-    Align, Axes, Axis, Canvas, Color, Figure, GUTTER, Height, Legend, Marker, Rect, Style, TextStyle, Upward,
-    View,
+    Align, Axes, Axis, Canvas, Color, Figure, GUTTER, Height, Legend, Marker, Pen, Rect, Style, TextStyle,
+    Upward, View,
 };
 
 /// Both worlds.
@@ -64,31 +64,47 @@ fn bias_axes(study: &Study) -> Axes {
     axes
 }
 
-/// Rows of variance × rays with error bars, and what each recovers.
+/// Length on the page of the arrow that says “at least”.
+const AT_LEAST: f64 = 20.0;
+
+/// Rows of variance × rays with error bars, or with an arrow where it is a lower bound, and what each misses.
 fn draw_prices(canvas: &mut Canvas, study: &Study, space: Rect) {
     let space = space.inset(158.0, 14.0, 92.0, 0.0);
     let row = |index: usize| (study.schemes.len() - 1 - index) as f64;
     let none: [(f64, String); 0] = [];
     let y = Axis::linear("").ticks(none).limits(-0.6, study.schemes.len() as f64 - 0.4);
     let ticks = [(10.0, "10"), (100.0, "100"), (1e3, "1000"), (1e4, "10⁴"), (1e5, "10⁵"), (1e6, "10⁶")];
-    let mut axes = Axes::new(Axis::log("variance × rays").ticks(ticks), y).legend(Legend::None);
-    for (index, Scheme { field, measured }) in study.schemes.iter().enumerate() {
-        let style = Style::new(field.color());
-        let cost = measured.cost();
-        let ends = [(cost.value - cost.error).max(0.3 * cost.value), cost.value + cost.error];
-        axes.line(ends.map(|x| [x, row(index)]), &style);
-        axes.scatter([[cost.value, row(index)]], &style.marker(field.marker()).radius(4.0));
+    let costs = || study.schemes.iter().map(|s| s.measured.cost());
+    let least = costs().map(|c| c.value - c.error).filter(|c| *c > 0.0).fold(f64::INFINITY, f64::min);
+    let most = costs().map(|c| c.value + c.error).fold(0.0, f64::max);
+    let x = Axis::log("variance × rays").ticks(ticks).limits(0.6 * least, 6.0 * most);
+    let mut axes = Axes::new(x, y).legend(Legend::None);
+    for (index, scheme) in study.schemes.iter().enumerate() {
+        let style = Style::new(scheme.field.color());
+        let cost = scheme.measured.cost();
+        let marker = if scheme.is_bound() { Marker::Ring } else { scheme.field.marker() };
+        if !scheme.is_bound() {
+            let ends = [(cost.value - cost.error).max(0.3 * cost.value), cost.value + cost.error];
+            axes.line(ends.map(|x| [x, row(index)]), &style);
+        }
+        axes.scatter([[cost.value, row(index)]], &style.marker(marker).radius(4.0));
     }
     let placed = axes.draw(canvas, space);
     let right = placed.frame.right();
     let heading = TextStyle::new(10.0, Color::MUTED).anchored(Align::Left, Height::Baseline);
     canvas.text("missing part", DVec2::new(right + 10.0, placed.frame.y - 4.0), &heading);
-    for (index, Scheme { field, measured }) in study.schemes.iter().enumerate() {
+    for (index, scheme) in study.schemes.iter().enumerate() {
+        let field = scheme.field;
+        let ring = placed.at([scheme.measured.cost().value, row(index)]).filter(|_| scheme.is_bound());
+        if let Some(ring) = ring {
+            let from = ring + DVec2::new(5.0, 0.0);
+            canvas.arrow(from, from + DVec2::new(AT_LEAST, 0.0), &Pen::new(field.color(), 1.2));
+        }
         let Some(at) = placed.at([placed.x.low(), row(index)]) else { continue };
         let style = TextStyle::new(9.8, field.color().mix(Color::INK, 0.25));
         let left = style.anchored(Align::Right, Height::Middle);
         canvas.text(&field.name(), at - DVec2::new(8.0, 0.0), &left);
-        let missing = super::text::missing(&measured.bias);
+        let missing = super::text::missing(&scheme.measured.bias);
         let style = TextStyle::new(9.8, Color::INK).anchored(Align::Left, Height::Middle);
         canvas.text(&missing, DVec2::new(right + 10.0, at.y), &style);
     }

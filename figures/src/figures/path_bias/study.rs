@@ -6,16 +6,24 @@ use flatland::warp::{Debias, Warp};
 
 use super::worlds::{PIXELS, Setting};
 use crate::context::Context;
-use crate::figures::common::{Ratio, seed_of};
+use crate::figures::common::{KNOWN, Ratio, SETTLED, seed_of};
 use crate::figures::trade::bias::{Curve, Series, consistent};
 use crate::figures::trade::debias::name;
 use crate::figures::trade::regression::{Bias, regress};
 use crate::plot::{Color, Marker, Palette};
 
 /// Independent runs of every estimate.
-const RUNS: usize = 8;
+pub(super) const RUNS: usize = 8;
 /// Rays of the consistent estimates among the schemes.
 pub(super) const RAYS: usize = 16;
+
+/// The multilevel scheme of the original's weight: P(L ≥ 1), and P(L ≥ l + 1)/P(L ≥ l).
+pub(super) const LEVELS: f64 = 0.35;
+/// The tail of Russian roulette.
+pub(super) const TAIL: f64 = 1.5;
+/// How many times the variance that a typical run finds may be that which all runs find together. Rare large
+/// samples are missing from most runs, so that more samples find more variance.
+pub(super) const GROWTH: f64 = 1.25;
 
 /// How a scheme's field is made.
 #[derive(Clone, Copy)]
@@ -33,6 +41,8 @@ pub(super) struct Measured {
     pub(super) bias: Bias,
     /// Σ over pixels of the variance of a sample, over Σ reference²; its standard error from the runs.
     pub(super) variance: Ratio,
+    /// The median over the runs of the same.
+    pub(super) typical: f64,
     /// Rays a sample.
     pub(super) rays: f64,
 }
@@ -42,12 +52,33 @@ impl Measured {
     pub(super) fn cost(&self) -> Ratio {
         Ratio { value: self.variance.value * self.rays, error: self.variance.error * self.rays }
     }
+
+    /// How many times the variance of a typical run all of them together find.
+    pub(super) fn growth(&self) -> f64 {
+        self.variance.value / self.typical
+    }
 }
 
 /// A scheme with what was measured.
 pub(super) struct Scheme {
     pub(super) field: Field,
     pub(super) measured: Measured,
+}
+
+impl Scheme {
+    /// Whether nothing in the run contradicts its variance: its error is small, more samples do not find more,
+    /// and a mean without bias is where it should be.
+    pub(super) fn is_settled(&self) -> bool {
+        let Measured { bias, variance, .. } = &self.measured;
+        let on_target = !self.field.is_unbiased() || bias.missing.abs() < SETTLED * bias.error;
+        variance.error < KNOWN * variance.value && self.measured.growth() < GROWTH && on_target
+    }
+
+    /// Whether the variance is a lower bound only. That of a debiased scheme always is, as no run can tell that
+    /// it has met the rarest samples, the largest ones.
+    pub(super) fn is_bound(&self) -> bool {
+        self.field.is_debiased() || !self.is_settled()
+    }
 }
 
 /// All that was measured in one world.
@@ -60,10 +91,10 @@ pub(super) struct Study {
 impl Field {
     fn all() -> [Self; 8] {
         let fixed = Debias::Consistent { rays: RAYS };
-        let roulette = |rays| Debias::RussianRoulette { rays, tail: 1.5 };
+        let roulette = |rays| Debias::RussianRoulette { rays, tail: TAIL };
         [
             Self::Original(fixed),
-            Self::Original(Debias::Multilevel { rays: RAYS, first: 0.35, ratio: 0.35 }),
+            Self::Original(Debias::Multilevel { rays: RAYS, first: LEVELS, ratio: LEVELS }),
             Self::Original(roulette(RAYS)),
             Self::Default(fixed),
             Self::Default(Warp::one_dimensional().debias),
@@ -123,6 +154,16 @@ impl Field {
         }
     }
 
+    /// Whether a random number of auxiliary rays removes its bias.
+    pub(super) fn is_debiased(self) -> bool {
+        matches!(self, Self::Original(debias) | Self::Default(debias) if debias.is_unbiased())
+    }
+
+    /// Its share of rays. Heavy tails need all that can be spent, and the others settle with little.
+    fn effort(self) -> f64 {
+        if self.is_debiased() { 1.8 } else { 0.3 }
+    }
+
     fn construction(self) -> Construction {
         match self {
             Self::Original(debias) => Construction::Auxiliary(Warp { debias, ..Warp::original(RAYS) }),
@@ -152,7 +193,7 @@ impl Study {
                 let construction =
                     if index == 0 { Construction::Auxiliary(warp) } else { Construction::Local(warp) };
                 // Few rays cost little and vary little.
-                let effort = if rays < 8 { 0.4 } else { 1.0 };
+                let effort = if rays < 8 { 0.3 } else { 0.6 };
                 let seed = seed_of(context.seed(), &[10, 1, world, index as u64, rays as u64]);
                 let measured = measure(context, &setting, construction, rays as f64, effort, seed)?;
                 points.push((rays as f64, measured.bias));
@@ -168,7 +209,7 @@ impl Study {
                     // The harmonic field looks at every vertex: as many rays as they are.
                     let looks = setting.world.vertex_count() as f64;
                     let rays = field.auxiliary_rays().unwrap_or(looks);
-                    measure(context, &setting, field.construction(), rays, 1.0, seed)?
+                    measure(context, &setting, field.construction(), rays, field.effort(), seed)?
                 }
             };
             schemes.push(Scheme { field, measured });
@@ -200,6 +241,12 @@ fn measure(
     })
 }
 
+fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    0.5 * (sorted[(sorted.len() - 1) / 2] + sorted[sorted.len() / 2])
+}
+
 fn edges(context: &Context, setting: &Setting, seed: u64) -> anyhow::Result<Measured> {
     let samples = (0.2 * budget(context) / 8.0 / RUNS as f64) as usize;
     let paths = setting.paths;
@@ -222,10 +269,12 @@ fn repeat<M: Method>(
         rays += image.rays;
         means.push(image.total());
     }
+    let typical = median(&variances);
     Ok(Measured {
         samples: samples * RUNS,
         bias: regress(&setting.reference, &means),
         variance: Ratio::of_runs(&variances),
+        typical,
         rays: rays as f64 / (RUNS * samples * PIXELS) as f64,
     })
 }

@@ -16,7 +16,7 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let widths = study::against_width(context)?;
     context.step("8 the object has more vertices");
     let vertices = study::against_vertices(context)?;
-    let canvas = picture::variance(&widths, &vertices, words::VARIANCE_CAPTION)?;
+    let canvas = picture::variance(&widths, &vertices, &words::variance_caption())?;
     write_png(&context.path(words::VARIANCE), &canvas)?;
     let canvas = picture::time(&widths, &vertices, words::TIME_CAPTION);
     write_png(&context.path(words::TIME), &canvas)?;

@@ -6,7 +6,7 @@ use flatland::estimator::transport::{EdgeChoice, EdgeSampling, GradientImage, Me
 use flatland::transport::fields::Construction;
 use flatland::warp::{Debias, Warp};
 
-use super::super::common::{Ratio, seed_of};
+use super::super::common::{KNOWN, Ratio, SETTLED, seed_of};
 use super::scene::{CORNERS, Lighting, PIXELS, Scene};
 use crate::context::Context;
 use crate::plot::{Color, Marker, Palette};
@@ -29,11 +29,6 @@ const ENOUGH: Duration = Duration::from_millis(15);
 const LONG: Duration = Duration::from_millis(200);
 /// Looks at vertices in a timed run of the harmonic field.
 const HARMONIC_LOOKS: usize = 12_000;
-/// The relative standard error of a variance above which it is not known.
-const KNOWN: f64 = 0.5;
-/// Standard errors by which an unbiased mean may be off; if it is farther, the run has missed samples so large
-/// that they decide the variance.
-pub(super) const SETTLED: f64 = 4.0;
 
 /// A method in the race.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

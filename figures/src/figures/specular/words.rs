@@ -1,7 +1,8 @@
 //! What figure 8 says, with its numbers.
 
 use super::scene::Lighting;
-use super::study::{Place, Racer, Run, SETTLED, WIDTH_OF_PARTS};
+use super::study::{Place, Racer, Run, WIDTH_OF_PARTS};
+use crate::figures::common::{KNOWN, SETTLED};
 use crate::gallery::{Picture, Placement, Section, formula};
 use crate::output::Table;
 use crate::plot::number;
@@ -11,11 +12,17 @@ pub(super) const TIME: &str = "figure8_time.png";
 pub(super) const VARIANCE_DATA: &str = "figure8_specular.csv";
 pub(super) const TIME_DATA: &str = "figure8_time.csv";
 
-pub(super) const VARIANCE_CAPTION: &str = "(a) Orange-red arrows: how the object moves. Dashed: the edges of the \
-    camera’s view, mirrored. Lobes are drawn as the root of their density over its maximum. (c)–(e) The variance of \
-    one sample, summed over pixels, over the sum of squares of the exact derivative. Bars: standard errors from \
-    independent runs. Rings: the run was too short to know its variance, which is then likely too low: its standard \
-    error is above half of it, or the mean of an unbiased method is more than 4 standard errors off.";
+/// Under the picture of variances.
+pub(super) fn variance_caption() -> String {
+    format!(
+        "(a) Orange-red arrows: how the object moves. Dashed: the edges of the camera’s view, mirrored. Lobes are \
+         drawn as the root of their density over its maximum. (c)–(e) The variance of one sample, summed over pixels, over \
+         the sum of squares of the exact derivative. Bars: standard errors from independent runs. Rings: the run was too \
+         short to know its variance, which is then likely too low: its standard error is above {KNOWN} of it, or the mean \
+         of an unbiased method is more than {SETTLED} standard errors from the exact answer, which is used here to \
+         reject runs."
+    )
+}
 pub(super) const TIME_CAPTION: &str = "Variance × time is the time that a given precision takes. Times are the fastest \
     of a few runs on one thread, and vary from run to run; all else in this section does not. Dark object, bright sky \
     throughout.";
@@ -106,7 +113,8 @@ impl Results {
         };
         let [sky, object] = Lighting::ALL;
         format!(
-            "<p>A camera sees a hexagon only by its reflection in a glossy floor, whose lobe has the half width w. \
+            "<p>Every surface of figure 7 is matt: it scatters light in all directions. Here one shines, and the \
+             direction in which light goes on is nearly known. A camera sees a hexagon only by its reflection in a glossy floor, whose lobe has the half width w. \
              The hexagon moves and turns; no other thing moves. Once it is dark before a bright sky, once luminous \
              in the dark. Both derivatives are the same but for their sign; what differs is how paths are drawn. \
              Only in the second case is there an emitter to sample.</p>\
@@ -189,7 +197,9 @@ impl Results {
              than for a normal distribution. “{}” is biased and says so. With narrow lobes the unbiased warped \
              area has rare large samples. A short run misses them, recovers too little, and shows too small a variance and \
              too small an error: such runs, more than {SETTLED} standard errors off, are counted as too far off and not \
-             used in any comparison.</p>",
+             used in any comparison. So the exact answer is used to reject runs, which no user without one could do; with \
+             so few runs behind an error about one healthy run in 25 is rejected as well, and a run that passes may still \
+             have missed the rarest samples: what is shown of unbiased warped area is at least its variance (figure 10).</p>",
             places().count(),
             words.collect::<Vec<_>>().join("; ").replace('-', "−"),
             name(Racer::Consistent),

@@ -12,7 +12,7 @@ use crate::plot::{Color, Marker, Palette};
 /// Auxiliary rays N' of the first study.
 const RAYS: [usize; 9] = [1, 2, 4, 8, 16, 32, 64, 128, 256];
 /// From how many rays on the bias is expected to follow a power of N'.
-const SETTLED: usize = 8;
+pub(in crate::figures) const SETTLED: usize = 8;
 /// Auxiliary rays of the study of κ.
 pub(super) const RAYS_OF_KAPPA: usize = 16;
 /// Auxiliary rays of the study of γ.

@@ -5,6 +5,7 @@ use flatland::transport::Terms;
 use glam::DVec2;
 
 use super::study::{Comparison, Entry, Study, WARPED};
+use super::text::measured;
 use super::world::gray;
 use crate::figures::common::largest;
 use crate::plot::{Align, Axes, Axis, Canvas, Color, Height, Legend, Palette, Pen, Rect, Style, TextStyle};
@@ -97,7 +98,7 @@ pub(super) fn method(canvas: &mut Canvas, space: Rect, study: &Study, entry: &En
     let placed = axes.draw(canvas, space);
     let at = DVec2::new(placed.frame.right() - 5.0, placed.frame.y + 6.0);
     let style = TextStyle::new(10.0, Color::INK).anchored(Align::Right, Height::Top).halo(Color::WHITE);
-    let text = format!("slope {:.3} ± {:.3}", found.slope[0], found.slope[1]);
+    let text = format!("slope {}", measured(found.slope));
     canvas.text(&text, at, &style);
     let text = format!("noise {:.1}%", 100.0 * found.noise);
     canvas.text(&text, at + DVec2::new(0.0, 13.0), &style);
@@ -116,7 +117,7 @@ pub(super) fn twice(canvas: &mut Canvas, space: Rect, study: &Study, edges: [boo
         let style =
             TextStyle::new(10.0, entry.looks.color).anchored(Align::Right, Height::Top).halo(Color::WHITE);
         let slope = Comparison::new(&entry.image, &study.exact_twice).slope;
-        canvas.text(&format!("{} {:.3} ± {:.3}", entry.looks.name, slope[0], slope[1]), at, &style);
+        canvas.text(&format!("{} {}", entry.looks.name, measured(slope)), at, &style);
         at.y += 13.0;
     }
 }

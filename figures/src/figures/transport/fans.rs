@@ -8,7 +8,7 @@ use glam::DVec2;
 
 use super::setting::{LIGHT, OCCLUDER, Setting, WALL};
 
-/// Auxiliary rays that are drawn at each direction.
+/// Auxiliary rays that are drawn at each direction, a fixed number: the estimator draws a random one.
 pub(super) const RAYS: usize = 32;
 /// How far a ray that meets nothing is drawn.
 const FAR: f64 = 20.0;
@@ -106,7 +106,7 @@ impl DrawnPath {
         let fans = vec![
             draw.film("film, beside the silhouette", beside, kernels.film),
             draw.surface("x_{1}: emitter ray", 1, x1, towards_light, subtended(x1)),
-            draw.surface("x_{1}: BSDF ray", 2, x1, scattered, kernels.surface),
+            draw.surface("x_{1}: scattered ray", 2, x1, scattered, kernels.surface),
             draw.surface("x_{2}: emitter ray", 3, x2, last, subtended(x2)),
         ];
         Ok(Self { points: [camera.position, x1.point, x2.point, end], lit: world.point(&lit), fans, corner })
@@ -146,6 +146,8 @@ impl Draw<'_> {
         Fan { title: title.to_owned(), from: camera.position, rays, seen }
     }
 
+    /// With the angle to the nearer end of what is hit as the distance to a jump; the estimator takes the sine of it,
+    /// the same to first order.
     fn surface(&self, title: &str, index: u64, origin: Origin, direction: DVec2, kappa: f64) -> Fan {
         let world = &self.setting.world;
         let width = kappa.sqrt().recip();

@@ -70,6 +70,8 @@ pub(super) struct Study {
     pub(super) exact_twice: Vec<f64>,
     /// The largest measured error of the latter, relative to its largest value.
     pub(super) radiosity_error: f64,
+    /// The slope of the exact images' central difference on the exact derivative: the bias of the step alone.
+    pub(super) exact_difference: f64,
     pub(super) entries: Vec<Entry>,
     /// Two unbiased methods on light that is scattered up to twice.
     pub(super) twice: [Entry; 2],
@@ -82,11 +84,20 @@ impl Study {
         let (world, camera) = (&setting.world, &setting.camera);
         context.step("7 flat transport: the image");
         let samples = context.spend(2000, 100_000);
-        let images = [1, 2].map(|bounces| paths(bounces).image(world, camera, samples, context.seed()));
+        let image = |bounces| paths(bounces).image(world, camera, samples, context.seed());
+        let images = [image(1)?, image(2)?];
         context.step("7 flat transport: the exact derivative");
         let exact = Exact::default();
         let exact_image = exact.image(world, camera)?.pixels;
         let terms = exact.gradient(world, camera, &setting.change)?.pixels;
+        let sides = [STEP, -STEP].map(|theta| -> anyhow::Result<Vec<f64>> {
+            Ok(exact.image(&world.displaced(&setting.change, theta)?, camera)?.pixels)
+        });
+        let [plus, minus] = sides;
+        let (plus, minus) = (plus?, minus?);
+        let quotient: Vec<f64> = plus.iter().zip(&minus).map(|(p, m)| (p - m) / (2.0 * STEP)).collect();
+        let total: Vec<f64> = terms.iter().map(|t| t.total()).collect();
+        let exact_difference = slope(&quotient, &total);
         let radiosity = Radiosity { bounces: Some(2), parts: PARTS, tolerance: TOLERANCE };
         let [image_twice, twice_exact] = radiosity.gradient(world, camera, &setting.change)?;
         let radiosity_error = largest(&twice_exact.errors) / largest(&twice_exact.pixels);
@@ -112,6 +123,7 @@ impl Study {
             exact_image_twice: image_twice.pixels,
             exact_twice: twice_exact.pixels,
             radiosity_error,
+            exact_difference,
             entries,
             twice,
             rays: bench.rays,
@@ -141,11 +153,17 @@ impl Comparison {
         let spread: f64 = exact.iter().zip(errors).map(|(e, s)| (e * s).powi(2)).sum();
         let off: Vec<f64> = estimate.iter().zip(exact).map(|(a, e)| a - e).collect();
         Self {
-            slope: [product(&estimate, exact) / norm, spread.sqrt() / norm],
+            slope: [slope(&estimate, exact), spread.sqrt() / norm],
             noise: (product(errors, errors) / norm).sqrt(),
             error: (product(&off, &off) / norm).sqrt(),
         }
     }
+}
+
+/// ⟨estimate, exact⟩/⟨exact, exact⟩
+fn slope(estimate: &[f64], exact: &[f64]) -> f64 {
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    product(estimate, exact) / product(exact, exact)
 }
 
 fn paths(bounces: usize) -> Paths {

@@ -6,7 +6,7 @@ use super::curves::BAND;
 use super::fans::{DrawnPath, RAYS, REACH};
 use super::study::{CONSISTENT, Comparison, EDGES, Entry, FIXED, STEP, Study, WARPED};
 use crate::context::Context;
-use crate::figures::common::largest;
+use crate::figures::common::{Ratio, largest};
 use crate::gallery::{Placement, formula};
 use crate::output::{Cell, Table, write_csv};
 use crate::plot::number;
@@ -19,7 +19,7 @@ const HEAVIEST: usize = RAYS / 4;
 /// The formulas of the figure.
 pub(super) fn formulas() -> String {
     formula(
-        r"∂_θ I = ∫ [∂_θ f + ∇_u·(f V_0) + ∑_k ∇_{ω_k}·(f V_k)] \d u \d ω_1 \d ω_2 …, \quad V_k ≈ \frac{∑_i w_i V_i}{∑_i w_i}",
+        r"∂_θ I = ∫ [∂_θ f + ∇_u·(f V_0) + ∑_k ∇_{ω_k}·(f V_k)] \d u \d ω_1 \d ω_2 …, \quad V_0 ≈ \frac{∑_i w_i V_i}{∑_i w_i}, \quad V_k ≈ \frac{∑_i w_i (1 − B_i) V_i}{∑_i w_i}",
         Placement::Display,
     )
 }
@@ -28,8 +28,9 @@ fn inline(source: &str) -> String {
     formula(source, Placement::Inline)
 }
 
-fn measured([value, error]: [f64; 2]) -> String {
-    format!("{value:.3} ± {error:.3}")
+/// "0.99 ± 0.01", with as many digits as the error allows.
+pub(super) fn measured([value, error]: [f64; 2]) -> String {
+    Ratio { value, error }.shown().replace('-', "−")
 }
 
 fn percent(part: f64) -> String {
@@ -77,19 +78,25 @@ impl Results<'_> {
             )
         };
         format!(
-            "<p>A flat world has everything that a path tracer in space has: a camera, surfaces, a light, \
+            "<p>So far light went straight from a drawing to the film. In this figure it is scattered on its way. A flat \
+             world has everything that a path tracer in space has: a camera, surfaces, a light, \
              shadows, and light that is scattered more than once; only that a film is a line and directions \
              are a circle. A path is a chain of directions: from the camera to {x1} on the floor, from there to \
-             the light (the <em>emitter ray</em>, dashed) and on to the wall (the <em>BSDF ray</em>), and again. \
+             the light (the <em>emitter ray</em>, dashed) and on to the wall (the <em>scattered ray</em>, drawn at random by how the surface scatters light), and again. \
              What is seen in each direction jumps at silhouettes, and silhouettes move. So each direction, and \
              the film sample itself, gets a warp of its own: {RAYS} auxiliary rays are drawn around it, and the \
-             velocities of what they hit are averaged with the boundary-aware weight. A ray is drawn as thick and \
-             as red as its weight. Around the emitter ray at {x1}, the heaviest {HEAVIEST} rays hold {emitter}; around \
-             the BSDF ray, {bsdf}. Rays beside silhouettes dominate, and so V takes on the silhouette’s velocity \
+             velocities of what they hit are averaged with the boundary-aware weight w = (D + B)<sup>−γ</sup>. At surfaces \
+             the velocity {vi} of a hit is multiplied by 1 − {bi} first: B is 0 at a jump and 1 far from it, so that V fades \
+             away where there is no jump to follow, and light that sees none is left alone. On the film V does not fade. Rays \
+             spread over the <em>kernel width</em>, κ<sup>−½</sup>, in pixels on the film and in radians at surfaces. A ray is \
+             drawn as thick and as red as its weight. Around the emitter ray at {x1}, the heaviest {HEAVIEST} rays hold {emitter}; around \
+             the scattered ray, {scattered}. Rays beside silhouettes dominate, and so V takes on the silhouette’s velocity \
              where it must.</p>",
             x1 = inline("x_1"),
             emitter = heaviest(1),
-            bsdf = heaviest(2),
+            scattered = heaviest(2),
+            vi = inline("V_i"),
+            bi = inline("B_i"),
         )
     }
 
@@ -102,8 +109,9 @@ impl Results<'_> {
              light, so that the cosines change at fixed film coordinates and directions: the <em>interior</em> \
              term ({} of the sum of the three’s squares). Its outline moves over the film: the \
              <em>primary</em> term ({}), narrow peaks. And its \
-             shadow moves over the floor and its reflection in everything else: the <em>secondary</em> term \
-             ({}), which a warp of the film alone would miss.</p>",
+             shadow, that of the light and the faint one of the sky, moves over what the camera sees: the \
+             <em>secondary</em> term ({}), which a warp of the film alone would miss. That is what one bounce shows; with two, \
+             the light that other things receive from the occluder and from its shadow changes as well.</p>",
             size(0),
             size(1),
             size(2),
@@ -122,16 +130,18 @@ impl Results<'_> {
         });
         format!(
             "<p>Every method got {:.1} million rays. The slope is that of the regression of its curve on the \
-             exact one: 1 for the right derivative. <em>Warped area</em>, multilevel debiased, has slope \
-             {}. It knows no edges: it only traces rays. With a fixed number of {FIXED} auxiliary rays instead it \
+             exact one: 1 for the right derivative. <em>Warped area</em> has slope \
+             {}. Its number of auxiliary rays is random (the <em>multilevel</em> scheme of figures 5 and 10), which removes \
+             the bias in the mean. It knows no edges: it only traces rays. With a fixed number of {FIXED} auxiliary rays instead it \
              has {}: the bias of a quotient of means is left in. The <em>harmonic field</em> ({}) and <em>edge \
              sampling</em> ({}) look every vertex up, which a flat world of {} vertices makes cheap. <em>Finite \
-             differences</em> (step {STEP} rad) have slope {}. <em>Rotation</em>, the motion of one nearby hit for the \
+             differences</em> (central, step {STEP} rad) have slope {}; the same quotient of exact images has \
+             slope {:.4}, which is the bias of the step alone. <em>Rotation</em>, the motion of one nearby hit for the \
              whole kernel, has {}; the <em>direct field</em>, which jumps at silhouettes, {}, and the \
              <em>interior</em> alone, {}.</p>\
-             <p>Warped area’s noise has heavy tails in the penumbra, where the occluder’s silhouette and the end \
+             <p>Warped area’s noise has heavy tails in the penumbra, the half-shadow from which a part of the light is seen, where the occluder’s silhouette and the end \
              of the light are seen close to each other: V must fall from the velocity of one to that of the other \
-             in between. Few samples carry much of it, so its standard errors are uncertain themselves: its worst \
+             in between. Few samples carry much of it, so its standard errors are uncertain themselves and likely too small: its worst \
              pixel, number {}, is off by {:.1} of them.</p>\
              <p>Light that is scattered twice is exact by radiosity (to {} of the largest derivative). Warped \
              area has slope {} there, edge sampling {}.</p>",
@@ -142,6 +152,7 @@ impl Results<'_> {
             line(EDGES),
             self.vertices,
             line("finite differences"),
+            self.study.exact_difference,
             line("rotation"),
             line("direct field"),
             line("interior only"),
@@ -157,7 +168,8 @@ impl Results<'_> {
         let error = |i: usize| self.study.images[i].iter().map(|p| p[1]).fold(0.0, f64::max);
         format!(
             "(a) The directions of the path are chosen for the picture; the auxiliary rays are drawn and weighted \
-             as the estimator does it, {RAYS} to a direction. The strip under the floor is the direct light on it. \
+             as by the estimator, but {RAYS} to every direction, and with angles for the distances to jumps, which \
+             the estimator takes to first order. The strip under the floor is the direct light on it. \
              Around the film sample beside the occluder’s outline they lie so close together that they are \
              shown enlarged. (b) Standard errors are at most {}. (c) Bands show ±{BAND} standard errors of warped \
              area. (d) Of each direction in (a), the share of every auxiliary ray; the strip says what is seen, \
@@ -171,7 +183,7 @@ impl Results<'_> {
         format!(
             "Thin: exact. Coloured: the estimate, with ±{BAND} standard errors. Noise is the root mean square of the \
              standard errors, relative to that of the exact derivative. Last panel: slopes of {} for light that \
-             is scattered up to twice.",
+             is scattered up to twice; what lies beyond the frame is cut off.",
             names.join(" and "),
         )
     }

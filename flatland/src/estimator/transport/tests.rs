@@ -6,7 +6,7 @@ use glam::DVec2;
 use super::*;
 use crate::plane::Filter;
 use crate::transport::fields::Construction;
-use crate::transport::{CameraChange, Film, Material, MaterialChange, Paths, Shape};
+use crate::transport::{CameraChange, Film, ImageError, Material, MaterialChange, Paths, Shape};
 
 fn p(x: f64, y: f64) -> DVec2 {
     DVec2::new(x, y)
@@ -92,7 +92,7 @@ fn the_primal_is_the_same_with_and_without_a_gradient() {
     ];
     let world = World::new(1.0, shapes).expect("a world");
     let paths = Paths { bounces: 3, ..Paths::default() };
-    let image = paths.image(&world, &camera(Filter::Tent), 50, 3);
+    let image = paths.image(&world, &camera(Filter::Tent), 50, 3).expect("valid");
     let change = Change { environment: 1.0, ..Change::none(&world) };
     let method = WarpedArea { samples: 50, paths, seed: 3, ..WarpedArea::default() };
     let gradient = method.forward(&world, &camera(Filter::Tent), &change).expect("valid");
@@ -128,6 +128,9 @@ fn bad_parameters_are_named() {
     assert_eq!(run(WarpedArea { kernels, ..good }), PathError::RelativeWidth { relative: 0.0 });
     let wide = Camera { field_of_view: 4.0, ..camera };
     assert!(matches!(good.forward(&world, &wide, &change), Err(PathError::Camera(_))));
+    let image = |camera, samples| Paths::default().image(&world, camera, samples, 0);
+    assert!(matches!(image(&wide, 1), Err(ImageError::Camera(_))));
+    assert_eq!(image(&camera, 0), Err(ImageError::NoSamples));
     let other = Change { vertices: vec![], ..change.clone() };
     assert!(matches!(good.forward(&world, &camera, &other), Err(PathError::Change(_))));
     assert!(matches!(good.reverse(&world, &camera, &[1.0]), Err(PathError::AdjointSize { .. })));

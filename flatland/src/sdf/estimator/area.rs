@@ -2,23 +2,24 @@
 
 use glam::DVec2;
 
-use super::linear::{self, PixelSample, Sampled, Spent};
+use super::linear::{self, PixelSample, Sampled};
 use super::{Estimate, EstimatorError, check_adjoint, check_direction, check_samples};
 use crate::random::{Stream, open01};
-use crate::sdf::fields::TracedField;
+use crate::sdf::fields::{MotionField, TracedField};
 use crate::sdf::scene::Seen;
-use crate::sdf::{AngularFilm, AngularFilter, Scene, Sdf};
-use crate::warp::{Circle, Field, WarpField};
+use crate::sdf::{AngularFilm, AngularFilter, Jet, RayCount, Scene, Sdf};
+use crate::warp::{Circle, Field};
 
 /// Which part of the derivative is estimated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Terms {
-    /// ∂L/∂θ + ∇·(V L): the derivative.
+    /// h ∂L/∂θ + ∇·(V h L): the derivative.
     #[default]
     All,
     /// h ∂L/∂θ at a fixed direction.
     Interior,
-    /// ∇·(V h L) alone, which stands for the silhouettes.
+    /// ∇·(V h L) alone, in which L varies with ω at fixed θ. Its integral is that of the silhouettes,
+    /// Σ h (L⁻ − L⁺) v, if V is what it should be.
     Boundary,
 }
 
@@ -54,39 +55,39 @@ struct Linear {
     b: f64,
     /// The factor of the hit's (c, r).
     c: f64,
-    seen: Option<Seen>,
+    hit: Option<(DVec2, Jet<DVec2>)>,
+    rays: RayCount,
 }
 
 impl AreaIntegral {
-    /// dI/dθ of every pixel along a direction in parameter space.
+    /// dI/dθ of every pixel along the direction in parameter space that the field was made for, in this
+    /// scene.
     ///
     /// # Errors
-    /// If the direction does not fit the shape or no samples were asked for.
+    /// If that direction does not fit the shape or no samples were asked for.
     pub fn forward(
         &self,
         scene: &Scene,
-        direction: &[f64],
         film: &AngularFilm,
-        field: &impl WarpField<Circle>,
+        field: &impl MotionField<Circle>,
     ) -> Result<Estimate, EstimatorError> {
+        let direction = field.direction();
         check_direction(scene, direction)?;
         check_samples(self.samples)?;
         Ok(linear::forward(film, self.samples, self.seed, |pixel, rng| {
-            let (mut value, mut rays, mut out_of_steps) = (0.0, 0, false);
+            let (mut value, mut rays) = (0.0, RayCount::default());
             for form in self.draw(scene, film, pixel, rng) {
-                let seen = form.seen.as_ref();
-                if let Some((x, covector)) = seen.and_then(|s| s.hit) {
+                if let Some((x, covector)) = form.hit {
                     value += form.c * covector.dot(scene.shape().rate(x, direction));
                 }
-                rays += 1;
-                out_of_steps |= seen.is_some_and(|s| s.out_of_steps);
+                rays += form.rays;
                 if self.terms != Terms::Interior {
-                    let (Field { value: v, divergence }, more) = field.at(form.direction, rng);
+                    let (Field { value: v, divergence }, more) = field.sample(form.direction, rng);
                     value += form.a.dot(v) + form.b * divergence;
                     rays += more;
                 }
             }
-            Sampled { value, rays, out_of_steps }
+            Sampled { value, rays }
         }))
     }
 
@@ -108,34 +109,32 @@ impl AreaIntegral {
         let (shape, view) = (scene.shape(), scene.view());
         let sizes = (adjoint, shape.parameter_count());
         Ok(linear::reverse(self.samples, self.seed, sizes, |pixel, delta, rng, gradient| {
-            let mut spent = Spent { rays: 0, out_of_steps: false };
+            let mut rays = RayCount::default();
             for form in self.draw(scene, film, pixel, rng) {
-                let seen = form.seen.as_ref();
-                if let Some((x, covector)) = seen.and_then(|s| s.hit) {
+                if let Some((x, covector)) = form.hit {
                     shape.add_parameter_gradient(x, covector * (delta * form.c), gradient);
                 }
-                spent.rays += 1;
-                spent.out_of_steps |= seen.is_some_and(|s| s.out_of_steps);
+                rays += form.rays;
                 if self.terms != Terms::Interior {
                     let taps = field.form(&view, form.direction, rng);
                     taps.scatter(form.a * delta, form.b * delta, |x, covector| {
                         shape.add_parameter_gradient(x, covector, gradient);
                     });
-                    spent.rays += taps.rays();
+                    rays += taps.rays();
                 }
             }
-            spent
+            rays
         }))
     }
 
     /// The directions of one sample: one within the pixel, and one of its ends if the filter jumps.
-    fn draw<'a>(
+    fn draw(
         &self,
-        scene: &'a Scene,
+        scene: &Scene,
         film: &AngularFilm,
         pixel: usize,
         rng: &mut Stream,
-    ) -> impl Iterator<Item = Linear> + use<'a> {
+    ) -> impl Iterator<Item = Linear> + use<> {
         let sample = PixelSample::draw(film, pixel, rng);
         let flux = film.filter() == AngularFilter::Box && self.terms != Terms::Interior;
         let end = flux.then(|| pixel_end(scene, film, pixel, rng));
@@ -145,7 +144,8 @@ impl AreaIntegral {
     /// h dL/dθ + (∇h·V + h ∇·V) L
     fn area(&self, scene: &Scene, sample: &PixelSample) -> Linear {
         let direction = sample.direction;
-        let seen = scene.seen(&scene.view().trace(direction));
+        let trace = scene.view().trace(direction);
+        let Seen { radiance, gradient, hit } = scene.seen(&trace);
         let (interior, boundary) = match self.terms {
             Terms::All => (1.0, 1.0),
             Terms::Interior => (1.0, 0.0),
@@ -153,10 +153,11 @@ impl AreaIntegral {
         };
         Linear {
             direction,
-            a: (seen.gradient * sample.value + direction.perp() * (sample.slope * seen.radiance)) * boundary,
-            b: sample.value * seen.radiance * boundary,
+            a: (gradient * sample.value + direction.perp() * (sample.slope * radiance)) * boundary,
+            b: sample.value * radiance * boundary,
             c: sample.value * interior,
-            seen: Some(seen),
+            hit,
+            rays: trace.count(),
         }
     }
 }
@@ -165,9 +166,9 @@ impl AreaIntegral {
 fn pixel_end(scene: &Scene, film: &AngularFilm, pixel: usize, rng: &mut Stream) -> Linear {
     let side = if open01(rng) < 0.5 { -1.0 } else { 1.0 };
     let direction = DVec2::from_angle(film.centre(pixel) + side * film.radius());
-    let radiance = scene.radiance(&scene.view().trace(direction));
-    let a = direction.perp() * (-2.0 * side * radiance / film.pixel());
-    Linear { direction, a, b: 0.0, c: 0.0, seen: None }
+    let trace = scene.view().trace(direction);
+    let a = direction.perp() * (-2.0 * side * scene.radiance(&trace) / film.pixel());
+    Linear { direction, a, b: 0.0, c: 0.0, hit: None, rays: trace.count() }
 }
 
 /// Implicit differentiation of the hit (Yariv et al. 2020, "Multiview Neural Surface Reconstruction",
@@ -182,11 +183,15 @@ pub struct ImplicitHit {
 }
 
 /// No motion of directions.
-struct Still;
+struct Still<'a>(&'a [f64]);
 
-impl WarpField<Circle> for Still {
-    fn at(&self, _: DVec2, _: &mut Stream) -> (Field<DVec2>, u64) {
-        (Field::ZERO, 0)
+impl MotionField<Circle> for Still<'_> {
+    fn direction(&self) -> &[f64] {
+        self.0
+    }
+
+    fn sample(&self, _: DVec2, _: &mut Stream) -> (Field<DVec2>, RayCount) {
+        (Field::ZERO, RayCount::default())
     }
 }
 
@@ -195,7 +200,7 @@ impl ImplicitHit {
         AreaIntegral { samples: self.samples, terms: Terms::Interior, seed: self.seed }
     }
 
-    /// The interior part of dI/dθ.
+    /// The interior part of dI/dθ along a direction in parameter space.
     ///
     /// # Errors
     /// As [`AreaIntegral::forward`].
@@ -205,7 +210,7 @@ impl ImplicitHit {
         direction: &[f64],
         film: &AngularFilm,
     ) -> Result<Estimate, EstimatorError> {
-        self.interior().forward(scene, direction, film, &Still)
+        self.interior().forward(scene, film, &Still(direction))
     }
 
     /// The interior part of ∂L/∂θ.

@@ -2,11 +2,11 @@
 
 use glam::DVec2;
 
-use super::linear::{self, PixelSample, Sampled, Spent};
+use super::linear::{self, PixelSample, Sampled};
 use super::{Estimate, EstimatorError, check_adjoint, check_direction, check_samples};
 use crate::random::Stream;
 use crate::sdf::scene::Seen;
-use crate::sdf::{AngularFilm, Jet, Scene, Sdf, Trace, TracePoint, View};
+use crate::sdf::{AngularFilm, Jet, RayCount, Scene, Sdf, Trace, TracePoint, View};
 
 /// Bisections of a local minimum: the angle of ∇φ against the ray is then 0 to 2⁻⁵⁰.
 const BISECTIONS: usize = 50;
@@ -35,7 +35,7 @@ pub struct RelaxedBoundary {
 /// A sample: covectors of (φ̇, ∇φ̇) at points.
 struct Covectors {
     points: Vec<(DVec2, Jet<DVec2>)>,
-    out_of_steps: bool,
+    rays: RayCount,
 }
 
 impl RelaxedBoundary {
@@ -52,9 +52,9 @@ impl RelaxedBoundary {
         check_direction(scene, direction)?;
         self.check()?;
         Ok(linear::forward(film, self.samples, self.seed, |pixel, rng| {
-            let Covectors { points, out_of_steps } = self.draw(scene, film, pixel, rng);
+            let Covectors { points, rays } = self.draw(scene, film, pixel, rng);
             let value = points.iter().map(|(x, c)| c.dot(scene.shape().rate(*x, direction))).sum();
-            Sampled { value, rays: 1, out_of_steps }
+            Sampled { value, rays }
         }))
     }
 
@@ -72,11 +72,11 @@ impl RelaxedBoundary {
         self.check()?;
         let sizes = (adjoint, scene.shape().parameter_count());
         Ok(linear::reverse(self.samples, self.seed, sizes, |pixel, delta, rng, gradient| {
-            let Covectors { points, out_of_steps } = self.draw(scene, film, pixel, rng);
+            let Covectors { points, rays } = self.draw(scene, film, pixel, rng);
             for (x, covector) in points {
                 scene.shape().add_parameter_gradient(x, covector * delta, gradient);
             }
-            Spent { rays: 1, out_of_steps }
+            rays
         }))
     }
 
@@ -90,14 +90,14 @@ impl RelaxedBoundary {
         let sample = PixelSample::draw(film, pixel, rng);
         let view = scene.view();
         let trace = view.trace(sample.direction);
-        let Seen { radiance, hit, out_of_steps, .. } = scene.seen(&trace);
+        let Seen { radiance, hit, .. } = scene.seen(&trace);
         let mut points: Vec<_> = hit.map(|(x, covector)| (x, covector * sample.value)).into_iter().collect();
         for x in passed(&view, &trace, self.width) {
             let front = scene.radiance_at(x, scene.shape().jet(x).gradient);
             let value = -sample.value * (front - radiance) / self.width;
             points.push((x, Jet { value, gradient: DVec2::ZERO }));
         }
-        Covectors { points, out_of_steps }
+        Covectors { points, rays: trace.count() }
     }
 }
 

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::Estimate;
 use crate::random::{Stream, open01, stream};
-use crate::sdf::AngularFilm;
+use crate::sdf::{AngularFilm, RayCount};
 
 /// Batches from which reverse mode takes its standard error.
 const BATCHES: usize = 16;
@@ -34,14 +34,7 @@ impl PixelSample {
 /// One sample of one pixel.
 pub(super) struct Sampled {
     pub(super) value: f64,
-    pub(super) rays: u64,
-    pub(super) out_of_steps: bool,
-}
-
-/// What one sample cost, in reverse mode.
-pub(super) struct Spent {
-    pub(super) rays: u64,
-    pub(super) out_of_steps: bool,
+    pub(super) rays: RayCount,
 }
 
 /// Σx and Σx² with what they cost.
@@ -51,9 +44,8 @@ struct Sums {
     mean: f64,
     /// Σ (x − mean)² (Welford 1962).
     squares: f64,
-    rays: u64,
+    rays: RayCount,
     non_finite: u64,
-    out_of_steps: u64,
 }
 
 impl Sums {
@@ -88,17 +80,17 @@ pub(super) fn forward(
             sums.push(if found.value.is_finite() { found.value } else { 0.0 });
             sums.rays += found.rays;
             sums.non_finite += u64::from(!found.value.is_finite());
-            sums.out_of_steps += u64::from(found.out_of_steps);
         }
         sums
     };
     let sums: Vec<Sums> = (0..film.count()).into_par_iter().map(of_pixel).collect();
+    let rays: RayCount = sums.iter().map(|s| s.rays).sum();
     Estimate {
         mean: sums.iter().map(|s| s.mean).collect(),
         standard_error: sums.iter().map(Sums::standard_error).collect(),
-        rays: sums.iter().map(|s| s.rays).sum(),
+        rays: rays.traced,
         non_finite: sums.iter().map(|s| s.non_finite).sum(),
-        out_of_steps: sums.iter().map(|s| s.out_of_steps).sum(),
+        out_of_steps: rays.out_of_steps,
     }
 }
 
@@ -108,7 +100,7 @@ pub(super) fn reverse(
     samples: usize,
     seed: u64,
     (adjoint, parameters): (&[f64], usize),
-    scatter: impl Fn(usize, f64, &mut Stream, &mut [f64]) -> Spent + Sync,
+    scatter: impl Fn(usize, f64, &mut Stream, &mut [f64]) -> RayCount + Sync,
 ) -> Estimate {
     let batches = BATCHES.min(samples);
     let of_batch = |batch: usize| {
@@ -118,9 +110,7 @@ pub(super) fn reverse(
             for index in (batch..samples).step_by(batches) {
                 one.fill(0.0);
                 let mut rng = sample_stream(seed, pixel, index);
-                let spent = scatter(pixel, delta, &mut rng, &mut one);
-                sums.rays += spent.rays;
-                sums.out_of_steps += u64::from(spent.out_of_steps);
+                sums.rays += scatter(pixel, delta, &mut rng, &mut one);
                 if one.iter().all(|g| g.is_finite()) {
                     total.iter_mut().zip(&one).for_each(|(t, g)| *t += g);
                 } else {
@@ -139,12 +129,13 @@ pub(super) fn reverse(
         let mean = found.iter().map(|(total, _)| total[parameter]).sum::<f64>() / samples as f64;
         (mean, spread.standard_error())
     };
+    let rays: RayCount = found.iter().map(|(_, s)| s.rays).sum();
     let (mean, standard_error) = (0..parameters).map(of_parameter).unzip();
     Estimate {
         mean,
         standard_error,
-        rays: found.iter().map(|(_, s)| s.rays).sum(),
+        rays: rays.traced,
         non_finite: found.iter().map(|(_, s)| s.non_finite).sum(),
-        out_of_steps: found.iter().map(|(_, s)| s.out_of_steps).sum(),
+        out_of_steps: rays.out_of_steps,
     }
 }

@@ -65,7 +65,8 @@ pub struct Estimate {
     pub rays: u64,
     /// How many samples were not finite. They count as 0, and the mean is then biased.
     pub non_finite: u64,
-    /// How many primary rays ran out of steps. They count as misses, and the mean is then biased.
+    /// How many of these rays ran out of steps: primary ones, those of the field and those at the ends of
+    /// pixels. They count as misses, and the mean is then biased.
     pub out_of_steps: u64,
 }
 
@@ -97,8 +98,7 @@ pub fn primal(
     let view = scene.view();
     Ok(linear::forward(film, samples, seed, |pixel, rng| {
         let sample = linear::PixelSample::draw(film, pixel, rng);
-        let seen = scene.seen(&view.trace(sample.direction));
-        let value = sample.value * seen.radiance;
-        linear::Sampled { value, rays: 1, out_of_steps: seen.out_of_steps }
+        let trace = view.trace(sample.direction);
+        linear::Sampled { value: sample.value * scene.radiance(&trace), rays: trace.count() }
     }))
 }

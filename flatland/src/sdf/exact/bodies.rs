@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::ExactError;
 use crate::sdf::Sdf;
-use crate::sdf::shapes::{Circle, Polygon, RoundedBox, Shape};
+use crate::sdf::shapes::{Circle, Polygon, RoundedBox, Shape, segments_meet};
 
 /// A disc or a polygon, and where its parameters begin.
 #[derive(Clone, Copy, Debug)]
@@ -84,6 +84,15 @@ pub(super) fn elements(bodies: &[Body<'_>]) -> Vec<Element> {
         .collect()
 }
 
+fn outlines_meet(a: &Polygon, b: &Polygon) -> bool {
+    let edges = |p: &Polygon| -> Vec<[DVec2; 2]> {
+        let vertices = p.vertices();
+        (0..vertices.len()).map(|i| [vertices[i], vertices[(i + 1) % vertices.len()]]).collect()
+    };
+    let others = edges(b);
+    edges(a).iter().any(|&first| others.iter().any(|&second| segments_meet(first, second)))
+}
+
 impl Body<'_> {
     fn polygon(&self) -> Option<&Polygon> {
         match self.outline {
@@ -93,8 +102,8 @@ impl Body<'_> {
         }
     }
 
-    /// The distance between two bodies; negative or 0 if they overlap. That of two polygons is found
-    /// at a vertex of one.
+    /// The distance between two bodies; negative or 0 if they overlap. That of two polygons whose edges
+    /// do not meet is found at a vertex of one.
     fn gap(&self, other: &Self) -> f64 {
         match (self.outline, other.outline) {
             (Outline::Circle(a), Outline::Circle(b)) => {
@@ -109,7 +118,8 @@ impl Body<'_> {
                 let one = |p: &Polygon, q: &Polygon| {
                     p.vertices().iter().map(|&v| q.jet(v).value).fold(f64::INFINITY, f64::min)
                 };
-                one(a, b).min(one(b, a))
+                let gap = one(a, b).min(one(b, a));
+                if outlines_meet(a, b) { gap.min(0.0) } else { gap }
             }
         }
     }

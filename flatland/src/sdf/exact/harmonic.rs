@@ -6,6 +6,8 @@ use glam::DVec2;
 
 use super::{Exact, ExactError};
 use crate::random::Stream;
+use crate::sdf::fields::MotionField;
+use crate::sdf::tracer::RayCount;
 use crate::warp::{Circle, Field, WarpField};
 
 /// ΔV = 0 between silhouettes and V = v on them: on the circle, linear in the angle from one
@@ -14,6 +16,7 @@ use crate::warp::{Circle, Field, WarpField};
 pub struct HarmonicField {
     /// Angles in [0, 2π), ascending, with their velocities.
     nodes: Vec<[f64; 2]>,
+    direction: Vec<f64>,
 }
 
 impl HarmonicField {
@@ -25,7 +28,7 @@ impl HarmonicField {
         let silhouettes = exact.silhouettes(direction)?;
         let mut nodes: Vec<_> = silhouettes.iter().map(|s| [s.angle.rem_euclid(TAU), s.rate]).collect();
         nodes.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        Ok(Self { nodes })
+        Ok(Self { nodes, direction: direction.to_vec() })
     }
 
     /// dα/dθ of the field at an angle, and its slope.
@@ -46,5 +49,15 @@ impl WarpField<Circle> for HarmonicField {
     fn at(&self, u: DVec2, _: &mut Stream) -> (Field<DVec2>, u64) {
         let [rate, slope] = self.rate(u.to_angle());
         (Field { value: rate * u.perp(), divergence: slope }, 0)
+    }
+}
+
+impl MotionField<Circle> for HarmonicField {
+    fn direction(&self) -> &[f64] {
+        &self.direction
+    }
+
+    fn sample(&self, omega: DVec2, rng: &mut Stream) -> (Field<DVec2>, RayCount) {
+        (self.at(omega, rng).0, RayCount::default())
     }
 }

@@ -105,6 +105,10 @@ fn what_has_no_closed_form_is_refused() {
     let round = RoundedBox::new(DVec2::new(3.0, 0.0), DVec2::ONE, 0.0, 0.1).expect("a box");
     let round = scene(Shape::Box(round));
     assert_eq!(Exact::new(&round).err(), Some(ExactError::NoClosedForm { shape: "rounded box" }));
+    // A plus sign: no vertex of either bar is near the other.
+    let bar = |half| Shape::Box(RoundedBox::new(DVec2::new(4.0, 0.0), half, 0.0, 0.0).expect("a box"));
+    let plus = scene(union(bar(DVec2::new(1.0, 0.2)), bar(DVec2::new(0.2, 1.0))));
+    assert!(matches!(Exact::new(&plus), Err(ExactError::Blended { first: 0, second: 1, gap: 0.0, .. })));
     let simple = scene(circle(3.0, 0.0, 1.0));
     let exact = Exact::new(&simple).expect("closed");
     assert!(exact.derivative(&films()[0], &[1.0]).is_err());

@@ -4,11 +4,13 @@ use super::form::{FieldForm, Tap};
 use super::{FieldError, TracedField};
 use crate::random::Stream;
 use crate::sdf::distance::LevelSetVelocity;
-use crate::sdf::tracer::{TracePoint, View};
+use crate::sdf::tracer::{RayCount, TracePoint, View};
 use crate::warp::{Domain, Vector, Warp};
 
-/// What stands for the distance from an auxiliary hit to the silhouette, in radians: a function of
-/// the hit alone. n is the unit normal.
+/// What stands for the angle s, in radians, from an auxiliary hit to the silhouette: a function of the
+/// hit alone. n is the unit normal. Only [`Curvature`](Self::Curvature) is that angle; the others are
+/// pure numbers which B takes for one, so that how far B reaches depends on the curvature and the
+/// distance of what is hit.
 ///
 /// All of them vanish where the surface turns away from the eye smoothly. A silhouette that is a
 /// *corner* (a polygon, a box without rounding) is approached with n·ω far from 0 on the occluder's
@@ -16,12 +18,12 @@ use crate::warp::{Domain, Vector, Warp};
 /// Gaussian one. Round such corners.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SilhouetteDistance {
-    /// |n·ω| ~ s^½: the boundary function's order p is halved.
+    /// |n·ω| ≈ (2kts)^½: the boundary function's order p is halved.
     Grazing,
-    /// (n·ω)² ~ s, in units that depend on curvature and distance.
+    /// (n·ω)² ≈ 2kts.
     GrazingSquared,
-    /// (n·ω)²/(2kt), with the surface's curvature k = ω·Hω/|∇φ| along the ray: s itself to first
-    /// order, whatever the scale. Infinite where the surface is not convex along the ray.
+    /// (n·ω)²/(2kt), with the distance t and the surface's curvature k = ω·Hω/|∇φ| along the ray:
+    /// s itself to first order, whatever the scale. Infinite where the surface is not convex along the ray.
     #[default]
     Curvature,
 }
@@ -57,14 +59,15 @@ pub struct AuxiliaryField {
 
 impl<D: Domain> TracedField<D> for AuxiliaryField {
     fn form(&self, view: &View<'_, D::Vector>, direction: D::Vector, rng: &mut Stream) -> FieldForm<D> {
+        let mut rays = RayCount::default();
         let stencil = self.warp.stencil::<D, _>(direction, self.kappa, rng, |omega| {
             let trace = view.trace(omega);
+            rays += trace.count();
             let hit = trace.hit().copied();
             let hessian = |hit: &TracePoint<_>| view.sdf.hessian_times(hit.position, omega);
             let distance = hit.map_or(f64::INFINITY, |h| self.distance.of(&h, omega, || hessian(&h)));
             (hit.map(|hit| (omega, hit)), distance)
         });
-        let rays = stencil.terms().len() as u64;
         let taps = stencil.terms().iter().filter_map(|term| {
             let (omega, hit) = term.hit?;
             // V_i = φ̇ times this.

@@ -102,12 +102,12 @@ impl BangaruField {
     #[must_use]
     pub fn form_of<D: Domain>(&self, view: &View<'_, D::Vector>, trace: &Trace<D::Vector>) -> FieldForm<D> {
         let weights = self.scalars::<D>(view, trace);
-        let taps = trace.points.iter().skip(1).zip(weights).filter(|(_, w)| w.value > 0.0);
+        let taps = trace.points.iter().skip(1).zip(weights).filter(|(_, w)| w.value != 0.0);
         let taps = taps.map(|(point, weight)| {
             let t = Scalar { value: point.t, gradient: point.t_gradient };
             Tap::new::<D>(view, trace.direction, t, weight)
         });
-        FieldForm::new(trace.direction, taps.collect(), 1)
+        FieldForm::new(trace.direction, taps.collect(), trace.count())
     }
 }
 

@@ -19,7 +19,7 @@ impl<D: Domain> TracedField<D> for DirectField {
             let turn = D::project(direction, gradient) * (-hit.t / gradient.dot(direction));
             Tap::new::<D>(view, direction, Scalar { value: hit.t, gradient: turn }, Scalar::constant(1.0))
         });
-        FieldForm::new(direction, tap.into_iter().collect(), 1)
+        FieldForm::new(direction, tap.into_iter().collect(), trace.count())
     }
 
     fn check(&self) -> Result<(), FieldError> {

@@ -1,7 +1,7 @@
 //! A warp field as a linear form in the rates of φ, and its transpose.
 
 use crate::sdf::distance::{Jet, LevelSetVelocity};
-use crate::sdf::tracer::View;
+use crate::sdf::tracer::{RayCount, View};
 use crate::warp::{Domain, Field, Vector};
 
 /// A point with the coefficients of φ̇ = ∂_θφ and ∇φ̇ there in V and ∇·V.
@@ -70,11 +70,11 @@ impl<V: Vector> Tap<V> {
 pub struct FieldForm<D: Domain> {
     direction: D::Vector,
     taps: Vec<Tap<D::Vector>>,
-    rays: u64,
+    rays: RayCount,
 }
 
 impl<D: Domain> FieldForm<D> {
-    pub(super) fn new(direction: D::Vector, taps: Vec<Tap<D::Vector>>, rays: u64) -> Self {
+    pub(super) fn new(direction: D::Vector, taps: Vec<Tap<D::Vector>>, rays: RayCount) -> Self {
         Self { direction, taps, rays }
     }
 
@@ -84,9 +84,9 @@ impl<D: Domain> FieldForm<D> {
         &self.taps
     }
 
-    /// How many rays it took.
+    /// The rays it took.
     #[must_use]
-    pub fn rays(&self) -> u64 {
+    pub fn rays(&self) -> RayCount {
         self.rays
     }
 

@@ -24,18 +24,20 @@ pub(super) fn magnitude<V: Vector>(s: Scalar<V>) -> Scalar<V> {
     Scalar { value: s.value.abs(), gradient: s.gradient * sign }
 }
 
-/// q_i/Σq_j and its gradient (∇q_i − (q_i/Σq) Σ∇q)/Σq, in place; nothing if the sum is 0.
+/// q_i/Σq_j and its gradient (∇q_i − (q_i/Σq) Σ∇q)/Σq, in place; nothing if all are 0.
+///
+/// Weights whose sum is not finite all become NaN, so that the sample is counted as not finite.
 pub(super) fn normalise<V: Vector>(weights: &mut Vec<Scalar<V>>) {
     let mut sum = Scalar::<V>::constant(0.0);
     for q in weights.iter() {
         sum.value += q.value;
         sum.gradient = sum.gradient + q.gradient;
     }
-    if !(sum.value > 0.0 && sum.value.is_finite()) {
+    if sum.value == 0.0 {
         weights.clear();
         return;
     }
-    let inverse = sum.value.recip();
+    let inverse = if sum.value.is_finite() { sum.value.recip() } else { f64::NAN };
     for q in weights.iter_mut() {
         let value = q.value * inverse;
         *q = Scalar { value, gradient: (q.gradient - sum.gradient * value) * inverse };

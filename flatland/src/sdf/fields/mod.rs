@@ -41,7 +41,7 @@ pub use direct::DirectField;
 pub use form::{FieldForm, Tap};
 pub use vicini::ViciniField;
 
-use super::tracer::View;
+use super::tracer::{RayCount, View};
 use crate::random::Stream;
 use crate::warp::{Domain, Field, WarpError, WarpField};
 
@@ -74,6 +74,14 @@ pub enum FieldError {
     /// The auxiliary rays' parameters are out of range.
     #[error(transparent)]
     Warp(#[from] WarpError),
+    /// A direction has the wrong number of parameters.
+    #[error("a direction of {found} parameters for a shape that has {expected}")]
+    Direction {
+        /// How many the shape has.
+        expected: usize,
+        /// How many were given.
+        found: usize,
+    },
 }
 
 /// Refuses what is not finite, or not what `holds` says.
@@ -82,24 +90,64 @@ fn check(parameter: &'static str, value: f64, wanted: &'static str, holds: bool)
     if good { Ok(()) } else { Err(FieldError::Weight { parameter, value, wanted }) }
 }
 
-/// A traced field for one motion: forward mode.
-#[derive(Clone, Copy)]
-pub struct MovingField<'a, V, F> {
-    /// The shape and the eye.
-    pub view: View<'a, V>,
-    /// The construction.
-    pub field: &'a F,
-    /// The direction in parameter space.
-    pub direction: &'a [f64],
+/// A warp field made for one motion of a shape: what forward mode asks for.
+pub trait MotionField<D: Domain>: Sync {
+    /// The direction in parameter space along which the shape moves.
+    fn direction(&self) -> &[f64];
+
+    /// (V, ∇·V) at ω, or an estimate of them, and the rays it took.
+    fn sample(&self, omega: D::Vector, rng: &mut Stream) -> (Field<D::Vector>, RayCount);
 }
 
-impl<D: Domain, F: TracedField<D>> WarpField<D> for MovingField<'_, D::Vector, F>
+/// A traced field for one motion. Its parameters and its direction are known to be good.
+#[derive(Clone, Copy)]
+pub struct MovingField<'a, D: Domain, F: ?Sized> {
+    view: View<'a, D::Vector>,
+    field: &'a F,
+    direction: &'a [f64],
+}
+
+impl<'a, D: Domain, F: TracedField<D> + ?Sized> MovingField<'a, D, F> {
+    /// The field of a shape that moves along a direction in parameter space.
+    ///
+    /// # Errors
+    /// If a parameter of the field is out of range or the direction does not fit the shape.
+    pub fn new(view: View<'a, D::Vector>, field: &'a F, direction: &'a [f64]) -> Result<Self, FieldError> {
+        field.check()?;
+        let (expected, found) = (view.sdf.parameter_count(), direction.len());
+        if expected != found {
+            return Err(FieldError::Direction { expected, found });
+        }
+        Ok(Self { view, field, direction })
+    }
+
+    /// The coefficients of the field in the direction ω.
+    pub fn form(&self, omega: D::Vector, rng: &mut Stream) -> FieldForm<D> {
+        self.field.form(&self.view, omega, rng)
+    }
+}
+
+impl<D: Domain, F: TracedField<D> + ?Sized> MotionField<D> for MovingField<'_, D, F>
+where
+    D::Vector: Sync,
+{
+    fn direction(&self) -> &[f64] {
+        self.direction
+    }
+
+    fn sample(&self, omega: D::Vector, rng: &mut Stream) -> (Field<D::Vector>, RayCount) {
+        let form = self.form(omega, rng);
+        (form.field(|x| self.view.sdf.rate(x, self.direction)), form.rays())
+    }
+}
+
+impl<D: Domain, F: TracedField<D> + ?Sized> WarpField<D> for MovingField<'_, D, F>
 where
     D::Vector: Sync,
 {
     fn at(&self, u: D::Vector, rng: &mut Stream) -> (Field<D::Vector>, u64) {
-        let form = self.field.form(&self.view, u, rng);
-        (form.field(|x| self.view.sdf.rate(x, self.direction)), form.rays())
+        let (field, rays) = self.sample(u, rng);
+        (field, rays.traced)
     }
 }
 

@@ -1,5 +1,6 @@
 use glam::DVec2;
 
+use super::form::Scalar;
 use super::*;
 use crate::random::{open01, stream};
 use crate::sdf::distance::{Jet, Sdf};
@@ -122,4 +123,50 @@ fn bad_parameters_are_refused() {
     let warp = crate::warp::Warp::default();
     let distance = SilhouetteDistance::Grazing;
     assert!(check(&AuxiliaryField { warp, kappa: -1.0, distance }).is_err());
+    // None of these makes a field for a motion.
+    let shape = &shapes()[0];
+    let moving = |field: &dyn TracedField<Directions>, direction: &[f64]| {
+        MovingField::<Directions, _>::new(view(shape), field, direction).map(|_| ())
+    };
+    let three = [1.0; 3];
+    assert_eq!(moving(&good, &three), Ok(()));
+    assert!(moving(&BangaruField { gamma: f64::NAN, ..good }, &three).is_err());
+    assert!(moving(&BangaruField { keep: Some(0), ..good }, &three).is_err());
+    assert!(moving(&ViciniField { reach: Some(-1.0), ..ViciniField::default() }, &three).is_err());
+    let none = crate::warp::Warp { debias: crate::warp::Debias::Consistent { rays: 0 }, ..warp };
+    assert!(moving(&AuxiliaryField { warp: none, kappa: 100.0, distance }, &three).is_err());
+    assert_eq!(moving(&good, &three[..2]), Err(FieldError::Direction { expected: 3, found: 2 }));
+}
+
+/// Weights that are not finite are not to be mistaken for none.
+#[test]
+fn weights_that_are_not_finite_are_seen() {
+    let nothing = Scalar::constant(0.0);
+    let normalised = |values: &[f64]| {
+        let mut weights: Vec<Scalar<DVec2>> =
+            values.iter().map(|&value| Scalar { value, ..nothing }).collect();
+        mean::normalise(&mut weights);
+        weights.iter().map(|w| w.value).collect::<Vec<_>>()
+    };
+    assert_eq!(normalised(&[1.0, 3.0]), [0.25, 0.75]);
+    assert!(normalised(&[0.0, 0.0]).is_empty());
+    for bad in [f64::NAN, f64::INFINITY] {
+        assert!(normalised(&[1.0, bad]).iter().all(|w| w.is_nan()));
+    }
+}
+
+#[test]
+fn rays_of_the_field_that_run_out_of_steps_are_counted() {
+    let shape = &shapes()[0];
+    let short = View { tracer: Tracer { max_steps: 2, ..Tracer::default() }, ..view(shape) };
+    let debias = crate::warp::Debias::Consistent { rays: 8 };
+    let warp = crate::warp::Warp { debias, ..crate::warp::Warp::default() };
+    let auxiliary = AuxiliaryField { warp, kappa: 100.0, distance: SilhouetteDistance::default() };
+    let mut fields = deterministic();
+    fields.push(("auxiliary", Box::new(auxiliary)));
+    for (name, field) in fields {
+        let rays = field.form(&short, DVec2::from_angle(0.07), &mut stream(1, &[])).rays();
+        assert_eq!(rays.out_of_steps, rays.traced, "{name}");
+        assert_eq!(rays.traced > 1, name == "auxiliary", "{name}");
+    }
 }

@@ -117,7 +117,7 @@ impl ViciniField {
         let weights = self.scalars::<D>(view, trace);
         let direction = trace.direction;
         if weights.is_empty() {
-            return FieldForm::new(direction, vec![], 1);
+            return FieldForm::new(direction, vec![], trace.count());
         }
         let mut t = Scalar::constant(0.0);
         for (point, weight) in trace.points.iter().skip(1).zip(weights) {
@@ -125,9 +125,9 @@ impl ViciniField {
             t.gradient = t.gradient + weight.gradient * point.t + point.t_gradient * weight.value;
         }
         let multiplier = self.multiplier::<D>(view, direction, t);
-        let seen = multiplier.value > 0.0;
+        let seen = multiplier.value != 0.0;
         let tap = seen.then(|| Tap::new::<D>(view, direction, t, multiplier));
-        FieldForm::new(direction, tap.into_iter().collect(), 1)
+        FieldForm::new(direction, tap.into_iter().collect(), trace.count())
     }
 }
 

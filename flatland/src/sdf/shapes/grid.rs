@@ -13,14 +13,17 @@ pub enum Interpolation {
     Bilinear,
     /// The uniform cubic B-spline with the node values as coefficients: twice continuously
     /// differentiable, so that ∇·V is continuous, and a convex combination of nodes, so that each
-    /// component of ∇φ is bounded by the differences of the nodes and the tracer stays safe. It
-    /// smooths instead of passing through the nodes. Catmull–Rom passes through them, but is only
+    /// component of ∇φ is bounded by the differences of the nodes. It smooths instead of passing through the nodes. Catmull–Rom passes through them, but is only
     /// once differentiable and overshoots.
     Bicubic,
 }
 
 /// φ from node values on a regular grid of width × height nodes, row by row. Parameters: the node
 /// values.
+///
+/// Nodes that are distances differ by no more than the spacing, which bounds each component of ∇φ by 1
+/// but |∇φ| only by √2, whatever the interpolation: trace grids with a step scale below 1. 1/√2 is
+/// always safe.
 ///
 /// Beyond the border the outermost nodes are repeated: φ becomes constant across the border, which
 /// keeps it a bound but makes ∇φ vanish near the corners. Eye and far limit belong inside.
@@ -60,7 +63,10 @@ impl Basis {
                     s * s * s / 6.0,
                 ];
                 let slope = [-0.5 * r * r, 0.5 * s * (3.0 * s - 4.0), 0.5 * r * (4.0 - 3.0 * r), 0.5 * s * s];
-                Self { first: cell as i64 - 1, weights: [value, slope, [r, 3.0 * s - 2.0, 3.0 * r - 2.0, s]] }
+                Self {
+                    first: (cell as i64).saturating_sub(1),
+                    weights: [value, slope, [r, 3.0 * s - 2.0, 3.0 * r - 2.0, s]],
+                }
             }
         }
     }

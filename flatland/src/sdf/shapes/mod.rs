@@ -10,6 +10,7 @@ mod union;
 pub use circle::Circle;
 pub use grid::{Grid, Interpolation};
 pub use polygon::Polygon;
+pub(in crate::sdf) use polygon::segments_meet;
 pub use rounded_box::RoundedBox;
 pub use union::SmoothUnion;
 

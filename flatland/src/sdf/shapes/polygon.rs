@@ -18,6 +18,9 @@ pub struct Polygon {
     orientation: f64,
 }
 
+/// The largest coordinate: products of two differences do not overflow, whatever is done with them.
+const LARGEST: f64 = 1e150;
+
 /// The part of the polygon that is nearest to a point.
 enum Nearest {
     /// A vertex, and whether the point is outside (1) or inside (−1).
@@ -53,22 +56,19 @@ impl Polygon {
     /// A simple polygon of at least three vertices.
     ///
     /// # Errors
-    /// If a coordinate is not finite, there are too few vertices, or two edges meet.
+    /// If a coordinate is beyond ±10¹⁵⁰ or not a number, there are too few vertices, or two edges meet.
     pub fn new(vertices: Vec<DVec2>) -> Result<Self, ShapeError> {
         let count = vertices.len();
         if count < 3 {
             return Err(ShapeError::Vertices { count });
         }
         for v in &vertices {
-            check("polygon", "vertex.x", v.x, "finite", true)?;
-            check("polygon", "vertex.y", v.y, "finite", true)?;
+            check("polygon", "vertex.x", v.x, "within ±1e150", v.x.abs() <= LARGEST)?;
+            check("polygon", "vertex.y", v.y, "within ±1e150", v.y.abs() <= LARGEST)?;
         }
         check_simple(&vertices)?;
-        // Twice the area, relative to a vertex so that far from the origin it does not cancel.
-        let area: f64 = (0..count)
-            .map(|i| (vertices[i] - vertices[0]).perp_dot(vertices[(i + 1) % count] - vertices[0]))
-            .sum();
-        Ok(Self { vertices, orientation: area.signum() })
+        let orientation = orientation(&vertices)?;
+        Ok(Self { vertices, orientation })
     }
 
     pub(super) fn from_parameters(parameters: &[f64]) -> Result<Self, ShapeError> {
@@ -113,20 +113,30 @@ impl Polygon {
         }
         let (index, s) = best;
         if s <= 0.0 {
-            self.corner(index)
+            self.corner(index, x)
         } else if s >= 1.0 {
-            self.corner(self.next(index))
+            self.corner(self.next(index), x)
         } else {
             Nearest::Edge { edge: self.edge(index), ends: [index, self.next(index)], s }
         }
     }
 
-    /// A convex corner is nearest only to points outside, a reflex one only to points inside.
-    fn corner(&self, index: usize) -> Nearest {
+    /// A convex corner is nearest only to points outside, a reflex one only to points inside, and a
+    /// straight one is a point of its edges. Rounding alone brings other points to a corner that is almost
+    /// straight: for them too it is a point of an edge.
+    fn corner(&self, index: usize, x: DVec2) -> Nearest {
         let count = self.vertices.len();
-        let [before, here, after] = [index + count - 1, index, index + 1].map(|i| self.vertices[i % count]);
-        let turn = self.orientation * (here - before).perp_dot(after - here);
-        Nearest::Vertex { index, side: if turn >= 0.0 { 1.0 } else { -1.0 } }
+        let previous = (index + count - 1) % count;
+        let (edge, before) = (self.edge(index), self.edge(previous));
+        let next = self.next(index);
+        let side = self.orientation * turn(self.vertices[previous], edge.start, self.vertices[next]);
+        let beside = (edge.normal + before.normal).dot(x - edge.start);
+        let misplaced = edge.normal.dot(before.normal) > 0.0 && side * beside < 0.0;
+        if side == 0.0 || misplaced {
+            Nearest::Edge { edge, ends: [index, next], s: 0.0 }
+        } else {
+            Nearest::Vertex { index, side }
+        }
     }
 
     /// [`rate`](Sdf::rate) from the velocity of each vertex.
@@ -155,37 +165,64 @@ impl Polygon {
     }
 }
 
-/// Compares every two edges with exact predicates (Shewchuk 1997).
+/// 1 if a → b → c turns left, −1 if right, 0 if neither, exactly (Shewchuk 1997).
+fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
+    let [a, b, c] = [a, b, c].map(|p| robust::Coord { x: p.x, y: p.y });
+    let area = robust::orient2d(a, b, c);
+    if area == 0.0 { 0.0 } else { area.signum() }
+}
+
+/// Whether p is a point of the segment from a to b.
+fn within([a, b]: [DVec2; 2], p: DVec2) -> bool {
+    turn(a, b, p) == 0.0 && p.cmpge(a.min(b)).all() && p.cmple(a.max(b)).all()
+}
+
+/// Whether two segments have a point in common.
+pub(in crate::sdf) fn segments_meet(first: [DVec2; 2], second: [DVec2; 2]) -> bool {
+    let sides = |[a, b]: [DVec2; 2], other: [DVec2; 2]| other.map(|p| turn(a, b, p)).iter().product::<f64>();
+    let crossing = sides(first, second) < 0.0 && sides(second, first) < 0.0;
+    crossing || second.iter().any(|&p| within(first, p)) || first.iter().any(|&p| within(second, p))
+}
+
+/// Compares every two edges.
 fn check_simple(vertices: &[DVec2]) -> Result<(), ShapeError> {
     let count = vertices.len();
-    let end = |i: usize| vertices[(i + 1) % count];
-    let coord = |p: DVec2| robust::Coord { x: p.x, y: p.y };
-    let side = |a, b, c| robust::orient2d(coord(a), coord(b), coord(c));
-    let within = |a: DVec2, b: DVec2, p: DVec2| {
-        side(a, b, p) == 0.0 && p.cmpge(a.min(b)).all() && p.cmple(a.max(b)).all()
-    };
+    let edge = |i: usize| [vertices[i], vertices[(i + 1) % count]];
     for first in 0..count {
-        let (a, b) = (vertices[first], end(first));
+        let [a, b] = edge(first);
         if a == b {
             return Err(ShapeError::NotSimple { first, second: first });
         }
-        for (second, &c) in vertices.iter().enumerate().skip(first + 1) {
-            let d = end(second);
-            let crossing = side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0;
+        for second in first + 1..count {
+            let [c, d] = edge(second);
             // Neighbours share one vertex and no more.
-            let touching = if second == first + 1 {
-                within(a, b, d) || within(c, d, a)
+            let meet = if second == first + 1 {
+                within([a, b], d) || within([c, d], a)
             } else if first == 0 && second + 1 == count {
-                within(a, b, c) || within(c, d, b)
+                within([a, b], c) || within([c, d], b)
             } else {
-                [c, d].iter().any(|&p| within(a, b, p)) || [a, b].iter().any(|&p| within(c, d, p))
+                segments_meet([a, b], [c, d])
             };
-            if crossing || touching {
+            if meet {
                 return Err(ShapeError::NotSimple { first, second });
             }
         }
     }
     Ok(())
+}
+
+/// The turn at the lowest of the leftmost vertices of a simple polygon, which is convex.
+fn orientation(vertices: &[DVec2]) -> Result<f64, ShapeError> {
+    let count = vertices.len();
+    let order = |a: &usize, b: &usize| {
+        let (a, b) = (vertices[*a], vertices[*b]);
+        a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y))
+    };
+    let lowest = (0..count).min_by(order).unwrap_or(0);
+    let before = (lowest + count - 1) % count;
+    let found = turn(vertices[before], vertices[lowest], vertices[(lowest + 1) % count]);
+    // Only if all of it is so small that its area underflows.
+    if found == 0.0 { Err(ShapeError::NotSimple { first: before, second: lowest }) } else { Ok(found) }
 }
 
 impl Sdf<DVec2> for Polygon {

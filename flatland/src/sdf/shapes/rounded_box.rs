@@ -28,6 +28,8 @@ impl RoundedBox {
     /// # Errors
     /// If a parameter is not finite, a half extent not positive or the rounding negative.
     pub fn new(centre: DVec2, half: DVec2, angle: f64, rounding: f64) -> Result<Self, ShapeError> {
+        check("box", "centre.x", centre.x, "finite", true)?;
+        check("box", "centre.y", centre.y, "finite", true)?;
         check("box", "half.x", half.x, "positive and finite", half.x > 0.0)?;
         check("box", "half.y", half.y, "positive and finite", half.y > 0.0)?;
         check("box", "angle", angle, "finite", true)?;

@@ -121,8 +121,38 @@ fn a_polygon_knows_its_inside_at_convex_and_reflex_corners() {
     }
 }
 
+/// A square with one vertex more in the middle of its lower side, a little off or not.
+#[test]
+fn a_straight_corner_is_a_point_of_its_edge() {
+    for off in [0.0, 1e-17, -1e-17, 1e-12, -1e-12] {
+        let corners = [(0.0, 0.0), (0.5, off), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
+        let corners = corners.map(|(x, y)| DVec2::new(x, y));
+        let square = Polygon::new(corners.to_vec()).expect("simple");
+        for (y, expected) in [(0.3, -0.3), (-0.3, 0.3)] {
+            for x in [0.5, 0.5 + 1e-15, 0.5 - 1e-13, 0.4] {
+                let jet = square.jet(DVec2::new(x, y));
+                assert!((jet.value - expected).abs() < 1e-11, "{off} {x} {y}: {}", jet.value);
+                assert!((jet.gradient + DVec2::Y).length() < 1e-11, "{off} {x} {y}: {}", jet.gradient);
+            }
+        }
+        if off == 0.0 {
+            assert_eq!(square.laplacian(DVec2::new(0.5, 0.3)), 0.0);
+        }
+    }
+}
+
 #[test]
 fn bad_shapes_are_refused() {
+    let huge = [(0.0, 0.0), (1e200, 0.0), (0.0, 1e200)].map(|(x, y)| DVec2::new(x, y));
+    let vertex = |scale: f64| Polygon::new(huge.map(|v| v * scale).to_vec());
+    assert!(matches!(vertex(1.0), Err(ShapeError::Parameter { parameter: "vertex.x", .. })));
+    let large = vertex(1e-50).expect("within the range");
+    assert!((large.jet(DVec2::new(-1e149, 1e149)).value - 1e149).abs() < 1e135);
+    // The area of a triangle 10⁻²⁰⁰ long underflows.
+    let tiny = huge.map(|v| v * 1e-200 * 1e-200);
+    assert!(matches!(Polygon::new(tiny.to_vec()), Err(ShapeError::NotSimple { .. })));
+    let nowhere = RoundedBox::new(DVec2::new(0.0, f64::NAN), DVec2::ONE, 0.0, 0.0);
+    assert!(matches!(nowhere, Err(ShapeError::Parameter { shape: "box", parameter: "centre.y", .. })));
     assert!(matches!(Circle::new(DVec2::ZERO, 0.0), Err(ShapeError::Parameter { parameter: "radius", .. })));
     assert!(Circle::new(DVec2::new(f64::NAN, 0.0), 1.0).is_err());
     assert!(RoundedBox::new(DVec2::ZERO, DVec2::ONE, f64::INFINITY, 0.0).is_err());

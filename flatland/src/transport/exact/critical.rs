@@ -23,7 +23,6 @@ pub(super) fn critical_points(world: &World, segment: usize, side: f64, [first, 
     let above: Vec<usize> = (0..vertices.len())
         .filter(|v| !own.vertices.contains(v) && normal.dot(vertices[*v] - own.start) > 0.0)
         .collect();
-    let incident = incident_segments(world);
     let mut found = vec![];
     for (k, &v) in above.iter().enumerate() {
         for &w in &above[..k] {
@@ -35,7 +34,7 @@ pub(super) fn critical_points(world: &World, segment: usize, side: f64, [first, 
             let x = own.at(s);
             let nearer_first = (p - x).length_squared() < (q - x).length_squared();
             let (near, far) = if nearer_first { (v, w) } else { (w, v) };
-            let is_event = is_silhouette(world, &incident[near], near, x, &vertices)
+            let is_event = is_silhouette(world, near, x, &vertices)
                 && !is_hidden(world, segment, x, near, far, &vertices);
             if is_event {
                 found.push(s);
@@ -59,16 +58,24 @@ pub(super) fn mirror_points(world: &World, segment: usize, eye: DVec2, [first, l
         .collect()
 }
 
+/// A parameter, and over how much of the segment what is seen changes there.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Graded {
+    pub(super) s: f64,
+    pub(super) scale: f64,
+}
+
 /// Parameters in (s₀, s₁) graded towards the feet of points that are near the segment's line.
 ///
 /// What a surface sees, and what the camera sees of it, changes over the distance h of such a point
 /// from the line; no point of a quadrature rule over the whole would fall there. The grading is
-/// s_foot ± h 8ᵏ/|e|.
+/// s_foot ± h qᵏ/|e|.
 pub(super) fn graded_points(
     segment: &Segment,
     points: impl Iterator<Item = DVec2>,
     [first, last]: [f64; 2],
-) -> Vec<f64> {
+    factor: f64,
+) -> Vec<Graded> {
     let length = segment.edge.length();
     let mut found = vec![];
     for point in points {
@@ -77,14 +84,14 @@ pub(super) fn graded_points(
             continue;
         }
         let foot = (point - segment.start).dot(segment.edge) / (length * length);
-        found.push(foot);
+        found.push(Graded { s: foot, scale: height });
         let mut offset = height;
         while offset < 1.0 + foot.abs() {
-            found.extend([foot - offset, foot + offset]);
-            offset *= 8.0;
+            found.extend([foot - offset, foot + offset].map(|s| Graded { s, scale: offset }));
+            offset *= factor;
         }
     }
-    found.retain(|s| *s > first && *s < last);
+    found.retain(|graded| graded.s > first && graded.s < last);
     found
 }
 
@@ -94,18 +101,10 @@ fn on_line(start: DVec2, edge: DVec2, p: DVec2, d: DVec2) -> Option<f64> {
     s.is_finite().then_some(s)
 }
 
-fn incident_segments(world: &World) -> Vec<Vec<usize>> {
-    let mut incident = vec![vec![]; world.vertex_count()];
-    for (i, segment) in world.segments().iter().enumerate() {
-        segment.vertices.iter().for_each(|&v| incident[v].push(i));
-    }
-    incident
-}
-
 /// Whether all segments at a vertex are on one side of the line of sight.
-fn is_silhouette(world: &World, incident: &[usize], vertex: usize, x: DVec2, vertices: &[DVec2]) -> bool {
+fn is_silhouette(world: &World, vertex: usize, x: DVec2, vertices: &[DVec2]) -> bool {
     let sight = vertices[vertex] - x;
-    let sides = incident.iter().map(|&i| {
+    let sides = world.segments_at(vertex).map(|i| {
         let [a, b] = world.segments()[i].vertices;
         let edge = vertices[if a == vertex { b } else { a }] - vertices[vertex];
         sight.perp_dot(edge) / (sight.length() * edge.length())

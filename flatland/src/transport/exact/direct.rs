@@ -78,7 +78,7 @@ impl<'a> Surface<'a> {
         let side = world.segments()[segment].normal().dot(outgoing);
         let view = View::of_segment(world, segment, s, side);
         let material = world.material(segment);
-        let intervals = if material.scatters() { view.intervals(world) } else { vec![] };
+        let intervals = view.intervals(world);
         let shape = world.segments()[segment].shape;
         Self { world, material, shape, view, outgoing: view.angle(outgoing), intervals }
     }
@@ -89,7 +89,8 @@ impl<'a> Surface<'a> {
         &self.view
     }
 
-    /// What is seen from it; nothing if it scatters no light.
+    /// What is seen from it, even if it scatters nothing: a black surface has a derivative by its
+    /// reflectance.
     #[must_use]
     pub fn intervals(&self) -> &[Interval] {
         &self.intervals
@@ -196,6 +197,14 @@ impl<'a> Surface<'a> {
         ];
         Scattered { value, rate: parts.iter().sum(), magnitude: parts.iter().map(|p| p.abs()).sum() }
     }
+}
+
+/// Whether a segment scatters light, or does so with θ: a black surface that gets lighter scatters
+/// nothing, and has a derivative.
+pub(super) fn may_scatter(world: &World, change: &Change, segment: usize) -> bool {
+    let material = world.material(segment);
+    let rate = &change.materials[world.segments()[segment].shape];
+    material.scatters() || rate.reflectance != 0.0 || (material.gloss.is_some() && rate.gloss_strength != 0.0)
 }
 
 /// The radiance that a segment emits, or the environment's.

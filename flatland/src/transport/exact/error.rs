@@ -63,6 +63,12 @@ pub enum ExactError {
         /// The shape.
         shape: usize,
     },
+    /// The system of infinitely many bounces was not solved to rounding.
+    #[error("infinitely many bounces: the iteration stopped at a residual of {residual:e}")]
+    NotConverged {
+        /// The largest entry of the residual, a radiance or its rate.
+        residual: f64,
+    },
     /// Infinitely many bounces between surfaces that absorb nothing need not converge.
     #[error("shape {shape} reflects all light: infinitely many bounces need not converge")]
     NoAbsorption {

@@ -8,7 +8,6 @@
 mod critical;
 mod direct;
 mod error;
-mod jumps;
 mod lobe;
 mod partition;
 mod pixels;
@@ -21,7 +20,6 @@ mod tests;
 
 pub use direct::{RadianceRate, Surface, SurfaceMotion};
 pub use error::ExactError;
-pub use jumps::{VisibleJump, visible_jumps};
 pub use pixels::{Exact, Integrated};
 pub use radiosity::Radiosity;
 pub use visible::{End, Interval, View};

@@ -11,6 +11,9 @@ use crate::transport::{Camera, Change, World};
 /// How near, in parts of the film, two film coordinates must be to be one: some rounding errors.
 const SAME: f64 = 16.0 * f64::EPSILON;
 
+/// Breaks towards a near point are this factor apart: adaptive quadrature refines between them.
+const FILM_GRADING: f64 = 8.0;
+
 /// A part of the film in which one segment is seen, or the environment.
 #[derive(Clone, Debug)]
 pub(super) struct Stretch {
@@ -48,8 +51,13 @@ pub(super) struct Seen {
 }
 
 impl Partition {
-    /// With the places where light that is scattered once is not analytic if `scattered`.
-    pub(super) fn new(world: &World, camera: &Camera, scattered: bool) -> Result<Self, ExactError> {
+    /// With the places where light that is scattered once is not analytic, on the segments that
+    /// scatter any.
+    pub(super) fn new(
+        world: &World,
+        camera: &Camera,
+        scatters: impl Fn(usize) -> bool,
+    ) -> Result<Self, ExactError> {
         check_place(world, camera)?;
         let view = View::free(camera.position, camera.axes()[0]);
         let vertices: Vec<DVec2> = world.vertices().collect();
@@ -67,8 +75,10 @@ impl Partition {
             this.stretches.push(Stretch { ends: [from, to], seen: interval.seen, breaks: vec![] });
             from = to;
         }
-        if scattered {
-            this.stretches.iter_mut().for_each(|s| s.split(world, camera));
+        for stretch in &mut this.stretches {
+            if let Some(segment) = stretch.seen.filter(|i| scatters(*i)) {
+                stretch.split(world, camera, segment);
+            }
         }
         Ok(this)
     }
@@ -196,8 +206,7 @@ fn check_place(world: &World, camera: &Camera) -> Result<(), ExactError> {
 }
 
 impl Stretch {
-    fn split(&mut self, world: &World, camera: &Camera) {
-        let Some(segment) = self.seen.filter(|i| world.material(*i).scatters()) else { return };
+    fn split(&mut self, world: &World, camera: &Camera, segment: usize) {
         // What the widest filter reaches.
         let reach = camera.film.filter.radius() - 0.5;
         let film = [-reach, camera.film.pixels as f64 + reach];
@@ -214,7 +223,8 @@ impl Stretch {
             points.extend(mirror_points(world, segment, camera.position, range));
         }
         let others = world.vertices().filter(|v| own.ends().iter().all(|end| end != v));
-        points.extend(graded_points(own, others.chain([camera.position]), range));
+        let graded = graded_points(own, others.chain([camera.position]), range, FILM_GRADING);
+        points.extend(graded.into_iter().map(|g| g.s));
         self.breaks = points.iter().filter_map(|s| camera.project(own.at(*s))).collect();
         self.breaks.sort_unstable_by(f64::total_cmp);
         self.breaks.dedup();

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::direct::{Surface, SurfaceMotion, emitted};
+use super::direct::{Surface, SurfaceMotion, emitted, may_scatter};
 use super::error::ExactError;
 use super::partition::{Jump, Partition, Seen, film_rate};
 use super::quadrature::{Quadrature, adaptive};
@@ -80,7 +80,7 @@ impl Exact {
     /// # Errors
     /// An [`ExactError`] that names the parameter.
     pub fn image(&self, world: &World, camera: &Camera) -> Result<Integrated<f64>, ExactError> {
-        let film = self.prepare(world, camera)?;
+        let film = self.prepare(world, camera, |i| world.material(i).scatters())?;
         let pixels = (0..camera.film.pixels).into_par_iter().map(|pixel| {
             let integral = film.integrate(pixel, self.tolerance, |u| {
                 let value = film.radiance(u);
@@ -108,7 +108,7 @@ impl Exact {
         change: &Change,
     ) -> Result<Integrated<Terms<f64>>, ExactError> {
         change.check(world)?;
-        let film = self.prepare(world, camera)?;
+        let film = self.prepare(world, camera, |i| may_scatter(world, change, i))?;
         film.partition.check_parting(world, camera, change)?;
         let jumps = &film.partition.jumps;
         let steps: Vec<(&Jump, f64)> = jumps.iter().map(|jump| (jump, film.step(jump, change))).collect();
@@ -124,7 +124,12 @@ impl Exact {
         Ok(Integrated::collect(pixels.collect()))
     }
 
-    fn prepare<'a>(&self, world: &'a World, camera: &'a Camera) -> Result<FilmIntegral<'a>, ExactError> {
+    fn prepare<'a>(
+        &self,
+        world: &'a World,
+        camera: &'a Camera,
+        scatters: impl Fn(usize) -> bool,
+    ) -> Result<FilmIntegral<'a>, ExactError> {
         camera.check()?;
         let Self { bounces, tolerance } = *self;
         if bounces > 1 {
@@ -133,15 +138,17 @@ impl Exact {
         if !(1e-14..1.0).contains(&tolerance) {
             return Err(ExactError::Tolerance { tolerance });
         }
-        let scattered = bounces > 0;
-        Ok(FilmIntegral { world, camera, scattered, partition: Partition::new(world, camera, scattered)? })
+        let scatters: Vec<bool> = (0..world.segments().len()).map(|i| bounces > 0 && scatters(i)).collect();
+        let partition = Partition::new(world, camera, |i| scatters[i])?;
+        Ok(FilmIntegral { world, camera, scatters, partition })
     }
 }
 
 struct FilmIntegral<'a> {
     world: &'a World,
     camera: &'a Camera,
-    scattered: bool,
+    /// Of every segment, whether light that it scatters matters.
+    scatters: Vec<bool>,
     partition: Partition,
 }
 
@@ -172,7 +179,7 @@ impl FilmIntegral<'_> {
 
     fn radiance_of(&self, seen: Option<Seen>) -> f64 {
         match seen {
-            Some(Seen { segment, s, direction, .. }) if self.scattered => {
+            Some(Seen { segment, s, direction, .. }) if self.scatters[segment] => {
                 Surface::new(self.world, segment, s, -direction).radiance()
             }
             _ => emitted(self.world, seen.map(|s| s.segment)),
@@ -184,7 +191,7 @@ impl FilmIntegral<'_> {
         let Some(segment) = self.partition.stretch(u).seen else {
             return ([change.environment, 0.0], change.environment.abs());
         };
-        if !self.scattered {
+        if !self.scatters[segment] {
             let rate = change.materials[self.world.segments()[segment].shape].emission;
             return ([rate, 0.0], rate.abs());
         }

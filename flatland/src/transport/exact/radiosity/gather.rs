@@ -7,7 +7,7 @@ use glam::DVec2;
 use super::dual_math::DualVector;
 use super::panels::{NODES, Panels, Rule, Side};
 use crate::dual::Dual;
-use crate::transport::exact::direct::{Surface, SurfaceMotion, turn};
+use crate::transport::exact::direct::{Surface, SurfaceMotion, may_scatter, turn};
 use crate::transport::exact::visible::{End, Interval};
 use crate::transport::{Change, World};
 
@@ -47,7 +47,7 @@ struct Part {
 }
 
 impl Gather<'_> {
-    /// The sides that are seen and scatter light.
+    /// The sides that are seen and scatter light, or do so with θ.
     pub(super) fn sides(&self) -> impl Iterator<Item = Side> + '_ {
         self.surface.intervals().iter().filter_map(|i| self.side(i))
     }
@@ -78,7 +78,7 @@ impl Gather<'_> {
         // the point itself does not tell which.
         let point = shared.map_or(self.surface.view().point(), |k| own.ends()[1 - k]);
         let side = seen.edge.perp_dot(point - seen.start) > 0.0;
-        (self.world.material(segment).reflectance > 0.0).then_some((segment, side))
+        may_scatter(self.world, self.change, segment).then_some((segment, side))
     }
 
     fn interval(&self, interval: &Interval, segment: usize, panels: &Panels, rule: &Rule, row: &mut Row) {

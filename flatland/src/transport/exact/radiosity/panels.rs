@@ -1,7 +1,7 @@
 //! One side of a segment, cut into panels on which radiance is a polynomial of the parameter s.
 
 use crate::transport::World;
-use crate::transport::exact::critical::{critical_points, graded_points};
+use crate::transport::exact::critical::{Graded, critical_points, graded_points};
 use crate::transport::exact::quadrature::gauss_legendre;
 
 /// Nodes of a panel, and the quadrature's points on the part of it that is seen.
@@ -9,9 +9,15 @@ pub(super) const NODES: usize = 8;
 /// The panels' length towards the ends of a segment shrinks by this factor: next to a corner
 /// radiance is a power of the distance.
 const GRADING: f64 = 0.2;
-/// Breaks nearer to another, in parts of the segment, are left out. The kink that is then inside a
-/// panel costs its square times its strength.
-const CLOSEST: f64 = 1e-4;
+/// Towards the foot of a point that is near, by this one: radiance changes over the distance h of
+/// that point, and a panel from h to qh has its singularity at a distance of only h.
+const NEAR_GRADING: f64 = 3.0;
+/// Of two breaks nearer than this part of the scale on which radiance changes there, one is left out:
+/// several near points would each bring their own.
+const CLOSEST: f64 = 0.25;
+/// Breaks nearer than this, in parts of the segment, are left out: 4 digits are left of a parameter
+/// between them.
+const NARROWEST: f64 = 1e-12;
 
 /// A side of a segment: true is the normal's.
 pub(super) type Side = (usize, bool);
@@ -82,23 +88,16 @@ impl Panels {
         let Fineness { levels, parts } = fineness;
         let own = &world.segments()[segment];
         let sign = if side { 1.0 } else { -1.0 };
-        let mut wanted = vec![0.5];
+        let precise = |s: f64| Graded { s, scale: 0.0 };
+        let mut wanted = vec![precise(0.5)];
         let ends = std::iter::successors(Some(GRADING), |end| Some(end * GRADING));
-        // Deeper than the closest break there is nothing to grade.
-        for end in ends.take(levels).take_while(|end| *end > CLOSEST) {
-            wanted.extend([end, 1.0 - end]);
+        for end in ends.take(levels) {
+            wanted.extend([end, 1.0 - end].map(|s| Graded { s, scale: end }));
         }
-        wanted.extend(critical_points(world, segment, sign, [0.0, 1.0]));
+        wanted.extend(critical_points(world, segment, sign, [0.0, 1.0]).into_iter().map(precise));
         let others = world.vertices().filter(|v| own.ends().iter().all(|end| end != v));
-        wanted.extend(graded_points(own, others, [0.0, 1.0]));
-        wanted.sort_unstable_by(f64::total_cmp);
-        let mut coarse = vec![0.0];
-        for s in wanted {
-            if s - coarse[coarse.len() - 1] > CLOSEST && s < 1.0 - CLOSEST {
-                coarse.push(s);
-            }
-        }
-        coarse.push(1.0);
+        wanted.extend(graded_points(own, others, [0.0, 1.0], NEAR_GRADING));
+        let coarse = thinned(wanted);
         let mut breaks = vec![0.0];
         for pair in coarse.windows(2) {
             let part = |k: usize| pair[0] + (pair[1] - pair[0]) * k as f64 / parts as f64;
@@ -112,4 +111,25 @@ impl Panels {
         let of = |pair: &'a [f64]| rule.points.iter().map(move |(t, _)| pair[0] + t * (pair[1] - pair[0]));
         self.breaks.windows(2).flat_map(of)
     }
+}
+
+/// The breaks from 0 to 1 without those that are too near to their predecessor. Those of scale 0 are
+/// kinks, which stay.
+fn thinned(mut wanted: Vec<Graded>) -> Vec<f64> {
+    wanted.sort_unstable_by(|a, b| a.s.total_cmp(&b.s));
+    let mut breaks: Vec<Graded> = vec![Graded { s: 0.0, scale: f64::INFINITY }];
+    for next in wanted {
+        let last = breaks[breaks.len() - 1];
+        if next.s < NARROWEST || next.s > 1.0 - NARROWEST {
+            continue;
+        }
+        if next.s - last.s > NARROWEST.max(CLOSEST * next.scale.min(last.scale)) {
+            breaks.push(next);
+        } else if next.scale < last.scale && breaks.len() > 1 {
+            // The sharper one.
+            breaks.pop();
+            breaks.push(next);
+        }
+    }
+    breaks.iter().map(|b| b.s).chain([1.0]).collect()
 }

@@ -1,6 +1,7 @@
 //! What the closed forms are held against: tracing, quadrature, central differences, known constants.
 
 mod extremes;
+mod limits;
 mod pixels;
 mod radiosity;
 mod surfaces;
