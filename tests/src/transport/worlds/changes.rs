@@ -27,12 +27,12 @@ pub(super) fn draw(dice: &mut Dice, moving: Moving, world: &World, unit: f64) ->
         Moving::Material => {
             let mut change = Change::none(world);
             for (material, shape) in change.materials.iter_mut().zip(world.shapes()) {
-                // Relative: what is 0 stays so, and a narrow lobe has little room.
+                // Relative, and a narrow lobe has little room; but what scatters nothing may begin to.
                 let now = shape.material();
-                material.reflectance = dice.between(-1.0, 1.0) * now.reflectance;
+                material.reflectance = rate(dice, now.reflectance);
                 material.emission = dice.between(-1.0, 1.0) * now.emission;
                 if let Some(gloss) = now.gloss {
-                    material.gloss_strength = dice.between(-1.0, 1.0) * gloss.strength;
+                    material.gloss_strength = rate(dice, gloss.strength);
                     material.gloss_width = dice.between(-1.0, 1.0) * gloss.width;
                 }
             }
@@ -46,5 +46,14 @@ pub(super) fn draw(dice: &mut Dice, moving: Moving, world: &World, unit: f64) ->
             }
             sum
         }
+    }
+}
+
+/// Of a part of the light that is scattered: relative to what it is, or, if it is 0, sometimes
+/// positive, so that there is a world on one side at least.
+fn rate(dice: &mut Dice, now: f64) -> f64 {
+    match now {
+        0.0 if dice.chance(0.5) => dice.between(0.0, 1.0),
+        _ => dice.between(-1.0, 1.0) * now,
     }
 }

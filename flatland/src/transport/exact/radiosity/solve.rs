@@ -53,8 +53,8 @@ fn gmres(rows: &[Row], source: &[f64]) -> Result<(Vec<f64>, f64), f64> {
         let carried = product(rows, &tried, |weight| weight.value);
         let next: Vec<f64> = (0..tried.len()).map(|i| source[i] + carried[i] - tried[i]).collect();
         let now = largest(&next);
-        // Not "now >= left": NaN must not go on.
-        if !(now < left) {
+        // NaN must not go on either.
+        if now.is_nan() || now >= left {
             break;
         }
         (x, residual, left) = (tried, next, now);

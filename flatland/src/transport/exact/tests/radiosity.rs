@@ -82,7 +82,9 @@ fn two_bounces_agree_with_nested_quadrature() {
         camera.film.pixels = 3;
         let found = Radiosity { bounces: Some(2), ..Radiosity::default() }.image(&world, &camera);
         let found = found.expect("an image");
-        let partition = super::super::partition::Partition::new(&world, &camera, |i| world.material(i).scatters()).expect("a camera");
+        let partition =
+            super::super::partition::Partition::new(&world, &camera, |i| world.material(i).scatters())
+                .expect("a camera");
         for pixel in 0..3 {
             let mut pieces = vec![];
             camera.film.cells(pixel).for_each(|cell| partition.pieces(cell, &mut pieces));
