@@ -6,6 +6,7 @@
 //!   numbers, sharing no code with [`flatland::plane::exact`].
 //! - [`readme`]: the README's tables, which tests fill.
 //! - [`scenes`]: random scenes, generic, degenerate and not differentiable.
+//! - [`space`]: the same in three dimensions: coverage, direct light and constants.
 //! - [`statistics`]: z-tests with corrected thresholds, and rates on log–log data.
 //! - [`transport`]: the same for flat worlds in which light is scattered.
 
@@ -14,6 +15,7 @@ mod double_double;
 pub mod oracle;
 pub mod readme;
 pub mod scenes;
+pub mod space;
 pub mod statistics;
 pub mod transport;
 

@@ -20,6 +20,13 @@
 //! assert!(field.value.dot(DVec3::Z).abs() < 1e-12, "the field is tangent");
 //! ```
 
+mod calculus;
+pub mod geometry;
+pub mod gradient;
+pub mod io;
+mod path;
+pub mod scene;
 mod sphere;
 
+pub use path::Kernels;
 pub use sphere::Sphere;

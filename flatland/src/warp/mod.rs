@@ -46,4 +46,4 @@ pub use boundary::BoundaryFunction;
 pub use debias::Debias;
 pub use domain::{Circle, Domain, Draw, Line, Plane, Vector};
 pub use field::{Field, WarpField};
-pub use stencil::{Stencil, Term, Warp, WarpError, Weighting};
+pub use stencil::{Bundle, Stencil, Term, Warp, WarpError, Weighting};

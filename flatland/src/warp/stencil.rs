@@ -4,7 +4,7 @@ use rand::Rng;
 
 use super::auxiliary::AuxiliaryPoints;
 use super::boundary::BoundaryFunction;
-use super::debias::Debias;
+use super::debias::{Debias, Plan};
 use super::domain::{Domain, Draw, Vector};
 use super::field::Field;
 
@@ -89,6 +89,21 @@ pub enum WarpError {
         /// What is wrong.
         what: &'static str,
     },
+}
+
+/// Auxiliary points around u that are yet to be traced.
+#[derive(Clone, Debug)]
+pub struct Bundle<D: Domain> {
+    point: D::Vector,
+    plan: Plan,
+    draws: Vec<Draw<D::Vector>>,
+}
+
+impl<D: Domain> Bundle<D> {
+    /// The points, in the order in which their hits are asked for.
+    pub fn points(&self) -> impl ExactSizeIterator<Item = D::Vector> + '_ {
+        self.draws.iter().map(|draw| draw.point)
+    }
 }
 
 /// An auxiliary hit with its coefficients in V and ∇·V.
@@ -224,15 +239,37 @@ impl Warp {
         rng: &mut impl Rng,
         mut trace: impl FnMut(D::Vector) -> (H, f64),
     ) -> Stencil<D, H> {
+        let bundle = self.bundle::<D>(u, kappa, rng);
+        let hits = bundle.draws.iter().map(|draw| trace(draw.point)).collect();
+        self.stencil_of(bundle, kappa, hits)
+    }
+
+    /// Draws auxiliary points around u, to be traced together.
+    pub fn bundle<D: Domain>(&self, u: D::Vector, kappa: f64, rng: &mut impl Rng) -> Bundle<D> {
         let plan = self.debias.plan(rng);
         let mut draws = Vec::with_capacity(plan.rays * plan.batches);
         for _ in 0..plan.batches {
             self.points.draw::<D>(u, kappa, self.focus, plan.rays, rng, &mut draws);
         }
+        Bundle { point: u, plan, draws }
+    }
+
+    /// Turns a traced bundle into the coefficients of (V, ∇·V): [`stencil`](Self::stencil) in two steps.
+    ///
+    /// # Panics
+    /// If there is not one hit, with its distance to the nearest jump, for every draw.
+    #[must_use]
+    pub fn stencil_of<D: Domain, H>(
+        &self,
+        bundle: Bundle<D>,
+        kappa: f64,
+        hits: Vec<(H, f64)>,
+    ) -> Stencil<D, H> {
+        let Bundle { point, plan, draws } = bundle;
+        assert_eq!(draws.len(), hits.len(), "one hit for every draw");
         let mut logs = Vec::with_capacity(draws.len());
         let mut terms = Vec::with_capacity(draws.len());
-        for draw in &draws {
-            let (hit, distance) = trace(draw.point);
+        for (draw, (hit, distance)) in draws.iter().zip(hits) {
             logs.push(self.weigh::<D>(draw, kappa, distance));
             terms.push(Term { hit, weight: 0.0, divergence: D::Vector::ZERO });
         }
@@ -242,9 +279,9 @@ impl Warp {
         });
         // −c u·V of the projected field, as part of the covectors.
         for term in &mut terms {
-            term.divergence = term.divergence - u * (D::CURVATURE * term.weight);
+            term.divergence = term.divergence - point * (D::CURVATURE * term.weight);
         }
-        Stencil { point: u, terms }
+        Stencil { point, terms }
     }
 
     /// ln w̃ up to a constant, and ℓ = ∇_u ln w.

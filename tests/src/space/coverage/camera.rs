@@ -1,0 +1,120 @@
+//! The pinhole camera.
+
+use glam::{DQuat, DVec2, DVec3};
+use num_dual::{Dual64, DualNum};
+
+use super::CoverageError;
+use crate::space::vector::Vector;
+
+/// How far the camera's axes may be from orthonormal: rounding of a rotation.
+const ORTHONORMAL: f64 = 1e-12;
+
+/// A perspective pinhole camera with square pixels.
+///
+/// The point p is seen at, in pixels, x to the right and y **down** from the film's upper left
+/// corner,
+///
+/// ```text
+/// u = (w/2 + s X/Z, h/2 − s Y/Z),   s = w/(2 tan(φ/2)),   (X, Y, Z) = (p − o)·(right, up, forward)
+/// ```
+///
+/// so that pixel (i, j), row j from above, is [i, i+1] × [j, j+1].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// o, where all rays start.
+    pub origin: DVec3,
+    /// Towards larger x on the film. `right`, `up` and `forward` are orthonormal; that is
+    /// right-handed when right × up = −forward, as for a camera without mirror.
+    pub right: DVec3,
+    /// Towards smaller y on the film.
+    pub up: DVec3,
+    /// The direction of view, through the middle of the film.
+    pub forward: DVec3,
+    /// φ, the full horizontal field of view in radians, in (0, π).
+    pub field_of_view: f64,
+    /// Pixels a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+}
+
+/// What θ does to a camera: its derivative at θ = 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CameraMotion {
+    /// The velocity of the origin.
+    pub origin: DVec3,
+    /// The angular velocity ω of the axes, in the world's coordinates: d right/dθ = ω × right.
+    pub angular: DVec3,
+    /// The rate of the field of view, in radians.
+    pub field_of_view: f64,
+}
+
+impl Camera {
+    /// The camera at θ: turned by the rotation vector θω, everything else linear in θ.
+    #[must_use]
+    pub fn displaced(&self, motion: &CameraMotion, theta: f64) -> Self {
+        let turn = DQuat::from_scaled_axis(theta * motion.angular);
+        Self {
+            origin: self.origin + theta * motion.origin,
+            right: turn * self.right,
+            up: turn * self.up,
+            forward: turn * self.forward,
+            field_of_view: self.field_of_view + theta * motion.field_of_view,
+            ..*self
+        }
+    }
+
+    /// The direction, not of unit length, in which the film's point u is seen.
+    #[must_use]
+    pub fn direction(&self, u: DVec2) -> DVec3 {
+        let scale = self.pixels_per_slope();
+        let offset = (u - 0.5 * DVec2::new(self.width as f64, self.height as f64)) / scale;
+        self.forward + offset.x * self.right - offset.y * self.up
+    }
+
+    /// s: how many pixels a direction of slope 1 is away from the film's middle.
+    #[must_use]
+    pub fn pixels_per_slope(&self) -> f64 {
+        0.5 * self.width as f64 / (0.5 * self.field_of_view).tan()
+    }
+
+    /// Refuses what is not a camera.
+    pub(super) fn check(&self, motion: &CameraMotion) -> Result<(), CoverageError> {
+        let axes = [self.right, self.up, self.forward];
+        let product = |i: usize, j: usize| axes[i].dot(axes[j]) - f64::from(u8::from(i == j));
+        let is_frame = (0..3).all(|i| (0..=i).all(|j| product(i, j).abs() <= ORTHONORMAL));
+        let is_finite = self.origin.is_finite() && motion.origin.is_finite() && motion.angular.is_finite();
+        let is_open = self.field_of_view > 0.0 && self.field_of_view < std::f64::consts::PI;
+        if is_frame && is_finite && is_open && motion.field_of_view.is_finite() {
+            Ok(())
+        } else {
+            Err(CoverageError::Camera)
+        }
+    }
+
+    /// Where a moving point is seen by the moving camera, how fast that moves, and its depth Z.
+    pub(super) fn project(&self, motion: &CameraMotion, point: Vector) -> Projection {
+        let axis = |a: DVec3| Vector::new(a, motion.angular.cross(a));
+        let offset = point - Vector::new(self.origin, motion.origin);
+        let [x, y, z] = [self.right, self.up, self.forward].map(|a| offset.dot(axis(a)));
+        let half = Dual64::new(0.5 * self.field_of_view, 0.5 * motion.field_of_view);
+        let scale = half.tan().recip() * (0.5 * self.width as f64);
+        let (u, v) = (scale * x / z, -(scale * y / z));
+        Projection {
+            at: DVec2::new(0.5 * self.width as f64 + u.re, 0.5 * self.height as f64 + v.re),
+            velocity: DVec2::new(u.eps, v.eps),
+            depth: z.re,
+        }
+    }
+}
+
+/// A vertex on the film.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Projection {
+    /// In pixels.
+    pub(super) at: DVec2,
+    /// In pixels per unit of θ.
+    pub(super) velocity: DVec2,
+    /// Along the direction of view.
+    pub(super) depth: f64,
+}

@@ -1,0 +1,313 @@
+use flatland::random::{open01, stream};
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::*;
+use crate::oracle;
+use crate::space::worlds::{self, CoverageCase, CoverageKind, CoverageKnobs};
+
+fn projected(case: &CoverageCase) -> ProjectedScene {
+    let CoverageCase { mesh, camera, motion, filter, label } = case;
+    ProjectedScene::new(mesh, camera, motion, *filter).unwrap_or_else(|e| panic!("{e}\n{label}"))
+}
+
+fn derivative(case: &CoverageCase) -> Image {
+    projected(case).derivative().unwrap_or_else(|e| panic!("{e}\n{}", case.label))
+}
+
+/// I(θ), of the mesh and the camera moved.
+fn image_at(case: &CoverageCase, theta: f64) -> Image {
+    let mesh = case.mesh.displaced(&case.motion, theta);
+    let camera = case.camera.displaced(&case.motion.camera, theta);
+    let moved = CoverageCase { mesh, camera, ..case.clone() };
+    projected(&moved).image().unwrap_or_else(|e| panic!("{e}\n{} at {theta}", case.label))
+}
+
+fn largest(image: &Image) -> f64 {
+    image.pixels().iter().map(|p| p.abs().max_element()).fold(0.0, f64::max)
+}
+
+fn difference(a: &Image, b: &Image) -> f64 {
+    largest(&a.zip(b, |a, b| a - b))
+}
+
+/// `count` cases of each of some kinds, and the worst of a figure over them.
+fn worst(
+    kinds: &[CoverageKind],
+    seeds: std::ops::Range<u64>,
+    figure: impl Fn(&CoverageCase) -> f64 + Sync,
+) -> (f64, String) {
+    let all: Vec<_> =
+        kinds.iter().flat_map(|&k| seeds.clone().map(move |s| CoverageKnobs::random(s, k))).collect();
+    let figures = all.par_iter().map(|knobs| {
+        let case = knobs.build();
+        let figure = figure(&case);
+        (if figure.is_nan() { f64::INFINITY } else { figure }, case.label)
+    });
+    figures.reduce(|| (0.0, String::new()), |a, b| if b.0 > a.0 { b } else { a })
+}
+
+fn all_kinds() -> Vec<CoverageKind> {
+    [CoverageKind::GENERIC, CoverageKind::DEGENERATE].concat()
+}
+
+/// By how much central differences deny a derivative: above 1 they do.
+///
+/// The error of a difference is O(h²) while nothing flips over within h and no vertex crosses a
+/// pixel's border, and that of rounding over h: of the coordinates, which may be far larger than
+/// the depths, times pixels per depth. So the best of a sweep is what counts, and how good that can
+/// be depends on the case. Of 3000 other cases, the worst best step was off by 2e-8 of the
+/// derivative, where the origin is near.
+fn denial(case: &CoverageCase, derivative: &Image) -> f64 {
+    let coordinates = case.mesh.positions.iter().map(|p| p.length() / p.distance(case.camera.origin));
+    let rounding = f64::EPSILON * case.camera.pixels_per_slope() * coordinates.fold(1.0, f64::max);
+    let excess = |h: f64| {
+        let quotient = image_at(case, h).zip(&image_at(case, -h), |a, b| (a - b) / (2.0 * h));
+        difference(&quotient, derivative) / (1e-7 * largest(derivative).max(1e-2) + rounding / h)
+    };
+    [1e-4, 1e-5, 1e-6, 1e-7].map(excess).into_iter().fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+fn derivatives_are_limits_of_central_differences() {
+    let (excess, label) = worst(&all_kinds(), 0..16, |case| denial(case, &derivative(case)));
+    println!("worst: {excess:.3} of what is allowed, {label}");
+    assert!(excess < 1.0, "{excess} of what is allowed, {label}");
+}
+
+#[test]
+fn wrong_derivatives_are_denied() {
+    let mut tried = 0;
+    for kind in CoverageKind::GENERIC {
+        for seed in 0..4 {
+            let case = CoverageKnobs::random(seed, kind).build();
+            let exact = derivative(&case);
+            if largest(&exact) < 1e-2 {
+                continue;
+            }
+            tried += 1;
+            for factor in [0.0, -1.0, 1.0 + 1e-5] {
+                let wrong = exact.zip(&exact, |d, _| factor * d);
+                assert!(denial(&case, &wrong) > 1.0, "{factor} times the derivative of {}", case.label);
+            }
+        }
+    }
+    assert!(tried > 12, "{tried}");
+}
+
+#[test]
+fn derivatives_and_values_are_those_of_the_slab_oracle() {
+    let error = |case: &CoverageCase| {
+        let projected = projected(case);
+        let (image, derivative) = (projected.image().expect("an image"), derivative(case));
+        let slabs = oracle::image(projected.scene(), projected.velocities(), projected.film());
+        let errors =
+            slabs.iter().zip(image.pixels()).zip(derivative.pixels()).map(|((slab, value), rate)| {
+                let error =
+                    (slab.value - value).abs().max_element() + (slab.derivative - rate).abs().max_element();
+                error / (1.0 + slab.absolute)
+            });
+        errors.fold(0.0, f64::max)
+    };
+    let (error, label) = worst(&all_kinds(), 100..112, error);
+    println!("worst: {error:e}, {label}");
+    assert!(error < 1e-9, "{error:e}, {label}");
+}
+
+/// The radiance of the nearest triangle along a ray (Möller and Trumbore 1997); NaN where its front
+/// looks away.
+fn cast(case: &CoverageCase, direction: DVec3) -> DVec3 {
+    let mut nearest = (f64::INFINITY, case.mesh.background);
+    for (corners, radiance) in case.mesh.triangles.iter().zip(&case.mesh.radiance) {
+        let [a, b, c] = corners.map(|v| case.mesh.positions[v] - case.camera.origin);
+        let across = direction.cross(c - a);
+        let determinant = across.dot(b - a);
+        let along = (-a).cross(b - a);
+        let (u, v) = (across.dot(-a) / determinant, along.dot(direction) / determinant);
+        let t = along.dot(c - a) / determinant;
+        if u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0 && t < nearest.0 {
+            nearest = (t, if determinant > 0.0 { *radiance } else { DVec3::NAN });
+        }
+    }
+    nearest.1
+}
+
+#[test]
+fn the_plane_shows_what_rays_hit() {
+    const SIDE: usize = 60;
+    let wrong = |case: &CoverageCase| {
+        let projected = projected(case);
+        let size = DVec2::new(case.camera.width as f64, case.camera.height as f64);
+        let points = (0..SIDE * SIDE)
+            .map(|i| size * DVec2::new((i % SIDE) as f64 + 0.41, (i / SIDE) as f64 + 0.37) / SIDE as f64);
+        let is_wrong = |u: &DVec2| {
+            let scene = projected.scene();
+            scene.value(scene.hit(*u).as_ref(), *u) != cast(case, case.camera.direction(*u))
+        };
+        points.filter(is_wrong).count() as f64
+    };
+    let (wrong, label) = worst(&all_kinds(), 200..230, wrong);
+    assert!(wrong < 1.0, "{wrong} points, {label}");
+}
+
+#[test]
+fn most_cases_show_something_that_moves() {
+    for kind in all_kinds() {
+        let moves = (0..10).filter(|&s| largest(&derivative(&CoverageKnobs::random(s, kind).build())) > 1e-3);
+        let moves = moves.count();
+        assert!(moves >= 6, "{kind:?}: {moves} of 10");
+    }
+}
+
+#[test]
+fn cases_are_the_same_whenever_they_are_built() {
+    for seed in 0..50 {
+        assert_eq!(format!("{:?}", worlds::coverage(seed)), format!("{:?}", worlds::coverage(seed)));
+    }
+}
+
+/// Across an edge, the projected velocity of a material point of the edge is what linear
+/// interpolation of its end points' velocities gives at its image; along it, it is not.
+#[test]
+fn the_normal_velocity_of_a_projected_edge_is_linear_along_it() {
+    let (mut across, mut along) = (0.0_f64, 0.0_f64);
+    for seed in 0..200 {
+        let case = CoverageKnobs::random(seed, CoverageKind::Solid).build();
+        let point = |weights: [f64; 2]| {
+            let mix = |of: &[DVec3]| weights[0] * of[0] + weights[1] * of[1];
+            let (camera, motion) = (&case.camera, &case.motion);
+            camera.project(&motion.camera, Vector::new(mix(&case.mesh.positions), mix(&motion.positions)))
+        };
+        let (a, b) = (point([1.0, 0.0]), point([0.0, 1.0]));
+        let edge = b.at - a.at;
+        for t in [0.1, 0.35, 0.5, 0.8] {
+            let material = point([1.0 - t, t]);
+            let s = (material.at - a.at).dot(edge) / edge.length_squared();
+            let error = material.velocity - a.velocity.lerp(b.velocity, s);
+            let speed = a.velocity.length().max(b.velocity.length()).max(1e-300);
+            across = across.max(error.perp_dot(edge.normalize()).abs() / speed);
+            along = along.max(error.dot(edge.normalize()).abs() / speed);
+        }
+    }
+    println!("across {across:e}, along {along:e}");
+    assert!(across < 1e-12 && along > 1e-2, "across {across:e}, along {along:e}");
+}
+
+#[test]
+fn the_vertex_gradient_is_the_transpose_of_the_derivative() {
+    for seed in 0..6 {
+        let mut case = CoverageKnobs::random(seed, CoverageKind::Shells).build();
+        case.motion.camera = CameraMotion::default();
+        let vector = |k: usize| DVec3::new(k as f64, 2.0 * k as f64, 3.0 * k as f64);
+        let wave = |k: usize| vector(k).map(f64::sin) * case.camera.pixels_per_slope().recip();
+        case.motion.positions = (0..case.mesh.positions.len()).map(wave).collect();
+        let film = Film::new(case.camera.width, case.camera.height, case.filter).expect("a film");
+        let pixels = case.camera.width * case.camera.height;
+        let adjoint = Image::from_pixels(&film, (0..pixels).map(|i| vector(i).map(f64::cos)).collect());
+        let gradient = vertex_gradient(&case.mesh, &case.camera, case.filter, &adjoint).expect("a gradient");
+        let reverse: f64 = gradient.iter().zip(&case.motion.positions).map(|(g, v)| g.dot(*v)).sum();
+        let forward = derivative(&case).dot(&adjoint);
+        assert!((reverse - forward).abs() < 1e-10 * (1.0 + forward.abs()), "{reverse} {forward}");
+    }
+}
+
+#[test]
+fn what_is_not_a_scene_of_the_plane_is_an_error_that_names_it() {
+    let case = CoverageKnobs::random(0, CoverageKind::Triangle).build();
+    let new = |mesh: &Mesh, camera: &Camera| {
+        ProjectedScene::new(mesh, camera, &case.motion, case.filter).map(|_| ())
+    };
+    let (mesh, camera) = (&case.mesh, &case.camera);
+    assert_eq!(new(mesh, camera), Ok(()));
+
+    let behind = Camera { forward: -camera.forward, ..*camera };
+    assert!(matches!(new(mesh, &behind), Err(CoverageError::Behind { vertex: 0, .. })));
+    let skewed = Camera { right: camera.right + 0.1 * camera.up, ..*camera };
+    assert_eq!(new(mesh, &skewed), Err(CoverageError::Camera));
+    let closed = Camera { field_of_view: 4.0, ..*camera };
+    assert_eq!(new(mesh, &closed), Err(CoverageError::Camera));
+    assert!(matches!(new(mesh, &Camera { width: 0, ..*camera }), Err(CoverageError::Film(_))));
+
+    let with = |change: &dyn Fn(&mut Mesh)| {
+        let mut mesh = mesh.clone();
+        change(&mut mesh);
+        new(&mesh, camera)
+    };
+    let nan = with(&|m| m.positions[1].y = f64::NAN);
+    assert_eq!(nan, Err(CoverageError::NotFinite { vertex: 1 }));
+    let missing = with(&|m| m.triangles[0][2] = 7);
+    assert_eq!(missing, Err(CoverageError::NoSuchVertex { triangle: 0, vertex: 7, count: 3 }));
+    let count = with(&|m| m.radiance.clear());
+    assert!(matches!(count, Err(CoverageError::Count { expected: 1, found: 0, .. })));
+    let bright = with(&|m| m.radiance[0].x = f64::INFINITY);
+    assert!(matches!(bright, Err(CoverageError::Scene(SceneError::Shade { shape: 0, .. }))));
+    let flat = with(&|m| m.positions[2] = m.positions[0]);
+    assert!(matches!(flat, Err(CoverageError::EdgeOn { triangle: 0, .. })));
+    let twice = with(&|m| {
+        m.triangles.push(m.triangles[0]);
+        m.radiance.push(DVec3::ONE);
+    });
+    assert_eq!(twice, Err(CoverageError::Intersect { first: 0, second: 1 }));
+}
+
+#[test]
+fn rings_of_triangles_that_hide_each_other_are_refused() {
+    // Three blades around the line of sight, each with one end nearer.
+    let camera = Camera {
+        origin: DVec3::ZERO,
+        right: DVec3::X,
+        up: DVec3::Y,
+        forward: -DVec3::Z,
+        field_of_view: 1.0,
+        width: 4,
+        height: 4,
+    };
+    let blade = |k: u32| {
+        let turn = |x: f64, y: f64, z: f64| {
+            DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / 3.0).rotate(DVec2::new(x, y)).extend(z)
+        };
+        [turn(0.2, -1.0, -3.5), turn(0.3, 1.0, -2.5), turn(0.4, -1.0, -3.5)]
+    };
+    let positions: Vec<_> = (0..3).flat_map(blade).collect();
+    let mesh = Mesh {
+        triangles: vec![[0, 1, 2], [3, 4, 5], [6, 7, 8]],
+        radiance: vec![DVec3::ONE; 3],
+        background: DVec3::ZERO,
+        positions,
+    };
+    let motion = Motion { positions: vec![DVec3::ZERO; 9], ..Motion::default() };
+    let refused = ProjectedScene::new(&mesh, &camera, &motion, Filter::Box).map(|_| ());
+    assert!(matches!(refused, Err(CoverageError::Cycle { .. })), "{refused:?}");
+}
+
+#[test]
+fn any_numbers_are_answered_or_refused() {
+    const NUMBERS: [f64; 12] =
+        [f64::NAN, f64::INFINITY, -1e300, 1e300, 1e-300, 5e-324, 0.0, -0.0, 1.0, -1.0, 1e-9, 3.0];
+    let mut answers = 0;
+    for seed in 0..1000 {
+        let mut rng = stream(seed, &[]);
+        let mut case = worlds::coverage(seed % 50);
+        for _ in 0..3 {
+            let mut index = |n: usize| (open01(&mut rng) * n as f64) as usize;
+            let (number, axis) = (NUMBERS[index(NUMBERS.len())], index(3));
+            let vertex = index(case.mesh.positions.len());
+            match index(6) {
+                0 => case.mesh.positions[vertex][axis] = number,
+                1 => case.motion.positions[vertex][axis] = number,
+                2 => case.camera.origin[axis] = number,
+                3 => case.camera.field_of_view = number,
+                4 => case.motion.camera.angular[axis] = number,
+                _ => case.mesh.positions[vertex] = case.mesh.positions[0],
+            }
+        }
+        let CoverageCase { mesh, camera, motion, filter, .. } = &case;
+        let answer = ProjectedScene::new(mesh, camera, motion, *filter).and_then(|p| p.derivative());
+        if let Ok(image) = answer {
+            answers += 1;
+            assert!(image.pixels().iter().all(|p| p.is_finite()), "seed {seed}");
+        }
+    }
+    println!("{answers} answers");
+    assert!(answers > 100, "{answers}");
+}

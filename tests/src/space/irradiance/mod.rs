@@ -1,0 +1,264 @@
+//! Direct light: irradiance from flat polygons past flat polygons, and its derivative, exactly.
+//!
+//! Of each emitter, the part that a point x sees is cut out of it by planes through x: above the
+//! horizon, and outside the cones over all that is in front of it. An occluder's part in front of
+//! an emitter is that on x's side of the emitter's plane; it hides just what is in its cone, even
+//! where the two intersect. The remainder is convex pieces, and over each of them Lambert's formula
+//! integrates the cosine in closed form. The construction runs in dual numbers, whose real parts
+//! decide what is cut: corners move with the polygons they are made of, and no boundary term is
+//! left to be added.
+//!
+//! What a surface hides of a uniform environment is what is seen of the surface itself, so that
+//!
+//! ```text
+//! E = Σ_i F_i L_i + (π − Σ_i F_i) L_environment,   F_i = ∫ max(0, n·ω) dω over the visible part of i
+//! ```
+
+mod clip;
+mod lambert;
+mod receiver;
+mod surface;
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use num_dual::Dual64;
+
+pub use receiver::{Ground, Ray, Receiver};
+pub use surface::{Sides, Surface};
+
+use crate::space::vector::Vector;
+use clip::{Corners, keep, without_cone};
+use lambert::cosine_integral;
+use surface::area_vector;
+
+/// A surface whose plane is no farther from the receiver than this, relative to their coordinates,
+/// is seen from its edge, but for rounding.
+const EDGE_ON: f64 = 1e-13;
+
+/// Opaque surfaces in a uniform environment. They may intersect.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct World {
+    /// Emitters and occluders, in any order. Emitters occlude, too. The receiver's own surface is
+    /// not among them: its horizon stands for it.
+    pub surfaces: Vec<Surface>,
+    /// The radiance from where no surface is, linear RGB.
+    pub environment: DVec3,
+}
+
+impl World {
+    /// The world at θ, at rest.
+    #[must_use]
+    pub fn displaced(&self, theta: f64) -> Self {
+        let surfaces = self.surfaces.iter().map(|s| s.displaced(theta)).collect();
+        Self { surfaces, ..self.clone() }
+    }
+}
+
+/// A world whose irradiance, or its derivative, cannot be had.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum IrradianceError {
+    /// Fewer than three corners, or not one velocity each.
+    #[error("surface {surface} has {vertices} corners and {velocities} velocities")]
+    Count {
+        /// Which surface.
+        surface: usize,
+        /// Its corners.
+        vertices: usize,
+        /// Their velocities.
+        velocities: usize,
+    },
+    /// A number that is not finite.
+    #[error("surface {surface} has a coordinate, velocity or radiance that is not finite")]
+    NotFinite {
+        /// Which surface.
+        surface: usize,
+    },
+    /// A corner that is not in the plane of the others or leaves it, or no area.
+    #[error("surface {surface} has no area, or is not flat at corner {vertex}, or does not stay so")]
+    NotFlat {
+        /// Which surface.
+        surface: usize,
+        /// Which corner.
+        vertex: usize,
+    },
+    /// A corner beyond an edge.
+    #[error("surface {surface} is not convex at the edge from corner {vertex}")]
+    NotConvex {
+        /// Which surface.
+        surface: usize,
+        /// The edge's first corner.
+        vertex: usize,
+    },
+    /// The receiver is in the plane of a surface that rises above the horizon: what it sees of it
+    /// has a kink.
+    #[error("the receiver is in the plane of surface {surface}")]
+    EdgeOn {
+        /// Which surface.
+        surface: usize,
+    },
+    /// An environment that is not finite.
+    #[error("the environment is not finite")]
+    Environment,
+    /// Numbers so large or so small that the answer is not finite.
+    #[error("surface {surface} is so large, so small or so fast that the answer is not finite")]
+    Overflow {
+        /// Which surface.
+        surface: usize,
+    },
+    /// A receiver that is not finite or without a normal, or a ray that meets none.
+    #[error("the receiver is not finite or has no normal, or the ray meets none")]
+    NoReceiver,
+}
+
+/// A factor, its derivative and its scale.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Factor {
+    /// F = ∫ max(0, n·ω) dω over what is seen of a surface: π times the form factor.
+    pub value: f64,
+    /// dF/dθ.
+    pub derivative: f64,
+    /// The sum of the absolute values of the terms that `derivative` sums: the scale that rounding
+    /// is measured against.
+    pub absolute: f64,
+    /// Whether the side that is seen emits.
+    pub is_lit: bool,
+}
+
+/// The light that arrives, or leaves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Irradiance {
+    /// E = ∫ L max(0, n·ω) dω.
+    pub value: DVec3,
+    /// dE/dθ.
+    pub derivative: DVec3,
+    /// The sum of the absolute values of the terms that `derivative` sums, each by its largest
+    /// channel.
+    pub absolute: f64,
+}
+
+impl Irradiance {
+    /// The radiance that a diffuse receiver sends in all directions, albedo/π · E.
+    #[must_use]
+    pub fn outgoing(&self, albedo: DVec3) -> Self {
+        let factor = albedo / PI;
+        Self {
+            value: factor * self.value,
+            derivative: factor * self.derivative,
+            absolute: factor.abs().max_element() * self.absolute,
+        }
+    }
+}
+
+/// E and dE/dθ at a receiver.
+///
+/// The derivative exists where no two edges are seen in one line and no surface from its edge; of
+/// these two only the second is noticed. In time O(n² · pieces).
+///
+/// # Errors
+/// Any [`IrradianceError`].
+pub fn irradiance(world: &World, receiver: &Receiver) -> Result<Irradiance, IrradianceError> {
+    let factors = factors(world, receiver)?;
+    if !world.environment.is_finite() {
+        return Err(IrradianceError::Environment);
+    }
+    let mut sum = Irradiance { value: PI * world.environment, ..Irradiance::default() };
+    for (index, (surface, factor)) in world.surfaces.iter().zip(factors).enumerate() {
+        let own = if factor.is_lit { surface.radiance } else { DVec3::ZERO };
+        let radiance = own - world.environment;
+        sum.value += factor.value * radiance;
+        sum.derivative += factor.derivative * radiance;
+        sum.absolute += factor.absolute * radiance.abs().max_element();
+        if !(sum.value.is_finite() && sum.derivative.is_finite()) {
+            return Err(IrradianceError::Overflow { surface: index });
+        }
+    }
+    Ok(sum)
+}
+
+/// What a receiver sees of every surface.
+///
+/// # Errors
+/// Any [`IrradianceError`].
+pub fn factors(world: &World, receiver: &Receiver) -> Result<Vec<Factor>, IrradianceError> {
+    receiver.check()?;
+    for (i, surface) in world.surfaces.iter().enumerate() {
+        surface.check(i)?;
+    }
+    let normal = Vector::new(receiver.normal, receiver.normal_rate).unit();
+    let views: Vec<_> = world
+        .surfaces
+        .iter()
+        .enumerate()
+        .map(|(i, surface)| View::new(i, surface, receiver, normal))
+        .collect::<Result<_, _>>()?;
+    let checked = |surface: usize| {
+        let factor = factor(&views, surface, normal);
+        let is_finite = factor.value.is_finite() && factor.derivative.is_finite();
+        if is_finite { Ok(factor) } else { Err(IrradianceError::Overflow { surface }) }
+    };
+    (0..views.len()).map(checked).collect()
+}
+
+/// A surface as the receiver sees it: corners from x, counterclockwise around their cone.
+struct View {
+    corners: Corners,
+    /// The corners' part above the horizon, empty if there is none.
+    risen: Corners,
+    /// Twice the area times the normal that points away from x.
+    outward: Vector,
+    is_lit: bool,
+}
+
+impl View {
+    fn new(
+        index: usize,
+        surface: &Surface,
+        receiver: &Receiver,
+        normal: Vector,
+    ) -> Result<Self, IrradianceError> {
+        let mut corners = surface.seen_from(Vector::new(receiver.point, receiver.velocity));
+        let mut outward = area_vector(&corners);
+        let height = outward.dot(corners[0]).re;
+        if height < 0.0 {
+            corners.reverse();
+            outward = area_vector(&corners);
+        }
+        let risen = keep(&corners, |d| normal.dot(d));
+        let coordinates = surface.vertices.iter().chain([&receiver.point]);
+        let magnitude = coordinates.map(|p| p.length()).fold(0.0, f64::max);
+        if !risen.is_empty() && height.abs() <= EDGE_ON * outward.value().length() * magnitude {
+            return Err(IrradianceError::EdgeOn { surface: index });
+        }
+        // The front is seen where its normal points to x.
+        let is_lit = surface.sides == Sides::Both || height < 0.0;
+        Ok(Self { corners, risen, outward, is_lit })
+    }
+
+    /// The part of another surface that is on x's side of this one's plane.
+    fn in_front(&self, other: &Self) -> Corners {
+        let anchor = self.corners[0];
+        keep(&other.risen, |d| self.outward.dot(anchor - d))
+    }
+}
+
+fn factor(views: &[View], i: usize, normal: Vector) -> Factor {
+    let mut pieces = vec![views[i].risen.clone()];
+    for other in (0..views.len()).filter(|&j| j != i) {
+        let cone = views[i].in_front(&views[other]);
+        if !cone.is_empty() {
+            pieces = pieces.into_iter().flat_map(|piece| without_cone(piece, &cone)).collect();
+        }
+    }
+    let mut sum = Dual64::from(0.0);
+    let mut absolute = 0.0;
+    for (part, scale) in pieces.iter().map(|piece| cosine_integral(piece, normal)) {
+        sum += part;
+        absolute += scale;
+    }
+    Factor { value: sum.re, derivative: sum.eps, absolute, is_lit: views[i].is_lit }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,113 @@
+//! Where light arrives.
+
+use glam::DVec3;
+
+use super::IrradianceError;
+use crate::space::vector::Vector;
+
+/// A point of a surface and the side of it that is lit, as functions of θ to first order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Receiver {
+    /// x.
+    pub point: DVec3,
+    /// n: only its direction counts. Light below the horizon n·ω = 0 does not arrive.
+    pub normal: DVec3,
+    /// dx/dθ.
+    pub velocity: DVec3,
+    /// dn/dθ, of which only the part across n counts.
+    pub normal_rate: DVec3,
+}
+
+/// A ray, as a function of θ to first order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where it starts.
+    pub origin: DVec3,
+    /// Where to, of any length.
+    pub direction: DVec3,
+    /// The velocity of the origin.
+    pub origin_velocity: DVec3,
+    /// The derivative of the direction.
+    pub direction_rate: DVec3,
+}
+
+/// A triangle, as a function of θ to first order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ground {
+    /// Its corners.
+    pub corners: [DVec3; 3],
+    /// Their velocities.
+    pub velocities: [DVec3; 3],
+}
+
+impl Receiver {
+    /// A point that stands still.
+    #[must_use]
+    pub fn still(point: DVec3, normal: DVec3) -> Self {
+        Self { point, normal, velocity: DVec3::ZERO, normal_rate: DVec3::ZERO }
+    }
+
+    /// Where a ray meets the plane of a triangle, and the side that it sees: the point of the
+    /// triangle that a pixel shows, which is another one at every θ.
+    ///
+    /// # Errors
+    /// [`IrradianceError::NoReceiver`] if the ray is parallel to the plane, leads away from it, or
+    /// the triangle has no area.
+    pub fn on_ray(ray: &Ray, ground: &Ground) -> Result<Self, IrradianceError> {
+        let corner = |k: usize| Vector::new(ground.corners[k], ground.velocities[k]);
+        let origin = Vector::new(ray.origin, ray.origin_velocity);
+        let direction = Vector::new(ray.direction, ray.direction_rate);
+        let normal = (corner(1) - corner(0)).cross(corner(2) - corner(0)).unit();
+        let t = normal.dot(corner(0) - origin) / normal.dot(direction);
+        if !(t.re.is_finite() && t.re > 0.0) {
+            return Err(IrradianceError::NoReceiver);
+        }
+        let point = origin + direction * t;
+        let side = -normal.dot(direction).re.signum();
+        Ok(Self {
+            point: point.value(),
+            normal: side * normal.value(),
+            velocity: point.rate(),
+            normal_rate: side * normal.rate(),
+        })
+    }
+
+    /// The receiver at θ, at rest.
+    #[must_use]
+    pub fn displaced(&self, theta: f64) -> Self {
+        Self::still(self.point + theta * self.velocity, self.normal + theta * self.normal_rate)
+    }
+
+    pub(super) fn check(&self) -> Result<(), IrradianceError> {
+        let parts = [self.point, self.normal, self.velocity, self.normal_rate];
+        if parts.iter().all(|p| p.is_finite()) && self.normal.length_squared().is_normal() {
+            Ok(())
+        } else {
+            Err(IrradianceError::NoReceiver)
+        }
+    }
+}
+
+impl Ray {
+    /// A ray that stands still.
+    #[must_use]
+    pub fn still(origin: DVec3, direction: DVec3) -> Self {
+        Self { origin, direction, origin_velocity: DVec3::ZERO, direction_rate: DVec3::ZERO }
+    }
+
+    /// The ray at θ, at rest.
+    #[must_use]
+    pub fn displaced(&self, theta: f64) -> Self {
+        let origin = self.origin + theta * self.origin_velocity;
+        Self::still(origin, self.direction + theta * self.direction_rate)
+    }
+}
+
+impl Ground {
+    /// The triangle at θ, at rest.
+    #[must_use]
+    pub fn displaced(&self, theta: f64) -> Self {
+        let corners = std::array::from_fn(|k| self.corners[k] + theta * self.velocities[k]);
+        Self { corners, velocities: [DVec3::ZERO; 3] }
+    }
+}

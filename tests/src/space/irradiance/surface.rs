@@ -1,0 +1,121 @@
+//! Flat convex polygons that emit and occlude.
+
+use glam::DVec3;
+use num_dual::Dual64;
+
+use super::IrradianceError;
+use crate::space::vector::Vector;
+
+/// How far a corner, or its velocity, may be from the plane of the others, relative to the size of
+/// the surface, or to the speeds.
+const FLAT: f64 = 1e-9;
+/// Rounding of coordinates, relative to their magnitude.
+const ROUNDING: f64 = 1e-15;
+
+/// Which sides of a surface emit. Both occlude.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sides {
+    /// The side that the normal (b − a) × (c − a) points to, from which the corners are
+    /// counterclockwise.
+    #[default]
+    Front,
+    /// Both.
+    Both,
+}
+
+/// A flat convex polygon: an emitter, or an occluder if its radiance is 0. It reflects nothing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    /// Three corners or more, in order.
+    pub vertices: Vec<DVec3>,
+    /// Their velocities, under which the polygon stays flat.
+    pub velocities: Vec<DVec3>,
+    /// What it emits, linear RGB.
+    pub radiance: DVec3,
+    /// From where.
+    pub sides: Sides,
+}
+
+impl Surface {
+    /// A surface that stands still and emits from its front.
+    #[must_use]
+    pub fn emitter(vertices: Vec<DVec3>, radiance: DVec3) -> Self {
+        let velocities = vec![DVec3::ZERO; vertices.len()];
+        Self { vertices, velocities, radiance, sides: Sides::Front }
+    }
+
+    /// A surface that stands still and emits nothing.
+    #[must_use]
+    pub fn occluder(vertices: Vec<DVec3>) -> Self {
+        Self::emitter(vertices, DVec3::ZERO)
+    }
+
+    /// The surface at θ: every corner p at p + θ ṗ, at rest.
+    ///
+    /// # Panics
+    /// If there is not one velocity per corner.
+    #[must_use]
+    pub fn displaced(&self, theta: f64) -> Self {
+        assert_eq!(self.vertices.len(), self.velocities.len(), "one velocity per corner");
+        let moved = |(p, v): (&DVec3, &DVec3)| *p + theta * *v;
+        let vertices: Vec<_> = self.vertices.iter().zip(&self.velocities).map(moved).collect();
+        let velocities = vec![DVec3::ZERO; vertices.len()];
+        Self { vertices, velocities, ..self.clone() }
+    }
+
+    /// The corners as seen from a moving point.
+    pub(super) fn seen_from(&self, point: Vector) -> Vec<Vector> {
+        self.vertices.iter().zip(&self.velocities).map(|(p, v)| Vector::new(*p, *v) - point).collect()
+    }
+
+    pub(super) fn check(&self, surface: usize) -> Result<(), IrradianceError> {
+        let expected = self.vertices.len();
+        if expected < 3 || self.velocities.len() != expected {
+            let found = self.velocities.len();
+            return Err(IrradianceError::Count { surface, vertices: expected, velocities: found });
+        }
+        let finite = |v: &[DVec3]| v.iter().all(|p| p.is_finite());
+        if !(finite(&self.vertices) && finite(&self.velocities) && self.radiance.is_finite()) {
+            return Err(IrradianceError::NotFinite { surface });
+        }
+        self.check_flat(surface)?;
+        self.check_convex(surface)
+    }
+
+    fn check_flat(&self, surface: usize) -> Result<(), IrradianceError> {
+        let corners = self.seen_from(Vector::still(self.vertices[0]));
+        let normal = area_vector(&corners).unit();
+        let largest = |v: &[DVec3]| v.iter().map(|p| p.length()).fold(0.0, f64::max);
+        let extent = corners.iter().map(|c| c.value().length()).fold(0.0, f64::max);
+        let speed = largest(&self.velocities);
+        for (vertex, corner) in corners.iter().enumerate() {
+            let height: Dual64 = normal.dot(*corner - corners[0]);
+            let flat = height.re.abs() <= FLAT * extent + ROUNDING * largest(&self.vertices);
+            let stays_flat = height.eps.abs() <= FLAT * (speed + normal.rate().length() * extent);
+            // NaN where there is no area must fail too.
+            if !(flat && stays_flat) {
+                return Err(IrradianceError::NotFlat { surface, vertex });
+            }
+        }
+        Ok(())
+    }
+
+    fn check_convex(&self, surface: usize) -> Result<(), IrradianceError> {
+        let (p, n) = (&self.vertices, self.vertices.len());
+        let normal = area_vector(&self.seen_from(Vector::still(p[0]))).value();
+        for k in 0..n {
+            let edge = p[(k + 1) % n] - p[k];
+            let inside = |q: &DVec3| edge.cross(*q - p[k]).dot(normal) >= -FLAT * normal.length_squared();
+            if !p.iter().all(inside) {
+                return Err(IrradianceError::NotConvex { surface, vertex: k });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Twice the area of a flat polygon times its normal.
+pub(super) fn area_vector(corners: &[Vector]) -> Vector {
+    let fan = |k: usize| (corners[k - 1] - corners[0]).cross(corners[k] - corners[0]);
+    (3..corners.len()).fold(fan(2), |sum, k| sum + fan(k))
+}

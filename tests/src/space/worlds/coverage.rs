@@ -1,0 +1,391 @@
+//! Meshes before a camera.
+
+use std::ops::Range;
+
+use flatland::plane::Filter;
+use glam::{DVec2, DVec3};
+
+use super::dice::Dice;
+use super::moves::Affine;
+use super::solids::Solid;
+use crate::space::coverage::{Camera, Mesh, Motion};
+
+/// A mesh, a camera and what θ does to them.
+#[derive(Clone, Debug)]
+pub struct CoverageCase {
+    /// Open triangles face the camera and closed solids outwards: counterclockwise from where they
+    /// are seen, so that it does not matter whether back sides emit.
+    pub mesh: Mesh,
+    /// 4 × 4 to 8 × 8 pixels.
+    pub camera: Camera,
+    /// A derivative with respect to θ.
+    pub motion: Motion,
+    /// The pixel filter.
+    pub filter: Filter,
+    /// The knobs, in words: what a failing test should print.
+    pub label: String,
+}
+
+/// What there is to be seen, or what is degenerate about it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum CoverageKind {
+    /// One triangle.
+    Triangle,
+    /// A quadrilateral of two triangles, of one radiance or of two.
+    Quad,
+    /// A closed convex mesh of up to 20 triangles, every one of its own radiance.
+    Solid,
+    /// Two or three things behind each other, overlapping.
+    Shells,
+    /// Something large about a point of the film's border.
+    Border,
+    /// A triangle 10² to 10⁵ times as long as wide, before something else.
+    Sliver,
+    /// A triangle seen at an angle of 10⁻⁴ to 10⁻¹ to its plane, before something else.
+    Grazing,
+    /// As [`Shells`](Self::Shells), with a unit of length of 10⁻⁶.
+    Small,
+    /// The same with 10⁶.
+    Large,
+    /// The same at a distance of 10⁶ from the origin.
+    FarFromOrigin,
+}
+
+/// What θ changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum CoverageMoving {
+    /// One thing, along a line.
+    Translate,
+    /// One thing, about an axis.
+    Rotate,
+    /// One thing, away from a point.
+    Scale,
+    /// One vertex.
+    Vertex,
+    /// The camera's position.
+    CameraPosition,
+    /// The camera's direction of view and its roll.
+    CameraRotation,
+    /// The field of view.
+    FieldOfView,
+    /// Everything at once.
+    Mixed,
+}
+
+impl CoverageKind {
+    /// Kinds without anything degenerate.
+    pub const GENERIC: [Self; 5] = [Self::Triangle, Self::Quad, Self::Solid, Self::Shells, Self::Border];
+    /// All others.
+    pub const DEGENERATE: [Self; 5] =
+        [Self::Sliver, Self::Grazing, Self::Small, Self::Large, Self::FarFromOrigin];
+
+    /// The unit of length.
+    #[must_use]
+    pub fn unit(self) -> f64 {
+        match self {
+            Self::Small => 1e-6,
+            Self::Large => 1e6,
+            _ => 1.0,
+        }
+    }
+}
+
+impl CoverageMoving {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Translate,
+        Self::Rotate,
+        Self::Scale,
+        Self::Vertex,
+        Self::CameraPosition,
+        Self::CameraRotation,
+        Self::FieldOfView,
+        Self::Mixed,
+    ];
+}
+
+/// All that a case depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoverageKnobs {
+    /// Everything that has no knob of its own.
+    pub seed: u64,
+    /// What there is to be seen.
+    pub kind: CoverageKind,
+    /// What θ changes.
+    pub moving: CoverageMoving,
+    /// The pixel filter.
+    pub filter: Filter,
+}
+
+impl CoverageKnobs {
+    /// Knobs of a kind, all others drawn from a seed.
+    #[must_use]
+    pub fn random(seed: u64, kind: CoverageKind) -> Self {
+        let mut dice = Dice::new(seed, u64::MAX - kind as u64);
+        let filter = dice.pick(&[Filter::Box, Filter::Tent, Filter::Gaussian]);
+        Self { seed, kind, moving: dice.pick(&CoverageMoving::ALL), filter }
+    }
+
+    /// Knobs drawn from a seed.
+    #[must_use]
+    pub fn any(seed: u64) -> Self {
+        let kinds = [CoverageKind::GENERIC, CoverageKind::DEGENERATE].concat();
+        Self::random(seed, Dice::new(seed, u64::MAX / 2).pick(&kinds))
+    }
+
+    /// The case with these knobs: the same on every machine and in every thread.
+    #[must_use]
+    pub fn build(&self) -> CoverageCase {
+        let mut stage = Stage::new(Dice::new(self.seed, self.kind as u64));
+        stage.furnish(self.kind);
+        let mut motion =
+            Motion { positions: vec![DVec3::ZERO; stage.mesh.positions.len()], ..Motion::default() };
+        stage.set_in_motion(self.moving, &mut motion);
+        let Stage { mut mesh, mut camera, mut dice, .. } = stage;
+        let unit = self.kind.unit();
+        let place = match self.kind {
+            CoverageKind::FarFromOrigin => 1e6 * dice.direction(),
+            _ => DVec3::ZERO,
+        };
+        mesh.positions.iter_mut().for_each(|p| *p = unit * *p + place);
+        motion.positions.iter_mut().for_each(|v| *v *= unit);
+        camera.origin = unit * camera.origin + place;
+        motion.camera.origin *= unit;
+        CoverageCase { mesh, camera, motion, filter: self.filter, label: format!("{self:?}") }
+    }
+}
+
+/// One thing: its vertices, about where it is, and how large.
+#[derive(Clone, Debug)]
+struct Body {
+    vertices: Range<usize>,
+    centre: DVec3,
+    radius: f64,
+}
+
+/// What is being built.
+struct Stage {
+    dice: Dice,
+    camera: Camera,
+    mesh: Mesh,
+    bodies: Vec<Body>,
+}
+
+impl Stage {
+    fn new(mut dice: Dice) -> Self {
+        let frame = dice.frame();
+        let camera = Camera {
+            origin: dice.vector(2.0),
+            right: frame.x_axis,
+            up: frame.y_axis,
+            forward: -frame.z_axis,
+            field_of_view: dice.between(0.4, 1.3),
+            width: dice.count(4, 8),
+            height: dice.count(4, 8),
+        };
+        let mesh = Mesh { positions: vec![], triangles: vec![], radiance: vec![], background: dice.colour() };
+        Self { dice, camera, mesh, bodies: vec![] }
+    }
+
+    fn furnish(&mut self, kind: CoverageKind) {
+        let depth = self.dice.between(1.5, 5.0);
+        match kind {
+            CoverageKind::Triangle => self.flat(depth, 3),
+            CoverageKind::Quad => self.flat(depth, 4),
+            CoverageKind::Solid => self.solid(depth),
+            CoverageKind::Shells
+            | CoverageKind::Small
+            | CoverageKind::Large
+            | CoverageKind::FarFromOrigin => {
+                let count = self.dice.count(2, 3);
+                self.behind_each_other(count);
+            }
+            CoverageKind::Border => self.at_border(depth),
+            CoverageKind::Sliver => self.sliver(depth),
+            CoverageKind::Grazing => self.grazing(depth),
+        }
+        // Behind those two, if there is room.
+        if matches!(kind, CoverageKind::Sliver | CoverageKind::Grazing) && self.dice.chance(0.7) {
+            let depth = self.behind(&self.bodies[0].clone());
+            self.solid(depth);
+        }
+    }
+
+    /// The film's size in pixels.
+    fn size(&self) -> DVec2 {
+        DVec2::new(self.camera.width as f64, self.camera.height as f64)
+    }
+
+    /// A point of the film, not near its border.
+    fn somewhere(&mut self) -> DVec2 {
+        let size = self.size();
+        size * DVec2::new(self.dice.between(0.25, 0.75), self.dice.between(0.25, 0.75))
+    }
+
+    /// A length at a depth that is so many pixels long, but far shorter than the depth.
+    fn length(&self, pixels: f64, depth: f64) -> f64 {
+        (pixels / self.camera.pixels_per_slope()).min(0.6) * depth
+    }
+
+    fn place(&self, u: DVec2, depth: f64) -> DVec3 {
+        self.camera.origin + depth * self.camera.direction(u)
+    }
+
+    /// A depth at which a body of up to 0.6 of that is wholly behind another.
+    fn behind(&self, body: &Body) -> f64 {
+        let far = (body.centre - self.camera.origin).dot(self.camera.forward) + body.radius;
+        1.05 * far / (1.0 - 0.6)
+    }
+
+    fn add(&mut self, centre: DVec3, radius: f64, corners: Vec<DVec3>, triangles: &[[usize; 3]]) {
+        let start = self.mesh.positions.len();
+        self.mesh.triangles.extend(triangles.iter().map(|t| t.map(|v| v + start)));
+        let radiance = triangles.iter().map(|_| self.dice.colour());
+        self.mesh.radiance.extend(radiance);
+        self.mesh.positions.extend(corners);
+        self.bodies.push(Body { vertices: start..self.mesh.positions.len(), centre, radius });
+    }
+
+    /// Corners given in a plane through `centre` whose normal, at a given cosine or more to the
+    /// line of sight, points to the camera.
+    fn facing(&mut self, centre: DVec3, cosine: f64, ring: &[DVec2]) -> Vec<DVec3> {
+        let sight = (centre - self.camera.origin).normalize();
+        let normal = loop {
+            let normal = self.dice.direction();
+            if normal.dot(sight) < -cosine {
+                break normal;
+            }
+        };
+        in_plane(centre, normal, ring)
+    }
+
+    /// A triangle or quadrilateral.
+    fn flat(&mut self, depth: f64, corners: usize) {
+        let u = self.somewhere();
+        self.flat_at(u, depth, corners);
+    }
+
+    fn flat_at(&mut self, u: DVec2, depth: f64, corners: usize) {
+        let centre = self.place(u, depth);
+        let pixels = self.dice.between(0.8, 3.0);
+        let radius = self.length(pixels, depth);
+        let ring = self.dice.convex_ring(radius, corners);
+        let corners = self.facing(centre, 0.3, &ring);
+        if corners.len() == 3 {
+            return self.add(centre, radius, corners, &[[0, 1, 2]]);
+        }
+        self.add(centre, radius, corners, &[[0, 1, 2], [0, 2, 3]]);
+        if self.dice.chance(0.5) {
+            let last = self.mesh.radiance.len() - 1;
+            self.mesh.radiance[last] = self.mesh.radiance[last - 1];
+        }
+    }
+
+    fn solid(&mut self, depth: f64) {
+        let u = self.somewhere();
+        let pixels = self.dice.between(1.0, 3.0);
+        self.solid_at(u, depth, pixels);
+    }
+
+    fn solid_at(&mut self, u: DVec2, depth: f64, pixels: f64) {
+        let (centre, radius) = (self.place(u, depth), self.length(pixels, depth));
+        let solid = Solid::random(&mut self.dice);
+        let largest = solid.corners.iter().map(|c| c.length()).fold(0.0, f64::max);
+        let corners = solid.corners.iter().map(|c| centre + *c * (radius / largest)).collect();
+        self.add(centre, radius, corners, &solid.triangles);
+    }
+
+    fn behind_each_other(&mut self, count: usize) {
+        let mut depth = self.dice.between(1.5, 2.5);
+        for _ in 0..count {
+            match self.dice.count(0, 3) {
+                0 => self.flat(depth, 3),
+                1 => self.flat(depth, 4),
+                _ => self.solid(depth),
+            }
+            depth = self.behind(&self.bodies[self.bodies.len() - 1].clone()) * self.dice.between(1.0, 1.5);
+        }
+    }
+
+    fn at_border(&mut self, depth: f64) {
+        let size = self.size();
+        let (along, end) = (self.dice.between(0.0, 1.0), f64::from(u8::from(self.dice.chance(0.5))));
+        let share = if self.dice.chance(0.5) { DVec2::new(along, end) } else { DVec2::new(end, along) };
+        let (u, pixels) = (share * size, self.dice.between(2.0, 5.0));
+        match self.dice.count(0, 2) {
+            0 => self.flat_at(u, depth, 3),
+            1 => self.flat_at(u, depth, 4),
+            _ => self.solid_at(u, depth, pixels),
+        }
+    }
+
+    fn sliver(&mut self, depth: f64) {
+        let u = self.somewhere();
+        let (centre, radius) = (self.place(u, depth), self.length(3.0, depth));
+        let width = radius / self.dice.scale(1e2, 1e5);
+        let along = DVec2::from_angle(self.dice.between(0.0, std::f64::consts::TAU));
+        let ring = [-radius * along, radius * along, width * along.perp()];
+        let corners = self.facing(centre, 0.3, &ring);
+        self.add(centre, radius, corners, &[[0, 1, 2]]);
+    }
+
+    fn grazing(&mut self, depth: f64) {
+        let u = self.somewhere();
+        let (centre, radius) = (self.place(u, depth), self.length(3.0, depth));
+        let sight = (centre - self.camera.origin).normalize();
+        let across = sight.cross(self.dice.direction()).normalize();
+        let angle = self.dice.scale(1e-4, 1e-1);
+        let ring = self.dice.convex_ring(radius, 3);
+        let corners = in_plane(centre, angle.cos() * across - angle.sin() * sight, &ring);
+        self.add(centre, radius, corners, &[[0, 1, 2]]);
+    }
+
+    /// Adds a motion whose speeds on the film are about a pixel per unit of θ.
+    fn set_in_motion(&mut self, moving: CoverageMoving, motion: &mut Motion) {
+        let body = self.bodies[self.dice.count(0, self.bodies.len() - 1)].clone();
+        let (centre, radius) = (body.centre, body.radius);
+        let camera = &mut motion.camera;
+        let affine = match moving {
+            CoverageMoving::Translate => Affine::translation(self.dice.vector(radius)),
+            CoverageMoving::Rotate => {
+                Affine::rotation(centre + self.dice.vector(radius), self.dice.vector(1.0))
+            }
+            CoverageMoving::Scale => Affine::scaling(
+                centre + self.dice.vector(radius),
+                self.dice.sign() * self.dice.between(0.3, 1.0),
+            ),
+            CoverageMoving::Vertex => {
+                let vertex = self.dice.count(body.vertices.start, body.vertices.end - 1);
+                motion.positions[vertex] += self.dice.vector(radius);
+                return;
+            }
+            CoverageMoving::CameraPosition => {
+                camera.origin += self.dice.vector(radius);
+                return;
+            }
+            CoverageMoving::CameraRotation => {
+                camera.angular += self.dice.vector(0.3);
+                return;
+            }
+            CoverageMoving::FieldOfView => {
+                camera.field_of_view += self.dice.sign() * self.dice.between(0.1, 0.4);
+                return;
+            }
+            CoverageMoving::Mixed => {
+                for part in CoverageMoving::ALL.into_iter().filter(|part| *part != CoverageMoving::Mixed) {
+                    self.set_in_motion(part, motion);
+                }
+                return;
+            }
+        };
+        for vertex in body.vertices {
+            motion.positions[vertex] += affine.velocity(self.mesh.positions[vertex]);
+        }
+    }
+}
+
+/// Points of the plane through `centre` across `normal`, counterclockwise around it.
+fn in_plane(centre: DVec3, normal: DVec3, ring: &[DVec2]) -> Vec<DVec3> {
+    let (x, y) = normal.any_orthonormal_pair();
+    ring.iter().map(|p| centre + p.x * x + p.y * y).collect()
+}

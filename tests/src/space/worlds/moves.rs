@@ -1,0 +1,45 @@
+//! Velocities of bodies.
+
+use glam::{DMat3, DVec3};
+
+use super::dice::Dice;
+
+/// An affine field of velocities, under which flat things stay flat: ṗ = A (p − centre) + b.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Affine {
+    linear: DMat3,
+    centre: DVec3,
+    constant: DVec3,
+}
+
+impl Affine {
+    pub(super) fn translation(constant: DVec3) -> Self {
+        Self { linear: DMat3::ZERO, centre: DVec3::ZERO, constant }
+    }
+
+    /// About an axis through `centre`, with the angular velocity `angular`.
+    pub(super) fn rotation(centre: DVec3, angular: DVec3) -> Self {
+        let linear =
+            DMat3::from_cols(angular.cross(DVec3::X), angular.cross(DVec3::Y), angular.cross(DVec3::Z));
+        Self { linear, centre, constant: DVec3::ZERO }
+    }
+
+    /// Away from `centre`, by `rate` of the distance.
+    pub(super) fn scaling(centre: DVec3, rate: f64) -> Self {
+        Self { linear: DMat3::from_diagonal(DVec3::splat(rate)), centre, constant: DVec3::ZERO }
+    }
+
+    pub(super) fn velocity(&self, p: DVec3) -> DVec3 {
+        self.linear * (p - self.centre) + self.constant
+    }
+
+    /// Any of the three, around `centre`, with speeds of about `speed` at a distance of `radius`.
+    pub(super) fn any(dice: &mut Dice, centre: DVec3, radius: f64, speed: f64) -> Self {
+        let centre = centre + dice.vector(radius);
+        match dice.count(0, 2) {
+            0 => Self::translation(dice.vector(speed)),
+            1 => Self::rotation(centre, dice.vector(speed / radius)),
+            _ => Self::scaling(centre, dice.sign() * dice.between(0.3, 1.0) * speed / radius),
+        }
+    }
+}

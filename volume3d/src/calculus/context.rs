@@ -1,0 +1,72 @@
+//! Where the numbers of a sample come from.
+
+use glam::DVec3;
+
+use super::{Number, Rgb, Vec3};
+
+/// A camera's frame in numbers, and its focal length in pixels.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame<T> {
+    pub(crate) origin: Vec3<T>,
+    pub(crate) right: Vec3<T>,
+    pub(crate) up: Vec3<T>,
+    pub(crate) forward: Vec3<T>,
+    pub(crate) focal: T,
+}
+
+/// A direction ω + ε V(ω) and the Jacobian 1 + ε ∇·V(ω) of the change of variables it belongs to.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Warped<T> {
+    pub(crate) direction: Vec3<T>,
+    pub(crate) jacobian: T,
+}
+
+/// The parameters of a scene as numbers, and the warp of directions that goes with them.
+pub(crate) trait Calculus {
+    /// What is computed with.
+    type Number: Number;
+
+    /// A vertex's place.
+    fn position(&self, index: u32) -> Vec3<Self::Number>;
+
+    /// A shading normal before interpolation.
+    fn normal(&self, index: u32) -> Vec3<Self::Number>;
+
+    /// A constant reflectance, with its value at hand.
+    fn reflectance(&self, material: usize, value: DVec3) -> Rgb<Self::Number>;
+
+    /// A texel.
+    fn texel(&self, texture: usize, index: usize) -> Rgb<Self::Number>;
+
+    /// A roughness, with its value at hand.
+    fn roughness(&self, material: usize, value: f64) -> Self::Number;
+
+    /// The radiance of a shape, with its value at hand.
+    fn radiance(&self, shape: usize, value: DVec3) -> Rgb<Self::Number>;
+
+    /// The irradiance or intensity of a light, with its value at hand.
+    fn intensity(&self, light: usize, value: DVec3) -> Rgb<Self::Number>;
+
+    /// The position of a point light, or minus the direction of a directional one.
+    fn place(&self, light: usize, value: DVec3) -> Vec3<Self::Number>;
+
+    /// The radiance of a constant environment, or the colour that scales a map.
+    fn environment(&self, value: DVec3) -> Rgb<Self::Number>;
+
+    /// A direction of the world in the environment map's frame.
+    fn environment_direction(&self, direction: Vec3<Self::Number>) -> Vec3<Self::Number>;
+
+    /// Whether a surface that reflects nothing must be followed all the same, because its reflectance is a
+    /// parameter.
+    fn wants_black(&self, material: usize) -> bool;
+
+    /// The warp at direction ω as seen from `origin` on triangle `from`, with auxiliary directions of
+    /// concentration κ.
+    fn warp(
+        &mut self,
+        origin: Vec3<Self::Number>,
+        from: u32,
+        direction: DVec3,
+        kappa: f64,
+    ) -> Warped<Self::Number>;
+}

@@ -1,0 +1,165 @@
+//! Real numbers that may carry derivatives.
+
+use std::fmt::Debug;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A real number, alone or with derivatives. What is computed in `Number`s is written once, and is the
+/// primal, its derivative along a direction, or a record of itself for the reverse sweep.
+///
+/// The values of all three are computed by the same operations in the same order, and so are the same
+/// bit for bit.
+pub(crate) trait Number:
+    Copy
+    + Debug
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + Mul<f64, Output = Self>
+{
+    /// A number without derivatives.
+    fn constant(value: f64) -> Self;
+
+    /// The number itself.
+    fn value(self) -> f64;
+
+    /// f(self), given its value and f′ there.
+    fn chain(self, value: f64, derivative: f64) -> Self;
+
+    /// √x; its derivative at 0 is taken as 0.
+    fn sqrt(self) -> Self {
+        let root = self.value().sqrt();
+        self.chain(root, if root > 0.0 { 0.5 / root } else { 0.0 })
+    }
+
+    /// eˣ.
+    fn exp(self) -> Self {
+        let value = self.value().exp();
+        self.chain(value, value)
+    }
+
+    /// max(0, x).
+    fn positive(self) -> Self {
+        if self.value() > 0.0 { self } else { Self::constant(0.0) }
+    }
+
+    /// x².
+    fn squared(self) -> Self {
+        self * self
+    }
+}
+
+impl Number for f64 {
+    fn constant(value: f64) -> Self {
+        value
+    }
+
+    fn value(self) -> f64 {
+        self
+    }
+
+    fn chain(self, value: f64, _: f64) -> Self {
+        value
+    }
+}
+
+/// A number with its derivatives along N directions at once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Dual<const N: usize> {
+    pub(crate) value: f64,
+    pub(crate) tangent: [f64; N],
+}
+
+impl<const N: usize> Dual<N> {
+    pub(crate) fn new(value: f64, tangent: [f64; N]) -> Self {
+        Self { value, tangent }
+    }
+
+    fn linear(self, other: Self, value: f64, [a, b]: [f64; 2]) -> Self {
+        Self::new(value, std::array::from_fn(|i| a * self.tangent[i] + b * other.tangent[i]))
+    }
+}
+
+impl<const N: usize> Number for Dual<N> {
+    fn constant(value: f64) -> Self {
+        Self::new(value, [0.0; N])
+    }
+
+    fn value(self) -> f64 {
+        self.value
+    }
+
+    fn chain(self, value: f64, derivative: f64) -> Self {
+        Self::new(value, self.tangent.map(|t| derivative * t))
+    }
+}
+
+impl<const N: usize> Add for Dual<N> {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        self.linear(other, self.value + other.value, [1.0, 1.0])
+    }
+}
+
+impl<const N: usize> Sub for Dual<N> {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        self.linear(other, self.value - other.value, [1.0, -1.0])
+    }
+}
+
+impl<const N: usize> Mul for Dual<N> {
+    type Output = Self;
+
+    fn mul(self, other: Self) -> Self {
+        self.linear(other, self.value * other.value, [other.value, self.value])
+    }
+}
+
+impl<const N: usize> Div for Dual<N> {
+    type Output = Self;
+
+    fn div(self, other: Self) -> Self {
+        let quotient = self.value / other.value;
+        let inverse = 1.0 / other.value;
+        self.linear(other, quotient, [inverse, -quotient * inverse])
+    }
+}
+
+impl<const N: usize> Neg for Dual<N> {
+    type Output = Self;
+
+    fn neg(self) -> Self {
+        self.chain(-self.value, -1.0)
+    }
+}
+
+impl<const N: usize> Mul<f64> for Dual<N> {
+    type Output = Self;
+
+    fn mul(self, factor: f64) -> Self {
+        self.chain(self.value * factor, factor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn expression<T: Number>(x: T, y: T) -> T {
+        ((x * y + x.exp()) / (y - x * 0.3).sqrt() - -y).squared().positive()
+    }
+
+    #[test]
+    fn derivatives_are_those_of_central_differences() {
+        let (x, y, h) = (0.4, 1.7, 1e-6);
+        let dual = expression(Dual::new(x, [1.0, 0.0]), Dual::new(y, [0.0, 1.0]));
+        assert_eq!(dual.value, expression(x, y), "the value is the primal's, bit for bit");
+        let dx = (expression(x + h, y) - expression(x - h, y)) / (2.0 * h);
+        let dy = (expression(x, y + h) - expression(x, y - h)) / (2.0 * h);
+        assert!((dual.tangent[0] - dx).abs() < 1e-8 && (dual.tangent[1] - dy).abs() < 1e-8);
+    }
+}

@@ -1,0 +1,259 @@
+//! A record of one path's arithmetic, swept backwards for the derivative by every parameter at once.
+
+use std::cell::RefCell;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use super::Number;
+
+/// No node: what stands there is constant.
+const NONE: u32 = u32::MAX;
+
+/// The operands of one operation, and the derivatives of its result by them.
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    operands: [u32; 2],
+    partials: [f64; 2],
+}
+
+/// What a sweep reports: the adjoints of a run of inputs that were declared together.
+#[derive(Clone, Copy, Debug)]
+struct Input<I> {
+    first: u32,
+    count: u32,
+    id: I,
+}
+
+#[derive(Debug)]
+struct Record<I> {
+    nodes: Vec<Node>,
+    inputs: Vec<Input<I>>,
+}
+
+/// The operations of one sample, in order. Inputs are known by an identity `I`.
+///
+/// An input may be the *output* of something outside the tape, such as a warp: the sweep then reports its
+/// adjoints when they are complete, and lets the outside add to the adjoints of earlier nodes.
+#[derive(Debug)]
+pub(crate) struct Tape<I> {
+    record: RefCell<Record<I>>,
+}
+
+/// A number that writes what is done to it to a tape.
+#[derive(Debug)]
+pub(crate) struct Variable<'t, I> {
+    tape: Option<&'t Tape<I>>,
+    node: u32,
+    value: f64,
+}
+
+impl<I> Clone for Variable<'_, I> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<I> Copy for Variable<'_, I> {}
+
+/// The adjoints of a sweep under way.
+pub(crate) struct Adjoints<'a> {
+    values: &'a mut Vec<f64>,
+}
+
+impl Adjoints<'_> {
+    /// Adds to the adjoint of an earlier variable.
+    pub(crate) fn add<I>(&mut self, variable: Variable<'_, I>, amount: f64) {
+        if variable.node != NONE {
+            self.values[variable.node as usize] += amount;
+        }
+    }
+}
+
+impl<I: Copy> Tape<I> {
+    pub(crate) fn new() -> Self {
+        Self { record: RefCell::new(Record { nodes: vec![], inputs: vec![] }) }
+    }
+
+    /// Forgets everything but the memory.
+    pub(crate) fn clear(&mut self) {
+        let record = self.record.get_mut();
+        record.nodes.clear();
+        record.inputs.clear();
+    }
+
+    /// Declares inputs that belong together.
+    pub(crate) fn inputs<const K: usize>(&self, id: I, values: [f64; K]) -> [Variable<'_, I>; K] {
+        let record = &mut *self.record.borrow_mut();
+        let first = record.nodes.len() as u32;
+        record.inputs.push(Input { first, count: K as u32, id });
+        let leaf = Node { operands: [NONE; 2], partials: [0.0; 2] };
+        record.nodes.extend([leaf; K]);
+        std::array::from_fn(|i| Variable { tape: Some(self), node: first + i as u32, value: values[i] })
+    }
+
+    /// Sweeps backwards from `outputs`, each with the adjoint it starts from, and reports the adjoints of
+    /// every run of inputs, last declared first.
+    pub(crate) fn sweep(
+        &self,
+        outputs: &[(Variable<'_, I>, f64)],
+        values: &mut Vec<f64>,
+        mut report: impl FnMut(I, &[f64], &mut Adjoints<'_>),
+    ) {
+        let record = &*self.record.borrow();
+        values.clear();
+        values.resize(record.nodes.len(), 0.0);
+        for &(output, adjoint) in outputs {
+            Adjoints { values }.add(output, adjoint);
+        }
+        let mut end = record.nodes.len();
+        for input in record.inputs.iter().rev() {
+            let (first, after) = (input.first as usize, (input.first + input.count) as usize);
+            propagate(&record.nodes, values, after..end);
+            end = first;
+            let mut own = [0.0; MAX_INPUTS];
+            let own = &mut own[..after - first];
+            own.copy_from_slice(&values[first..after]);
+            if own.iter().any(|&a| a != 0.0) {
+                report(input.id, own, &mut Adjoints { values });
+            }
+        }
+        // What lies before the first input has constant operands only.
+    }
+}
+
+/// The longest run of inputs.
+const MAX_INPUTS: usize = 8;
+
+fn propagate(nodes: &[Node], adjoints: &mut [f64], range: std::ops::Range<usize>) {
+    for i in range.rev() {
+        let adjoint = adjoints[i];
+        if adjoint != 0.0 {
+            let Node { operands, partials } = nodes[i];
+            for (operand, partial) in operands.into_iter().zip(partials) {
+                if operand != NONE {
+                    adjoints[operand as usize] += partial * adjoint;
+                }
+            }
+        }
+    }
+}
+
+impl<'t, I: Copy> Variable<'t, I> {
+    /// Whether it depends on an input.
+    pub(crate) fn is_recorded(self) -> bool {
+        self.node != NONE
+    }
+
+    fn binary(self, other: Self, value: f64, partials: [f64; 2]) -> Self {
+        let Some(tape) = self.tape.or(other.tape) else {
+            return Self { tape: None, node: NONE, value };
+        };
+        let nodes = &mut tape.record.borrow_mut().nodes;
+        nodes.push(Node { operands: [self.node, other.node], partials });
+        Self { tape: Some(tape), node: nodes.len() as u32 - 1, value }
+    }
+}
+
+impl<'t, I: Copy + std::fmt::Debug> Number for Variable<'t, I> {
+    fn constant(value: f64) -> Self {
+        Self { tape: None, node: NONE, value }
+    }
+
+    fn value(self) -> f64 {
+        self.value
+    }
+
+    fn chain(self, value: f64, derivative: f64) -> Self {
+        self.binary(Self::constant(0.0), value, [derivative, 0.0])
+    }
+}
+
+impl<I: Copy> Add for Variable<'_, I> {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        self.binary(other, self.value + other.value, [1.0, 1.0])
+    }
+}
+
+impl<I: Copy> Sub for Variable<'_, I> {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        self.binary(other, self.value - other.value, [1.0, -1.0])
+    }
+}
+
+impl<I: Copy> Mul for Variable<'_, I> {
+    type Output = Self;
+
+    fn mul(self, other: Self) -> Self {
+        self.binary(other, self.value * other.value, [other.value, self.value])
+    }
+}
+
+impl<I: Copy> Div for Variable<'_, I> {
+    type Output = Self;
+
+    fn div(self, other: Self) -> Self {
+        let quotient = self.value / other.value;
+        let inverse = 1.0 / other.value;
+        self.binary(other, quotient, [inverse, -quotient * inverse])
+    }
+}
+
+impl<I: Copy + std::fmt::Debug> Neg for Variable<'_, I> {
+    type Output = Self;
+
+    fn neg(self) -> Self {
+        self.chain(-self.value, -1.0)
+    }
+}
+
+impl<I: Copy + std::fmt::Debug> Mul<f64> for Variable<'_, I> {
+    type Output = Self;
+
+    fn mul(self, factor: f64) -> Self {
+        self.chain(self.value * factor, factor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calculus::Dual;
+
+    fn expression<T: Number>(x: T, y: T) -> T {
+        ((x * y + x.exp()) / (y - x * 0.3).sqrt() - -y).squared().positive()
+    }
+
+    #[test]
+    fn the_sweep_is_the_transpose_of_the_tangent() {
+        let (x, y) = (0.4, 1.7);
+        let dual = expression(Dual::new(x, [1.0, 0.0]), Dual::new(y, [0.0, 1.0]));
+        let tape = Tape::new();
+        let [a] = tape.inputs("x", [x]);
+        let [b, unused] = tape.inputs("y", [y, 3.0]);
+        let result = expression(a, b) + Variable::constant(2.0) * unused.chain(0.0, 0.0);
+        assert_eq!(result.value.to_bits(), dual.value.to_bits());
+        let mut found = vec![];
+        tape.sweep(&[(result, 2.0)], &mut vec![], |id, adjoints, _| found.push((id, adjoints[0])));
+        assert_eq!(found[0].0, "y");
+        assert!((found[0].1 - 2.0 * dual.tangent[1]).abs() < 1e-14);
+        assert!((found[1].1 - 2.0 * dual.tangent[0]).abs() < 1e-14);
+    }
+
+    #[test]
+    fn an_output_of_something_outside_passes_its_adjoint_on() {
+        // z = 3 x happens outside.
+        let tape = Tape::new();
+        let [x] = tape.inputs(0, [2.0]);
+        let [z] = tape.inputs(1, [6.0]);
+        let result = z * x;
+        let mut derivative = 0.0;
+        tape.sweep(&[(result, 1.0)], &mut vec![], |id, adjoints, earlier| match id {
+            1 => earlier.add(x, 3.0 * adjoints[0]),
+            _ => derivative = adjoints[0],
+        });
+        assert_eq!(derivative, 12.0);
+    }
+}

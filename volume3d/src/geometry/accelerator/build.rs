@@ -1,0 +1,269 @@
+//! The hierarchy by the surface area heuristic, split in bins, eight children at a time.
+//!
+//! Wald, *On fast Construction of SAH-based Bounding Volume Hierarchies* (2007). A node starts as one range
+//! of triangles; the range of the largest surface is split until there are eight or only leaves remain.
+//! Ranges are worked on in parallel, and every choice depends on the range alone, so the tree does not
+//! depend on the number of threads.
+
+use std::ops::Range;
+
+use glam::Vec3A;
+use rayon::prelude::*;
+
+use super::lanes::WIDTH;
+
+/// Bins of an axis.
+const BINS: usize = 16;
+/// Ranges above this size are binned by several threads; those below it are too quick to be shared.
+const SHARED: usize = 1 << 14;
+/// Depth below which ranges are halved by number, so that no input makes the tree deep: 24 levels of
+/// eight children hold any mesh that fits in memory.
+const DEEPEST: usize = 24;
+
+/// A box, in the frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds {
+    pub(super) lower: Vec3A,
+    pub(super) upper: Vec3A,
+}
+
+impl Bounds {
+    pub(super) const EMPTY: Self = Self { lower: Vec3A::INFINITY, upper: Vec3A::NEG_INFINITY };
+
+    fn union(self, other: Self) -> Self {
+        Self { lower: self.lower.min(other.lower), upper: self.upper.max(other.upper) }
+    }
+
+    /// Half the surface, 0 if empty.
+    fn area(self) -> f32 {
+        let size = (self.upper - self.lower).max(Vec3A::ZERO);
+        size.x * size.y + size.y * size.z + size.z * size.x
+    }
+}
+
+/// A triangle's box.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reference {
+    pub(super) bounds: Bounds,
+    pub(super) triangle: u32,
+}
+
+impl Reference {
+    /// Twice the centre of the box.
+    fn centre(&self) -> Vec3A {
+        self.bounds.lower + self.bounds.upper
+    }
+}
+
+/// An inner node.
+pub(super) struct Branch {
+    pub(super) children: Vec<(Bounds, Child)>,
+}
+
+pub(super) enum Child {
+    /// Places in the array of references, at least one and at most eight.
+    Leaf(Range<usize>),
+    Branch(Box<Branch>),
+}
+
+/// What a range of references covers.
+#[derive(Clone, Copy)]
+struct Extent {
+    bounds: Bounds,
+    /// Of the centres.
+    centres: Bounds,
+}
+
+impl Extent {
+    const EMPTY: Self = Self { bounds: Bounds::EMPTY, centres: Bounds::EMPTY };
+
+    fn add(&mut self, reference: &Reference) {
+        let centre = reference.centre();
+        self.bounds = self.bounds.union(reference.bounds);
+        self.centres = self.centres.union(Bounds { lower: centre, upper: centre });
+    }
+
+    fn union(self, other: Self) -> Self {
+        Self { bounds: self.bounds.union(other.bounds), centres: self.centres.union(other.centres) }
+    }
+}
+
+/// A fold over references, by several threads if there are many. `union` is exact and commutes, so that
+/// the result is the same for any partition.
+fn fold<T: Copy + Send + Sync>(
+    references: &[Reference],
+    empty: T,
+    add: impl Fn(&mut T, &Reference) + Sync,
+    union: impl Fn(T, T) -> T + Send + Sync,
+) -> T {
+    let sum = |references: &[Reference]| {
+        let mut sum = empty;
+        references.iter().for_each(|reference| add(&mut sum, reference));
+        sum
+    };
+    if references.len() <= SHARED {
+        sum(references)
+    } else {
+        references.par_chunks(SHARED).map(sum).reduce(|| empty, union)
+    }
+}
+
+/// A range of references still to be divided.
+struct Part<'a> {
+    references: &'a mut [Reference],
+    /// Place of its first reference in the whole array.
+    first: usize,
+    extent: Extent,
+}
+
+/// Builds the hierarchy and sorts `references` into the order of its leaves.
+pub(super) fn build(references: &mut [Reference]) -> Branch {
+    let extent = fold(references, Extent::EMPTY, Extent::add, Extent::union);
+    branch(Part { references, first: 0, extent }, 0)
+}
+
+fn branch(part: Part<'_>, depth: usize) -> Branch {
+    let mut parts = vec![part];
+    while parts.len() < WIDTH {
+        // The first of the largest, for the order of equals to be defined.
+        let largest = (0..parts.len())
+            .filter(|&i| parts[i].references.len() > WIDTH)
+            .reduce(|a, b| if parts[b].extent.bounds.area() > parts[a].extent.bounds.area() { b } else { a });
+        let Some(index) = largest else { break };
+        let [left, right] = divide(parts.swap_remove(index), depth);
+        parts.extend([left, right]);
+    }
+    let child = |part: Part<'_>| {
+        let bounds = part.extent.bounds;
+        if part.references.len() <= WIDTH {
+            (bounds, Child::Leaf(part.first..part.first + part.references.len()))
+        } else {
+            (bounds, Child::Branch(Box::new(branch(part, depth + 1))))
+        }
+    };
+    parts.retain(|part| !part.references.is_empty());
+    let children = if parts.iter().map(|part| part.references.len()).sum::<usize>() > SHARED {
+        parts.into_par_iter().map(child).collect()
+    } else {
+        parts.into_iter().map(child).collect()
+    };
+    Branch { children }
+}
+
+/// Divides a range at the bin of least cost, or in the middle if all centres coincide or the tree is deep.
+fn divide(part: Part<'_>, depth: usize) -> [Part<'_>; 2] {
+    let Part { references, first, extent } = part;
+    let split = (depth < DEEPEST).then(|| best_split(references, &extent)).flatten();
+    let middle = match split {
+        Some(split) => partition(references, |reference| split.is_left(reference)),
+        None => references.len() / 2,
+    };
+    let (left, right) = references.split_at_mut(middle);
+    [(left, first), (right, first + middle)].map(|(references, first)| {
+        let extent = fold(references, Extent::EMPTY, Extent::add, Extent::union);
+        Part { references, first, extent }
+    })
+}
+
+/// From centres to bins.
+#[derive(Clone, Copy)]
+struct Binning {
+    lower: Vec3A,
+    scale: Vec3A,
+}
+
+impl Binning {
+    fn new(centres: Bounds) -> Self {
+        let size = centres.upper - centres.lower;
+        // Flat directions have one bin. The product with the size can round up to BINS: bins are clamped.
+        let scale = Vec3A::select(size.cmpgt(Vec3A::ZERO), BINS as f32 / size, Vec3A::ZERO);
+        let scale = Vec3A::select(scale.is_finite_mask(), scale, Vec3A::ZERO);
+        Self { lower: centres.lower, scale }
+    }
+
+    fn bins(&self, reference: &Reference) -> [usize; 3] {
+        let place = (reference.centre() - self.lower) * self.scale;
+        place.to_array().map(|x| (x as usize).min(BINS - 1))
+    }
+}
+
+struct Split {
+    binning: Binning,
+    axis: usize,
+    /// First bin of the right side.
+    bin: usize,
+}
+
+impl Split {
+    fn is_left(&self, reference: &Reference) -> bool {
+        self.binning.bins(reference)[self.axis] < self.bin
+    }
+}
+
+/// What fell into a bin.
+#[derive(Clone, Copy)]
+struct Bin {
+    bounds: Bounds,
+    count: u32,
+}
+
+impl Bin {
+    const EMPTY: Self = Self { bounds: Bounds::EMPTY, count: 0 };
+
+    fn union(self, other: Self) -> Self {
+        Self { bounds: self.bounds.union(other.bounds), count: self.count + other.count }
+    }
+
+    /// Surface times the number of leaves it takes.
+    fn cost(&self) -> f32 {
+        self.bounds.area() * self.count as f32
+    }
+}
+
+type Bins = [[Bin; BINS]; 3];
+
+/// The split of least cost with something on both sides.
+fn best_split(references: &[Reference], extent: &Extent) -> Option<Split> {
+    let binning = Binning::new(extent.centres);
+    let add = |bins: &mut Bins, reference: &Reference| {
+        for (axis, bin) in binning.bins(reference).into_iter().enumerate() {
+            let bin = &mut bins[axis][bin];
+            *bin = bin.union(Bin { bounds: reference.bounds, count: 1 });
+        }
+    };
+    let union = |a: Bins, b: Bins| -> Bins {
+        std::array::from_fn(|axis| std::array::from_fn(|i| a[axis][i].union(b[axis][i])))
+    };
+    let bins = fold(references, [[Bin::EMPTY; BINS]; 3], add, union);
+    let mut best = None;
+    for (axis, bins) in bins.iter().enumerate() {
+        let mut right = [Bin::EMPTY; BINS];
+        for i in (1..BINS).rev() {
+            right[i - 1] = right[i].union(bins[i]);
+        }
+        let mut left = Bin::EMPTY;
+        for i in 0..BINS - 1 {
+            left = left.union(bins[i]);
+            let cost = left.cost() + right[i].cost();
+            let cheaper = best.as_ref().is_none_or(|&(least, _)| cost < least);
+            if left.count > 0 && right[i].count > 0 && cheaper {
+                best = Some((cost, Split { binning, axis, bin: i + 1 }));
+            }
+        }
+    }
+    best.map(|(_, split)| split)
+}
+
+/// Moves the references on the left to the front; returns their number.
+fn partition(references: &mut [Reference], is_left: impl Fn(&Reference) -> bool) -> usize {
+    let (mut start, mut end) = (0, references.len());
+    while start < end {
+        if is_left(&references[start]) {
+            start += 1;
+        } else {
+            end -= 1;
+            references.swap(start, end);
+        }
+    }
+    start
+}

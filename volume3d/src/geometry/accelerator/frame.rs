@@ -1,0 +1,298 @@
+//! The frame of the single-precision filters: the scene centred and scaled to the cube [−1, 1]³.
+//!
+//! A ray enters the frame at the scene's bounds, however far away it starts, so that every filtered number is of
+//! order one and rounding errors are bounded by constants. Distances become depths
+//! τ along the ray's longest axis. With u = 2⁻²⁴ the rounding unit of single precision, each bound below
+//! counts the roundings on the way and rounds the count up; second-order terms u² are 10⁻⁷ of it.
+
+use glam::{DVec3, Vec3};
+
+use super::watertight::Shear;
+
+/// Rounding unit of single precision.
+pub(super) const UNIT: f64 = 1.0 / 16_777_216.0;
+
+/// Error of a filtered plane of a box, in space along the plane's axis. The computed depth is (b − o) / d
+/// with |b − o| ≤ 2: the origin o, at most 1 and a hair, is off by u; difference, reciprocal of d and
+/// product are each off by the relative u, which moves the plane by 2 u: together 7 u.
+const PLANE_ERROR: f64 = 8.0 * UNIT;
+
+/// Error of a sheared coordinate x − s z with |s| ≤ 1 of a vertex, from its position and the origin:
+/// both are off by u, and their difference, at most 2, by 2 u more. So x and z are off by 4 u, s z by
+/// (4 + 2 + 2) u (z, s, product), and the last difference, at most 4, by 4 u more: 16 u.
+pub(super) const VERTEX_ERROR: f64 = 17.0 * UNIT;
+
+/// What the doubles before the filter are off by, relative to the ray's distance from the scene's
+/// centre: a handful of roundings of 2⁻⁵³ (centring, scaling, advancing, and the exact test's own).
+const DOUBLE_ERROR: f64 = 1.0 / 1_125_899_906_842_624.0;
+
+/// Smallest slope used for a box: over a depth of 2 a ray of slope 0 strays 2⁻³⁹ from itself, within
+/// the slack of [`PLANE_ERROR`], and no reciprocal is infinite.
+const SMALLEST_SLOPE: f64 = 1.0 / 1_099_511_627_776.0;
+
+/// Margin of the bounds in which a ray starts, so that rays which graze them are kept.
+const MARGIN: f64 = UNIT;
+
+/// The map p ↦ scale (p − centre), with scale a power of two.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame {
+    centre: DVec3,
+    scale: f64,
+    /// Half extents of the scene, at most 1.
+    half: DVec3,
+}
+
+/// A ray in the frame, for the filters.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FrameRay {
+    /// Whether the direction is negative, by axis.
+    pub(super) negative: [bool; 3],
+    /// Origin plus and minus the error of a plane.
+    pub(super) origin_high: Vec3,
+    pub(super) origin_low: Vec3,
+    /// Depth over distance along each axis.
+    pub(super) inverse: Vec3,
+    /// Origin with the axes permuted, the last one negated if the ray points down.
+    pub(super) vertex_origin: [f32; 3],
+    /// Slopes against depth of the first two permuted axes.
+    pub(super) slopes: [f32; 2],
+    /// Error of a sheared coordinate.
+    pub(super) vertex_error: f32,
+    /// Depths of the interval, widened.
+    pub(super) near: f32,
+    pub(super) far: f32,
+    pub(super) depth: Depth,
+}
+
+/// From distances along a ray to depths in the frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Depth {
+    scale: f64,
+    start: f64,
+    slack: f64,
+}
+
+impl Depth {
+    fn exact(self, distance: f64) -> f64 {
+        distance * self.scale - self.start
+    }
+
+    /// A depth no smaller than that of `distance`.
+    #[inline(always)]
+    pub(super) fn above(self, distance: f64) -> f32 {
+        let depth = self.exact(distance);
+        (depth + depth.abs() * (2.0 * UNIT) + self.slack) as f32
+    }
+
+    /// A depth no greater than that of `distance`.
+    #[inline(always)]
+    pub(super) fn below(self, distance: f64) -> f32 {
+        let depth = self.exact(distance);
+        (depth - depth.abs() * (2.0 * UNIT) - self.slack) as f32
+    }
+}
+
+impl Frame {
+    /// The frame of the points between two corners.
+    pub(super) fn new(lower: DVec3, upper: DVec3) -> Self {
+        let centre = 0.5 * lower + 0.5 * upper;
+        let half = (upper - centre).max(centre - lower);
+        let size = half.max_element();
+        // The largest power of two with scale · size ≤ 1, within the exponents of doubles.
+        let exponent = if size > 0.0 { -size.log2().ceil() } else { 0.0 };
+        let scale = exponent.clamp(-1000.0, 1000.0).exp2();
+        Self { centre, scale, half: scale * half }
+    }
+
+    pub(super) fn place(&self, p: DVec3) -> DVec3 {
+        self.scale * (p - self.centre)
+    }
+
+    /// The ray between two distances where it can meet the scene, or `None`.
+    #[inline(always)]
+    pub(super) fn ray(&self, origin: DVec3, shear: &Shear, near: f64, far: f64) -> Option<FrameRay> {
+        let [x, y, z] = shear.axes;
+        let backward = shear.backward();
+        let sign = if backward { -1.0 } else { 1.0 };
+        let mut direction = [0.0; 3];
+        direction[x] = sign * shear.slopes[0];
+        direction[y] = sign * shear.slopes[1];
+        direction[z] = sign;
+        let direction = DVec3::from_array(direction);
+
+        let origin = self.place(origin);
+        let reach = origin.abs().max_element();
+        let error = DOUBLE_ERROR * (1.0 + reach);
+        let scale = self.scale / shear.slopes[2].abs();
+
+        // Where the line is inside the bounds.
+        let steep = DVec3::new(steep(direction.x), steep(direction.y), steep(direction.z));
+        let inverse = steep.recip();
+        let wide = self.half + MARGIN + error + reach * SMALLEST_SLOPE;
+        let (a, b) = ((-wide - origin) * inverse, (wide - origin) * inverse);
+        let enter = a.min(b).max_element().max(near * scale - error);
+        let leave = a.max(b).min_element().min(far * scale + error);
+        if !(enter <= leave && near < far) {
+            return None;
+        }
+        let start = origin + enter * direction;
+
+        let depth = Depth { scale, start: enter, slack: UNIT * UNIT + 4.0 * error };
+        let margin = PLANE_ERROR + error;
+        let local = start.as_vec3().to_array();
+        Some(FrameRay {
+            negative: [steep.x < 0.0, steep.y < 0.0, steep.z < 0.0],
+            origin_high: (start + margin).as_vec3(),
+            origin_low: (start - margin).as_vec3(),
+            inverse: inverse.as_vec3(),
+            vertex_origin: [local[x], local[y], local[z]],
+            slopes: [shear.slopes[0] as f32, shear.slopes[1] as f32],
+            vertex_error: (VERTEX_ERROR + 4.0 * error) as f32,
+            near: depth.below(near),
+            far: depth.above(far),
+            depth,
+        })
+    }
+}
+
+/// A slope that has a reciprocal.
+#[inline(always)]
+fn steep(slope: f64) -> f64 {
+    if slope.abs() < SMALLEST_SLOPE { SMALLEST_SLOPE.copysign(slope) } else { slope }
+}
+
+/// Rays with one origin, one longest axis and sign, for the filters.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fan {
+    /// The two axes across, in the order of the permutation.
+    pub(super) axes: [FanAxis; 2],
+    /// The longest axis, and whether the rays point down it.
+    pub(super) along: usize,
+    pub(super) backward: bool,
+    /// Origin plus and minus the error of a plane.
+    pub(super) origin_high: [f32; 3],
+    pub(super) origin_low: [f32; 3],
+    /// Where the middle ray enters the scene, axes permuted.
+    pub(super) vertex_origin: [f32; 3],
+    /// Its place along the longest axis, from the origin.
+    pub(super) start: f64,
+    /// F: the farthest that rays get from the middle one within the scene.
+    pub(super) footprint: f32,
+    /// Error of a coordinate sheared along the middle ray.
+    pub(super) vertex_error: f32,
+    scale: f64,
+    slack: f64,
+}
+
+/// The slopes of a fan along one axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FanAxis {
+    pub(super) axis: usize,
+    /// The middle, and half the width.
+    pub(super) slope: f64,
+    pub(super) spread: f32,
+    /// Whether slopes against depth, of which the reciprocals of the least and the greatest follow, are negative
+    /// or of both signs.
+    pub(super) negative: bool,
+    pub(super) straddles: bool,
+    pub(super) inverse: [f32; 2],
+}
+
+/// Error of a vertex sheared along the middle ray: as [`VERTEX_ERROR`] with the origin below 2, off by 2 u. x and z
+/// are off by 6 u, s z by (6 + 3 + 3) u at the most, and the last difference, at most 6, by 6 u: 24 u.
+const FAN_VERTEX_ERROR: f64 = 25.0 * UNIT;
+
+/// Origins farther than this from the scene's centre send rays one by one: boxes are met from the fan's
+/// origin itself, with an error in proportion to its distance.
+const FARTHEST_FAN: f64 = 256.0;
+
+/// Fans wider than this send rays one by one, which is faster (measured on 81,920 triangles: equal
+/// at about a tenth of a scene's half extent).
+const WIDEST_FAN: f64 = 0.25;
+
+impl Fan {
+    /// The fan of the rays in the mask `members`; `None` where single rays are faster.
+    #[inline(always)]
+    pub(super) fn new(frame: &Frame, origin: DVec3, shears: &[Shear], members: u32) -> Option<Self> {
+        let first = &shears[members.trailing_zeros() as usize];
+        let mut least = [f64::INFINITY; 2];
+        let mut greatest = [f64::NEG_INFINITY; 2];
+        for (_, shear) in shears.iter().enumerate().filter(|&(ray, _)| members >> ray & 1 == 1) {
+            for axis in 0..2 {
+                least[axis] = least[axis].min(shear.slopes[axis]);
+                greatest[axis] = greatest[axis].max(shear.slopes[axis]);
+            }
+        }
+        let backward = first.backward();
+        let sign = if backward { -1.0 } else { 1.0 };
+        let along = first.axes[2];
+        let axes = [0, 1].map(|i| FanAxis::new(first.axes[i], sign, least[i], greatest[i]));
+
+        let origin = frame.place(origin);
+        let reach = origin.abs().max_element();
+        let error = DOUBLE_ERROR * (1.0 + reach);
+        let start = (-frame.half[along] - sign * origin[along]).max(0.0);
+        let mut entry = origin;
+        entry[along] += sign * start;
+        for FanAxis { axis, slope, .. } in axes {
+            entry[axis] += sign * slope * start;
+        }
+        let spread = axes[0].spread.max(axes[1].spread);
+        let footprint = f64::from(spread) * (start + 2.5);
+        if !(reach <= FARTHEST_FAN && footprint <= WIDEST_FAN && entry.abs().max_element() <= 2.0) {
+            return None;
+        }
+        let margin = 5.0 * UNIT * (1.0 + reach) + error;
+        let [x, y] = axes.map(|axis| entry[axis.axis] as f32);
+        Some(Self {
+            axes,
+            along,
+            backward,
+            origin_high: (origin + margin).as_vec3().to_array(),
+            origin_low: (origin - margin).as_vec3().to_array(),
+            vertex_origin: [x, y, entry[along] as f32],
+            start: sign * start,
+            footprint: footprint as f32,
+            vertex_error: (FAN_VERTEX_ERROR + 4.0 * error) as f32,
+            scale: frame.scale,
+            slack: UNIT * UNIT + 4.0 * error,
+        })
+    }
+
+    /// Depths of a ray of the fan, from where the middle one enters the scene.
+    #[inline(always)]
+    pub(super) fn depth(&self, shear: &Shear) -> Depth {
+        Depth { scale: self.scale / shear.slopes[2].abs(), start: self.start.abs(), slack: self.slack }
+    }
+
+    /// The same depth from the fan's origin, rounded up.
+    #[inline(always)]
+    pub(super) fn from_origin(&self, depth: f32) -> f32 {
+        let depth = f64::from(depth) + self.start.abs();
+        (depth + depth.abs() * (2.0 * UNIT)) as f32
+    }
+}
+
+impl FanAxis {
+    #[inline(always)]
+    fn new(axis: usize, sign: f64, least: f64, greatest: f64) -> Self {
+        let slope = 0.5 * (least + greatest);
+        // Rounded up: differences to the middle are rounded to single precision.
+        let spread = ((0.5 * (greatest - least)) * (1.0 + 4.0 * UNIT) + f64::from(f32::MIN_POSITIVE)) as f32;
+        let (least, greatest) = if sign < 0.0 { (-greatest, -least) } else { (least, greatest) };
+        let straddles = least < SMALLEST_SLOPE && greatest > -SMALLEST_SLOPE;
+        let ends = if straddles {
+            [least.min(-SMALLEST_SLOPE), greatest.max(SMALLEST_SLOPE)]
+        } else {
+            [least, greatest]
+        };
+        Self {
+            axis,
+            slope,
+            spread,
+            negative: !straddles && least < 0.0,
+            straddles,
+            inverse: [(1.0 / ends[0]) as f32, (1.0 / ends[1]) as f32],
+        }
+    }
+}

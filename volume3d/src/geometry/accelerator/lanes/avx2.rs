@@ -1,0 +1,84 @@
+//! Eight lanes in one 256-bit register, with fused multiplication and addition.
+
+use std::arch::x86_64::{__m256, _CMP_LE_OQ};
+
+use pulp::NullaryFnOnce;
+use pulp::x86::V3;
+
+use super::{Lanes, Row, Task};
+
+/// A task whose code is generated for AVX2.
+pub(super) struct Vectorized<T>(pub(super) V3, pub(super) T);
+
+impl<T: Task> NullaryFnOnce for Vectorized<T> {
+    type Output = T::Output;
+
+    #[inline(always)]
+    fn call(self) -> T::Output {
+        self.1.run(self.0)
+    }
+}
+
+impl Lanes for V3 {
+    type Float = __m256;
+
+    #[inline(always)]
+    fn splat(self, value: f32) -> __m256 {
+        self.avx._mm256_set1_ps(value)
+    }
+
+    #[inline(always)]
+    fn load(self, row: &Row) -> __m256 {
+        pulp::cast(*row)
+    }
+
+    #[inline(always)]
+    fn store(self, a: __m256) -> Row {
+        pulp::cast(a)
+    }
+
+    #[inline(always)]
+    fn add(self, a: __m256, b: __m256) -> __m256 {
+        self.avx._mm256_add_ps(a, b)
+    }
+
+    #[inline(always)]
+    fn sub(self, a: __m256, b: __m256) -> __m256 {
+        self.avx._mm256_sub_ps(a, b)
+    }
+
+    #[inline(always)]
+    fn mul(self, a: __m256, b: __m256) -> __m256 {
+        self.avx._mm256_mul_ps(a, b)
+    }
+
+    #[inline(always)]
+    fn mul_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+        self.fma._mm256_fmadd_ps(a, b, c)
+    }
+
+    #[inline(always)]
+    fn mul_sub_from(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+        self.fma._mm256_fnmadd_ps(a, b, c)
+    }
+
+    #[inline(always)]
+    fn min(self, a: __m256, b: __m256) -> __m256 {
+        self.avx._mm256_min_ps(a, b)
+    }
+
+    #[inline(always)]
+    fn max(self, a: __m256, b: __m256) -> __m256 {
+        self.avx._mm256_max_ps(a, b)
+    }
+
+    #[inline(always)]
+    fn abs(self, a: __m256) -> __m256 {
+        self.avx._mm256_andnot_ps(self.avx._mm256_set1_ps(-0.0), a)
+    }
+
+    #[inline(always)]
+    fn less_equal(self, a: __m256, b: __m256) -> u32 {
+        self.avx._mm256_movemask_ps(self.avx._mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) as u32
+    }
+}

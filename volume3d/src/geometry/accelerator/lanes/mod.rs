@@ -1,0 +1,95 @@
+//! Eight single-precision numbers side by side, in the widest registers the machine has.
+//!
+//! The filters of the traversal are written once over [`Lanes`]. What they decide is conservative
+//! on every implementation; a fused or an unfused [`Lanes::mul_add`] changes which triangles are
+//! looked at in double precision, never the answer.
+//!
+//! Code is generated for an instruction set only where it is inlined into [`Instructions::run`]. So everything on
+//! that path is `#[inline(always)]`, and closures, which cannot be, stay off it (with `array::map`).
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+mod portable;
+#[cfg(target_arch = "x86_64")]
+mod sse2;
+
+#[cfg(target_arch = "x86_64")]
+use pulp::x86::{V1, V3};
+
+/// The number of lanes, of children of a node and of triangles in a leaf.
+pub(super) const WIDTH: usize = 8;
+
+/// One number a lane, as it stands in memory.
+pub(super) type Row = [f32; WIDTH];
+
+/// Arithmetic on eight lanes. Comparisons give one bit a lane, lane 0 lowest.
+pub(super) trait Lanes: Copy {
+    /// The eight numbers in registers.
+    type Float: Copy;
+
+    fn splat(self, value: f32) -> Self::Float;
+    fn load(self, row: &Row) -> Self::Float;
+    fn store(self, a: Self::Float) -> Row;
+    fn add(self, a: Self::Float, b: Self::Float) -> Self::Float;
+    fn sub(self, a: Self::Float, b: Self::Float) -> Self::Float;
+    fn mul(self, a: Self::Float, b: Self::Float) -> Self::Float;
+    /// a b + c, rounded once or twice.
+    fn mul_add(self, a: Self::Float, b: Self::Float, c: Self::Float) -> Self::Float;
+    /// c − a b, rounded once or twice.
+    fn mul_sub_from(self, a: Self::Float, b: Self::Float, c: Self::Float) -> Self::Float;
+    fn min(self, a: Self::Float, b: Self::Float) -> Self::Float;
+    fn max(self, a: Self::Float, b: Self::Float) -> Self::Float;
+    fn abs(self, a: Self::Float) -> Self::Float;
+    fn less_equal(self, a: Self::Float, b: Self::Float) -> u32;
+}
+
+/// A piece of work to be compiled for each implementation.
+pub(super) trait Task {
+    type Output;
+    fn run<L: Lanes>(self, lanes: L) -> Self::Output;
+}
+
+/// The instructions that a machine was found to have.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Instructions {
+    #[cfg(target_arch = "x86_64")]
+    Avx2(V3),
+    #[cfg(target_arch = "x86_64")]
+    Sse2(V1),
+    Portable,
+}
+
+impl Instructions {
+    /// The best this machine has.
+    pub(super) fn detect() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        {
+            if let Some(v3) = V3::try_new() {
+                return Self::Avx2(v3);
+            }
+            if let Some(v1) = V1::try_new() {
+                return Self::Sse2(v1);
+            }
+        }
+        Self::Portable
+    }
+
+    #[inline(always)]
+    pub(super) fn run<T: Task>(self, task: T) -> T::Output {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(v3) => v3.vectorize(avx2::Vectorized(v3, task)),
+            #[cfg(target_arch = "x86_64")]
+            Self::Sse2(v1) => task.run(v1),
+            Self::Portable => task.run(portable::Portable),
+        }
+    }
+}
+
+/// Takes the lowest lane from a mask that is not empty.
+#[inline(always)]
+pub(super) fn next(mask: &mut u32) -> usize {
+    let lane = mask.trailing_zeros() as usize;
+    *mask &= *mask - 1;
+    lane
+}

@@ -1,0 +1,72 @@
+//! Eight lanes in an array, for the compiler to vectorise as the target allows.
+
+use std::array::from_fn;
+
+use super::{Lanes, Row};
+
+#[derive(Clone, Copy)]
+pub(super) struct Portable;
+
+impl Lanes for Portable {
+    type Float = Row;
+
+    #[inline(always)]
+    fn splat(self, value: f32) -> Row {
+        [value; 8]
+    }
+
+    #[inline(always)]
+    fn load(self, row: &Row) -> Row {
+        *row
+    }
+
+    #[inline(always)]
+    fn store(self, a: Row) -> Row {
+        a
+    }
+
+    #[inline(always)]
+    fn add(self, a: Row, b: Row) -> Row {
+        from_fn(|i| a[i] + b[i])
+    }
+
+    #[inline(always)]
+    fn sub(self, a: Row, b: Row) -> Row {
+        from_fn(|i| a[i] - b[i])
+    }
+
+    #[inline(always)]
+    fn mul(self, a: Row, b: Row) -> Row {
+        from_fn(|i| a[i] * b[i])
+    }
+
+    #[inline(always)]
+    fn mul_add(self, a: Row, b: Row, c: Row) -> Row {
+        from_fn(|i| a[i] * b[i] + c[i])
+    }
+
+    #[inline(always)]
+    fn mul_sub_from(self, a: Row, b: Row, c: Row) -> Row {
+        from_fn(|i| c[i] - a[i] * b[i])
+    }
+
+    #[inline(always)]
+    fn min(self, a: Row, b: Row) -> Row {
+        from_fn(|i| if a[i] < b[i] { a[i] } else { b[i] })
+    }
+
+    #[inline(always)]
+    fn max(self, a: Row, b: Row) -> Row {
+        from_fn(|i| if a[i] > b[i] { a[i] } else { b[i] })
+    }
+
+    #[inline(always)]
+    fn abs(self, a: Row) -> Row {
+        a.map(f32::abs)
+    }
+
+    #[inline(always)]
+    fn less_equal(self, a: Row, b: Row) -> u32 {
+        (0..8).map(|i| u32::from(a[i] <= b[i]) << i).sum()
+    }
+}

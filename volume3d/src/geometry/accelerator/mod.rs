@@ -1,0 +1,237 @@
+//! Where rays meet a triangle mesh.
+//!
+//! A hierarchy of boxes, eight children a node and up to eight triangles a leaf, is traversed in single precision
+//! with eight lanes at a time. It only ever decides what need not be looked at: boxes and triangles are
+//! refused with derived error bounds. Whether and where a triangle is hit is decided in double precision by a
+//! watertight test. So the answer is a function of ray and mesh alone: the accepted triangle of least distance,
+//! and of those at the same distance the one of lowest index, whatever the instructions of the machine, the
+//! number of threads of the build or the company a ray travels in.
+//!
+//! Coordinates are expected below 10⁷⁵ in magnitude, where products of two areas are finite.
+
+mod build;
+mod bundle;
+mod frame;
+mod lanes;
+mod packet;
+#[cfg(test)]
+mod tests;
+mod traverse;
+mod tree;
+mod watertight;
+
+use build::{Bounds, Reference};
+use frame::{Depth, Frame};
+use glam::{DVec3, Vec3A};
+use lanes::Instructions;
+use rayon::prelude::*;
+use robust::{Coord, orient2d};
+use traverse::{Collect, Traversal};
+use tree::Tree;
+use watertight::{Crossing, Shear};
+
+/// A ray, or the piece of it between two distances.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray {
+    /// Where distances are measured from.
+    pub origin: DVec3,
+    /// Unit length.
+    pub direction: DVec3,
+    /// Hits are farther than this.
+    pub near: f64,
+    /// Hits are nearer than this; may be infinite.
+    pub far: f64,
+    /// The triangle the origin lies on, which is never hit.
+    pub from: Option<u32>,
+}
+
+/// Where a ray meets a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Index of the triangle.
+    pub triangle: u32,
+    /// Distance from the ray's origin, in units of the direction's length.
+    pub distance: f64,
+    /// Weights of the three vertices, nonnegative, with sum 1.
+    pub barycentric: [f64; 3],
+}
+
+/// The triangles of a mesh, arranged for rays.
+///
+/// # Guarantees
+///
+/// - A ray through an edge or a vertex of a closed mesh hits one of its triangles.
+/// - Of several triangles at the least distance the one of lowest index is hit.
+/// - The same ray has the same hit, bit for bit, alone and in a bundle, on every machine.
+/// - A triangle whose corners are exactly collinear, or not finite, is never hit.
+#[derive(Debug)]
+pub struct Accelerator {
+    frame: Frame,
+    tree: Tree,
+    /// Corners of the triangles, in the order of leaves.
+    corners: Vec<[DVec3; 3]>,
+    /// Indices of the triangles, in the same order.
+    triangles: Vec<u32>,
+    bounds: (DVec3, DVec3),
+    instructions: Instructions,
+}
+
+impl Accelerator {
+    /// Builds the hierarchy over `triangles`, which index `positions`.
+    ///
+    /// # Panics
+    ///
+    /// If an index is out of range, or there are 2³¹ triangles or more.
+    #[must_use]
+    pub fn build(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
+        assert!(triangles.len() < 1 << 31, "fewer than 2³¹ triangles");
+        let corners = |triangle: u32| triangles[triangle as usize].map(|vertex| positions[vertex as usize]);
+        let solid: Vec<u32> = (0..triangles.len() as u32)
+            .into_par_iter()
+            .filter(|&triangle| is_solid(&corners(triangle)))
+            .collect();
+        let empty = || (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let union = |a: (DVec3, DVec3), b: (DVec3, DVec3)| (a.0.min(b.0), a.1.max(b.1));
+        let bounds = solid
+            .par_iter()
+            .map(|&triangle| corners(triangle).into_iter().fold(empty(), |sum, p| union(sum, (p, p))))
+            .reduce(empty, union);
+        let frame = if solid.is_empty() {
+            Frame::new(DVec3::ZERO, DVec3::ZERO)
+        } else {
+            Frame::new(bounds.0, bounds.1)
+        };
+        let mut references: Vec<Reference> = solid
+            .into_par_iter()
+            .map(|triangle| Reference {
+                bounds: rounded_out(corners(triangle).map(|p| frame.place(p))),
+                triangle,
+            })
+            .collect();
+        let root = build::build(&mut references);
+        let tree = Tree::new(&root, &references, &frame, corners);
+        Self {
+            frame,
+            tree,
+            corners: references.par_iter().map(|reference| corners(reference.triangle)).collect(),
+            triangles: references.par_iter().map(|reference| reference.triangle).collect(),
+            bounds,
+            instructions: Instructions::detect(),
+        }
+    }
+
+    /// Lower and upper corner of the box around all triangles that can be hit; without any, the lower one is
+    /// +∞ and the upper one −∞.
+    #[must_use]
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        self.bounds
+    }
+
+    /// The first hit of a ray.
+    #[must_use]
+    pub fn closest(&self, ray: &Ray) -> Option<Hit> {
+        let mut closest = Closest::new(self, ray);
+        self.traverse(ray, &mut closest, |closest, depth| closest.depth = Some(depth));
+        closest.hit()
+    }
+
+    /// Whether a ray hits anything.
+    #[must_use]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        let mut any = Any { accelerator: self, ray, found: false };
+        self.traverse(ray, &mut any, |_, _| ());
+        any.found
+    }
+
+    #[inline(always)]
+    fn traverse<C: Collect>(&self, ray: &Ray, collect: &mut C, prepare: impl Fn(&mut C, Depth)) {
+        if self.triangles.is_empty() {
+            return;
+        }
+        let Some(shear) = Shear::new(ray.origin, ray.direction) else { return };
+        let Some(frame_ray) = self.frame.ray(ray.origin, &shear, ray.near, ray.far) else { return };
+        prepare(collect, frame_ray.depth);
+        self.instructions.run(Traversal { accelerator: self, shear: &shear, ray: &frame_ray, collect });
+    }
+}
+
+/// Whether three corners are finite and span an area, decided exactly.
+fn is_solid(corners: &[DVec3; 3]) -> bool {
+    let flat = |x: usize, y: usize| {
+        let [a, b, c] = corners.map(|p| Coord { x: p[x], y: p[y] });
+        orient2d(a, b, c) == 0.0
+    };
+    corners.iter().all(|p| p.is_finite()) && !(flat(0, 1) && flat(1, 2) && flat(2, 0))
+}
+
+/// The box around three points in single precision, no smaller than in double precision.
+fn rounded_out(corners: [DVec3; 3]) -> Bounds {
+    let [a, b, c] = corners;
+    let (lower, upper) = (a.min(b).min(c), a.max(b).max(c));
+    let down = |x: f64| if f64::from(x as f32) <= x { x as f32 } else { (x as f32).next_down() };
+    let up = |x: f64| if f64::from(x as f32) >= x { x as f32 } else { (x as f32).next_up() };
+    Bounds {
+        lower: Vec3A::from_array(lower.to_array().map(down)),
+        upper: Vec3A::from_array(upper.to_array().map(up)),
+    }
+}
+
+/// The least hit so far, by distance and then by index.
+struct Closest<'a> {
+    accelerator: &'a Accelerator,
+    ray: &'a Ray,
+    depth: Option<Depth>,
+    distance: f64,
+    triangle: u32,
+    crossing: Option<Crossing>,
+}
+
+impl<'a> Closest<'a> {
+    fn new(accelerator: &'a Accelerator, ray: &'a Ray) -> Self {
+        Self { accelerator, ray, depth: None, distance: ray.far, triangle: 0, crossing: None }
+    }
+
+    fn hit(&self) -> Option<Hit> {
+        let crossing = self.crossing?;
+        Some(Hit {
+            triangle: self.triangle,
+            distance: crossing.distance,
+            barycentric: crossing.barycentric(),
+        })
+    }
+}
+
+impl Collect for Closest<'_> {
+    #[inline(always)]
+    fn take(&mut self, place: usize, crossing: Crossing) -> Option<f32> {
+        let triangle = self.accelerator.triangles[place];
+        let distance = crossing.distance;
+        let tie = self.crossing.is_some() && distance == self.distance && triangle < self.triangle;
+        let closer = distance < self.distance || tie;
+        if !(closer && distance > self.ray.near) || self.ray.from == Some(triangle) {
+            return None;
+        }
+        (self.distance, self.triangle, self.crossing) = (distance, triangle, Some(crossing));
+        self.depth.map(|depth| depth.above(distance))
+    }
+}
+
+/// Whether there is a hit.
+struct Any<'a> {
+    accelerator: &'a Accelerator,
+    ray: &'a Ray,
+    found: bool,
+}
+
+impl Collect for Any<'_> {
+    #[inline(always)]
+    fn take(&mut self, place: usize, crossing: Crossing) -> Option<f32> {
+        let inside = self.ray.near < crossing.distance && crossing.distance < self.ray.far;
+        if !inside || self.ray.from == Some(self.accelerator.triangles[place]) {
+            return None;
+        }
+        self.found = true;
+        // Nothing is that near: the traversal ends.
+        Some(f32::NEG_INFINITY)
+    }
+}

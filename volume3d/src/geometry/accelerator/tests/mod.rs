@@ -1,0 +1,5 @@
+//! What the accelerator promises.
+
+mod exact;
+mod meshes;
+mod watertight;

@@ -1,0 +1,231 @@
+//! Single rays through the hierarchy: eight boxes, then eight triangles at a time.
+
+use super::Accelerator;
+use super::frame::FrameRay;
+use super::lanes::{Lanes, Row, Task, next};
+use super::tree::{Leaf, Link, Node};
+use super::watertight::{Crossing, Shear};
+
+/// Links kept on the machine's stack: trees of up to 18 levels. Deeper ones take memory from the heap.
+pub(super) const PENDING: usize = 128;
+
+/// A link to be followed later, and the depth at which the ray enters its box.
+#[derive(Clone, Copy)]
+pub(super) struct Pending {
+    pub(super) link: Link,
+    pub(super) depth: f32,
+}
+
+pub(super) const NOTHING: Pending = Pending { link: Link::ROOT, depth: 0.0 };
+
+/// What a traversal collects, and when it has enough.
+pub(super) trait Collect {
+    /// Takes a crossing of the triangle at a place in the order of leaves. The answer is a new limit
+    /// of depth, if there is one.
+    fn take(&mut self, place: usize, crossing: Crossing) -> Option<f32>;
+}
+
+/// One ray through the whole tree.
+pub(super) struct Traversal<'a, C> {
+    pub(super) accelerator: &'a Accelerator,
+    pub(super) shear: &'a Shear,
+    pub(super) ray: &'a FrameRay,
+    pub(super) collect: &'a mut C,
+}
+
+impl<C: Collect> Task for Traversal<'_, C> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) {
+        let pending = self.accelerator.tree.pending;
+        if pending <= PENDING {
+            self.descend(lanes, &mut [NOTHING; PENDING]);
+        } else {
+            self.descend(lanes, &mut vec![NOTHING; pending]);
+        }
+    }
+}
+
+impl<C: Collect> Traversal<'_, C> {
+    #[inline(always)]
+    fn descend<L: Lanes>(self, lanes: L, stack: &mut [Pending]) {
+        let tree = &self.accelerator.tree;
+        let boxes = BoxTest::new(lanes, self.ray);
+        let triangles = TriangleTest::new(lanes, self.shear, self.ray);
+        let mut limit = self.ray.far;
+        stack[0] = Pending { link: Link::ROOT, depth: self.ray.near };
+        let mut height = 1;
+        while height > 0 {
+            height -= 1;
+            let Pending { link, depth } = stack[height];
+            if depth > limit {
+                continue;
+            }
+            if !link.is_leaf() {
+                let node = &tree.nodes[link.index()];
+                let (mask, depths) = boxes.entered(node, limit);
+                height = push(stack, height, node, mask, &depths);
+                continue;
+            }
+            let leaf = &tree.leaves[link.index()];
+            let mut candidates = triangles.candidates(leaf, limit) & link.mask();
+            while candidates != 0 {
+                let lane = next(&mut candidates);
+                let place = leaf.first as usize + lane;
+                if let Some(crossing) = self.shear.intersect(&self.accelerator.corners[place])
+                    && let Some(closer) = self.collect.take(place, crossing)
+                {
+                    limit = closer;
+                }
+            }
+        }
+    }
+}
+
+/// Pushes the children of a mask, the nearest on top; returns the new height.
+#[inline(always)]
+pub(super) fn push(stack: &mut [Pending], height: usize, node: &Node, mut mask: u32, depths: &Row) -> usize {
+    let mut top = height;
+    while mask != 0 {
+        let lane = next(&mut mask);
+        let entry = Pending { link: node.children[lane], depth: depths[lane] };
+        let mut place = top;
+        while place > height && stack[place - 1].depth < entry.depth {
+            stack[place] = stack[place - 1];
+            place -= 1;
+        }
+        stack[place] = entry;
+        top += 1;
+    }
+    top
+}
+
+/// A ray against eight boxes: slabs, with the error bounds in the two origins (see the frame).
+struct BoxTest<L: Lanes> {
+    lanes: L,
+    negative: [bool; 3],
+    /// By axis: origin for the near plane and for the far plane.
+    origins: [[L::Float; 2]; 3],
+    inverse: [L::Float; 3],
+    near: L::Float,
+}
+
+impl<L: Lanes> BoxTest<L> {
+    #[inline(always)]
+    fn new(lanes: L, ray: &FrameRay) -> Self {
+        let mut origins = [[lanes.splat(0.0); 2]; 3];
+        let mut inverse = [lanes.splat(0.0); 3];
+        for axis in 0..3 {
+            let (high, low) = (lanes.splat(ray.origin_high[axis]), lanes.splat(ray.origin_low[axis]));
+            origins[axis] = if ray.negative[axis] { [low, high] } else { [high, low] };
+            inverse[axis] = lanes.splat(ray.inverse[axis]);
+        }
+        Self { lanes, negative: ray.negative, origins, inverse, near: lanes.splat(ray.near) }
+    }
+
+    /// The boxes entered no deeper than `limit`, and the depths where.
+    #[inline(always)]
+    fn entered(&self, node: &Node, limit: f32) -> (u32, Row) {
+        let lanes = self.lanes;
+        let mut enter = self.near;
+        let mut leave = lanes.splat(limit);
+        for axis in 0..3 {
+            let negative = self.negative[axis];
+            let near = lanes.load(&node.planes[axis][usize::from(negative)]);
+            let far = lanes.load(&node.planes[axis][usize::from(!negative)]);
+            let [near_origin, far_origin] = self.origins[axis];
+            enter = lanes.max(enter, lanes.mul(lanes.sub(near, near_origin), self.inverse[axis]));
+            leave = lanes.min(leave, lanes.mul(lanes.sub(far, far_origin), self.inverse[axis]));
+        }
+        (lanes.less_equal(enter, leave), lanes.store(enter))
+    }
+}
+
+/// A ray against eight triangles: keeps all that the exact test would accept, and few others.
+struct TriangleTest<L: Lanes> {
+    lanes: L,
+    axes: [usize; 3],
+    backward: bool,
+    origin: [L::Float; 3],
+    slopes: [L::Float; 2],
+    near: L::Float,
+    /// e, the error of a sheared coordinate.
+    error: f32,
+}
+
+/// Error of an edge function c_x b_y − c_y b_x of sheared coordinates off by e, over e times the sum of
+/// |x| + |y| over all three vertices: the errors of the factors contribute e (|b_x| + |b_y| + |c_x| + |c_y|) + 2 e².
+/// The roundings of two products and a difference contribute 2 u (|c_x b_y| + |c_y b_x|) with all coordinates
+/// below 4, so 8 u (|b_x| + |b_y|) or less than half of e. The computed coordinates may be smaller than the true
+/// ones by e each, which is within the absolute term of [`EDGE_FLOOR`].
+const EDGE_SHARE: f32 = 1.5;
+
+/// The terms of second order of the same bound, over e²: 2, and 1.5 for each of 6 coordinates.
+const EDGE_FLOOR: f32 = 12.0;
+
+impl<L: Lanes> TriangleTest<L> {
+    #[inline(always)]
+    fn new(lanes: L, shear: &Shear, ray: &FrameRay) -> Self {
+        let [x, y, z] = ray.vertex_origin;
+        Self {
+            lanes,
+            axes: shear.axes,
+            backward: shear.backward(),
+            origin: [lanes.splat(x), lanes.splat(y), lanes.splat(z)],
+            slopes: [lanes.splat(ray.slopes[0]), lanes.splat(ray.slopes[1])],
+            near: lanes.splat(ray.near),
+            error: ray.vertex_error,
+        }
+    }
+
+    #[inline(always)]
+    fn candidates(&self, leaf: &Leaf, limit: f32) -> u32 {
+        let lanes = self.lanes;
+        let [a, b, c] = &leaf.vertices;
+        let (a, b, c) = (self.sheared(a), self.sheared(b), self.sheared(c));
+        let (u, v, w) = (edge(lanes, c, b), edge(lanes, a, c), edge(lanes, b, a));
+        let error = self.error;
+        let slack = lanes.mul_add(
+            lanes.splat(EDGE_SHARE * error),
+            lanes.add(lanes.add(size(lanes, a), size(lanes, b)), size(lanes, c)),
+            lanes.splat(EDGE_FLOOR * error * error),
+        );
+        let zero = lanes.splat(0.0);
+        let least = lanes.min(lanes.min(u, v), w);
+        let greatest = lanes.max(lanes.max(u, v), w);
+        let inside = lanes.less_equal(zero, lanes.add(least, slack)) | lanes.less_equal(greatest, slack);
+        // A crossing lies between the depths of the vertices.
+        let (mut first, mut last) =
+            (lanes.min(lanes.min(a[2], b[2]), c[2]), lanes.max(lanes.max(a[2], b[2]), c[2]));
+        if self.backward {
+            (first, last) = (lanes.sub(zero, last), lanes.sub(zero, first));
+        }
+        let error = lanes.splat(error);
+        inside
+            & lanes.less_equal(lanes.sub(first, error), lanes.splat(limit))
+            & lanes.less_equal(self.near, lanes.add(last, error))
+    }
+
+    #[inline(always)]
+    fn sheared(&self, vertex: &[Row; 3]) -> [L::Float; 3] {
+        let lanes = self.lanes;
+        let [x, y, z] = self.axes;
+        let x = lanes.sub(lanes.load(&vertex[x]), self.origin[0]);
+        let y = lanes.sub(lanes.load(&vertex[y]), self.origin[1]);
+        let z = lanes.sub(lanes.load(&vertex[z]), self.origin[2]);
+        [lanes.mul_sub_from(self.slopes[0], z, x), lanes.mul_sub_from(self.slopes[1], z, y), z]
+    }
+}
+
+/// c_x b_y − c_y b_x.
+#[inline(always)]
+pub(super) fn edge<L: Lanes>(lanes: L, c: [L::Float; 3], b: [L::Float; 3]) -> L::Float {
+    lanes.mul_sub_from(c[1], b[0], lanes.mul(c[0], b[1]))
+}
+
+/// |x| + |y|.
+#[inline(always)]
+pub(super) fn size<L: Lanes>(lanes: L, p: [L::Float; 3]) -> L::Float {
+    lanes.add(lanes.abs(p[0]), lanes.abs(p[1]))
+}

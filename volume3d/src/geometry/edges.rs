@@ -1,0 +1,152 @@
+//! Where what is seen of a mesh jumps: the distance of a hit from the nearest such edge.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use crate::scene::{NONE, Reflectance, Scene, Triangle};
+
+/// What lies beyond an edge of a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Beyond {
+    /// Nothing that continues the surface and its shading: from wherever the edge is seen, what is seen jumps
+    /// there. A border, an edge of three triangles or more, a crease of flat shading, a seam of normals or of
+    /// a texture.
+    Jump,
+    /// Another triangle that continues surface and shading. What is seen jumps where only one of the two
+    /// faces the viewer.
+    Smooth { triangle: u32 },
+}
+
+/// The edges of all triangles of a scene.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Edges {
+    /// For edge k of a triangle, from corner k to corner k + 1.
+    beyond: Vec<[Beyond; 3]>,
+    /// The smallest radius of curvature around each triangle, from the angles between faces; infinite where
+    /// all edges are jumps or flat.
+    radius: Vec<f64>,
+}
+
+impl Edges {
+    pub(crate) fn build(scene: &Scene) -> Self {
+        let mut sides: HashMap<[u32; 2], Vec<(u32, u8)>> = HashMap::with_capacity(scene.triangles.len() * 2);
+        for (t, triangle) in scene.triangles.iter().enumerate() {
+            for k in 0..3 {
+                let [a, b] = edge(triangle, k);
+                sides.entry([a.min(b), a.max(b)]).or_default().push((t as u32, k as u8));
+            }
+        }
+        let mut beyond = vec![[Beyond::Jump; 3]; scene.triangles.len()];
+        let mut radius = vec![f64::INFINITY; scene.triangles.len()];
+        for pair in sides.values() {
+            let &[(s, i), (t, j)] = pair.as_slice() else { continue };
+            let continues = continues(scene, (s, i as usize), (t, j as usize));
+            if continues {
+                beyond[s as usize][i as usize] = Beyond::Smooth { triangle: t };
+                beyond[t as usize][j as usize] = Beyond::Smooth { triangle: s };
+                let r = radius_across(scene, s, t);
+                for face in [s, t] {
+                    radius[face as usize] = radius[face as usize].min(r);
+                }
+            }
+        }
+        Self { beyond, radius }
+    }
+
+    /// A lower estimate of the angle, seen from `origin`, between a hit and the nearest jump of what is seen.
+    /// It vanishes on every jump that bounds the hit surface.
+    ///
+    /// For edges of the hit triangle it is the angle to their great circles. The silhouette of a smooth
+    /// surface farther away than one triangle is estimated from the cosine c = |n·ω| as that of a sphere with
+    /// the surface's smallest radius of curvature r: r c²/(2 t).
+    pub(crate) fn angular_distance(
+        &self,
+        scene: &Scene,
+        triangle: u32,
+        origin: DVec3,
+        direction: DVec3,
+        distance: f64,
+    ) -> f64 {
+        let corners = scene.triangles[triangle as usize].positions;
+        let p = corners.map(|i| scene.positions[i as usize] - origin);
+        let normal = (p[1] - p[0]).cross(p[2] - p[0]);
+        let facing = normal.dot(p[0]);
+        let radius = self.radius[triangle as usize];
+        let mut nearest = f64::INFINITY;
+        if radius.is_finite() {
+            let cosine_squared = normal.dot(direction).powi(2) / normal.length_squared();
+            nearest = 0.5 * radius * cosine_squared / distance;
+        }
+        for (k, beyond) in self.beyond[triangle as usize].into_iter().enumerate() {
+            let jumps = match beyond {
+                Beyond::Jump => true,
+                Beyond::Smooth { triangle } => facing * self.facing(scene, triangle, origin) <= 0.0,
+            };
+            if jumps {
+                let plane = p[k].cross(p[(k + 1) % 3]);
+                nearest = nearest.min((plane.dot(direction) / plane.length()).abs());
+            }
+        }
+        nearest
+    }
+
+    fn facing(&self, scene: &Scene, triangle: u32, origin: DVec3) -> f64 {
+        let [a, b, c] = scene.triangles[triangle as usize].positions.map(|i| scene.positions[i as usize]);
+        (b - a).cross(c - a).dot(a - origin)
+    }
+}
+
+fn edge(triangle: &Triangle, k: usize) -> [u32; 2] {
+    [triangle.positions[k], triangle.positions[(k + 1) % 3]]
+}
+
+/// Whether surface, normals and texture go on across an edge.
+fn continues(scene: &Scene, (s, i): (u32, usize), (t, j): (u32, usize)) -> bool {
+    let (s, t) = (&scene.triangles[s as usize], &scene.triangles[t as usize]);
+    let ends = |triangle: &Triangle, table: [u32; 3], k: usize| {
+        let flipped = edge(triangle, k)[0] > edge(triangle, k)[1];
+        let [a, b] = [table[k], table[(k + 1) % 3]];
+        if flipped { [b, a] } else { [a, b] }
+    };
+    // The two must run along the edge in opposite senses, or front and back meet in it.
+    if edge(s, i) == edge(t, j) || s.shape != t.shape {
+        return false;
+    }
+    let shape = &scene.description.shapes[s.shape as usize];
+    let textured =
+        matches!(scene.description.materials[shape.material].bsdf.reflectance(), Reflectance::Texture(_));
+    let same_uv = !textured || {
+        let at = |triangle: &Triangle, k| ends(triangle, triangle.uvs, k).map(|n| scene.uvs[n as usize]);
+        at(s, i) == at(t, j)
+    };
+    let same_normals = if s.normals[0] == NONE {
+        coplanar(scene, s, t)
+    } else {
+        let at = |triangle: &Triangle, k| ends(triangle, triangle.normals, k);
+        let value = |n: [u32; 2]| n.map(|n| scene.normals[n as usize]);
+        at(s, i) == at(t, j) || value(at(s, i)) == value(at(t, j))
+    };
+    same_uv && same_normals
+}
+
+/// Whether two flat-shaded triangles shade alike, to rounding. Vertices that move may bend the edge between
+/// them; but as long as nothing jumps there, nothing that moves there counts.
+fn coplanar(scene: &Scene, s: &Triangle, t: &Triangle) -> bool {
+    let normal = |triangle: &Triangle| {
+        let [a, b, c] = triangle.positions.map(|i| scene.positions[i as usize]);
+        (b - a).cross(c - a).normalize_or_zero()
+    };
+    (normal(s) - normal(t)).length() <= 1e-12
+}
+
+/// The distance of the centroids of two triangles over the angle between their normals.
+fn radius_across(scene: &Scene, s: u32, t: u32) -> f64 {
+    let corners = |i: u32| scene.triangles[i as usize].positions.map(|p| scene.positions[p as usize]);
+    let normal = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).normalize_or_zero();
+    let centre = |p: [DVec3; 3]| (p[0] + p[1] + p[2]) / 3.0;
+    let (s, t) = (corners(s), corners(t));
+    let (m, n) = (normal(s), normal(t));
+    let angle = m.cross(n).length().atan2(m.dot(n));
+    (centre(s) - centre(t)).length() / angle
+}

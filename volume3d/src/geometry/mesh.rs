@@ -1,0 +1,347 @@
+//! Triangle meshes whose positions, normals and texture coordinates each have their own topology.
+
+use std::collections::HashMap;
+
+use glam::{DAffine3, DMat3, DVec2, DVec3};
+
+/// Values on the corners of triangles: a table, and for every triangle three indices into it.
+///
+/// A seam is where two triangles share positions but not these indices; it is no seam of the surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Attribute<T> {
+    /// The table.
+    pub values: Vec<T>,
+    /// Three indices into it for every triangle of the mesh, in the mesh's order.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Where the shading normals of a mesh come from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Normals {
+    /// The normal of each triangle: every edge is a jump of shading.
+    Face,
+    /// The mean of the normals of the triangles around a vertex, weighted by their angles there
+    /// (Thürmer and Wüthrich 1998), interpolated over the triangle. They follow the positions. The
+    /// vertices are those of the given topology, so that duplicated vertices make a crease.
+    AngleWeighted {
+        /// Three normal indices for every triangle.
+        triangles: Vec<[u32; 3]>,
+        /// How many normals there are.
+        count: usize,
+    },
+    /// Given values, interpolated. They turn with a rigid motion of their shape, and stand still when
+    /// single vertices move.
+    Given(Attribute<DVec3>),
+}
+
+/// What is wrong with a mesh.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MeshError {
+    /// A coordinate of a position, normal or texture coordinate is NaN or infinite.
+    #[error("{what} {index} is not finite")]
+    NotFinite {
+        /// "position", "normal" or "texture coordinate".
+        what: &'static str,
+        /// Its index.
+        index: usize,
+    },
+    /// A triangle names a corner that does not exist.
+    #[error("triangle {triangle} refers to {what} {index}, but there are only {count}")]
+    OutOfRange {
+        /// "position", "normal" or "texture coordinate".
+        what: &'static str,
+        /// The triangle.
+        triangle: usize,
+        /// The index it names.
+        index: u32,
+        /// How many there are.
+        count: usize,
+    },
+    /// An attribute does not have one entry for each triangle.
+    #[error("{what} indices are given for {found} triangles, but the mesh has {expected}")]
+    Attribute {
+        /// "normal" or "texture coordinate".
+        what: &'static str,
+        /// How many entries there are.
+        found: usize,
+        /// How many triangles there are.
+        expected: usize,
+    },
+    /// More vertices or triangles than 32 bits count.
+    #[error("a mesh may have at most 2^32 - 2 vertices and triangles, not {count}")]
+    TooLarge {
+        /// How many there are.
+        count: usize,
+    },
+}
+
+/// A triangle mesh.
+///
+/// Open borders, edges of more than two triangles, unreferenced vertices and triangles of zero area are
+/// all legal: a border and a non-manifold edge count as silhouettes from everywhere, and a triangle of zero
+/// area is never hit.
+///
+/// # Guarantees
+/// Every position, normal and texture coordinate is finite, every index in range.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mesh {
+    positions: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    normals: Normals,
+    uvs: Option<Attribute<DVec2>>,
+    sources: Vec<u32>,
+}
+
+impl Mesh {
+    /// A mesh with the normals of its faces.
+    ///
+    /// Vertices at the same place become one, so that what a file duplicated for the sake of normals or
+    /// texture coordinates does not tear the surface; [`sources`](Self::sources) tells which became which.
+    ///
+    /// # Errors
+    /// [`MeshError`], for coordinates that are not finite and indices out of range.
+    pub fn new(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Result<Self, MeshError> {
+        check_count(positions.len().max(triangles.len()))?;
+        check_finite("position", positions.iter().map(|p| p.is_finite()))?;
+        check_range("position", &triangles, positions.len())?;
+        let (positions, sources) = weld(&positions);
+        let triangles = triangles.into_iter().map(|t| t.map(|i| sources[i as usize])).collect();
+        Ok(Self { positions, triangles, normals: Normals::Face, uvs: None, sources })
+    }
+
+    /// The same mesh with other normals.
+    ///
+    /// # Errors
+    /// [`MeshError`] if they do not fit the triangles.
+    pub fn with_normals(mut self, normals: Normals) -> Result<Self, MeshError> {
+        match &normals {
+            Normals::Face => {}
+            Normals::AngleWeighted { triangles, count } => {
+                self.check_attribute("normal", triangles, *count)?;
+            }
+            Normals::Given(normals) => {
+                self.check_attribute("normal", &normals.triangles, normals.values.len())?;
+                check_finite("normal", normals.values.iter().map(|n| n.is_finite()))?;
+            }
+        }
+        self.normals = normals;
+        Ok(self)
+    }
+
+    /// The same mesh with one normal a vertex, interpolated: [`Normals::AngleWeighted`] on its own topology.
+    #[must_use]
+    pub fn smooth(mut self) -> Self {
+        self.normals =
+            Normals::AngleWeighted { triangles: self.triangles.clone(), count: self.positions.len() };
+        self
+    }
+
+    /// The same mesh with texture coordinates.
+    ///
+    /// # Errors
+    /// [`MeshError`] if they do not fit the triangles.
+    pub fn with_uvs(mut self, uvs: Attribute<DVec2>) -> Result<Self, MeshError> {
+        self.check_attribute("texture coordinate", &uvs.triangles, uvs.values.len())?;
+        check_finite("texture coordinate", uvs.values.iter().map(|p| p.is_finite()))?;
+        self.uvs = Some(uvs);
+        Ok(self)
+    }
+
+    /// The square [−1, 1]² in the plane z = 0, facing +z, with texture coordinates [0, 1]².
+    #[must_use]
+    pub fn rectangle() -> Self {
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+        let triangles = vec![[0, 1, 2], [0, 2, 3]];
+        let uvs = corners.iter().map(|&(x, y)| 0.5 * DVec2::new(x + 1.0, y + 1.0)).collect();
+        Self {
+            positions: corners.iter().map(|&(x, y)| DVec3::new(x, y, 0.0)).collect(),
+            uvs: Some(Attribute { values: uvs, triangles: triangles.clone() }),
+            triangles,
+            normals: Normals::Face,
+            sources: (0..4).collect(),
+        }
+    }
+
+    /// The cube [−1, 1]³, facing outwards, with texture coordinates [0, 1]² on each face.
+    #[must_use]
+    pub fn cube() -> Self {
+        let corner = |i: u32| {
+            let side = |bit: u32| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
+            DVec3::new(side(0), side(1), side(2))
+        };
+        // Corners of each face, counter-clockwise from outside.
+        let faces: [[u32; 4]; 6] =
+            [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+        let triangles = faces.iter().flat_map(|f| [[f[0], f[1], f[2]], [f[0], f[2], f[3]]]).collect();
+        let uvs = Attribute {
+            values: vec![DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y],
+            triangles: [[0, 1, 2], [0, 2, 3]].repeat(6),
+        };
+        Self {
+            positions: (0..8).map(corner).collect(),
+            triangles,
+            normals: Normals::Face,
+            uvs: Some(uvs),
+            sources: (0..8).collect(),
+        }
+    }
+
+    /// The mesh carried by an affine map. Given normals are carried as normals; a map that mirrors turns the
+    /// triangles round, so that what faced outwards still does.
+    #[must_use]
+    pub fn transformed(mut self, map: &DAffine3) -> Self {
+        for p in &mut self.positions {
+            *p = map.transform_point3(*p);
+        }
+        let mirrors = map.matrix3.determinant() < 0.0;
+        if let Normals::Given(normals) = &mut self.normals {
+            let carry = cofactors(&map.matrix3) * if mirrors { -1.0 } else { 1.0 };
+            for n in &mut normals.values {
+                *n = (carry * *n).normalize_or_zero();
+            }
+        }
+        if mirrors {
+            self.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+            match &mut self.normals {
+                Normals::Face => {}
+                Normals::AngleWeighted { triangles, .. } => triangles.iter_mut().for_each(|t| t.swap(1, 2)),
+                Normals::Given(normals) => normals.triangles.iter_mut().for_each(|t| t.swap(1, 2)),
+            }
+            if let Some(uvs) = &mut self.uvs {
+                uvs.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+            }
+        }
+        self
+    }
+
+    /// The places of the vertices, each once.
+    #[must_use]
+    pub fn positions(&self) -> &[DVec3] {
+        &self.positions
+    }
+
+    /// Three positions for every triangle, counter-clockwise as seen from the front.
+    #[must_use]
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Where the shading normals come from.
+    #[must_use]
+    pub fn normals(&self) -> &Normals {
+        &self.normals
+    }
+
+    /// Texture coordinates, if there are any.
+    #[must_use]
+    pub fn uvs(&self) -> Option<&Attribute<DVec2>> {
+        self.uvs.as_ref()
+    }
+
+    /// For every vertex that was given to [`Mesh::new`], the position it became.
+    #[must_use]
+    pub fn sources(&self) -> &[u32] {
+        &self.sources
+    }
+
+    fn check_attribute(
+        &self,
+        what: &'static str,
+        triangles: &[[u32; 3]],
+        count: usize,
+    ) -> Result<(), MeshError> {
+        check_count(count)?;
+        let (found, expected) = (triangles.len(), self.triangles.len());
+        if found != expected {
+            return Err(MeshError::Attribute { what, found, expected });
+        }
+        check_range(what, triangles, count)
+    }
+}
+
+/// det(M) M⁻ᵀ, which carries normals and exists for every M.
+fn cofactors(m: &DMat3) -> DMat3 {
+    let [a, b, c] = [m.x_axis, m.y_axis, m.z_axis];
+    DMat3::from_cols(b.cross(c), c.cross(a), a.cross(b))
+}
+
+/// Each place once, and for each input the place it became.
+fn weld(positions: &[DVec3]) -> (Vec<DVec3>, Vec<u32>) {
+    let mut places = HashMap::with_capacity(positions.len());
+    let mut welded = Vec::with_capacity(positions.len());
+    let sources = positions
+        .iter()
+        .map(|p| {
+            // + 0 makes −0 and 0 one.
+            let key = p.to_array().map(|x| (x + 0.0).to_bits());
+            *places.entry(key).or_insert_with(|| {
+                welded.push(*p);
+                welded.len() as u32 - 1
+            })
+        })
+        .collect();
+    (welded, sources)
+}
+
+fn check_count(count: usize) -> Result<(), MeshError> {
+    if count < u32::MAX as usize { Ok(()) } else { Err(MeshError::TooLarge { count }) }
+}
+
+fn check_finite(what: &'static str, mut finite: impl Iterator<Item = bool>) -> Result<(), MeshError> {
+    finite.position(|f| !f).map_or(Ok(()), |index| Err(MeshError::NotFinite { what, index }))
+}
+
+fn check_range(what: &'static str, triangles: &[[u32; 3]], count: usize) -> Result<(), MeshError> {
+    for (triangle, corners) in triangles.iter().enumerate() {
+        if let Some(&index) = corners.iter().find(|&&i| i as usize >= count) {
+            return Err(MeshError::OutOfRange { what, triangle, index, count });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cube_and_rectangle_face_outwards() {
+        let cube = Mesh::cube();
+        for t in cube.triangles() {
+            let [a, b, c] = t.map(|i| cube.positions()[i as usize]);
+            assert!((b - a).cross(c - a).dot(a + b + c) > 0.0, "{t:?}");
+        }
+        let square = Mesh::rectangle();
+        let [a, b, c] = square.triangles()[1].map(|i| square.positions()[i as usize]);
+        assert!((b - a).cross(c - a).z > 0.0);
+    }
+
+    #[test]
+    fn a_mirror_keeps_the_outside_outside() {
+        let mirrored = Mesh::cube().transformed(&DAffine3::from_scale(DVec3::new(-1.0, 2.0, 3.0)));
+        for t in mirrored.triangles() {
+            let [a, b, c] = t.map(|i| mirrored.positions()[i as usize]);
+            assert!((b - a).cross(c - a).dot(a + b + c) > 0.0, "{t:?}");
+        }
+    }
+
+    #[test]
+    fn duplicated_vertices_become_one() {
+        let p = DVec3::new(1.0, -0.0, 0.0);
+        let q = DVec3::new(1.0, 0.0, 0.0);
+        let mesh = Mesh::new(vec![p, DVec3::Y, q, DVec3::Z], vec![[0, 1, 3], [2, 3, 1]]).unwrap();
+        assert_eq!(mesh.positions().len(), 3);
+        assert_eq!(mesh.sources(), [0, 1, 0, 2]);
+        assert_eq!(mesh.triangles(), [[0, 1, 2], [0, 2, 1]]);
+    }
+
+    #[test]
+    fn bad_meshes_are_refused_by_name() {
+        let nan = Mesh::new(vec![DVec3::ZERO, DVec3::NAN], vec![]);
+        assert_eq!(nan, Err(MeshError::NotFinite { what: "position", index: 1 }));
+        let range = Mesh::new(vec![DVec3::ZERO], vec![[0, 0, 7]]);
+        assert!(matches!(range, Err(MeshError::OutOfRange { triangle: 0, index: 7, count: 1, .. })));
+        let few = Mesh::cube().with_uvs(Attribute { values: vec![DVec2::ZERO], triangles: vec![] });
+        assert!(matches!(few, Err(MeshError::Attribute { found: 0, expected: 12, .. })));
+    }
+}

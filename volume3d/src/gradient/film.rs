@@ -1,0 +1,221 @@
+//! The film: where samples fall, what they weigh, and how points of space move on it.
+
+use glam::{DVec2, DVec3};
+
+use crate::calculus::{Frame, Number, Vec3};
+use crate::gradient::{CameraChange, NonFinite};
+use crate::scene::{Camera, Filter, Scene};
+
+/// The image plane in pixels, x to the right and y down from the top left corner of the whole film.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FilmPlane {
+    pub(crate) columns: usize,
+    pub(crate) rows: usize,
+    /// How many cells around the image samples fall into.
+    pub(crate) reach: usize,
+    /// The first pixel of the image.
+    corner: DVec2,
+    centre: DVec2,
+    filter: Filter,
+    /// Pixels a unit of tangent.
+    focal: f64,
+}
+
+impl FilmPlane {
+    pub(crate) fn new(scene: &Scene) -> Self {
+        let film = &scene.description.film;
+        let (columns, rows) = scene.size();
+        let corner = film.crop.map_or(DVec2::ZERO, |c| DVec2::new(c.x as f64, c.y as f64));
+        let radius: f64 = match film.filter {
+            Filter::Box => 0.5,
+            Filter::Tent { radius } => radius,
+            Filter::Gaussian { deviation } => GAUSSIAN_CUT * deviation,
+        };
+        Self {
+            columns,
+            rows,
+            // The edges of box pixels belong to the cells on both sides.
+            reach: ((radius - 0.5).ceil() as usize).max(1),
+            corner,
+            centre: 0.5 * DVec2::new(film.width as f64, film.height as f64),
+            filter: film.filter,
+            focal: focal_length(&scene.description.camera, film.width),
+        }
+    }
+
+    /// Whether the filter is the pixel itself.
+    pub(crate) fn is_box(&self) -> bool {
+        self.filter == Filter::Box
+    }
+
+    /// A point of the cell (i, j), counted from the image's first pixel less the filter's reach.
+    pub(crate) fn point(&self, i: usize, j: usize, within: [f64; 2]) -> DVec2 {
+        let reach = self.reach as f64;
+        self.corner + DVec2::new(i as f64 - reach + within[0], j as f64 - reach + within[1])
+    }
+
+    /// Whether samples of a cell reach any pixel.
+    pub(crate) fn cell_counts(&self, i: usize, j: usize) -> bool {
+        let beside = |i: usize, n: usize| i < 1 || i > n;
+        !self.is_box() || !(beside(i, self.columns) || beside(j, self.rows))
+    }
+
+    /// The image's column that is the `a`-th of the neighbourhood of the cells in column `i`.
+    pub(crate) fn pixel_column(&self, i: usize, a: usize) -> Option<usize> {
+        (i + a).checked_sub(2 * self.reach).filter(|&x| x < self.columns)
+    }
+
+    /// The image's row that is the `b`-th of the neighbourhood of the cells in row `j`.
+    pub(crate) fn pixel_row(&self, j: usize, b: usize) -> Option<usize> {
+        (j + b).checked_sub(2 * self.reach).filter(|&y| y < self.rows)
+    }
+
+    /// Calls with every pixel that a sample of the cell (i, j) reaches: its place (a, b) in the neighbourhood
+    /// and (x, y) in the image.
+    pub(crate) fn for_each_pixel(&self, i: usize, j: usize, mut f: impl FnMut(usize, usize, usize, usize)) {
+        let around = if self.is_box() { 1..=1 } else { 0..=2 * self.reach };
+        for b in around.clone() {
+            for a in around.clone() {
+                if let (Some(x), Some(y)) = (self.pixel_column(i, a), self.pixel_row(j, b)) {
+                    f(a, b, x, y);
+                }
+            }
+        }
+    }
+
+    /// Where a sample is that was not finite.
+    pub(crate) fn located(&self, i: usize, j: usize, sample: usize) -> NonFinite {
+        let reach = self.reach as isize;
+        NonFinite { column: i as isize - reach, row: j as isize - reach, sample }
+    }
+
+    /// The weight h of a point for the pixel (i, j) of the image.
+    pub(crate) fn weight<T: Number>(&self, [x, y]: [T; 2], i: usize, j: usize) -> T {
+        let centre = self.corner + DVec2::new(i as f64 + 0.5, j as f64 + 0.5);
+        let at = |x: T, c: f64| weight(self.filter, x - T::constant(c));
+        match self.filter {
+            // Samples of a pixel are those of its cell; its edge is an integral of its own.
+            Filter::Box => T::constant(1.0),
+            _ => at(x, centre.x) * at(y, centre.y),
+        }
+    }
+
+    /// The frame of the camera as it stands.
+    pub(crate) fn frame(&self, camera: &Camera) -> Frame<f64> {
+        Frame {
+            origin: Vec3::constant(camera.origin),
+            right: Vec3::constant(camera.right),
+            up: Vec3::constant(camera.up),
+            forward: Vec3::constant(camera.forward),
+            focal: self.focal,
+        }
+    }
+
+    /// The direction of the ray through a film point.
+    pub(crate) fn direction<T: Number>(&self, frame: &Frame<T>, [x, y]: [T; 2]) -> Vec3<T> {
+        let a = (x - T::constant(self.centre.x)) / frame.focal;
+        let b = (T::constant(self.centre.y) - y) / frame.focal;
+        (frame.forward + frame.right * a + frame.up * b).normalized()
+    }
+
+    /// Pixels a radian along directions through the axis' side, f/cos θ, for a ray at angle θ to the axis.
+    pub(crate) fn scale(&self, camera: &Camera, direction: DVec3) -> f64 {
+        self.focal / direction.dot(camera.forward)
+    }
+
+    /// The velocity on the film of a point seen along a direction, as a linear form in (ẋ − ȯ)/distance, the
+    /// camera's angular velocity and the rate of its field of view.
+    pub(crate) fn velocity(&self, camera: &Camera, direction: DVec3) -> FilmVelocity {
+        let depth = direction.dot(camera.forward);
+        let (a, b) = (direction.dot(camera.right) / depth, direction.dot(camera.up) / depth);
+        FilmVelocity {
+            direction,
+            rows: [
+                (camera.right - a * camera.forward) * (self.focal / depth),
+                (b * camera.forward - camera.up) * (self.focal / depth),
+            ],
+            zoom: DVec2::new(a, -b) * focal_rate(self.focal, camera.field_of_view),
+        }
+    }
+
+    /// df/d(field of view), with f = (W/2)/tan(fov/2).
+    pub(crate) fn focal_rate(&self, camera: &Camera) -> f64 {
+        focal_rate(self.focal, camera.field_of_view)
+    }
+}
+
+/// See [`FilmPlane::velocity`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FilmVelocity {
+    direction: DVec3,
+    rows: [DVec3; 2],
+    zoom: DVec2,
+}
+
+impl FilmVelocity {
+    /// u̇ = J (relative − ω × direction) + zoom ḟov, with relative = (ẋ − ȯ)/distance.
+    pub(crate) fn of(&self, relative: DVec3, camera: &CameraChange) -> DVec2 {
+        let apparent = relative - camera.rotation.cross(self.direction);
+        DVec2::new(self.rows[0].dot(apparent), self.rows[1].dot(apparent)) + self.zoom * camera.field_of_view
+    }
+
+    /// The transpose: what a covector of u̇ gives to `relative`, and to the rates of rotation and field of view.
+    pub(crate) fn transpose(&self, covector: DVec2) -> (DVec3, DVec3, f64) {
+        let apparent = self.rows[0] * covector.x + self.rows[1] * covector.y;
+        (apparent, -self.direction.cross(apparent), self.zoom.dot(covector))
+    }
+}
+
+/// Mitsuba 3 cuts its Gaussian off at this many standard deviations.
+const GAUSSIAN_CUT: f64 = 4.0;
+
+fn focal_length(camera: &Camera, width: usize) -> f64 {
+    0.5 * width as f64 / (0.5 * camera.field_of_view).tan()
+}
+
+fn focal_rate(focal: f64, field_of_view: f64) -> f64 {
+    // d(1/tan(φ/2))/dφ = −1/(2 sin²(φ/2)) = −1/(tan(φ/2) sin φ)
+    -focal / field_of_view.sin()
+}
+
+/// The filter along one axis, with integral 1.
+fn weight<T: Number>(filter: Filter, x: T) -> T {
+    match filter {
+        Filter::Box => T::constant(1.0),
+        Filter::Tent { radius } => {
+            let distance = if x.value() < 0.0 { -x } else { x };
+            (T::constant(radius) - distance).positive() * (1.0 / (radius * radius))
+        }
+        Filter::Gaussian { deviation } => {
+            let floor = (-0.5 * GAUSSIAN_CUT * GAUSSIAN_CUT).exp();
+            let bell = (x.squared() * (-0.5 / (deviation * deviation))).exp();
+            (bell - T::constant(floor)).positive() * (1.0 / gaussian_integral(deviation, floor))
+        }
+    }
+}
+
+/// ∫ over ±4σ of e^{−x²/2σ²} − e^{−8}.
+fn gaussian_integral(deviation: f64, floor: f64) -> f64 {
+    let whole = (2.0 * std::f64::consts::PI).sqrt() * deviation * ERF_OF_CUT;
+    whole - 2.0 * GAUSSIAN_CUT * deviation * floor
+}
+
+/// erf(4/√2).
+const ERF_OF_CUT: f64 = 0.999_936_657_516_333_8;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn filters_integrate_to_one() {
+        for filter in
+            [Filter::Tent { radius: 1.0 }, Filter::Tent { radius: 2.5 }, Filter::Gaussian { deviation: 0.5 }]
+        {
+            let n = 40_000;
+            let sum: f64 =
+                (0..n).map(|i| weight(filter, -5.0 + 10.0 * (f64::from(i) + 0.5) / f64::from(n))).sum();
+            assert!((sum * 10.0 / f64::from(n) - 1.0).abs() < 1e-7, "{filter:?}");
+        }
+    }
+}

@@ -1,0 +1,37 @@
+//! Derivatives of images: what may change, forward and reverse, one file a method.
+
+mod auxiliary;
+mod change;
+mod film;
+mod forward;
+mod motion;
+mod primal;
+mod progress;
+mod result;
+mod reverse;
+mod strip;
+#[cfg(test)]
+mod tests;
+mod warped_area;
+
+pub use change::{CameraChange, Change, Unsupported, Wanted};
+pub use primal::render;
+pub use progress::{Progress, Stopped};
+pub use result::{GradientImage, Image, NonFinite, Terms};
+pub use warped_area::{GradientError, WarpedArea};
+
+/// Streams of random numbers, by what they are for: a path is the same whether its gradient is taken or not.
+const PATH: u64 = 0;
+const AUXILIARY: u64 = 1;
+const EDGE: u64 = 2;
+/// Mixed into the seed of the image that is subtracted, which must not depend on the samples.
+const BASELINE: u64 = 0x9E37_79B9_7F4A_7C15;
+
+/// Rows of cells in groups that are computed together and summed in order, so that memory does not grow with
+/// the image and sums do not depend on threads.
+fn waves(rows: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
+    (0..rows).step_by(WAVE).map(move |start| start..(start + WAVE).min(rows))
+}
+
+/// Enough rows to keep many threads busy.
+const WAVE: usize = 64;

@@ -1,0 +1,62 @@
+//! How far a computation is, and whether it shall stop.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// What a long computation tells and asks.
+#[derive(Default)]
+pub struct Progress {
+    start: Option<Box<dyn Fn(usize) + Send + Sync>>,
+    step: Option<Box<dyn Fn() + Send + Sync>>,
+    stop: Option<&'static AtomicBool>,
+}
+
+impl std::fmt::Debug for Progress {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Progress")
+    }
+}
+
+/// A computation was asked to stop before its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("stopped before the end")]
+pub struct Stopped;
+
+impl Progress {
+    /// Tells nobody, and never stops.
+    #[must_use]
+    pub fn none() -> Self {
+        Self::default()
+    }
+
+    /// Calls `start` with the number of steps of each stage, and `step` after every one of them.
+    #[must_use]
+    pub fn new(
+        start: impl Fn(usize) + Send + Sync + 'static,
+        step: impl Fn() + Send + Sync + 'static,
+    ) -> Self {
+        Self { start: Some(Box::new(start)), step: Some(Box::new(step)), stop: None }
+    }
+
+    /// Stops when the flag is set.
+    #[must_use]
+    pub fn until(mut self, stop: &'static AtomicBool) -> Self {
+        self.stop = Some(stop);
+        self
+    }
+
+    pub(crate) fn start(&self, steps: usize) {
+        if let Some(start) = &self.start {
+            start(steps);
+        }
+    }
+
+    pub(crate) fn advance(&self) {
+        if let Some(step) = &self.step {
+            step();
+        }
+    }
+
+    pub(crate) fn stopped(&self) -> bool {
+        self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed))
+    }
+}

@@ -1,0 +1,153 @@
+//! The simplest scenes with known answers.
+
+use flatland::random::{open01, stream};
+use flatland::warp::{Debias, Warp};
+use glam::{DAffine3, DQuat, DVec3};
+
+use super::*;
+use crate::geometry::Mesh;
+use crate::scene::{Camera, Description, Environment, Film, Filter, Integrator, Material, Scene};
+
+fn film(width: usize, filter: Filter) -> Film {
+    Film { width, height: width, crop: None, filter }
+}
+
+fn filters() -> [Filter; 3] {
+    [Filter::Box, Filter::Tent { radius: 1.0 }, Filter::Gaussian { deviation: 0.5 }]
+}
+
+fn at(x: f64, y: f64, z: f64, scale: f64) -> DAffine3 {
+    DAffine3::from_scale_rotation_translation(DVec3::splat(scale), DQuat::IDENTITY, DVec3::new(x, y, z))
+}
+
+/// A square of radiance 2 in front of a camera that looks along −z, on radiance 0.5.
+fn square(filter: Filter) -> Scene {
+    let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 1.0);
+    let mut d = Description::new(camera, film(6, filter));
+    d.add_emitter("square", Mesh::rectangle().transformed(&at(0.05, -0.02, -3.0, 0.7)), DVec3::splat(2.0));
+    let radiance = DVec3::splat(0.5);
+    d.environment = Some(Environment::Constant { id: "sky".to_owned(), radiance });
+    Scene::new(d).unwrap()
+}
+
+/// A room with a lamp and a block, some walls glossy, some smooth.
+fn room(filter: Filter) -> Scene {
+    let camera = Camera::look_at(DVec3::new(0.1, 0.2, 2.5), DVec3::ZERO, DVec3::Y, 0.9);
+    let mut d = Description::new(camera, film(6, filter));
+    d.integrator = Integrator { max_depth: Some(4), rr_depth: 3 };
+    let white = d.add_material(Material::diffuse("white", DVec3::new(0.7, 0.6, 0.5)));
+    let glossy = d.add_material(Material {
+        id: "glossy".to_owned(),
+        bsdf: crate::scene::Bsdf::RoughConductor {
+            distribution: crate::scene::Microfacets::Ggx,
+            alpha: 0.3,
+            eta: DVec3::new(0.2, 0.9, 1.1),
+            k: DVec3::new(3.9, 2.4, 2.2),
+            specular_reflectance: crate::scene::Reflectance::Constant(DVec3::splat(0.9)),
+        },
+        two_sided: true,
+    });
+    d.add_shape("floor", Mesh::rectangle().transformed(&(at(0.0, -1.0, 0.0, 1.5) * down())), white);
+    d.add_shape("back", Mesh::rectangle().transformed(&at(0.0, 0.0, -1.0, 1.5)), glossy);
+    d.add_shape("block", Mesh::cube().smooth().transformed(&at(0.1, -0.5, 0.0, 0.3)), white);
+    d.add_emitter("lamp", Mesh::rectangle().transformed(&(at(0.0, 1.0, 0.0, 0.4) * up())), DVec3::splat(5.0));
+    let radiance = DVec3::new(0.2, 0.3, 0.4);
+    d.environment = Some(Environment::Constant { id: "sky".to_owned(), radiance });
+    Scene::new(d).unwrap()
+}
+
+fn up() -> DAffine3 {
+    DAffine3::from_rotation_x(std::f64::consts::FRAC_PI_2)
+}
+
+fn down() -> DAffine3 {
+    DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2)
+}
+
+fn random_change(scene: &Scene, seed: u64) -> Change {
+    let mut rng = stream(seed, &[]);
+    let mut random = || DVec3::from_array(std::array::from_fn(|_| open01(&mut rng) - 0.5));
+    let mut change = Change::still(scene);
+    change.positions.iter_mut().for_each(|p| *p = random());
+    change.reflectance.iter_mut().for_each(|p| *p = random());
+    change.roughness.iter_mut().for_each(|p| *p = random().x);
+    change.radiance.iter_mut().for_each(|p| *p = random());
+    change.environment = random();
+    change.camera = CameraChange { translation: random(), rotation: random(), field_of_view: random().x };
+    change
+}
+
+#[test]
+fn the_edge_of_a_square_moves_its_area() {
+    // The sum of all pixels is radiance times area: with translation v along x and no rotation the total does
+    // not change; a scaled square's area changes at twice its rate.
+    for filter in filters() {
+        let scene = square(filter);
+        let mut change = Change::still(&scene);
+        change.scale(&scene, 0, DVec3::new(0.05, -0.02, -3.0), 1.0);
+        let method = WarpedArea { samples: 400, ..WarpedArea::default() };
+        let result = method.forward(&scene, &change, &Progress::none()).unwrap();
+        let total: f64 = result.gradient.iter().map(|g| g.x).sum();
+        let error: f64 = result.standard_error.iter().map(|e| e.x * e.x).sum::<f64>().sqrt();
+        let focal = 3.0 / 0.5_f64.tan();
+        let area = (1.4 * focal / 3.0_f64).powi(2);
+        let exact = 2.0 * area * 1.5;
+        assert!((total - exact).abs() < 5.0 * error, "{filter:?}: {total} ± {error}, exactly {exact}");
+        assert!(error < 0.06 * exact, "{filter:?}: {error}");
+    }
+}
+
+#[test]
+fn the_image_is_the_plain_one_bit_for_bit() {
+    for filter in filters() {
+        let scene = room(filter);
+        let change = random_change(&scene, 1);
+        let method = WarpedArea { samples: 3, seed: 7, ..WarpedArea::default() };
+        let with = method.forward_terms(&scene, &change, &Progress::none()).unwrap();
+        let without = render(&scene, 3, 7, &Progress::none()).unwrap();
+        assert_eq!(with.image, without.pixels);
+        assert!(without.pixels.iter().any(|p| p.x > 0.0));
+    }
+}
+
+#[test]
+fn forward_and_reverse_are_transposes() {
+    for (k, filter) in filters().into_iter().enumerate() {
+        let scene = room(filter);
+        let change = random_change(&scene, k as u64);
+        let mut rng = stream(5, &[]);
+        let adjoint: Vec<DVec3> =
+            (0..36).map(|_| DVec3::from_array(std::array::from_fn(|_| open01(&mut rng) - 0.5))).collect();
+        for debias in [Debias::Consistent { rays: 4 }, Debias::default()] {
+            let warp = Warp { debias, ..Warp::default() };
+            let method = WarpedArea { samples: 4, warp, ..WarpedArea::default() };
+            let image = method.forward(&scene, &change, &Progress::none()).unwrap();
+            let terms = method.forward_terms(&scene, &change, &Progress::none()).unwrap();
+            let wanted = Wanted::everything(&scene);
+            let gradient = method.reverse(&scene, &adjoint, &wanted, &Progress::none()).unwrap();
+            let pair = |g: &[DVec3]| g.iter().zip(&adjoint).map(|(a, b)| a.dot(*b)).sum::<f64>();
+            let (forward, reverse) = (pair(&image.gradient), gradient.dot(&change));
+            let split = pair(&terms.gradient);
+            assert!((forward - reverse).abs() < 1e-9 * forward.abs().max(1.0), "{forward} {reverse}");
+            assert!((forward - split).abs() < 1e-9 * forward.abs().max(1.0), "{forward} {split}");
+        }
+    }
+}
+
+#[test]
+fn a_closed_white_box_glows_as_the_series_says() {
+    // Everything emits e and reflects a: radiance e/(1 − a).
+    let camera = Camera::look_at(DVec3::new(0.2, 0.1, 0.3), DVec3::X, DVec3::Y, 1.2);
+    let mut d = Description::new(camera, film(4, Filter::Box));
+    d.integrator = Integrator { max_depth: None, rr_depth: 5 };
+    let material = d.add_material(Material::diffuse("grey", DVec3::splat(0.5)));
+    // Turned inside out, so that the inside is the front.
+    let cube = Mesh::cube();
+    let inside = cube.triangles().iter().map(|t| [t[0], t[2], t[1]]).collect();
+    let shape = d.add_shape("box", Mesh::new(cube.positions().to_vec(), inside).unwrap(), material);
+    d.shapes[shape].radiance = Some(DVec3::ONE);
+    let image = render(&Scene::new(d).unwrap(), 400, 0, &Progress::none()).unwrap();
+    for (pixel, error) in image.pixels.iter().zip(&image.standard_error) {
+        assert!((pixel.x - 2.0).abs() < 5.0 * error.x && error.x < 0.05, "{pixel} ± {error}");
+    }
+}

@@ -1,0 +1,68 @@
+//! Writing images.
+
+use std::io::{Cursor, Write};
+use std::path::Path;
+
+use image::{ImageFormat, Rgb, Rgb32FImage};
+
+use super::{Image, error, to_srgb};
+use crate::io::{Error, files};
+
+/// Writes linear RGB as OpenEXR, single precision, atomically. Negative values, NaN and infinities are kept.
+///
+/// # Errors
+/// [`Error::File`], or [`Error::Image`] if the number of pixels is not that of the size.
+pub fn write_exr(path: &Path, image: &Image) -> Result<(), Error> {
+    image.check().map_err(error(path))?;
+    let pixel = |x: u32, y: u32| {
+        let p = image.pixels[y as usize * image.width + x as usize];
+        Rgb(p.to_array().map(|x| x as f32))
+    };
+    let mut bytes = vec![];
+    Rgb32FImage::from_fn(image.width as u32, image.height as u32, pixel)
+        .write_to(&mut Cursor::new(&mut bytes), ImageFormat::OpenExr)
+        .map_err(|e| error(path)(e.into()))?;
+    write_bytes(path, &bytes)
+}
+
+/// Writes radiance as an 8-bit sRGB PNG, atomically: values outside [0, 1] are clamped, NaN is black.
+///
+/// There is no exposure and no tone curve; scale the image before.
+///
+/// # Errors
+/// [`Error::File`], or [`Error::Image`] if the number of pixels is not that of the size.
+pub fn write_png(path: &Path, image: &Image) -> Result<(), Error> {
+    image.check().map_err(error(path))?;
+    let byte = |x: f64| (255.0 * to_srgb(x.clamp(0.0, 1.0))).round() as u8;
+    let bytes: Vec<u8> = image.pixels.iter().flat_map(|p| p.to_array().map(byte)).collect();
+    write_png_bytes(path, image, &bytes, &[])
+}
+
+/// Writes 8-bit RGB with texts that say what it shows.
+pub(super) fn write_png_bytes(
+    path: &Path,
+    image: &Image,
+    rgb: &[u8],
+    texts: &[(&str, String)],
+) -> Result<(), Error> {
+    let mut bytes = vec![];
+    let mut encode = || {
+        let mut encoder = png::Encoder::new(&mut bytes, image.width as u32, image.height as u32);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+        for (keyword, text) in texts {
+            encoder.add_itxt_chunk((*keyword).to_owned(), text.clone())?;
+        }
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(rgb)?;
+        writer.finish()
+    };
+    encode().map_err(|e| error(path)(e.into()))?;
+    write_bytes(path, &bytes)
+}
+
+fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    let error = |source| Error::File { action: "write", path: path.to_path_buf(), source };
+    files::write(path, |file| file.write_all(bytes).map_err(error))
+}

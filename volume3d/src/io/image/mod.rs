@@ -1,0 +1,66 @@
+//! Images: textures in, radiance and gradients out.
+
+mod decode;
+mod encode;
+mod signed;
+
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+
+use glam::DVec3;
+
+pub use self::decode::{load_image, read_exr, read_image};
+pub use self::encode::{write_exr, write_png};
+pub use self::signed::{signed_colour, signed_range, write_signed_png};
+
+use super::{Error, ImageProblem};
+
+/// The largest number of pixels that is read or written: 2²⁸, 6 GiB in memory.
+const MAX_PIXELS: usize = 1 << 28;
+
+/// Linear RGB, row by row from the top.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Image {
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// The pixels; `width` · `height` of them.
+    pub pixels: Vec<DVec3>,
+}
+
+impl Image {
+    /// Whether there is a pixel for every place, and at least one, and not too many.
+    fn check(&self) -> Result<(), ImageProblem> {
+        let Self { width, height, ref pixels } = *self;
+        check_size(width, height)?;
+        if pixels.len() == width * height {
+            Ok(())
+        } else {
+            Err(ImageProblem::Length { width, height, found: pixels.len() })
+        }
+    }
+}
+
+fn check_size(width: usize, height: usize) -> Result<(), ImageProblem> {
+    match width.checked_mul(height) {
+        Some(1..=MAX_PIXELS) => Ok(()),
+        _ => Err(ImageProblem::Size { width, height, limit: MAX_PIXELS }),
+    }
+}
+
+fn error(path: &Path) -> impl Fn(ImageProblem) -> Error {
+    move |problem| Error::Image { path: path.to_path_buf(), problem }
+}
+
+/// The intensity of a linear value in sRGB (IEC 61966-2-1), from [0, 1] to [0, 1].
+fn to_srgb(x: f64) -> f64 {
+    if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// The inverse of [`to_srgb`].
+pub(super) fn from_srgb(x: f64) -> f64 {
+    if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
+}

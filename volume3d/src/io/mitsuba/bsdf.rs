@@ -1,0 +1,155 @@
+//! Materials.
+
+use glam::DVec3;
+
+use super::element::Element;
+use super::object::Object;
+use super::reader::Reader;
+use crate::io::{Error, ImageProblem};
+use crate::scene::{Bsdf, Material, Microfacets, Reflectance};
+
+/// Mitsuba's diffuse reflectance where none is given.
+const DEFAULT_REFLECTANCE: f64 = 0.5;
+/// Mitsuba's roughness where none is given.
+const DEFAULT_ALPHA: f64 = 0.1;
+
+impl<'a> Reader<'a> {
+    /// The index of the material an element describes.
+    pub(super) fn material(&mut self, element: &'a Element) -> Result<usize, Error> {
+        if let Some(&index) = self.material_of.get(&std::ptr::from_ref(element)) {
+            return Ok(index);
+        }
+        let object = Object::new(element, &self.ids)?;
+        let two_sided = object.plugin == "twosided";
+        let bsdf = if two_sided {
+            let inner = object.at_most_one("<bsdf>")?.ok_or_else(|| object.missing("a nested <bsdf>"))?;
+            object.finish()?;
+            let inner = Object::new(inner, &self.ids)?;
+            if inner.plugin == "twosided" {
+                return Err(inner.element.unsupported("twosided within twosided", "leave out one of them"));
+            }
+            self.bsdf(&inner)?
+        } else {
+            self.bsdf(&object)?
+        };
+        let id = self.name(element, self.materials.len());
+        self.materials.push(Material { id, bsdf, two_sided });
+        self.material_of.insert(std::ptr::from_ref(element), self.materials.len() - 1);
+        Ok(self.materials.len() - 1)
+    }
+
+    /// The material of a shape without one, as in Mitsuba: grey on one side, or black if the shape emits.
+    pub(super) fn default_material(&mut self, emits: bool) -> usize {
+        if let Some(index) = self.default_materials[usize::from(emits)] {
+            return index;
+        }
+        let mut id = if emits { "default_emitter" } else { "default" }.to_owned();
+        while self.ids.contains_key(id.as_str()) {
+            id.push('_');
+        }
+        let reflectance = DVec3::splat(if emits { 0.0 } else { DEFAULT_REFLECTANCE });
+        self.materials.push(Material { two_sided: false, ..Material::diffuse(&id, reflectance) });
+        *self.default_materials[usize::from(emits)].insert(self.materials.len() - 1)
+    }
+
+    fn bsdf(&mut self, object: &Object<'a>) -> Result<Bsdf, Error> {
+        let bsdf = match object.plugin {
+            "diffuse" => {
+                Bsdf::Diffuse { reflectance: self.reflectance(object, "reflectance", DEFAULT_REFLECTANCE)? }
+            }
+            "conductor" => {
+                let (eta, k) = index_of_refraction(object)?;
+                let specular_reflectance = self.reflectance(object, "specular_reflectance", 1.0)?;
+                Bsdf::Conductor { eta, k, specular_reflectance }
+            }
+            "roughconductor" => {
+                let (eta, k) = index_of_refraction(object)?;
+                // Changes noise only.
+                object.boolean("sample_visible")?;
+                Bsdf::RoughConductor {
+                    distribution: distribution(object)?,
+                    alpha: roughness(object)?,
+                    eta,
+                    k,
+                    specular_reflectance: self.reflectance(object, "specular_reflectance", 1.0)?,
+                }
+            }
+            _ => return Err(object.unknown_plugin("bsdf", "diffuse, conductor, roughconductor, twosided")),
+        };
+        object.finish()?;
+        Ok(bsdf)
+    }
+
+    /// A colour or a texture within [0, 1].
+    fn reflectance(
+        &mut self,
+        object: &Object<'a>,
+        name: &'static str,
+        default: f64,
+    ) -> Result<Reflectance, Error> {
+        let within = |c: DVec3| c.min_element() >= 0.0 && c.max_element() <= 1.0;
+        let Some(element) = object.parameter(name) else {
+            return Ok(Reflectance::Constant(DVec3::splat(default)));
+        };
+        if element.tag != "texture" {
+            let colour = object.colour(name)?.unwrap_or(DVec3::splat(default));
+            if within(colour) {
+                return Ok(Reflectance::Constant(colour));
+            }
+            return Err(element.bad_value(name, &colour.to_string(), "numbers between 0 and 1"));
+        }
+        let index = self.texture(element)?;
+        let texture = &self.textures[index];
+        match texture.texels.iter().position(|&c| !within(c)) {
+            None => Ok(Reflectance::Texture(index)),
+            Some(i) => {
+                let path = element.beside(&texture.id);
+                let problem = ImageProblem::Range { x: i % texture.width, y: i / texture.width };
+                Err(element.referenced(Error::Image { path, problem }))
+            }
+        }
+    }
+}
+
+fn distribution(object: &Object<'_>) -> Result<Microfacets, Error> {
+    let names = ["beckmann", "ggx"];
+    let choice = object.choice("distribution", &names, "beckmann or ggx")?;
+    Ok(if choice == Some(1) { Microfacets::Ggx } else { Microfacets::Beckmann })
+}
+
+fn roughness(object: &Object<'_>) -> Result<f64, Error> {
+    let (u, v) = (object.positive("alpha_u")?, object.positive("alpha_v")?);
+    let alpha = object.positive("alpha")?;
+    match (alpha, u, v) {
+        (alpha, None, None) => Ok(alpha.unwrap_or(DEFAULT_ALPHA)),
+        (None, Some(u), Some(v)) if u == v => Ok(u),
+        (None, Some(_), Some(_)) => {
+            Err(object.element.unsupported("an alpha_u other than alpha_v", "give one alpha"))
+        }
+        (None, None, _) => Err(object.missing("alpha_u beside alpha_v")),
+        (None, _, None) => Err(object.missing("alpha_v beside alpha_u")),
+        (Some(_), _, _) => Err(object.conflict("alpha", "alpha_u and alpha_v")),
+    }
+}
+
+/// η and k; 0 and 1, which reflect everything, unless given.
+fn index_of_refraction(object: &Object<'_>) -> Result<(DVec3, DVec3), Error> {
+    let material = object.string("material")?;
+    let (eta, k) = (object.colour("eta")?, object.colour("k")?);
+    if let Some(name) = material.filter(|name| !name.trim().eq_ignore_ascii_case("none")) {
+        if eta.is_some() || k.is_some() {
+            return Err(object.conflict("material", "eta and k"));
+        }
+        // Mitsuba converts measured spectra, for which an RGB renderer has no one right value.
+        let what = format!("the named material \"{name}\"");
+        return Err(object
+            .element
+            .unsupported(what, "give eta and k as <rgb>, or material \"none\" (F = 1)"));
+    }
+    let (eta, k) = (eta.unwrap_or(DVec3::ZERO), k.unwrap_or(DVec3::ONE));
+    if eta.min_element() < 0.0 || k.min_element() < 0.0 {
+        let value = format!("{eta}, {k}");
+        return Err(object.element.bad_value("eta, k", &value, "numbers of at least 0"));
+    }
+    Ok((eta, k))
+}

@@ -1,0 +1,109 @@
+//! Emitters.
+
+use glam::{DAffine2, DMat3, DVec3};
+
+use super::element::Element;
+use super::object::Object;
+use super::reader::Reader;
+use super::transform;
+use crate::io::{Error, SceneProblem};
+use crate::scene::{Environment, Light, Wrap};
+
+/// The radiance of an emitter within a shape.
+pub(super) fn area(object: &Object<'_>) -> Result<DVec3, Error> {
+    if object.plugin != "area" {
+        return Err(object.unknown_plugin("emitter", "area, within a shape"));
+    }
+    let radiance = radiant(object, "radiance")?;
+    object.finish()?;
+    Ok(radiance)
+}
+
+/// An emitter without a shape.
+pub(super) fn light<'a>(reader: &mut Reader<'a>, element: &'a Element) -> Result<(), Error> {
+    let object = Object::new(element, &reader.ids)?;
+    let count = reader.lights.len() + usize::from(reader.environment.is_some());
+    let id = reader.name(element, count);
+    match object.plugin {
+        "constant" => {
+            reader.check_no_environment(element)?;
+            let radiance = radiant(&object, "radiance")?;
+            reader.environment = Some(Environment::Constant { id, radiance });
+        }
+        "envmap" => {
+            reader.check_no_environment(element)?;
+            reader.environment = Some(map(reader, &object, id)?);
+        }
+        "directional" => reader.lights.push(directional(&object, id)?),
+        "point" => reader.lights.push(point(&object, id)?),
+        "area" => {
+            let instead = "put it inside the <shape> that emits";
+            return Err(element.unsupported("an area emitter without a shape", instead));
+        }
+        _ => {
+            let supported = "constant, envmap, directional, point, and area within a shape";
+            return Err(object.unknown_plugin("emitter", supported));
+        }
+    }
+    object.finish()
+}
+
+/// A colour of at least 0; Mitsuba's is 1 where none is given.
+fn radiant(object: &Object<'_>, name: &'static str) -> Result<DVec3, Error> {
+    if let Some(texture) = object.parameter(name).filter(|element| element.tag == "texture") {
+        let what = format!("a textured {name}");
+        return Err(texture.unsupported(what, "give the same value everywhere, or split the shape"));
+    }
+    let colour = object.colour(name)?.unwrap_or(DVec3::ONE);
+    if colour.min_element() >= 0.0 {
+        Ok(colour)
+    } else {
+        Err(object.element.bad_value(name, &colour.to_string(), "numbers of at least 0"))
+    }
+}
+
+fn map<'a>(reader: &mut Reader<'a>, object: &Object<'a>, id: String) -> Result<Environment, Error> {
+    let scale = object.float_where("scale", "a number of at least 0", |x| x >= 0.0)?.unwrap_or(1.0);
+    // Changes noise only.
+    object.boolean("mis_compensation")?;
+    let to_world = match object.affine("to_world")? {
+        Some((element, map)) => transform::rotation(element, &map)?,
+        None => DMat3::IDENTITY,
+    };
+    let image = reader.image(object, false)?;
+    if let Some(i) = image.pixels.iter().position(|c| c.min_element() < 0.0) {
+        let path = object.element.beside(object.string("filename")?.unwrap_or_default());
+        let problem = crate::io::ImageProblem::Range { x: i % image.width, y: i / image.width };
+        return Err(object.element.referenced(Error::Image { path, problem }));
+    }
+    let texture = reader.add_texture(object.element, image, Wrap::Repeat, DAffine2::IDENTITY);
+    Ok(Environment::Map { id, texture, scale, to_world })
+}
+
+fn directional(object: &Object<'_>, id: String) -> Result<Light, Error> {
+    let direction = match (object.vector("direction")?, object.affine("to_world")?) {
+        (Some(_), Some(_)) => return Err(object.conflict("direction", "to_world")),
+        (Some(direction), None) => direction,
+        (None, Some((_, map))) => map.matrix3.z_axis,
+        (None, None) => DVec3::Z,
+    };
+    let direction = direction.try_normalize().ok_or_else(|| {
+        object.element.bad_value("direction", &direction.to_string(), "a vector other than 0")
+    })?;
+    let irradiance = radiant(object, "irradiance")?;
+    let kappa = object.positive("kappa")?.unwrap_or(f64::INFINITY);
+    Ok(Light::Directional { id, direction, irradiance, kappa })
+}
+
+fn point(object: &Object<'_>, id: String) -> Result<Light, Error> {
+    let position = match (object.vector("position")?, object.affine("to_world")?) {
+        (Some(_), Some(_)) => return Err(object.conflict("position", "to_world")),
+        (Some(position), None) => position,
+        (None, Some((_, map))) => map.translation,
+        (None, None) => {
+            let (plugin, name) = (object.describe(), "position or to_world".to_owned());
+            return Err(object.element.error(SceneProblem::Missing { plugin, name }));
+        }
+    };
+    Ok(Light::Point { id, position, intensity: radiant(object, "intensity")? })
+}

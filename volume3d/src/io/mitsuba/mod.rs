@@ -1,0 +1,83 @@
+//! Mitsuba 3 scenes.
+//!
+//! What is understood means what it means in Mitsuba 3 (documentation of version 3.7, RGB variants); whatever is
+//! not understood is an error with its line, be it a plugin or a single parameter. Nothing is dropped in
+//! silence.
+//!
+//! | element | plugins |
+//! |---|---|
+//! | shape | `obj`, `ply`, `rectangle`, `cube`, with `to_world`, `face_normals`, `flip_normals`, `flip_tex_coords` |
+//! | bsdf | `diffuse`, `conductor`, `roughconductor`, `twosided` |
+//! | texture | `bitmap`, bilinear |
+//! | emitter | `area`, `constant`, `envmap`, `directional`, `point` |
+//! | sensor | `perspective` |
+//! | film | `hdrfilm` with `box`, `tent` or `gaussian` |
+//! | sampler | all; only `sample_count` matters |
+//! | integrator | `path`, `direct`, and the `prb` family |
+//!
+//! `default`, `$name`, `include`, `ref` and all transforms are understood. Files are looked for beside the file
+//! that names them.
+//!
+//! # Deviations from Mitsuba
+//! - `directional` emitters may have a `kappa`, the concentration of their lobe ([`Light::Directional`]).
+//! - `<rgb value="#rrggbb"/>` is a colour in sRGB, as in HTML; Mitsuba 3 refuses it.
+//! - A transform that mirrors turns the triangles of a shape, so that what faced outwards still does.
+//! - Without given normals, OBJ vertices of one `v` share a normal even where their `vt` differ; in Mitsuba a
+//!   seam of texture coordinates is a crease.
+//! - Films see what is beyond their border, as with `sample_border`, whether it is set or not.
+//! - `near_clip` and `far_clip` are checked but clip nothing.
+//! - Of the samplers and of `mis_compensation`, `compensate`, `component_format` and the like, which change noise
+//!   or storage and not what is computed, all values are accepted and ignored.
+//! - The `prb`, `_reparam` and `_projective` integrators stand for the images they render, those of `path` (with
+//!   `max_depth` 6 unless given, as there) and `direct`; how derivatives are computed is not said by the scene.
+//!
+//! [`Light::Directional`]: crate::scene::Light::Directional
+
+mod bsdf;
+mod element;
+mod emitter;
+mod object;
+mod reader;
+mod sensor;
+mod shape;
+mod texture;
+mod transform;
+mod values;
+
+use std::path::Path;
+
+use self::element::{Document, Variables};
+use self::reader::Reader;
+use super::{Error, files};
+use crate::scene::Description;
+
+/// Reads a Mitsuba 3 scene and all files it names.
+///
+/// # Errors
+/// [`Error`], with the line.
+pub fn load_scene(path: &Path) -> Result<Description, Error> {
+    load_scene_with(path, &[])
+}
+
+/// [`load_scene`] with values for the `$name`s of the scene, which go before its `<default>`s.
+///
+/// # Errors
+/// [`Error`], with the line; also if a name does not occur.
+pub fn load_scene_with(path: &Path, variables: &[(String, String)]) -> Result<Description, Error> {
+    read_scene(&files::read(path)?, path, variables, &|path| std::fs::read(path))
+}
+
+/// [`load_scene_with`] from memory. `path` is for messages, and other files are looked for beside it;
+/// `open` reads them.
+///
+/// # Errors
+/// [`Error`], with the line.
+pub fn read_scene(
+    bytes: &[u8],
+    path: &Path,
+    variables: &[(String, String)],
+    open: &dyn Fn(&Path) -> std::io::Result<Vec<u8>>,
+) -> Result<Description, Error> {
+    let document = Document::parse(bytes, path, Variables::new(variables), open)?;
+    Reader::new(&document, open).read()
+}

@@ -1,0 +1,270 @@
+//! A plugin with its parameters, which must all be asked for.
+
+use std::cell::{Cell, RefCell};
+use std::collections::HashMap;
+
+use glam::{DAffine3, DVec3};
+
+use super::element::Element;
+use super::{transform, values};
+use crate::io::{Error, SceneProblem};
+
+/// The elements that are parameters.
+const VALUES: [&str; 10] =
+    ["float", "integer", "boolean", "string", "rgb", "spectrum", "point", "vector", "transform", "texture"];
+
+/// Elements by their ids.
+pub(super) type Ids<'a> = HashMap<&'a str, &'a Element>;
+
+/// An element that creates something, with what it contains.
+///
+/// Everything in it is to be asked for by its name or kind; [`finish`](Self::finish) refuses the rest. So what
+/// an error lists as supported is what is read.
+pub(super) struct Object<'a> {
+    pub(super) element: &'a Element,
+    /// The type, or for the scene its tag.
+    pub(super) plugin: &'a str,
+    children: Vec<Child<'a>>,
+    asked: RefCell<Vec<&'static str>>,
+}
+
+struct Child<'a> {
+    /// What stands in the file.
+    element: &'a Element,
+    /// What it means: another element if it is a reference.
+    target: &'a Element,
+    used: Cell<bool>,
+}
+
+impl<'a> Object<'a> {
+    pub(super) fn new(element: &'a Element, ids: &Ids<'a>) -> Result<Self, Error> {
+        element.check_attributes(&["type", "id", "name"])?;
+        Self::with_plugin(element, element.required("type")?, ids)
+    }
+
+    pub(super) fn with_plugin(element: &'a Element, plugin: &'a str, ids: &Ids<'a>) -> Result<Self, Error> {
+        let mut children: Vec<Child<'a>> = vec![];
+        for child in &element.children {
+            if let Some(name) = child.attribute("name")
+                && let Some(first) = children.iter().find(|c| c.element.attribute("name") == Some(name))
+            {
+                let (name, first) = (name.to_owned(), first.element.place());
+                return Err(child.error(SceneProblem::Duplicate { what: "parameter", name, first }));
+            }
+            let target = if child.tag == "ref" { dereference(child, ids)? } else { child };
+            children.push(Child { element: child, target, used: Cell::new(false) });
+        }
+        Ok(Self { element, plugin, children, asked: RefCell::default() })
+    }
+
+    /// A message's name for this object.
+    pub(super) fn describe(&self) -> String {
+        format!("{} \"{}\"", self.element.tag, self.plugin)
+    }
+
+    pub(super) fn missing(&self, name: &str) -> Error {
+        self.element.error(SceneProblem::Missing { plugin: self.describe(), name: name.to_owned() })
+    }
+
+    pub(super) fn conflict(&self, first: &'static str, second: &'static str) -> Error {
+        self.element.error(SceneProblem::Conflict { plugin: self.describe(), first, second })
+    }
+
+    pub(super) fn unknown_plugin(&self, tag: &'static str, supported: &'static str) -> Error {
+        self.element.error(SceneProblem::Plugin { tag, plugin: self.plugin.to_owned(), supported })
+    }
+
+    /// The element of a parameter.
+    pub(super) fn parameter(&self, name: &'static str) -> Option<&'a Element> {
+        self.ask(name);
+        let child = self.children.iter().find(|c| c.element.attribute("name") == Some(name))?;
+        child.used.set(true);
+        Some(child.target)
+    }
+
+    /// A parameter that must be given by one of these elements.
+    fn of_kind(
+        &self,
+        name: &'static str,
+        tags: &[&str],
+        expected: &'static str,
+    ) -> Result<Option<&'a Element>, Error> {
+        let Some(element) = self.parameter(name) else { return Ok(None) };
+        if !tags.contains(&element.tag.as_str()) {
+            let (name, found) = (name.to_owned(), element.tag.clone());
+            return Err(element.error(SceneProblem::Kind { name, found, expected }));
+        }
+        if tags != ["transform"] {
+            element.check_childless()?;
+        }
+        Ok(Some(element))
+    }
+
+    fn value(
+        &self,
+        name: &'static str,
+        tags: &[&str],
+        expected: &'static str,
+    ) -> Result<Option<(&'a Element, &'a str)>, Error> {
+        let Some(element) = self.of_kind(name, tags, expected)? else { return Ok(None) };
+        element.check_attributes(&["name", "value"])?;
+        Ok(Some((element, element.required("value")?)))
+    }
+
+    pub(super) fn float(&self, name: &'static str) -> Result<Option<f64>, Error> {
+        self.float_where(name, "a finite number", |_| true)
+    }
+
+    /// A number of which something more is demanded.
+    pub(super) fn float_where(
+        &self,
+        name: &'static str,
+        expected: &'static str,
+        holds: impl Fn(f64) -> bool,
+    ) -> Result<Option<f64>, Error> {
+        let Some((element, value)) = self.value(name, &["float", "integer"], "<float>")? else {
+            return Ok(None);
+        };
+        let number = values::number(element, name, value)?;
+        if holds(number) { Ok(Some(number)) } else { Err(element.bad_value(name, value, expected)) }
+    }
+
+    pub(super) fn positive(&self, name: &'static str) -> Result<Option<f64>, Error> {
+        self.float_where(name, "a number greater than 0", |x| x > 0.0)
+    }
+
+    pub(super) fn integer_in(
+        &self,
+        name: &'static str,
+        range: std::ops::RangeInclusive<i64>,
+        expected: &'static str,
+    ) -> Result<Option<i64>, Error> {
+        let Some((element, value)) = self.value(name, &["integer"], "<integer>")? else { return Ok(None) };
+        let number = value.trim().parse().ok().filter(|i| range.contains(i));
+        number.map(Some).ok_or_else(|| element.bad_value(name, value, expected))
+    }
+
+    pub(super) fn boolean(&self, name: &'static str) -> Result<Option<bool>, Error> {
+        let Some((element, value)) = self.value(name, &["boolean"], "<boolean>")? else { return Ok(None) };
+        match value.trim().to_ascii_lowercase().as_str() {
+            "true" => Ok(Some(true)),
+            "false" => Ok(Some(false)),
+            _ => Err(element.bad_value(name, value, "true or false")),
+        }
+    }
+
+    pub(super) fn string(&self, name: &'static str) -> Result<Option<&'a str>, Error> {
+        Ok(self.value(name, &["string"], "<string>")?.map(|(_, value)| value))
+    }
+
+    /// One of the words in `choices`, as its index.
+    pub(super) fn choice(
+        &self,
+        name: &'static str,
+        choices: &[&str],
+        expected: &'static str,
+    ) -> Result<Option<usize>, Error> {
+        let Some((element, value)) = self.value(name, &["string"], "<string>")? else { return Ok(None) };
+        let found = choices.iter().position(|choice| choice.eq_ignore_ascii_case(value.trim()));
+        found.map(Some).ok_or_else(|| element.bad_value(name, value, expected))
+    }
+
+    pub(super) fn vector(&self, name: &'static str) -> Result<Option<DVec3>, Error> {
+        let Some(element) = self.of_kind(name, &["point", "vector"], "<point> or <vector>")? else {
+            return Ok(None);
+        };
+        element.check_attributes(&["name", "x", "y", "z", "value"])?;
+        if element.attribute("value").is_none() {
+            ["x", "y", "z"].into_iter().try_for_each(|name| element.required(name).map(|_| ()))?;
+        }
+        values::vector(element, 0.0).map(Some)
+    }
+
+    /// A colour that is the same everywhere.
+    pub(super) fn colour(&self, name: &'static str) -> Result<Option<DVec3>, Error> {
+        let tags = ["rgb", "float", "integer", "spectrum"];
+        let expected = "<rgb>, <float> or a grey <spectrum>";
+        let Some(element) = self.of_kind(name, &tags, expected)? else { return Ok(None) };
+        element.check_attributes(&["name", "value", "filename"])?;
+        values::colour(element).map(Some)
+    }
+
+    pub(super) fn transform(&self, name: &'static str) -> Result<Option<&'a Element>, Error> {
+        self.of_kind(name, &["transform"], "<transform>")
+    }
+
+    pub(super) fn affine(&self, name: &'static str) -> Result<Option<(&'a Element, DAffine3)>, Error> {
+        let Some(element) = self.transform(name)? else { return Ok(None) };
+        transform::affine(element).map(|map| Some((element, map)))
+    }
+
+    /// The nested elements of a kind: `<tag>`.
+    pub(super) fn nested(&self, tag: &'static str) -> Vec<&'a Element> {
+        self.ask(tag);
+        let matching = self.children.iter().filter(|c| format!("<{}>", c.target.tag) == tag);
+        matching.map(|c| (c.used.set(true), c.target).1).collect()
+    }
+
+    /// At most one nested element of a kind.
+    pub(super) fn at_most_one(&self, tag: &'static str) -> Result<Option<&'a Element>, Error> {
+        match self.nested(tag)[..] {
+            [] => Ok(None),
+            [element] => Ok(Some(element)),
+            [_, second, ..] => Err(second.error(SceneProblem::Count {
+                what: tag.to_owned(),
+                parent: self.describe(),
+                found: self.nested(tag).len(),
+                expected: "one",
+            })),
+        }
+    }
+
+    /// Refuses what has not been asked for.
+    pub(super) fn finish(&self) -> Result<(), Error> {
+        let Some(child) = self.children.iter().find(|c| !c.used.get()) else { return Ok(()) };
+        let asked = self.asked.borrow();
+        let list = |are_tags: bool| {
+            let names: Vec<&str> = asked.iter().copied().filter(|a| a.starts_with('<') == are_tags).collect();
+            if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+        };
+        let is_value = |tag: &str| VALUES.contains(&tag);
+        let problem = match child.element.attribute("name") {
+            Some(name) if is_value(&child.target.tag) => SceneProblem::Parameter {
+                plugin: self.describe(),
+                name: name.to_owned(),
+                supported: list(false),
+            },
+            None if is_value(&child.target.tag) => {
+                SceneProblem::MissingAttribute { tag: child.element.tag.clone(), attribute: "name" }
+            }
+            _ => SceneProblem::Tag {
+                tag: child.target.tag.clone(),
+                parent: self.describe(),
+                supported: list(true),
+            },
+        };
+        Err(child.element.error(problem))
+    }
+
+    fn ask(&self, name: &'static str) {
+        let mut asked = self.asked.borrow_mut();
+        if !asked.contains(&name) {
+            asked.push(name);
+        }
+    }
+}
+
+fn dereference<'a>(reference: &'a Element, ids: &Ids<'a>) -> Result<&'a Element, Error> {
+    reference.check_attributes(&["id", "name"])?;
+    reference.check_childless()?;
+    let id = reference.required("id")?;
+    ids.get(id).copied().ok_or_else(|| {
+        /// How many ids a message lists.
+        const SHOWN: usize = 20;
+        let mut known: Vec<&str> = ids.keys().copied().collect();
+        known.sort_unstable();
+        known.truncate(SHOWN);
+        let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+        reference.error(SceneProblem::Reference { id: id.to_owned(), known })
+    })
+}

@@ -1,0 +1,122 @@
+//! Transforms.
+
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
+
+use super::element::Element;
+use super::values::{number, numbers, triple, vector};
+use crate::io::{Error, SceneProblem};
+
+/// How far the axes of a motion that should be rigid may be from orthogonal and from one length, relative to
+/// it. Matrices are often written with five or six digits.
+const RIGID_TOLERANCE: f64 = 1e-4;
+
+/// The product of a transform's steps, the first applied first.
+pub(super) fn matrix(element: &Element) -> Result<DMat4, Error> {
+    element.check_attributes(&["name"])?;
+    let mut product = DMat4::IDENTITY;
+    for step in &element.children {
+        step.check_childless()?;
+        product = self::step(step)? * product;
+    }
+    if product.is_finite() {
+        Ok(product)
+    } else {
+        Err(element.bad_value("transform", &format!("{product}"), "numbers that do not overflow"))
+    }
+}
+
+fn step(element: &Element) -> Result<DMat4, Error> {
+    match element.tag.as_str() {
+        "translate" => {
+            element.check_attributes(&["x", "y", "z", "value"])?;
+            Ok(DMat4::from_translation(vector(element, 0.0)?))
+        }
+        "scale" => {
+            element.check_attributes(&["x", "y", "z", "value"])?;
+            Ok(DMat4::from_mat3(DMat3::from_diagonal(vector(element, 1.0)?)))
+        }
+        "rotate" => {
+            element.check_attributes(&["x", "y", "z", "value", "angle"])?;
+            let angle = number(element, "angle", element.required("angle")?)?;
+            let axis = vector(element, 0.0)?;
+            let unit = axis.try_normalize();
+            let unit =
+                unit.ok_or_else(|| element.bad_value("axis", &format!("{axis}"), "a vector other than 0"))?;
+            Ok(DMat4::from_quat(DQuat::from_axis_angle(unit, angle.to_radians())))
+        }
+        "lookat" => look_at(element),
+        "matrix" => rows(element),
+        tag => Err(element.error(SceneProblem::Tag {
+            tag: tag.to_owned(),
+            parent: "<transform>".to_owned(),
+            supported: "translate, rotate, scale, lookat, matrix".to_owned(),
+        })),
+    }
+}
+
+/// x to the left, y up, z to the target.
+fn look_at(element: &Element) -> Result<DMat4, Error> {
+    element.check_attributes(&["origin", "target", "up"])?;
+    let (origin, target, up) =
+        (triple(element, "origin")?, triple(element, "target")?, triple(element, "up")?);
+    let direction = (target - origin).try_normalize();
+    let direction = direction
+        .ok_or_else(|| element.bad_value("target", &format!("{target}"), "a point other than the origin"))?;
+    let left = up.cross(direction).try_normalize();
+    let left = left.ok_or_else(|| {
+        element.bad_value("up", &format!("{up}"), "a vector that is not parallel to the view")
+    })?;
+    let up = direction.cross(left);
+    Ok(DMat4::from_cols(left.extend(0.0), up.extend(0.0), direction.extend(0.0), origin.extend(1.0)))
+}
+
+/// 16 numbers row by row, or 9 for the upper left part.
+fn rows(element: &Element) -> Result<DMat4, Error> {
+    element.check_attributes(&["value"])?;
+    let value = element.required("value")?;
+    let numbers = numbers(element, "value", value)?;
+    match (<&[f64; 16]>::try_from(&numbers[..]), <&[f64; 9]>::try_from(&numbers[..])) {
+        (Ok(m), _) => Ok(DMat4::from_cols_array(m).transpose()),
+        (_, Ok(m)) => Ok(DMat4::from_mat3(DMat3::from_cols_array(m).transpose())),
+        _ => Err(element.bad_value("value", value, "9 or 16 numbers")),
+    }
+}
+
+/// A transform as an affine map.
+pub(super) fn affine(element: &Element) -> Result<DAffine3, Error> {
+    let m = matrix(element)?;
+    if m.row(3).to_array() == [0.0, 0.0, 0.0, 1.0] {
+        Ok(DAffine3::from_mat4(m))
+    } else {
+        Err(element.unsupported("a transform whose last row is not 0 0 0 1", "use an affine transform"))
+    }
+}
+
+/// The map of a shape, which must not flatten space.
+pub(super) fn invertible(element: &Element) -> Result<DAffine3, Error> {
+    let map = affine(element)?;
+    let determinant = map.matrix3.determinant();
+    if determinant != 0.0 && map.inverse().is_finite() {
+        Ok(map)
+    } else {
+        Err(element.bad_value("transform", &format!("{}", map.matrix3), "an invertible transform"))
+    }
+}
+
+/// The rotation of a rigid motion, perhaps with a uniform scale; its axes are x, y and z.
+pub(super) fn rotation(element: &Element, map: &DAffine3) -> Result<DMat3, Error> {
+    let m = map.matrix3;
+    let error = |expected| element.bad_value("transform", &format!("{m}"), expected);
+    let length = m.z_axis.length();
+    let gram = (m.transpose() * m) * (1.0 / (length * length));
+    let is_rigid = length > 0.0 && gram.is_finite() && gram.abs_diff_eq(DMat3::IDENTITY, RIGID_TOLERANCE);
+    if !is_rigid {
+        return Err(error("a rigid motion (no shear, the same scale along all axes)"));
+    }
+    if m.determinant() < 0.0 {
+        return Err(error("a motion without a mirror (a positive determinant)"));
+    }
+    let z = m.z_axis / length;
+    let x = m.y_axis.cross(z).normalize_or(DVec3::X);
+    Ok(DMat3::from_cols(x, z.cross(x), z))
+}

@@ -1,0 +1,77 @@
+//! Files: scenes, meshes, images and arrays, read and written.
+//!
+//! Every reader ends in a value or in an [`Error`] that names the file and, where there is one, the line or the
+//! element; none panics, and none takes more memory than a small multiple of the file. Every writer is atomic:
+//! a file is at every moment what it was before, or complete.
+//!
+//! | what | read | written |
+//! |---|---|---|
+//! | scenes | Mitsuba 3 XML: [`load_scene`] | |
+//! | meshes | OBJ, PLY, also gzipped: [`load_mesh`] | PLY: [`write_ply`] |
+//! | images | PNG, OpenEXR, Radiance HDR: [`load_image`], [`read_exr`] | OpenEXR, PNG: [`write_exr`], [`write_png`], [`write_signed_png`] |
+//! | arrays | NPY: [`read_npy`] | NPY: [`write_npy`] |
+
+mod error;
+mod files;
+mod image;
+mod mitsuba;
+mod npy;
+mod obj;
+mod ply;
+mod soup;
+
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+
+pub use self::error::{ArrayProblem, At, Error, ImageProblem, MeshProblem, Place, SceneProblem};
+pub use self::image::{
+    Image, load_image, read_exr, read_image, signed_colour, signed_range, write_exr, write_png,
+    write_signed_png,
+};
+pub use self::mitsuba::{load_scene, load_scene_with, read_scene};
+pub use self::npy::{Array, Precision, parse_npy, read_npy, write_npy};
+pub use self::obj::read_obj;
+pub use self::ply::{read_ply, write_ply};
+
+use self::soup::Soup;
+use crate::geometry::Mesh;
+
+/// Reads a mesh from a file named `.ply`, `.obj`, `.ply.gz` or `.obj.gz`; see [`read_ply`] and [`read_obj`].
+///
+/// # Errors
+/// [`Error::File`], [`Error::Extension`] or [`Error::Mesh`].
+pub fn load_mesh(path: &Path) -> Result<Mesh, Error> {
+    let name = path.to_string_lossy().to_ascii_lowercase();
+    let name = name.strip_suffix(".gz").unwrap_or(&name);
+    let format = match name {
+        name if name.ends_with(".ply") => MeshFormat::Ply,
+        name if name.ends_with(".obj") => MeshFormat::Obj,
+        _ => {
+            let supported = ".ply, .obj, .ply.gz, .obj.gz";
+            return Err(Error::Extension { path: path.to_path_buf(), supported });
+        }
+    };
+    let soup = format.parse(&files::read(path)?, path)?;
+    soup.into_mesh(false)
+        .map_err(|e| Error::Mesh { place: Place::new(path, At::Whole), problem: MeshProblem::Geometry(e) })
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum MeshFormat {
+    Obj,
+    Ply,
+}
+
+impl MeshFormat {
+    /// Reads a file that may be gzipped.
+    fn parse(self, bytes: &[u8], path: &Path) -> Result<Soup, Error> {
+        const GZIP: &[u8] = &[0x1f, 0x8b];
+        let parse = match self {
+            Self::Obj => obj::parse,
+            Self::Ply => ply::parse,
+        };
+        if bytes.starts_with(GZIP) { parse(&files::inflate(bytes, path)?, path) } else { parse(bytes, path) }
+    }
+}

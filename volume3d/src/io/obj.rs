@@ -1,0 +1,213 @@
+//! Wavefront OBJ.
+//!
+//! Read by hand: the crate `tobj` splits a file at its groups, which tears shared vertices apart, and its
+//! errors do not tell the line.
+
+use std::borrow::Cow;
+use std::path::Path;
+
+use glam::{DVec2, DVec3};
+
+use super::error::excerpt;
+use super::soup::{Soup, fan};
+use super::{At, Error, MeshProblem, Place};
+use crate::geometry::{Attribute, Mesh};
+
+/// Reads the triangles of an OBJ file. `path` is for messages.
+///
+/// `v`, `vt`, `vn` and `f` are read, with indices from the end (−1 is the last so far) and polygons, which
+/// become fans around their first corner (right where they are convex). Positions, texture coordinates and
+/// normals keep their own indices. Without `vn` the normals are weighted by angles on the file's `v`.
+///
+/// Groups, objects, smoothing groups, materials and colours of vertices are skipped; points and lines (`p`,
+/// `l`) too, as they have no area. Free-form geometry is refused.
+///
+/// # Errors
+/// [`Error::Mesh`] with the line.
+pub fn read_obj(bytes: &[u8], path: &Path) -> Result<Mesh, Error> {
+    let geometry = |e| Error::Mesh { place: Place::new(path, At::Whole), problem: MeshProblem::Geometry(e) };
+    parse(bytes, path)?.into_mesh(false).map_err(geometry)
+}
+
+pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Soup, Error> {
+    let mut reader = Reader::default();
+    let mut lines = bytes.split(|&b| b == b'\n').enumerate();
+    while let Some((index, line)) = lines.next() {
+        let mut line = Cow::Borrowed(strip(line));
+        // A backslash joins the next line to this one.
+        while line.last() == Some(&b'\\') {
+            let joined = line.to_mut();
+            joined.pop();
+            joined.push(b' ');
+            let Some((_, next)) = lines.next() else { break };
+            joined.extend_from_slice(strip(next));
+        }
+        reader
+            .line(&line)
+            .map_err(|problem| Error::Mesh { place: Place::new(path, At::Line(index + 1)), problem })?;
+    }
+    Ok(reader.finish())
+}
+
+/// A line without its comment and the spaces around it.
+fn strip(line: &[u8]) -> &[u8] {
+    line.split(|&b| b == b'#').next().unwrap_or_default().trim_ascii()
+}
+
+/// Indices of a corner, from 0.
+#[derive(Clone, Copy)]
+struct Corner {
+    position: u32,
+    uv: Option<u32>,
+    normal: Option<u32>,
+}
+
+#[derive(Default)]
+struct Reader {
+    positions: Vec<DVec3>,
+    uvs: Vec<DVec2>,
+    normals: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    uv_triangles: Vec<[u32; 3]>,
+    normal_triangles: Vec<[u32; 3]>,
+    corners: Vec<Corner>,
+}
+
+impl Reader {
+    fn line(&mut self, line: &[u8]) -> Result<(), MeshProblem> {
+        if line.is_empty() {
+            return Ok(());
+        }
+        let keyword = line.split(u8::is_ascii_whitespace).next().unwrap_or_default();
+        match keyword {
+            b"v" => {
+                let [x, y, z] = numbers(line, "v x y z")?;
+                self.positions.push(DVec3::new(x, y, z));
+            }
+            b"vn" => {
+                let [x, y, z] = numbers(line, "vn x y z")?;
+                self.normals.push(DVec3::new(x, y, z));
+            }
+            b"vt" => {
+                let [u, v] = texture_coordinates(line)?;
+                self.uvs.push(DVec2::new(u, v));
+            }
+            b"f" => self.face(text(line)?)?,
+            // Without effect on the surface.
+            b"g" | b"o" | b"s" | b"usemtl" | b"mtllib" | b"p" | b"l" => {}
+            _ => {
+                let what = format!("the keyword \"{}\"", excerpt(&String::from_utf8_lossy(keyword)));
+                let instead = "supported: v, vt, vn, f, and without effect g, o, s, usemtl, mtllib, p, l";
+                return Err(MeshProblem::Unsupported { what, instead });
+            }
+        }
+        Ok(())
+    }
+
+    fn face(&mut self, line: &str) -> Result<(), MeshProblem> {
+        self.corners.clear();
+        for word in line.split_ascii_whitespace().skip(1) {
+            let corner = self.corner(word)?;
+            self.corners.push(corner);
+        }
+        let corners = &self.corners;
+        if corners.len() < 3 {
+            return Err(MeshProblem::Corners { corners: corners.len() });
+        }
+        for t in fan(corners) {
+            self.triangles.push(t.map(|c| c.position));
+            if let [Some(a), Some(b), Some(c)] = t.map(|c| c.uv) {
+                self.uv_triangles.push([a, b, c]);
+            }
+            if let [Some(a), Some(b), Some(c)] = t.map(|c| c.normal) {
+                self.normal_triangles.push([a, b, c]);
+            }
+        }
+        let count = self.triangles.len();
+        let balanced = |some: usize, any: bool| some == if any { count } else { 0 };
+        if !balanced(self.uv_triangles.len(), corners.iter().any(|c| c.uv.is_some())) {
+            return Err(MeshProblem::Mixed { what: "texture coordinates" });
+        }
+        if !balanced(self.normal_triangles.len(), corners.iter().any(|c| c.normal.is_some())) {
+            return Err(MeshProblem::Mixed { what: "normals" });
+        }
+        Ok(())
+    }
+
+    fn corner(&self, word: &str) -> Result<Corner, MeshProblem> {
+        let expected = "a corner v, v/vt, v//vn or v/vt/vn of whole numbers";
+        let error = || MeshProblem::Expected { expected, found: excerpt(word) };
+        let mut parts = word.split('/');
+        let position = parts.next().unwrap_or_default();
+        let (uv, normal) = (parts.next(), parts.next());
+        if parts.next().is_some() || normal == Some("") || (normal.is_none() && uv == Some("")) {
+            return Err(error());
+        }
+        let index = |what, text: &str, count: usize| {
+            let index: i64 = text.parse().map_err(|_| error())?;
+            let from_start = if index < 0 { index + count as i64 } else { index - 1 };
+            match usize::try_from(from_start) {
+                Ok(i) if i < count => u32::try_from(i).map_err(|_| error()),
+                _ => Err(MeshProblem::Index { what, index, count }),
+            }
+        };
+        Ok(Corner {
+            position: index("vertex", position, self.positions.len())?,
+            uv: match uv {
+                Some("") | None => None,
+                Some(uv) => Some(index("texture coordinate", uv, self.uvs.len())?),
+            },
+            normal: normal.map(|normal| index("normal", normal, self.normals.len())).transpose()?,
+        })
+    }
+
+    fn finish(self) -> Soup {
+        let normals = Attribute { values: self.normals, triangles: self.normal_triangles };
+        let uvs = Attribute { values: self.uvs, triangles: self.uv_triangles };
+        Soup {
+            normals: (!normals.triangles.is_empty()).then_some(normals),
+            uvs: (!uvs.triangles.is_empty()).then_some(uvs),
+            positions: self.positions,
+            triangles: self.triangles,
+        }
+    }
+}
+
+fn text(line: &[u8]) -> Result<&str, MeshProblem> {
+    str::from_utf8(line).map_err(|_| MeshProblem::Expected {
+        expected: "UTF-8 text",
+        found: excerpt(&String::from_utf8_lossy(line)),
+    })
+}
+
+/// The first three numbers of a line. A fourth is a weight, three or four more are a colour.
+fn numbers(line: &[u8], expected: &'static str) -> Result<[f64; 3], MeshProblem> {
+    let line = text(line)?;
+    let error = || MeshProblem::Expected { expected, found: excerpt(line) };
+    let mut words = line.split_ascii_whitespace().skip(1);
+    let mut number = || words.next().and_then(|w| w.parse().ok()).ok_or_else(error);
+    let values = [number()?, number()?, number()?];
+    let rest = words.map(|w| w.parse::<f64>().map_err(|_| error())).collect::<Result<Vec<_>, _>>()?;
+    match (expected, rest.as_slice()) {
+        (_, []) => Ok(values),
+        ("v x y z", [1.0] | [_, _, _] | [_, _, _, _]) => Ok(values),
+        ("v x y z", [_]) => Err(MeshProblem::Unsupported {
+            what: "a vertex of weight other than 1".to_owned(),
+            instead: "divide x, y and z by it",
+        }),
+        _ => Err(error()),
+    }
+}
+
+/// One, two or three numbers, of which the third is skipped.
+fn texture_coordinates(line: &[u8]) -> Result<[f64; 2], MeshProblem> {
+    let line = text(line)?;
+    let error = || MeshProblem::Expected { expected: "vt u v", found: excerpt(line) };
+    let words = line.split_ascii_whitespace().skip(1);
+    let values = words.map(|w| w.parse().map_err(|_| error())).collect::<Result<Vec<f64>, _>>()?;
+    match values[..] {
+        [u] => Ok([u, 0.0]),
+        [u, v] | [u, v, _] => Ok([u, v]),
+        _ => Err(error()),
+    }
+}

@@ -1,0 +1,53 @@
+//! What arrives from beyond the scene.
+
+use std::f64::consts::{PI, TAU};
+
+use super::lights::LightId;
+use super::surface::lookup;
+use crate::calculus::{Calculus, Number, Rgb, Vec3};
+use crate::scene::{Environment, Light, Scene, Wrap};
+
+/// The radiance of one light without a surface, from a direction.
+pub(crate) fn distant<C: Calculus>(
+    scene: &Scene,
+    calculus: &C,
+    id: LightId,
+    direction: Vec3<C::Number>,
+) -> Rgb<C::Number> {
+    match id {
+        LightId::Light(index) => match &scene.description.lights[index as usize] {
+            Light::Directional { direction: along, irradiance, kappa, .. } if kappa.is_finite() => {
+                let axis = calculus.place(index as usize, -*along);
+                let apart = direction - axis;
+                let lobe = (apart.dot(apart) * (-0.5 * kappa)).exp();
+                let norm = kappa / (-TAU * (-2.0 * kappa).exp_m1());
+                calculus.intensity(index as usize, *irradiance) * (lobe * norm)
+            }
+            _ => Rgb::constant(glam::DVec3::ZERO),
+        },
+        LightId::Environment => match &scene.description.environment {
+            Some(Environment::Map { texture, scale, .. }) => {
+                let local = calculus.environment_direction(direction);
+                let around = atan2(local.x, -local.z) * (1.0 / TAU);
+                let up = local.y.value().clamp(-1.0, 1.0);
+                let slope = -1.0 / (1.0 - up * up).max(f64::MIN_POSITIVE).sqrt();
+                let down = local.y.chain(up.acos(), slope) * (1.0 / PI);
+                let image = &scene.description.textures[*texture];
+                let t = C::Number::constant(1.0) - down;
+                let wraps = [Wrap::Repeat, Wrap::Clamp];
+                lookup(image, *texture, wraps, around, t, calculus) * C::Number::constant(*scale)
+            }
+            Some(Environment::Constant { radiance, .. }) => calculus.environment(*radiance),
+            None => Rgb::constant(glam::DVec3::ZERO),
+        },
+        LightId::Shape(_) => Rgb::constant(glam::DVec3::ZERO),
+    }
+}
+
+/// atan2(y, x): the value, and (x ẏ − y ẋ)/(x² + y²).
+fn atan2<T: Number>(y: T, x: T) -> T {
+    let (a, b) = (x.value(), y.value());
+    let squared = (a * a + b * b).max(f64::MIN_POSITIVE);
+    // The cross product is zero in value, exactly.
+    T::constant(b.atan2(a)) + (y * a - x * b) * (1.0 / squared)
+}

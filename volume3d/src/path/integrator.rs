@@ -1,0 +1,341 @@
+//! A path tracer with next-event estimation and multiple importance sampling, in numbers that may carry
+//! derivatives.
+
+use flatland::random::{Stream, open01};
+use glam::DVec3;
+
+use super::bsdf::Shading;
+use super::escape::distant;
+use super::lights::{LightId, Lights, Towards};
+use super::surface::SurfacePoint;
+use crate::calculus::{Calculus, Number, Rgb, Vec3, Warped};
+use crate::geometry::{Hit, Ray};
+use crate::scene::{Environment, Light, Scene};
+
+/// How concentrated the auxiliary rays are around what they serve.
+///
+/// A kernel's width is 1/√κ. What a warp has to resolve is as wide as a pixel on the film, as the lobe of what
+/// reflects, and as the emitter that is looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kernels {
+    /// κ on the film, per square pixel.
+    pub film: f64,
+    /// κ of directions around a diffuse surface, and the least there is.
+    pub surface: f64,
+    /// κ towards an emitter of half angle α is (relative/α)².
+    pub relative: f64,
+}
+
+impl Default for Kernels {
+    fn default() -> Self {
+        Self { film: 44.0, surface: 20.0, relative: 2.0 }
+    }
+}
+
+/// Distances below this part of the scene's coordinates are rounding: a ray that leaves a surface starts there.
+/// The hit is recomputed in double precision, whose own error is a hundred times less.
+const NEAR: f64 = 1e-13;
+
+/// A shadow ray ends this part before the light: the light itself must not be in its own way.
+const SHORT: f64 = 1e-10;
+
+/// Russian roulette never ends a path with a probability below 1 − this.
+const SURVIVAL: f64 = 0.95;
+
+/// Paths through a scene.
+#[derive(Clone, Debug)]
+pub(crate) struct Paths<'s> {
+    pub(crate) scene: &'s Scene,
+    pub(crate) lights: Lights,
+    pub(crate) kernels: Kernels,
+    near: f64,
+    /// Lights that a ray which leaves the scene may reach, and which next-event estimation chooses from.
+    distant: Vec<LightId>,
+}
+
+/// Where a path goes on.
+struct Scattered<T> {
+    origin: Vec3<T>,
+    direction: Vec3<T>,
+    throughput: Rgb<T>,
+    hit: Option<Hit>,
+}
+
+impl<'s> Paths<'s> {
+    pub(crate) fn new(scene: &'s Scene, kernels: Kernels) -> Self {
+        let (low, high) = scene.accelerator.bounds();
+        let extent = scene.description.camera.origin.abs().max_element();
+        let extent = if scene.triangles.is_empty() {
+            extent
+        } else {
+            extent.max(low.abs().max_element()).max(high.abs().max_element())
+        };
+        let lights = scene.description.lights.iter().enumerate();
+        let finite = |l: &Light| matches!(l, Light::Directional { kappa, .. } if kappa.is_finite());
+        let mut distant: Vec<LightId> =
+            lights.filter(|(_, l)| finite(l)).map(|(i, _)| LightId::Light(i as u32)).collect();
+        if matches!(scene.description.environment, Some(Environment::Map { .. })) {
+            distant.push(LightId::Environment);
+        }
+        Self { scene, lights: Lights::new(scene), kernels, near: NEAR * extent, distant }
+    }
+
+    /// The nearest hit along a ray that starts on a triangle, or in the open.
+    pub(crate) fn closest(&self, origin: DVec3, direction: DVec3, from: Option<u32>) -> Option<Hit> {
+        let near = if from.is_some() { self.near } else { 0.0 };
+        self.scene.accelerator.closest(&Ray { origin, direction, near, far: f64::INFINITY, from })
+    }
+
+    /// Many rays from one origin.
+    pub(crate) fn closest_bundle(
+        &self,
+        origin: DVec3,
+        directions: &[DVec3],
+        from: Option<u32>,
+        hits: &mut Vec<Option<Hit>>,
+    ) {
+        let near = if from.is_some() { self.near } else { 0.0 };
+        self.scene.accelerator.closest_bundle(origin, directions, near, f64::INFINITY, from, hits);
+    }
+
+    /// One sample of the radiance that arrives from `hit` along a ray from the camera.
+    pub(crate) fn radiance<C: Calculus>(
+        &self,
+        calculus: &mut C,
+        origin: Vec3<C::Number>,
+        direction: Vec3<C::Number>,
+        hit: Option<Hit>,
+        rng: &mut Stream,
+    ) -> Rgb<C::Number> {
+        let one = Rgb::constant(DVec3::ONE);
+        let mut path = Scattered { origin, direction, throughput: one, hit };
+        let mut total = self.seen(calculus, &path);
+        let limit = self.scene.description.integrator.max_depth.unwrap_or(usize::MAX);
+        let mut depth = 1;
+        while let Some(hit) = path.hit
+            && depth < limit
+        {
+            let point = SurfacePoint::new(self.scene, calculus, path.origin, path.direction, hit.triangle);
+            let Some(shading) = point.shading(self.scene, calculus) else { break };
+            total = total + path.throughput * self.next_event(calculus, &point, &shading, rng);
+            let Some(survival) = self.roulette(path.throughput.value(), depth, rng) else { break };
+            path.throughput = path.throughput * C::Number::constant(survival);
+            depth += 1;
+            let Some(next) =
+                self.scatter(calculus, &point, &shading, path.throughput, depth < limit, &mut total, rng)
+            else {
+                break;
+            };
+            path = next;
+        }
+        total
+    }
+
+    /// What is emitted at the end of a camera ray.
+    fn seen<C: Calculus>(&self, calculus: &C, path: &Scattered<C::Number>) -> Rgb<C::Number> {
+        match path.hit {
+            Some(hit) => self
+                .emitter(&hit, path.direction.value())
+                .map_or(Rgb::constant(DVec3::ZERO), |(shape, radiance)| calculus.radiance(shape, radiance)),
+            None => {
+                let direction = path.direction;
+                let mut sum = self.constant_environment(calculus);
+                for &id in &self.distant {
+                    sum = sum + distant(self.scene, calculus, id, direction);
+                }
+                sum
+            }
+        }
+    }
+
+    fn constant_environment<C: Calculus>(&self, calculus: &C) -> Rgb<C::Number> {
+        match &self.scene.description.environment {
+            Some(Environment::Constant { radiance, .. }) => calculus.environment(*radiance),
+            _ => Rgb::constant(DVec3::ZERO),
+        }
+    }
+
+    /// The shape and its radiance, if a ray arrives at the front of one that emits.
+    fn emitter(&self, hit: &Hit, direction: DVec3) -> Option<(usize, DVec3)> {
+        let triangle = &self.scene.triangles[hit.triangle as usize];
+        let shape = triangle.shape as usize;
+        let radiance = self.scene.description.shapes[shape].radiance?;
+        let [a, b, c] = triangle.positions.map(|i| self.scene.positions[i as usize]);
+        ((b - a).cross(c - a).dot(direction) < 0.0).then_some((shape, radiance))
+    }
+
+    /// Light that is reflected at a point directly from a light chosen there.
+    fn next_event<C: Calculus>(
+        &self,
+        calculus: &mut C,
+        point: &SurfacePoint<C::Number>,
+        shading: &Shading<'_, C::Number>,
+        rng: &mut Stream,
+    ) -> Rgb<C::Number> {
+        let zero = Rgb::constant(DVec3::ZERO);
+        let xi = [(); 3].map(|()| open01(rng));
+        let x = point.position.value();
+        let Some(towards) = self.lights.sample(self.scene, x, xi) else { return zero };
+        let direction = towards.sampled.direction;
+        if shading.normal.value().dot(direction) <= 0.0 {
+            return zero;
+        }
+        let far = towards.distance * (1.0 - SHORT);
+        let ray = Ray { origin: x, direction, near: self.near, far, from: Some(point.triangle) };
+        if self.scene.accelerator.occluded(&ray) {
+            return zero;
+        }
+        if towards.delta {
+            return self.from_delta(calculus, point, shading, &towards);
+        }
+        let density = towards.sampled.density;
+        let weight = density / (density + shading.density(direction));
+        let kappa = self.kappa(towards.id, shading, x);
+        let warped = calculus.warp(point.position, point.triangle, direction, kappa);
+        let emitted = match towards.id {
+            LightId::Shape(shape) => {
+                let radiance = self.scene.description.shapes[shape as usize].radiance;
+                calculus.radiance(shape as usize, radiance.unwrap_or(DVec3::ZERO))
+            }
+            id => distant(self.scene, calculus, id, warped.direction),
+        };
+        reflect(shading, &warped, weight / density) * emitted
+    }
+
+    /// Light from a point, or from one direction. Nothing is warped, and nothing may move that casts a shadow.
+    fn from_delta<C: Calculus>(
+        &self,
+        calculus: &C,
+        point: &SurfacePoint<C::Number>,
+        shading: &Shading<'_, C::Number>,
+        towards: &Towards,
+    ) -> Rgb<C::Number> {
+        let LightId::Light(index) = towards.id else { return Rgb::constant(DVec3::ZERO) };
+        let index = index as usize;
+        let weight = C::Number::constant(1.0 / towards.sampled.density);
+        match &self.scene.description.lights[index] {
+            Light::Directional { direction, irradiance, .. } => {
+                let direction = calculus.place(index, -*direction);
+                shading.evaluate(direction) * calculus.intensity(index, *irradiance) * weight
+            }
+            Light::Point { position, intensity, .. } => {
+                let way = calculus.place(index, *position) - point.position;
+                let falloff = C::Number::constant(1.0) / way.dot(way);
+                shading.evaluate(way.normalized())
+                    * calculus.intensity(index, *intensity)
+                    * (falloff * weight)
+            }
+        }
+    }
+
+    /// The survivor's weight, or the end.
+    fn roulette(&self, throughput: DVec3, depth: usize, rng: &mut Stream) -> Option<f64> {
+        if depth < self.scene.description.integrator.rr_depth {
+            return Some(1.0);
+        }
+        let survival = throughput.max_element().clamp(0.0, SURVIVAL);
+        (open01(rng) < survival).then(|| 1.0 / survival)
+    }
+
+    /// Follows one direction sampled from reflection: adds what it finds emitted, and returns where the path
+    /// goes on, if it may.
+    #[expect(clippy::too_many_arguments, reason = "the state of one step of a path")]
+    fn scatter<C: Calculus>(
+        &self,
+        calculus: &mut C,
+        point: &SurfacePoint<C::Number>,
+        shading: &Shading<'_, C::Number>,
+        throughput: Rgb<C::Number>,
+        goes_on: bool,
+        total: &mut Rgb<C::Number>,
+        rng: &mut Stream,
+    ) -> Option<Scattered<C::Number>> {
+        let x = point.position.value();
+        if let Some((direction, factor)) = shading.mirror() {
+            let hit = self.closest(x, direction.value(), Some(point.triangle));
+            let origin = point.position;
+            let next = Scattered { origin, direction, throughput: throughput * factor, hit };
+            // Next-event estimation never chooses a mirror's direction: no weight but 1.
+            *total = *total + next.throughput * self.seen(calculus, &next);
+            return (goes_on && hit.is_some()).then_some(next);
+        }
+        let sampled = shading.sample([(); 3].map(|()| open01(rng)))?;
+        let hit = self.closest(x, sampled.direction, Some(point.triangle));
+        self.emission(calculus, point, shading, throughput, sampled.direction, sampled.density, hit, total);
+        let environment = matches!(self.scene.description.environment, Some(Environment::Constant { .. }));
+        if if hit.is_some() { !goes_on } else { !environment } {
+            return None;
+        }
+        let kappa = self.kernels.surface.max(shading.concentration());
+        let warped = calculus.warp(point.position, point.triangle, sampled.direction, kappa);
+        let throughput = throughput * reflect(shading, &warped, 1.0 / sampled.density);
+        if hit.is_none() {
+            *total = *total + throughput * self.constant_environment(calculus);
+            return None;
+        }
+        Some(Scattered { origin: point.position, direction: warped.direction, throughput, hit })
+    }
+
+    /// What a sampled direction finds emitted, weighted against next-event estimation. Light that the
+    /// latter can choose is an integral of its own, with its own kernel: both strategies must see one field.
+    #[expect(clippy::too_many_arguments, reason = "the state of one step of a path")]
+    fn emission<C: Calculus>(
+        &self,
+        calculus: &mut C,
+        point: &SurfacePoint<C::Number>,
+        shading: &Shading<'_, C::Number>,
+        throughput: Rgb<C::Number>,
+        direction: DVec3,
+        density: f64,
+        hit: Option<Hit>,
+        total: &mut Rgb<C::Number>,
+    ) {
+        let x = point.position.value();
+        if let Some(hit) = hit {
+            let Some((shape, radiance)) = self.emitter(&hit, direction) else { return };
+            let id = LightId::Shape(shape as u32);
+            let other = self.lights.density_of_triangle(
+                self.scene,
+                shape as u32,
+                hit.triangle,
+                direction,
+                hit.distance,
+            );
+            let kappa = self.kappa(id, shading, x);
+            let warped = calculus.warp(point.position, point.triangle, direction, kappa);
+            let emitted = calculus.radiance(shape, radiance);
+            *total = *total + throughput * reflect(shading, &warped, 1.0 / (density + other)) * emitted;
+            return;
+        }
+        for &id in &self.distant {
+            let other = self.lights.density_of_escape(self.scene, id, direction);
+            let kappa = self.kappa(id, shading, x);
+            let warped = calculus.warp(point.position, point.triangle, direction, kappa);
+            let emitted = distant(self.scene, calculus, id, warped.direction);
+            *total = *total + throughput * reflect(shading, &warped, 1.0 / (density + other)) * emitted;
+        }
+    }
+
+    /// κ for the light of one emitter reflected at x.
+    fn kappa<T: Number>(&self, id: LightId, shading: &Shading<'_, T>, x: DVec3) -> f64 {
+        let least = self.kernels.surface.max(shading.concentration());
+        match id {
+            LightId::Shape(shape) => {
+                let angle = self.lights.half_angle(shape, x);
+                least.max((self.kernels.relative / angle).powi(2))
+            }
+            LightId::Light(index) => match &self.scene.description.lights[index as usize] {
+                Light::Directional { kappa, .. } if kappa.is_finite() => {
+                    least.max(0.5 * self.kernels.relative.powi(2) * kappa)
+                }
+                _ => least,
+            },
+            LightId::Environment => least,
+        }
+    }
+}
+
+/// f cos θ of a warped direction, times the Jacobian and a weight.
+fn reflect<T: Number>(shading: &Shading<'_, T>, warped: &Warped<T>, weight: f64) -> Rgb<T> {
+    shading.evaluate(warped.direction) * (warped.jacobian * weight)
+}

@@ -1,0 +1,12 @@
+//! The path tracer: one program for the primal and, over numbers with derivatives, for gradients.
+
+mod bsdf;
+mod escape;
+mod integrator;
+mod lights;
+mod plain;
+mod surface;
+
+pub use integrator::Kernels;
+pub(crate) use integrator::Paths;
+pub(crate) use plain::Plain;

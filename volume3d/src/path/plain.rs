@@ -1,0 +1,67 @@
+//! Plain numbers: no derivative, no warp, no auxiliary ray.
+
+use glam::DVec3;
+
+use crate::calculus::{Calculus, Rgb, Vec3, Warped};
+use crate::scene::{Environment, Scene};
+
+/// The primal's calculus.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Plain<'s> {
+    pub(crate) scene: &'s Scene,
+}
+
+impl Calculus for Plain<'_> {
+    type Number = f64;
+
+    fn position(&self, index: u32) -> Vec3<f64> {
+        Vec3::constant(self.scene.positions[index as usize])
+    }
+
+    fn normal(&self, index: u32) -> Vec3<f64> {
+        Vec3::constant(self.scene.normals[index as usize])
+    }
+
+    fn reflectance(&self, _: usize, value: DVec3) -> Rgb<f64> {
+        Rgb::constant(value)
+    }
+
+    fn texel(&self, texture: usize, index: usize) -> Rgb<f64> {
+        Rgb::constant(self.scene.description.textures[texture].texels[index])
+    }
+
+    fn roughness(&self, _: usize, value: f64) -> f64 {
+        value
+    }
+
+    fn radiance(&self, _: usize, value: DVec3) -> Rgb<f64> {
+        Rgb::constant(value)
+    }
+
+    fn intensity(&self, _: usize, value: DVec3) -> Rgb<f64> {
+        Rgb::constant(value)
+    }
+
+    fn place(&self, _: usize, value: DVec3) -> Vec3<f64> {
+        Vec3::constant(value)
+    }
+
+    fn environment(&self, value: DVec3) -> Rgb<f64> {
+        Rgb::constant(value)
+    }
+
+    fn environment_direction(&self, direction: Vec3<f64>) -> Vec3<f64> {
+        let Some(Environment::Map { to_world, .. }) = &self.scene.description.environment else {
+            return direction;
+        };
+        Vec3::constant(to_world.transpose() * direction.value())
+    }
+
+    fn wants_black(&self, _: usize) -> bool {
+        false
+    }
+
+    fn warp(&mut self, _: Vec3<f64>, _: u32, direction: DVec3, _: f64) -> Warped<f64> {
+        Warped { direction: Vec3::constant(direction), jacobian: 1.0 }
+    }
+}

@@ -1,0 +1,218 @@
+//! From a description to what rendering needs.
+
+use glam::{DVec2, DVec3};
+
+use super::Description;
+use super::normals::VertexNormals;
+use crate::geometry::{Accelerator, Edges, Normals};
+
+/// What is wrong with a description.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// Two things of one kind have the same name.
+    #[error("two {what}s are called `{id}`")]
+    Duplicate {
+        /// "shape", "material", "texture" or "light".
+        what: &'static str,
+        /// The name.
+        id: String,
+    },
+    /// An index points nowhere.
+    #[error("`{id}` refers to {what} {index}, but there are only {count}")]
+    Missing {
+        /// Who refers.
+        id: String,
+        /// "material" or "texture".
+        what: &'static str,
+        /// The index.
+        index: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// A number is out of its range.
+    #[error("{what} of `{id}` is {value}, but must be {range}")]
+    Range {
+        /// Whose it is.
+        id: String,
+        /// What it is.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it may be.
+        range: &'static str,
+    },
+    /// A texture has not as many texels as its size says.
+    #[error("texture `{id}` is {width} x {height}, but has {texels} texels")]
+    Texels {
+        /// Its name.
+        id: String,
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+        /// How many texels there are.
+        texels: usize,
+    },
+    /// A surface has a texture but no texture coordinates.
+    #[error("shape `{id}` has a textured material, but no texture coordinates")]
+    NoCoordinates {
+        /// The shape.
+        id: String,
+    },
+    /// The camera's frame is not orthonormal.
+    #[error("the camera's right, up and forward are not orthonormal")]
+    Frame,
+    /// The film or its crop has no pixels, or the crop leaves the film.
+    #[error("the film of {width} x {height} pixels has no pixels in its crop window")]
+    Film {
+        /// Columns of the film.
+        width: usize,
+        /// Rows of the film.
+        height: usize,
+    },
+    /// More vertices or triangles in all than 32 bits count.
+    #[error("the scene has {count} vertices or triangles, more than 2^32 - 2")]
+    TooLarge {
+        /// How many there are.
+        count: usize,
+    },
+}
+
+/// No normal, or no texture coordinate.
+pub(crate) const NONE: u32 = u32::MAX;
+
+/// A triangle of the scene, by indices into the scene's tables.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Triangle {
+    pub(crate) positions: [u32; 3],
+    /// [`NONE`] where the face's own normal shades.
+    pub(crate) normals: [u32; 3],
+    /// [`NONE`] where there are no texture coordinates.
+    pub(crate) uvs: [u32; 3],
+    pub(crate) shape: u32,
+}
+
+/// A scene: a checked description, and what tracing and shading need.
+#[derive(Debug)]
+pub struct Scene {
+    pub(crate) description: Description,
+    /// The positions of all shapes, one shape after the other.
+    pub(crate) positions: Vec<DVec3>,
+    pub(crate) triangles: Vec<Triangle>,
+    /// Shading normals, given or computed; unit length or zero.
+    pub(crate) normals: Vec<DVec3>,
+    /// How the computed ones follow from positions.
+    pub(crate) vertex_normals: VertexNormals,
+    pub(crate) uvs: Vec<DVec2>,
+    /// Where each shape's positions, triangles and normals start, and the end.
+    pub(crate) first_position: Vec<u32>,
+    pub(crate) first_triangle: Vec<u32>,
+    pub(crate) first_normal: Vec<u32>,
+    pub(crate) accelerator: Accelerator,
+    pub(crate) edges: Edges,
+}
+
+impl Scene {
+    /// Checks a description and builds a scene from it.
+    ///
+    /// # Errors
+    /// A [`SceneError`] that names what is wrong.
+    pub fn new(description: Description) -> Result<Self, SceneError> {
+        super::check::check(&description)?;
+        Ok(Self::assemble(description))
+    }
+
+    fn assemble(description: Description) -> Self {
+        let mut positions = vec![];
+        let mut triangles = vec![];
+        let mut normals = vec![];
+        let mut uvs = vec![];
+        let mut vertex_normals = VertexNormals::default();
+        let (mut first_position, mut first_triangle, mut first_normal) = (vec![0], vec![0], vec![0]);
+        for (s, shape) in description.shapes.iter().enumerate() {
+            let mesh = &shape.mesh;
+            let [p0, n0, t0] = [positions.len(), normals.len(), uvs.len()].map(|n| n as u32);
+            positions.extend_from_slice(mesh.positions());
+            let normal_triangles = match mesh.normals() {
+                Normals::Face => None,
+                Normals::AngleWeighted { triangles, count } => {
+                    vertex_normals.add(mesh.triangles(), triangles, p0, n0, *count);
+                    normals.resize(normals.len() + count, DVec3::ZERO);
+                    Some(triangles)
+                }
+                Normals::Given(given) => {
+                    normals.extend(given.values.iter().map(|n| n.normalize_or_zero()));
+                    Some(&given.triangles)
+                }
+            };
+            if let Some(given) = mesh.uvs() {
+                uvs.extend_from_slice(&given.values);
+            }
+            for (i, corners) in mesh.triangles().iter().enumerate() {
+                triangles.push(Triangle {
+                    positions: corners.map(|k| k + p0),
+                    normals: normal_triangles.map_or([NONE; 3], |n| n[i].map(|k| k + n0)),
+                    uvs: mesh.uvs().map_or([NONE; 3], |uv| uv.triangles[i].map(|k| k + t0)),
+                    shape: s as u32,
+                });
+            }
+            first_position.push(positions.len() as u32);
+            first_triangle.push(triangles.len() as u32);
+            first_normal.push(normals.len() as u32);
+        }
+        vertex_normals.compute(&positions, &mut normals);
+        let corners: Vec<[u32; 3]> = triangles.iter().map(|t| t.positions).collect();
+        let accelerator = Accelerator::build(&positions, &corners);
+        let mut scene = Self {
+            description,
+            positions,
+            triangles,
+            normals,
+            vertex_normals,
+            uvs,
+            first_position,
+            first_triangle,
+            first_normal,
+            accelerator,
+            edges: Edges::default(),
+        };
+        scene.edges = Edges::build(&scene);
+        scene
+    }
+
+    /// What the scene is made of.
+    #[must_use]
+    pub fn description(&self) -> &Description {
+        &self.description
+    }
+
+    /// The index of the shape with this name.
+    #[must_use]
+    pub fn shape(&self, id: &str) -> Option<usize> {
+        self.description.shapes.iter().position(|s| s.id == id)
+    }
+
+    /// The index of the material with this name.
+    #[must_use]
+    pub fn material(&self, id: &str) -> Option<usize> {
+        self.description.materials.iter().position(|m| m.id == id)
+    }
+
+    /// Where a shape's positions are among those of all shapes.
+    #[must_use]
+    pub fn position_range(&self, shape: usize) -> std::ops::Range<usize> {
+        self.first_position[shape] as usize..self.first_position[shape + 1] as usize
+    }
+
+    pub(crate) fn normal_range(&self, shape: usize) -> std::ops::Range<usize> {
+        self.first_normal[shape] as usize..self.first_normal[shape + 1] as usize
+    }
+
+    /// How many columns and rows an image has.
+    #[must_use]
+    pub fn size(&self) -> (usize, usize) {
+        let film = &self.description.film;
+        film.crop.map_or((film.width, film.height), |c| (c.width, c.height))
+    }
+}

@@ -1,0 +1,75 @@
+//! Pinhole cameras and films.
+
+use glam::DVec3;
+
+/// A pinhole camera with an orthonormal frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// Where the pinhole is.
+    pub origin: DVec3,
+    /// Unit vector to the right of the image.
+    pub right: DVec3,
+    /// Unit vector to the top of the image.
+    pub up: DVec3,
+    /// Unit vector into the scene.
+    pub forward: DVec3,
+    /// The whole film's horizontal field of view, radians, in (0, π).
+    pub field_of_view: f64,
+}
+
+impl Camera {
+    /// A camera at `origin` that looks at `target`, with the horizontal field of view in radians.
+    #[must_use]
+    pub fn look_at(origin: DVec3, target: DVec3, up: DVec3, field_of_view: f64) -> Self {
+        let forward = (target - origin).normalize_or(DVec3::NEG_Z);
+        let right = forward.cross(up).normalize_or(forward.any_orthonormal_vector());
+        Self { origin, right, up: right.cross(forward), forward, field_of_view }
+    }
+}
+
+/// The reconstruction filter h of a pixel, a function of the distance to its centre in pixels along each
+/// axis, with ∫∫ h = 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Filter {
+    /// 1 within the pixel.
+    Box,
+    /// max(0, 1 − |x|/r)/r along each axis.
+    Tent {
+        /// r.
+        radius: f64,
+    },
+    /// e^{−x²/2σ²} cut off and shifted to 0 at 4σ, as in Mitsuba 3.
+    Gaussian {
+        /// σ.
+        deviation: f64,
+    },
+}
+
+/// Part of a film, in pixels from its top left corner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crop {
+    /// The first column.
+    pub x: usize,
+    /// The first row.
+    pub y: usize,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+}
+
+/// A film of square pixels.
+///
+/// The image plane goes on beyond the film's border: a filter that reaches over the border sees what is there
+/// (Mitsuba's `sample_border`), so that no pixel is special.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Film {
+    /// Columns of the whole film.
+    pub width: usize,
+    /// Rows of the whole film.
+    pub height: usize,
+    /// The part that is rendered, if not the whole.
+    pub crop: Option<Crop>,
+    /// The filter of every pixel.
+    pub filter: Filter,
+}

@@ -1,0 +1,176 @@
+//! What a description must fulfil.
+
+use std::collections::HashSet;
+
+use glam::DVec3;
+
+use super::{
+    Bsdf, Camera, Description, Environment, Film, Filter, Light, Material, Reflectance, SceneError, Texture,
+};
+
+pub(super) fn check(description: &Description) -> Result<(), SceneError> {
+    let Description { camera, film, textures, materials, shapes, lights, environment, .. } = description;
+    check_camera(camera)?;
+    check_film(film)?;
+    unique("texture", textures.iter().map(|t| &t.id))?;
+    unique("material", materials.iter().map(|m| &m.id))?;
+    unique("shape", shapes.iter().map(|s| &s.id))?;
+    unique("light", lights.iter().map(|l| l.id()))?;
+    textures.iter().try_for_each(check_texture)?;
+    for material in materials {
+        check_material(material, textures.len())?;
+    }
+    for shape in shapes {
+        let count = materials.len();
+        let material = materials.get(shape.material).ok_or_else(|| SceneError::Missing {
+            id: shape.id.clone(),
+            what: "material",
+            index: shape.material,
+            count,
+        })?;
+        if matches!(material.bsdf.reflectance(), Reflectance::Texture(_)) && shape.mesh.uvs().is_none() {
+            return Err(SceneError::NoCoordinates { id: shape.id.clone() });
+        }
+        if let Some(radiance) = shape.radiance {
+            not_negative(&shape.id, "the radiance", radiance)?;
+        }
+    }
+    for light in lights {
+        check_light(light)?;
+    }
+    if let Some(environment) = environment {
+        check_environment(environment, textures.len())?;
+    }
+    let positions = shapes.iter().map(|s| s.mesh.positions().len()).sum::<usize>();
+    let triangles = shapes.iter().map(|s| s.mesh.triangles().len()).sum::<usize>();
+    let count = positions.max(triangles);
+    if count < u32::MAX as usize { Ok(()) } else { Err(SceneError::TooLarge { count }) }
+}
+
+fn check_camera(camera: &Camera) -> Result<(), SceneError> {
+    let Camera { origin, right, up, forward, field_of_view } = camera;
+    let frame = [*right, *up, *forward];
+    // A frame read from six digits of a file is orthonormal to about this.
+    let tolerance = 1e-5;
+    let orthonormal = (0..3)
+        .all(|i| (0..3).all(|j| (frame[i].dot(frame[j]) - if i == j { 1.0 } else { 0.0 }).abs() < tolerance));
+    if !orthonormal || !origin.is_finite() {
+        return Err(SceneError::Frame);
+    }
+    let in_range = *field_of_view > 0.0 && *field_of_view < std::f64::consts::PI;
+    range(in_range, "camera", "the field of view", *field_of_view, "in (0, pi)")
+}
+
+fn check_film(film: &Film) -> Result<(), SceneError> {
+    let inside = film.crop.is_none_or(|c| {
+        let fits = |start: usize, size: usize, whole: usize| size > 0 && start.saturating_add(size) <= whole;
+        fits(c.x, c.width, film.width) && fits(c.y, c.height, film.height)
+    });
+    if !inside || film.width == 0 || film.height == 0 {
+        return Err(SceneError::Film { width: film.width, height: film.height });
+    }
+    match film.filter {
+        Filter::Box => Ok(()),
+        Filter::Tent { radius } => {
+            range(radius > 0.0 && radius <= 16.0, "film", "the tent's radius", radius, "in (0, 16]")
+        }
+        Filter::Gaussian { deviation } => {
+            let good = deviation > 0.0 && deviation <= 4.0;
+            range(good, "film", "the Gaussian's standard deviation", deviation, "in (0, 4]")
+        }
+    }
+}
+
+fn check_texture(texture: &Texture) -> Result<(), SceneError> {
+    let Texture { id, width, height, texels, .. } = texture;
+    if texels.is_empty() || width.checked_mul(*height) != Some(texels.len()) {
+        return Err(SceneError::Texels {
+            id: id.clone(),
+            width: *width,
+            height: *height,
+            texels: texels.len(),
+        });
+    }
+    let bad = texels.iter().find(|t| !t.is_finite());
+    range(bad.is_none(), id, "a texel", f64::NAN, "finite")
+}
+
+fn check_material(material: &Material, textures: usize) -> Result<(), SceneError> {
+    let id = &material.id;
+    match material.bsdf.reflectance() {
+        Reflectance::Constant(c) => not_negative(id, "the reflectance", *c)?,
+        Reflectance::Texture(index) => check_index(id, *index, textures)?,
+    }
+    if let Bsdf::RoughConductor { alpha, .. } = material.bsdf {
+        // Below, the lobe is narrower than directions can be told apart.
+        range(alpha >= 1e-4 && alpha <= 1.0, id, "the roughness", alpha, "in [1e-4, 1]")?;
+    }
+    match material.bsdf {
+        Bsdf::Diffuse { .. } => Ok(()),
+        Bsdf::RoughConductor { eta, k, .. } | Bsdf::Conductor { eta, k, .. } => {
+            not_negative(id, "eta", eta)?;
+            not_negative(id, "k", k)
+        }
+    }
+}
+
+fn check_light(light: &Light) -> Result<(), SceneError> {
+    match light {
+        Light::Directional { id, direction, irradiance, kappa } => {
+            not_negative(id, "the irradiance", *irradiance)?;
+            let length = direction.length();
+            range((length - 1.0).abs() < 1e-6, id, "the direction's length", length, "1")?;
+            range(*kappa > 0.0, id, "kappa", *kappa, "positive")
+        }
+        Light::Point { id, position, intensity } => {
+            not_negative(id, "the intensity", *intensity)?;
+            range(position.is_finite(), id, "a coordinate of the position", f64::NAN, "finite")
+        }
+    }
+}
+
+fn check_environment(environment: &Environment, textures: usize) -> Result<(), SceneError> {
+    match environment {
+        Environment::Constant { id, radiance } => not_negative(id, "the radiance", *radiance),
+        Environment::Map { id, texture, scale, to_world } => {
+            check_index(id, *texture, textures)?;
+            range(*scale >= 0.0 && scale.is_finite(), id, "the scale", *scale, "finite and not negative")?;
+            let error = (*to_world * to_world.transpose() - glam::DMat3::IDENTITY).to_cols_array();
+            let worst = error.iter().fold(0.0_f64, |worst, e| worst.max(e.abs()));
+            range(worst < 1e-5, id, "the distance of to_world from a rotation", worst, "0")
+        }
+    }
+}
+
+fn check_index(id: &str, index: usize, count: usize) -> Result<(), SceneError> {
+    if index < count {
+        Ok(())
+    } else {
+        Err(SceneError::Missing { id: id.to_owned(), what: "texture", index, count })
+    }
+}
+
+fn not_negative(id: &str, what: &'static str, c: DVec3) -> Result<(), SceneError> {
+    let bad = c.to_array().into_iter().find(|x| !(*x >= 0.0 && x.is_finite()));
+    range(bad.is_none(), id, what, bad.unwrap_or(0.0), "finite and not negative")
+}
+
+fn range(
+    good: bool,
+    id: &str,
+    what: &'static str,
+    value: f64,
+    range: &'static str,
+) -> Result<(), SceneError> {
+    if good { Ok(()) } else { Err(SceneError::Range { id: id.to_owned(), what, value, range }) }
+}
+
+fn unique<'a>(what: &'static str, ids: impl Iterator<Item = &'a String>) -> Result<(), SceneError> {
+    let mut seen = HashSet::new();
+    for id in ids {
+        if !seen.insert(id) {
+            return Err(SceneError::Duplicate { what, id: id.clone() });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,101 @@
+//! What a scene is made of, before anything is checked or built.
+
+use glam::DVec3;
+
+use super::{Camera, Environment, Film, Light, Material, Texture};
+use crate::geometry::Mesh;
+
+/// A mesh with a material, and perhaps a radiance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shape {
+    /// Its name in messages and requests.
+    pub id: String,
+    /// Its surface, in the world.
+    pub mesh: Mesh,
+    /// Its material's index in the scene.
+    pub material: usize,
+    /// What its front emits, linear RGB, if anything.
+    pub radiance: Option<DVec3>,
+}
+
+/// How far light is followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Integrator {
+    /// The number of segments of the longest path: 1 is what emits and is seen directly, 2 is direct light.
+    /// `None` is no limit.
+    pub max_depth: Option<usize>,
+    /// The segment from which on Russian roulette may end a path.
+    pub rr_depth: usize,
+}
+
+impl Default for Integrator {
+    fn default() -> Self {
+        Self { max_depth: None, rr_depth: 5 }
+    }
+}
+
+/// Everything a scene is made of. [`Scene::new`](super::Scene::new) checks it and builds what rendering needs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Description {
+    /// Who looks.
+    pub camera: Camera,
+    /// Where the image arises.
+    pub film: Film,
+    /// How far light is followed.
+    pub integrator: Integrator,
+    /// Samples per pixel, where the one who renders does not say.
+    pub samples: usize,
+    /// Images that materials and the environment refer to by index.
+    pub textures: Vec<Texture>,
+    /// Materials that shapes refer to by index.
+    pub materials: Vec<Material>,
+    /// All surfaces.
+    pub shapes: Vec<Shape>,
+    /// All lights without a surface.
+    pub lights: Vec<Light>,
+    /// What is seen where a ray leaves the scene; black if nothing is given.
+    pub environment: Option<Environment>,
+}
+
+impl Description {
+    /// An empty scene.
+    #[must_use]
+    pub fn new(camera: Camera, film: Film) -> Self {
+        Self {
+            camera,
+            film,
+            integrator: Integrator::default(),
+            samples: 16,
+            textures: vec![],
+            materials: vec![],
+            shapes: vec![],
+            lights: vec![],
+            environment: None,
+        }
+    }
+
+    /// Adds a material and returns its index.
+    pub fn add_material(&mut self, material: Material) -> usize {
+        self.materials.push(material);
+        self.materials.len() - 1
+    }
+
+    /// Adds a texture and returns its index.
+    pub fn add_texture(&mut self, texture: Texture) -> usize {
+        self.textures.push(texture);
+        self.textures.len() - 1
+    }
+
+    /// Adds a shape that does not emit and returns its index.
+    pub fn add_shape(&mut self, id: &str, mesh: Mesh, material: usize) -> usize {
+        self.shapes.push(Shape { id: id.to_owned(), mesh, material, radiance: None });
+        self.shapes.len() - 1
+    }
+
+    /// Adds a shape whose front emits and that reflects nothing, and returns its index.
+    pub fn add_emitter(&mut self, id: &str, mesh: Mesh, radiance: DVec3) -> usize {
+        let material = self.add_material(Material::diffuse(id, DVec3::ZERO));
+        self.shapes.push(Shape { id: id.to_owned(), mesh, material, radiance: Some(radiance) });
+        self.shapes.len() - 1
+    }
+}

@@ -1,0 +1,18 @@
+//! Scenes: what they are made of, and what rendering needs of them.
+
+mod build;
+mod camera;
+mod check;
+mod description;
+mod light;
+mod material;
+mod normals;
+mod texture;
+
+pub(crate) use build::{NONE, Triangle};
+pub use build::{Scene, SceneError};
+pub use camera::{Camera, Crop, Film, Filter};
+pub use description::{Description, Integrator, Shape};
+pub use light::{Environment, Light};
+pub use material::{Bsdf, Material, Microfacets, Reflectance};
+pub use texture::{Texture, Wrap};
