@@ -214,6 +214,16 @@ impl Mesh {
         self
     }
 
+    /// Moves every position by `step` times its rate.
+    pub(crate) fn displace(&mut self, rates: &[DVec3], step: f64) {
+        self.positions.iter_mut().zip(rates).for_each(|(p, rate)| *p += step * *rate);
+    }
+
+    /// Replaces given normals by others of the same topology.
+    pub(crate) fn replace_given_normals(&mut self, normals: Attribute<DVec3>) {
+        self.normals = Normals::Given(normals);
+    }
+
     /// The places of the vertices, each once.
     #[must_use]
     pub fn positions(&self) -> &[DVec3] {

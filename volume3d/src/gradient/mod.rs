@@ -2,8 +2,13 @@
 
 mod auxiliary;
 mod change;
+mod displaced;
+mod driver;
+mod error;
 mod film;
+mod finite_difference;
 mod forward;
+mod groups;
 mod motion;
 mod primal;
 mod progress;
@@ -15,10 +20,12 @@ mod tests;
 mod warped_area;
 
 pub use change::{CameraChange, Change, Unsupported, Wanted};
+pub use error::GradientError;
+pub use finite_difference::FiniteDifference;
 pub use primal::render;
 pub use progress::{Progress, Stopped};
 pub use result::{GradientImage, Image, NonFinite, Terms};
-pub use warped_area::{GradientError, WarpedArea};
+pub use warped_area::WarpedArea;
 
 /// Streams of random numbers, by what they are for: a path is the same whether its gradient is taken or not.
 const PATH: u64 = 0;
@@ -26,12 +33,3 @@ const AUXILIARY: u64 = 1;
 const EDGE: u64 = 2;
 /// Mixed into the seed of the image that is subtracted, which must not depend on the samples.
 const BASELINE: u64 = 0x9E37_79B9_7F4A_7C15;
-
-/// Rows of cells in groups that are computed together and summed in order, so that memory does not grow with
-/// the image and sums do not depend on threads.
-fn waves(rows: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
-    (0..rows).step_by(WAVE).map(move |start| start..(start + WAVE).min(rows))
-}
-
-/// Enough rows to keep many threads busy.
-const WAVE: usize = 64;

@@ -1,13 +1,12 @@
 //! The image itself.
 
-use flatland::random::{open01, stream};
 use glam::DVec3;
-use rayon::prelude::*;
 
+use super::driver::{CellSink, Sums, over_film};
 use super::film::FilmPlane;
+use super::groups::numbers;
 use super::progress::Progress;
-use super::result::{Image, NonFinite};
-use super::strip::{Cell, Sheet, Strip};
+use super::result::Image;
 use super::{PATH, Stopped};
 use crate::path::{Kernels, Paths, Plain};
 use crate::scene::Scene;
@@ -30,38 +29,10 @@ pub(super) fn primal(
     progress: &Progress,
 ) -> Result<Image, Stopped> {
     let film = FilmPlane::new(paths.scene);
-    let (columns, rows) = (film.columns + 2 * film.reach, film.rows + 2 * film.reach);
-    let mut sheet = Sheet::<3>::new(&film);
-    let mut non_finite = vec![];
-    progress.start(rows);
-    for wave in super::waves(rows) {
-        let strips: Vec<_> = wave
-            .into_par_iter()
-            .map(|j| {
-                let mut bad = vec![];
-                let mut strip = Strip::new(&film, j);
-                let mut cell = Cell::new(&film);
-                for i in 0..columns {
-                    if progress.stopped() {
-                        break;
-                    }
-                    if film.cell_counts(i, j) {
-                        sample_cell(paths, &film, (i, j), samples, seed, &mut cell, &mut bad);
-                        strip.absorb(i, &mut cell, samples);
-                    }
-                }
-                progress.advance();
-                (strip, bad)
-            })
-            .collect();
-        if progress.stopped() {
-            return Err(Stopped);
-        }
-        for (strip, bad) in strips {
-            sheet.absorb(&strip);
-            non_finite.extend(bad);
-        }
-    }
+    let cell = |(): &mut (), place, sink: CellSink<'_, 3>| {
+        sample_cell(paths, &film, place, samples, seed, sink);
+    };
+    let Sums { sheet, non_finite, .. } = over_film(&film, samples, progress, || (), cell, |()| 0)?;
     Ok(Image {
         width: film.columns,
         height: film.rows,
@@ -77,24 +48,25 @@ fn sample_cell(
     (i, j): (usize, usize),
     samples: usize,
     seed: u64,
-    cell: &mut Cell<3>,
-    bad: &mut Vec<NonFinite>,
+    sink: CellSink<'_, 3>,
 ) {
+    if !film.cell_counts(i, j) {
+        return;
+    }
     let frame = film.frame(&paths.scene.description.camera);
     for sample in 0..samples {
-        let mut rng = stream(seed, &[i as u64, j as u64, sample as u64, PATH]);
-        let u = film.point(i, j, [open01(&mut rng), open01(&mut rng)]);
+        let mut numbers = numbers(seed, (i, j), sample, samples, PATH);
+        let u = film.point(i, j, numbers.pair());
         let direction = film.direction(&frame, [u.x, u.y]);
         let hit = paths.closest(frame.origin.value(), direction.value(), None);
-        let radiance =
-            paths.radiance(&mut Plain { scene: paths.scene }, frame.origin, direction, hit, &mut rng).value();
+        let mut plain = Plain { scene: paths.scene };
+        let radiance = paths.radiance(&mut plain, frame.origin, direction, hit, &mut numbers).value();
         if !radiance.is_finite() {
-            bad.push(film.located(i, j, sample));
+            sink.non_finite.push(film.located(i, j, sample));
             continue;
         }
-        film.for_each_pixel(i, j, |a, b, x, y| {
-            cell.add(a, b, &(film.weight([u.x, u.y], x, y) * radiance).to_array());
+        film.for_each_pixel(i, j, |_, b, x, y| {
+            sink.strip.add(sample, b, x, &(film.weight([u.x, u.y], x, y) * radiance).to_array());
         });
-        cell.next_sample();
     }
 }

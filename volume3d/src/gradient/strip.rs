@@ -1,125 +1,92 @@
 //! Sums of samples over a film, with the variance of their mean.
 
-use super::film::FilmPlane;
+use std::collections::VecDeque;
 
-/// What the samples of one row of cells add to the rows of pixels they reach: the mean of K quantities and the
-/// variance of each mean.
+use super::film::FilmPlane;
+use super::groups::{group, groups};
+
+/// What the samples of one row of cells add to the rows of pixels they reach: sums of K quantities, one for each
+/// group of samples.
 #[derive(Clone, Debug)]
 pub(crate) struct Strip<const K: usize> {
     columns: usize,
-    /// The first row of pixels, which may lie outside the image.
-    first_row: isize,
-    mean: Vec<[f64; K]>,
-    variance: Vec<[f64; K]>,
-}
-
-/// The samples of one cell, for the pixels around it.
-#[derive(Clone, Debug)]
-pub(crate) struct Cell<const K: usize> {
-    /// Pixels along one side of the neighbourhood.
-    side: usize,
-    sum: Vec<[f64; K]>,
-    squares: Vec<[f64; K]>,
-    sample: Vec<[f64; K]>,
-}
-
-impl<const K: usize> Cell<K> {
-    pub(crate) fn new(film: &FilmPlane) -> Self {
-        let side = 2 * film.reach + 1;
-        let empty = vec![[0.0; K]; side * side];
-        Self { side, sum: empty.clone(), squares: empty.clone(), sample: empty }
-    }
-
-    /// Adds quantities to the sample under way, for the pixel at (i, j) of the neighbourhood.
-    pub(crate) fn add(&mut self, i: usize, j: usize, quantities: &[f64; K]) {
-        let sample = &mut self.sample[j * self.side + i];
-        for k in 0..K {
-            sample[k] += quantities[k];
-        }
-    }
-
-    /// Ends the sample under way.
-    pub(crate) fn next_sample(&mut self) {
-        for ((sample, sum), squares) in self.sample.iter_mut().zip(&mut self.sum).zip(&mut self.squares) {
-            for k in 0..K {
-                sum[k] += sample[k];
-                squares[k] += sample[k] * sample[k];
-            }
-            *sample = [0.0; K];
-        }
-    }
+    groups: usize,
+    samples: usize,
+    reach: usize,
+    /// By row of the neighbourhood, column and group.
+    sums: Vec<[f64; K]>,
 }
 
 impl<const K: usize> Strip<K> {
-    /// For the row `j` of cells, counted with the filter's reach.
-    pub(crate) fn new(film: &FilmPlane, j: usize) -> Self {
-        let rows = 2 * film.reach + 1;
-        let empty = vec![[0.0; K]; rows * film.columns];
-        Self {
-            columns: film.columns,
-            first_row: j as isize - 2 * film.reach as isize,
-            mean: empty.clone(),
-            variance: empty,
-        }
+    pub(crate) fn new(film: &FilmPlane, samples: usize) -> Self {
+        let groups = groups(samples);
+        let size = (2 * film.reach + 1) * film.columns * groups;
+        Self { columns: film.columns, groups, samples, reach: film.reach, sums: vec![[0.0; K]; size] }
     }
 
-    /// Adds a cell of n samples, the `i`-th of its row counted with the filter's reach, and empties it.
-    pub(crate) fn absorb(&mut self, i: usize, cell: &mut Cell<K>, n: usize) {
-        let reach = cell.side / 2;
-        let samples = n as f64;
-        for row in 0..cell.side {
-            for column in 0..cell.side {
-                let from = row * cell.side + column;
-                let (sum, squares) = (cell.sum[from], cell.squares[from]);
-                cell.sum[from] = [0.0; K];
-                cell.squares[from] = [0.0; K];
-                let Some(x) = (i + column).checked_sub(2 * reach).filter(|&x| x < self.columns) else {
-                    continue;
-                };
-                let at = row * self.columns + x;
-                for k in 0..K {
-                    let mean = sum[k] / samples;
-                    self.mean[at][k] += mean;
-                    if n > 1 {
-                        let spread = (squares[k] / samples - mean * mean).max(0.0);
-                        self.variance[at][k] += spread / (samples - 1.0);
-                    }
-                }
-            }
+    /// Adds a sample's quantities for the image's column x in row b of the neighbourhood.
+    pub(crate) fn add(&mut self, sample: usize, b: usize, x: usize, quantities: &[f64; K]) {
+        let at = (b * self.columns + x) * self.groups + group(sample, self.samples);
+        for (sum, quantity) in self.sums[at].iter_mut().zip(quantities) {
+            *sum += quantity;
         }
     }
 }
 
-/// The whole image.
+/// The whole image: the mean of each quantity and the variance of that mean.
+///
+/// Strips come in order, and a row is complete when the last strip that reaches it has come: only the rows under
+/// way are kept by groups.
 #[derive(Clone, Debug)]
 pub(crate) struct Sheet<const K: usize> {
     pub(crate) mean: Vec<[f64; K]>,
     pub(crate) variance: Vec<[f64; K]>,
+    open: VecDeque<Vec<[f64; K]>>,
+    /// Strips yet to come before the first open row is one of the image.
+    before: usize,
 }
 
 impl<const K: usize> Sheet<K> {
     pub(crate) fn new(film: &FilmPlane) -> Self {
-        let empty = vec![[0.0; K]; film.columns * film.rows];
-        Self { mean: empty.clone(), variance: empty }
+        Self { mean: vec![], variance: vec![], open: VecDeque::new(), before: 2 * film.reach }
     }
 
-    /// Adds a strip. The order of strips decides the last bits.
+    /// Adds the next strip.
     pub(crate) fn absorb(&mut self, strip: &Strip<K>) {
-        let columns = strip.columns;
-        let rows = self.mean.len() / columns;
-        for (r, (mean, variance)) in
-            strip.mean.chunks(columns).zip(strip.variance.chunks(columns)).enumerate()
-        {
-            let Ok(row) = usize::try_from(strip.first_row + r as isize) else { continue };
-            if row >= rows {
-                continue;
-            }
-            for x in 0..columns {
+        let row = strip.columns * strip.groups;
+        while self.open.len() < 2 * strip.reach + 1 {
+            self.open.push_back(vec![[0.0; K]; row]);
+        }
+        for (open, added) in self.open.iter_mut().zip(strip.sums.chunks(row)) {
+            for (sum, more) in open.iter_mut().zip(added) {
                 for k in 0..K {
-                    self.mean[row * columns + x][k] += mean[x][k];
-                    self.variance[row * columns + x][k] += variance[x][k];
+                    sum[k] += more[k];
                 }
             }
         }
+        let Some(complete) = self.open.pop_front() else { return };
+        if self.before > 0 {
+            self.before -= 1;
+            return;
+        }
+        for sums in complete.chunks(strip.groups) {
+            let (mean, variance) = statistics(sums, strip.samples);
+            self.mean.push(mean);
+            self.variance.push(variance);
+        }
     }
+}
+
+/// The mean over n samples of the sums of groups, and the variance of that mean.
+fn statistics<const K: usize>(sums: &[[f64; K]], samples: usize) -> ([f64; K], [f64; K]) {
+    let (n, groups) = (samples as f64, sums.len() as f64);
+    let (mut mean, mut variance) = ([0.0; K], [0.0; K]);
+    for k in 0..K {
+        let sum: f64 = sums.iter().map(|s| s[k]).sum();
+        mean[k] = sum / n;
+        let spread: f64 = sums.iter().map(|s| (s[k] - sum / groups).powi(2)).sum();
+        // Of the sum of groups, then of the mean of samples. A last group that is smaller makes it too large.
+        variance[k] = if groups > 1.0 { spread * groups / (groups - 1.0) / (n * n) } else { f64::INFINITY };
+    }
+    (mean, variance)
 }

@@ -1,60 +1,26 @@
 //! Warped-area sampling: dI/dθ = ∫ ∂f/∂θ + ∇·(V f), with V from auxiliary rays at every bounce.
 
-use flatland::random::{open01, stream};
-use flatland::warp::{Warp, WarpError};
+use flatland::random::stream;
+use flatland::warp::Warp;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::auxiliary::{Auxiliary, MovingBounds};
-use super::change::{Change, Unsupported, Wanted, supported};
+use super::change::{Change, Wanted, supported};
+use super::driver::{CellSink, over_film, waves};
+use super::error::GradientError;
 use super::film::FilmPlane;
 use super::forward::Forward;
+use super::groups::numbers;
 use super::motion::Motion;
 use super::primal::primal;
 use super::progress::{Progress, Stopped};
-use super::result::{GradientImage, Image, NonFinite, Terms};
+use super::result::{GradientImage, Image, finish, quantities};
 use super::reverse::{Inputs, Recorded, Reverse, Sink};
-use super::strip::{Cell, Sheet, Strip};
 use super::{AUXILIARY, BASELINE, EDGE, PATH};
 use crate::calculus::{Dual, Frame, Number, Rgb, Tape};
-use crate::path::{Kernels, Paths, Plain};
+use crate::path::{Kernels, Paths, Plain, Sequence};
 use crate::scene::Scene;
-
-/// Why there is no gradient.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum GradientError {
-    /// What is asked for cannot be differentiated.
-    #[error(transparent)]
-    Unsupported(#[from] Unsupported),
-    /// A parameter of the warp is out of range.
-    #[error(transparent)]
-    Warp(#[from] WarpError),
-    /// The adjoint image has another size than the film.
-    #[error("the adjoint image has {found} pixels, but the film has {width} x {height}")]
-    Adjoint {
-        /// How many pixels it has.
-        found: usize,
-        /// Columns of the film.
-        width: usize,
-        /// Rows of the film.
-        height: usize,
-    },
-    /// A change belongs to another scene.
-    #[error("the change is not one of this scene: its tables have other sizes")]
-    Change,
-    /// No samples.
-    #[error("at least {least} samples a pixel are needed, not {samples}")]
-    Samples {
-        /// How many there are.
-        samples: usize,
-        /// How many there must be.
-        least: usize,
-    },
-    /// Stopped on request.
-    #[error(transparent)]
-    Stopped(#[from] Stopped),
-}
 
 /// Warped-area sampling (Bangaru, Li and Durand 2020) along paths.
 #[derive(Clone, Debug)]
@@ -148,7 +114,7 @@ impl WarpedArea {
         let rows = job.rows();
         progress.start(rows);
         let mut gradient = Change::still(scene);
-        for wave in super::waves(rows) {
+        for wave in waves(rows) {
             let parts: Vec<Change> = wave
                 .into_par_iter()
                 .map(|j| {
@@ -197,71 +163,16 @@ impl WarpedArea {
         self.check(scene, change.is_geometric(), 1)?;
         let job = self.job(scene, progress)?;
         let motion = Motion::new(scene, change);
-        let rows = job.rows();
-        let mut sheet = Sheet::<K>::new(&job.film);
-        let (mut rays, mut non_finite) = (0, vec![]);
-        progress.start(rows);
-        for wave in super::waves(rows) {
-            let parts: Vec<_> = wave
-                .into_par_iter()
-                .map(|j| {
-                    let part = job.forward_row::<N, K>(j, &motion, progress);
-                    progress.advance();
-                    part
-                })
-                .collect();
-            if progress.stopped() {
-                return Err(Stopped.into());
-            }
-            for (strip, traced, bad) in parts {
-                sheet.absorb(&strip);
-                rays += traced;
-                non_finite.extend(bad);
-            }
-        }
-        Ok(finish::<N, K>(&job.film, &sheet, rays, non_finite))
-    }
-}
-
-/// Quantities of a sample: radiance, total derivative, and with three lanes the terms.
-fn quantities<const N: usize, const K: usize>(value: DVec3, channels: [[f64; N]; 3]) -> [f64; K] {
-    let mut q = [0.0; K];
-    for c in 0..3 {
-        q[c] = value[c];
-        q[3 + c] = channels[c].iter().sum();
-        if N > 1 {
-            for l in 0..N {
-                q[6 + 3 * l + c] = channels[c][l];
-            }
-        }
-    }
-    q
-}
-
-fn finish<const N: usize, const K: usize>(
-    film: &FilmPlane,
-    sheet: &Sheet<K>,
-    auxiliary_rays: u64,
-    non_finite: Vec<NonFinite>,
-) -> GradientImage {
-    let pick = |table: &[[f64; K]], at: usize| -> Vec<DVec3> {
-        table.iter().map(|q| DVec3::new(q[at], q[at + 1], q[at + 2])).collect()
-    };
-    let root = |v: Vec<DVec3>| -> Vec<DVec3> { v.into_iter().map(|v| v.map(f64::sqrt)).collect() };
-    GradientImage {
-        width: film.columns,
-        height: film.rows,
-        image: pick(&sheet.mean, 0),
-        image_error: root(pick(&sheet.variance, 0)),
-        gradient: pick(&sheet.mean, 3),
-        standard_error: root(pick(&sheet.variance, 3)),
-        terms: (N == 3).then(|| Terms {
-            interior: pick(&sheet.mean, 6),
-            primary: pick(&sheet.mean, 9),
-            secondary: pick(&sheet.mean, 12),
-        }),
-        auxiliary_rays,
-        non_finite,
+        let begin = || {
+            let auxiliary = job.auxiliary(&motion.bounds);
+            Forward::<N> { scene, motion: &motion, auxiliary }
+        };
+        let cell = |forward: &mut Forward<'_, N>, place, sink: CellSink<'_, K>| {
+            job.forward_cell(forward, place, sink);
+        };
+        let rays = |forward: &Forward<'_, N>| forward.auxiliary.as_ref().map_or(0, |a| a.rays);
+        let sums = over_film(&job.film, self.samples, progress, begin, cell, rays)?;
+        Ok(finish::<N, K>(&job.film, sums))
     }
 }
 
@@ -285,35 +196,26 @@ impl Job<'_> {
         })
     }
 
-    fn forward_row<const N: usize, const K: usize>(
+    fn forward_cell<const N: usize, const K: usize>(
         &self,
-        j: usize,
-        motion: &Motion<'_>,
-        progress: &Progress,
-    ) -> (Strip<K>, u64, Vec<NonFinite>) {
-        let auxiliary = self.auxiliary(&motion.bounds);
-        let mut forward = Forward::<N> { scene: self.paths.scene, motion, auxiliary };
+        forward: &mut Forward<'_, N>,
+        (i, j): (usize, usize),
+        mut sink: CellSink<'_, K>,
+    ) {
         let frame = forward.frame(&self.film);
-        let mut strip = Strip::new(&self.film, j);
-        let mut cell = Cell::new(&self.film);
-        let mut bad = vec![];
-        for i in 0..self.columns() {
-            if progress.stopped() {
-                break;
+        for sample in 0..self.method.samples {
+            if let Some(auxiliary) = &mut forward.auxiliary {
+                auxiliary.rng = self.stream(i, j, sample, AUXILIARY);
             }
-            for sample in 0..self.method.samples {
-                if let Some(auxiliary) = &mut forward.auxiliary {
-                    auxiliary.rng = self.stream(i, j, sample, AUXILIARY);
-                }
-                self.forward_sample::<N, K>(&mut forward, &frame, (i, j, sample), &mut cell, &mut bad);
-                if self.film.is_box() && self.method.warps {
-                    self.forward_edge::<N, K>(&mut forward, &frame, (i, j, sample), &mut cell, &mut bad);
-                }
-                cell.next_sample();
+            self.forward_sample::<N, K>(forward, &frame, (i, j, sample), &mut sink);
+            if self.film.is_box() && self.method.warps {
+                self.forward_edge::<N, K>(forward, &frame, (i, j, sample), &mut sink);
             }
-            strip.absorb(i, &mut cell, self.method.samples);
         }
-        (strip, forward.auxiliary.map_or(0, |a| a.rays), bad)
+    }
+
+    fn numbers(&self, cell: (usize, usize), sample: usize, purpose: u64) -> Sequence {
+        numbers(self.method.seed, cell, sample, self.method.samples, purpose)
     }
 
     fn stream(&self, i: usize, j: usize, sample: usize, purpose: u64) -> flatland::random::Stream {
@@ -326,19 +228,18 @@ impl Job<'_> {
         forward: &mut Forward<'_, N>,
         frame: &Frame<Dual<N>>,
         (i, j, sample): (usize, usize, usize),
-        cell: &mut Cell<K>,
-        bad: &mut Vec<NonFinite>,
+        sink: &mut CellSink<'_, K>,
     ) {
         let film = &self.film;
         if !film.cell_counts(i, j) {
             return;
         }
-        let mut rng = self.stream(i, j, sample, PATH);
-        let u = film.point(i, j, [open01(&mut rng), open01(&mut rng)]);
+        let mut numbers = self.numbers((i, j), sample, PATH);
+        let u = film.point(i, j, numbers.pair());
         let (point, jacobian) = forward.film_warp(film, u, self.method.kernels.film);
         let direction = film.direction(frame, point);
         let hit = self.paths.closest(frame.origin.value(), direction.value(), None);
-        let Rgb(radiance) = self.paths.radiance(forward, frame.origin, direction, hit, &mut rng);
+        let Rgb(radiance) = self.paths.radiance(forward, frame.origin, direction, hit, &mut numbers);
         let mut finite = true;
         film.for_each_pixel(i, j, |_, _, x, y| {
             let weight = film.weight(point, x, y) * jacobian;
@@ -346,17 +247,17 @@ impl Job<'_> {
             finite &= sum.is_finite();
         });
         if !finite {
-            bad.push(film.located(i, j, sample));
+            sink.non_finite.push(film.located(i, j, sample));
             return;
         }
-        film.for_each_pixel(i, j, |a, b, x, y| {
+        film.for_each_pixel(i, j, |_, b, x, y| {
             let weight = film.weight(point, x, y);
             let level = self.baseline(x, y);
             let value = DVec3::from_array(radiance.map(|l| l.value)) * weight.value;
             let weighted = weight * jacobian;
             let channels: [[f64; N]; 3] =
                 std::array::from_fn(|c| ((radiance[c] - Dual::constant(level[c])) * weighted).tangent);
-            cell.add(a, b, &quantities::<N, K>(value, channels));
+            sink.strip.add(sample, b, x, &quantities::<N, K>(value, channels));
         });
     }
 
@@ -366,43 +267,42 @@ impl Job<'_> {
         forward: &mut Forward<'_, N>,
         frame: &Frame<Dual<N>>,
         (i, j, sample): (usize, usize, usize),
-        cell: &mut Cell<K>,
-        bad: &mut Vec<NonFinite>,
+        sink: &mut CellSink<'_, K>,
     ) {
         let film = &self.film;
-        let mut rng = self.stream(i, j, sample, EDGE);
-        let (u, vertical) = self.edge_point(i, j, &mut rng);
+        let mut numbers = self.numbers((i, j), sample, EDGE);
+        let (u, vertical) = self.edge_point(i, j, numbers.pair());
         let (point, _) = forward.film_warp(film, u, self.method.kernels.film);
         let across = if vertical { point[0] } else { point[1] };
         if across.tangent == [0.0; N] {
             return;
         }
-        let radiance = self.still_radiance(frame.origin.value(), u, &mut rng);
+        let radiance = self.still_radiance(frame.origin.value(), u, &mut numbers);
         if !(radiance * across.tangent.iter().sum::<f64>()).is_finite() {
-            bad.push(film.located(i, j, sample));
+            sink.non_finite.push(film.located(i, j, sample));
             return;
         }
-        self.for_each_side(i, j, vertical, |a, b, x, y, sign| {
+        self.for_each_side(i, j, vertical, |_, b, x, y, sign| {
             let light = (radiance - self.baseline(x, y)) * sign;
             let channels: [[f64; N]; 3] = std::array::from_fn(|c| across.tangent.map(|v| light[c] * v));
-            cell.add(a, b, &quantities::<N, K>(DVec3::ZERO, channels));
+            sink.strip.add(sample, b, x, &quantities::<N, K>(DVec3::ZERO, channels));
         });
     }
 
     /// A point on the left or the upper edge of a cell, one or the other.
-    fn edge_point(&self, i: usize, j: usize, rng: &mut flatland::random::Stream) -> (DVec2, bool) {
-        let (vertical, along) = (open01(rng) < 0.5, open01(rng));
+    fn edge_point(&self, i: usize, j: usize, [choice, along]: [f64; 2]) -> (DVec2, bool) {
+        let vertical = choice < 0.5;
         let within = if vertical { [0.0, along] } else { [along, 0.0] };
         (self.film.point(i, j, within), vertical)
     }
 
     /// The radiance seen through a film point.
-    fn still_radiance(&self, origin: DVec3, u: DVec2, rng: &mut flatland::random::Stream) -> DVec3 {
+    fn still_radiance(&self, origin: DVec3, u: DVec2, numbers: &mut Sequence) -> DVec3 {
         let frame = self.film.frame(&self.paths.scene.description.camera);
         let direction = self.film.direction(&frame, [u.x, u.y]);
         let hit = self.paths.closest(origin, direction.value(), None);
         let mut plain = Plain { scene: self.paths.scene };
-        self.paths.radiance(&mut plain, frame.origin, direction, hit, rng).value()
+        self.paths.radiance(&mut plain, frame.origin, direction, hit, numbers).value()
     }
 
     /// The pixels on both sides of a cell's left or upper edge, each with the weight of the sample: twice, as
@@ -469,12 +369,12 @@ impl Job<'_> {
         if !film.cell_counts(i, j) {
             return;
         }
-        let mut rng = self.stream(i, j, sample, PATH);
-        let u = film.point(i, j, [open01(&mut rng), open01(&mut rng)]);
+        let mut numbers = self.numbers((i, j), sample, PATH);
+        let u = film.point(i, j, numbers.pair());
         let (point, jacobian) = reverse.film_warp(u, self.method.kernels.film);
         let direction = film.direction(frame, point);
         let hit = self.paths.closest(frame.origin.value(), direction.value(), None);
-        let Rgb(radiance) = self.paths.radiance(reverse, frame.origin, direction, hit, &mut rng);
+        let Rgb(radiance) = self.paths.radiance(reverse, frame.origin, direction, hit, &mut numbers);
         let mut sum = Recorded::constant(0.0);
         film.for_each_pixel(i, j, |_, _, x, y| {
             let weight = film.weight(point, x, y);
@@ -497,14 +397,14 @@ impl Job<'_> {
         adjoints: &mut Vec<f64>,
         sink: &mut impl Sink,
     ) {
-        let mut rng = self.stream(i, j, sample, EDGE);
-        let (u, vertical) = self.edge_point(i, j, &mut rng);
+        let mut numbers = self.numbers((i, j), sample, EDGE);
+        let (u, vertical) = self.edge_point(i, j, numbers.pair());
         let (point, _) = reverse.film_warp(u, self.method.kernels.film);
         let across = if vertical { point[0] } else { point[1] };
         if !across.is_recorded() {
             return;
         }
-        let radiance = self.still_radiance(self.paths.scene.description.camera.origin, u, &mut rng);
+        let radiance = self.still_radiance(self.paths.scene.description.camera.origin, u, &mut numbers);
         let mut sum = 0.0;
         self.for_each_side(i, j, vertical, |_, _, x, y, sign| {
             let light = (radiance - self.baseline(x, y)) * sign;

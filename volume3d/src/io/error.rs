@@ -232,7 +232,7 @@ pub enum SceneProblem {
         first: Place,
     },
     /// More of something than there may be.
-    #[error("{found} of {what} in {parent}; expected {expected}")]
+    #[error("{found} {what} in {parent}; expected {expected}")]
     Count {
         /// The element.
         what: String,
@@ -383,6 +383,22 @@ pub enum ImageProblem {
     /// A pixel is NaN or infinite.
     #[error("the pixel in column {x}, row {y} (from the top left, from 0) is not finite")]
     NotFinite {
+        /// Its column.
+        x: usize,
+        /// Its row.
+        y: usize,
+    },
+    /// The file is too short for its size.
+    #[error("{width}×{height} pixels are announced, which the file is too short for")]
+    Truncated {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+    },
+    /// A pixel is negative where radiance is expected.
+    #[error("the pixel in column {x}, row {y} (from the top left, from 0) is negative")]
+    Negative {
         /// Its column.
         x: usize,
         /// Its row.

@@ -1,7 +1,7 @@
 //! Files: scenes, meshes, images and arrays, read and written.
 //!
 //! Every reader ends in a value or in an [`Error`] that names the file and, where there is one, the line or the
-//! element; none panics, and none takes more memory than a small multiple of the file. Every writer is atomic:
+//! element; none panics, and none makes room for what the file is too short to hold. Every writer is atomic:
 //! a file is at every moment what it was before, or complete.
 //!
 //! | what | read | written |
@@ -13,6 +13,8 @@
 
 mod error;
 mod files;
+#[doc(hidden)]
+pub mod fuzz;
 mod image;
 mod mitsuba;
 mod npy;

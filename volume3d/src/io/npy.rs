@@ -3,7 +3,9 @@
 use std::io::Write;
 use std::path::Path;
 
-use super::{ArrayProblem, Error, files};
+use glam::DVec3;
+
+use super::{ArrayProblem, Error, Image, files};
 
 /// Numbers with a shape, the last index running fastest.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -12,6 +14,29 @@ pub struct Array {
     pub shape: Vec<usize>,
     /// The numbers.
     pub values: Vec<f64>,
+}
+
+impl From<&Image> for Array {
+    /// Height × width × 3.
+    fn from(image: &Image) -> Self {
+        Self {
+            shape: vec![image.height, image.width, 3],
+            values: image.pixels.iter().flat_map(DVec3::to_array).collect(),
+        }
+    }
+}
+
+impl Array {
+    /// An image, if the shape is height × width × 3, or height × width, which becomes grey.
+    #[must_use]
+    pub fn to_image(&self) -> Option<Image> {
+        let pixels: Vec<DVec3> = match self.shape[..] {
+            [_, _, 3] => self.values.chunks_exact(3).map(DVec3::from_slice).collect(),
+            [_, _] => self.values.iter().map(|&x| DVec3::splat(x)).collect(),
+            _ => return None,
+        };
+        Some(Image { width: self.shape[1], height: self.shape[0], pixels })
+    }
 }
 
 /// How numbers are stored.

@@ -185,7 +185,8 @@ fn numbers(line: &[u8], expected: &'static str) -> Result<[f64; 3], MeshProblem>
     let line = text(line)?;
     let error = || MeshProblem::Expected { expected, found: excerpt(line) };
     let mut words = line.split_ascii_whitespace().skip(1);
-    let mut number = || words.next().and_then(|w| w.parse().ok()).ok_or_else(error);
+    let mut number =
+        || words.next().and_then(|w| w.parse().ok()).filter(|x: &f64| x.is_finite()).ok_or_else(error);
     let values = [number()?, number()?, number()?];
     let rest = words.map(|w| w.parse::<f64>().map_err(|_| error())).collect::<Result<Vec<_>, _>>()?;
     match (expected, rest.as_slice()) {
@@ -204,7 +205,9 @@ fn texture_coordinates(line: &[u8]) -> Result<[f64; 2], MeshProblem> {
     let line = text(line)?;
     let error = || MeshProblem::Expected { expected: "vt u v", found: excerpt(line) };
     let words = line.split_ascii_whitespace().skip(1);
-    let values = words.map(|w| w.parse().map_err(|_| error())).collect::<Result<Vec<f64>, _>>()?;
+    let values = words
+        .map(|w| w.parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(error))
+        .collect::<Result<Vec<_>, _>>()?;
     match values[..] {
         [u] => Ok([u, 0.0]),
         [u, v] | [u, v, _] => Ok([u, v]),

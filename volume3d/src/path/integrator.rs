@@ -1,12 +1,12 @@
 //! A path tracer with next-event estimation and multiple importance sampling, in numbers that may carry
 //! derivatives.
 
-use flatland::random::{Stream, open01};
 use glam::DVec3;
 
 use super::bsdf::Shading;
 use super::escape::distant;
 use super::lights::{LightId, Lights, Towards};
+use super::sequence::Sequence;
 use super::surface::SurfacePoint;
 use crate::calculus::{Calculus, Number, Rgb, Vec3, Warped};
 use crate::geometry::{Hit, Ray};
@@ -105,7 +105,7 @@ impl<'s> Paths<'s> {
         origin: Vec3<C::Number>,
         direction: Vec3<C::Number>,
         hit: Option<Hit>,
-        rng: &mut Stream,
+        samples: &mut Sequence,
     ) -> Rgb<C::Number> {
         let one = Rgb::constant(DVec3::ONE);
         let mut path = Scattered { origin, direction, throughput: one, hit };
@@ -117,12 +117,12 @@ impl<'s> Paths<'s> {
         {
             let point = SurfacePoint::new(self.scene, calculus, path.origin, path.direction, hit.triangle);
             let Some(shading) = point.shading(self.scene, calculus) else { break };
-            total = total + path.throughput * self.next_event(calculus, &point, &shading, rng);
-            let Some(survival) = self.roulette(path.throughput.value(), depth, rng) else { break };
+            total = total + path.throughput * self.next_event(calculus, &point, &shading, samples);
+            let Some(survival) = self.roulette(path.throughput.value(), depth, samples) else { break };
             path.throughput = path.throughput * C::Number::constant(survival);
             depth += 1;
             let Some(next) =
-                self.scatter(calculus, &point, &shading, path.throughput, depth < limit, &mut total, rng)
+                self.scatter(calculus, &point, &shading, path.throughput, depth < limit, &mut total, samples)
             else {
                 break;
             };
@@ -170,12 +170,12 @@ impl<'s> Paths<'s> {
         calculus: &mut C,
         point: &SurfacePoint<C::Number>,
         shading: &Shading<'_, C::Number>,
-        rng: &mut Stream,
+        samples: &mut Sequence,
     ) -> Rgb<C::Number> {
         let zero = Rgb::constant(DVec3::ZERO);
-        let xi = [(); 3].map(|()| open01(rng));
+        let (choice, [a, b]) = (samples.one(), samples.pair());
         let x = point.position.value();
-        let Some(towards) = self.lights.sample(self.scene, x, xi) else { return zero };
+        let Some(towards) = self.lights.sample(self.scene, x, [choice, a, b]) else { return zero };
         let direction = towards.sampled.direction;
         if shading.normal.value().dot(direction) <= 0.0 {
             return zero;
@@ -229,12 +229,12 @@ impl<'s> Paths<'s> {
     }
 
     /// The survivor's weight, or the end.
-    fn roulette(&self, throughput: DVec3, depth: usize, rng: &mut Stream) -> Option<f64> {
+    fn roulette(&self, throughput: DVec3, depth: usize, samples: &mut Sequence) -> Option<f64> {
         if depth < self.scene.description.integrator.rr_depth {
             return Some(1.0);
         }
         let survival = throughput.max_element().clamp(0.0, SURVIVAL);
-        (open01(rng) < survival).then(|| 1.0 / survival)
+        (samples.one() < survival).then(|| 1.0 / survival)
     }
 
     /// Follows one direction sampled from reflection: adds what it finds emitted, and returns where the path
@@ -248,7 +248,7 @@ impl<'s> Paths<'s> {
         throughput: Rgb<C::Number>,
         goes_on: bool,
         total: &mut Rgb<C::Number>,
-        rng: &mut Stream,
+        samples: &mut Sequence,
     ) -> Option<Scattered<C::Number>> {
         let x = point.position.value();
         if let Some((direction, factor)) = shading.mirror() {
@@ -259,7 +259,8 @@ impl<'s> Paths<'s> {
             *total = *total + next.throughput * self.seen(calculus, &next);
             return (goes_on && hit.is_some()).then_some(next);
         }
-        let sampled = shading.sample([(); 3].map(|()| open01(rng)))?;
+        let (c, [a, b]) = (samples.one(), samples.pair());
+        let sampled = shading.sample([a, b, c])?;
         let hit = self.closest(x, sampled.direction, Some(point.triangle));
         self.emission(calculus, point, shading, throughput, sampled.direction, sampled.density, hit, total);
         let environment = matches!(self.scene.description.environment, Some(Environment::Constant { .. }));

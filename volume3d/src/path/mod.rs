@@ -5,8 +5,10 @@ mod escape;
 mod integrator;
 mod lights;
 mod plain;
+mod sequence;
 mod surface;
 
 pub use integrator::Kernels;
 pub(crate) use integrator::Paths;
 pub(crate) use plain::Plain;
+pub(crate) use sequence::Sequence;

@@ -63,6 +63,15 @@ impl Bsdf {
             | Self::Conductor { specular_reflectance, .. } => specular_reflectance,
         }
     }
+
+    /// The same, to be changed.
+    pub fn reflectance_mut(&mut self) -> &mut Reflectance {
+        match self {
+            Self::Diffuse { reflectance } => reflectance,
+            Self::RoughConductor { specular_reflectance, .. }
+            | Self::Conductor { specular_reflectance, .. } => specular_reflectance,
+        }
+    }
 }
 
 /// A reflection model and which sides have it.

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec2, DVec3};
 use num_dual::{Dual64, DualNum};
 
-use super::CoverageError;
+use crate::space::irradiance::Ray;
 use crate::space::vector::Vector;
 
 /// How far the camera's axes may be from orthonormal: rounding of a rotation.
@@ -49,6 +49,13 @@ pub struct CameraMotion {
     pub field_of_view: f64,
 }
 
+/// Axes that are not orthonormal, a field of view not in (0, π), or a number that is not finite.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the camera's axes are not orthonormal, its field of view is not in (0, π), or a number is not finite"
+)]
+pub struct CameraError;
+
 impl Camera {
     /// The camera at θ: turned by the rotation vector θω, everything else linear in θ.
     #[must_use]
@@ -72,6 +79,20 @@ impl Camera {
         self.forward + offset.x * self.right - offset.y * self.up
     }
 
+    /// The ray to the film's point u, which stays where it is while the camera moves.
+    #[must_use]
+    pub fn ray(&self, motion: &CameraMotion, u: DVec2) -> Ray {
+        let direction = self.direction(u);
+        // The offset from `forward` is proportional to tan(φ/2), of logarithmic derivative 1/sin φ.
+        let opening = motion.field_of_view / self.field_of_view.sin() * (direction - self.forward);
+        Ray {
+            origin: self.origin,
+            direction,
+            origin_velocity: motion.origin,
+            direction_rate: motion.angular.cross(direction) + opening,
+        }
+    }
+
     /// s: how many pixels a direction of slope 1 is away from the film's middle.
     #[must_use]
     pub fn pixels_per_slope(&self) -> f64 {
@@ -79,7 +100,7 @@ impl Camera {
     }
 
     /// Refuses what is not a camera.
-    pub(super) fn check(&self, motion: &CameraMotion) -> Result<(), CoverageError> {
+    pub(in crate::space) fn check(&self, motion: &CameraMotion) -> Result<(), CameraError> {
         let axes = [self.right, self.up, self.forward];
         let product = |i: usize, j: usize| axes[i].dot(axes[j]) - f64::from(u8::from(i == j));
         let is_frame = (0..3).all(|i| (0..=i).all(|j| product(i, j).abs() <= ORTHONORMAL));
@@ -88,7 +109,7 @@ impl Camera {
         if is_frame && is_finite && is_open && motion.field_of_view.is_finite() {
             Ok(())
         } else {
-            Err(CoverageError::Camera)
+            Err(CameraError)
         }
     }
 

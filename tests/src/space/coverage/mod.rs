@@ -23,7 +23,7 @@ use flatland::plane::{
 use glam::{DVec2, DVec3};
 
 use camera::Projection;
-pub use camera::{Camera, CameraMotion};
+pub use camera::{Camera, CameraError, CameraMotion};
 
 use crate::space::vector::Vector;
 
@@ -72,11 +72,9 @@ impl Mesh {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CoverageError {
-    /// The axes are not orthonormal, the field of view is not in (0, π), or a number is not finite.
-    #[error(
-        "the camera's axes are not orthonormal, its field of view is not in (0, π), or a number is not finite"
-    )]
-    Camera,
+    /// No camera.
+    #[error(transparent)]
+    Camera(#[from] CameraError),
     /// Not one velocity per vertex or not one radiance per triangle.
     #[error("{found} {what} for {expected}")]
     Count {

@@ -31,7 +31,7 @@ fn difference(a: &Image, b: &Image) -> f64 {
     largest(&a.zip(b, |a, b| a - b))
 }
 
-/// `count` cases of each of some kinds, and the worst of a figure over them.
+/// The worst of a figure over the cases of some kinds and seeds, and which case that is.
 fn worst(
     kinds: &[CoverageKind],
     seeds: std::ops::Range<u64>,
@@ -70,7 +70,7 @@ fn denial(case: &CoverageCase, derivative: &Image) -> f64 {
 
 #[test]
 fn derivatives_are_limits_of_central_differences() {
-    let (excess, label) = worst(&all_kinds(), 0..16, |case| denial(case, &derivative(case)));
+    let (excess, label) = worst(&all_kinds(), 0..8, |case| denial(case, &derivative(case)));
     println!("worst: {excess:.3} of what is allowed, {label}");
     assert!(excess < 1.0, "{excess} of what is allowed, {label}");
 }
@@ -223,9 +223,9 @@ fn what_is_not_a_scene_of_the_plane_is_an_error_that_names_it() {
     let behind = Camera { forward: -camera.forward, ..*camera };
     assert!(matches!(new(mesh, &behind), Err(CoverageError::Behind { vertex: 0, .. })));
     let skewed = Camera { right: camera.right + 0.1 * camera.up, ..*camera };
-    assert_eq!(new(mesh, &skewed), Err(CoverageError::Camera));
+    assert_eq!(new(mesh, &skewed), Err(CoverageError::Camera(CameraError)));
     let closed = Camera { field_of_view: 4.0, ..*camera };
-    assert_eq!(new(mesh, &closed), Err(CoverageError::Camera));
+    assert_eq!(new(mesh, &closed), Err(CoverageError::Camera(CameraError)));
     assert!(matches!(new(mesh, &Camera { width: 0, ..*camera }), Err(CoverageError::Film(_))));
 
     let with = |change: &dyn Fn(&mut Mesh)| {

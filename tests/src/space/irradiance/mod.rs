@@ -36,7 +36,8 @@ use surface::area_vector;
 /// is seen from its edge, but for rounding.
 const EDGE_ON: f64 = 1e-13;
 
-/// Opaque surfaces in a uniform environment. They may intersect.
+/// Opaque surfaces in a uniform environment. They may intersect, but no two may overlap in one plane:
+/// neither would be in front.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct World {
     /// Emitters and occluders, in any order. Emitters occlude, too. The receiver's own surface is
@@ -47,6 +48,17 @@ pub struct World {
 }
 
 impl World {
+    /// Refuses numbers that are not finite and surfaces that are not flat and convex.
+    ///
+    /// # Errors
+    /// Those of [`IrradianceError`] that do not depend on a receiver.
+    pub fn check(&self) -> Result<(), IrradianceError> {
+        if !self.environment.is_finite() {
+            return Err(IrradianceError::Environment);
+        }
+        self.surfaces.iter().enumerate().try_for_each(|(i, surface)| surface.check(i))
+    }
+
     /// The world at θ, at rest.
     #[must_use]
     pub fn displaced(&self, theta: f64) -> Self {
@@ -154,15 +166,19 @@ impl Irradiance {
 /// E and dE/dθ at a receiver.
 ///
 /// The derivative exists where no two edges are seen in one line and no surface from its edge; of
-/// these two only the second is noticed. In time O(n² · pieces).
+/// these two only the second is noticed. Of an emitter that is 10⁻ᵏ of its distance in size, the last
+/// k of 16 digits are lost.
 ///
 /// # Errors
 /// Any [`IrradianceError`].
 pub fn irradiance(world: &World, receiver: &Receiver) -> Result<Irradiance, IrradianceError> {
-    let factors = factors(world, receiver)?;
-    if !world.environment.is_finite() {
-        return Err(IrradianceError::Environment);
-    }
+    world.check()?;
+    unchecked(world, receiver)
+}
+
+/// [`irradiance`] of a world that was checked before.
+pub(super) fn unchecked(world: &World, receiver: &Receiver) -> Result<Irradiance, IrradianceError> {
+    let factors = unchecked_factors(world, receiver)?;
     let mut sum = Irradiance { value: PI * world.environment, ..Irradiance::default() };
     for (index, (surface, factor)) in world.surfaces.iter().zip(factors).enumerate() {
         let own = if factor.is_lit { surface.radiance } else { DVec3::ZERO };
@@ -182,10 +198,12 @@ pub fn irradiance(world: &World, receiver: &Receiver) -> Result<Irradiance, Irra
 /// # Errors
 /// Any [`IrradianceError`].
 pub fn factors(world: &World, receiver: &Receiver) -> Result<Vec<Factor>, IrradianceError> {
+    world.check()?;
+    unchecked_factors(world, receiver)
+}
+
+fn unchecked_factors(world: &World, receiver: &Receiver) -> Result<Vec<Factor>, IrradianceError> {
     receiver.check()?;
-    for (i, surface) in world.surfaces.iter().enumerate() {
-        surface.check(i)?;
-    }
     let normal = Vector::new(receiver.normal, receiver.normal_rate).unit();
     let views: Vec<_> = world
         .surfaces

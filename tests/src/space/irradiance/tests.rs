@@ -25,6 +25,7 @@ fn all_kinds() -> Vec<IrradianceKind> {
     kinds
 }
 
+/// The worst of a figure over the cases of some kinds and seeds, and which case that is.
 fn worst(
     kinds: &[IrradianceKind],
     seeds: std::ops::Range<u64>,
@@ -254,6 +255,34 @@ fn form_factors_are_those_of_the_literature() {
     let perpendicular = mean_form_factor(&standing, w, l) - perpendicular_rectangles(h, w, l);
     println!("parallel {parallel:e}, perpendicular {perpendicular:e}");
     assert!(perpendicular.abs() < 1e-11, "{perpendicular:e}");
+}
+
+/// Over a small emitter, Gauss–Legendre quadrature of cos cos/r² is exact but for terms in the sixth
+/// power of its size.
+#[test]
+fn emitters_of_a_size_of_10_to_the_minus_k_lose_k_digits() {
+    let rule = gauss(3);
+    for k in 2..8 {
+        let size = 0.1_f64.powi(k);
+        let corner = |(x, y): (f64, f64)| DVec3::new(0.4, -0.3, 1.3) + size * DVec3::new(x, y, 0.0);
+        let vertices = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(corner).to_vec();
+        // As large as it is after rounding.
+        let extent = vertices[2] - vertices[0];
+        let (mut value, mut derivative) = (0.0, 0.0);
+        for (s, ws) in &rule {
+            for (t, wt) in &rule {
+                let p = vertices[0] + DVec3::new(s * extent.x, t * extent.y, 0.0);
+                let term = ws * wt * extent.x * extent.y * (p.z / p.length_squared()).powi(2);
+                value += term;
+                derivative -= 4.0 * p.x / p.length_squared() * term;
+            }
+        }
+        let emitter = Surface { velocities: vec![DVec3::X; 4], ..Surface::emitter(vertices, DVec3::ONE) };
+        let world = World { surfaces: vec![emitter], environment: DVec3::ZERO };
+        let light = irradiance(&world, &Receiver::still(DVec3::ZERO, DVec3::Z)).expect("irradiance");
+        let errors = [light.value.x / value - 1.0, light.derivative.x / derivative - 1.0];
+        assert!(errors.iter().all(|e| e.abs() < 1e-15 / size), "{size:e}: {errors:?}");
+    }
 }
 
 #[test]

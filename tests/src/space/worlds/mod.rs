@@ -1,24 +1,31 @@
 //! Random cases of three dimensions: generic by what happens in them, and degenerate in a named way.
 //!
-//! A case is built from its knobs by `build`; `random` draws the knobs from a seed, and
-//! [`coverage`](coverage()) and [`irradiance`](irradiance()) draw the kind from it as well. All
-//! cases have a derivative. A derivative with respect to θ in which lengths move is per unit of θ:
-//! velocities are proportional to the size of the world, so that cases of all sizes have
-//! derivatives of order one.
+//! A case is built from its knobs by `build`; `random` draws the knobs of a kind from a seed, and
+//! [`coverage`](coverage()), [`direct`](direct()) and [`irradiance`](irradiance()) draw the kind as
+//! well. All cases have a derivative. Velocities are proportional to the size of the world, so that
+//! derivatives with respect to θ are of order one for worlds of all sizes.
 
 mod coverage;
 mod dice;
+mod direct;
 mod irradiance;
 mod moves;
 mod solids;
 
 pub use coverage::{CoverageCase, CoverageKind, CoverageKnobs, CoverageMoving};
+pub use direct::{DirectCase, DirectKind, DirectKnobs, DirectMoving};
 pub use irradiance::{IrradianceCase, IrradianceKind, IrradianceKnobs, IrradianceMoving};
 
 /// A case of [`crate::space::coverage`], of any kind, with any motion and filter.
 #[must_use]
 pub fn coverage(seed: u64) -> CoverageCase {
     CoverageKnobs::any(seed).build()
+}
+
+/// A case of [`crate::space::direct`], of any kind, with any motion and filter.
+#[must_use]
+pub fn direct(seed: u64) -> DirectCase {
+    DirectKnobs::any(seed).build()
 }
 
 /// A case of [`crate::space::irradiance`], of any kind, with any motion.

@@ -1,24 +1,23 @@
-//! The hierarchy by the surface area heuristic, split in bins, eight children at a time.
+//! The binary hierarchy by the surface area heuristic, split in bins.
 //!
-//! Wald, *On fast Construction of SAH-based Bounding Volume Hierarchies* (2007). A node starts as one range
-//! of triangles; the range of the largest surface is split until there are eight or only leaves remain.
-//! Ranges are worked on in parallel, and every choice depends on the range alone, so the tree does not
-//! depend on the number of threads.
+//! Wald, *On fast Construction of SAH-based Bounding Volume Hierarchies* (2007). Halves are worked on in parallel, and
+//! every choice depends on the range of triangles alone, so the tree does not depend on the number of threads.
 
 use std::ops::Range;
 
 use glam::Vec3A;
 use rayon::prelude::*;
 
-use super::lanes::WIDTH;
+use super::collapse::Plan;
 
 /// Bins of an axis.
 const BINS: usize = 16;
 /// Ranges above this size are binned by several threads; those below it are too quick to be shared.
 const SHARED: usize = 1 << 14;
-/// Depth below which ranges are halved by number, so that no input makes the tree deep: 24 levels of
-/// eight children hold any mesh that fits in memory.
-const DEEPEST: usize = 24;
+/// Depth below which ranges are halved by number, so that no input makes the tree deep.
+const DEEPEST: usize = 64;
+/// Ranges of this size are not divided. Smaller ones would give leaves more choice, for more time.
+const SMALLEST: usize = 2;
 
 /// A box, in the frame.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +34,7 @@ impl Bounds {
     }
 
     /// Half the surface, 0 if empty.
-    fn area(self) -> f32 {
+    pub(super) fn area(self) -> f32 {
         let size = (self.upper - self.lower).max(Vec3A::ZERO);
         size.x * size.y + size.y * size.z + size.z * size.x
     }
@@ -55,15 +54,20 @@ impl Reference {
     }
 }
 
-/// An inner node.
-pub(super) struct Branch {
-    pub(super) children: Vec<(Bounds, Child)>,
+/// A node of the binary hierarchy: a range of references and, unless it is small, its two halves.
+pub(super) struct Binary {
+    pub(super) bounds: Bounds,
+    first: u32,
+    count: u32,
+    pub(super) halves: Option<Box<[Binary; 2]>>,
+    pub(super) plan: Plan,
 }
 
-pub(super) enum Child {
-    /// Places in the array of references, at least one and at most eight.
-    Leaf(Range<usize>),
-    Branch(Box<Branch>),
+impl Binary {
+    /// Places in the array of references.
+    pub(super) fn range(&self) -> Range<usize> {
+        self.first as usize..(self.first + self.count) as usize
+    }
 }
 
 /// What a range of references covers.
@@ -108,61 +112,37 @@ fn fold<T: Copy + Send + Sync>(
     }
 }
 
-/// A range of references still to be divided.
-struct Part<'a> {
-    references: &'a mut [Reference],
-    /// Place of its first reference in the whole array.
-    first: usize,
-    extent: Extent,
-}
-
 /// Builds the hierarchy and sorts `references` into the order of its leaves.
-pub(super) fn build(references: &mut [Reference]) -> Branch {
+pub(super) fn build(references: &mut [Reference]) -> Binary {
     let extent = fold(references, Extent::EMPTY, Extent::add, Extent::union);
-    branch(Part { references, first: 0, extent }, 0)
+    divide(references, 0, extent, 0)
 }
 
-fn branch(part: Part<'_>, depth: usize) -> Branch {
-    let mut parts = vec![part];
-    while parts.len() < WIDTH {
-        // The first of the largest, for the order of equals to be defined.
-        let largest = (0..parts.len())
-            .filter(|&i| parts[i].references.len() > WIDTH)
-            .reduce(|a, b| if parts[b].extent.bounds.area() > parts[a].extent.bounds.area() { b } else { a });
-        let Some(index) = largest else { break };
-        let [left, right] = divide(parts.swap_remove(index), depth);
-        parts.extend([left, right]);
-    }
-    let child = |part: Part<'_>| {
-        let bounds = part.extent.bounds;
-        if part.references.len() <= WIDTH {
-            (bounds, Child::Leaf(part.first..part.first + part.references.len()))
+/// Divides a range, which starts at `first`, at the bin of least cost, or in the middle if all centres coincide or the
+/// tree is deep.
+fn divide(references: &mut [Reference], first: usize, extent: Extent, depth: usize) -> Binary {
+    let bounds = extent.bounds;
+    let count = references.len();
+    let halves = (count > SMALLEST).then(|| {
+        let split = (depth < DEEPEST).then(|| best_split(references, &extent)).flatten();
+        let middle = match split {
+            Some(split) => partition(references, |reference| split.is_left(reference)),
+            None => count / 2,
+        };
+        let (left, right) = references.split_at_mut(middle);
+        let half = |references: &mut [Reference], first| {
+            let extent = fold(references, Extent::EMPTY, Extent::add, Extent::union);
+            divide(references, first, extent, depth + 1)
+        };
+        let (left, right) = if count > SHARED {
+            rayon::join(|| half(left, first), || half(right, first + middle))
         } else {
-            (bounds, Child::Branch(Box::new(branch(part, depth + 1))))
-        }
-    };
-    parts.retain(|part| !part.references.is_empty());
-    let children = if parts.iter().map(|part| part.references.len()).sum::<usize>() > SHARED {
-        parts.into_par_iter().map(child).collect()
-    } else {
-        parts.into_iter().map(child).collect()
-    };
-    Branch { children }
-}
-
-/// Divides a range at the bin of least cost, or in the middle if all centres coincide or the tree is deep.
-fn divide(part: Part<'_>, depth: usize) -> [Part<'_>; 2] {
-    let Part { references, first, extent } = part;
-    let split = (depth < DEEPEST).then(|| best_split(references, &extent)).flatten();
-    let middle = match split {
-        Some(split) => partition(references, |reference| split.is_left(reference)),
-        None => references.len() / 2,
-    };
-    let (left, right) = references.split_at_mut(middle);
-    [(left, first), (right, first + middle)].map(|(references, first)| {
-        let extent = fold(references, Extent::EMPTY, Extent::add, Extent::union);
-        Part { references, first, extent }
-    })
+            (half(left, first), half(right, first + middle))
+        };
+        Box::new([left, right])
+    });
+    let plan = Plan::new(bounds.area(), count, halves.as_deref());
+    Binary { bounds, first: first as u32, count: count as u32, halves, plan }
 }
 
 /// From centres to bins.
@@ -214,7 +194,7 @@ impl Bin {
         Self { bounds: self.bounds.union(other.bounds), count: self.count + other.count }
     }
 
-    /// Surface times the number of leaves it takes.
+    /// Surface times number.
     fn cost(&self) -> f32 {
         self.bounds.area() * self.count as f32
     }

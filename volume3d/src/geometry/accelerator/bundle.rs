@@ -7,6 +7,10 @@ use super::packet::{PACKET, Packet, PacketTraversal};
 use super::watertight::Shear;
 use super::{Accelerator, Hit, Ray};
 
+/// Half width of a packet, over the size of leaves, above which rays go alone. Measured with sixteen rays on
+/// spheres of 81,920 and 327,680 triangles: packets are faster below about 4, and several times slower
+/// than single rays at 6.
+const WIDEST: f64 = 2.5;
 /// Fewer rays than this are faster alone.
 const FEWEST: usize = 3;
 
@@ -58,8 +62,10 @@ impl Accelerator {
         limits: &Limits,
         hits: &mut [Option<Hit>],
     ) {
-        let fan = (members.count_ones() as usize >= FEWEST && !self.triangles.is_empty())
-            .then(|| Fan::new(&self.frame, origin, shears, members))
+        // Packets look ahead of the origin only.
+        let ahead = limits.near >= 0.0 && !self.tree.leaves.is_empty();
+        let fan = (ahead && members.count_ones() as usize >= FEWEST)
+            .then(|| Fan::new(&self.frame, origin, shears, members, WIDEST * self.tree.leaf_size))
             .flatten();
         if let Some(fan) = fan {
             let mut packet = Packet::new(&fan, shears, members, limits);

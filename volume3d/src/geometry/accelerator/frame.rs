@@ -47,14 +47,16 @@ pub(super) struct Frame {
 pub(super) struct FrameRay {
     /// Whether the direction is negative, by axis.
     pub(super) negative: [bool; 3],
-    /// Origin plus and minus the error of a plane.
-    pub(super) origin_high: Vec3,
-    pub(super) origin_low: Vec3,
+    /// Origins for near and far planes: moved forth and back by the error of a plane.
+    pub(super) near_origin: Vec3,
+    pub(super) far_origin: Vec3,
     /// Depth over distance along each axis.
     pub(super) inverse: Vec3,
-    /// Origin with the axes permuted, the last one negated if the ray points down.
+    /// 1 or −1, from the longest axis to depth.
+    pub(super) forward: f32,
+    /// Origin with the axes permuted.
     pub(super) vertex_origin: [f32; 3],
-    /// Slopes against depth of the first two permuted axes.
+    /// Slopes of the first two permuted axes against depth.
     pub(super) slopes: [f32; 2],
     /// Error of a sheared coordinate.
     pub(super) vertex_error: f32,
@@ -112,8 +114,7 @@ impl Frame {
     #[inline(always)]
     pub(super) fn ray(&self, origin: DVec3, shear: &Shear, near: f64, far: f64) -> Option<FrameRay> {
         let [x, y, z] = shear.axes;
-        let backward = shear.backward();
-        let sign = if backward { -1.0 } else { 1.0 };
+        let sign = 1.0_f64.copysign(shear.slopes[2]);
         let mut direction = [0.0; 3];
         direction[x] = sign * shear.slopes[0];
         direction[y] = sign * shear.slopes[1];
@@ -138,15 +139,18 @@ impl Frame {
         let start = origin + enter * direction;
 
         let depth = Depth { scale, start: enter, slack: UNIT * UNIT + 4.0 * error };
-        let margin = PLANE_ERROR + error;
+        // The slack of depths is within the margin, so that boxes count from depth 0.
+        let margin = PLANE_ERROR + 8.0 * error;
+        let forth = DVec3::new(margin.copysign(steep.x), margin.copysign(steep.y), margin.copysign(steep.z));
         let local = start.as_vec3().to_array();
         Some(FrameRay {
             negative: [steep.x < 0.0, steep.y < 0.0, steep.z < 0.0],
-            origin_high: (start + margin).as_vec3(),
-            origin_low: (start - margin).as_vec3(),
+            near_origin: (start + forth).as_vec3(),
+            far_origin: (start - forth).as_vec3(),
             inverse: inverse.as_vec3(),
             vertex_origin: [local[x], local[y], local[z]],
-            slopes: [shear.slopes[0] as f32, shear.slopes[1] as f32],
+            forward: sign as f32,
+            slopes: [direction[x] as f32, direction[y] as f32],
             vertex_error: (VERTEX_ERROR + 4.0 * error) as f32,
             near: depth.below(near),
             far: depth.above(far),
@@ -206,14 +210,19 @@ const FAN_VERTEX_ERROR: f64 = 25.0 * UNIT;
 /// origin itself, with an error in proportion to its distance.
 const FARTHEST_FAN: f64 = 256.0;
 
-/// Fans wider than this send rays one by one, which is faster (measured on 81,920 triangles: equal
-/// at about a tenth of a scene's half extent).
-const WIDEST_FAN: f64 = 0.25;
+/// Fans wider than this send rays one by one: the bound F ≤ 1 of the packets' filter, with room for rounding.
+const WIDEST_FAN: f64 = 0.9;
 
 impl Fan {
-    /// The fan of the rays in the mask `members`; `None` where single rays are faster.
+    /// The fan of the rays in the mask `members`; `None` if it is wider than `widest`, or too wide for packets.
     #[inline(always)]
-    pub(super) fn new(frame: &Frame, origin: DVec3, shears: &[Shear], members: u32) -> Option<Self> {
+    pub(super) fn new(
+        frame: &Frame,
+        origin: DVec3,
+        shears: &[Shear],
+        members: u32,
+        widest: f64,
+    ) -> Option<Self> {
         let first = &shears[members.trailing_zeros() as usize];
         let mut least = [f64::INFINITY; 2];
         let mut greatest = [f64::NEG_INFINITY; 2];
@@ -239,7 +248,8 @@ impl Fan {
         }
         let spread = axes[0].spread.max(axes[1].spread);
         let footprint = f64::from(spread) * (start + 2.5);
-        if !(reach <= FARTHEST_FAN && footprint <= WIDEST_FAN && entry.abs().max_element() <= 2.0) {
+        if !(reach <= FARTHEST_FAN && footprint <= WIDEST_FAN.min(widest) && entry.abs().max_element() <= 2.0)
+        {
             return None;
         }
         let margin = 5.0 * UNIT * (1.0 + reach) + error;
@@ -267,7 +277,7 @@ impl Fan {
 
     /// The same depth from the fan's origin, rounded up.
     #[inline(always)]
-    pub(super) fn from_origin(&self, depth: f32) -> f32 {
+    pub(super) fn whole_depth(&self, depth: f32) -> f32 {
         let depth = f64::from(depth) + self.start.abs();
         (depth + depth.abs() * (2.0 * UNIT)) as f32
     }

@@ -11,6 +11,7 @@
 
 mod build;
 mod bundle;
+mod collapse;
 mod frame;
 mod lanes;
 mod packet;
@@ -68,10 +69,6 @@ pub struct Hit {
 pub struct Accelerator {
     frame: Frame,
     tree: Tree,
-    /// Corners of the triangles, in the order of leaves.
-    corners: Vec<[DVec3; 3]>,
-    /// Indices of the triangles, in the same order.
-    triangles: Vec<u32>,
     bounds: (DVec3, DVec3),
     instructions: Instructions,
 }
@@ -85,16 +82,16 @@ impl Accelerator {
     #[must_use]
     pub fn build(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
         assert!(triangles.len() < 1 << 31, "fewer than 2³¹ triangles");
-        let corners = |triangle: u32| triangles[triangle as usize].map(|vertex| positions[vertex as usize]);
+        let mesh = Mesh { positions, triangles };
         let solid: Vec<u32> = (0..triangles.len() as u32)
             .into_par_iter()
-            .filter(|&triangle| is_solid(&corners(triangle)))
+            .filter(|&triangle| is_solid(&mesh.corners(triangle)))
             .collect();
         let empty = || (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let union = |a: (DVec3, DVec3), b: (DVec3, DVec3)| (a.0.min(b.0), a.1.max(b.1));
         let bounds = solid
             .par_iter()
-            .map(|&triangle| corners(triangle).into_iter().fold(empty(), |sum, p| union(sum, (p, p))))
+            .map(|&triangle| mesh.corners(triangle).into_iter().fold(empty(), |sum, p| union(sum, (p, p))))
             .reduce(empty, union);
         let frame = if solid.is_empty() {
             Frame::new(DVec3::ZERO, DVec3::ZERO)
@@ -104,20 +101,13 @@ impl Accelerator {
         let mut references: Vec<Reference> = solid
             .into_par_iter()
             .map(|triangle| Reference {
-                bounds: rounded_out(corners(triangle).map(|p| frame.place(p))),
+                bounds: rounded_out(mesh.corners(triangle).map(|p| frame.place(p))),
                 triangle,
             })
             .collect();
         let root = build::build(&mut references);
-        let tree = Tree::new(&root, &references, &frame, corners);
-        Self {
-            frame,
-            tree,
-            corners: references.par_iter().map(|reference| corners(reference.triangle)).collect(),
-            triangles: references.par_iter().map(|reference| reference.triangle).collect(),
-            bounds,
-            instructions: Instructions::detect(),
-        }
+        let tree = Tree::new(&root, &references, &frame, mesh);
+        Self { frame, tree, bounds, instructions: Instructions::detect() }
     }
 
     /// Lower and upper corner of the box around all triangles that can be hit; without any, the lower one is
@@ -130,7 +120,7 @@ impl Accelerator {
     /// The first hit of a ray.
     #[must_use]
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
-        let mut closest = Closest::new(self, ray);
+        let mut closest = Closest::new(ray);
         self.traverse(ray, &mut closest, |closest, depth| closest.depth = Some(depth));
         closest.hit()
     }
@@ -138,20 +128,33 @@ impl Accelerator {
     /// Whether a ray hits anything.
     #[must_use]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        let mut any = Any { accelerator: self, ray, found: false };
+        let mut any = Any { ray, found: false };
         self.traverse(ray, &mut any, |_, _| ());
         any.found
     }
 
     #[inline(always)]
     fn traverse<C: Collect>(&self, ray: &Ray, collect: &mut C, prepare: impl Fn(&mut C, Depth)) {
-        if self.triangles.is_empty() {
+        if self.tree.leaves.is_empty() {
             return;
         }
         let Some(shear) = Shear::new(ray.origin, ray.direction) else { return };
         let Some(frame_ray) = self.frame.ray(ray.origin, &shear, ray.near, ray.far) else { return };
         prepare(collect, frame_ray.depth);
         self.instructions.run(Traversal { accelerator: self, shear: &shear, ray: &frame_ray, collect });
+    }
+}
+
+/// What a hierarchy is built over.
+#[derive(Clone, Copy)]
+struct Mesh<'a> {
+    positions: &'a [DVec3],
+    triangles: &'a [[u32; 3]],
+}
+
+impl Mesh<'_> {
+    fn corners(&self, triangle: u32) -> [DVec3; 3] {
+        self.triangles[triangle as usize].map(|vertex| self.positions[vertex as usize])
     }
 }
 
@@ -178,7 +181,6 @@ fn rounded_out(corners: [DVec3; 3]) -> Bounds {
 
 /// The least hit so far, by distance and then by index.
 struct Closest<'a> {
-    accelerator: &'a Accelerator,
     ray: &'a Ray,
     depth: Option<Depth>,
     distance: f64,
@@ -187,8 +189,8 @@ struct Closest<'a> {
 }
 
 impl<'a> Closest<'a> {
-    fn new(accelerator: &'a Accelerator, ray: &'a Ray) -> Self {
-        Self { accelerator, ray, depth: None, distance: ray.far, triangle: 0, crossing: None }
+    fn new(ray: &'a Ray) -> Self {
+        Self { ray, depth: None, distance: ray.far, triangle: 0, crossing: None }
     }
 
     fn hit(&self) -> Option<Hit> {
@@ -203,8 +205,7 @@ impl<'a> Closest<'a> {
 
 impl Collect for Closest<'_> {
     #[inline(always)]
-    fn take(&mut self, place: usize, crossing: Crossing) -> Option<f32> {
-        let triangle = self.accelerator.triangles[place];
+    fn take(&mut self, triangle: u32, crossing: Crossing) -> Option<f32> {
         let distance = crossing.distance;
         let tie = self.crossing.is_some() && distance == self.distance && triangle < self.triangle;
         let closer = distance < self.distance || tie;
@@ -218,16 +219,15 @@ impl Collect for Closest<'_> {
 
 /// Whether there is a hit.
 struct Any<'a> {
-    accelerator: &'a Accelerator,
     ray: &'a Ray,
     found: bool,
 }
 
 impl Collect for Any<'_> {
     #[inline(always)]
-    fn take(&mut self, place: usize, crossing: Crossing) -> Option<f32> {
+    fn take(&mut self, triangle: u32, crossing: Crossing) -> Option<f32> {
         let inside = self.ray.near < crossing.distance && crossing.distance < self.ray.far;
-        if !inside || self.ray.from == Some(self.accelerator.triangles[place]) {
+        if !inside || self.ray.from == Some(triangle) {
             return None;
         }
         self.found = true;

@@ -11,8 +11,8 @@
 use super::bundle::Limits;
 use super::frame::{Depth, Fan, FanAxis};
 use super::lanes::{Lanes, Row, Task, WIDTH, next};
-use super::traverse::{NOTHING, PENDING, Pending, edge, push, size};
-use super::tree::{Leaf, Link, Node};
+use super::traverse::{PENDING, Pending, Stack, edge, size};
+use super::tree::{Leaf, Link, Node, Tree, Triangle};
 use super::watertight::{Crossing, Shear};
 use super::{Accelerator, Hit};
 
@@ -125,32 +125,33 @@ impl Task for PacketTraversal<'_> {
     fn run<L: Lanes>(self, lanes: L) {
         let pending = self.accelerator.tree.pending;
         if pending <= PENDING {
-            self.descend(lanes, &mut [NOTHING; PENDING]);
+            self.descend(lanes, &mut [Pending::ROOT; PENDING]);
         } else {
-            self.descend(lanes, &mut vec![NOTHING; pending]);
+            self.descend(lanes, &mut vec![Pending::ROOT; pending]);
         }
     }
 }
 
 impl PacketTraversal<'_> {
     #[inline(always)]
-    fn descend<L: Lanes>(self, lanes: L, stack: &mut [Pending]) {
+    fn descend<L: Lanes>(self, lanes: L, entries: &mut [Pending]) {
         let tree = &self.accelerator.tree;
         let boxes = BoxTest::new(lanes, self.fan);
         let triangles = TriangleTest::new(lanes, self.fan);
-        let mut limit = self.fan.from_origin(self.packet.greatest_limit());
-        stack[0] = Pending { link: Link::ROOT, depth: 0.0 };
-        let mut height = 1;
-        while height > 0 {
-            height -= 1;
-            let Pending { link, depth } = stack[height];
-            if depth > limit {
-                continue;
-            }
+        let mut limit = self.fan.whole_depth(self.packet.greatest_limit());
+        let mut stack = Stack::new(entries);
+        let mut link = Link::ROOT;
+        loop {
             if !link.is_leaf() {
                 let node = &tree.nodes[link.index()];
                 let (mask, depths) = boxes.entered(node, limit);
-                height = push(stack, height, node, mask, &depths);
+                if mask != 0 {
+                    link = stack.descend(node, mask, &depths);
+                } else if let Some(pending) = stack.pop(limit) {
+                    link = pending;
+                } else {
+                    return;
+                }
                 continue;
             }
             let leaf = &tree.leaves[link.index()];
@@ -161,19 +162,15 @@ impl PacketTraversal<'_> {
                 let lane = next(&mut candidates);
                 let rays = functions.rays(lanes, lane, self.packet);
                 if rays != 0 {
-                    closer |= decide(
-                        self.accelerator,
-                        self.shears,
-                        self.limits,
-                        self.packet,
-                        leaf.first as usize + lane,
-                        rays,
-                    );
+                    closer |=
+                        decide(tree, self.shears, self.limits, self.packet, &leaf.triangles[lane], rays);
                 }
             }
             if closer {
-                limit = self.fan.from_origin(self.packet.greatest_limit());
+                limit = self.fan.whole_depth(self.packet.greatest_limit());
             }
+            let Some(pending) = stack.pop(limit) else { return };
+            link = pending;
         }
     }
 }
@@ -181,24 +178,23 @@ impl PacketTraversal<'_> {
 /// The exact test of a triangle with each ray of a mask; whether any of them came closer.
 #[inline(always)]
 fn decide(
-    accelerator: &Accelerator,
+    tree: &Tree,
     shears: &[Shear; PACKET],
     limits: &Limits,
     packet: &mut Packet,
-    place: usize,
+    triangle: &Triangle,
     mut rays: u32,
 ) -> bool {
-    let triangle = accelerator.triangles[place];
-    if limits.from == Some(triangle) {
+    if limits.from == Some(triangle.index) {
         return false;
     }
     // The origin and the axes are those of all rays.
-    let relative = shears[rays.trailing_zeros() as usize % PACKET].relative(&accelerator.corners[place]);
+    let relative = shears[rays.trailing_zeros() as usize % PACKET].relative(tree.corners(triangle));
     let mut closer = false;
     while rays != 0 {
         let ray = next(&mut rays) % PACKET;
         if let Some(crossing) = shears[ray].cross(&relative) {
-            closer |= packet.take(ray, triangle, crossing, limits.near);
+            closer |= packet.take(ray, triangle.index, crossing, limits.near);
         }
     }
     closer
@@ -220,10 +216,13 @@ struct BoxTest<L: Lanes> {
 impl<L: Lanes> BoxTest<L> {
     #[inline(always)]
     fn new(lanes: L, fan: &Fan) -> Self {
-        let mut origins = [[lanes.splat(0.0); 2]; 3];
-        for axis in 0..3 {
-            origins[axis] = [lanes.splat(fan.origin_high[axis]), lanes.splat(fan.origin_low[axis])];
-        }
+        let [high_x, high_y, high_z] = fan.origin_high;
+        let [low_x, low_y, low_z] = fan.origin_low;
+        let origins = [
+            [lanes.splat(high_x), lanes.splat(low_x)],
+            [lanes.splat(high_y), lanes.splat(low_y)],
+            [lanes.splat(high_z), lanes.splat(low_z)],
+        ];
         let [x, y] = fan.axes;
         Self {
             lanes,

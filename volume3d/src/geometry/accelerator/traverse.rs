@@ -6,23 +6,86 @@ use super::lanes::{Lanes, Row, Task, next};
 use super::tree::{Leaf, Link, Node};
 use super::watertight::{Crossing, Shear};
 
-/// Links kept on the machine's stack: trees of up to 18 levels. Deeper ones take memory from the heap.
-pub(super) const PENDING: usize = 128;
+/// Links kept on the machine's stack: trees of up to 9 levels. Deeper ones take memory from the heap.
+pub(super) const PENDING: usize = 64;
 
-/// A link to be followed later, and the depth at which the ray enters its box.
-#[derive(Clone, Copy)]
-pub(super) struct Pending {
-    pub(super) link: Link,
-    pub(super) depth: f32,
+/// A link to be followed and the depth at which the ray enters its box, as one number that sorts by depth: the
+/// bits of floats that are not negative sort like the floats.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Pending(u64);
+
+impl Pending {
+    pub(super) const ROOT: Self = Self::new(Link::ROOT, 0.0);
+
+    #[inline(always)]
+    const fn new(link: Link, depth: f32) -> Self {
+        Self((depth.to_bits() as u64) << 32 | link.bits() as u64)
+    }
+
+    #[inline(always)]
+    pub(super) fn link(self) -> Link {
+        Link::from_bits(self.0 as u32)
+    }
+
+    #[inline(always)]
+    fn depth(self) -> f32 {
+        f32::from_bits((self.0 >> 32) as u32)
+    }
 }
 
-pub(super) const NOTHING: Pending = Pending { link: Link::ROOT, depth: 0.0 };
+/// Links to be followed later, nearest on top as far as they come from one node.
+pub(super) struct Stack<'a> {
+    entries: &'a mut [Pending],
+    height: usize,
+}
+
+impl<'a> Stack<'a> {
+    #[inline(always)]
+    pub(super) fn new(entries: &'a mut [Pending]) -> Self {
+        Self { entries, height: 0 }
+    }
+
+    /// The top link that is entered no deeper than `limit`; those above it are dropped.
+    #[inline(always)]
+    pub(super) fn pop(&mut self, limit: f32) -> Option<Link> {
+        while self.height > 0 {
+            self.height -= 1;
+            let pending = self.entries[self.height];
+            if pending.depth() <= limit {
+                return Some(pending.link());
+            }
+        }
+        None
+    }
+
+    /// Keeps the children of a mask but the nearest, which is returned; one or two take no branch that
+    /// depends on their order.
+    #[inline(always)]
+    pub(super) fn descend(&mut self, node: &Node, mut mask: u32, depths: &Row) -> Link {
+        let lane = next(&mut mask);
+        let mut nearest = Pending::new(node.children[lane], depths[lane]);
+        let bottom = self.height;
+        while mask != 0 {
+            let lane = next(&mut mask);
+            let pending = Pending::new(node.children[lane], depths[lane]);
+            let farther = nearest.max(pending);
+            nearest = nearest.min(pending);
+            let mut place = self.height;
+            while place > bottom && self.entries[place - 1] < farther {
+                self.entries[place] = self.entries[place - 1];
+                place -= 1;
+            }
+            self.entries[place] = farther;
+            self.height += 1;
+        }
+        nearest.link()
+    }
+}
 
 /// What a traversal collects, and when it has enough.
 pub(super) trait Collect {
-    /// Takes a crossing of the triangle at a place in the order of leaves. The answer is a new limit
-    /// of depth, if there is one.
-    fn take(&mut self, place: usize, crossing: Crossing) -> Option<f32>;
+    /// Takes a crossing of a triangle. The answer is a new limit of depth, if there is one.
+    fn take(&mut self, triangle: u32, crossing: Crossing) -> Option<f32>;
 }
 
 /// One ray through the whole tree.
@@ -40,65 +103,50 @@ impl<C: Collect> Task for Traversal<'_, C> {
     fn run<L: Lanes>(self, lanes: L) {
         let pending = self.accelerator.tree.pending;
         if pending <= PENDING {
-            self.descend(lanes, &mut [NOTHING; PENDING]);
+            self.descend(lanes, &mut [Pending::ROOT; PENDING]);
         } else {
-            self.descend(lanes, &mut vec![NOTHING; pending]);
+            self.descend(lanes, &mut vec![Pending::ROOT; pending]);
         }
     }
 }
 
 impl<C: Collect> Traversal<'_, C> {
     #[inline(always)]
-    fn descend<L: Lanes>(self, lanes: L, stack: &mut [Pending]) {
+    fn descend<L: Lanes>(self, lanes: L, entries: &mut [Pending]) {
         let tree = &self.accelerator.tree;
         let boxes = BoxTest::new(lanes, self.ray);
         let triangles = TriangleTest::new(lanes, self.shear, self.ray);
         let mut limit = self.ray.far;
-        stack[0] = Pending { link: Link::ROOT, depth: self.ray.near };
-        let mut height = 1;
-        while height > 0 {
-            height -= 1;
-            let Pending { link, depth } = stack[height];
-            if depth > limit {
-                continue;
-            }
+        let mut stack = Stack::new(entries);
+        let mut link = Link::ROOT;
+        loop {
             if !link.is_leaf() {
                 let node = &tree.nodes[link.index()];
                 let (mask, depths) = boxes.entered(node, limit);
-                height = push(stack, height, node, mask, &depths);
+                if mask != 0 {
+                    link = stack.descend(node, mask, &depths);
+                } else if let Some(pending) = stack.pop(limit) {
+                    link = pending;
+                } else {
+                    return;
+                }
                 continue;
             }
             let leaf = &tree.leaves[link.index()];
             let mut candidates = triangles.candidates(leaf, limit) & link.mask();
             while candidates != 0 {
                 let lane = next(&mut candidates);
-                let place = leaf.first as usize + lane;
-                if let Some(crossing) = self.shear.intersect(&self.accelerator.corners[place])
-                    && let Some(closer) = self.collect.take(place, crossing)
+                let triangle = &leaf.triangles[lane];
+                if let Some(crossing) = self.shear.intersect(tree.corners(triangle))
+                    && let Some(closer) = self.collect.take(triangle.index, crossing)
                 {
                     limit = closer;
                 }
             }
+            let Some(pending) = stack.pop(limit) else { return };
+            link = pending;
         }
     }
-}
-
-/// Pushes the children of a mask, the nearest on top; returns the new height.
-#[inline(always)]
-pub(super) fn push(stack: &mut [Pending], height: usize, node: &Node, mut mask: u32, depths: &Row) -> usize {
-    let mut top = height;
-    while mask != 0 {
-        let lane = next(&mut mask);
-        let entry = Pending { link: node.children[lane], depth: depths[lane] };
-        let mut place = top;
-        while place > height && stack[place - 1].depth < entry.depth {
-            stack[place] = stack[place - 1];
-            place -= 1;
-        }
-        stack[place] = entry;
-        top += 1;
-    }
-    top
 }
 
 /// A ray against eight boxes: slabs, with the error bounds in the two origins (see the frame).
@@ -108,6 +156,7 @@ struct BoxTest<L: Lanes> {
     /// By axis: origin for the near plane and for the far plane.
     origins: [[L::Float; 2]; 3],
     inverse: [L::Float; 3],
+    /// Depth 0, where the ray enters the scene.
     near: L::Float,
 }
 
@@ -117,11 +166,10 @@ impl<L: Lanes> BoxTest<L> {
         let mut origins = [[lanes.splat(0.0); 2]; 3];
         let mut inverse = [lanes.splat(0.0); 3];
         for axis in 0..3 {
-            let (high, low) = (lanes.splat(ray.origin_high[axis]), lanes.splat(ray.origin_low[axis]));
-            origins[axis] = if ray.negative[axis] { [low, high] } else { [high, low] };
+            origins[axis] = [lanes.splat(ray.near_origin[axis]), lanes.splat(ray.far_origin[axis])];
             inverse[axis] = lanes.splat(ray.inverse[axis]);
         }
-        Self { lanes, negative: ray.negative, origins, inverse, near: lanes.splat(ray.near) }
+        Self { lanes, negative: ray.negative, origins, inverse, near: lanes.splat(0.0) }
     }
 
     /// The boxes entered no deeper than `limit`, and the depths where.
@@ -146,8 +194,10 @@ impl<L: Lanes> BoxTest<L> {
 struct TriangleTest<L: Lanes> {
     lanes: L,
     axes: [usize; 3],
-    backward: bool,
+    /// 1 or −1, from the last axis to depth.
+    forward: L::Float,
     origin: [L::Float; 3],
+    /// Against depth.
     slopes: [L::Float; 2],
     near: L::Float,
     /// e, the error of a sheared coordinate.
@@ -171,7 +221,7 @@ impl<L: Lanes> TriangleTest<L> {
         Self {
             lanes,
             axes: shear.axes,
-            backward: shear.backward(),
+            forward: lanes.splat(ray.forward),
             origin: [lanes.splat(x), lanes.splat(y), lanes.splat(z)],
             slopes: [lanes.splat(ray.slopes[0]), lanes.splat(ray.slopes[1])],
             near: lanes.splat(ray.near),
@@ -196,11 +246,8 @@ impl<L: Lanes> TriangleTest<L> {
         let greatest = lanes.max(lanes.max(u, v), w);
         let inside = lanes.less_equal(zero, lanes.add(least, slack)) | lanes.less_equal(greatest, slack);
         // A crossing lies between the depths of the vertices.
-        let (mut first, mut last) =
-            (lanes.min(lanes.min(a[2], b[2]), c[2]), lanes.max(lanes.max(a[2], b[2]), c[2]));
-        if self.backward {
-            (first, last) = (lanes.sub(zero, last), lanes.sub(zero, first));
-        }
+        let first = lanes.min(lanes.min(a[2], b[2]), c[2]);
+        let last = lanes.max(lanes.max(a[2], b[2]), c[2]);
         let error = lanes.splat(error);
         inside
             & lanes.less_equal(lanes.sub(first, error), lanes.splat(limit))
@@ -213,7 +260,7 @@ impl<L: Lanes> TriangleTest<L> {
         let [x, y, z] = self.axes;
         let x = lanes.sub(lanes.load(&vertex[x]), self.origin[0]);
         let y = lanes.sub(lanes.load(&vertex[y]), self.origin[1]);
-        let z = lanes.sub(lanes.load(&vertex[z]), self.origin[2]);
+        let z = lanes.mul(lanes.sub(lanes.load(&vertex[z]), self.origin[2]), self.forward);
         [lanes.mul_sub_from(self.slopes[0], z, x), lanes.mul_sub_from(self.slopes[1], z, y), z]
     }
 }

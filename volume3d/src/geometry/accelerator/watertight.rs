@@ -70,14 +70,10 @@ impl Shear {
     pub(super) fn new(origin: DVec3, direction: DVec3) -> Option<Self> {
         let d = direction.to_array();
         let size = direction.abs();
-        let z = if size.z >= size.x && size.z >= size.y {
-            2
-        } else if size.y >= size.x {
-            1
-        } else {
-            0
-        };
-        let axes = [(z + 1) % 3, (z + 2) % 3, z];
+        // Without branches, which would be unpredictable.
+        let yx = usize::from(size.y > size.x);
+        let z = if size.z > size.x.max(size.y) { 2 } else { yx };
+        let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][z];
         let inverse = 1.0 / d[z];
         let slopes = [d[axes[0]] * inverse, d[axes[1]] * inverse, inverse];
         let o = origin.to_array();
@@ -95,13 +91,13 @@ impl Shear {
     /// their triangles. A triangle seen exactly edge-on is not crossed. The distance may be NaN if
     /// products of coordinates overflow.
     #[inline(always)]
-    pub(super) fn intersect(&self, corners: &[DVec3; 3]) -> Option<Crossing> {
+    pub(super) fn intersect(&self, corners: [&[f64; 3]; 3]) -> Option<Crossing> {
         self.cross(&self.relative(corners))
     }
 
     /// Corners relative to the origin, axes permuted.
     #[inline(always)]
-    pub(super) fn relative(&self, corners: &[DVec3; 3]) -> [[f64; 3]; 3] {
+    pub(super) fn relative(&self, corners: [&[f64; 3]; 3]) -> [[f64; 3]; 3] {
         let [x, y, z] = self.axes;
         let [ox, oy, oz] = self.origin;
         let [a, b, c] = corners;

@@ -3,10 +3,11 @@
 use std::io::Cursor;
 use std::path::Path;
 
+use exr::meta::{BlockDescription, MetaData};
 use glam::DVec3;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
-use super::{Image, check_size, error, from_srgb};
+use super::{Image, MAX_PIXELS, MAX_PIXELS_PER_BYTE, check_size, error, from_srgb};
 use crate::io::{Error, ImageProblem, files};
 
 /// Reads a PNG, OpenEXR or Radiance HDR image for use as a texture.
@@ -44,17 +45,48 @@ pub fn read_exr(path: &Path) -> Result<Image, Error> {
     decode(&bytes, true).map_err(error(path))
 }
 
+/// Whether a file can hold that many pixels.
+fn check_room(width: usize, height: usize, bytes: &[u8]) -> Result<(), ImageProblem> {
+    check_size(width, height)?;
+    if width * height <= bytes.len().saturating_mul(MAX_PIXELS_PER_BYTE) {
+        Ok(())
+    } else {
+        Err(ImageProblem::Truncated { width, height })
+    }
+}
+
+/// Checks what the decoder of OpenEXR makes room for and does not check itself: the size of what is stored,
+/// which need not be that of the image, and of tiles.
+fn check_exr(bytes: &[u8]) -> Result<(), ImageProblem> {
+    // The decoder has read it before, so that it cannot fail.
+    let Ok(meta) = MetaData::read_from_buffered(bytes, false) else { return Err(ImageProblem::Format) };
+    for header in &meta.headers {
+        check_room(header.layer_size.width(), header.layer_size.height(), bytes)?;
+        if let BlockDescription::Tiles(tiles) = header.blocks {
+            check_room(tiles.tile_size.width(), tiles.tile_size.height(), bytes)?;
+        }
+    }
+    Ok(())
+}
+
 fn decode(bytes: &[u8], raw: bool) -> Result<Image, ImageProblem> {
     let mut reader =
         ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|_| ImageProblem::Format)?;
     if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::OpenExr | ImageFormat::Hdr)) {
         return Err(ImageProblem::Format);
     }
-    reader.limits(Limits::default());
+    let is_exr = reader.format() == Some(ImageFormat::OpenExr);
+    let mut limits = Limits::default();
+    // Four channels of single precision.
+    limits.max_alloc = Some(16 * MAX_PIXELS as u64);
+    reader.limits(limits);
     let decoder = reader.into_decoder()?;
     let (width, height) = decoder.dimensions();
     let (width, height) = (width as usize, height as usize);
-    check_size(width, height)?;
+    check_room(width, height, bytes)?;
+    if is_exr {
+        check_exr(bytes)?;
+    }
     let image = DynamicImage::from_decoder(decoder)?;
     let is_linear = raw || matches!(image, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
     let linear = |x: f64| if is_linear { x } else { from_srgb(x) };

@@ -4,9 +4,6 @@ mod decode;
 mod encode;
 mod signed;
 
-#[cfg(test)]
-mod tests;
-
 use std::path::Path;
 
 use glam::DVec3;
@@ -50,6 +47,10 @@ fn check_size(width: usize, height: usize) -> Result<(), ImageProblem> {
         _ => Err(ImageProblem::Size { width, height, limit: MAX_PIXELS }),
     }
 }
+
+/// Pixels that one byte of a file can hold at most: deflate makes up to 1032 bytes of one, and a byte of a PNG
+/// is up to 8 pixels. The other formats compress less.
+const MAX_PIXELS_PER_BYTE: usize = 1032 * 8;
 
 fn error(path: &Path) -> impl Fn(ImageProblem) -> Error {
     move |problem| Error::Image { path: path.to_path_buf(), problem }

@@ -25,7 +25,7 @@ const COLOURS: [[u8; 3]; 11] = [
 /// The colour of NaN: yellow, which the map does not have.
 const NOT_A_NUMBER: [u8; 3] = [255, 210, 0];
 
-/// The part of the pixels that must lie within the range [`signed_range`] chooses. The others are shown as its
+/// The part of the pixels other than 0 that must lie within the range [`signed_range`] chooses. The others are shown as its
 /// ends: a few bright pixels of a noisy gradient shall not make all others white.
 const WITHIN: f64 = 0.995;
 
@@ -46,11 +46,11 @@ pub fn signed_colour(value: f64, range: f64) -> [u8; 3] {
     [mix(0), mix(1), mix(2)]
 }
 
-/// A range for [`write_signed_png`] that shows an image well: 99.5% of its pixels lie within ± it. Zero if all
-/// of these are zero.
+/// A range for [`write_signed_png`] that shows an image well: of its pixels whose mean of the channels is finite
+/// and not 0, 99.5% lie within ± it. Zero if there are none.
 #[must_use]
 pub fn signed_range(image: &Image) -> f64 {
-    let mut sizes: Vec<f64> = values(image).map(f64::abs).filter(|x| x.is_finite()).collect();
+    let mut sizes: Vec<f64> = values(image).map(f64::abs).filter(|x| x.is_finite() && *x != 0.0).collect();
     sizes.sort_by(f64::total_cmp);
     let rank = (WITHIN * sizes.len() as f64).ceil() as usize;
     sizes.get(rank.saturating_sub(1)).copied().unwrap_or(0.0)

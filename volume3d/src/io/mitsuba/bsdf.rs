@@ -103,7 +103,7 @@ impl<'a> Reader<'a> {
         match texture.texels.iter().position(|&c| !within(c)) {
             None => Ok(Reflectance::Texture(index)),
             Some(i) => {
-                let path = element.beside(&texture.id);
+                let path = element.beside(element.value_of("filename").unwrap_or_default());
                 let problem = ImageProblem::Range { x: i % texture.width, y: i / texture.width };
                 Err(element.referenced(Error::Image { path, problem }))
             }

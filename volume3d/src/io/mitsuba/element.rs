@@ -39,6 +39,11 @@ impl Element {
         self.attribute(attribute).ok_or_else(|| self.error(missing()))
     }
 
+    /// The value of a parameter.
+    pub(super) fn value_of(&self, name: &str) -> Option<&str> {
+        self.children.iter().find(|c| c.attribute("name") == Some(name))?.attribute("value")
+    }
+
     /// Refuses all attributes but these.
     pub(super) fn check_attributes(&self, known: &[&str]) -> Result<(), Error> {
         match self.attributes.iter().find(|(name, _)| !known.contains(&name.as_str())) {
@@ -292,6 +297,7 @@ impl Builder<'_> {
         let bytes = element.open(&path, self.open)?;
         let mut root = self.file(&bytes, &path, includes + 1).map_err(|error| element.referenced(error))?;
         if root.tag == "scene" {
+            root.check_attributes(&["version", "id", "name"])?;
             to.append(&mut root.children);
         } else {
             root.attributes.retain(|(name, _)| name != "version");

@@ -6,7 +6,7 @@ use super::element::Element;
 use super::object::Object;
 use super::reader::Reader;
 use super::transform;
-use crate::io::{Error, SceneProblem};
+use crate::io::{Error, ImageProblem, SceneProblem};
 use crate::scene::{Environment, Light, Wrap};
 
 /// The radiance of an emitter within a shape.
@@ -72,8 +72,8 @@ fn map<'a>(reader: &mut Reader<'a>, object: &Object<'a>, id: String) -> Result<E
     };
     let image = reader.image(object, false)?;
     if let Some(i) = image.pixels.iter().position(|c| c.min_element() < 0.0) {
-        let path = object.element.beside(object.string("filename")?.unwrap_or_default());
-        let problem = crate::io::ImageProblem::Range { x: i % image.width, y: i / image.width };
+        let path = object.element.beside(object.element.value_of("filename").unwrap_or_default());
+        let problem = ImageProblem::Negative { x: i % image.width, y: i / image.width };
         return Err(object.element.referenced(Error::Image { path, problem }));
     }
     let texture = reader.add_texture(object.element, image, Wrap::Repeat, DAffine2::IDENTITY);

@@ -22,7 +22,7 @@ pub(super) type Ids<'a> = HashMap<&'a str, &'a Element>;
 /// an error lists as supported is what is read.
 pub(super) struct Object<'a> {
     pub(super) element: &'a Element,
-    /// The type, or for the scene its tag.
+    /// The type; empty for the scene.
     pub(super) plugin: &'a str,
     children: Vec<Child<'a>>,
     asked: RefCell<Vec<&'static str>>,
@@ -44,11 +44,12 @@ impl<'a> Object<'a> {
 
     pub(super) fn with_plugin(element: &'a Element, plugin: &'a str, ids: &Ids<'a>) -> Result<Self, Error> {
         let mut children: Vec<Child<'a>> = vec![];
+        let mut names = HashMap::new();
         for child in &element.children {
             if let Some(name) = child.attribute("name")
-                && let Some(first) = children.iter().find(|c| c.element.attribute("name") == Some(name))
+                && let Some(first) = names.insert(name, child)
             {
-                let (name, first) = (name.to_owned(), first.element.place());
+                let (name, first) = (name.to_owned(), first.place());
                 return Err(child.error(SceneProblem::Duplicate { what: "parameter", name, first }));
             }
             let target = if child.tag == "ref" { dereference(child, ids)? } else { child };
@@ -59,7 +60,10 @@ impl<'a> Object<'a> {
 
     /// A message's name for this object.
     pub(super) fn describe(&self) -> String {
-        format!("{} \"{}\"", self.element.tag, self.plugin)
+        match self.plugin {
+            "" => format!("the {}", self.element.tag),
+            plugin => format!("{} \"{plugin}\"", self.element.tag),
+        }
     }
 
     pub(super) fn missing(&self, name: &str) -> Error {
@@ -214,7 +218,7 @@ impl<'a> Object<'a> {
                 what: tag.to_owned(),
                 parent: self.describe(),
                 found: self.nested(tag).len(),
-                expected: "one",
+                expected: "at most one",
             })),
         }
     }

@@ -45,7 +45,7 @@ impl<'a> Reader<'a> {
 
     pub(super) fn read(mut self) -> Result<Description, Error> {
         self.ids = self.document.by_id()?;
-        let scene = Object::with_plugin(&self.document.root, "3", &self.ids)?;
+        let scene = Object::with_plugin(&self.document.root, "", &self.ids)?;
 
         let integrator = match scene.at_most_one("<integrator>")? {
             Some(element) => sensor::integrator(&Object::new(element, &self.ids)?)?,
@@ -100,7 +100,7 @@ impl<'a> Reader<'a> {
             return Ok(());
         }
         Err(element.error(SceneProblem::Count {
-            what: "<emitter> \"constant\" or \"envmap\"".to_owned(),
+            what: "environments (emitters \"constant\" and \"envmap\")".to_owned(),
             parent: "the scene".to_owned(),
             found: 2,
             expected: "at most one",

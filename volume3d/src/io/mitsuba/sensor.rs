@@ -53,7 +53,7 @@ fn camera(object: &Object<'_>, aspect: f64) -> Result<Camera, Error> {
     for name in ["principal_point_offset_x", "principal_point_offset_y"] {
         object.float_where(name, "0, as a camera that is not centred is not supported", |x| x == 0.0)?;
     }
-    // Both change noise or time only.
+    // Nothing moves while the shutter is open.
     object.float("shutter_open")?;
     object.float("shutter_close")?;
     let (frame, origin) = match object.affine("to_world")? {

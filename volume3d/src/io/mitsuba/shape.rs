@@ -64,9 +64,7 @@ impl<'a> Reader<'a> {
 
 /// A shape with flat faces, whose normals are those of its faces however they are asked for.
 fn built_in(object: &Object<'_>, mesh: Mesh) -> Result<Mesh, Error> {
-    if object.plugin == "cube" {
-        object.boolean("face_normals")?;
-    }
+    object.boolean("face_normals")?;
     if object.boolean("flip_normals")? != Some(true) {
         return Ok(mesh);
     }

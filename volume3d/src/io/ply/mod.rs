@@ -1,15 +1,12 @@
 //! Stanford PLY.
 //!
-//! Read by hand: `ply-rs-bw` stores one element for each that the header announces, so that a header of an
-//! element without properties fills any memory; it allocates once for every face; and it does not see what
-//! follows the last element.
+//! Read by hand: `ply-rs-bw` stores one element for each that the header announces, so that a binary file that
+//! announces many without properties fills any memory; it allocates once for every face; and it does not see
+//! what follows the last element.
 
 mod body;
 mod header;
 mod write;
-
-#[cfg(test)]
-mod tests;
 
 use std::path::Path;
 

@@ -1,1 +1,35 @@
 //! Tests of the readers and writers.
+
+mod files;
+mod fuzz;
+mod image;
+mod npy;
+mod obj;
+mod ply;
+mod scene;
+mod scene_errors;
+
+use std::path::Path;
+
+use super::Error;
+
+/// The message of what must fail.
+fn message<T: std::fmt::Debug>(result: Result<T, Error>) -> String {
+    match result {
+        Ok(value) => panic!("accepted as {value:?}"),
+        Err(error) => error.to_string(),
+    }
+}
+
+/// Checks that each call fails with its message, and shows all that do not before failing.
+fn check_messages(cases: &[(String, &str)]) {
+    let wrong: Vec<_> = cases.iter().filter(|(found, expected)| found != expected).collect();
+    for (found, expected) in &wrong {
+        eprintln!("found    {found}\nexpected {expected}\n");
+    }
+    assert!(wrong.is_empty(), "{} of {} messages differ", wrong.len(), cases.len());
+}
+
+fn here(name: &str) -> &Path {
+    Path::new(name)
+}

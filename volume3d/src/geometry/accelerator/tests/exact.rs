@@ -32,7 +32,7 @@ fn one_by_one(mesh: &Mesh, ray: &Ray) -> Option<Hit> {
         if ray.from == Some(triangle as u32) || !super::super::is_solid(&corners) {
             continue;
         }
-        let Some(crossing) = shear.intersect(&corners) else { continue };
+        let Some(crossing) = shear.intersect(corners.map(|p| p.to_array()).each_ref()) else { continue };
         let distance = crossing.distance;
         let closer = best.is_none_or(|best| distance < best.distance);
         if distance > ray.near && distance < ray.far && closer {
@@ -61,7 +61,7 @@ fn random_ray(mesh: &Mesh, i: usize, rng: &mut Stream) -> Ray {
     let mut direction = (target - origin).normalize_or(DVec3::X);
     match i % 7 {
         0 => direction[i % 3] = 0.0,
-        1 => direction = DVec3::AXES[i % 3] * if i % 2 == 0 { 1.0 } else { -1.0 },
+        1 => direction = DVec3::AXES[i % 3] * if i.is_multiple_of(2) { 1.0 } else { -1.0 },
         _ => {}
     }
     let direction = direction.normalize_or(DVec3::Z);
@@ -69,9 +69,10 @@ fn random_ray(mesh: &Mesh, i: usize, rng: &mut Stream) -> Ray {
         0 => (0.1 * size, size),
         1 => (1e-12 * size, f64::INFINITY),
         2 => (0.0, (target - origin).length()),
+        3 => (-size, size),
         _ => (0.0, f64::INFINITY),
     };
-    let from = (i % 3 == 0).then(|| (open01(rng) * mesh.triangles.len() as f64) as u32);
+    let from = (i.is_multiple_of(3)).then(|| (open01(rng) * mesh.triangles.len() as f64) as u32);
     Ray { origin, direction, near, far, from }
 }
 
@@ -112,9 +113,13 @@ fn instruction_sets() -> Vec<Instructions> {
 fn every_instruction_set_answers_like_all_triangles_one_by_one() {
     for (index, mesh) in meshes().iter().enumerate() {
         let mut accelerator = Accelerator::build(&mesh.positions, &mesh.triangles);
+        if index % 2 == 1 {
+            // As if the tree were so deep that what is pending needs memory from the heap.
+            accelerator.tree.pending = 1000;
+        }
         for instructions in instruction_sets() {
             accelerator.instructions = instructions;
-            (0..20_000_usize).into_par_iter().for_each(|i| {
+            (0..8_000_usize).into_par_iter().for_each(|i| {
                 let ray = random_ray(mesh, i, &mut stream(21, &[i as u64]));
                 let expected = one_by_one(mesh, &ray);
                 assert_eq!(accelerator.closest(&ray), expected, "{index} {i} {instructions:?} {ray:?}");
@@ -128,9 +133,13 @@ fn every_instruction_set_answers_like_all_triangles_one_by_one() {
 fn bundles_answer_like_single_rays() {
     for (index, mesh) in meshes().iter().enumerate() {
         let mut accelerator = Accelerator::build(&mesh.positions, &mesh.triangles);
+        if index % 2 == 1 {
+            // As if the tree were so deep that what is pending needs memory from the heap.
+            accelerator.tree.pending = 1000;
+        }
         for instructions in instruction_sets() {
             accelerator.instructions = instructions;
-            (0..10_000_usize).into_par_iter().for_each(|i| {
+            (0..6_000_usize).into_par_iter().for_each(|i| {
                 let mut rng = stream(24, &[i as u64]);
                 let ray = random_ray(mesh, i, &mut rng);
                 let spread = 10.0_f64.powf(-9.0 * open01(&mut rng));
@@ -163,9 +172,9 @@ fn bundles_at_edges_and_vertices_lose_nothing() {
     let mesh = rock(4, &mut stream(25, &[]));
     let accelerator = Accelerator::build(&mesh.positions, &mesh.triangles);
     let mut hits = Vec::new();
-    for i in 0..30_000 {
+    for i in 0..20_000 {
         let mut rng = stream(26, &[i]);
-        let origin = if i % 2 == 0 { 0.2 * in_cube(&mut rng) } else { 3.0 * direction(&mut rng) };
+        let origin = if i.is_multiple_of(2) { 0.2 * in_cube(&mut rng) } else { 3.0 * direction(&mut rng) };
         let [a, b, c] = mesh.corners((open01(&mut rng) * mesh.triangles.len() as f64) as usize);
         let targets = (0..16).map(|k| [a, b, c, a.lerp(b, open01(&mut rng))][k % 4]);
         let directions: Vec<DVec3> = targets.map(|target| (target - origin).normalize()).collect();
@@ -183,7 +192,7 @@ fn moller_and_trumbore_agree_where_they_are_accurate() {
     for mesh in meshes() {
         let accelerator = Accelerator::build(&mesh.positions, &mesh.triangles);
         let size = mesh.positions.iter().fold(0.0, |m: f64, p| m.max(p.abs().max_element()));
-        for i in 0..20_000 {
+        for i in 0..6_000 {
             let ray = random_ray(&mesh, i, &mut stream(22, &[i as u64]));
             let hit = accelerator.closest(&ray);
             let reach = size + ray.origin.length();
@@ -221,7 +230,8 @@ fn the_tree_does_not_depend_on_threads() {
         pool.install(|| Accelerator::build(&mesh.positions, &mesh.triangles))
     };
     let (one, five) = (build(1), build(5));
-    assert_eq!(one.triangles, five.triangles);
+    let triangles = |a: &Accelerator| a.tree.leaves.iter().map(|leaf| leaf.triangles).collect::<Vec<_>>();
+    assert_eq!(triangles(&one), triangles(&five));
     assert_eq!(one.tree.nodes.len(), five.tree.nodes.len());
 }
 

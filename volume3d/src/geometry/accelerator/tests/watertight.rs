@@ -9,7 +9,7 @@ use crate::geometry::{Accelerator, Ray};
 /// A point on an edge (even `i`) or a vertex (odd `i`) of a random triangle.
 fn target(mesh: &Mesh, i: usize, rng: &mut flatland::random::Stream) -> DVec3 {
     let [a, b, _] = mesh.corners((open01(rng) * mesh.triangles.len() as f64) as usize);
-    if i % 2 == 0 { a.lerp(b, open01(rng)) } else { a }
+    if i.is_multiple_of(2) { a.lerp(b, open01(rng)) } else { a }
 }
 
 fn unbounded(origin: DVec3, direction: DVec3) -> Ray {
@@ -24,7 +24,7 @@ fn lost(mesh: &Mesh, centre: DVec3, scale: f64, count: usize) -> usize {
     (0..count)
         .filter(|&i| {
             let to = target(mesh, i / 2, &mut rng);
-            let offset = if i % 2 == 0 {
+            let offset = if i.is_multiple_of(2) {
                 0.2 * scale * direction(&mut rng)
             } else {
                 // From outside, the ray goes on to the inside: the target is on the near side.

@@ -1,0 +1,76 @@
+//! From two children a node to eight, at the least expected cost.
+//!
+//! Ylitie, Karras and Laine, *Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs* (2017),
+//! section 3: C(n, i) is the least cost of the triangles below n as at most i children of some node. One child
+//! is a leaf, if the triangles are few, or a node whose eight children are divided between n's halves; more are
+//! divided between the halves as they come. Costs are surfaces: chances to be met by a ray.
+
+use super::build::Binary;
+use super::lanes::WIDTH;
+
+/// Time of a leaf's eight triangles over that of a node's eight boxes.
+const LEAF_COST: f32 = 1.5;
+
+/// The best choices below a node of the binary hierarchy.
+#[derive(Clone, Copy)]
+pub(super) struct Plan {
+    /// C(n, i + 1).
+    costs: [f32; WIDTH - 1],
+    /// How many of i + 1 children the first half gets; 0 where fewer children are as good (for one: a leaf).
+    /// The last is for the eight children of n itself.
+    shares: [u8; WIDTH],
+    leaf: bool,
+}
+
+impl Plan {
+    /// The plan of a node with half the surface `area` from those of its halves.
+    pub(super) fn new(area: f32, count: usize, halves: Option<&[Binary; 2]>) -> Self {
+        let leaf_cost = if count <= WIDTH { LEAF_COST * area } else { f32::INFINITY };
+        let mut plan = Self { costs: [leaf_cost; WIDTH - 1], shares: [0; WIDTH], leaf: true };
+        let Some([left, right]) = halves else { return plan };
+        let (left, right) = (&left.plan.costs, &right.plan.costs);
+        // D(n, j): the least cost of j children divided between the halves, and the left one's share.
+        let divided = |children: usize| {
+            let choices =
+                (1..children).map(|share| (left[share - 1] + right[children - share - 1], share as u8));
+            choices.fold((f32::INFINITY, 1), |best, choice| if choice.0 < best.0 { choice } else { best })
+        };
+        let (cost, share) = divided(WIDTH);
+        plan.shares[WIDTH - 1] = share;
+        plan.leaf = leaf_cost <= area + cost;
+        plan.costs[0] = leaf_cost.min(area + cost);
+        for children in 2..WIDTH {
+            let (cost, share) = divided(children);
+            let fewer = plan.costs[children - 2];
+            plan.costs[children - 1] = cost.min(fewer);
+            plan.shares[children - 1] = if cost < fewer { share } else { 0 };
+        }
+        plan
+    }
+}
+
+impl Binary {
+    /// Whether its triangles are one leaf.
+    pub(super) fn is_leaf(&self) -> bool {
+        self.plan.leaf
+    }
+
+    /// The children of a node of the wide hierarchy, at most eight.
+    pub(super) fn children(&self) -> Vec<&Self> {
+        let mut children = Vec::with_capacity(WIDTH);
+        self.gather(WIDTH, &mut children);
+        children
+    }
+
+    fn gather<'a>(&'a self, count: usize, children: &mut Vec<&'a Self>) {
+        let share = usize::from(self.plan.shares[count - 1]);
+        match &self.halves {
+            Some(halves) if share > 0 => {
+                halves[0].gather(share, children);
+                halves[1].gather(count - share, children);
+            }
+            _ if count > 1 => self.gather(count - 1, children),
+            _ => children.push(self),
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! A scene some way along a change.
+
+use glam::{DMat3, DQuat, DVec3};
+
+use super::Change;
+use crate::geometry::Normals;
+use crate::scene::{Bsdf, Description, Environment, Light, Reflectance, Scene, SceneError};
+
+impl Change {
+    /// The scene at parameters θ + `step` · change. Positions move in straight lines, what turns turns.
+    ///
+    /// # Errors
+    /// [`SceneError`] where a parameter leaves its range on the way, such as a negative radiance.
+    pub fn displaced(&self, scene: &Scene, step: f64) -> Result<Scene, SceneError> {
+        let mut d: Description = scene.description().clone();
+        for (s, shape) in d.shapes.iter_mut().enumerate() {
+            shape.mesh.displace(&self.positions[scene.position_range(s)], step);
+            if let Normals::Given(normals) = shape.mesh.normals() {
+                let mut normals = normals.clone();
+                for (n, rate) in normals.values.iter_mut().zip(&self.normals[scene.normal_range(s)]) {
+                    *n = n.normalize_or_zero() + step * *rate;
+                }
+                shape.mesh.replace_given_normals(normals);
+            }
+            if let Some(radiance) = &mut shape.radiance {
+                *radiance += step * self.radiance[s];
+            }
+        }
+        for (m, material) in d.materials.iter_mut().enumerate() {
+            if let Reflectance::Constant(c) = material.bsdf.reflectance_mut() {
+                *c += step * self.reflectance[m];
+            }
+            if let Bsdf::RoughConductor { alpha, .. } = &mut material.bsdf {
+                *alpha += step * self.roughness[m];
+            }
+        }
+        for (texture, rates) in d.textures.iter_mut().zip(&self.texels) {
+            texture.texels.iter_mut().zip(rates).for_each(|(t, r)| *t += step * *r);
+        }
+        for (l, light) in d.lights.iter_mut().enumerate() {
+            match light {
+                Light::Point { position, intensity, .. } => {
+                    *position += step * self.pose[l];
+                    *intensity += step * self.intensity[l];
+                }
+                Light::Directional { direction, irradiance, .. } => {
+                    *direction = turn(step * self.pose[l]) * *direction;
+                    *irradiance += step * self.intensity[l];
+                }
+            }
+        }
+        match &mut d.environment {
+            Some(Environment::Constant { radiance, .. }) => *radiance += step * self.environment,
+            Some(Environment::Map { to_world, .. }) => {
+                *to_world = DMat3::from_quat(turn(step * self.environment_rotation)) * *to_world;
+            }
+            None => {}
+        }
+        let rotation = turn(step * self.camera.rotation);
+        let camera = &mut d.camera;
+        camera.origin += step * self.camera.translation;
+        for axis in [&mut camera.right, &mut camera.up, &mut camera.forward] {
+            *axis = rotation * *axis;
+        }
+        camera.field_of_view += step * self.camera.field_of_view;
+        Scene::new(d)
+    }
+}
+
+fn turn(angle: DVec3) -> DQuat {
+    DQuat::from_scaled_axis(angle)
+}

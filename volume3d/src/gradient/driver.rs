@@ -1,0 +1,72 @@
+//! Rows of cells, computed side by side and summed in order.
+
+use rayon::prelude::*;
+
+use super::film::FilmPlane;
+use super::progress::{Progress, Stopped};
+use super::result::NonFinite;
+use super::strip::{Sheet, Strip};
+
+/// Rows are computed in groups of this many: enough to keep many threads busy, few enough that memory does not grow
+/// with the image. Sums do not depend on threads.
+const WAVE: usize = 64;
+
+/// Rows of cells in groups that are computed together.
+pub(super) fn waves(rows: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
+    (0..rows).step_by(WAVE).map(move |start| start..(start + WAVE).min(rows))
+}
+
+/// The sums over a film.
+pub(super) struct Sums<const K: usize> {
+    pub(super) sheet: Sheet<K>,
+    /// Auxiliary rays.
+    pub(super) rays: u64,
+    pub(super) non_finite: Vec<NonFinite>,
+}
+
+/// What computing one cell needs: its place, and where its samples go.
+pub(super) struct CellSink<'a, const K: usize> {
+    pub(super) strip: &'a mut Strip<K>,
+    pub(super) non_finite: &'a mut Vec<NonFinite>,
+}
+
+/// Computes all rows of cells. `row` begins a row and returns what computes its cells; both may keep state.
+pub(super) fn over_film<const K: usize, W>(
+    film: &FilmPlane,
+    samples: usize,
+    progress: &Progress,
+    begin: impl Fn() -> W + Sync,
+    cell: impl Fn(&mut W, (usize, usize), CellSink<'_, K>) + Sync,
+    rays: impl Fn(&W) -> u64 + Sync,
+) -> Result<Sums<K>, Stopped> {
+    let mut sums = Sums { sheet: Sheet::new(film), rays: 0, non_finite: vec![] };
+    let rows = film.rows + 2 * film.reach;
+    progress.start(rows);
+    for wave in waves(rows) {
+        let parts: Vec<_> = wave
+            .into_par_iter()
+            .map(|j| {
+                let mut worker = begin();
+                let (mut strip, mut non_finite) = (Strip::new(film, samples), vec![]);
+                for i in 0..film.columns + 2 * film.reach {
+                    if progress.stopped() {
+                        break;
+                    }
+                    let sink = CellSink { strip: &mut strip, non_finite: &mut non_finite };
+                    cell(&mut worker, (i, j), sink);
+                }
+                progress.advance();
+                (strip, non_finite, rays(&worker))
+            })
+            .collect();
+        if progress.stopped() {
+            return Err(Stopped);
+        }
+        for (strip, non_finite, rays) in parts {
+            sums.sheet.absorb(&strip);
+            sums.non_finite.extend(non_finite);
+            sums.rays += rays;
+        }
+    }
+    Ok(sums)
+}

@@ -1,0 +1,52 @@
+//! Why a gradient cannot be taken.
+
+use flatland::warp::WarpError;
+
+use super::change::Unsupported;
+use super::progress::Stopped;
+use crate::scene::SceneError;
+
+/// Why there is no gradient.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GradientError {
+    /// What is asked for cannot be differentiated.
+    #[error(transparent)]
+    Unsupported(#[from] Unsupported),
+    /// A parameter of the warp is out of range.
+    #[error(transparent)]
+    Warp(#[from] WarpError),
+    /// The adjoint image has another size than the film.
+    #[error("the adjoint image has {found} pixels, but the film has {width} x {height}")]
+    Adjoint {
+        /// How many pixels it has.
+        found: usize,
+        /// Columns of the film.
+        width: usize,
+        /// Rows of the film.
+        height: usize,
+    },
+    /// A change belongs to another scene.
+    #[error("the change is not one of this scene: its tables have other sizes")]
+    Change,
+    /// No samples.
+    #[error("at least {least} samples a pixel are needed, not {samples}")]
+    Samples {
+        /// How many there are.
+        samples: usize,
+        /// How many there must be.
+        least: usize,
+    },
+    /// A step of finite differences that is not positive.
+    #[error("the step of finite differences must be positive and finite, not {step}")]
+    Step {
+        /// The step.
+        step: f64,
+    },
+    /// A step of finite differences leads out of a parameter's range.
+    #[error("the step of finite differences leaves the scenes that can be rendered: {0}")]
+    Scene(#[from] SceneError),
+    /// Stopped on request.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}

@@ -1,0 +1,102 @@
+//! Central differences with common random numbers: (I(θ + h) − I(θ − h))/2h.
+
+use glam::DVec3;
+
+use super::change::Change;
+use super::driver::{CellSink, Sums, over_film};
+use super::error::GradientError;
+use super::film::FilmPlane;
+use super::groups::numbers;
+use super::progress::Progress;
+use super::result::{GradientImage, finish};
+
+use super::PATH;
+use crate::path::{Kernels, Paths, Plain};
+use crate::scene::Scene;
+
+/// Central finite differences.
+///
+/// The error has a part ~ h² that samples do not cure, and a standard error ~ (h n)^−½ wherever jumps move: a sample
+/// sees a jump move with probability ~ h, and then contributes ~ 1/h. It differentiates everything, mirrors and
+/// point lights too.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FiniteDifference {
+    /// Samples a pixel, each traced twice.
+    pub samples: usize,
+    /// h, in units of the change's parameter.
+    pub step: f64,
+    /// The seed of everything random.
+    pub seed: u64,
+}
+
+impl Default for FiniteDifference {
+    fn default() -> Self {
+        Self { samples: 64, step: 1e-3, seed: 0 }
+    }
+}
+
+impl FiniteDifference {
+    /// The derivative of every pixel along a change. The image that comes with it is the mean of both sides.
+    ///
+    /// # Errors
+    /// [`GradientError`]: a step that is not positive, or that leads out of a parameter's range.
+    pub fn forward(
+        &self,
+        scene: &Scene,
+        change: &Change,
+        progress: &Progress,
+    ) -> Result<GradientImage, GradientError> {
+        if !change.fits(scene) {
+            return Err(GradientError::Change);
+        }
+        if self.samples == 0 {
+            return Err(GradientError::Samples { samples: 0, least: 1 });
+        }
+        if !(self.step > 0.0 && self.step.is_finite()) {
+            return Err(GradientError::Step { step: self.step });
+        }
+        let sides = [change.displaced(scene, self.step)?, change.displaced(scene, -self.step)?];
+        let paths = [&sides[0], &sides[1]].map(|scene| Paths::new(scene, Kernels::default()));
+        let films = [&sides[0], &sides[1]].map(FilmPlane::new);
+        let film = FilmPlane::new(scene);
+        let cell = |(): &mut (), place, sink: CellSink<'_, 6>| self.cell(&paths, &films, place, sink);
+        let sums: Sums<6> = over_film(&film, self.samples, progress, || (), cell, |()| 0)?;
+        Ok(finish::<1, 6>(&film, sums))
+    }
+
+    fn cell(
+        &self,
+        paths: &[Paths<'_>; 2],
+        films: &[FilmPlane; 2],
+        (i, j): (usize, usize),
+        sink: CellSink<'_, 6>,
+    ) {
+        let film = &films[0];
+        if !film.cell_counts(i, j) {
+            return;
+        }
+        for sample in 0..self.samples {
+            let mut place = numbers(self.seed, (i, j), sample, self.samples, PATH);
+            let u = film.point(i, j, place.pair());
+            let [plus, minus] = std::array::from_fn(|side| {
+                let (paths, mut numbers) = (&paths[side], place.clone());
+                let frame = films[side].frame(&paths.scene.description.camera);
+                let direction = films[side].direction(&frame, [u.x, u.y]);
+                let hit = paths.closest(frame.origin.value(), direction.value(), None);
+                let mut plain = Plain { scene: paths.scene };
+                paths.radiance(&mut plain, frame.origin, direction, hit, &mut numbers).value()
+            });
+            let (mean, difference): (DVec3, DVec3) =
+                (0.5 * (plus + minus), (plus - minus) / (2.0 * self.step));
+            if !difference.is_finite() {
+                sink.non_finite.push(film.located(i, j, sample));
+                continue;
+            }
+            film.for_each_pixel(i, j, |_, b, x, y| {
+                let weight = film.weight([u.x, u.y], x, y);
+                let (value, rate) = (weight * mean, weight * difference);
+                sink.strip.add(sample, b, x, &[value.x, value.y, value.z, rate.x, rate.y, rate.z]);
+            });
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! Entry points for fuzzing: each takes any bytes and must return, whatever they are. What a reader accepts
+//! must keep what its type promises.
+
+use std::io::{Error as IoError, ErrorKind};
+use std::path::Path;
+
+use super::{MeshFormat, parse_npy, read_image, read_scene};
+use crate::geometry::{Mesh, Normals};
+
+/// OBJ, or its gzip.
+pub fn obj(bytes: &[u8]) {
+    mesh(MeshFormat::Obj, bytes);
+}
+
+/// PLY, or its gzip.
+pub fn ply(bytes: &[u8]) {
+    mesh(MeshFormat::Ply, bytes);
+}
+
+/// A scene. Files it names are tiny ones, so that nothing outside is touched; including itself is possible.
+pub fn scene(bytes: &[u8]) {
+    const TRIANGLE: &[u8] = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let open = |path: &Path| match path.extension().and_then(|e| e.to_str()) {
+        Some("obj") => Ok(TRIANGLE.to_vec()),
+        Some("xml") => Ok(bytes.to_vec()),
+        _ => Err(IoError::from(ErrorKind::NotFound)),
+    };
+    if let Ok(scene) = read_scene(bytes, Path::new("fuzz.xml"), &[], &open) {
+        assert!(scene.camera.field_of_view > 0.0 && scene.camera.origin.is_finite());
+        assert!(scene.shapes.iter().all(|s| s.material < scene.materials.len()));
+        scene.shapes.iter().for_each(|s| check_mesh(&s.mesh));
+    }
+}
+
+/// An image of any format.
+pub fn image(bytes: &[u8]) {
+    if let Ok(image) = read_image(bytes, Path::new("fuzz.image"), false) {
+        assert_eq!(image.pixels.len(), image.width * image.height);
+        assert!(image.pixels.iter().all(|p| p.is_finite()));
+    }
+}
+
+/// A NumPy array.
+pub fn npy(bytes: &[u8]) {
+    if let Ok(array) = parse_npy(bytes, Path::new("fuzz.npy")) {
+        assert_eq!(array.shape.iter().product::<usize>(), array.values.len());
+    }
+}
+
+fn mesh(format: MeshFormat, bytes: &[u8]) {
+    let Ok(soup) = format.parse(bytes, Path::new("fuzz.mesh")) else { return };
+    if let Ok(mesh) = soup.into_mesh(false) {
+        check_mesh(&mesh);
+    }
+}
+
+fn check_mesh(mesh: &Mesh) {
+    let within = |triangles: &[[u32; 3]], count: usize| {
+        assert_eq!(triangles.len(), mesh.triangles().len());
+        assert!(triangles.as_flattened().iter().all(|&i| (i as usize) < count));
+    };
+    assert!(mesh.positions().iter().all(|p| p.is_finite()));
+    within(mesh.triangles(), mesh.positions().len());
+    match mesh.normals() {
+        Normals::Face => {}
+        Normals::AngleWeighted { triangles, count } => within(triangles, *count),
+        Normals::Given(normals) => within(&normals.triangles, normals.values.len()),
+    }
+    if let Some(uvs) = mesh.uvs() {
+        within(&uvs.triangles, uvs.values.len());
+    }
+}

@@ -1,0 +1,245 @@
+//! Stanford PLY.
+
+use std::io::Write;
+
+use glam::{DVec2, DVec3};
+
+use super::{check_messages, here, message};
+use crate::geometry::{Attribute, Mesh, Normals};
+use crate::io::{Error, load_mesh, read_ply, write_ply};
+
+fn read(bytes: impl AsRef<[u8]>) -> Result<Mesh, Error> {
+    read_ply(bytes.as_ref(), here("m.ply"))
+}
+
+const XYZ: &str = "property float x\nproperty float y\nproperty float z\n";
+const FACES: &str = "property list uchar int vertex_indices\n";
+
+fn ascii(vertex: &str, faces: usize, body: &str) -> String {
+    format!(
+        "ply\nformat ascii 1.0\ncomment c\nelement vertex 3\n{vertex}element face {faces}\n{FACES}end_header\n{body}"
+    )
+}
+
+#[test]
+fn ascii_with_everything() {
+    let header = "ply\r\nformat ascii 1.0\nobj_info i\nelement camera 1\nproperty float f\n\
+        property list int double d\nelement vertex 4\nproperty double x\nproperty float32 y\nproperty float z\n\
+        property uchar red\nproperty float nx\nproperty float ny\nproperty float nz\nproperty float s\n\
+        property float t\nelement face 1\nproperty int8 flag\nproperty list uint8 uint32 vertex_index\n\
+        element edge 1\nproperty int a\nend_header\n";
+    let body = "7 2 1 2\n0 0 0 255 0 0 1 0 0\n1 0 0 255 0 0 1 1 0\n1 1 0 255 0 0 1 1 1\n\
+                0 1 0 255 0 0 1 0 1\n-1 4 0 1 2 3\n5\n \n";
+    let mesh = read(format!("{header}{body}")).unwrap();
+    assert_eq!(mesh.triangles(), [[0, 1, 2], [0, 2, 3]]);
+    assert_eq!(mesh.uvs().unwrap().values[2], DVec2::ONE);
+    let Normals::Given(normals) = mesh.normals() else { panic!("{:?}", mesh.normals()) };
+    assert_eq!(normals.values, [DVec3::Z; 4]);
+}
+
+/// All integer types, both byte orders.
+#[test]
+fn binary_of_both_byte_orders() {
+    let order = |little: bool, bytes: &[u8]| {
+        let mut bytes = bytes.to_vec();
+        if !little {
+            bytes.reverse();
+        }
+        bytes
+    };
+    for (little, name) in [(true, "little"), (false, "big")] {
+        let mut bytes = format!(
+            "ply\nformat binary_{name}_endian 1.0\nelement other 1\nproperty short a\nproperty ushort b\n\
+             property char c\nproperty uint d\nproperty list ushort int e\nelement vertex 3\n{XYZ}\
+             element face 1\nproperty list int short vertex_indices\nend_header\n"
+        )
+        .into_bytes();
+        bytes.extend([0; 9]);
+        bytes.extend(order(little, &2_u16.to_le_bytes()));
+        bytes.extend([0; 8]);
+        for x in [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.5, 0.0] {
+            bytes.extend(order(little, &x.to_le_bytes()));
+        }
+        bytes.extend(order(little, &3_i32.to_le_bytes()));
+        for i in [0_i16, 1, 2] {
+            bytes.extend(order(little, &i.to_le_bytes()));
+        }
+        let mesh = read(&bytes).unwrap();
+        assert_eq!(mesh.positions()[2], 1.5 * DVec3::Y, "{name}");
+        assert_eq!(mesh.triangles(), [[0, 1, 2]], "{name}");
+        // A line break at the end is forgiven, anything else is not.
+        bytes.push(b'\n');
+        read(&bytes).unwrap();
+        bytes.push(7);
+        let found = message(read(&bytes));
+        assert_eq!(found, "m.ply: 1 bytes follow the last element that the header announces");
+    }
+}
+
+#[test]
+fn duplicated_vertices_are_one_place_and_a_crease() {
+    let text = format!(
+        "ply\nformat ascii 1.0\nelement vertex 6\n{XYZ}element face 2\n{FACES}end_header\n\
+         0 0 0 1 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n3 0 1 2 3 3 4 5\n"
+    );
+    let mesh = read(text).unwrap();
+    assert_eq!(mesh.positions().len(), 4);
+    assert_eq!(mesh.triangles(), [[0, 1, 2], [0, 1, 3]]);
+    assert_eq!(*mesh.normals(), Normals::AngleWeighted { triangles: vec![[0, 1, 2], [3, 4, 5]], count: 6 });
+}
+
+#[test]
+fn gzip_is_seen_by_its_first_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("m.ply.gz");
+    let mut encoder = flate2::write::GzEncoder::new(vec![], flate2::Compression::fast());
+    encoder.write_all(ascii(XYZ, 1, "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").as_bytes()).unwrap();
+    let bytes = encoder.finish().unwrap();
+    std::fs::write(&path, &bytes).unwrap();
+    assert_eq!(load_mesh(&path).unwrap().triangles(), [[0, 1, 2]]);
+    std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+    let found = message(load_mesh(&path));
+    assert!(found.starts_with("cannot decompress ") && found.contains("m.ply.gz: "), "{found}");
+}
+
+#[test]
+fn written_meshes_are_read_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("m.ply");
+    let third = 1.0 / 3.0;
+    let plain = Mesh::new(vec![DVec3::ZERO, DVec3::new(third, -0.1, 1e-300), DVec3::Y], vec![[0, 1, 2]]);
+    let plain = plain.unwrap().smooth();
+    write_ply(&path, &plain).unwrap();
+    assert_eq!(load_mesh(&path).unwrap(), plain);
+
+    let normals = vec![DVec3::X, DVec3::new(third, 0.0, 1.0)];
+    let given = Mesh::rectangle()
+        .with_normals(Normals::Given(Attribute { values: normals, triangles: vec![[0, 1, 0], [1, 1, 0]] }))
+        .unwrap();
+    write_ply(&path, &given).unwrap();
+    let read = load_mesh(&path).unwrap();
+    assert_eq!(read.positions(), given.positions());
+    assert_eq!(read.triangles(), given.triangles());
+    let corners = |mesh: &Mesh| -> Vec<(DVec3, DVec2)> {
+        let (Normals::Given(normals), Some(uvs)) = (mesh.normals(), mesh.uvs()) else { panic!("{mesh:?}") };
+        let of = |t: &Vec<[u32; 3]>| t.as_flattened().to_vec();
+        let pairs = of(&normals.triangles).into_iter().zip(of(&uvs.triangles));
+        pairs.map(|(n, uv)| (normals.values[n as usize], uvs.values[uv as usize])).collect()
+    };
+    assert_eq!(corners(&read), corners(&given));
+
+    write_ply(&path, &Mesh::new(vec![DVec3::X], vec![]).unwrap()).unwrap();
+    assert_eq!(load_mesh(&path).unwrap().positions(), [DVec3::X]);
+}
+
+#[test]
+fn headers_that_are_refused() {
+    let case = |lines: &str| message(read(format!("ply\nformat ascii 1.0\n{lines}")));
+    let vertex = format!("element vertex 3\n{XYZ}");
+    check_messages(&[
+        (message(read("")), "m.ply:1: expected \"ply\", found \"\""),
+        (message(read("plx\nformat")), "m.ply:1: expected \"ply\", found \"plx\""),
+        (message(read("ply\nformat ascii 1.0\n")), "m.ply:3: the file ends before end_header"),
+        (
+            message(read("ply\nformat text 1.0\n")),
+            "m.ply:2: expected format ascii, binary_little_endian or binary_big_endian 1.0, found \"format text \
+             1.0\"",
+        ),
+        (message(read("ply\nend_header\n")), "m.ply:2: the header has no line \"format …\""),
+        (
+            case("vertices 3\n"),
+            "m.ply:3: expected comment, format, element, property or end_header, found \"vertices 3\"",
+        ),
+        (case("element vertex -3\n"), "m.ply:3: expected element NAME COUNT, found \"element vertex -3\""),
+        (
+            case("property float x\n"),
+            "m.ply:3: expected an element before its properties, found \"property float x\"",
+        ),
+        (
+            case("element a 1\nproperty real x\n"),
+            "m.ply:4: expected property TYPE NAME or property list INTEGER_TYPE TYPE NAME, found \"property \
+             real x\"",
+        ),
+        (
+            case("element a 1\nproperty list float int x\n"),
+            "m.ply:4: expected property TYPE NAME or property list INTEGER_TYPE TYPE NAME, found \"property list \
+             float int x\"",
+        ),
+        (
+            case("element a 1\nproperty int x\nproperty int x\n"),
+            "m.ply:5: expected each property once, found \"property int x\"",
+        ),
+        (case("element a 1\nelement a 1\n"), "m.ply:4: expected each element once, found \"a\""),
+        (
+            case("element tristrips 1\n"),
+            "m.ply:3: the element \"tristrips\" is not supported; save the mesh with an element \"face\"",
+        ),
+        (case("end_header\n"), "m.ply:3: the header has no element vertex"),
+        (case(&format!("{vertex}end_header\n")), "m.ply:7: the header has no element face"),
+        (
+            case(&format!("{vertex}element face 1\nend_header\n")),
+            "m.ply:8: the header has no list vertex_index or vertex_indices in its element face",
+        ),
+        (
+            case(&format!("element face 1\n{FACES}{vertex}end_header\n")),
+            "m.ply:9: expected vertices before faces, found \"face\"",
+        ),
+        (
+            case("element face 1\nproperty list uchar float vertex_index\n"),
+            "m.ply:4: expected indices of an integer type, found \"property list uchar float vertex_index\"",
+        ),
+        (
+            message(read(ascii("property float x\nproperty float y\n", 1, ""))),
+            "m.ply: the header has no vertex properties x, y and z",
+        ),
+        (
+            message(read(ascii(&format!("{XYZ}property float nx\n"), 1, ""))),
+            "m.ply: the header has no vertex properties nx, ny and nz (all or none)",
+        ),
+        (
+            message(read(ascii(&format!("{XYZ}property float u\n"), 1, ""))),
+            "m.ply: the header has no vertex properties u and v (both or none)",
+        ),
+    ]);
+}
+
+#[test]
+fn bodies_that_are_refused() {
+    let corners = "0 0 0\n1 0 0\n0 1 0\n";
+    let case = |body: &str| message(read(ascii(XYZ, 1, body)));
+    let face = |face: &str| case(&format!("{corners}{face}"));
+    check_messages(&[
+        (case("0 0 0\n1 0"), "m.ply:12: the file ends before the end of vertex 1"),
+        (case("0 0 zero"), "m.ply:11: expected a number, found \"zero\""),
+        (case("0 0 nan 1 0 0 0 1 0 3 0 1 2"), "m.ply: position 0 is not finite"),
+        (face("3 0 1 3"), "m.ply:14: the face refers to vertex 3, but there are 3 so far"),
+        (face("3 0 1 -1"), "m.ply:14: the face refers to vertex -1, but there are 3 so far"),
+        (face("3 0 1 1.5"), "m.ply:14: expected a whole number, found \"1.5\""),
+        (face("2 0 1"), "m.ply:14: a face of 2 corners; a face needs at least 3"),
+        (face("-3 0 1 2"), "m.ply:14: expected the length of a list, found \"-3\""),
+        (
+            face("4000000000 0 1 2"),
+            "m.ply:14: the file ends before the 4000000000 values of the list \"vertex_indices\"",
+        ),
+        (face("3 0 1"), "m.ply:14: the file ends before the 3 values of the list \"vertex_indices\""),
+        (face("3 0 1 2\n3 0 1 2"), "m.ply:15: 7 bytes follow the last element that the header announces"),
+    ]);
+    let header = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex 3\n{XYZ}element face 4294967295\n{FACES}end_header\n"
+    );
+    let mut bytes = header.into_bytes();
+    assert_eq!(message(read(&bytes)), "m.ply, vertex 0: the file ends before the end of this element");
+    bytes.extend([0; 36]);
+    bytes.extend([3, 0, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0]);
+    assert_eq!(message(read(&bytes)), "m.ply, face 0: the face refers to vertex 9, but there are 3 so far");
+}
+
+/// Four billion elements of which the file has nothing must not take memory or time.
+#[test]
+fn counts_without_data_are_harmless() {
+    let text = format!(
+        "ply\nformat ascii 1.0\nelement nothing 18446744073709551615\nelement vertex 18446744073709551615\n{XYZ}\
+         element face 18446744073709551615\n{FACES}end_header\n0 0 0\n"
+    );
+    assert_eq!(message(read(text)), "m.ply:12: the file ends before the end of vertex 1");
+}
