@@ -1,24 +1,69 @@
-//! Warped-area sampling in three dimensions, on `flatland`'s warp machinery.
+//! Warped-area sampling in three dimensions, on `flatland`'s warp machinery: a path tracer for triangle meshes whose
+//! images come with their derivatives.
 //!
-//! What a renderer in space needs beyond the plane is one more [`Domain`](flatland::warp::Domain): the sphere of
-//! directions. Weights, stencils, debiasing, forward and reverse mode are those of
-//! [`flatland::warp`], unchanged.
+//! What a renderer in space needs beyond the plane is one more [`Domain`](flatland::warp::Domain): the
+//! [sphere](Sphere) of directions. Weights, stencils, debiasing, forward and reverse mode are those of
+//! [`flatland::warp`], unchanged, on the film and at every bounce.
+//!
+//! A scene is read from a file, [`io::load_scene`], or built:
 //!
 //! ```
-//! use flatland::random::stream;
-//! use flatland::warp::Warp;
-//! use glam::DVec3;
-//! use volume3d::Sphere;
+//! use glam::{DAffine3, DVec3};
+//! use volume3d::geometry::Mesh;
+//! use volume3d::gradient::{Change, Progress, WarpedArea};
+//! use volume3d::scene::{Camera, Description, Film, Filter, Integrator, Material, Scene};
 //!
-//! // A cap of directions turns about the x axis; everything else stands still.
-//! let cap = |u: DVec3| u.z > 0.5;
-//! let distance = |u: DVec3| u.z.acos() - 0.5_f64.acos();
-//! let stencil = Warp::default().stencil::<Sphere, _>(DVec3::Z, 10.0, &mut stream(0, &[]), |u| {
-//!     (u, if cap(u) { -distance(u) } else { f64::INFINITY })
-//! });
-//! let field = stencil.field(|&u| if cap(u) { DVec3::X.cross(u) } else { DVec3::ZERO });
-//! assert!(field.value.dot(DVec3::Z).abs() < 1e-12, "the field is tangent");
+//! let camera = Camera::look_at(DVec3::new(0.0, 1.5, 4.0), DVec3::new(0.0, 0.5, 0.0), DVec3::Y, 0.7);
+//! let film = Film { width: 16, height: 16, crop: None, filter: Filter::Tent { radius: 1.0 } };
+//! let mut description = Description::new(camera, film);
+//! description.integrator = Integrator { max_depth: Some(2), rr_depth: 5 };
+//! let white = description.add_material(Material::diffuse("white", DVec3::splat(0.7)));
+//! let floor = DAffine3::from_rotation_x(-1.5707963267948966) * DAffine3::from_scale(DVec3::splat(3.0));
+//! description.add_shape("floor", Mesh::rectangle().transformed(&floor), white);
+//! let block = DAffine3::from_translation(DVec3::Y) * DAffine3::from_scale(DVec3::splat(0.4));
+//! let block = description.add_shape("block", Mesh::cube().transformed(&block), white);
+//! let above = DAffine3::from_translation(3.0 * DVec3::Y) * DAffine3::from_rotation_x(1.5707963267948966);
+//! description.add_emitter("lamp", Mesh::rectangle().transformed(&above), DVec3::splat(4.0));
+//! let scene = Scene::new(description)?;
+//!
+//! // How does every pixel change when the block moves to the right? Its silhouette and its shadow move with it.
+//! let mut change = Change::still(&scene);
+//! change.translate(&scene, block, DVec3::X);
+//! let result = WarpedArea::default().forward(&scene, &change, &Progress::none())?;
+//! assert_eq!(result.gradient.len(), 16 * 16);
+//! assert!(result.gradient.iter().any(|g| g.x != 0.0) && result.non_finite.is_empty());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! # How it is built
+//!
+//! | room | holds |
+//! |---|---|
+//! | [`geometry`] | meshes, what is an edge of what is seen, the tracing of rays and bundles of rays |
+//! | [`scene`] | what a scene is made of, checked |
+//! | [`io`] | readers and writers that end in a value or a typed error |
+//! | `calculus` | numbers that carry a derivative, or record themselves for the reverse sweep |
+//! | `path` | the path tracer, written once over such numbers |
+//! | [`gradient`] | what may change; forward and reverse; one file a method |
+//!
+//! The path tracer is one program over a number type. With plain numbers it is the primal; with dual numbers, forward
+//! mode; with numbers that write to a tape, reverse mode. So the image is the same bit for bit with and without
+//! derivatives, forward and reverse are one linear map and its transpose, and the derivative of everything continuous
+//! is complete by construction. What is added by hand is what no differentiation of the program would find: the warp.
+//!
+//! # What is biased when
+//!
+//! | method | bias |
+//! |---|---|
+//! | [`gradient::WarpedArea`] with a multilevel or roulette [`Debias`](flatland::warp::Debias) | none |
+//! | with a fixed number of auxiliary rays | falls with that number; gradients come out too small |
+//! | with `warps: false` | the interior term alone: no silhouette, no shadow moves |
+//! | [`gradient::EdgeSampling`] | none |
+//! | [`gradient::Rotation`] | wherever edges in one kernel move differently |
+//! | [`gradient::FiniteDifference`] | ~ step² |
+//!
+//! What moves in an ideal mirror, or under a point or parallel light, has no unbiased estimate by any warp here, and is
+//! refused: [`gradient::Unsupported`].
 
 mod calculus;
 pub mod geometry;

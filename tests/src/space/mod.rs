@@ -1,17 +1,21 @@
 //! The test support of three dimensions: worlds of triangles and polygons whose answers are known.
 //!
+//! - [`campaign`]: estimates and exact values over many scenes.
 //! - [`constants`]: furnaces, uniform environments and form factors in closed form.
 //! - [`coverage`]: primary visibility of meshes of constant radiance: pixels and their derivatives,
 //!   exact, as a scene of the plane.
 //! - [`direct`]: pixels of a diffuse ground in such light, by adaptive quadrature.
 //! - [`irradiance`]: direct light from polygons past polygons, by Lambert's formula in dual numbers.
+//! - [`scenes`]: the same worlds as scenes of `volume3d`.
 //! - [`worlds`]: random cases of both, generic and degenerate.
 //!
-//! Plain data in, numbers out; nothing here knows a renderer.
+//! Plain data in, numbers out: nothing but [`campaign`] and [`scenes`] knows a renderer.
 
+pub mod campaign;
 pub mod constants;
 pub mod coverage;
 pub mod direct;
 pub mod irradiance;
+pub mod scenes;
 mod vector;
 pub mod worlds;

@@ -21,6 +21,31 @@ pub(crate) struct Warped<T> {
     pub(crate) jacobian: T,
 }
 
+/// What a warp of directions serves.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Kernel {
+    /// The concentration of auxiliary directions.
+    pub(crate) kappa: f64,
+    pub(crate) sees: Sees,
+}
+
+/// Which jumps the integrand has.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Sees {
+    /// Those of the radiance of everything.
+    Radiance,
+    /// Those of light from far beyond, which everything hides alike: its silhouettes only.
+    Beyond,
+    /// Those of light from a plane {y: n·y = d} with what hides it in front: silhouettes of what is nearer. The
+    /// border of the light itself is not among them: that is an integral of its own.
+    Before {
+        /// n.
+        normal: DVec3,
+        /// d.
+        offset: f64,
+    },
+}
+
 /// The parameters of a scene as numbers, and the warp of directions that goes with them.
 pub(crate) trait Calculus {
     /// What is computed with.
@@ -60,13 +85,16 @@ pub(crate) trait Calculus {
     /// parameter.
     fn wants_black(&self, material: usize) -> bool;
 
-    /// The warp at direction ω as seen from `origin` on triangle `from`, with auxiliary directions of
-    /// concentration κ.
+    /// Random numbers beside those of the path, for integrals that only derivatives have; nothing if there are
+    /// no derivatives.
+    fn beside(&mut self) -> Option<f64>;
+
+    /// The warp at direction ω as seen from `origin` on triangle `from`.
     fn warp(
         &mut self,
         origin: Vec3<Self::Number>,
         from: u32,
         direction: DVec3,
-        kappa: f64,
+        kernel: Kernel,
     ) -> Warped<Self::Number>;
 }

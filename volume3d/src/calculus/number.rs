@@ -27,6 +27,9 @@ pub(crate) trait Number:
     /// f(self), given its value and f′ there.
     fn chain(self, value: f64, derivative: f64) -> Self;
 
+    /// Whether it has no derivative but 0.
+    fn is_still(self) -> bool;
+
     /// √x; its derivative at 0 is taken as 0.
     fn sqrt(self) -> Self {
         let root = self.value().sqrt();
@@ -62,6 +65,10 @@ impl Number for f64 {
     fn chain(self, value: f64, _: f64) -> Self {
         value
     }
+
+    fn is_still(self) -> bool {
+        true
+    }
 }
 
 /// A number with its derivatives along N directions at once.
@@ -92,6 +99,10 @@ impl<const N: usize> Number for Dual<N> {
 
     fn chain(self, value: f64, derivative: f64) -> Self {
         Self::new(value, self.tangent.map(|t| derivative * t))
+    }
+
+    fn is_still(self) -> bool {
+        self.tangent == [0.0; N]
     }
 }
 

@@ -165,6 +165,10 @@ impl<'t, I: Copy + std::fmt::Debug> Number for Variable<'t, I> {
     fn chain(self, value: f64, derivative: f64) -> Self {
         self.binary(Self::constant(0.0), value, [derivative, 0.0])
     }
+
+    fn is_still(self) -> bool {
+        !self.is_recorded()
+    }
 }
 
 impl<I: Copy> Add for Variable<'_, I> {

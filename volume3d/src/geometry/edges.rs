@@ -9,13 +9,23 @@ use crate::scene::{NONE, Reflectance, Scene, Triangle};
 /// What lies beyond an edge of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Beyond {
-    /// Nothing that continues the surface and its shading: from wherever the edge is seen, what is seen jumps
-    /// there. A border, an edge of three triangles or more, a crease of flat shading, a seam of normals or of
-    /// a texture.
-    Jump,
-    /// Another triangle that continues surface and shading. What is seen jumps where only one of the two
-    /// faces the viewer.
-    Smooth { triangle: u32 },
+    /// Nothing that continues the surface: from wherever the edge is seen, what is seen jumps there. A border, or an
+    /// edge of three triangles or more.
+    Border,
+    /// Another triangle that continues the surface, but not its shading: a crease of flat shading, a seam of
+    /// normals or of a texture. The radiance jumps there; what the surface covers does not.
+    Crease(u32),
+    /// Another triangle that continues surface and shading.
+    Smooth(u32),
+}
+
+/// What must not jump within a field.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Jumps {
+    /// The radiance that is seen: borders, silhouettes and creases.
+    Radiance,
+    /// What covers what: borders and silhouettes.
+    Visibility,
 }
 
 /// The edges of all triangles of a scene.
@@ -23,8 +33,8 @@ enum Beyond {
 pub(crate) struct Edges {
     /// For edge k of a triangle, from corner k to corner k + 1.
     beyond: Vec<[Beyond; 3]>,
-    /// The smallest radius of curvature around each triangle, from the angles between faces; infinite where
-    /// all edges are jumps or flat.
+    /// The smallest radius of curvature around each triangle, from the angles to the faces that continue its
+    /// surface; infinite where it is flat or alone.
     radius: Vec<f64>,
 }
 
@@ -37,18 +47,20 @@ impl Edges {
                 sides.entry([a.min(b), a.max(b)]).or_default().push((t as u32, k as u8));
             }
         }
-        let mut beyond = vec![[Beyond::Jump; 3]; scene.triangles.len()];
+        let mut beyond = vec![[Beyond::Border; 3]; scene.triangles.len()];
         let mut radius = vec![f64::INFINITY; scene.triangles.len()];
         for pair in sides.values() {
             let &[(s, i), (t, j)] = pair.as_slice() else { continue };
-            let continues = continues(scene, (s, i as usize), (t, j as usize));
-            if continues {
-                beyond[s as usize][i as usize] = Beyond::Smooth { triangle: t };
-                beyond[t as usize][j as usize] = Beyond::Smooth { triangle: s };
-                let r = radius_across(scene, s, t);
-                for face in [s, t] {
-                    radius[face as usize] = radius[face as usize].min(r);
-                }
+            let (i, j) = (i as usize, j as usize);
+            if !surface_continues(scene, (s, i), (t, j)) {
+                continue;
+            }
+            let kind = if shading_continues(scene, (s, i), (t, j)) { Beyond::Smooth } else { Beyond::Crease };
+            beyond[s as usize][i] = kind(t);
+            beyond[t as usize][j] = kind(s);
+            let r = radius_across(scene, s, t);
+            for face in [s, t] {
+                radius[face as usize] = radius[face as usize].min(r);
             }
         }
         Self { beyond, radius }
@@ -67,6 +79,7 @@ impl Edges {
         origin: DVec3,
         direction: DVec3,
         distance: f64,
+        jumps: Jumps,
     ) -> f64 {
         let corners = scene.triangles[triangle as usize].positions;
         let p = corners.map(|i| scene.positions[i as usize] - origin);
@@ -79,11 +92,14 @@ impl Edges {
             nearest = 0.5 * radius * cosine_squared / distance;
         }
         for (k, beyond) in self.beyond[triangle as usize].into_iter().enumerate() {
-            let jumps = match beyond {
-                Beyond::Jump => true,
-                Beyond::Smooth { triangle } => facing * self.facing(scene, triangle, origin) <= 0.0,
+            let jumps_here = match beyond {
+                Beyond::Border => true,
+                Beyond::Crease(_) if jumps == Jumps::Radiance => true,
+                Beyond::Crease(other) | Beyond::Smooth(other) => {
+                    facing * facing_of(scene, other, origin) <= 0.0
+                }
             };
-            if jumps {
+            if jumps_here {
                 let plane = p[k].cross(p[(k + 1) % 3]);
                 nearest = nearest.min((plane.dot(direction) / plane.length()).abs());
             }
@@ -91,28 +107,37 @@ impl Edges {
         nearest
     }
 
-    fn facing(&self, scene: &Scene, triangle: u32, origin: DVec3) -> f64 {
-        let [a, b, c] = scene.triangles[triangle as usize].positions.map(|i| scene.positions[i as usize]);
-        (b - a).cross(c - a).dot(a - origin)
+    /// Whether what is seen jumps at edge k of a triangle from wherever it is seen, and not at silhouettes only.
+    pub(crate) fn jumps(&self, triangle: u32, k: usize) -> bool {
+        !matches!(self.beyond[triangle as usize][k], Beyond::Smooth(_))
     }
+}
+
+/// Positive where a point is behind a triangle, negative where it is before it.
+fn facing_of(scene: &Scene, triangle: u32, origin: DVec3) -> f64 {
+    let [a, b, c] = scene.triangles[triangle as usize].positions.map(|i| scene.positions[i as usize]);
+    (b - a).cross(c - a).dot(a - origin)
 }
 
 fn edge(triangle: &Triangle, k: usize) -> [u32; 2] {
     [triangle.positions[k], triangle.positions[(k + 1) % 3]]
 }
 
-/// Whether surface, normals and texture go on across an edge.
-fn continues(scene: &Scene, (s, i): (u32, usize), (t, j): (u32, usize)) -> bool {
+/// Whether the surface goes on across an edge: the two must run along it in opposite senses, or front and back
+/// meet in it.
+fn surface_continues(scene: &Scene, (s, i): (u32, usize), (t, j): (u32, usize)) -> bool {
+    let (s, t) = (&scene.triangles[s as usize], &scene.triangles[t as usize]);
+    edge(s, i) != edge(t, j) && s.shape == t.shape
+}
+
+/// Whether normals and texture go on across an edge.
+fn shading_continues(scene: &Scene, (s, i): (u32, usize), (t, j): (u32, usize)) -> bool {
     let (s, t) = (&scene.triangles[s as usize], &scene.triangles[t as usize]);
     let ends = |triangle: &Triangle, table: [u32; 3], k: usize| {
         let flipped = edge(triangle, k)[0] > edge(triangle, k)[1];
         let [a, b] = [table[k], table[(k + 1) % 3]];
         if flipped { [b, a] } else { [a, b] }
     };
-    // The two must run along the edge in opposite senses, or front and back meet in it.
-    if edge(s, i) == edge(t, j) || s.shape != t.shape {
-        return false;
-    }
     let shape = &scene.description.shapes[s.shape as usize];
     let textured =
         matches!(scene.description.materials[shape.material].bsdf.reflectance(), Reflectance::Texture(_));

@@ -5,5 +5,5 @@ mod edges;
 mod mesh;
 
 pub use accelerator::{Accelerator, Hit, Ray};
-pub(crate) use edges::Edges;
+pub(crate) use edges::{Edges, Jumps};
 pub use mesh::{Attribute, Mesh, MeshError, Normals};

@@ -1,12 +1,14 @@
 //! Auxiliary rays in a scene: what they hit, and the stencils they make.
 
-use flatland::random::Stream;
-use flatland::warp::{Bundle, Plane, Stencil, Warp};
+use flatland::random::{Stream, open01};
+use flatland::warp::{Bundle, Plane, Warp};
 use glam::{DVec2, DVec3};
 
+use super::rigid::{Following, Rigid, Warping};
 use crate::Sphere;
-use crate::geometry::Hit;
-use crate::path::Paths;
+use crate::calculus::{Kernel, Sees};
+use crate::geometry::{Hit, Jumps};
+use crate::path::{Paths, SHORT};
 use crate::scene::Scene;
 
 /// What an auxiliary ray of a bounce hit.
@@ -75,13 +77,22 @@ impl MovingBounds {
     }
 }
 
+/// How the velocities of what auxiliary rays see become a field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Construction {
+    /// Weighted with regard to boundaries; velocities fade away from jumps, or do not.
+    Weighted { fades: bool },
+    /// One rigid motion per kernel, that of the nearest of so many points.
+    Followed { candidates: usize },
+}
+
 /// Who traces auxiliary rays.
 #[derive(Debug)]
 pub(crate) struct Auxiliary<'s> {
     pub(crate) paths: &'s Paths<'s>,
     pub(crate) warp: &'s Warp,
     pub(crate) moving: &'s MovingBounds,
-    pub(crate) fades: bool,
+    pub(crate) construction: Construction,
     pub(crate) rng: Stream,
     /// How many rays have been traced.
     pub(crate) rays: u64,
@@ -94,10 +105,10 @@ impl<'s> Auxiliary<'s> {
         paths: &'s Paths<'s>,
         warp: &'s Warp,
         moving: &'s MovingBounds,
-        fades: bool,
+        construction: Construction,
         rng: Stream,
     ) -> Self {
-        Self { paths, warp, moving, fades, rng, rays: 0, directions: vec![], hits: vec![] }
+        Self { paths, warp, moving, construction, rng, rays: 0, directions: vec![], hits: vec![] }
     }
 
     /// The stencil at direction ω as seen from x on a triangle; nothing where nothing seen can move.
@@ -106,9 +117,14 @@ impl<'s> Auxiliary<'s> {
         x: DVec3,
         from: u32,
         direction: DVec3,
-        kappa: f64,
+        kernel: Kernel,
         x_moves: bool,
-    ) -> Option<Stencil<Sphere, Seen>> {
+    ) -> Option<Warping<Sphere>> {
+        let kappa = kernel.kappa;
+        if let Construction::Followed { candidates } = self.construction {
+            return self.follow::<Sphere>(x, Some(from), direction, kappa, candidates, x_moves, |d| d);
+        }
+        let fades = self.construction == Construction::Weighted { fades: true };
         let bundle: Bundle<Sphere> = self.warp.bundle(direction, kappa, &mut self.rng);
         self.directions.clear();
         self.directions.extend(bundle.points());
@@ -121,14 +137,19 @@ impl<'s> Auxiliary<'s> {
             .iter()
             .zip(&self.hits)
             .map(|(&direction, &hit)| {
+                let hit = hit.filter(|h| counts(kernel.sees, x, direction, h.distance));
+                let jumps = match kernel.sees {
+                    Sees::Radiance => Jumps::Radiance,
+                    Sees::Beyond | Sees::Before { .. } => Jumps::Visibility,
+                };
                 let distance = hit.map_or(f64::INFINITY, |h| {
-                    scene.edges.angular_distance(scene, h.triangle, x, direction, h.distance)
+                    scene.edges.angular_distance(scene, h.triangle, x, direction, h.distance, jumps)
                 });
-                let nearness = if self.fades { self.warp.nearness(distance, kappa) } else { 1.0 };
+                let nearness = if fades { self.warp.nearness(distance, kappa) } else { 1.0 };
                 (Seen { hit, direction, nearness }, distance)
             })
             .collect();
-        Some(self.warp.stencil_of(bundle, kappa, hits))
+        Some(Warping::Weighted(self.warp.stencil_of(bundle, kappa, hits)))
     }
 
     /// The stencil at a point of the film; nothing where nothing seen can move. `ray` turns film points into
@@ -141,7 +162,10 @@ impl<'s> Auxiliary<'s> {
         ray: impl Fn(DVec2) -> DVec3,
         scale: impl Fn(DVec3) -> f64,
         camera_moves: bool,
-    ) -> Option<Stencil<Plane, Seen>> {
+    ) -> Option<Warping<Plane>> {
+        if let Construction::Followed { candidates } = self.construction {
+            return self.follow::<Plane>(origin, None, u, kappa, candidates, camera_moves, ray);
+        }
         let bundle: Bundle<Plane> = self.warp.bundle(u, kappa, &mut self.rng);
         self.directions.clear();
         self.directions.extend(bundle.points().map(ray));
@@ -156,12 +180,50 @@ impl<'s> Auxiliary<'s> {
             .map(|(&direction, &hit)| {
                 let distance = hit.map_or(f64::INFINITY, |h| {
                     scale(direction)
-                        * scene.edges.angular_distance(scene, h.triangle, origin, direction, h.distance)
+                        * scene.edges.angular_distance(
+                            scene,
+                            h.triangle,
+                            origin,
+                            direction,
+                            h.distance,
+                            Jumps::Radiance,
+                        )
                 });
                 (Seen { hit, direction, nearness: 1.0 }, distance)
             })
             .collect();
-        Some(self.warp.stencil_of(bundle, kappa, hits))
+        Some(Warping::Weighted(self.warp.stencil_of(bundle, kappa, hits)))
+    }
+
+    /// The nearest of some points of a kernel around μ, which is drawn from the kernel around u: what is nearest
+    /// hides the rest, and its edge is the one that is seen.
+    #[expect(clippy::too_many_arguments, reason = "a ray's origin and the kernel's place are told apart")]
+    fn follow<D: Rigid>(
+        &mut self,
+        origin: DVec3,
+        from: Option<u32>,
+        u: D::Vector,
+        kappa: f64,
+        candidates: usize,
+        origin_moves: bool,
+        ray: impl Fn(D::Vector) -> DVec3,
+    ) -> Option<Warping<D>> {
+        let mut draw = |at| {
+            let xi = [open01(&mut self.rng), open01(&mut self.rng)];
+            D::draw(at, kappa, 1.0, xi).point
+        };
+        let centre = draw(u);
+        let points: Vec<D::Vector> = (0..candidates).map(|_| draw(centre)).collect();
+        self.directions.clear();
+        self.directions.extend(points.iter().map(|&p| ray(p)));
+        if !self.trace(origin, from, origin_moves) {
+            return None;
+        }
+        let nearest = (0..candidates).filter_map(|i| Some((i, self.hits[i]?)));
+        let (i, hit) = nearest.min_by(|a, b| a.1.distance.total_cmp(&b.1.distance))?;
+        let seen = Seen { hit: Some(hit), direction: self.directions[i], nearness: 1.0 };
+        let slope = D::project(u, centre - u) * kappa;
+        Some(Warping::Followed(Following { point: u, at: points[i], seen, slope }))
     }
 
     fn trace(&mut self, origin: DVec3, from: Option<u32>, origin_moves: bool) -> bool {
@@ -171,5 +233,17 @@ impl<'s> Auxiliary<'s> {
         self.rays += self.directions.len() as u64;
         self.paths.closest_bundle(origin, &self.directions, from, &mut self.hits);
         true
+    }
+}
+
+/// Whether a hit hides what the integrand is about: whether it lies before the plane of a flat light.
+fn counts(sees: Sees, x: DVec3, direction: DVec3, distance: f64) -> bool {
+    match sees {
+        Sees::Radiance | Sees::Beyond => true,
+        Sees::Before { normal, offset } => {
+            // Before the light n·y > d. The light's own plane must not hide it.
+            let height = normal.dot(x) - offset;
+            normal.dot(direction) * distance + height > SHORT * height
+        }
     }
 }

@@ -123,6 +123,32 @@ impl FilmPlane {
         self.focal / direction.dot(camera.forward)
     }
 
+    /// The film point at which a point of space before the camera is seen.
+    pub(crate) fn project<T: Number>(&self, frame: &Frame<T>, point: Vec3<T>) -> [T; 2] {
+        let way = point - frame.origin;
+        let scale = frame.focal / way.dot(frame.forward);
+        [
+            T::constant(self.centre.x) + way.dot(frame.right) * scale,
+            T::constant(self.centre.y) - way.dot(frame.up) * scale,
+        ]
+    }
+
+    /// The cell a film point falls into, if samples there reach any pixel.
+    pub(crate) fn cell(&self, u: DVec2) -> Option<(usize, usize)> {
+        let at = (u - self.corner).floor() + self.reach as f64;
+        let (i, j) = (at.x as usize, at.y as usize);
+        let inside =
+            at.min_element() >= 0.0 && i < self.columns + 2 * self.reach && j < self.rows + 2 * self.reach;
+        (inside && self.cell_counts(i, j)).then_some((i, j))
+    }
+
+    /// Lower and upper corner of all cells.
+    pub(crate) fn bounds(&self) -> (DVec2, DVec2) {
+        let reach = self.reach as f64;
+        let size = DVec2::new(self.columns as f64, self.rows as f64);
+        (self.corner - reach, self.corner + size + reach)
+    }
+
     /// The velocity on the film of a point seen along a direction, as a linear form in (ẋ − ȯ)/distance, the
     /// camera's angular velocity and the rate of its field of view.
     pub(crate) fn velocity(&self, camera: &Camera, direction: DVec3) -> FilmVelocity {

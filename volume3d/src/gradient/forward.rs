@@ -1,5 +1,6 @@
 //! Forward mode: numbers with the derivative along one change.
 
+use flatland::random::open01;
 use flatland::warp::{Domain, Vector};
 use glam::{DVec2, DVec3};
 
@@ -7,7 +8,7 @@ use super::auxiliary::{Auxiliary, Seen};
 use super::film::FilmPlane;
 use super::motion::Motion;
 use crate::Sphere;
-use crate::calculus::{Calculus, Dual, Frame, Number, Rgb, Vec3, Warped};
+use crate::calculus::{Calculus, Dual, Frame, Kernel, Number, Rgb, Vec3, Warped};
 use crate::scene::{Environment, Scene};
 
 /// Which part of a derivative a tangent is. With three lanes the terms are kept apart:
@@ -157,12 +158,22 @@ impl<const N: usize> Calculus for Forward<'_, N> {
         self.motion.change.reflectance[material] != DVec3::ZERO
     }
 
-    fn warp(&mut self, origin: Vec3<Dual<N>>, from: u32, direction: DVec3, kappa: f64) -> Warped<Dual<N>> {
+    fn beside(&mut self) -> Option<f64> {
+        self.auxiliary.as_mut().map(|a| open01(&mut a.rng))
+    }
+
+    fn warp(
+        &mut self,
+        origin: Vec3<Dual<N>>,
+        from: u32,
+        direction: DVec3,
+        kernel: Kernel,
+    ) -> Warped<Dual<N>> {
         let still = Warped { direction: Vec3::constant(direction), jacobian: Dual::constant(1.0) };
         let rates: [DVec3; N] = std::array::from_fn(|l| lane(origin, l));
         let moves = rates.iter().any(|r| *r != DVec3::ZERO);
         let Some(auxiliary) = &mut self.auxiliary else { return still };
-        let stencil = auxiliary.on_sphere(origin.value(), from, direction, kappa, moves);
+        let stencil = auxiliary.on_sphere(origin.value(), from, direction, kernel, moves);
         let Some(stencil) = stencil else { return still };
         let mut warped = still;
         for l in 0..N {

@@ -15,7 +15,7 @@ pub(super) const GROUPS: usize = 8;
 const TILE: usize = 16;
 
 fn group_size(samples: usize) -> usize {
-    samples.div_ceil(GROUPS)
+    samples.div_ceil(GROUPS).max(1)
 }
 
 /// The group of a sample.

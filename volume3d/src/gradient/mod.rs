@@ -4,6 +4,7 @@ mod auxiliary;
 mod change;
 mod displaced;
 mod driver;
+mod edge_sampling;
 mod error;
 mod film;
 mod finite_difference;
@@ -14,17 +15,21 @@ mod primal;
 mod progress;
 mod result;
 mod reverse;
+mod rigid;
+mod rotation;
 mod strip;
 #[cfg(test)]
 mod tests;
 mod warped_area;
 
 pub use change::{CameraChange, Change, Unsupported, Wanted};
+pub use edge_sampling::EdgeSampling;
 pub use error::GradientError;
 pub use finite_difference::FiniteDifference;
 pub use primal::render;
 pub use progress::{Progress, Stopped};
 pub use result::{GradientImage, Image, NonFinite, Terms};
+pub use rotation::Rotation;
 pub use warped_area::WarpedArea;
 
 /// Streams of random numbers, by what they are for: a path is the same whether its gradient is taken or not.

@@ -2,14 +2,16 @@
 
 use std::cell::RefCell;
 
-use flatland::warp::{Domain, Plane, Stencil};
+use flatland::random::open01;
+use flatland::warp::{Domain, Plane};
 use glam::{DVec2, DVec3};
 
 use super::auxiliary::{Auxiliary, Seen};
 use super::film::FilmPlane;
+use super::rigid::Warping;
 use super::{Change, Wanted};
 use crate::Sphere;
-use crate::calculus::{Adjoints, Calculus, Frame, Number, Rgb, Tape, Variable, Vec3, Warped};
+use crate::calculus::{Adjoints, Calculus, Frame, Kernel, Number, Rgb, Tape, Variable, Vec3, Warped};
 use crate::scene::{Environment, Light, Scene};
 
 /// What the inputs of a tape are.
@@ -39,7 +41,7 @@ pub(crate) type Recorded<'t> = Variable<'t, Input>;
 /// A warp at a bounce.
 #[derive(Debug)]
 struct BounceWarp<'t> {
-    stencil: Stencil<Sphere, Seen>,
+    warping: Warping<Sphere>,
     origin: Vec3<Recorded<'t>>,
 }
 
@@ -73,7 +75,7 @@ pub(crate) struct Reverse<'s, 't> {
     pub(crate) tape: &'t Tape<Input>,
     pub(crate) auxiliary: Option<Auxiliary<'s>>,
     pub(crate) film: FilmPlane,
-    film_warp: Option<Stencil<Plane, Seen>>,
+    film_warp: Option<Warping<Plane>>,
     warps: RefCell<Vec<BounceWarp<'t>>>,
 }
 
@@ -189,8 +191,8 @@ impl<'s, 't> Reverse<'s, 't> {
             Input::FilmWarp => self.scatter_film(DVec2::new(a[0], a[1]), a[2], sink),
             Input::Warp(record) => {
                 let warps = self.warps.borrow();
-                let BounceWarp { stencil, origin } = &warps[record as usize];
-                stencil.scatter(vector(), a[3], |seen, covector| {
+                let BounceWarp { warping, origin } = &warps[record as usize];
+                warping.scatter(vector(), a[3], |seen, covector| {
                     let Some(hit) = seen.hit else { return };
                     let c = Sphere::project(seen.direction, covector) * (seen.nearness / hit.distance);
                     self.scatter_hit(seen, c, sink);
@@ -296,20 +298,24 @@ impl<'t> Calculus for Reverse<'_, 't> {
         self.inputs.wanted.materials[material]
     }
 
+    fn beside(&mut self) -> Option<f64> {
+        self.auxiliary.as_mut().map(|a| open01(&mut a.rng))
+    }
+
     fn warp(
         &mut self,
         origin: Vec3<Recorded<'t>>,
         from: u32,
         direction: DVec3,
-        kappa: f64,
+        kernel: Kernel,
     ) -> Warped<Recorded<'t>> {
         let constant = || Warped { direction: Vec3::constant(direction), jacobian: Recorded::constant(1.0) };
         let Some(auxiliary) = &mut self.auxiliary else { return constant() };
         let moves = origin.x.is_recorded() || origin.y.is_recorded() || origin.z.is_recorded();
-        let stencil = auxiliary.on_sphere(origin.value(), from, direction, kappa, moves);
+        let stencil = auxiliary.on_sphere(origin.value(), from, direction, kernel, moves);
         let Some(stencil) = stencil else { return constant() };
         let warps = self.warps.get_mut();
-        warps.push(BounceWarp { stencil, origin });
+        warps.push(BounceWarp { warping: stencil, origin });
         let id = Input::Warp(warps.len() as u32 - 1);
         let [x, y, z, jacobian] = self.tape.inputs(id, [direction.x, direction.y, direction.z, 1.0]);
         Warped { direction: Vec3::new(x, y, z), jacobian }

@@ -8,20 +8,20 @@ use super::*;
 use crate::geometry::Mesh;
 use crate::scene::{Camera, Description, Environment, Film, Filter, Integrator, Material, Scene};
 
-fn film(width: usize, filter: Filter) -> Film {
+pub(super) fn film(width: usize, filter: Filter) -> Film {
     Film { width, height: width, crop: None, filter }
 }
 
-fn filters() -> [Filter; 3] {
+pub(super) fn filters() -> [Filter; 3] {
     [Filter::Box, Filter::Tent { radius: 1.0 }, Filter::Gaussian { deviation: 0.5 }]
 }
 
-fn at(x: f64, y: f64, z: f64, scale: f64) -> DAffine3 {
+pub(super) fn at(x: f64, y: f64, z: f64, scale: f64) -> DAffine3 {
     DAffine3::from_scale_rotation_translation(DVec3::splat(scale), DQuat::IDENTITY, DVec3::new(x, y, z))
 }
 
 /// A square of radiance 2 in front of a camera that looks along −z, on radiance 0.5.
-fn square(filter: Filter) -> Scene {
+pub(super) fn square(filter: Filter) -> Scene {
     let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 1.0);
     let mut d = Description::new(camera, film(6, filter));
     d.add_emitter("square", Mesh::rectangle().transformed(&at(0.05, -0.02, -3.0, 0.7)), DVec3::splat(2.0));
@@ -31,7 +31,7 @@ fn square(filter: Filter) -> Scene {
 }
 
 /// A room with a lamp and a block, some walls glossy, some smooth.
-fn room(filter: Filter) -> Scene {
+pub(super) fn room(filter: Filter) -> Scene {
     let camera = Camera::look_at(DVec3::new(0.1, 0.2, 2.5), DVec3::ZERO, DVec3::Y, 0.9);
     let mut d = Description::new(camera, film(6, filter));
     d.integrator = Integrator { max_depth: Some(4), rr_depth: 3 };
@@ -56,15 +56,15 @@ fn room(filter: Filter) -> Scene {
     Scene::new(d).unwrap()
 }
 
-fn up() -> DAffine3 {
+pub(super) fn up() -> DAffine3 {
     DAffine3::from_rotation_x(std::f64::consts::FRAC_PI_2)
 }
 
-fn down() -> DAffine3 {
+pub(super) fn down() -> DAffine3 {
     DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2)
 }
 
-fn random_change(scene: &Scene, seed: u64) -> Change {
+pub(super) fn random_change(scene: &Scene, seed: u64) -> Change {
     let mut rng = stream(seed, &[]);
     let mut random = || DVec3::from_array(std::array::from_fn(|_| open01(&mut rng) - 0.5));
     let mut change = Change::still(scene);
@@ -129,6 +129,11 @@ fn forward_and_reverse_are_transposes() {
             let (forward, reverse) = (pair(&image.gradient), gradient.dot(&change));
             let split = pair(&terms.gradient);
             assert!((forward - reverse).abs() < 1e-9 * forward.abs().max(1.0), "{forward} {reverse}");
+            let rotation = Rotation { samples: 4, ..Rotation::default() };
+            let rotated = rotation.forward(&scene, &change, &Progress::none()).unwrap();
+            let pulled = rotation.reverse(&scene, &adjoint, &wanted, &Progress::none()).unwrap();
+            let (a, b) = (pair(&rotated.gradient), pulled.dot(&change));
+            assert!((a - b).abs() < 1e-9 * a.abs().max(1.0), "rotation: {a} {b}");
             assert!((forward - split).abs() < 1e-9 * forward.abs().max(1.0), "{forward} {split}");
         }
     }

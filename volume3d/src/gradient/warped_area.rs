@@ -5,7 +5,7 @@ use flatland::warp::Warp;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::auxiliary::{Auxiliary, MovingBounds};
+use super::auxiliary::{Auxiliary, Construction, MovingBounds};
 use super::change::{Change, Wanted, supported};
 use super::driver::{CellSink, over_film, waves};
 use super::error::GradientError;
@@ -62,6 +62,7 @@ struct Job<'s> {
     paths: Paths<'s>,
     film: FilmPlane,
     baseline: Image,
+    construction: Construction,
 }
 
 impl WarpedArea {
@@ -75,7 +76,7 @@ impl WarpedArea {
         change: &Change,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
-        self.image::<1, 6>(scene, change, progress)
+        self.image::<1, 6>(scene, change, self.construction(), progress)
     }
 
     /// The same, with interior, primary and secondary term apart.
@@ -88,7 +89,7 @@ impl WarpedArea {
         change: &Change,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
-        self.image::<3, 15>(scene, change, progress)
+        self.image::<3, 15>(scene, change, self.construction(), progress)
     }
 
     /// Σ over pixels and channels of adjoint · dI/dθ, for every wanted parameter θ at once: the transpose of
@@ -103,12 +104,27 @@ impl WarpedArea {
         wanted: &Wanted,
         progress: &Progress,
     ) -> Result<Change, GradientError> {
+        self.pull(scene, adjoint, wanted, self.construction(), progress)
+    }
+
+    fn construction(&self) -> Construction {
+        Construction::Weighted { fades: self.fades }
+    }
+
+    pub(super) fn pull(
+        &self,
+        scene: &Scene,
+        adjoint: &[DVec3],
+        wanted: &Wanted,
+        construction: Construction,
+        progress: &Progress,
+    ) -> Result<Change, GradientError> {
         let (width, height) = scene.size();
         if adjoint.len() != width * height {
             return Err(GradientError::Adjoint { found: adjoint.len(), width, height });
         }
         self.check(scene, wanted.is_geometric(), 1)?;
-        let job = self.job(scene, progress)?;
+        let job = self.job(scene, construction, progress)?;
         let inputs = Inputs::new(scene, wanted);
         let bounds = MovingBounds::new(scene, &wanted.shapes);
         let rows = job.rows();
@@ -145,23 +161,34 @@ impl WarpedArea {
         Ok(())
     }
 
-    fn job<'s>(&'s self, scene: &'s Scene, progress: &Progress) -> Result<Job<'s>, GradientError> {
+    fn job<'s>(
+        &'s self,
+        scene: &'s Scene,
+        construction: Construction,
+        progress: &Progress,
+    ) -> Result<Job<'s>, GradientError> {
         let paths = Paths::new(scene, self.kernels);
-        let baseline = primal(&paths, self.baseline, self.seed ^ BASELINE, progress)?;
-        Ok(Job { method: self, paths, film: FilmPlane::new(scene), baseline })
+        let (width, height) = scene.size();
+        let baseline = match self.baseline {
+            0 => Image { width, height, pixels: vec![], standard_error: vec![], non_finite: vec![] },
+            samples => primal(&paths, samples, self.seed ^ BASELINE, progress)?,
+        };
+        let film = FilmPlane::new(scene);
+        Ok(Job { method: self, paths, film, baseline, construction })
     }
 
-    fn image<const N: usize, const K: usize>(
+    pub(super) fn image<const N: usize, const K: usize>(
         &self,
         scene: &Scene,
         change: &Change,
+        construction: Construction,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
         if !change.fits(scene) {
             return Err(GradientError::Change);
         }
         self.check(scene, change.is_geometric(), 1)?;
-        let job = self.job(scene, progress)?;
+        let job = self.job(scene, construction, progress)?;
         let motion = Motion::new(scene, change);
         let begin = || {
             let auxiliary = job.auxiliary(&motion.bounds);
@@ -192,7 +219,8 @@ impl Job<'_> {
     fn auxiliary<'a>(&'a self, bounds: &'a MovingBounds) -> Option<Auxiliary<'a>> {
         let method = self.method;
         method.warps.then(|| {
-            Auxiliary::new(&self.paths, &method.warp, bounds, method.fades, stream(method.seed, &[AUXILIARY]))
+            let rng = stream(method.seed, &[AUXILIARY]);
+            Auxiliary::new(&self.paths, &method.warp, bounds, self.construction, rng)
         })
     }
 

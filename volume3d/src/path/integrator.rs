@@ -8,7 +8,7 @@ use super::escape::distant;
 use super::lights::{LightId, Lights, Towards};
 use super::sequence::Sequence;
 use super::surface::SurfacePoint;
-use crate::calculus::{Calculus, Number, Rgb, Vec3, Warped};
+use crate::calculus::{Calculus, Kernel, Number, Rgb, Sees, Vec3, Warped};
 use crate::geometry::{Hit, Ray};
 use crate::scene::{Environment, Light, Scene};
 
@@ -28,7 +28,7 @@ pub struct Kernels {
 
 impl Default for Kernels {
     fn default() -> Self {
-        Self { film: 44.0, surface: 20.0, relative: 2.0 }
+        Self { film: 8.0, surface: 20.0, relative: 2.0 }
     }
 }
 
@@ -37,7 +37,7 @@ impl Default for Kernels {
 const NEAR: f64 = 1e-13;
 
 /// A shadow ray ends this part before the light: the light itself must not be in its own way.
-const SHORT: f64 = 1e-10;
+pub(crate) const SHORT: f64 = 1e-10;
 
 /// Russian roulette never ends a path with a probability below 1 − this.
 const SURVIVAL: f64 = 0.95;
@@ -86,6 +86,17 @@ impl<'s> Paths<'s> {
         self.scene.accelerator.closest(&Ray { origin, direction, near, far: f64::INFINITY, from })
     }
 
+    /// The nearest hit that is farther away than rounding.
+    pub(crate) fn beyond(&self, origin: DVec3, direction: DVec3, near: f64) -> Option<Hit> {
+        self.scene.accelerator.closest(&Ray { origin, direction, near, far: f64::INFINITY, from: None })
+    }
+
+    /// Whether anything is in the way between the distances `near` and `far`, the latter less rounding.
+    pub(crate) fn blocked(&self, origin: DVec3, direction: DVec3, near: f64, far: f64) -> bool {
+        let far = far * (1.0 - SHORT);
+        self.scene.accelerator.occluded(&Ray { origin, direction, near, far, from: None })
+    }
+
     /// Many rays from one origin.
     pub(crate) fn closest_bundle(
         &self,
@@ -107,11 +118,23 @@ impl<'s> Paths<'s> {
         hit: Option<Hit>,
         samples: &mut Sequence,
     ) -> Rgb<C::Number> {
+        self.radiance_of(calculus, origin, direction, hit, 1, samples)
+    }
+
+    /// The same along the `depth`-th segment of a path.
+    pub(crate) fn radiance_of<C: Calculus>(
+        &self,
+        calculus: &mut C,
+        origin: Vec3<C::Number>,
+        direction: Vec3<C::Number>,
+        hit: Option<Hit>,
+        mut depth: usize,
+        samples: &mut Sequence,
+    ) -> Rgb<C::Number> {
         let one = Rgb::constant(DVec3::ONE);
         let mut path = Scattered { origin, direction, throughput: one, hit };
         let mut total = self.seen(calculus, &path);
         let limit = self.scene.description.integrator.max_depth.unwrap_or(usize::MAX);
-        let mut depth = 1;
         while let Some(hit) = path.hit
             && depth < limit
         {
@@ -148,6 +171,34 @@ impl<'s> Paths<'s> {
         }
     }
 
+    /// What a light that next-event estimation can choose sends against a ray with this hit.
+    pub(crate) fn lit(&self, id: LightId, hit: Option<Hit>, direction: DVec3) -> DVec3 {
+        match (id, hit) {
+            (LightId::Shape(shape), Some(hit)) => self
+                .emitter(&hit, direction)
+                .filter(|&(emitter, _)| emitter == shape as usize)
+                .map_or(DVec3::ZERO, |(_, radiance)| radiance),
+            (LightId::Light(_) | LightId::Environment, None) => {
+                let plain = super::Plain { scene: self.scene };
+                distant(self.scene, &plain, id, Vec3::constant(direction)).value()
+            }
+            _ => DVec3::ZERO,
+        }
+    }
+
+    /// What all of them send.
+    pub(crate) fn lit_by_all(&self, hit: Option<Hit>, direction: DVec3) -> DVec3 {
+        match hit {
+            Some(hit) => self.emitter(&hit, direction).map_or(DVec3::ZERO, |(_, radiance)| radiance),
+            None => self.distant.iter().map(|&id| self.lit(id, None, direction)).sum(),
+        }
+    }
+
+    /// Lengths below this are rounding.
+    pub(crate) fn rounding(&self) -> f64 {
+        self.near
+    }
+
     fn constant_environment<C: Calculus>(&self, calculus: &C) -> Rgb<C::Number> {
         match &self.scene.description.environment {
             Some(Environment::Constant { radiance, .. }) => calculus.environment(*radiance),
@@ -176,6 +227,22 @@ impl<'s> Paths<'s> {
         let (choice, [a, b]) = (samples.one(), samples.pair());
         let x = point.position.value();
         let Some(towards) = self.lights.sample(self.scene, x, [choice, a, b]) else { return zero };
+        let border = match towards.id {
+            LightId::Shape(shape) => self.border(calculus, point, shading, shape).unwrap_or(zero),
+            _ => zero,
+        };
+        border + self.towards_light(calculus, point, shading, &towards)
+    }
+
+    fn towards_light<C: Calculus>(
+        &self,
+        calculus: &mut C,
+        point: &SurfacePoint<C::Number>,
+        shading: &Shading<'_, C::Number>,
+        towards: &Towards,
+    ) -> Rgb<C::Number> {
+        let zero = Rgb::constant(DVec3::ZERO);
+        let x = point.position.value();
         let direction = towards.sampled.direction;
         if shading.normal.value().dot(direction) <= 0.0 {
             return zero;
@@ -186,12 +253,12 @@ impl<'s> Paths<'s> {
             return zero;
         }
         if towards.delta {
-            return self.from_delta(calculus, point, shading, &towards);
+            return self.from_delta(calculus, point, shading, towards);
         }
         let density = towards.sampled.density;
         let weight = density / (density + shading.density(direction));
-        let kappa = self.kappa(towards.id, shading, x);
-        let warped = calculus.warp(point.position, point.triangle, direction, kappa);
+        let kernel = self.kernel(towards.id, shading, x);
+        let warped = calculus.warp(point.position, point.triangle, direction, kernel);
         let emitted = match towards.id {
             LightId::Shape(shape) => {
                 let radiance = self.scene.description.shapes[shape as usize].radiance;
@@ -267,8 +334,11 @@ impl<'s> Paths<'s> {
         if if hit.is_some() { !goes_on } else { !environment } {
             return None;
         }
-        let kappa = self.kernels.surface.max(shading.concentration());
-        let warped = calculus.warp(point.position, point.triangle, sampled.direction, kappa);
+        let kernel = Kernel {
+            kappa: self.kernels.surface.max(shading.concentration()),
+            sees: if goes_on { Sees::Radiance } else { Sees::Beyond },
+        };
+        let warped = calculus.warp(point.position, point.triangle, sampled.direction, kernel);
         let throughput = throughput * reflect(shading, &warped, 1.0 / sampled.density);
         if hit.is_none() {
             *total = *total + throughput * self.constant_environment(calculus);
@@ -302,37 +372,87 @@ impl<'s> Paths<'s> {
                 direction,
                 hit.distance,
             );
-            let kappa = self.kappa(id, shading, x);
-            let warped = calculus.warp(point.position, point.triangle, direction, kappa);
+            let kernel = self.kernel(id, shading, x);
+            let warped = calculus.warp(point.position, point.triangle, direction, kernel);
             let emitted = calculus.radiance(shape, radiance);
             *total = *total + throughput * reflect(shading, &warped, 1.0 / (density + other)) * emitted;
             return;
         }
         for &id in &self.distant {
             let other = self.lights.density_of_escape(self.scene, id, direction);
-            let kappa = self.kappa(id, shading, x);
-            let warped = calculus.warp(point.position, point.triangle, direction, kappa);
+            let kernel = self.kernel(id, shading, x);
+            let warped = calculus.warp(point.position, point.triangle, direction, kernel);
             let emitted = distant(self.scene, calculus, id, warped.direction);
             *total = *total + throughput * reflect(shading, &warped, 1.0 / (density + other)) * emitted;
         }
     }
 
-    /// κ for the light of one emitter reflected at x.
-    fn kappa<T: Number>(&self, id: LightId, shading: &Shading<'_, T>, x: DVec3) -> f64 {
+    /// The kernel for the light of one emitter reflected at x.
+    fn kernel<T: Number>(&self, id: LightId, shading: &Shading<'_, T>, x: DVec3) -> Kernel {
         let least = self.kernels.surface.max(shading.concentration());
         match id {
             LightId::Shape(shape) => {
                 let angle = self.lights.half_angle(shape, x);
-                least.max((self.kernels.relative / angle).powi(2))
+                let kappa = least.max((self.kernels.relative / angle).powi(2));
+                Kernel { kappa, sees: self.lights.sees(shape) }
             }
             LightId::Light(index) => match &self.scene.description.lights[index as usize] {
                 Light::Directional { kappa, .. } if kappa.is_finite() => {
-                    least.max(0.5 * self.kernels.relative.powi(2) * kappa)
+                    let kappa = least.max(0.5 * self.kernels.relative.powi(2) * kappa);
+                    Kernel { kappa, sees: Sees::Beyond }
                 }
-                _ => least,
+                _ => Kernel { kappa: least, sees: Sees::Beyond },
             },
-            LightId::Environment => least,
+            LightId::Environment => Kernel { kappa: least, sees: Sees::Beyond },
         }
+    }
+
+    /// ∮ f L (v_b − V)·ν over the border of a flat emitter as seen from x: its motion beyond that of the warp,
+    /// which need not know it. With it, silhouettes of what hides the emitter are all that the warp must follow,
+    /// and its kernel may be as wide as the emitter.
+    ///
+    /// One point of the border, of the emitter that next-event estimation has chosen.
+    fn border<C: Calculus>(
+        &self,
+        calculus: &mut C,
+        point: &SurfacePoint<C::Number>,
+        shading: &Shading<'_, C::Number>,
+        shape: u32,
+    ) -> Option<Rgb<C::Number>> {
+        let border = self.lights.border_point(self.scene, shape, calculus.beside()?)?;
+        let x = point.position.value();
+        let way = border.place - x;
+        let distance = way.length();
+        let direction = way / distance;
+        if shading.normal.value().dot(direction) <= 0.0 {
+            return None;
+        }
+        let ends = border.ends.map(|i| calculus.position(i));
+        let place = ends[0] + (ends[1] - ends[0]) * C::Number::constant(border.along);
+        let material = (place - point.position).normalized();
+        let kernel = self.kernel(LightId::Shape(shape), shading, x);
+        let warped = calculus.warp(point.position, point.triangle, direction, kernel);
+        // Tangent to the border on the sphere, and its outward normal.
+        let tangent = border.edge - border.edge.dot(direction) * direction;
+        let across = direction.cross(tangent).try_normalize()?;
+        let outward = if across.dot(border.inside - border.place) > 0.0 { -across } else { across };
+        let normal = Vec3::constant(outward);
+        // Their values agree but for rounding, which counts for nothing; their derivatives are v_b and V.
+        let speed = material.dot(normal) - warped.direction.dot(normal);
+        let speed = speed - C::Number::constant(speed.value());
+        if speed.is_still() {
+            return None;
+        }
+        let far = distance * (1.0 - SHORT);
+        let ray = Ray { origin: x, direction, near: self.near, far, from: Some(point.triangle) };
+        if self.scene.accelerator.occluded(&ray) {
+            return None;
+        }
+        let length = tangent.length() / distance * border.whole;
+        let weight = length / self.lights.probability(LightId::Shape(shape));
+        let radiance = self.scene.description.shapes[shape as usize].radiance?;
+        let reflected = shading.evaluate(Vec3::constant(direction));
+        Some(reflected * Rgb::constant(radiance * weight) * speed)
     }
 }
 

@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use super::bsdf::Sampled;
+use crate::calculus::Sees;
 use crate::scene::{Environment, Light, Scene};
 
 /// What next-event estimation can choose.
@@ -46,6 +47,32 @@ struct Area {
     cumulative: Vec<f64>,
     centre: DVec3,
     radius: f64,
+    border: Option<Border>,
+}
+
+/// The border of a flat emitter.
+#[derive(Clone, Debug)]
+struct Border {
+    normal: DVec3,
+    offset: f64,
+    /// Ends, counter-clockwise, and the corner across from them.
+    edges: Vec<[u32; 3]>,
+    /// Cumulated lengths.
+    cumulative: Vec<f64>,
+}
+
+/// A point on the border of a flat emitter.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BorderPoint {
+    /// The ends of the edge, and the part of the way from the first to the second.
+    pub(crate) ends: [u32; 2],
+    pub(crate) along: f64,
+    /// Points of the edge and a point inside.
+    pub(crate) place: DVec3,
+    pub(crate) edge: DVec3,
+    pub(crate) inside: DVec3,
+    /// The length of the whole border: 1/density.
+    pub(crate) whole: f64,
 }
 
 /// A direction towards a light.
@@ -209,6 +236,30 @@ impl Lights {
             }
     }
 
+    /// What hides an emitter: if it is flat, what lies before its plane, else everything.
+    pub(crate) fn sees(&self, shape: u32) -> Sees {
+        match self.area(shape).and_then(|a| a.border.as_ref()) {
+            Some(border) => Sees::Before { normal: border.normal, offset: border.offset },
+            None => Sees::Radiance,
+        }
+    }
+
+    /// A point on the border of a flat emitter, uniform in length; nothing for others.
+    pub(crate) fn border_point(&self, scene: &Scene, shape: u32, xi: f64) -> Option<BorderPoint> {
+        self.area(shape)?.border.as_ref()?.point(scene, xi)
+    }
+
+    /// The probability with which next-event estimation chooses a light.
+    pub(crate) fn probability(&self, id: LightId) -> f64 {
+        self.entries.iter().find(|e| e.id == id).map_or(0.0, |e| e.probability)
+    }
+
+    /// Spheres around all lights; `None` if some are infinitely far away.
+    pub(crate) fn spheres(&self) -> Option<Vec<(DVec3, f64)>> {
+        let near = |e: &Entry| matches!(e.id, LightId::Shape(_));
+        self.entries.iter().all(near).then(|| self.areas.iter().map(|a| (a.centre, a.radius)).collect())
+    }
+
     /// The half angle of the cone in which a shape is seen from x; π from within its bounding sphere.
     pub(crate) fn half_angle(&self, shape: u32, x: DVec3) -> f64 {
         let Some(area) = self.area(shape) else { return PI };
@@ -243,6 +294,7 @@ impl Area {
             cumulative,
             centre: 0.5 * (low + high),
             radius: 0.5 * (high - low).length(),
+            border: Border::new(scene, first as usize..end as usize),
         }
     }
 
@@ -263,6 +315,58 @@ impl Area {
         }
     }
 }
+
+impl Border {
+    /// Of triangles that all lie in one plane, face the same way, and do not overlap in more than edges.
+    fn new(scene: &Scene, triangles: std::ops::Range<usize>) -> Option<Self> {
+        let first = triangles.start as u32;
+        let normal = face_normal(scene, first);
+        let corner = scene.positions[scene.triangles[triangles.start].positions[0] as usize];
+        let offset = normal.dot(corner);
+        let mut sides = std::collections::BTreeMap::<[u32; 2], Vec<[u32; 3]>>::new();
+        for t in triangles {
+            let corners = scene.triangles[t].positions;
+            let height = |i: u32| {
+                let p = scene.positions[i as usize];
+                (normal.dot(p) - offset).abs() > FLAT * (p - corner).length().max(corner.length())
+            };
+            if corners.into_iter().any(height) || (face_normal(scene, t as u32) - normal).length() > FLAT {
+                return None;
+            }
+            for k in 0..3 {
+                let [a, b, c] = [corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]];
+                sides.entry([a.min(b), a.max(b)]).or_default().push([a, b, c]);
+            }
+        }
+        let (mut edges, mut cumulative, mut sum) = (vec![], vec![], 0.0);
+        for side in sides.into_values() {
+            match side.as_slice() {
+                &[[a, b, c]] => {
+                    sum += scene.positions[a as usize].distance(scene.positions[b as usize]);
+                    edges.push([a, b, c]);
+                    cumulative.push(sum);
+                }
+                [_, _] => {}
+                _ => return None,
+            }
+        }
+        Some(Self { normal, offset, edges, cumulative })
+    }
+
+    fn point(&self, scene: &Scene, xi: f64) -> Option<BorderPoint> {
+        let whole = *self.cumulative.last()?;
+        let target = xi * whole;
+        let i = self.cumulative.partition_point(|&c| c <= target).min(self.edges.len() - 1);
+        let [a, b, c] = self.edges[i];
+        let [p, q, inside] = [a, b, c].map(|k| scene.positions[k as usize]);
+        let along = 1.0 - (self.cumulative[i] - target) / p.distance(q);
+        let edge = (q - p).try_normalize()?;
+        Some(BorderPoint { ends: [a, b], along, place: p + along * (q - p), edge, inside, whole })
+    }
+}
+
+/// How far, relatively, corners of a flat emitter may be from its plane.
+const FLAT: f64 = 1e-12;
 
 fn face_normal(scene: &Scene, triangle: u32) -> DVec3 {
     let [a, b, c] = scene.triangles[triangle as usize].positions.map(|i| scene.positions[i as usize]);

@@ -8,7 +8,10 @@ mod plain;
 mod sequence;
 mod surface;
 
+pub(crate) use bsdf::Shading;
 pub use integrator::Kernels;
-pub(crate) use integrator::Paths;
+pub(crate) use integrator::{Paths, SHORT};
+pub(crate) use lights::LightId;
 pub(crate) use plain::Plain;
 pub(crate) use sequence::Sequence;
+pub(crate) use surface::SurfacePoint;

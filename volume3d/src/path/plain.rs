@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::calculus::{Calculus, Rgb, Vec3, Warped};
+use crate::calculus::{Calculus, Kernel, Rgb, Vec3, Warped};
 use crate::scene::{Environment, Scene};
 
 /// The primal's calculus.
@@ -61,7 +61,11 @@ impl Calculus for Plain<'_> {
         false
     }
 
-    fn warp(&mut self, _: Vec3<f64>, _: u32, direction: DVec3, _: f64) -> Warped<f64> {
+    fn beside(&mut self) -> Option<f64> {
+        None
+    }
+
+    fn warp(&mut self, _: Vec3<f64>, _: u32, direction: DVec3, _: Kernel) -> Warped<f64> {
         Warped { direction: Vec3::constant(direction), jacobian: 1.0 }
     }
 }

@@ -88,7 +88,9 @@ mod tests {
                 let points: Vec<[f64; 2]> = (0..64)
                     .map(|i| {
                         let mut s = Sequence::new(seed, &[3], i);
-                        (0..dimension).for_each(|_| drop(s.pair()));
+                        for _ in 0..dimension {
+                            s.pair();
+                        }
                         s.pair()
                     })
                     .collect();

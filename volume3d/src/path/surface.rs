@@ -13,8 +13,6 @@ pub(crate) struct SurfacePoint<T> {
     pub(crate) position: Vec3<T>,
     /// Towards the viewer, unit length.
     pub(crate) viewer: Vec3<T>,
-    /// Whether the viewer is on the side the face's own normal points to.
-    pub(crate) front: bool,
     corners: [Vec3<T>; 3],
     /// (p₁ − p₀) × (p₂ − p₀).
     cross: Vec3<T>,
@@ -32,16 +30,8 @@ impl<T: Number> SurfacePoint<T> {
     ) -> Self {
         let corners = scene.triangles[triangle as usize].positions.map(|i| calculus.position(i));
         let cross = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-        let slope = cross.dot(direction);
-        let distance = cross.dot(corners[0] - origin) / slope;
-        Self {
-            triangle,
-            position: origin + direction * distance,
-            viewer: -direction,
-            front: slope.value() < 0.0,
-            corners,
-            cross,
-        }
+        let distance = cross.dot(corners[0] - origin) / cross.dot(direction);
+        Self { triangle, position: origin + direction * distance, viewer: -direction, corners, cross }
     }
 
     /// What reflection depends on; `None` where the surface reflects nothing, whatever its parameters.
@@ -78,6 +68,15 @@ impl<T: Number> SurfacePoint<T> {
             _ => T::constant(0.0),
         };
         Some(Shading { bsdf: &material.bsdf, normal, viewer: self.viewer, reflectance, roughness })
+    }
+
+    /// The shading normal as it is interpolated, on whichever side.
+    pub(crate) fn interpolated_normal<C: Calculus<Number = T>>(
+        &self,
+        scene: &Scene,
+        calculus: &C,
+    ) -> Vec3<T> {
+        self.shading_normal(&scene.triangles[self.triangle as usize], self.barycentric(), calculus)
     }
 
     fn barycentric(&self) -> [T; 3] {

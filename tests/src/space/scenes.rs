@@ -1,0 +1,162 @@
+//! The worlds of this room as scenes of the renderer, with the same motion.
+
+use flatland::plane;
+use glam::DVec3;
+use volume3d::geometry::Mesh;
+use volume3d::gradient::{CameraChange, Change};
+use volume3d::scene::{
+    Camera, Crop, Description, Environment, Film, Filter, Integrator, Material, Scene, Shape,
+};
+
+use super::coverage::{self, CameraMotion};
+use super::direct::DirectScene;
+use super::irradiance::{Sides, Surface};
+use super::worlds::CoverageCase;
+
+/// How far apart the two fronts of a surface that emits to both sides are, relative to its size: far
+/// above rounding, far below all that is tested. The renderer's emitters have one side.
+const THICKNESS: f64 = 1e-7;
+
+/// A scene and what moves in it.
+#[derive(Debug)]
+pub struct Moving {
+    /// The scene.
+    pub scene: Scene,
+    /// Its derivative with respect to θ.
+    pub change: Change,
+}
+
+/// A scene under construction whose vertices have velocities.
+#[derive(Clone, Debug)]
+pub struct Stage {
+    /// What there is so far.
+    pub description: Description,
+    velocities: Vec<Vec<DVec3>>,
+    camera: CameraChange,
+}
+
+impl Stage {
+    /// An empty scene before a camera that moves.
+    #[must_use]
+    pub fn new(camera: &coverage::Camera, motion: &CameraMotion, filter: plane::Filter) -> Self {
+        let filter = match filter {
+            plane::Filter::Box => Filter::Box,
+            plane::Filter::Tent => Filter::Tent { radius: 1.0 },
+            plane::Filter::Gaussian => Filter::Gaussian { deviation: 0.5 },
+        };
+        let film = Film { width: camera.width, height: camera.height, crop: None, filter };
+        let coverage::Camera { origin, right, up, forward, field_of_view, .. } = *camera;
+        let camera = Camera { origin, right, up, forward, field_of_view };
+        let mut description = Description::new(camera, film);
+        description.integrator = Integrator { max_depth: Some(2), rr_depth: 100 };
+        let camera = CameraChange {
+            translation: motion.origin,
+            rotation: motion.angular,
+            field_of_view: motion.field_of_view,
+        };
+        Self { description, velocities: vec![], camera }
+    }
+
+    /// Adds a moving shape, black if it has no other material.
+    ///
+    /// # Panics
+    /// If the triangles are not the vertices', or there is not one velocity each.
+    pub fn add(
+        &mut self,
+        vertices: &[(DVec3, DVec3)],
+        triangles: Vec<[u32; 3]>,
+        material: Option<usize>,
+        radiance: Option<DVec3>,
+    ) {
+        let mesh = Mesh::new(vertices.iter().map(|v| v.0).collect(), triangles).expect("a mesh");
+        // Vertices in one place have become one; they have one velocity in all worlds.
+        let mut velocities = vec![DVec3::ZERO; mesh.positions().len()];
+        for (&to, (_, velocity)) in mesh.sources().iter().zip(vertices) {
+            velocities[to as usize] = *velocity;
+        }
+        let id = format!("shape {}", self.velocities.len());
+        let black = || self.description.add_material(Material::diffuse(&id, DVec3::ZERO));
+        let material = material.unwrap_or_else(black);
+        self.description.shapes.push(Shape { id, mesh, material, radiance });
+        self.velocities.push(velocities);
+    }
+
+    /// The environment's radiance.
+    pub fn surround(&mut self, radiance: DVec3) {
+        self.description.environment = Some(Environment::Constant { id: "sky".to_owned(), radiance });
+    }
+
+    /// Done.
+    ///
+    /// # Panics
+    /// If the scene is refused.
+    #[must_use]
+    pub fn finish(self) -> Moving {
+        let scene = Scene::new(self.description).expect("a scene");
+        let mut change = Change::still(&scene);
+        for (shape, velocities) in self.velocities.iter().enumerate() {
+            change.positions_of_mut(&scene, shape).copy_from_slice(velocities);
+        }
+        change.camera = self.camera;
+        Moving { scene, change }
+    }
+}
+
+/// A mesh of constant radiance, one shape for every radiance there is.
+#[must_use]
+pub fn coverage(case: &CoverageCase, crop: Option<Crop>) -> Moving {
+    let CoverageCase { mesh, camera, motion, filter, .. } = case;
+    let mut stage = Stage::new(camera, &motion.camera, *filter);
+    stage.description.film.crop = crop;
+    stage.surround(mesh.background);
+    let mut shapes: Vec<(DVec3, Vec<[usize; 3]>)> = vec![];
+    for (triangle, radiance) in mesh.triangles.iter().zip(&mesh.radiance) {
+        match shapes.iter_mut().find(|(of, _)| of == radiance) {
+            Some((_, triangles)) => triangles.push(*triangle),
+            None => shapes.push((*radiance, vec![*triangle])),
+        }
+    }
+    for (radiance, triangles) in shapes {
+        let corners = triangles.iter().flatten().map(|&v| (mesh.positions[v], motion.positions[v]));
+        let corners: Vec<_> = corners.collect();
+        stage.add(&corners, soup(triangles.len()), None, Some(radiance));
+    }
+    stage.finish()
+}
+
+/// A ground in direct light.
+#[must_use]
+pub fn direct(direct: &DirectScene) -> Moving {
+    let mut stage = Stage::new(&direct.camera, &direct.camera_motion, direct.filter);
+    stage.surround(direct.world.environment);
+    let ground = stage.description.add_material(Material::diffuse("ground", direct.albedo));
+    let corners: Vec<_> = direct.ground.corners.into_iter().zip(direct.ground.velocities).collect();
+    stage.add(&corners, soup(1), Some(ground), None);
+    for surface in &direct.world.surfaces {
+        add_surface(&mut stage, surface);
+    }
+    stage.finish()
+}
+
+fn add_surface(stage: &mut Stage, surface: &Surface) {
+    let p = &surface.vertices;
+    let normal = (p[1] - p[0]).cross(p[2] - p[0]).normalize();
+    let fan: Vec<[u32; 3]> = (2..p.len() as u32).map(|k| [0, k - 1, k]).collect();
+    let lifted = |height: f64| {
+        let corners = p.iter().zip(&surface.velocities);
+        corners.map(|(p, v)| (*p + height * normal, *v)).collect::<Vec<_>>()
+    };
+    let radiance = (surface.radiance != DVec3::ZERO).then_some(surface.radiance);
+    if surface.sides == Sides::Front || radiance.is_none() {
+        return stage.add(&lifted(0.0), fan, None, radiance);
+    }
+    let height = THICKNESS * p[0].distance(p[1]);
+    let behind = fan.iter().map(|&[a, b, c]| [a, c, b]).collect();
+    stage.add(&lifted(height), fan, None, radiance);
+    stage.add(&lifted(-height), behind, None, radiance);
+}
+
+/// Triangles that each have three vertices of their own.
+fn soup(count: usize) -> Vec<[u32; 3]> {
+    (0..count as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect()
+}

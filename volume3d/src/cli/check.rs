@@ -1,0 +1,227 @@
+//! `volume3d check`.
+
+use std::fmt::Write as _;
+use std::time::Instant;
+
+use clap::Args;
+use clap::error::ErrorKind;
+use flatland::random::stream;
+use glam::DVec3;
+use rand::Rng;
+use volume3d::gradient::{Change, FiniteDifference, GradientError};
+use volume3d::io::{Image, signed_range};
+use volume3d::scene::Scene;
+
+use super::comparison::{Estimate, RESOLUTION, Slope, TOLERATED, Verdict, verdict};
+use super::extent;
+use super::gradient::step;
+use super::method::{Estimator, MethodOptions};
+use super::movement::{Moves, change};
+use super::render::samples;
+use super::session::{Bar, RunOptions, SceneOptions, located, silent, stop_if_asked};
+use super::{Report, usage};
+
+/// Validates a gradient: the method against central finite differences, at several steps.
+///
+/// Both estimate one number, the weighted total of the gradient image. Its weights are a third, independent estimate of
+/// the gradient, so that parts of opposite sign do not cancel and every pixel counts as it should. The error of that
+/// number is taken from 16 independent runs, so that noise which pixels have in common is counted in full; all steps see
+/// the same random numbers.
+///
+/// The table gives for every step the slope by finite differences, z (how many standard errors the method is off), and
+/// the relative difference. Large steps are biased by ~ step², small ones are noisy; the verdict uses the step with the
+/// smallest sum of both.
+///
+/// Exit status: 0 if they agree, 1 if they differ or noise leaves it open.
+///
+/// Example: volume3d check scene.xml --move box:translate:1,0,0 --spp 1024
+#[derive(Args, Debug)]
+pub(super) struct Options {
+    #[command(flatten)]
+    scene: SceneOptions,
+    #[command(flatten)]
+    moves: Moves,
+    #[command(flatten)]
+    method: MethodOptions,
+    /// Steps of finite differences; unless given, those at which the fastest parameter moves by 1e-2, 3e-3, 1e-3 and
+    /// 3e-4 of the scene's size, of a radian, or of a unit of radiance or reflectance.
+    #[arg(long, value_name = "H,…", value_delimiter = ',', value_parser = step, allow_negative_numbers = true)]
+    steps: Vec<f64>,
+    /// Samples a pixel, in all runs together.
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = samples)]
+    spp: usize,
+    #[command(flatten)]
+    run: RunOptions,
+}
+
+/// Independent runs of each estimate.
+const RUNS: usize = 16;
+
+/// Samples a pixel of the weights: they may be noisy.
+const WEIGHT_SAMPLES: usize = 16;
+
+/// What tells the seeds of the three estimates apart.
+const WEIGHTS: u64 = 1;
+const METHOD: u64 = 2;
+const DIFFERENCES: u64 = 3;
+
+pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
+    options.method.check("check", false)?;
+    let error = |kind, text: &str| Err(usage("check", kind, text.to_owned()));
+    if options.moves.moves.is_empty() {
+        return error(ErrorKind::MissingRequiredArgument, "say what changes: --move");
+    }
+    if options.method.is_finite_difference() {
+        let text = "finite differences are what others are checked against; name another --method";
+        return error(ErrorKind::ArgumentConflict, text);
+    }
+    options.run.begin()?;
+    let loaded = options.scene.load()?;
+    let change = change(&loaded.scene, &options.moves.moves)?;
+    let mut steps =
+        if options.steps.is_empty() { extent::steps(&loaded.scene, &change) } else { options.steps.clone() };
+    steps.sort_by(|a, b| b.total_cmp(a));
+    steps.dedup();
+
+    let start = Instant::now();
+    let mut check = Check::new(options, &loaded.scene, &change, steps.len() + 1);
+    let weights = check.weights(steps[0])?;
+    let method = Estimate::of(&check.method(&weights)?);
+    let totals: Vec<Vec<f64>> =
+        steps.iter().map(|&h| check.differences(h, &weights)).collect::<Result<_, _>>()?;
+    let slopes = slopes(&steps, &totals);
+    let mut text = check.messages;
+    stop_if_asked()?;
+    table(&mut text, method, &slopes);
+    let holds = conclude(&mut text, verdict(method, &slopes));
+    let _ =
+        writeln!(text, "{} spp in {RUNS} runs, {:.2} s", check.samples * RUNS, start.elapsed().as_secs_f64());
+    Ok(Report { text, holds })
+}
+
+/// What all estimates share.
+struct Check<'a> {
+    options: &'a Options,
+    scene: &'a Scene,
+    change: &'a Change,
+    /// Samples a pixel of one run.
+    samples: usize,
+    bar: Bar,
+    messages: String,
+}
+
+impl<'a> Check<'a> {
+    fn new(options: &'a Options, scene: &'a Scene, change: &'a Change, estimates: usize) -> Self {
+        let samples = options.spp.div_ceil(RUNS);
+        let bar = Bar::new(estimates * RUNS, "check");
+        Self { options, scene, change, samples, bar, messages: String::new() }
+    }
+
+    /// A rough gradient image, without its few largest values, which are noise more often than not.
+    fn weights(&self, step: f64) -> Result<Vec<DVec3>, GradientError> {
+        let seed = self.seed(WEIGHTS, 0);
+        let method = FiniteDifference { samples: WEIGHT_SAMPLES, step, seed };
+        let rough = method.forward(self.scene, self.change, &silent())?;
+        let image = Image { width: rough.width, height: rough.height, pixels: rough.gradient };
+        let range = DVec3::splat(signed_range(&image));
+        if range.x == 0.0 {
+            return Ok(vec![DVec3::ONE; image.pixels.len()]);
+        }
+        Ok(image.pixels.iter().map(|p| p.clamp(-range, range)).collect())
+    }
+
+    /// The weighted totals of all runs of the method.
+    fn method(&mut self, weights: &[DVec3]) -> Result<Vec<f64>, GradientError> {
+        self.totals(weights, |check, r| {
+            check.options.method.estimator(check.samples, check.seed(METHOD, r), None)
+        })
+    }
+
+    /// The same of finite differences with one step.
+    fn differences(&mut self, step: f64, weights: &[DVec3]) -> Result<Vec<f64>, GradientError> {
+        self.totals(weights, |check, r| {
+            let (samples, seed) = (check.samples, check.seed(DIFFERENCES, r));
+            Estimator::FiniteDifference(FiniteDifference { samples, step, seed })
+        })
+    }
+
+    fn totals(
+        &mut self,
+        weights: &[DVec3],
+        estimator: impl Fn(&Self, usize) -> Estimator,
+    ) -> Result<Vec<f64>, GradientError> {
+        let mut totals = vec![];
+        for r in 0..RUNS {
+            let result = estimator(self, r).forward(self.scene, self.change, false, &silent())?;
+            totals.push(result.gradient.iter().zip(weights).map(|(g, w)| g.dot(*w)).sum());
+            self.messages += &located(&result.non_finite);
+            self.bar.step();
+        }
+        Ok(totals)
+    }
+
+    /// Every run's own.
+    fn seed(&self, purpose: u64, run: usize) -> u64 {
+        stream(self.options.run.seed, &[purpose, run as u64]).next_u64()
+    }
+}
+
+/// Finite differences at all steps, from large to small, with what each is off for its step: for h and the next
+/// larger H it is (F(H) − F(h))/((H/h)² − 1), whose noise counts as well. At the largest step it is what the next smaller
+/// one says, times (H/h)²; a single step says nothing.
+fn slopes(steps: &[f64], totals: &[Vec<f64>]) -> Vec<Slope> {
+    let bias = |i: usize| {
+        let (large, small) = if i == 0 { (0, 1) } else { (i - 1, i) };
+        let Some(smaller) = totals.get(small) else { return f64::INFINITY };
+        let square = (steps[large] / steps[small]).powi(2);
+        let differences: Vec<f64> = totals[large].iter().zip(smaller).map(|(a, b)| a - b).collect();
+        let Estimate { mean, error } = Estimate::of(&differences);
+        let of_small = (mean.abs() + error) / (square - 1.0);
+        if i == 0 { square * of_small } else { of_small }
+    };
+    let slope = |(i, &step): (usize, &f64)| Slope { step, estimate: Estimate::of(&totals[i]), bias: bias(i) };
+    steps.iter().enumerate().map(slope).collect()
+}
+
+fn table(text: &mut String, method: Estimate, slopes: &[Slope]) {
+    let Estimate { mean, error } = method;
+    let _ = writeln!(text, "weighted total by the method: {mean:.5e} ± {error:.1e}\n");
+    let _ = writeln!(text, "      step         slope  ± noise  ± step      z  relative difference");
+    for Slope { step, estimate, bias } in slopes {
+        let z = method.z(*estimate);
+        let relative = (mean - estimate.mean) / estimate.mean;
+        let Estimate { mean, error } = estimate;
+        let _ = writeln!(
+            text,
+            "{step:10.3e}  {mean:12.5e}  {error:7.1e} {bias:7.1e}  {z:5.1}  {:18.2}%",
+            100.0 * relative
+        );
+    }
+    text.push('\n');
+}
+
+/// Says what the verdict is, and what to do; returns whether both agree.
+fn conclude(text: &mut String, verdict: Verdict) -> bool {
+    let percent = |x: f64| 100.0 * x;
+    let _ = match verdict {
+        Verdict::Agrees { step, within } => {
+            writeln!(text, "AGREE within {:.1}%, the resolution at step {step:.1e}", percent(within))
+        }
+        Verdict::Differs { step, by } => writeln!(
+            text,
+            "DIFFER by {:.1}% at step {step:.1e}: more than {TOLERATED} standard errors and what the step explains",
+            percent(by)
+        ),
+        Verdict::Unclear { within } if within.is_finite() => writeln!(
+            text,
+            "UNCLEAR: a difference below {:.0}% would not be seen, and {:.0}% is asked for; raise --spp, or if \
+             ± step is the larger, give smaller --steps",
+            percent(within),
+            percent(RESOLUTION)
+        ),
+        Verdict::Unclear { .. } => {
+            writeln!(text, "UNCLEAR: give at least two --steps, and a change that changes the image")
+        }
+    };
+    matches!(verdict, Verdict::Agrees { .. })
+}

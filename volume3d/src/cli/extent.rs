@@ -1,0 +1,37 @@
+//! Steps of finite differences that suit a scene and a change.
+
+use glam::DVec3;
+use volume3d::gradient::{CameraChange, Change};
+use volume3d::scene::Scene;
+
+/// Fractions of the scene's size, of a radian, or of a unit of radiance or reflectance, by which the fastest
+/// parameter moves. Below the smallest, noise wins in most scenes; above the largest, the curvature does.
+const FRACTIONS: [f64; 4] = [1e-2, 3e-3, 1e-3, 3e-4];
+
+/// Steps from large to small, at which no parameter moves by more than [`FRACTIONS`] of its scale.
+pub(super) fn steps(scene: &Scene, change: &Change) -> Vec<f64> {
+    let fastest = |rates: &[DVec3]| rates.iter().map(|r| r.length()).fold(0.0, f64::max);
+    let size = size(scene);
+    let CameraChange { translation, rotation, field_of_view } = change.camera;
+    let rates = [
+        fastest(&change.positions) / size,
+        translation.length() / size,
+        rotation.length(),
+        field_of_view.abs(),
+        fastest(&change.reflectance),
+        fastest(&change.radiance),
+        change.roughness.iter().fold(0.0, |a: f64, b| a.max(b.abs())),
+    ];
+    let rate = rates.into_iter().fold(0.0, f64::max);
+    let scale = if rate > 0.0 { 1.0 / rate } else { 1.0 };
+    FRACTIONS.map(|f| f * scale).to_vec()
+}
+
+/// The diagonal of the box around all positions; 1 if there is none.
+fn size(scene: &Scene) -> f64 {
+    let positions = || scene.description().shapes.iter().flat_map(|s| s.mesh.positions());
+    let low = positions().fold(DVec3::INFINITY, |a, &b| a.min(b));
+    let high = positions().fold(DVec3::NEG_INFINITY, |a, &b| a.max(b));
+    let diagonal = (high - low).length();
+    if diagonal.is_finite() && diagonal > 0.0 { diagonal } else { 1.0 }
+}

@@ -1,0 +1,196 @@
+//! `volume3d gradient`.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::Args;
+use clap::error::ErrorKind;
+
+use super::method::MethodOptions;
+use super::movement::{Moves, change};
+use super::output::{Output, Pixels, check_distinct};
+use super::parameter::Parameter;
+use super::render::{check_error_exists, root_mean_square, samples};
+use super::session::{Bar, RunOptions, SceneOptions, located, stop_if_asked};
+use super::{Report, reverse, usage};
+
+/// Differentiates an image along a change (--move), or a loss by parameters (--adjoint with --wrt).
+///
+/// Forward: an image of dI/dθ, linear RGB per unit of θ, where θ goes along all --move at once.
+///
+/// Reverse: for a loss L of the image I with the adjoint image ∂L/∂I, the derivative ∂L/∂p = Σ ∂L/∂I · ∂I/∂p over all
+/// pixels and channels, for every parameter p named by --wrt, from one run.
+///
+/// With the same --seed, --spp and --method, forward and reverse are transposes of one another to rounding. Geometric
+/// derivatives before ideal mirrors and under lights without extent are refused, as no warp sees their jumps; --method
+/// finite-difference takes them.
+#[derive(Args, Debug)]
+#[command(after_long_help = EXAMPLES)]
+pub(super) struct Options {
+    #[command(flatten)]
+    scene: SceneOptions,
+    #[command(flatten)]
+    moves: Moves,
+    /// Reverse mode: the image ∂L/∂I as .exr or .npy (height × width × 3), of the film's size.
+    #[arg(long, value_name = "ADJ.exr", requires = "parameters", conflicts_with_all = ["moves", "png", "standard_error", "image", "terms"])]
+    adjoint: Option<PathBuf>,
+    /// Reverse mode: a parameter. May be repeated, and -o then names a folder.
+    ///
+    ///   SHAPE.vertex_positions   (vertices of its file, 3); see below
+    ///   SHAPE.radiance           (3)
+    ///   MATERIAL.reflectance     (3)
+    ///   MATERIAL.roughness       a number
+    ///   MATERIAL.texture         (height, width, 3), linear, over all who share it
+    ///   camera.translation       (3), of its origin
+    ///   camera.rotation          (3), radians about the world's axes through its origin
+    ///   camera.fov               a number, per radian, horizontal
+    ///
+    /// Vertices of a file at one place move together. Each of them has the derivative by
+    /// that place: the whole, not a share.
+    #[arg(long = "wrt", value_name = "WHAT.PARAMETER", requires = "adjoint", verbatim_doc_comment)]
+    parameters: Vec<Parameter>,
+    /// The gradient. Forward: an image, .exr, .npy or .png. Reverse: .npy (float64), or an existing folder, into
+    /// which every --wrt is written as WHAT.PARAMETER.npy.
+    #[arg(short, long, value_name = "GRAD.exr")]
+    output: PathBuf,
+    /// The standard error of every pixel of the gradient, from 8 independent groups of samples.
+    #[arg(long = "stderr", value_name = "ERR.exr")]
+    standard_error: Option<PathBuf>,
+    /// The image itself, from the same samples.
+    #[arg(long, value_name = "IMG.exr")]
+    image: Option<PathBuf>,
+    /// Writes the terms of the sum apart: PREFIX_interior.exr (all jumps stand still), PREFIX_primary.exr (jumps move
+    /// on the film) and PREFIX_secondary.exr (shadows, reflections).
+    #[arg(long, value_name = "PREFIX")]
+    terms: Option<String>,
+    /// A picture of the gradient: the mean of the channels, blue negative, white zero, red positive.
+    #[arg(long, value_name = "GRAD.png")]
+    png: Option<PathBuf>,
+    #[command(flatten)]
+    method: MethodOptions,
+    /// Samples a pixel; the scene's sample_count unless given.
+    #[arg(long, value_name = "N", value_parser = samples)]
+    spp: Option<usize>,
+    /// Finite differences: h in (I(θ + h) − I(θ − h))/2h [default: 0.001].
+    #[arg(long, value_name = "H", value_parser = step, allow_negative_numbers = true)]
+    step: Option<f64>,
+    #[command(flatten)]
+    run: RunOptions,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  volume3d gradient scene.xml --move box:translate:1,0,0 -o gradient.exr --png gradient.png
+  volume3d gradient scene.xml --move camera:rotate:0,1,0 -o gradient.exr --terms part
+  volume3d gradient scene.xml --adjoint adjoint.exr --wrt box.vertex_positions -o gradient.npy";
+
+/// A step of finite differences.
+pub(super) fn step(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|h: &f64| *h > 0.0 && h.is_finite());
+    number.ok_or_else(|| "expected a positive, finite number".to_owned())
+}
+
+pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
+    options.method.check("gradient", options.step.is_some())?;
+    let error = |kind, text: &str| Err(usage("gradient", kind, text.to_owned()));
+    match &options.adjoint {
+        None if options.moves.moves.is_empty() => {
+            error(ErrorKind::MissingRequiredArgument, "say what changes: --move, or --adjoint with --wrt")
+        }
+        None if options.terms.is_some() && options.method.is_finite_difference() => {
+            error(ErrorKind::ArgumentConflict, "finite differences do not tell --terms apart")
+        }
+        None => forward(options),
+        Some(_) if options.method.is_finite_difference() => {
+            error(ErrorKind::ArgumentConflict, "finite differences have no reverse mode (--adjoint)")
+        }
+        Some(adjoint) => reverse::run(&reverse::Request {
+            scene: &options.scene,
+            run: &options.run,
+            method: &options.method,
+            adjoint,
+            parameters: &options.parameters,
+            output: &options.output,
+            samples: options.spp,
+        }),
+    }
+}
+
+/// What a forward gradient writes, each file where it is asked for.
+struct Outputs {
+    gradient: Vec<Output>,
+    standard_error: Option<Output>,
+    image: Option<Output>,
+    terms: Option<[Output; 3]>,
+}
+
+impl Outputs {
+    fn new(options: &Options) -> anyhow::Result<Self> {
+        let mut gradient = vec![Output::new(&options.output, Pixels::Signed)?];
+        if let Some(path) = &options.png {
+            gradient.push(Output::picture(path, Pixels::Signed)?);
+        }
+        let radiance = |path: &PathBuf| Output::new(path, Pixels::Radiance);
+        let term =
+            |prefix: &String, name| Output::new(Path::new(&format!("{prefix}_{name}.exr")), Pixels::Signed);
+        let terms = options.terms.as_ref().map(|prefix| -> anyhow::Result<_> {
+            Ok([term(prefix, "interior")?, term(prefix, "primary")?, term(prefix, "secondary")?])
+        });
+        Ok(Self {
+            gradient,
+            standard_error: options.standard_error.as_ref().map(radiance).transpose()?,
+            image: options.image.as_ref().map(radiance).transpose()?,
+            terms: terms.transpose()?,
+        })
+    }
+
+    fn paths(&self) -> Vec<&Path> {
+        let terms = self.terms.iter().flatten();
+        let all = self.gradient.iter().chain(&self.standard_error).chain(&self.image).chain(terms);
+        all.map(Output::path).collect()
+    }
+}
+
+fn forward(options: &Options) -> anyhow::Result<Report> {
+    let outputs = Outputs::new(options)?;
+    check_distinct(&outputs.paths(), &[options.scene.path().to_path_buf()])?;
+    options.run.begin()?;
+    let loaded = options.scene.load()?;
+    check_distinct(&outputs.paths(), &loaded.files)?;
+    let scene = &loaded.scene;
+    let change = change(scene, &options.moves.moves)?;
+    let samples = options.spp.unwrap_or(scene.description().samples);
+    check_error_exists(options.standard_error.as_ref(), samples)?;
+
+    let start = Instant::now();
+    let estimator = options.method.estimator(samples, options.run.seed, options.step);
+    let result =
+        estimator.forward(scene, &change, outputs.terms.is_some(), &Bar::new(0, "gradient").progress())?;
+    let seconds = start.elapsed().as_secs_f64();
+    stop_if_asked()?;
+
+    let (width, height) = (result.width, result.height);
+    let mut text = format!(
+        "{width} × {height} pixels, {samples} spp, {} auxiliary rays, {seconds:.2} s\n\
+         root mean square of the gradient {:.3e}, of its standard error {:.3e}\n",
+        result.auxiliary_rays,
+        root_mean_square(&result.gradient),
+        root_mean_square(&result.standard_error),
+    );
+    text += &located(&result.non_finite);
+    for output in &outputs.gradient {
+        text += &output.write(width, height, &result.gradient)?;
+    }
+    if let Some(output) = &outputs.standard_error {
+        text += &output.write(width, height, &result.standard_error)?;
+    }
+    if let Some(output) = &outputs.image {
+        text += &output.write(width, height, &result.image)?;
+    }
+    if let (Some(outputs), Some(terms)) = (&outputs.terms, &result.terms) {
+        for (output, term) in outputs.iter().zip([&terms.interior, &terms.primary, &terms.secondary]) {
+            text += &output.write(width, height, term)?;
+        }
+    }
+    Ok(Report { text, holds: true })
+}

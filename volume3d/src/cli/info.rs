@@ -1,0 +1,136 @@
+//! `volume3d info`.
+
+use std::fmt::Write as _;
+
+use clap::Args;
+use volume3d::scene::{Bsdf, Description, Environment, Light, Reflectance, Scene};
+
+use super::Report;
+use super::lint::Lint;
+use super::session::SceneOptions;
+
+/// Lists what a scene is made of, and what may surprise: ids for --move and --wrt, sizes, and what a linter finds in its
+/// meshes.
+#[derive(Args, Debug)]
+pub(super) struct Options {
+    #[command(flatten)]
+    scene: SceneOptions,
+}
+
+pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
+    let scene = options.scene.load()?.scene;
+    let mut text = String::new();
+    camera(&mut text, &scene);
+    shapes(&mut text, scene.description());
+    materials(&mut text, scene.description());
+    lights(&mut text, scene.description());
+    findings(&mut text, scene.description());
+    Ok(Report { text, holds: true })
+}
+
+fn camera(text: &mut String, scene: &Scene) {
+    let d = scene.description();
+    let (width, height) = scene.size();
+    let degrees = d.camera.field_of_view.to_degrees();
+    let depth = d.integrator.max_depth.map_or_else(|| "unlimited".to_owned(), |n| n.to_string());
+    let _ = writeln!(text, "image: {width} × {height} pixels, {} spp, filter {:?}", d.samples, d.film.filter);
+    let _ = writeln!(text, "camera: at {}, {degrees:.2}° horizontally; path length {depth}", d.camera.origin);
+}
+
+fn shapes(text: &mut String, d: &Description) {
+    let triangles: usize = d.shapes.iter().map(|s| s.mesh.triangles().len()).sum();
+    let _ = writeln!(text, "shapes: {}, {triangles} triangles", d.shapes.len());
+    for shape in &d.shapes {
+        let (mesh, material) = (&shape.mesh, &d.materials[shape.material].id);
+        let (vertices, triangles) = (mesh.sources().len(), mesh.triangles().len());
+        let _ = write!(text, "  `{}`: {vertices} vertices, {triangles} triangles, `{material}`", shape.id);
+        if let Some(radiance) = shape.radiance {
+            let _ = write!(text, ", emits {radiance}");
+        }
+        text.push('\n');
+    }
+}
+
+fn materials(text: &mut String, d: &Description) {
+    let _ = writeln!(text, "materials: {}", d.materials.len());
+    for material in &d.materials {
+        let model = match &material.bsdf {
+            Bsdf::Diffuse { .. } => "diffuse".to_owned(),
+            Bsdf::RoughConductor { alpha, .. } => format!("rough conductor, roughness {alpha}"),
+            Bsdf::Conductor { .. } => "ideal mirror".to_owned(),
+        };
+        let reflectance = match material.bsdf.reflectance() {
+            Reflectance::Constant(c) => format!("reflectance {c}"),
+            Reflectance::Texture(t) => {
+                let texture = &d.textures[*t];
+                format!("texture `{}` of {} × {}", texture.id, texture.width, texture.height)
+            }
+        };
+        let sides = if material.two_sided { "" } else { ", one side" };
+        let _ = writeln!(text, "  `{}`: {model}, {reflectance}{sides}", material.id);
+    }
+}
+
+fn lights(text: &mut String, d: &Description) {
+    let emitters = d.shapes.iter().filter(|s| s.radiance.is_some()).count();
+    let count = emitters + d.lights.len() + usize::from(d.environment.is_some());
+    let _ = writeln!(text, "lights: {count}, {emitters} of them shapes");
+    for light in &d.lights {
+        let _ = match light {
+            Light::Point { id, position, intensity } => {
+                writeln!(text, "  `{id}`: point at {position}, intensity {intensity}")
+            }
+            Light::Directional { id, direction, irradiance, kappa } => {
+                writeln!(text, "  `{id}`: along {direction}, irradiance {irradiance}, kappa {kappa}")
+            }
+        };
+    }
+    let _ = match &d.environment {
+        Some(Environment::Constant { id, radiance }) => {
+            writeln!(text, "  `{id}`: constant environment, radiance {radiance}")
+        }
+        Some(Environment::Map { id, texture, scale, .. }) => {
+            let map = &d.textures[*texture];
+            writeln!(text, "  `{id}`: environment map of {} × {}, scale {scale}", map.width, map.height)
+        }
+        None => Ok(()),
+    };
+}
+
+/// What may surprise, in meshes and for geometric derivatives.
+fn findings(text: &mut String, d: &Description) {
+    let mut found = vec![];
+    for shape in &d.shapes {
+        found.extend(
+            Lint::of(&shape.mesh).findings().into_iter().map(|f| format!("shape `{}`: {f}", shape.id)),
+        );
+        let material = &d.materials[shape.material];
+        if matches!(material.bsdf, Bsdf::Conductor { .. }) {
+            found.push(format!(
+                "shape `{}` is an ideal mirror: no warped-area derivative by geometry",
+                shape.id
+            ));
+        }
+    }
+    for light in &d.lights {
+        let sharp = match light {
+            Light::Point { .. } => true,
+            Light::Directional { kappa, .. } => kappa.is_infinite(),
+        };
+        if sharp {
+            found
+                .push(format!("light `{}` has no extent: no warped-area derivative by geometry", light.id()));
+        }
+    }
+    if d.environment.is_none() && d.lights.is_empty() && d.shapes.iter().all(|s| s.radiance.is_none()) {
+        found.push("nothing emits light: the image is black".to_owned());
+    }
+    let _ = writeln!(
+        text,
+        "findings: {}",
+        if found.is_empty() { "none".to_owned() } else { found.len().to_string() }
+    );
+    for finding in found {
+        let _ = writeln!(text, "  {finding}");
+    }
+}

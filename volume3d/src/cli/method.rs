@@ -1,0 +1,157 @@
+//! `--method` and what belongs to it.
+
+use anyhow::bail;
+use clap::error::ErrorKind;
+use clap::{Args, ValueEnum};
+use flatland::warp::{Debias, Warp};
+use glam::DVec3;
+use volume3d::gradient::{
+    Change, EdgeSampling, FiniteDifference, GradientError, GradientImage, Progress, Rotation, Wanted,
+    WarpedArea,
+};
+use volume3d::scene::Scene;
+
+use super::usage;
+
+#[derive(Args, Debug)]
+pub(super) struct MethodOptions {
+    /// How the derivative is estimated.
+    #[arg(long, value_enum, default_value = "warped-area")]
+    method: Method,
+    /// Warped area: what is done about the bias of the warp with finitely many auxiliary rays.
+    #[arg(long, value_enum)]
+    debias: Option<Bias>,
+    /// Warped area: auxiliary rays of an estimate of the warp at least, at every bounce [default: 4; 16 with
+    /// --debias none].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    aux: Option<u32>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Method {
+    /// Warped-area sampling: unbiased, with --debias none biased; refuses mirrors and lights without extent where
+    /// geometry moves.
+    WarpedArea,
+    /// Edge sampling: unbiased; besides --spp paths a pixel, as many samples of edges seen from surfaces and a fourth
+    /// as many of edges seen by the camera. Refuses what warped-area refuses.
+    Edge,
+    /// One rotation for each kernel: biased wherever what moves does not turn as a whole.
+    Rotation,
+    /// Central differences with common random numbers: biased by ~ step², noise ~ 1/√step; differentiates
+    /// everything.
+    FiniteDifference,
+    /// The interior term alone: biased wherever a silhouette, a shadow's or a light's edge moves.
+    Interior,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Bias {
+    /// Nothing: N rays, less noise; the bias falls as 1/N.
+    None,
+    /// Russian roulette, as in the paper: unbiased, but of infinite variance; for comparison.
+    Roulette,
+    /// Differences between levels of rays: unbiased (the default).
+    Multilevel,
+}
+
+/// The exponent of Russian roulette's tail, in (1, 2): the middle.
+const TAIL: f64 = 1.5;
+
+/// Rays without debiasing, where the bias is a few per cent of the boundary term.
+const RAYS_WITHOUT_DEBIASING: usize = 16;
+
+/// A method, ready to run.
+pub(super) enum Estimator {
+    WarpedArea(WarpedArea),
+    EdgeSampling(EdgeSampling),
+    Rotation(Rotation),
+    FiniteDifference(FiniteDifference),
+}
+
+impl MethodOptions {
+    pub(super) fn is_finite_difference(&self) -> bool {
+        self.method == Method::FiniteDifference
+    }
+
+    /// Whether all options belong together, asked before any work.
+    pub(super) fn check(&self, command: &str, step: bool) -> anyhow::Result<()> {
+        let conflict = |text: &str| Err(usage(command, ErrorKind::ArgumentConflict, text.to_owned()));
+        if self.method != Method::WarpedArea && (self.debias.is_some() || self.aux.is_some()) {
+            return conflict("--debias and --aux belong to --method warped-area");
+        }
+        if step && !self.is_finite_difference() {
+            return conflict("--step belongs to --method finite-difference");
+        }
+        Ok(())
+    }
+
+    pub(super) fn estimator(&self, samples: usize, seed: u64, step: Option<f64>) -> Estimator {
+        if self.is_finite_difference() {
+            let default = FiniteDifference::default();
+            let step = step.unwrap_or(default.step);
+            return Estimator::FiniteDifference(FiniteDifference { samples, step, seed });
+        }
+        if self.method == Method::Edge {
+            // Of edges on the film, a fourth of the samples of paths, as by default.
+            let (primary, secondary) = (samples.div_ceil(4), samples);
+            return Estimator::EdgeSampling(EdgeSampling { samples, primary, secondary, seed });
+        }
+        if self.method == Method::Rotation {
+            return Estimator::Rotation(Rotation { samples, seed, ..Rotation::default() });
+        }
+        let warp = Warp { debias: self.debias(), ..Warp::default() };
+        let warps = self.method != Method::Interior;
+        Estimator::WarpedArea(WarpedArea { samples, warp, warps, seed, ..WarpedArea::default() })
+    }
+
+    fn debias(&self) -> Debias {
+        let rays = |default: usize| self.aux.map_or(default, |n| n as usize);
+        match self.debias {
+            Some(Bias::None) => Debias::Consistent { rays: rays(RAYS_WITHOUT_DEBIASING) },
+            Some(Bias::Roulette) => Debias::RussianRoulette { rays: rays(4), tail: TAIL },
+            Some(Bias::Multilevel) | None => match Debias::default() {
+                Debias::Multilevel { rays: default, first, ratio } => {
+                    Debias::Multilevel { rays: rays(default), first, ratio }
+                }
+                other => other,
+            },
+        }
+    }
+}
+
+impl Estimator {
+    /// The derivative of every pixel, with its terms apart if they are asked for and there are any.
+    pub(super) fn forward(
+        &self,
+        scene: &Scene,
+        change: &Change,
+        terms: bool,
+        progress: &Progress,
+    ) -> Result<GradientImage, GradientError> {
+        match self {
+            Self::WarpedArea(method) if terms => method.forward_terms(scene, change, progress),
+            Self::WarpedArea(method) => method.forward(scene, change, progress),
+            Self::EdgeSampling(method) if terms => method.forward_terms(scene, change, progress),
+            Self::EdgeSampling(method) => method.forward(scene, change, progress),
+            Self::Rotation(method) if terms => method.forward_terms(scene, change, progress),
+            Self::Rotation(method) => method.forward(scene, change, progress),
+            Self::FiniteDifference(method) => method.forward(scene, change, progress),
+        }
+    }
+
+    /// The derivative of Σ adjoint · image by every wanted parameter.
+    pub(super) fn reverse(
+        &self,
+        scene: &Scene,
+        adjoint: &[DVec3],
+        wanted: &Wanted,
+        progress: &Progress,
+    ) -> anyhow::Result<Change> {
+        match self {
+            Self::WarpedArea(method) => Ok(method.reverse(scene, adjoint, wanted, progress)?),
+            Self::EdgeSampling(method) => Ok(method.reverse(scene, adjoint, wanted, progress)?),
+            Self::Rotation(method) => Ok(method.reverse(scene, adjoint, wanted, progress)?),
+            Self::FiniteDifference(_) => bail!("finite differences have no reverse mode"),
+        }
+    }
+}

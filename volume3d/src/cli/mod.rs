@@ -1,0 +1,103 @@
+//! Commands, one file each, and what they share.
+
+mod check;
+mod comparison;
+mod extent;
+mod gradient;
+mod info;
+mod lint;
+mod method;
+mod movement;
+mod names;
+mod output;
+mod parameter;
+mod render;
+mod reverse;
+mod session;
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use anyhow::anyhow;
+use clap::error::ErrorKind;
+use clap::{CommandFactory, Parser, Subcommand};
+use volume3d::gradient::{GradientError, Stopped};
+
+/// Renders Mitsuba 3 scenes and differentiates the images with respect to geometry, camera, lights and materials,
+/// by warped-area sampling: without bias, and without looking for edges.
+#[derive(Debug, Parser)]
+#[command(version, after_long_help = EXAMPLES)]
+struct Options {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Render(render::Options),
+    Gradient(gradient::Options),
+    Check(check::Options),
+    Info(info::Options),
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  volume3d info scene.xml
+  volume3d render scene.xml -o image.exr --png image.png --spp 256
+  volume3d gradient scene.xml --move box:translate:1,0,0 -o gradient.exr --png gradient.png
+  volume3d check scene.xml --move box:translate:1,0,0
+
+Exit status: 0 if all went well; 1 if a file, a scene or a request cannot be dealt with, or a check \
+fails; 2 if the command line cannot be understood; 130 after Ctrl-C. An output file is at every moment \
+what it was before, or complete.";
+
+/// What a command has to say at its end, and whether what it was to find out is so.
+struct Report {
+    text: String,
+    holds: bool,
+}
+
+/// The status of a program ended by Ctrl-C: 128 + SIGINT.
+const INTERRUPTED: u8 = 130;
+
+pub(crate) fn main() -> ExitCode {
+    let done = match Options::parse().command {
+        Command::Render(options) => render::run(&options),
+        Command::Gradient(options) => gradient::run(&options),
+        Command::Check(options) => check::run(&options),
+        Command::Info(options) => info::run(&options),
+    };
+    match done {
+        Ok(report) => {
+            // Who closed the pipe does not want to read on: no error.
+            let _ = std::io::stdout().write_all(report.text.as_bytes());
+            if report.holds { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+        }
+        Err(error) => fail(&error),
+    }
+}
+
+fn fail(error: &anyhow::Error) -> ExitCode {
+    if let Some(usage) = error.downcast_ref::<clap::Error>() {
+        let _ = usage.print();
+        return ExitCode::from(2);
+    }
+    let gradient = error.downcast_ref::<GradientError>();
+    if error.is::<Stopped>() || matches!(gradient, Some(GradientError::Stopped(_))) {
+        let _ = writeln!(std::io::stderr(), "stopped; nothing was written");
+        return ExitCode::from(INTERRUPTED);
+    }
+    let _ = writeln!(std::io::stderr(), "error: {error}");
+    ExitCode::FAILURE
+}
+
+/// An error in how options were put together, as clap would say it.
+fn usage(command: &str, kind: ErrorKind, message: String) -> anyhow::Error {
+    let mut whole = Options::command();
+    whole.build();
+    let error = match whole.find_subcommand_mut(command) {
+        Some(command) => command.error(kind, message),
+        None => whole.error(kind, message),
+    };
+    anyhow!(error)
+}

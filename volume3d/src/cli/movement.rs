@@ -1,0 +1,248 @@
+//! `--move`: a direction in the space of parameters, in words.
+
+use std::str::FromStr;
+
+use anyhow::{anyhow, bail};
+use clap::Args;
+use glam::DVec3;
+use volume3d::gradient::Change;
+use volume3d::scene::{Bsdf, Reflectance, Scene};
+
+use super::names;
+
+#[derive(Args, Debug)]
+pub(super) struct Moves {
+    /// What moves, and how fast; several add up. The gradient is the derivative by the
+    /// parameter θ that all of them have in common, at θ = 0.
+    ///
+    ///   SHAPE:translate:x,y,z            by θ (x, y, z), in scene units
+    ///   SHAPE:rotate:px,py,pz:ax,ay,az   by θ |a| radians about the axis a through p
+    ///   SHAPE:scale:px,py,pz:s           x becomes p + (1 + θ s) (x − p)
+    ///   SHAPE:vertex:INDEX:x,y,z         one vertex of its file, from 0, by θ (x, y, z)
+    ///   SHAPE:radiance:r,g,b             what it emits, by θ (r, g, b)
+    ///   MATERIAL:reflectance:r,g,b       its constant reflectance
+    ///   MATERIAL:roughness:rate          its alpha
+    ///   camera:translate:x,y,z           its origin, in scene units
+    ///   camera:rotate:ax,ay,az           by θ |a| radians about the axis a through its origin
+    ///   camera:fov:rate                  its horizontal field of view, radians
+    ///
+    /// SHAPE and MATERIAL are ids of the scene, which `volume3d info` lists. Axes are in the
+    /// world, and turns right-handed. Vertices of a file at one place move together.
+    #[arg(long = "move", value_name = "WHAT:HOW:RATE", verbatim_doc_comment, allow_hyphen_values = true)]
+    pub(super) moves: Vec<Move>,
+}
+
+/// One motion of one thing.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Move {
+    what: String,
+    how: How,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum How {
+    Translate(DVec3),
+    Rotate { centre: DVec3, axis: DVec3 },
+    Scale { centre: DVec3, rate: f64 },
+    Vertex { index: usize, velocity: DVec3 },
+    Radiance(DVec3),
+    Reflectance(DVec3),
+    Roughness(f64),
+    CameraTranslate(DVec3),
+    CameraRotate(DVec3),
+    CameraFieldOfView(f64),
+}
+
+const SHAPE_FORMS: &str = "SHAPE:translate:x,y,z, SHAPE:rotate:px,py,pz:ax,ay,az, SHAPE:scale:px,py,pz:s, \
+    SHAPE:vertex:INDEX:x,y,z, SHAPE:radiance:r,g,b, MATERIAL:reflectance:r,g,b or MATERIAL:roughness:rate";
+const CAMERA_FORMS: &str = "camera:translate:x,y,z, camera:rotate:ax,ay,az or camera:fov:rate";
+
+/// The words for what happens.
+const HOW: [&str; 8] =
+    ["translate", "rotate", "scale", "vertex", "radiance", "reflectance", "roughness", "fov"];
+
+impl FromStr for Move {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts: Vec<&str> = text.split(':').collect();
+        // An id may have colons in it: it ends before the first word that tells what happens.
+        let at = (1..parts.len()).find(|&i| HOW.contains(&parts[i]));
+        let Some(at) = at else { return Err(format!("expected {SHAPE_FORMS}; or {CAMERA_FORMS}")) };
+        let what = parts[..at].join(":");
+        let how = if what == "camera" {
+            match parts[at..] {
+                ["translate", v] => How::CameraTranslate(vector(v)?),
+                ["rotate", v] => How::CameraRotate(vector(v)?),
+                ["fov", rate] => How::CameraFieldOfView(number(rate)?),
+                _ => return Err(format!("expected {CAMERA_FORMS}")),
+            }
+        } else {
+            match parts[at..] {
+                ["translate", v] => How::Translate(vector(v)?),
+                ["rotate", centre, axis] => How::Rotate { centre: vector(centre)?, axis: vector(axis)? },
+                ["scale", centre, rate] => How::Scale { centre: vector(centre)?, rate: number(rate)? },
+                ["vertex", index, v] => {
+                    let index = index.parse().map_err(|_| format!("`{index}` is not a vertex's index"))?;
+                    How::Vertex { index, velocity: vector(v)? }
+                }
+                ["radiance", v] => How::Radiance(vector(v)?),
+                ["reflectance", v] => How::Reflectance(vector(v)?),
+                ["roughness", rate] => How::Roughness(number(rate)?),
+                _ => return Err(format!("expected {SHAPE_FORMS}")),
+            }
+        };
+        Ok(Self { what, how })
+    }
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse().ok().filter(|x: &f64| x.is_finite());
+    number.ok_or_else(|| format!("`{text}` is not a finite number"))
+}
+
+fn vector(text: &str) -> Result<DVec3, String> {
+    let numbers = text.split(',').map(number).collect::<Result<Vec<f64>, String>>()?;
+    match numbers[..] {
+        [x, y, z] => Ok(DVec3::new(x, y, z)),
+        _ => Err(format!("`{text}` is not three numbers with commas between")),
+    }
+}
+
+/// The sum of all motions.
+pub(super) fn change(scene: &Scene, moves: &[Move]) -> anyhow::Result<Change> {
+    let mut change = Change::still(scene);
+    moves.iter().try_for_each(|m| m.add_to(scene, &mut change))?;
+    Ok(change)
+}
+
+impl Move {
+    fn add_to(&self, scene: &Scene, change: &mut Change) -> anyhow::Result<()> {
+        let shape = || shape(scene, &self.what);
+        match self.how {
+            How::Translate(velocity) => change.translate(scene, shape()?, velocity),
+            How::Rotate { centre, axis } => change.rotate(scene, shape()?, centre, axis),
+            How::Scale { centre, rate } => change.scale(scene, shape()?, centre, rate),
+            How::Vertex { index, velocity } => {
+                let shape = shape()?;
+                let sources = scene.description().shapes[shape].mesh.sources();
+                let Some(&position) = sources.get(index) else {
+                    let count = sources.len();
+                    bail!("`{}` has no vertex {index}: its {count} vertices count from 0", self.what);
+                };
+                change.positions_of_mut(scene, shape)[position as usize] += velocity;
+            }
+            How::Radiance(rate) => change.radiance[emitter(scene, &self.what)?] += rate,
+            How::Reflectance(rate) => change.reflectance[plain(scene, &self.what)?] += rate,
+            How::Roughness(rate) => change.roughness[rough(scene, &self.what)?] += rate,
+            How::CameraTranslate(velocity) => change.camera.translation += velocity,
+            How::CameraRotate(axis) => change.camera.rotation += axis,
+            How::CameraFieldOfView(rate) => change.camera.field_of_view += rate,
+        }
+        Ok(())
+    }
+}
+
+pub(super) fn shape(scene: &Scene, id: &str) -> anyhow::Result<usize> {
+    names::find("shape", id, scene.description().shapes.iter().map(|s| s.id.as_str()))
+}
+
+/// A shape that emits.
+pub(super) fn emitter(scene: &Scene, id: &str) -> anyhow::Result<usize> {
+    let index = shape(scene, id)?;
+    let shapes = &scene.description().shapes;
+    if shapes[index].radiance.is_some() {
+        return Ok(index);
+    }
+    let emitters: Vec<&str> = shapes.iter().filter(|s| s.radiance.is_some()).map(|s| s.id.as_str()).collect();
+    Err(other("shape", id, "emits nothing", "that emit", &emitters))
+}
+
+pub(super) fn material(scene: &Scene, id: &str) -> anyhow::Result<usize> {
+    names::find("material", id, scene.description().materials.iter().map(|m| m.id.as_str()))
+}
+
+/// A material of constant reflectance.
+pub(super) fn plain(scene: &Scene, id: &str) -> anyhow::Result<usize> {
+    material_with(scene, id, "has a texture, not one reflectance", "without a texture", |bsdf| {
+        matches!(bsdf.reflectance(), Reflectance::Constant(_))
+    })
+}
+
+/// A material with a texture.
+pub(super) fn textured(scene: &Scene, id: &str) -> anyhow::Result<usize> {
+    material_with(scene, id, "has no texture", "with a texture", |bsdf| {
+        matches!(bsdf.reflectance(), Reflectance::Texture(_))
+    })
+}
+
+/// A material with a roughness.
+pub(super) fn rough(scene: &Scene, id: &str) -> anyhow::Result<usize> {
+    material_with(scene, id, "has no roughness", "with one", |bsdf| {
+        matches!(bsdf, Bsdf::RoughConductor { .. })
+    })
+}
+
+fn material_with(
+    scene: &Scene,
+    id: &str,
+    lacks: &str,
+    kind: &str,
+    has: impl Fn(&Bsdf) -> bool,
+) -> anyhow::Result<usize> {
+    let index = material(scene, id)?;
+    let materials = &scene.description().materials;
+    if has(&materials[index].bsdf) {
+        return Ok(index);
+    }
+    let those: Vec<&str> = materials.iter().filter(|m| has(&m.bsdf)).map(|m| m.id.as_str()).collect();
+    Err(other("material", id, lacks, kind, &those))
+}
+
+fn other(what: &str, id: &str, lacks: &str, kind: &str, those: &[&str]) -> anyhow::Error {
+    if those.is_empty() {
+        anyhow!("{what} `{id}` {lacks}; no {what} of this scene does otherwise")
+    } else {
+        anyhow!("{what} `{id}` {lacks}; {what}s {kind}: {}", names::list(those))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Move, String> {
+        text.parse()
+    }
+
+    #[test]
+    fn motions_are_read() {
+        let v = DVec3::new(1.0, -2.0, 0.5);
+        let of = |what: &str, how| Ok(Move { what: what.to_owned(), how });
+        assert_eq!(parse("a:translate:1,-2,0.5"), of("a", How::Translate(v)));
+        assert_eq!(parse("a:rotate:0,0,0:1,-2,.5"), of("a", How::Rotate { centre: DVec3::ZERO, axis: v }));
+        assert_eq!(parse("a:b:vertex:7:1,-2,0.5"), of("a:b", How::Vertex { index: 7, velocity: v }));
+        assert_eq!(parse("camera:rotate:1,-2,0.5"), of("camera", How::CameraRotate(v)));
+        assert_eq!(parse("camera:fov:1e-2"), of("camera", How::CameraFieldOfView(0.01)));
+    }
+
+    #[test]
+    fn what_is_no_motion_is_refused() {
+        let bad = [
+            "",
+            "a",
+            "a:jump:1,2,3",
+            "translate:1,2,3",
+            "a:translate:1,2",
+            "a:translate:1,2,inf",
+            "a:scale:1",
+            "a:vertex:-1:0,0,0",
+            "camera:scale:0,0,0:1",
+            "a:fov:1",
+            "a:rotate:1,2,3",
+        ];
+        for text in bad {
+            assert!(parse(text).is_err(), "{text}");
+        }
+    }
+}

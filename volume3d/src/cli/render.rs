@@ -1,0 +1,95 @@
+//! `volume3d render`.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::bail;
+use clap::Args;
+use glam::DVec3;
+use volume3d::gradient::render;
+
+use super::Report;
+use super::output::{Output, Pixels, check_distinct};
+use super::session::{Bar, RunOptions, SceneOptions, located, stop_if_asked};
+
+/// Renders a scene.
+///
+/// Pixels are linear RGB radiance. What an output file is called decides what it is: .exr and .npy (float32, height ×
+/// width × 3) hold all values as they are, .png is sRGB, clamped to [0, 1], without exposure or tone curve.
+///
+/// The image is, bit for bit, the one that comes with `volume3d gradient --image` at the same --spp and --seed.
+///
+/// Example: volume3d render scene.xml -o image.exr --stderr error.exr --spp 1024 -D width=640
+#[derive(Args, Debug)]
+pub(super) struct Options {
+    #[command(flatten)]
+    scene: SceneOptions,
+    /// The image: .exr, .npy or .png.
+    #[arg(short, long, value_name = "OUT.exr")]
+    output: PathBuf,
+    /// A picture besides.
+    #[arg(long, value_name = "OUT.png")]
+    png: Option<PathBuf>,
+    /// The standard error of every pixel, estimated from 8 independent groups of samples.
+    #[arg(long = "stderr", value_name = "ERR.exr")]
+    standard_error: Option<PathBuf>,
+    /// Samples a pixel; the scene's sample_count unless given.
+    #[arg(long, value_name = "N", value_parser = samples)]
+    spp: Option<usize>,
+    #[command(flatten)]
+    run: RunOptions,
+}
+
+/// The most samples a pixel: what a day will not see the end of.
+const MAX_SAMPLES: usize = 1 << 30;
+
+/// A number of samples a pixel.
+pub(super) fn samples(text: &str) -> Result<usize, String> {
+    let number = text.parse().ok().filter(|n| (1..=MAX_SAMPLES).contains(n));
+    number.ok_or_else(|| format!("expected a whole number from 1 to {MAX_SAMPLES}"))
+}
+
+/// One sample has no spread.
+pub(super) fn check_error_exists(path: Option<&PathBuf>, samples: usize) -> anyhow::Result<()> {
+    if path.is_some() && samples < 2 {
+        bail!("--stderr needs at least 2 samples a pixel, not {samples}; raise --spp");
+    }
+    Ok(())
+}
+
+/// √ mean of squares over all pixels and channels.
+pub(super) fn root_mean_square(pixels: &[DVec3]) -> f64 {
+    (pixels.iter().map(|p| p.length_squared()).sum::<f64>() / (3 * pixels.len()) as f64).sqrt()
+}
+
+pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
+    let mut outputs = vec![Output::new(&options.output, Pixels::Radiance)?];
+    if let Some(path) = &options.png {
+        outputs.push(Output::picture(path, Pixels::Radiance)?);
+    }
+    let error = options.standard_error.as_ref().map(|p| Output::new(p, Pixels::Radiance)).transpose()?;
+    let paths: Vec<_> = outputs.iter().chain(&error).map(Output::path).collect();
+    check_distinct(&paths, &[options.scene.path().to_path_buf()])?;
+
+    options.run.begin()?;
+    let loaded = options.scene.load()?;
+    check_distinct(&paths, &loaded.files)?;
+    let samples = options.spp.unwrap_or(loaded.scene.description().samples);
+    check_error_exists(options.standard_error.as_ref(), samples)?;
+
+    let start = Instant::now();
+    let image = render(&loaded.scene, samples, options.run.seed, &Bar::new(0, "render").progress())?;
+    let seconds = start.elapsed().as_secs_f64();
+    stop_if_asked()?;
+
+    let (width, height) = (image.width, image.height);
+    let mut text = format!("{width} × {height} pixels, {samples} spp, {seconds:.2} s\n");
+    text += &located(&image.non_finite);
+    for output in &outputs {
+        text += &output.write(width, height, &image.pixels)?;
+    }
+    if let Some(output) = &error {
+        text += &output.write(width, height, &image.standard_error)?;
+    }
+    Ok(Report { text, holds: true })
+}

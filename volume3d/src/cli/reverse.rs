@@ -1,0 +1,109 @@
+//! The reverse mode of `volume3d gradient`.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{anyhow, bail};
+use volume3d::gradient::Wanted;
+use volume3d::io::{Image, Precision, read_exr, read_npy, write_npy};
+use volume3d::scene::Scene;
+
+use super::Report;
+use super::method::MethodOptions;
+use super::output::{check_array, check_distinct};
+use super::parameter::{Located, Parameter};
+use super::session::{Bar, RunOptions, SceneOptions, stop_if_asked};
+
+/// The options of `volume3d gradient` that reverse mode heeds.
+pub(super) struct Request<'o> {
+    pub(super) scene: &'o SceneOptions,
+    pub(super) run: &'o RunOptions,
+    pub(super) method: &'o MethodOptions,
+    pub(super) adjoint: &'o Path,
+    pub(super) parameters: &'o [Parameter],
+    pub(super) output: &'o Path,
+    pub(super) samples: Option<usize>,
+}
+
+pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
+    let paths = request.outputs()?;
+    let outputs: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
+    let mut inputs = vec![request.scene.path().to_path_buf(), request.adjoint.to_path_buf()];
+    check_distinct(&outputs, &inputs)?;
+    let adjoint = read_adjoint(request.adjoint)?;
+    request.run.begin()?;
+    let loaded = request.scene.load()?;
+    inputs.extend(loaded.files);
+    check_distinct(&outputs, &inputs)?;
+    let scene = &loaded.scene;
+    check_size(request.adjoint, &adjoint, scene)?;
+    let located =
+        request.parameters.iter().map(|p| p.locate(scene)).collect::<anyhow::Result<Vec<Located>>>()?;
+    let mut wanted = Wanted::nothing(scene);
+    located.iter().for_each(|parameter| parameter.want(&mut wanted));
+
+    let samples = request.samples.unwrap_or(scene.description().samples);
+    let start = Instant::now();
+    let estimator = request.method.estimator(samples, request.run.seed, None);
+    let bar = Bar::new(0, "reverse");
+    let gradient = estimator.reverse(scene, &adjoint.pixels, &wanted, &bar.progress())?;
+    drop(bar);
+    let seconds = start.elapsed().as_secs_f64();
+    stop_if_asked()?;
+
+    let mut text = format!("{} × {} pixels, {samples} spp, {seconds:.2} s\n", adjoint.width, adjoint.height);
+    for (parameter, path) in located.iter().zip(&paths) {
+        let array = parameter.pick(scene, &gradient);
+        let size = array.values.iter().map(|x| x * x).sum::<f64>().sqrt();
+        write_npy(path, &array, Precision::Double)?;
+        if !size.is_finite() {
+            text += "NOT FINITE: ";
+        }
+        text += &format!("wrote {}, shape {:?}, norm {size:.3e}\n", path.display(), array.shape);
+    }
+    Ok(Report { text, holds: true })
+}
+
+impl Request<'_> {
+    /// A file for every parameter.
+    fn outputs(&self) -> anyhow::Result<Vec<PathBuf>> {
+        let (output, count) = (self.output, self.parameters.len());
+        if output.is_dir() {
+            return Ok(self.parameters.iter().map(|p| output.join(p.file_name())).collect());
+        }
+        if count > 1 {
+            bail!("{count} parameters need a folder, but {} is none; make it first", output.display());
+        }
+        check_array(output)?;
+        Ok(vec![output.to_path_buf()])
+    }
+}
+
+fn read_adjoint(path: &Path) -> anyhow::Result<Image> {
+    let is_array = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npy"));
+    let image = if is_array {
+        let array = read_npy(path)?;
+        array.to_image().ok_or_else(|| {
+            anyhow!("{}: an adjoint is height × width × 3, not {:?}", path.display(), array.shape)
+        })?
+    } else {
+        read_exr(path)?
+    };
+    if let Some(at) = image.pixels.iter().position(|p| !p.is_finite()) {
+        let (x, y) = (at % image.width, at / image.width);
+        bail!(
+            "{}: the adjoint in column {x}, row {y} (from the top left, from 0) is not finite",
+            path.display()
+        );
+    }
+    Ok(image)
+}
+
+fn check_size(path: &Path, adjoint: &Image, scene: &Scene) -> anyhow::Result<()> {
+    let (width, height) = scene.size();
+    if (adjoint.width, adjoint.height) != (width, height) {
+        let (w, h) = (adjoint.width, adjoint.height);
+        bail!("{}: the adjoint has {w} × {h} pixels, but the film {width} × {height}", path.display());
+    }
+    Ok(())
+}

@@ -1,0 +1,147 @@
+//! What every command does first: threads, Ctrl-C, the scene; and how it shows progress.
+
+use std::cell::RefCell;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use anyhow::{Context as _, anyhow};
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use volume3d::gradient::{NonFinite, Progress, Stopped};
+use volume3d::io::read_scene;
+use volume3d::scene::Scene;
+
+/// Set by Ctrl-C.
+static STOP: AtomicBool = AtomicBool::new(false);
+
+/// Samples that were not finite and are named; of the others only the number is told.
+const NAMED: usize = 5;
+
+#[derive(Args, Debug)]
+pub(super) struct SceneOptions {
+    /// The scene: Mitsuba 3 XML.
+    #[arg(value_name = "SCENE.xml")]
+    scene: PathBuf,
+    /// Gives $name in the scene a value, before its <default>. May be repeated.
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = definition)]
+    define: Vec<(String, String)>,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct RunOptions {
+    /// The seed of everything random. The same seed gives the same bits at any number of threads.
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub(super) seed: u64,
+    /// Threads to compute with; all of the machine's unless given.
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    threads: Option<u32>,
+}
+
+fn definition(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.is_empty() => Ok((name.to_owned(), value.to_owned())),
+        _ => Err("expected NAME=VALUE".to_owned()),
+    }
+}
+
+/// A scene, and every file that was read for it.
+pub(super) struct Loaded {
+    pub(super) scene: Scene,
+    pub(super) files: Vec<PathBuf>,
+}
+
+impl SceneOptions {
+    pub(super) fn path(&self) -> &Path {
+        &self.scene
+    }
+
+    pub(super) fn load(&self) -> anyhow::Result<Loaded> {
+        let path = &self.scene;
+        let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()));
+        let bytes = bytes.map_err(|e| anyhow!("{e:#}"))?;
+        let files = RefCell::new(vec![path.clone()]);
+        let open = |file: &Path| {
+            files.borrow_mut().push(file.to_path_buf());
+            std::fs::read(file)
+        };
+        let description = read_scene(&bytes, path, &self.define, &open)?;
+        let scene = Scene::new(description).map_err(|e| anyhow!("{}: {e}", path.display()))?;
+        Ok(Loaded { scene, files: files.into_inner() })
+    }
+}
+
+impl RunOptions {
+    /// Starts the threads, and listens for Ctrl-C. A second Ctrl-C ends the program at once.
+    pub(super) fn begin(&self) -> anyhow::Result<()> {
+        let threads = self.threads.map_or(0, |t| t as usize);
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build_global()
+            .map_err(|e| anyhow!("cannot start {threads} threads: {e}; try a smaller --threads"))?;
+        let stop = || {
+            if STOP.swap(true, Ordering::Relaxed) {
+                std::process::exit(i32::from(super::INTERRUPTED));
+            }
+        };
+        ctrlc::set_handler(stop).context("cannot listen for Ctrl-C")
+    }
+}
+
+/// Ends here if Ctrl-C came in the meantime.
+pub(super) fn stop_if_asked() -> Result<(), Stopped> {
+    if STOP.load(Ordering::Relaxed) { Err(Stopped) } else { Ok(()) }
+}
+
+/// Progress that nobody sees, but which stops at Ctrl-C.
+pub(super) fn silent() -> Progress {
+    Progress::none().until(&STOP)
+}
+
+/// A bar on the standard error, if that is a terminal; it vanishes at its end.
+pub(super) struct Bar(ProgressBar);
+
+impl Bar {
+    pub(super) fn new(steps: usize, what: &'static str) -> Self {
+        let style = ProgressStyle::with_template("{msg} {bar:32} {percent:>3}%  {elapsed} gone, {eta} to go")
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
+        let bar = ProgressBar::new(steps as u64).with_style(style).with_message(what);
+        bar.enable_steady_tick(Duration::from_millis(200));
+        Self(bar)
+    }
+
+    /// Follows one computation through all its stages.
+    pub(super) fn progress(&self) -> Progress {
+        let (start, step) = (self.0.clone(), self.0.clone());
+        let begin = move |steps: usize| {
+            start.reset();
+            start.set_length(steps as u64);
+        };
+        Progress::new(begin, move || step.inc(1)).until(&STOP)
+    }
+
+    pub(super) fn step(&self) {
+        self.0.inc(1);
+    }
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
+}
+
+/// Where samples were not finite, or nothing if they all were.
+pub(super) fn located(non_finite: &[NonFinite]) -> String {
+    let mut text = String::new();
+    if let Some(first) = non_finite.get(..NAMED.min(non_finite.len())).filter(|f| !f.is_empty()) {
+        let count = non_finite.len();
+        let _ = write!(text, "{count} samples were not finite and are left out (column, row, sample):");
+        for NonFinite { column, row, sample } in first {
+            let _ = write!(text, " ({column}, {row}, {sample})");
+        }
+        text.push_str(if count > NAMED { " …\n" } else { "\n" });
+    }
+    text
+}

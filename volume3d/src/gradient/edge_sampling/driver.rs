@@ -1,0 +1,258 @@
+//! Sums over samples of jumps: onto the film, or, transposed, into the parameters.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use crate::calculus::{Calculus, Frame, Number, Tape};
+use crate::gradient::film::FilmPlane;
+use crate::gradient::forward::Forward;
+use crate::gradient::groups::GROUPS;
+use crate::gradient::motion::Motion;
+use crate::gradient::reverse::{Inputs, Reverse};
+use crate::gradient::{Change, NonFinite, Progress, Stopped, Wanted};
+use crate::path::Sequence;
+use crate::scene::Scene;
+
+/// One point of a jump, as seen on the film.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Crossing<T> {
+    pub(super) at: DVec2,
+    /// The difference of light over the density of the sample.
+    pub(super) light: DVec3,
+    /// A number whose derivative is the jump's normal velocity, from the side before to the side behind.
+    pub(super) speed: T,
+}
+
+/// Which sample.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Address {
+    pub(super) seed: u64,
+    group: usize,
+    /// Its place in the group, and how many there are.
+    index: usize,
+    count: usize,
+}
+
+impl Address {
+    /// The numbers of a sample: samples of a group are stratified together, and groups are independent.
+    pub(super) fn numbers(&self, purpose: u64) -> Sequence {
+        Sequence::new(self.seed, &[purpose, self.group as u64], self.index)
+    }
+
+    /// The sample's place in (0, 1), systematically.
+    pub(super) fn fraction(&self, numbers: &mut Sequence) -> f64 {
+        (self.index as f64 + numbers.one()) / self.count as f64
+    }
+}
+
+/// An integral over jumps.
+pub(super) trait Boundary: Sync {
+    /// Adds what one sample finds, such that the mean over samples is the integral.
+    fn sample<C: Calculus>(
+        &self,
+        calculus: &mut C,
+        frame: &Frame<C::Number>,
+        address: Address,
+        found: &mut Vec<Crossing<C::Number>>,
+    );
+}
+
+/// Mean and variance of that mean, by pixel.
+#[derive(Clone, Debug)]
+pub(super) struct Estimate {
+    pub(super) mean: Vec<DVec3>,
+    pub(super) variance: Vec<DVec3>,
+    pub(super) non_finite: Vec<NonFinite>,
+}
+
+/// Samples that are computed together, one after the other.
+const CHUNK: usize = 2048;
+
+/// Chunks that may be under way at once: memory does not grow with samples.
+const WAVE: usize = 32;
+
+/// How a boundary is summed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Driver<'s> {
+    pub(super) scene: &'s Scene,
+    pub(super) film: FilmPlane,
+    pub(super) seed: u64,
+    /// Samples in a group.
+    count: usize,
+}
+
+impl<'s> Driver<'s> {
+    /// At least `samples` samples in all.
+    pub(super) fn new(scene: &'s Scene, seed: u64, samples: usize) -> Self {
+        Self { scene, film: FilmPlane::new(scene), seed, count: samples.div_ceil(GROUPS).max(1) }
+    }
+
+    fn chunks(&self) -> usize {
+        self.count.div_ceil(CHUNK)
+    }
+
+    fn addresses(self, group: usize, chunk: usize) -> impl Iterator<Item = Address> {
+        let last = (CHUNK * (chunk + 1)).min(self.count);
+        (CHUNK * chunk..last).map(move |index| Address { seed: self.seed, group, index, count: self.count })
+    }
+
+    /// Every chunk in parallel, and what they give in order.
+    fn gather<T: Send>(
+        &self,
+        progress: &Progress,
+        part: impl Fn(usize) -> T + Sync,
+        mut take: impl FnMut(T),
+    ) -> Result<(), Stopped> {
+        for start in (0..self.chunks()).step_by(WAVE) {
+            let parts: Vec<T> = (start..(start + WAVE).min(self.chunks()))
+                .into_par_iter()
+                .map(|chunk| {
+                    let part = part(chunk);
+                    progress.advance();
+                    part
+                })
+                .collect();
+            if progress.stopped() {
+                return Err(Stopped);
+            }
+            parts.into_iter().for_each(&mut take);
+        }
+        Ok(())
+    }
+
+    /// The derivative of every pixel along a change.
+    pub(super) fn forward(
+        &self,
+        boundary: &impl Boundary,
+        motion: &Motion<'_>,
+        progress: &Progress,
+    ) -> Result<Estimate, Stopped> {
+        let pixels = self.film.columns * self.film.rows;
+        let (mut mean, mut squares) = (vec![DVec3::ZERO; pixels], vec![DVec3::ZERO; pixels]);
+        let mut non_finite = vec![];
+        let mut sum = vec![DVec3::ZERO; pixels];
+        progress.start(GROUPS * self.chunks());
+        for group in 0..GROUPS {
+            sum.fill(DVec3::ZERO);
+            let part = |chunk| self.forward_chunk(boundary, motion, group, chunk);
+            self.gather(progress, part, |(splats, bad)| {
+                for (pixel, amount) in splats {
+                    sum[pixel as usize] += amount;
+                }
+                non_finite.extend(bad);
+            })?;
+            // Welford's running mean and sum of squared deviations.
+            for ((sum, mean), squares) in sum.iter().zip(&mut mean).zip(&mut squares) {
+                let value = *sum / self.count as f64;
+                let before = value - *mean;
+                *mean += before / (group + 1) as f64;
+                *squares += before * (value - *mean);
+            }
+        }
+        let n = GROUPS as f64;
+        let variance = squares.into_iter().map(|s| s / (n * (n - 1.0))).collect();
+        Ok(Estimate { mean, variance, non_finite })
+    }
+
+    fn forward_chunk(
+        &self,
+        boundary: &impl Boundary,
+        motion: &Motion<'_>,
+        group: usize,
+        chunk: usize,
+    ) -> (Vec<(u32, DVec3)>, Vec<NonFinite>) {
+        let mut forward = Forward::<1> { scene: self.scene, motion, auxiliary: None };
+        let frame = forward.frame(&self.film);
+        let (mut splats, mut bad, mut found) = (vec![], vec![], vec![]);
+        for address in self.addresses(group, chunk) {
+            found.clear();
+            boundary.sample(&mut forward, &frame, address, &mut found);
+            for crossing in &found {
+                let amount = crossing.light * crossing.speed.tangent[0];
+                self.splat(crossing.at, address, amount, &mut bad, |pixel, weight| {
+                    splats.push((pixel as u32, weight * amount));
+                });
+            }
+        }
+        (splats, bad)
+    }
+
+    /// Calls with every pixel a film point reaches and its weight there.
+    fn splat(
+        &self,
+        at: DVec2,
+        address: Address,
+        amount: DVec3,
+        bad: &mut Vec<NonFinite>,
+        mut f: impl FnMut(usize, f64),
+    ) {
+        let film = &self.film;
+        let Some((i, j)) = film.cell(at) else { return };
+        if !amount.is_finite() {
+            bad.push(film.located(i, j, address.group * self.count + address.index));
+            return;
+        }
+        if amount == DVec3::ZERO {
+            return;
+        }
+        film.for_each_pixel(i, j, |_, _, x, y| {
+            let weight = film.weight([at.x, at.y], x, y);
+            if weight != 0.0 {
+                f(y * film.columns + x, weight);
+            }
+        });
+    }
+
+    /// The transpose: adds to the derivative of Σ adjoint · I by every wanted parameter.
+    pub(super) fn reverse(
+        &self,
+        boundary: &impl Boundary,
+        adjoint: &[DVec3],
+        wanted: &Wanted,
+        progress: &Progress,
+        gradient: &mut Change,
+    ) -> Result<(), Stopped> {
+        let inputs = Inputs::new(self.scene, wanted);
+        progress.start(GROUPS * self.chunks());
+        for group in 0..GROUPS {
+            let part = |chunk| self.reverse_chunk(boundary, adjoint, &inputs, group, chunk);
+            self.gather(progress, part, |part| gradient.add(&part))?;
+        }
+        Ok(())
+    }
+
+    fn reverse_chunk(
+        &self,
+        boundary: &impl Boundary,
+        adjoint: &[DVec3],
+        inputs: &Inputs,
+        group: usize,
+        chunk: usize,
+    ) -> Change {
+        let mut part = Change::still(self.scene);
+        let mut tape = Tape::new();
+        let mut adjoints = vec![];
+        let scale = 1.0 / (GROUPS * self.count) as f64;
+        for address in self.addresses(group, chunk) {
+            tape.clear();
+            let mut reverse = Reverse::new(self.scene, inputs, &tape, None, self.film);
+            let frame = reverse.frame();
+            let mut found = vec![];
+            boundary.sample(&mut reverse, &frame, address, &mut found);
+            let outputs: Vec<_> = found
+                .iter()
+                .filter_map(|crossing| {
+                    let mut sum = 0.0;
+                    self.splat(crossing.at, address, crossing.light, &mut vec![], |pixel, weight| {
+                        sum += weight * adjoint[pixel].dot(crossing.light);
+                    });
+                    (sum != 0.0).then_some((crossing.speed, sum * scale))
+                })
+                .collect();
+            if !outputs.is_empty() {
+                reverse.sweep(&outputs, &mut adjoints, &mut part);
+            }
+        }
+        part
+    }
+}

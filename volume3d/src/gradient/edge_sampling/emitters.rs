@@ -1,0 +1,114 @@
+//! The edges of emitters themselves, as they are seen from the points of camera paths.
+//!
+//! At a shading point x the boundary term is ∮ f cos θ ΔL (v·ν) dl with v·ν dl = (ω × e)·(ẋ_B − ẋ)/t² ds, in the
+//! notation of [`secondary`](super::secondary). There are few such edges, and light comes from the edge itself: here
+//! paths are traced from the camera.
+
+use glam::DVec3;
+
+use super::driver::{Address, Boundary, Crossing};
+use super::list::EdgeList;
+use super::sensor::{Chain, Sensor};
+use super::sides::{ASIDE, look_past};
+use super::table::Table;
+use super::walk::walk;
+use super::{EMITTER_EDGE, Moving};
+use crate::calculus::{Calculus, Frame, Number, Vec3};
+use crate::path::{Paths, Sequence, Shading};
+
+/// The edges of emitters, by length.
+#[derive(Debug)]
+pub(super) struct Emitters<'a> {
+    sensor: Sensor<'a>,
+    list: &'a EdgeList,
+    moving: &'a Moving,
+    edges: Vec<u32>,
+    table: Table,
+    longest: usize,
+}
+
+impl<'a> Emitters<'a> {
+    pub(super) fn new(paths: &'a Paths<'a>, list: &'a EdgeList, moving: &'a Moving) -> Self {
+        let scene = paths.scene;
+        let limit = scene.description.integrator.max_depth.unwrap_or(usize::MAX);
+        let emits = |shape: u32| scene.description.shapes[shape as usize].radiance.is_some();
+        let edges: Vec<u32> = (0..list.edges.len() as u32)
+            .filter(|&i| limit > 1 && emits(list.edges[i as usize].shape))
+            .collect();
+        let table = Table::new(edges.iter().map(|&i| {
+            let [a, b] = list.edges[i as usize].span(scene);
+            // The inner edges of a flat lamp are never silhouettes.
+            let flat = list.limits(scene, &list.edges[i as usize]).is_some_and(|[u, v]| u == v);
+            if flat { 0.0 } else { a.distance(b) }
+        }));
+        Self { sensor: Sensor::new(paths), list, moving, edges, table, longest: limit.saturating_sub(1) }
+    }
+
+    /// Whether there is nothing to sample.
+    pub(super) fn is_empty(&self) -> bool {
+        self.table.total() <= 0.0
+    }
+
+    fn moves(&self, shape: u32) -> bool {
+        self.moving.camera || self.moving.shapes[shape as usize]
+    }
+
+    /// One edge's point as seen from the last vertex of a path.
+    fn look<C: Calculus>(
+        &self,
+        calculus: &C,
+        frame: &Frame<C::Number>,
+        chain: &Chain<'_>,
+        shading: &Shading<'_, f64>,
+        numbers: &mut Sequence,
+    ) -> Option<Crossing<C::Number>> {
+        let paths = self.sensor.paths;
+        let scene = paths.scene;
+        let chosen = self.table.at(numbers.one());
+        let edge = &self.list.edges[self.edges[chosen.index] as usize];
+        let x = chain.vertices[0];
+        let shape = scene.triangles[x.triangle as usize].shape;
+        if chain.vertices.len() == 1 && !self.moves(shape) && !self.moves(edge.shape) {
+            return None;
+        }
+        let [a, b] = edge.span(scene);
+        let length = a.distance(b);
+        let way = a.lerp(b, chosen.rest) - x.position;
+        let distance = way.length();
+        let direction = way / distance;
+        let reflected = shading.evaluate(Vec3::constant(direction)).value();
+        if reflected == DVec3::ZERO {
+            return None;
+        }
+        let normal = direction.cross((b - a) / length);
+        let across = ASIDE * normal.normalize_or_zero();
+        let directions = [-1.0, 1.0].map(|s| (direction + s * across).normalize());
+        let sides = look_past(paths, self.list, edge, (x.position, Some(x.triangle)), directions, distance)?;
+        let [before, behind] = sides.hits.map(|hit| paths.lit_by_all(hit, direction));
+        let density = chosen.probability / length * distance * distance;
+        let light = reflected * (before - behind) * chain.weight * (sides.share / density);
+        if light == DVec3::ZERO {
+            return None;
+        }
+        let [p, q] = edge.ends.map(|i| calculus.position(i));
+        let number = C::Number::constant;
+        let point = p * number(1.0 - chosen.rest) + q * number(chosen.rest);
+        let relative = point - self.sensor.position(calculus, frame, chain);
+        Some(Crossing { at: chain.at, light, speed: Vec3::constant(normal).dot(relative) })
+    }
+}
+
+impl Boundary for Emitters<'_> {
+    fn sample<C: Calculus>(
+        &self,
+        calculus: &mut C,
+        frame: &Frame<C::Number>,
+        address: Address,
+        found: &mut Vec<Crossing<C::Number>>,
+    ) {
+        let mut numbers = address.numbers(EMITTER_EDGE);
+        walk(&self.sensor, self.longest, &mut numbers, |chain, shading, numbers| {
+            found.extend(self.look(calculus, frame, chain, shading, numbers));
+        });
+    }
+}

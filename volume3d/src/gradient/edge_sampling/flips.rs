@@ -1,0 +1,179 @@
+//! Where a two-sided surface turns its other side to the camera.
+//!
+//! The side that reflects is that of the shading normal: with G = n_s·ω_o, the radiance jumps where G = 0, a curve
+//! within a triangle close to a silhouette. As G(u; θ) = 0 at a film point u, the curve's normal velocity along
+//! ν = ∇G/|∇G| is −Ġ/|∇G|, Ġ at fixed u. The curve is found where lines of the film cut it: along a line of
+//! direction d with offset h, dh = |ν·d| dl. Lines along x and along y are weighed by (ν·d)², so that no
+//! line that touches the curve counts for much.
+
+use glam::{DMat3, DVec2, DVec3};
+
+use super::driver::{Address, Boundary, Crossing};
+use super::list::corners;
+use super::sensor::Sensor;
+use super::table::Table;
+use super::{FLIP, Moving};
+use crate::calculus::{Calculus, Frame, Number, Vec3};
+use crate::path::{Paths, Plain, SurfacePoint};
+use crate::scene::NONE;
+
+/// The radiance on either side is that this many pixels away.
+const ASIDE_PIXELS: f64 = 1e-6;
+
+/// Half the step of central differences for ∇G, in pixels: their error is its square, and rounding over it.
+const STEP_PIXELS: f64 = 1e-4;
+
+/// A triangle that may turn its other side somewhere, and the box around it on the film.
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    triangle: u32,
+    low: DVec2,
+    high: DVec2,
+}
+
+/// All triangles that may, by the size of their boxes.
+#[derive(Debug)]
+pub(super) struct Flips<'a> {
+    sensor: Sensor<'a>,
+    candidates: Vec<Candidate>,
+    table: Table,
+}
+
+impl<'a> Flips<'a> {
+    pub(super) fn new(paths: &'a Paths<'a>, moving: &Moving) -> Self {
+        let scene = paths.scene;
+        let mut flips = Self { sensor: Sensor::new(paths), candidates: vec![], table: Table::default() };
+        for (t, triangle) in scene.triangles.iter().enumerate() {
+            let moves = moving.camera || moving.shapes[triangle.shape as usize];
+            if moves && triangle.normals[0] != NONE {
+                flips.candidates.extend(flips.candidate(t as u32));
+            }
+        }
+        let size = |c: &Candidate| (c.high - c.low).element_sum();
+        flips.table = Table::new(flips.candidates.iter().map(size));
+        flips
+    }
+
+    /// Whether nothing turns its other side.
+    pub(super) fn is_empty(&self) -> bool {
+        self.table.total() <= 0.0
+    }
+
+    fn normals(&self, triangle: u32) -> [DVec3; 3] {
+        let scene = self.sensor.paths.scene;
+        scene.triangles[triangle as usize].normals.map(|i| scene.normals[i as usize])
+    }
+
+    fn candidate(&self, triangle: u32) -> Option<Candidate> {
+        let scene = self.sensor.paths.scene;
+        let origin = self.sensor.frame.origin.value();
+        let (p, n) = (corners(scene, triangle).map(|p| p - origin), self.normals(triangle));
+        // G is a quadratic form in barycentric coordinates: it has one sign if all its coefficients have.
+        let form = |i: usize, j: usize| n[i].dot(p[j]) + n[j].dot(p[i]);
+        let all = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)].map(|(i, j)| form(i, j));
+        if all.iter().all(|&f| f > 0.0) || all.iter().all(|&f| f < 0.0) {
+            return None;
+        }
+        let (mut low, mut high) = self.sensor.film.bounds();
+        let forward = self.sensor.frame.forward.value();
+        if p.iter().all(|p| p.dot(forward) > 0.0) {
+            let ends = p.map(|p| {
+                DVec2::from(self.sensor.film.project(&self.sensor.frame, Vec3::constant(origin + p)))
+            });
+            low = low.max(ends[0].min(ends[1]).min(ends[2]));
+            high = high.min(ends[0].max(ends[1]).max(ends[2]));
+        } else if p.iter().all(|p| p.dot(forward) <= 0.0) {
+            return None;
+        }
+        (low.x < high.x && low.y < high.y).then_some(Candidate { triangle, low, high })
+    }
+
+    /// Places on the line from u along d where the plane of a triangle turns its other side.
+    fn roots(&self, triangle: u32, u: DVec2, d: DVec2) -> impl Iterator<Item = DVec2> {
+        let origin = self.sensor.frame.origin.value();
+        let place = DMat3::from_cols_array_2d(
+            &corners(self.sensor.paths.scene, triangle).map(|p| (p - origin).to_array()),
+        );
+        let normals = DMat3::from_cols_array_2d(&self.normals(triangle).map(|n| n.to_array()));
+        let inverse = place.inverse();
+        // Rays of a line are D(τ) = D₀ + τ D₁ up to a factor, and barycentric coordinates P⁻¹ D.
+        let forward = self.sensor.frame.forward.value();
+        let ray = |u: DVec2| {
+            let w = self.sensor.film.direction(&self.sensor.frame, [u.x, u.y]).value();
+            w / w.dot(forward)
+        };
+        let (d0, d1) = (ray(u), ray(u + d) - ray(u));
+        let (n0, n1) = (normals * (inverse * d0), normals * (inverse * d1));
+        let [a, b, c] = [n1.dot(d1), n0.dot(d1) + n1.dot(d0), n0.dot(d0)];
+        let root = (b * b - 4.0 * a * c).sqrt();
+        // Stable where a is small; NaN where there is no root.
+        let q = -0.5 * (b + root.copysign(b));
+        [q / a, c / q].into_iter().filter(|t| t.is_finite()).map(move |t| u + t * d)
+    }
+
+    /// G at a film point, in numbers.
+    fn cosine<C: Calculus>(
+        &self,
+        calculus: &C,
+        frame: &Frame<C::Number>,
+        triangle: u32,
+        u: DVec2,
+    ) -> C::Number {
+        let scene = self.sensor.paths.scene;
+        let number = C::Number::constant;
+        let direction = self.sensor.film.direction(frame, [number(u.x), number(u.y)]);
+        let point = SurfacePoint::new(scene, calculus, frame.origin, direction, triangle);
+        point.interpolated_normal(scene, calculus).dot(point.viewer)
+    }
+}
+
+impl Boundary for Flips<'_> {
+    fn sample<C: Calculus>(
+        &self,
+        calculus: &mut C,
+        frame: &Frame<C::Number>,
+        address: Address,
+        found: &mut Vec<Crossing<C::Number>>,
+    ) {
+        let Sensor { paths, film, frame: still } = self.sensor;
+        let scene = paths.scene;
+        let mut numbers = address.numbers(FLIP);
+        let chosen = self.table.at(address.fraction(&mut numbers));
+        let Candidate { triangle, low, high } = self.candidates[chosen.index];
+        // The rest chooses a row or a column through the box.
+        let size = high - low;
+        let offset = chosen.rest * size.element_sum();
+        let (u, d) = if offset < size.y {
+            (DVec2::new(low.x, low.y + offset), DVec2::X)
+        } else {
+            (DVec2::new(low.x + offset - size.y, low.y), DVec2::Y)
+        };
+        let plain = Plain { scene };
+        let ray = |u: DVec2| film.direction(&still, [u.x, u.y]);
+        for at in self.roots(triangle, u, d) {
+            let inside =
+                (at - low).min_element() >= -ASIDE_PIXELS && (high - at).min_element() >= -ASIDE_PIXELS;
+            if !inside {
+                continue;
+            }
+            let hit = paths.closest(still.origin.value(), ray(at).value(), None);
+            let Some(hit) = hit.filter(|h| h.triangle == triangle) else { continue };
+            let value = |step: DVec2| self.cosine(&plain, &still, triangle, at + step);
+            let slope = |d: DVec2| (value(STEP_PIXELS * d) - value(-STEP_PIXELS * d)) / (2.0 * STEP_PIXELS);
+            let gradient = DVec2::new(slope(DVec2::X), slope(DVec2::Y));
+            let steepness = gradient.length();
+            let normal = gradient / steepness;
+            let [before, behind] = [-1.0, 1.0].map(|side| {
+                let direction = ray(at + side * ASIDE_PIXELS * normal);
+                let mut plain = Plain { scene };
+                paths.radiance(&mut plain, still.origin, direction, Some(hit), &mut numbers.clone()).value()
+            });
+            // (ν·d)² / |ν·d|, over the density of lines.
+            let weight = normal.dot(d).abs() * self.table.total() / steepness;
+            let light = (before - behind) * weight;
+            if light != DVec3::ZERO {
+                found.push(Crossing { at, light, speed: -self.cosine(calculus, frame, triangle, at) });
+            }
+        }
+    }
+}

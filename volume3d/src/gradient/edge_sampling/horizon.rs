@@ -1,0 +1,170 @@
+//! The horizon of a face with shading normals.
+//!
+//! A ray that leaves a triangle never hits the triangle itself. Directions ω on both sides of the face's plane see
+//! different things, and a shading normal n_s reflects from both: what is reflected jumps where n·ω = 0, with n
+//! the face's normal. As the face turns, so does that great circle: with ν = n, v·ν = −ω·ṅ. The curve consists
+//! of the triangle's own edges, seen from within its plane; the directions through a point of an edge that
+//! [`secondary`](super::secondary) draws never lie in it.
+
+use glam::DVec3;
+
+use super::driver::{Address, Boundary, Crossing};
+use super::list::corners;
+use super::sensor::{Chain, Sensor};
+use super::sides::ASIDE;
+use super::table::Table;
+use super::walk::walk;
+use super::{BEYOND_HORIZON, HORIZON, Moving};
+use crate::calculus::{Calculus, Frame, Number, Vec3};
+use crate::geometry::Hit;
+use crate::path::{Paths, Plain, Sequence, Shading};
+use crate::scene::NONE;
+
+/// Horizons seen from shading points.
+#[derive(Debug)]
+pub(super) struct Horizon<'a> {
+    sensor: Sensor<'a>,
+    moving: &'a Moving,
+    longest: usize,
+    empty: bool,
+    /// Triangles that emit, by area.
+    emitters: Vec<u32>,
+    table: Table,
+}
+
+/// A direction in the plane of a face, the length of the curve for a unit of density, and the emitter it was
+/// drawn for.
+struct Drawn {
+    direction: DVec3,
+    length: f64,
+    emitter: Option<u32>,
+}
+
+impl<'a> Horizon<'a> {
+    pub(super) fn new(paths: &'a Paths<'a>, moving: &'a Moving) -> Self {
+        let scene = paths.scene;
+        let limit = scene.description.integrator.max_depth.unwrap_or(usize::MAX);
+        let bends = scene.triangles.iter().any(|t| t.normals[0] != NONE && moving.shapes[t.shape as usize]);
+        let emits = |t: &u32| {
+            let shape = scene.triangles[*t as usize].shape as usize;
+            scene.description.shapes[shape].radiance.is_some()
+        };
+        let emitters: Vec<u32> = (0..scene.triangles.len() as u32).filter(emits).collect();
+        let area = |&t: &u32| {
+            let [a, b, c] = corners(scene, t);
+            (b - a).cross(c - a).length()
+        };
+        let table = Table::new(emitters.iter().map(area));
+        let empty = limit < 2 || !bends;
+        Self { sensor: Sensor::new(paths), moving, longest: limit.saturating_sub(1), empty, emitters, table }
+    }
+
+    /// Whether there is nothing to sample.
+    pub(super) fn is_empty(&self) -> bool {
+        self.empty
+    }
+
+    /// A direction in the plane through x: to an emitter where the plane cuts it, and any.
+    fn draw(&self, x: DVec3, normal: DVec3, numbers: &mut Sequence) -> [Option<Drawn>; 2] {
+        let (choice, [a, b]) = (numbers.one(), numbers.pair());
+        let (s, t) = normal.any_orthonormal_pair();
+        let (sin, cos) = (std::f64::consts::TAU * b).sin_cos();
+        let any = Drawn { direction: cos * s + sin * t, length: std::f64::consts::TAU, emitter: None };
+        let chord = || {
+            if self.table.total() <= 0.0 {
+                return None;
+            }
+            let chosen = self.table.at(choice);
+            let emitter = self.emitters[chosen.index];
+            let corners = corners(self.sensor.paths.scene, emitter);
+            let heights = corners.map(|p| (p - x).dot(normal));
+            let cut = |i: usize, j: usize| {
+                let (f, g) = (heights[i], heights[j]);
+                ((f > 0.0) != (g > 0.0)).then(|| corners[i].lerp(corners[j], f / (f - g)))
+            };
+            let ends: Vec<DVec3> = [(0, 1), (1, 2), (2, 0)].iter().filter_map(|&(i, j)| cut(i, j)).collect();
+            let &[p, q] = ends.as_slice() else { return None };
+            let way = p.lerp(q, a) - x;
+            let direction = way.try_normalize()?;
+            // dl = |chord × ω|/t ds
+            let length = (q - p).cross(direction).length() / way.length() / chosen.probability;
+            Some(Drawn { direction, length, emitter: Some(emitter) })
+        };
+        [chord(), Some(any)]
+    }
+
+    fn look<C: Calculus>(
+        &self,
+        calculus: &C,
+        chain: &Chain<'_>,
+        shading: &Shading<'_, f64>,
+        numbers: (&mut Sequence, &Sequence),
+        found: &mut Vec<Crossing<C::Number>>,
+    ) {
+        let scene = self.sensor.paths.scene;
+        let x = chain.vertices[0];
+        let triangle = &scene.triangles[x.triangle as usize];
+        if triangle.normals[0] == NONE || !self.moving.shapes[triangle.shape as usize] {
+            return;
+        }
+        let [a, b, c] = corners(scene, x.triangle);
+        let Some(normal) = (b - a).cross(c - a).try_normalize() else { return };
+        for drawn in self.draw(x.position, normal, numbers.0).into_iter().flatten() {
+            let reflected = shading.evaluate(Vec3::constant(drawn.direction)).value();
+            if reflected == DVec3::ZERO {
+                continue;
+            }
+            let difference = self.difference(chain, normal, &drawn, numbers.1);
+            let light = reflected * difference * chain.weight * drawn.length;
+            if light == DVec3::ZERO {
+                continue;
+            }
+            let [p, q, r] = triangle.positions.map(|i| calculus.position(i));
+            let turning = (q - p).cross(r - p).normalized();
+            let speed = -turning.dot(Vec3::constant(drawn.direction));
+            found.push(Crossing { at: chain.at, light, speed });
+        }
+    }
+
+    /// The light below the horizon less that above it.
+    fn difference(&self, chain: &Chain<'_>, normal: DVec3, drawn: &Drawn, numbers: &Sequence) -> DVec3 {
+        let paths = self.sensor.paths;
+        let (x, direction) = (chain.vertices[0], drawn.direction);
+        let emits = |hit: Hit| match drawn.emitter {
+            Some(emitter) => hit.triangle == emitter,
+            None => true,
+        };
+        let light = |side: f64| {
+            let probe = (direction + side * ASIDE * normal).normalize();
+            let hit = paths.closest(x.position, probe, Some(x.triangle));
+            if drawn.emitter.is_some() {
+                return hit
+                    .filter(|&h| emits(h))
+                    .map_or(DVec3::ZERO, |h| paths.lit_by_all(Some(h), direction));
+            }
+            let mut plain = Plain { scene: paths.scene };
+            let (o, w) = (Vec3::constant(x.position), Vec3::constant(direction));
+            let depth = chain.vertices.len() + 1;
+            let radiance = paths.radiance_of(&mut plain, o, w, hit, depth, &mut numbers.clone()).value();
+            // Emitters are another direction's.
+            radiance - hit.map_or(DVec3::ZERO, |h| paths.lit_by_all(Some(h), direction))
+        };
+        light(-1.0) - light(1.0)
+    }
+}
+
+impl Boundary for Horizon<'_> {
+    fn sample<C: Calculus>(
+        &self,
+        calculus: &mut C,
+        _: &Frame<C::Number>,
+        address: Address,
+        found: &mut Vec<Crossing<C::Number>>,
+    ) {
+        let mut numbers = address.numbers(HORIZON);
+        let beyond = address.numbers(BEYOND_HORIZON);
+        walk(&self.sensor, self.longest, &mut numbers, |chain, shading, numbers| {
+            self.look(calculus, chain, shading, (numbers, &beyond), found);
+        });
+    }
+}

@@ -1,0 +1,146 @@
+//! Jumps on the film: ∮ h (L⁻ − L⁺) v·ν dl along the projected edges.
+
+use glam::{DVec2, DVec3};
+
+use super::driver::{Address, Boundary, Crossing};
+use super::list::{Edge, EdgeList};
+use super::sides::look_past;
+use super::table::Table;
+use super::{Moving, PRIMARY_EDGE};
+use crate::calculus::{Calculus, Frame, Number, Vec3};
+use crate::gradient::film::FilmPlane;
+use crate::path::{Paths, Plain};
+
+/// The ray on either side of a projected edge leaves it by this many pixels.
+const ASIDE_PIXELS: f64 = 1e-6;
+
+/// An edge's part on the film.
+#[derive(Clone, Copy, Debug)]
+struct Line {
+    edge: u32,
+    /// Film points of both ends.
+    ends: [DVec2; 2],
+    /// How far along the edge they are, and how deep.
+    along: [f64; 2],
+    depth: [f64; 2],
+}
+
+/// All edges on the film, by length.
+#[derive(Debug)]
+pub(super) struct Primary<'a> {
+    paths: &'a Paths<'a>,
+    film: FilmPlane,
+    frame: Frame<f64>,
+    list: &'a EdgeList,
+    lines: Vec<Line>,
+    table: Table,
+}
+
+impl<'a> Primary<'a> {
+    pub(super) fn new(paths: &'a Paths<'a>, list: &'a EdgeList, moving: &Moving) -> Self {
+        let scene = paths.scene;
+        let film = FilmPlane::new(scene);
+        let camera = &scene.description.camera;
+        let mut primary =
+            Self { paths, film, frame: film.frame(camera), list, lines: vec![], table: Table::default() };
+        for (index, edge) in list.edges.iter().enumerate() {
+            let moves = moving.camera || moving.shapes[edge.shape as usize];
+            if moves && list.may_jump(scene, edge, camera.origin) {
+                primary.lines.extend(primary.project(index as u32, edge));
+            }
+        }
+        primary.table = Table::new(primary.lines.iter().map(|l| l.ends[0].distance(l.ends[1])));
+        primary
+    }
+
+    /// Whether no edge that moves is on the film.
+    pub(super) fn is_empty(&self) -> bool {
+        self.table.total() <= 0.0
+    }
+
+    /// The part of an edge before the camera that is within the cells of the film.
+    fn project(&self, index: u32, edge: &Edge) -> Option<Line> {
+        let [a, b] = edge.span(self.paths.scene).map(|p| {
+            let way = p - self.frame.origin.value();
+            let axis = |v: Vec3<f64>| way.dot(v.value());
+            DVec3::new(axis(self.frame.right), -axis(self.frame.up), axis(self.frame.forward))
+        });
+        // x ≥ x₀ z and so on: together they imply z ≥ 0.
+        let (low, high) = self.film.bounds();
+        let focal = self.frame.focal;
+        let [centre] = [self.film.project(&self.frame, self.frame.origin + self.frame.forward)];
+        let centre = DVec2::from(centre);
+        let (low, high) = ((low - centre) / focal, (high - centre) / focal);
+        let heights =
+            |p: DVec3| [p.x - low.x * p.z, high.x * p.z - p.x, p.y - low.y * p.z, high.y * p.z - p.y];
+        let (mut start, mut end) = (0.0_f64, 1.0_f64);
+        for (f, g) in heights(a).into_iter().zip(heights(b)) {
+            match (f >= 0.0, g >= 0.0) {
+                (false, false) => return None,
+                (true, true) => {}
+                (false, true) => start = start.max(f / (f - g)),
+                (true, false) => end = end.min(f / (f - g)),
+            }
+        }
+        if !(start < end) {
+            return None;
+        }
+        let points = [start, end].map(|s| a + (b - a) * s);
+        let ends = points.map(|p| centre + p.truncate() * (focal / p.z));
+        let line = Line { edge: index, ends, along: [start, end], depth: points.map(|p| p.z) };
+        (ends.iter().all(|e| e.is_finite()) && ends[0] != ends[1]).then_some(line)
+    }
+}
+
+impl Line {
+    /// The film point at a fraction of the projected length, and how far along the edge it is.
+    ///
+    /// 1/z is linear on the film.
+    fn at(&self, fraction: f64) -> (DVec2, f64) {
+        let [z, y] = self.depth;
+        let w = fraction * z / ((1.0 - fraction) * y + fraction * z);
+        (self.ends[0].lerp(self.ends[1], fraction), self.along[0] + w * (self.along[1] - self.along[0]))
+    }
+}
+
+impl Boundary for Primary<'_> {
+    fn sample<C: Calculus>(
+        &self,
+        calculus: &mut C,
+        frame: &Frame<C::Number>,
+        address: Address,
+        found: &mut Vec<Crossing<C::Number>>,
+    ) {
+        let scene = self.paths.scene;
+        let mut numbers = address.numbers(PRIMARY_EDGE);
+        let chosen = self.table.at(address.fraction(&mut numbers));
+        let line = &self.lines[chosen.index];
+        let edge = &self.list.edges[line.edge as usize];
+        let (u, s) = line.at(chosen.rest);
+        let normal = (line.ends[1] - line.ends[0]).perp().normalize();
+        let origin = self.frame.origin;
+        let ray = |u: DVec2| self.film.direction(&self.frame, [u.x, u.y]);
+        let [a, b] = edge.span(scene);
+        let t = a.lerp(b, s).distance(origin.value());
+        let directions = [-ASIDE_PIXELS, ASIDE_PIXELS].map(|e| ray(u + e * normal).value());
+        let Some(sides) = look_past(self.paths, self.list, edge, (origin.value(), None), directions, t)
+        else {
+            return;
+        };
+        let mut plain = Plain { scene };
+        let [before, behind] = sides
+            .hits
+            .map(|hit| self.paths.radiance(&mut plain, origin, ray(u), hit, &mut numbers.clone()).value());
+        if before == behind {
+            return;
+        }
+        let [p, q] = edge.ends.map(|i| calculus.position(i));
+        let point = p * C::Number::constant(1.0 - s) + q * C::Number::constant(s);
+        let [x, y] = self.film.project(frame, point);
+        found.push(Crossing {
+            at: u,
+            light: (before - behind) * (sides.share * self.table.total()),
+            speed: x * normal.x + y * normal.y,
+        });
+    }
+}

@@ -1,0 +1,317 @@
+//! Jumps seen from shading points, in the form of path space (Zhang, Miller, Yan, Gkioulekas and Zhao 2020).
+//!
+//! At a shading point x the boundary term is ∮ f cos θ ΔL (v·ν) dl over the curves on the sphere of directions on
+//! which edges are seen. With e the edge's unit direction, x_B its point at arc length s, t = |x_B − x|,
+//! ω = (x_B − x)/t and φ the angle between e and ω:
+//!
+//!   dl = sin φ ds/t, ν = (ω × e)/sin φ, v·ν = (ω × e)·(ẋ_B − ẋ)/(t sin φ),
+//!
+//! ẋ being the velocity of x with the directions of the path before it held still. At fixed s, a patch dA of
+//! the surface at x is a solid angle dω = |n·ω| dA/t² at x_B, so that
+//!
+//!   dA dl = (t sin φ/|n·ω|) dω ds,  dA (v·ν) dl = (ω × e)·(ẋ_B − ẋ)/|n·ω| dω ds:
+//!
+//! distances cancel. One draws a point of an edge and a direction through it, and finds x.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::driver::{Address, Boundary, Crossing};
+use super::list::{Edge, EdgeList};
+use super::sensor::{Chain, Sensor, Vertex};
+use super::sides::{ASIDE, Sides, look_past};
+use super::table::Table;
+use super::{BACKWARDS, LIT_EDGE, Moving, REST_EDGE};
+use crate::calculus::{Calculus, Frame, Number, Vec3};
+use crate::geometry::Hit;
+use crate::path::{LightId, Paths, Plain, Sequence};
+use crate::scene::Environment;
+
+/// What passes an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Light {
+    /// The emission that next-event estimation finds: directions are those of lights.
+    Emitted,
+    /// A constant environment and what surfaces reflect: directions are uniform, where what is seen may jump.
+    Rest,
+}
+
+/// Edges as they are seen from shading points.
+#[derive(Debug)]
+pub(super) struct Secondary<'a> {
+    sensor: Sensor<'a>,
+    list: &'a EdgeList,
+    moving: &'a Moving,
+    light: Light,
+    table: Table,
+    /// The longest part of a path before the jump.
+    longest: usize,
+}
+
+/// Edges that stand still are at most this part of all samples, where others move: they count only where the
+/// shading point moves.
+const STILL: f64 = 0.2;
+
+/// Directions to lights that tell how often an edge is a silhouette before one.
+const PILOTS: usize = 16;
+
+/// An edge that was never one in so many trials may still be.
+const LEAST: f64 = 0.05;
+
+/// Directions with azimuths u cos α + up sin α about an edge, α from 0 to the angle, and their opposites.
+struct Wedge {
+    u: DVec3,
+    up: DVec3,
+    angle: f64,
+}
+
+/// A direction through a point of an edge.
+#[derive(Clone, Copy, Debug)]
+struct Drawn {
+    direction: DVec3,
+    /// Per solid angle.
+    density: f64,
+    id: Option<LightId>,
+}
+
+/// A point of an edge with a direction to the light, and where light arrives.
+struct Segment<'e> {
+    edge: &'e Edge,
+    along: f64,
+    start: Vertex,
+    direction: DVec3,
+    distance: f64,
+    /// ω × e.
+    normal: DVec3,
+}
+
+impl<'a> Secondary<'a> {
+    pub(super) fn new(paths: &'a Paths<'a>, list: &'a EdgeList, moving: &'a Moving, light: Light) -> Self {
+        let limit = paths.scene.description.integrator.max_depth.unwrap_or(usize::MAX);
+        let mut secondary = Self {
+            sensor: Sensor::new(paths),
+            list,
+            moving,
+            light,
+            table: Table::default(),
+            longest: limit.saturating_sub(1),
+        };
+        let constant = matches!(paths.scene.description.environment, Some(Environment::Constant { .. }));
+        let nothing = match light {
+            Light::Emitted => limit < 2,
+            Light::Rest => limit < 2 || (limit == 2 && !constant),
+        };
+        if !nothing {
+            secondary.table = secondary.weights();
+        }
+        secondary
+    }
+
+    /// Whether there is nothing to sample.
+    pub(super) fn is_empty(&self) -> bool {
+        self.table.total() <= 0.0
+    }
+
+    fn weights(&self) -> Table {
+        let scene = self.sensor.paths.scene;
+        let weigh = |edge: &Edge| {
+            let [a, b] = edge.span(scene);
+            a.distance(b)
+                * match self.light {
+                    Light::Emitted => self.silhouette_rate(edge),
+                    Light::Rest => self.solid_angle(edge),
+                }
+        };
+        let mut weights: Vec<f64> = self.list.edges.par_iter().map(weigh).collect();
+        let moves = |edge: &Edge| self.moving.shapes[edge.shape as usize];
+        let sum = |weights: &[f64], moving: bool| -> f64 {
+            let pairs = self.list.edges.iter().zip(weights);
+            pairs.filter(|(e, _)| moves(e) == moving).map(|(_, w)| w).sum()
+        };
+        let (moving, still) = (sum(&weights, true), sum(&weights, false));
+        if moving > 0.0 && still > STILL * moving && !self.moving.camera {
+            for (edge, weight) in self.list.edges.iter().zip(&mut weights) {
+                if !moves(edge) {
+                    *weight *= STILL * moving / still;
+                }
+            }
+        }
+        Table::new(weights)
+    }
+
+    /// Roughly how often the edge is a silhouette before a light; 0 only where it never is.
+    fn silhouette_rate(&self, edge: &Edge) -> f64 {
+        let paths = self.sensor.paths;
+        let scene = paths.scene;
+        if scene.description.shapes[edge.shape as usize].radiance.is_some() {
+            // These are sampled from the camera.
+            return 0.0;
+        }
+        let [a, b] = edge.span(scene);
+        let middle = a.midpoint(b);
+        let mut count = 0;
+        for i in 0..PILOTS {
+            // Additive recurrences of the roots of x⁴ = x + 1.
+            let numbers = [0.819_172_5, 0.671_043_6, 0.549_700_5].map(|g| (0.5 + g * i as f64).fract());
+            let Some(towards) = paths.lights.sample(scene, middle, numbers) else { continue };
+            let normal = towards.sampled.direction.cross(b - a);
+            let sides = self.list.occupied(scene, edge, normal);
+            count += usize::from(sides[0] != sides[1]);
+        }
+        let rate = count as f64 / PILOTS as f64;
+        if rate > 0.0 || self.may_be_silhouette(edge) { rate.max(LEAST) } else { 0.0 }
+    }
+
+    /// Whether an edge of two triangles may be a silhouette before a light: whether some light is not on the
+    /// same sides of both their planes throughout.
+    fn may_be_silhouette(&self, edge: &Edge) -> bool {
+        let scene = self.sensor.paths.scene;
+        let Some(spheres) = self.sensor.paths.lights.spheres() else { return true };
+        let Some([u, v]) = self.list.limits(scene, edge) else { return true };
+        let [a, b] = edge.span(scene);
+        let e = (b - a).normalize_or_zero();
+        spheres.iter().any(|&(centre, radius)| {
+            let [f, g] = [u, v].map(|u| u.cross(e).dot(centre - a));
+            f.abs() <= radius || g.abs() <= radius || f * g < 0.0
+        })
+    }
+
+    /// The solid angle of directions in which an edge may be seen as a jump.
+    fn solid_angle(&self, edge: &Edge) -> f64 {
+        4.0 * self.wedge(edge).map_or(PI, |w| w.angle)
+    }
+
+    /// The directions in which an edge of two triangles is a silhouette; `None` where every direction counts.
+    fn wedge(&self, edge: &Edge) -> Option<Wedge> {
+        if edge.jump && self.longest > 1 {
+            return None;
+        }
+        let [u, v] = self.list.limits(self.sensor.paths.scene, edge)?;
+        let up = (v - u.dot(v) * u).normalize_or_zero();
+        Some(Wedge { u, up, angle: u.cross(v).length().atan2(u.dot(v)) })
+    }
+
+    /// A direction from a point of an edge towards the light.
+    fn draw(&self, edge: &Edge, point: DVec3, numbers: &mut Sequence) -> Option<Drawn> {
+        let paths = self.sensor.paths;
+        let (c, [a, b]) = (numbers.one(), numbers.pair());
+        if self.light == Light::Emitted {
+            let towards = paths.lights.sample(paths.scene, point, [c, a, b])?;
+            let free = !paths.blocked(point, towards.sampled.direction, self.near(), towards.distance);
+            let (direction, density) = (towards.sampled.direction, towards.sampled.density);
+            return free.then_some(Drawn { direction, density, id: Some(towards.id) });
+        }
+        let [p, q] = edge.span(paths.scene);
+        let e = (q - p).normalize_or_zero();
+        let z = 2.0 * a - 1.0;
+        let radius = (1.0 - z * z).sqrt();
+        let (u, v, turn) = match self.wedge(edge) {
+            Some(w) => (w.u, w.up, w.angle * b + if c < 0.5 { 0.0 } else { PI }),
+            None => {
+                let (u, v) = e.any_orthonormal_pair();
+                (u, v, TAU * b)
+            }
+        };
+        let (sin, cos) = turn.sin_cos();
+        let direction = z * e + radius * (cos * u + sin * v);
+        Some(Drawn { direction, density: 1.0 / self.solid_angle(edge), id: None })
+    }
+
+    /// Rays through an edge's point start that far from it: its own triangles do not count.
+    fn near(&self) -> f64 {
+        1e4 * self.sensor.paths.rounding()
+    }
+
+    /// The light on both sides of the edge along a path's last segment.
+    fn difference(
+        &self,
+        segment: &Segment<'_>,
+        sides: &Sides,
+        id: Option<LightId>,
+        depth: usize,
+        numbers: &Sequence,
+    ) -> DVec3 {
+        let paths = self.sensor.paths;
+        let [before, behind] = sides.hits.map(|hit: Option<Hit>| match id {
+            Some(id) => paths.lit(id, hit, segment.direction),
+            None => {
+                let mut plain = Plain { scene: paths.scene };
+                let (x, w) = (Vec3::constant(segment.start.position), Vec3::constant(segment.direction));
+                let radiance = paths.radiance_of(&mut plain, x, w, hit, depth, &mut numbers.clone());
+                radiance.value() - paths.lit_by_all(hit, segment.direction)
+            }
+        });
+        (before - behind) * sides.share
+    }
+
+    fn sides(&self, segment: &Segment<'_>) -> Option<Sides> {
+        let across = ASIDE * segment.normal.normalize_or_zero();
+        let directions = [-1.0, 1.0].map(|s| (segment.direction + s * across).normalize());
+        let start = (segment.start.position, Some(segment.start.triangle));
+        look_past(self.sensor.paths, self.list, segment.edge, start, directions, segment.distance)
+    }
+}
+
+impl Boundary for Secondary<'_> {
+    fn sample<C: Calculus>(
+        &self,
+        calculus: &mut C,
+        frame: &Frame<C::Number>,
+        address: Address,
+        found: &mut Vec<Crossing<C::Number>>,
+    ) {
+        let paths = self.sensor.paths;
+        let scene = paths.scene;
+        let mut numbers = address.numbers(if self.light == Light::Rest { REST_EDGE } else { LIT_EDGE });
+        let chosen = self.table.at(address.fraction(&mut numbers));
+        let edge = &self.list.edges[chosen.index];
+        let [a, b] = edge.span(scene);
+        let point = a.lerp(b, chosen.rest);
+        let length = a.distance(b);
+        let Some(drawn) = self.draw(edge, point, &mut numbers) else { return };
+        let normal = drawn.direction.cross((b - a) / length);
+        if self.light == Light::Emitted || self.longest == 1 {
+            let occupied = self.list.occupied(scene, edge, normal);
+            if occupied[0] == occupied[1] {
+                return;
+            }
+        }
+        let Some(hit) = paths.beyond(point, -drawn.direction, self.near()) else { return };
+        let shape = scene.triangles[hit.triangle as usize].shape as usize;
+        if self.longest == 1
+            && !(self.moving.camera || self.moving.shapes[shape] || self.moving.shapes[edge.shape as usize])
+        {
+            return;
+        }
+        let start = Vertex { position: point - drawn.direction * hit.distance, triangle: hit.triangle };
+        let segment = Segment {
+            edge,
+            along: chosen.rest,
+            start,
+            direction: drawn.direction,
+            distance: hit.distance,
+            normal,
+        };
+        let scale = length / (chosen.probability * drawn.density);
+        // Chains and what is seen beyond the edge must not share random numbers.
+        let mut backwards = address.numbers(BACKWARDS);
+        let mut sides: Option<Option<Sides>> = None;
+        self.sensor.each_chain(start, drawn.direction, self.longest, &mut backwards, |chain: Chain<'_>| {
+            let Some(sides) = sides.get_or_insert_with(|| self.sides(&segment)) else { return };
+            let depth = chain.vertices.len() + 1;
+            let difference = self.difference(&segment, sides, drawn.id, depth, &numbers);
+            let light = difference * chain.weight * scale;
+            if light == DVec3::ZERO {
+                return;
+            }
+            let [p, q] = edge.ends.map(|i| calculus.position(i));
+            let number = C::Number::constant;
+            let point = p * number(1.0 - segment.along) + q * number(segment.along);
+            let relative = point - self.sensor.position(calculus, frame, &chain);
+            let speed = Vec3::constant(segment.normal).dot(relative);
+            found.push(Crossing { at: chain.at, light, speed });
+        });
+    }
+}

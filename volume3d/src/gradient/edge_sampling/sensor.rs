@@ -1,0 +1,178 @@
+//! From a shading point backwards to the camera: the part of a path before a jump.
+
+use std::f64::consts::{FRAC_1_PI, TAU};
+
+use glam::{DVec2, DVec3};
+
+use super::list::corners;
+use crate::calculus::{Calculus, Frame, Number, Vec3};
+use crate::gradient::film::FilmPlane;
+use crate::path::{Paths, Plain, Sequence, SurfacePoint};
+
+/// A point of a surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Vertex {
+    pub(super) position: DVec3,
+    pub(super) triangle: u32,
+}
+
+/// The part of backward directions on the other side of a triangle with shading normals: what the shading normal
+/// reflects may arrive from below the face.
+const BELOW: f64 = 0.1;
+
+/// Backward paths are continued with no more than this probability where there is no limit to their length.
+const SURVIVAL: f64 = 0.95;
+
+/// Connects shading points to the film.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sensor<'a> {
+    pub(super) paths: &'a Paths<'a>,
+    pub(super) film: FilmPlane,
+    pub(super) frame: Frame<f64>,
+}
+
+/// A path from the camera to a shading point.
+#[derive(Clone, Debug)]
+pub(super) struct Chain<'v> {
+    pub(super) at: DVec2,
+    /// The shading points, the last of the path first.
+    pub(super) vertices: &'v [Vertex],
+    /// Π f cos θ …, see [`Sensor::each_chain`].
+    pub(super) weight: DVec3,
+}
+
+impl<'a> Sensor<'a> {
+    pub(super) fn new(paths: &'a Paths<'a>) -> Self {
+        let film = FilmPlane::new(paths.scene);
+        Self { paths, film, frame: film.frame(&paths.scene.description.camera) }
+    }
+
+    /// The unit normal of a triangle.
+    fn normal(&self, triangle: u32) -> DVec3 {
+        let [a, b, c] = corners(self.paths.scene, triangle);
+        (b - a).cross(c - a).normalize_or_zero()
+    }
+
+    /// f cos θ_s/cos θ_g: reflection at a vertex as seen from `viewer`, of light that arrives from `towards`, by
+    /// solid angle projected on the face instead of the shading normal.
+    fn reflection(&self, viewer: DVec3, vertex: &Vertex, towards: DVec3) -> DVec3 {
+        let scene = self.paths.scene;
+        let plain = Plain { scene };
+        let direction = (vertex.position - viewer).normalize_or_zero();
+        let (origin, direction) = (Vec3::constant(viewer), Vec3::constant(direction));
+        let point = SurfacePoint::new(scene, &plain, origin, direction, vertex.triangle);
+        let Some(shading) = point.shading(scene, &plain) else { return DVec3::ZERO };
+        let cosine = self.normal(vertex.triangle).dot(towards).abs();
+        shading.evaluate(Vec3::constant(towards)).value() / cosine
+    }
+
+    /// Every path from the camera to a shading point, which light reaches from direction `towards`, of at most
+    /// `longest` segments.
+    ///
+    /// With x₁ … x_k the shading points from the camera on, n_j the face normals and ω_j the direction from x_j to
+    /// the next, the measure du dω₁ … dω_{k−1} of paths from the camera is turned round:
+    ///
+    ///   du = (f²/cos³θ) (|n₁·ω₀|/|x₁ − o|²) dA₁,
+    ///   dω_{j−1} dA_{j−1} = (|n_j·ω_{j−1}|/d²) (d²/|n_{j−1}·ω_{j−1}|) dω′_j dA_j,
+    ///
+    /// with ω′_j the direction backwards. The weight is that of ∫ … |n_k·ω_k| dA_k.
+    pub(super) fn each_chain(
+        &self,
+        last: Vertex,
+        mut towards: DVec3,
+        longest: usize,
+        numbers: &mut Sequence,
+        mut f: impl FnMut(Chain<'_>),
+    ) {
+        let mut vertices = vec![last];
+        let mut throughput = DVec3::ONE;
+        loop {
+            let vertex = vertices[vertices.len() - 1];
+            if let Some((at, weight)) = self.connect(&vertex, towards) {
+                f(Chain { at, vertices: &vertices, weight: throughput * weight });
+            }
+            if vertices.len() >= longest {
+                return;
+            }
+            if vertices.len() > 2 {
+                let survival = throughput.max_element().clamp(0.0, SURVIVAL);
+                if numbers.one() >= survival {
+                    return;
+                }
+                throughput /= survival;
+            }
+            let Some((next, factor)) = self.extend(&vertex, towards, numbers) else { return };
+            throughput *= factor;
+            if throughput == DVec3::ZERO {
+                return;
+            }
+            towards = (vertex.position - next.position).normalize();
+            vertices.push(next);
+        }
+    }
+
+    /// Where a vertex is seen on the film, and f cos θ_s/cos θ_g · du/dA.
+    fn connect(&self, vertex: &Vertex, towards: DVec3) -> Option<(DVec2, DVec3)> {
+        let origin = self.frame.origin.value();
+        let way = vertex.position - origin;
+        let distance = way.length();
+        let direction = way / distance;
+        let cosine = direction.dot(self.frame.forward.value());
+        if cosine <= 0.0 {
+            return None;
+        }
+        let at = DVec2::from(self.film.project(&self.frame, Vec3::constant(vertex.position)));
+        self.film.cell(at)?;
+        let slope = self.normal(vertex.triangle).dot(direction).abs();
+        let pixels = self.frame.focal * self.frame.focal * slope / (cosine.powi(3) * distance * distance);
+        let weight = self.reflection(origin, vertex, towards) * pixels;
+        if weight == DVec3::ZERO || self.paths.blocked(origin, direction, 0.0, distance) {
+            return None;
+        }
+        Some((at, weight))
+    }
+
+    /// One more vertex backwards, and f cos θ_s/cos θ_g · |n·ω′|/density.
+    fn extend(&self, vertex: &Vertex, towards: DVec3, numbers: &mut Sequence) -> Option<(Vertex, DVec3)> {
+        let scene = self.paths.scene;
+        let face = self.normal(vertex.triangle);
+        let face = if face.dot(towards) < 0.0 { -face } else { face };
+        let (side, [a, b]) = (numbers.one(), numbers.pair());
+        let bends = scene.triangles[vertex.triangle as usize].normals[0] != crate::scene::NONE;
+        let (normal, share) = match bends {
+            false => (face, 1.0),
+            true if side < BELOW => (-face, BELOW),
+            true => (face, 1.0 - BELOW),
+        };
+        let (s, t) = normal.any_orthonormal_pair();
+        let (sin, cos) = (TAU * b).sin_cos();
+        let direction = a.sqrt() * (cos * s + sin * t) + (1.0 - a).sqrt() * normal;
+        let hit = self.paths.closest(vertex.position, direction, Some(vertex.triangle))?;
+        let next = Vertex { position: vertex.position + direction * hit.distance, triangle: hit.triangle };
+        let factor = self.reflection(next.position, vertex, towards) / (FRAC_1_PI * share);
+        Some((next, factor))
+    }
+
+    /// The last shading point of a path in numbers: its film point and its directions stand still, and everything
+    /// else moves.
+    pub(super) fn position<C: Calculus>(
+        &self,
+        calculus: &C,
+        frame: &Frame<C::Number>,
+        chain: &Chain<'_>,
+    ) -> Vec3<C::Number> {
+        let scene = self.paths.scene;
+        let number = C::Number::constant;
+        let mut direction = self.film.direction(frame, [number(chain.at.x), number(chain.at.y)]);
+        let mut origin = frame.origin;
+        let mut before: Option<DVec3> = None;
+        for vertex in chain.vertices.iter().rev() {
+            if let Some(before) = before {
+                direction = Vec3::constant((vertex.position - before).normalize());
+            }
+            origin = SurfacePoint::new(scene, calculus, origin, direction, vertex.triangle).position;
+            before = Some(vertex.position);
+        }
+        origin
+    }
+}

@@ -1,0 +1,41 @@
+//! Choosing in proportion to weights.
+
+/// Cumulated weights.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Table {
+    cumulative: Vec<f64>,
+}
+
+/// What was chosen.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Chosen {
+    pub(super) index: usize,
+    /// What is left of the random number, uniform in [0, 1).
+    pub(super) rest: f64,
+    pub(super) probability: f64,
+}
+
+impl Table {
+    pub(super) fn new(weights: impl IntoIterator<Item = f64>) -> Self {
+        let mut sum = 0.0;
+        let add = |w: f64| {
+            sum += w;
+            sum
+        };
+        Self { cumulative: weights.into_iter().map(add).collect() }
+    }
+
+    pub(super) fn total(&self) -> f64 {
+        self.cumulative.last().copied().unwrap_or(0.0)
+    }
+
+    /// The entry at a fraction of the whole. The total must not be zero.
+    pub(super) fn at(&self, fraction: f64) -> Chosen {
+        let target = fraction * self.total();
+        let index = self.cumulative.partition_point(|&c| c <= target).min(self.cumulative.len() - 1);
+        let before = if index > 0 { self.cumulative[index - 1] } else { 0.0 };
+        let weight = self.cumulative[index] - before;
+        let rest = ((target - before) / weight).clamp(0.0, 1.0 - f64::EPSILON);
+        Chosen { index, rest, probability: weight / self.total() }
+    }
+}

@@ -1,0 +1,90 @@
+//! One rigid motion per kernel (Loubet, Holzschuch and Jakob 2019), on the film and at every bounce.
+
+use glam::DVec3;
+
+use super::auxiliary::Construction;
+use super::change::{Change, Wanted};
+use super::error::GradientError;
+use super::progress::Progress;
+use super::result::GradientImage;
+use super::warped_area::WarpedArea;
+use crate::path::Kernels;
+use crate::scene::Scene;
+
+/// The rotation reparameterisation: every kernel of directions turns with one of the points seen in it, on the film
+/// it is shifted.
+///
+/// The point is the nearest of a few drawn from the kernel, as the edge of what hides the rest is the one that is
+/// seen. **Biased** wherever no single rigid motion carries every edge in the kernel: V·ν then differs from the
+/// boundary's velocity by its variation across the kernel, whatever the number of samples. It is here for the
+/// comparison.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rotation {
+    /// Samples a pixel.
+    pub samples: usize,
+    /// Samples a pixel of the image that is subtracted as a control variate, as for [`WarpedArea`].
+    pub baseline: usize,
+    /// Points from which the one to follow is chosen.
+    pub candidates: usize,
+    /// Concentrations. The wider the kernel, the larger the bias; the narrower, the larger the variance.
+    pub kernels: Kernels,
+    /// The seed of everything random.
+    pub seed: u64,
+}
+
+impl Default for Rotation {
+    fn default() -> Self {
+        Self { samples: 16, baseline: 4, candidates: 4, kernels: Kernels::default(), seed: 0 }
+    }
+}
+
+impl Rotation {
+    /// The derivative of every pixel along a change.
+    ///
+    /// # Errors
+    /// [`GradientError`], for what cannot be differentiated and bad parameters.
+    pub fn forward(
+        &self,
+        scene: &Scene,
+        change: &Change,
+        progress: &Progress,
+    ) -> Result<GradientImage, GradientError> {
+        self.area().image::<1, 6>(scene, change, self.construction(), progress)
+    }
+
+    /// The same, with interior, primary and secondary term apart.
+    ///
+    /// # Errors
+    /// [`GradientError`], for what cannot be differentiated and bad parameters.
+    pub fn forward_terms(
+        &self,
+        scene: &Scene,
+        change: &Change,
+        progress: &Progress,
+    ) -> Result<GradientImage, GradientError> {
+        self.area().image::<3, 15>(scene, change, self.construction(), progress)
+    }
+
+    /// The transpose of [`forward`](Self::forward).
+    ///
+    /// # Errors
+    /// [`GradientError`], for what cannot be differentiated and bad parameters.
+    pub fn reverse(
+        &self,
+        scene: &Scene,
+        adjoint: &[DVec3],
+        wanted: &Wanted,
+        progress: &Progress,
+    ) -> Result<Change, GradientError> {
+        self.area().pull(scene, adjoint, wanted, self.construction(), progress)
+    }
+
+    fn construction(&self) -> Construction {
+        Construction::Followed { candidates: self.candidates.max(1) }
+    }
+
+    fn area(&self) -> WarpedArea {
+        let Self { samples, baseline, kernels, seed, .. } = *self;
+        WarpedArea { samples, baseline, kernels, seed, ..WarpedArea::default() }
+    }
+}
