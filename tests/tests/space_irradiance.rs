@@ -126,7 +126,9 @@ fn with(warp: Warp) -> WarpedArea {
 
 #[test]
 fn pixels_with_penumbras() {
-    accept("penumbras", &PENUMBRAS, &warped());
+    let v = verdict("penumbras", &PENUMBRAS, |k, half| k.estimate(half, &warped()));
+    // The heavy tails of penumbras: half the derivative would be found out, but not a third less.
+    assert!(passes(&v) && v.slope_error < 0.12, "{v:?}");
 }
 
 #[test]
@@ -224,7 +226,7 @@ fn reverse_mode_is_the_transpose() {
 
 #[test]
 fn controls_are_rejected() {
-    let some: &[Known] = &POINTS[..POINTS.len() / 2];
+    let some: &[Known] = &POINTS[POINTS.len() / 3..POINTS.len() * 2 / 3];
     reject("zero", some, |k, half| Estimate { mean: 0.0, ..k.estimate(half, &pixel()) });
     reject("sign flipped", some, |k, half| {
         let estimate = k.estimate(half, &pixel());
@@ -275,10 +277,10 @@ fn an_environment_behind_occluders() {
         .filter(|k| k.exact.abs() > 1e-3 * k.value)
         .collect();
     assert!(known.len() >= 15, "{}", known.len());
-    let many = WarpedArea { samples: 32 * SAMPLES, ..warped() };
+    let many = WarpedArea { samples: 12 * SAMPLES, ..warped() };
     let v = verdict("environment", &known, |k, half| k.estimate(half, &many));
     // Its light has no kernel narrower than that of a diffuse surface: noisier than an emitter's.
-    assert!(passes(&v) && v.slope_error < 0.4, "{v:?}");
+    assert!(passes(&v) && v.slope_error < 0.6, "{v:?}");
     let still = WarpedArea { warps: false, ..warped() };
     reject("environment, interior only", &known, |k, half| k.estimate(half, &still));
 }

@@ -322,7 +322,7 @@ fn transposes(filters: &[Filter]) {
             assert!(image.non_finite.is_empty());
             let terms = adjoint.iter().zip(&image.gradient).map(|(w, g)| *w * *g);
             let scale: f64 = terms.clone().map(|t| t.abs().element_sum()).sum();
-            let (forward, reverse) = (terms.map(|t| t.element_sum()).sum::<f64>(), gradient.dot(&change));
+            let (forward, reverse) = (terms.map(DVec3::element_sum).sum::<f64>(), gradient.dot(&change));
             let error = (forward - reverse).abs() / scale.max(1e-3);
             println!("{name}, {filter:?}: {forward:.6} {reverse:.6}, error {error:.1e}");
             assert!(error < 1e-9, "{name}, {filter:?}: {forward} {reverse}");
@@ -337,10 +337,11 @@ fn transposes(filters: &[Filter]) {
 #[test]
 fn parameters_that_are_not_geometry() {
     let base = || everything(20.0);
-    type Edit = fn(&mut Description, f64);
+    /// A name, a step of differences, the rate and the displacement.
+    type Parameter = (&'static str, f64, fn(&mut Change), fn(&mut Description, f64));
     // Of radiance and irradiance the image is a linear function: a step may be as long as it likes. Those of
     // the last two are off by up to a percent.
-    let edits: [(&str, f64, fn(&mut Change), Edit); 5] = [
+    let edits: [Parameter; 5] = [
         (
             "texels",
             1e-3,

@@ -253,7 +253,7 @@ impl<'s> Paths<'s> {
             return zero;
         }
         if towards.delta {
-            return self.from_delta(calculus, point, shading, towards);
+            return self.delta_light(calculus, point, shading, towards);
         }
         let density = towards.sampled.density;
         let weight = density / (density + shading.density(direction));
@@ -270,7 +270,7 @@ impl<'s> Paths<'s> {
     }
 
     /// Light from a point, or from one direction. Nothing is warped, and nothing may move that casts a shadow.
-    fn from_delta<C: Calculus>(
+    fn delta_light<C: Calculus>(
         &self,
         calculus: &C,
         point: &SurfacePoint<C::Number>,

@@ -168,7 +168,7 @@ impl Lights {
                 let distance = squared.sqrt();
                 let direction = way / distance;
                 let cosine = -direction.dot(y.normal);
-                if !(cosine > 0.0) {
+                if cosine.is_nan() || cosine <= 0.0 {
                     return None;
                 }
                 let density = squared / (cosine * area.whole());

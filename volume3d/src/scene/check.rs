@@ -15,7 +15,7 @@ pub(super) fn check(description: &Description) -> Result<(), SceneError> {
     unique("texture", textures.iter().map(|t| &t.id))?;
     unique("material", materials.iter().map(|m| &m.id))?;
     unique("shape", shapes.iter().map(|s| &s.id))?;
-    unique("light", lights.iter().map(|l| l.id()))?;
+    unique("light", lights.iter().map(Light::id))?;
     textures.iter().try_for_each(check_texture)?;
     for material in materials {
         check_material(material, textures.len())?;
@@ -103,7 +103,7 @@ fn check_material(material: &Material, textures: usize) -> Result<(), SceneError
     }
     if let Bsdf::RoughConductor { alpha, .. } = material.bsdf {
         // Below, the lobe is narrower than directions can be told apart.
-        range(alpha >= 1e-4 && alpha <= 1.0, id, "the roughness", alpha, "in [1e-4, 1]")?;
+        range((1e-4..=1.0).contains(&alpha), id, "the roughness", alpha, "in [1e-4, 1]")?;
     }
     match material.bsdf {
         Bsdf::Diffuse { .. } => Ok(()),

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::calculus::{Calculus, Frame, Number, Tape};
+use crate::calculus::{Calculus, Frame, Tape};
 use crate::gradient::film::FilmPlane;
 use crate::gradient::forward::Forward;
 use crate::gradient::groups::GROUPS;

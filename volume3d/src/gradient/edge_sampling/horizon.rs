@@ -15,7 +15,7 @@ use super::sides::ASIDE;
 use super::table::Table;
 use super::walk::walk;
 use super::{BEYOND_HORIZON, HORIZON, Moving};
-use crate::calculus::{Calculus, Frame, Number, Vec3};
+use crate::calculus::{Calculus, Frame, Vec3};
 use crate::geometry::Hit;
 use crate::path::{Paths, Plain, Sequence, Shading};
 use crate::scene::NONE;

@@ -4,6 +4,9 @@ use glam::DVec3;
 
 use crate::scene::Scene;
 
+/// Two faces at a smaller angle are one plane, to rounding.
+const FLAT: f64 = 1e-12;
+
 /// A triangle at an edge.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Face {
@@ -64,17 +67,12 @@ impl EdgeList {
         &self.faces[edge.first as usize..(edge.first + edge.count) as usize]
     }
 
-    /// Whether an edge is a silhouette, or a jump anyway, as seen from a point, or from infinity if `origin`
-    /// is a direction (w = 0).
-    pub(super) fn may_jump(&self, scene: &Scene, edge: &Edge, origin: DVec3) -> bool {
-        if edge.jump {
-            return true;
-        }
-        let [f, g] = [0, 1].map(|k| {
-            let [a, b, c] = corners(scene, self.faces(edge)[k].triangle);
-            (b - a).cross(c - a).dot(origin - a)
-        });
-        f * g <= 0.0
+    /// Whether what is seen can jump at an edge: not where two coplanar triangles continue one another.
+    ///
+    /// At a fold with smooth shading it does as well: a light may be above the horizon of one face and below that of
+    /// the other, while the shading normals reflect it on both.
+    pub(super) fn may_jump(&self, scene: &Scene, edge: &Edge) -> bool {
+        edge.jump || self.limits(scene, edge).is_none_or(|[u, v]| u.distance(v) > FLAT)
     }
 
     /// On which sides of the plane through an edge, with this normal, triangles lie: before it and behind it.

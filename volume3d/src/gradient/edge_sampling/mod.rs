@@ -41,6 +41,11 @@ const BEYOND_HORIZON: u64 = 22;
 const FLIP: u64 = 23;
 
 /// Derivatives by sampling edges.
+///
+/// Besides edges it samples two curves that smooth shading brings: where a surface turns its other side to the
+/// camera, and the horizon of a face that turns. Surfaces that turn their other side to an earlier point of a path
+/// instead of the camera are *not* sampled: with smooth normals and three segments or more a jump there is left
+/// out.
 #[derive(Clone, Debug)]
 pub struct EdgeSampling {
     /// Paths a pixel for the interior term.

@@ -57,6 +57,9 @@ const STILL: f64 = 0.2;
 /// Directions to lights that tell how often an edge is a silhouette before one.
 const PILOTS: usize = 16;
 
+/// What a fold with smooth shading counts, of what a crease does.
+const SMOOTH: f64 = 0.05;
+
 /// An edge that was never one in so many trials may still be.
 const LEAST: f64 = 0.05;
 
@@ -121,7 +124,8 @@ impl<'a> Secondary<'a> {
             a.distance(b)
                 * match self.light {
                     Light::Emitted => self.silhouette_rate(edge),
-                    Light::Rest => self.solid_angle(edge),
+                    Light::Rest if self.list.may_jump(scene, edge) => self.solid_angle(edge),
+                    Light::Rest => 0.0,
                 }
         };
         let mut weights: Vec<f64> = self.list.edges.par_iter().map(weigh).collect();
@@ -178,19 +182,36 @@ impl<'a> Secondary<'a> {
         })
     }
 
-    /// The solid angle of directions in which an edge may be seen as a jump.
+    /// Roughly the solid angle in which what is seen jumps at an edge, times the contrast there.
     fn solid_angle(&self, edge: &Edge) -> f64 {
-        4.0 * self.wedge(edge).map_or(PI, |w| w.angle)
+        let (anywhere, wedge) = (self.share_anywhere(edge), self.wedge(edge));
+        let crease = if edge.jump { 1.0 } else { SMOOTH };
+        match wedge {
+            None => 4.0 * PI,
+            Some(w) if anywhere == 0.0 => 4.0 * w.angle,
+            Some(w) => 4.0 * w.angle + 4.0 * PI * crease * w.angle.clamp(LEAST, 1.0),
+        }
+    }
+
+    /// The part of directions that are drawn from the whole sphere; the others are those of the wedge.
+    ///
+    /// Emission jumps at silhouettes only, and so does a constant environment; what surfaces reflect jumps at all
+    /// folds.
+    fn share_anywhere(&self, edge: &Edge) -> f64 {
+        match self.wedge(edge) {
+            None => 1.0,
+            Some(_) if self.longest > 1 => 0.5,
+            Some(_) => 0.0,
+        }
     }
 
     /// The directions in which an edge of two triangles is a silhouette; `None` where every direction counts.
     fn wedge(&self, edge: &Edge) -> Option<Wedge> {
-        if edge.jump && self.longest > 1 {
-            return None;
-        }
-        let [u, v] = self.list.limits(self.sensor.paths.scene, edge)?;
-        let up = (v - u.dot(v) * u).normalize_or_zero();
-        Some(Wedge { u, up, angle: u.cross(v).length().atan2(u.dot(v)) })
+        let scene = self.sensor.paths.scene;
+        let [u, v] = self.list.limits(scene, edge).filter(|_| self.list.may_jump(scene, edge))?;
+        let angle = u.cross(v).length().atan2(u.dot(v));
+        let up = (v - u.dot(v) * u).try_normalize()?;
+        Some(Wedge { u, up, angle })
     }
 
     /// A direction from a point of an edge towards the light.
@@ -207,16 +228,25 @@ impl<'a> Secondary<'a> {
         let e = (q - p).normalize_or_zero();
         let z = 2.0 * a - 1.0;
         let radius = (1.0 - z * z).sqrt();
-        let (u, v, turn) = match self.wedge(edge) {
-            Some(w) => (w.u, w.up, w.angle * b + if c < 0.5 { 0.0 } else { PI }),
-            None => {
-                let (u, v) = e.any_orthonormal_pair();
-                (u, v, TAU * b)
+        let (wedge, anywhere) = (self.wedge(edge), self.share_anywhere(edge));
+        let (s, t) = e.any_orthonormal_pair();
+        let (u, v, turn) = match &wedge {
+            // What is left of the choice takes one of the two opposite parts.
+            Some(w) if c >= anywhere => {
+                let opposite = (c - anywhere) / (1.0 - anywhere) < 0.5;
+                (w.u, w.up, w.angle * b + if opposite { PI } else { 0.0 })
             }
+            _ => (s, t, TAU * b),
         };
         let (sin, cos) = turn.sin_cos();
         let direction = z * e + radius * (cos * u + sin * v);
-        Some(Drawn { direction, density: 1.0 / self.solid_angle(edge), id: None })
+        let within = |w: &&Wedge| {
+            let azimuth = direction.dot(w.up).atan2(direction.dot(w.u)).rem_euclid(PI);
+            azimuth <= w.angle
+        };
+        let in_wedge = wedge.as_ref().filter(within).map_or(0.0, |w| (1.0 - anywhere) / (4.0 * w.angle));
+        Some(Drawn { direction, density: in_wedge + anywhere / (4.0 * PI), id: None })
+            .filter(|drawn| drawn.density > 0.0)
     }
 
     /// Rays through an edge's point start that far from it: its own triangles do not count.
