@@ -87,7 +87,6 @@ fn reverse_mode_is_the_transpose() {
 
 /// The same with the reflectance of black surfaces, behind which forward mode need not look.
 #[test]
-#[ignore = "warps of the edges of box pixels take their random numbers where the path before stopped"]
 fn reverse_mode_is_the_transpose_with_materials() {
     transposes(true);
 }

@@ -278,7 +278,6 @@ fn a_shining_cube_alone_has_no_secondary_term() {
 }
 
 #[test]
-#[ignore = "auxiliary rays below the horizon meet the cube from inside, as near as its edges: noise without variance"]
 fn a_lit_cube_alone_has_no_secondary_term() {
     for filter in PLANE_FILTERS {
         let k = lonely_cube(filter, false);

@@ -288,7 +288,6 @@ fn reverse_mode_is_the_transpose_for_every_parameter() {
 }
 
 #[test]
-#[ignore = "warps of the edges of box pixels take their random numbers where the path before stopped"]
 fn reverse_mode_is_the_transpose_for_box_pixels() {
     transposes(&[Filter::Box]);
 }

@@ -27,6 +27,9 @@ pub(crate) struct Kernel {
     /// The concentration of auxiliary directions.
     pub(crate) kappa: f64,
     pub(crate) sees: Sees,
+    /// The shading normal on the viewer's side. Below its horizon nothing arrives, and what is there need not be
+    /// followed: inside a solid, near its edges, it is arbitrarily near and moves arbitrarily fast.
+    pub(crate) normal: DVec3,
 }
 
 /// Which jumps the integrand has.

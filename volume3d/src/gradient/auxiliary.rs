@@ -137,7 +137,9 @@ impl<'s> Auxiliary<'s> {
             .iter()
             .zip(&self.hits)
             .map(|(&direction, &hit)| {
-                let hit = hit.filter(|h| counts(kernel.sees, x, direction, h.distance));
+                let hit = hit.filter(|h| {
+                    kernel.normal.dot(direction) > 0.0 && counts(kernel.sees, x, direction, h.distance)
+                });
                 let jumps = match kernel.sees {
                     Sees::Radiance => Jumps::Radiance,
                     Sees::Beyond | Sees::Before { .. } => Jumps::Visibility,

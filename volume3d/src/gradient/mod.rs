@@ -36,5 +36,6 @@ pub use warped_area::WarpedArea;
 const PATH: u64 = 0;
 const AUXILIARY: u64 = 1;
 const EDGE: u64 = 2;
+const EDGE_AUXILIARY: u64 = 3;
 /// Mixed into the seed of the image that is subtracted, which must not depend on the samples.
 const BASELINE: u64 = 0x9E37_79B9_7F4A_7C15;

@@ -17,7 +17,7 @@ use super::primal::primal;
 use super::progress::{Progress, Stopped};
 use super::result::{GradientImage, Image, finish, quantities};
 use super::reverse::{Inputs, Recorded, Reverse, Sink};
-use super::{AUXILIARY, BASELINE, EDGE, PATH};
+use super::{AUXILIARY, BASELINE, EDGE, EDGE_AUXILIARY, PATH};
 use crate::calculus::{Dual, Frame, Number, Rgb, Tape};
 use crate::path::{Kernels, Paths, Plain, Sequence};
 use crate::scene::Scene;
@@ -302,6 +302,9 @@ impl Job<'_> {
         sink: &mut CellSink<'_, K>,
     ) {
         let film = &self.film;
+        if let Some(auxiliary) = &mut forward.auxiliary {
+            auxiliary.rng = self.stream(i, j, sample, EDGE_AUXILIARY);
+        }
         let mut numbers = self.numbers((i, j), sample, EDGE);
         let (u, vertical) = self.edge_point(i, j, numbers.pair());
         let (point, _) = forward.film_warp(film, u, self.method.kernels.film);
@@ -429,6 +432,9 @@ impl Job<'_> {
         adjoints: &mut Vec<f64>,
         sink: &mut impl Sink,
     ) {
+        if let Some(auxiliary) = &mut reverse.auxiliary {
+            auxiliary.rng = self.stream(i, j, sample, EDGE_AUXILIARY);
+        }
         let mut numbers = self.numbers((i, j), sample, EDGE);
         let (u, vertical) = self.edge_point(i, j, numbers.pair());
         let (point, _) = reverse.film_warp(u, self.method.kernels.film);

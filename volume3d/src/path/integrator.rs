@@ -337,6 +337,7 @@ impl<'s> Paths<'s> {
         let kernel = Kernel {
             kappa: self.kernels.surface.max(shading.concentration()),
             sees: if goes_on { Sees::Radiance } else { Sees::Beyond },
+            normal: shading.normal.value(),
         };
         let warped = calculus.warp(point.position, point.triangle, sampled.direction, kernel);
         let throughput = throughput * reflect(shading, &warped, 1.0 / sampled.density);
@@ -390,20 +391,21 @@ impl<'s> Paths<'s> {
     /// The kernel for the light of one emitter reflected at x.
     fn kernel<T: Number>(&self, id: LightId, shading: &Shading<'_, T>, x: DVec3) -> Kernel {
         let least = self.kernels.surface.max(shading.concentration());
+        let normal = shading.normal.value();
         match id {
             LightId::Shape(shape) => {
                 let angle = self.lights.half_angle(shape, x);
                 let kappa = least.max((self.kernels.relative / angle).powi(2));
-                Kernel { kappa, sees: self.lights.sees(shape) }
+                Kernel { kappa, sees: self.lights.sees(shape), normal }
             }
             LightId::Light(index) => match &self.scene.description.lights[index as usize] {
                 Light::Directional { kappa, .. } if kappa.is_finite() => {
                     let kappa = least.max(0.5 * self.kernels.relative.powi(2) * kappa);
-                    Kernel { kappa, sees: Sees::Beyond }
+                    Kernel { kappa, sees: Sees::Beyond, normal }
                 }
-                _ => Kernel { kappa: least, sees: Sees::Beyond },
+                _ => Kernel { kappa: least, sees: Sees::Beyond, normal },
             },
-            LightId::Environment => Kernel { kappa: least, sees: Sees::Beyond },
+            LightId::Environment => Kernel { kappa: least, sees: Sees::Beyond, normal },
         }
     }
 

@@ -19,7 +19,7 @@ const ASIDE_PIXELS: f64 = 1e-6;
 const LEAST: f64 = 0.02;
 
 /// What a fold with smooth shading counts, of what a crease does.
-const SMOOTH: f64 = 0.1;
+const SMOOTH: f64 = 0.5;
 
 /// What an edge counts whose middle is hidden, of what it counts otherwise: other parts of it may be seen.
 const HIDDEN: f64 = 0.1;
@@ -166,9 +166,11 @@ impl Boundary for Primary<'_> {
             return;
         };
         let mut plain = Plain { scene };
-        let [before, behind] = sides
-            .hits
-            .map(|hit| self.paths.radiance(&mut plain, origin, ray(u), hit, &mut numbers.clone()).value());
+        // Aside as well: at the edge itself a face does not hide the light that is below its horizon.
+        let [before, behind] = [0, 1].map(|k| {
+            let aside = Vec3::constant(directions[k]);
+            self.paths.radiance(&mut plain, origin, aside, sides.hits[k], &mut numbers.clone()).value()
+        });
         if before == behind {
             return;
         }
