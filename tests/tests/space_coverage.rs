@@ -12,7 +12,7 @@ use tests::campaign::Estimate;
 use tests::space::campaign::{Known, REPETITIONS, accept, coverage, passes, reject, verdict};
 use tests::space::worlds::CoverageKind;
 use tests::statistics::{Moments, suite_threshold};
-use volume3d::gradient::{Progress, Wanted, WarpedArea};
+use volume3d::gradient::{EdgeSampling, Progress, Wanted, WarpedArea};
 
 /// Nothing degenerate about them.
 static GENERIC: LazyLock<Vec<Known>> = LazyLock::new(|| {
@@ -51,11 +51,31 @@ fn worlds_of_all_sizes_are_as_good() {
 
 #[test]
 fn other_warps_are_unbiased() {
-    let warp = Warp::default();
     let some = &coverage(&CoverageKind::GENERIC, 16);
-    let points = AuxiliaryPoints::Antithetic;
-    accept("antithetic points", some, &with(Warp { points, ..warp }));
-    accept("no baseline", some, &WarpedArea { baseline: 0, ..warped() });
+    let warp = WarpedArea::default().warp;
+    let points = AuxiliaryPoints::Stratified;
+    accept("stratified points", some, &with(Warp { points, ..warp }));
+}
+
+/// Without the image that is subtracted, samples are so noisy that only zero, or half, can be told apart.
+#[test]
+fn the_baseline_is_not_needed() {
+    let some = &coverage(&CoverageKind::GENERIC, 16);
+    let method = WarpedArea { baseline: 0, ..warped() };
+    let v = verdict("no baseline", some, |k, half| k.estimate(half, &method));
+    assert!(passes(&v) && suite_threshold() * v.slope_error < 0.8, "{v:?}");
+}
+
+#[test]
+fn edge_sampling_is_unbiased() {
+    let v = verdict("edge sampling", &GENERIC, |k, half| {
+        k.repeated(half, |seed| {
+            let method = EdgeSampling { samples: 2, primary: 16, secondary: 1, seed };
+            let found = method.forward(&k.scene, &k.change, &Progress::none());
+            k.weighted(&found.unwrap_or_else(|e| panic!("{e}\n{}", k.label)).gradient)
+        })
+    });
+    assert!(passes(&v) && suite_threshold() * v.slope_error < 0.05, "{v:?}");
 }
 
 /// Russian roulette has infinite variance: no single scene's error is normal, and what is tested is the

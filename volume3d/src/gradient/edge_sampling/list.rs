@@ -1,5 +1,7 @@
 //! The edges of a scene, each once, with the triangles that meet in it.
 
+use std::collections::HashMap;
+
 use glam::DVec3;
 
 use crate::scene::Scene;
@@ -24,6 +26,9 @@ pub(super) struct Edge {
     pub(super) jump: bool,
     first: u32,
     count: u32,
+    /// Where the triangles of all edges at the same place are in the list, those of other shapes included.
+    first_there: u32,
+    count_there: u32,
 }
 
 /// All edges at which what is seen may jump.
@@ -35,29 +40,36 @@ pub(super) struct EdgeList {
 
 impl EdgeList {
     pub(super) fn new(scene: &Scene) -> Self {
-        let mut sides: Vec<([u32; 2], u32, usize)> = Vec::with_capacity(3 * scene.triangles.len());
+        let places = places(scene);
+        let ordered = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
+        let mut sides = Vec::with_capacity(3 * scene.triangles.len());
         for (t, triangle) in scene.triangles.iter().enumerate() {
             for k in 0..3 {
-                let [a, b] = [triangle.positions[k], triangle.positions[(k + 1) % 3]];
-                sides.push(([a.min(b), a.max(b)], t as u32, k));
+                let ends = [triangle.positions[k], triangle.positions[(k + 1) % 3]];
+                let place = ordered(ends.map(|i| places[i as usize]));
+                sides.push((place, ordered(ends), t as u32, k));
             }
         }
         sides.sort_unstable();
         let mut list = Self::default();
-        for group in sides.chunk_by(|a, b| a.0 == b.0) {
-            let (ends, triangle, k) = group[0];
-            let edge = Edge {
-                ends,
-                shape: scene.triangles[triangle as usize].shape,
-                jump: scene.edges.jumps(triangle, k),
-                first: list.faces.len() as u32,
-                count: group.len() as u32,
-            };
-            list.faces.extend(group.iter().map(|&(_, triangle, k)| Face {
-                triangle,
-                opposite: scene.triangles[triangle as usize].positions[(k + 2) % 3],
-            }));
-            list.edges.push(edge);
+        for there in sides.chunk_by(|a, b| a.0 == b.0) {
+            let (first_there, count_there) = (list.faces.len() as u32, there.len() as u32);
+            for group in there.chunk_by(|a, b| a.1 == b.1) {
+                let (_, ends, triangle, k) = group[0];
+                list.edges.push(Edge {
+                    ends,
+                    shape: scene.triangles[triangle as usize].shape,
+                    jump: scene.edges.jumps(triangle, k),
+                    first: list.faces.len() as u32,
+                    count: group.len() as u32,
+                    first_there,
+                    count_there,
+                });
+                list.faces.extend(group.iter().map(|&(_, _, triangle, k)| Face {
+                    triangle,
+                    opposite: scene.triangles[triangle as usize].positions[(k + 2) % 3],
+                }));
+            }
         }
         list
     }
@@ -102,6 +114,28 @@ impl EdgeList {
     pub(super) fn has(&self, edge: &Edge, triangle: u32) -> bool {
         self.faces(edge).iter().any(|f| f.triangle == triangle)
     }
+}
+
+impl EdgeList {
+    /// Whether a triangle meets an edge of the same ends, be it another shape's.
+    pub(super) fn has_there(&self, edge: &Edge, triangle: u32) -> bool {
+        let range = edge.first_there as usize..(edge.first_there + edge.count_there) as usize;
+        self.faces[range].iter().any(|f| f.triangle == triangle)
+    }
+}
+
+/// A number for each position, the same for positions at the same place.
+fn places(scene: &Scene) -> Vec<u32> {
+    let mut places = HashMap::with_capacity(scene.positions.len());
+    scene
+        .positions
+        .iter()
+        .map(|p| {
+            let next = places.len() as u32;
+            // + 0 makes −0 and 0 one.
+            *places.entry(p.to_array().map(|x| (x + 0.0).to_bits())).or_insert(next)
+        })
+        .collect()
 }
 
 impl Edge {

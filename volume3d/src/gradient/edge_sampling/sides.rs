@@ -43,7 +43,8 @@ pub(super) fn look_past(
         [false, true] => hits[0],
     };
     let doubled = other.is_some_and(|h| {
-        (h.distance - t).abs() < TOUCH * t
+        list.has_there(edge, h.triangle)
+            || (h.distance - t).abs() < TOUCH * t
             // Corner k is opposite to edge k + 1.
             && (0..3).any(|k| h.barycentric[k] < BORDER && paths.scene.edges.jumps(h.triangle, (k + 1) % 3))
     });
