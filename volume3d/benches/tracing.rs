@@ -73,6 +73,19 @@ fn inside(rng: &mut Stream) -> Ray {
     Ray { origin: 0.9 * in_ball(rng), direction: in_ball(rng).normalize(), ..outside(rng) }
 }
 
+/// From points of the surface in all directions: half of the rays leave the sphere, half cross it.
+fn bounces(accelerator: &Accelerator, count: usize) -> Vec<Ray> {
+    let mut rng = stream(3, &[]);
+    (0..count)
+        .map(|_| {
+            let ray = inside(&mut rng);
+            let hit = accelerator.closest(&ray).expect("from the inside every ray hits");
+            let origin = ray.origin + hit.distance * ray.direction;
+            Ray { origin, direction: in_ball(&mut rng).normalize(), from: Some(hit.triangle), ..ray }
+        })
+        .collect()
+}
+
 type Draw = fn(&mut Stream) -> Ray;
 const SIDES: [(&str, Draw); 2] = [("outside", outside), ("inside", inside)];
 
@@ -89,15 +102,20 @@ fn single(c: &mut Criterion) {
     for (side, draw) in SIDES {
         let mut rng = stream(1, &[]);
         let rays: Vec<Ray> = (0..RAYS).map(|_| draw(&mut rng)).collect();
-        let mut group = c.benchmark_group(format!("single/{side}"));
-        group.sample_size(20).throughput(Throughput::Elements(RAYS as u64));
-        group.bench_function("closest", |b| {
-            b.iter(|| rays.iter().filter(|ray| black_box(accelerator.closest(ray)).is_some()).count());
-        });
-        group.bench_function("occluded", |b| {
-            b.iter(|| rays.iter().filter(|ray| accelerator.occluded(ray)).count());
-        });
+        one_by_one(c, side, &accelerator, &rays);
     }
+    one_by_one(c, "bounce", &accelerator, &bounces(&accelerator, RAYS));
+}
+
+fn one_by_one(c: &mut Criterion, side: &str, accelerator: &Accelerator, rays: &[Ray]) {
+    let mut group = c.benchmark_group(format!("single/{side}"));
+    group.sample_size(20).throughput(Throughput::Elements(rays.len() as u64));
+    group.bench_function("closest", |b| {
+        b.iter(|| rays.iter().filter(|ray| black_box(accelerator.closest(ray)).is_some()).count());
+    });
+    group.bench_function("occluded", |b| {
+        b.iter(|| rays.iter().filter(|ray| accelerator.occluded(ray)).count());
+    });
 }
 
 fn bundles(c: &mut Criterion) {

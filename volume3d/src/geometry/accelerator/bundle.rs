@@ -3,8 +3,9 @@
 use glam::DVec3;
 
 use super::frame::Fan;
+use super::lanes::{Lanes, Task, next};
 use super::packet::{PACKET, Packet, PacketTraversal};
-use super::watertight::Shear;
+use super::watertight::{Shears, longest_axis};
 use super::{Accelerator, Hit, Ray};
 
 /// Half width of a packet, over the size of leaves, above which rays go alone. Measured with sixteen rays on
@@ -28,62 +29,90 @@ impl Accelerator {
     ) {
         hits.clear();
         hits.resize(directions.len(), None);
-        let limits = Limits { near, far, from };
-        for (directions, hits) in directions.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
-            self.chunk(origin, directions, &limits, hits);
+        if !self.tree.leaves.is_empty() && origin.is_finite() {
+            let limits = Limits { near, far, from };
+            self.instructions.run(Bundle { accelerator: self, origin, directions, limits, hits });
         }
     }
 
-    /// At most [`PACKET`] rays: one packet for each longest axis and its sign.
-    fn chunk(&self, origin: DVec3, directions: &[DVec3], limits: &Limits, hits: &mut [Option<Hit>]) {
-        let mut shears = [Shear::IDLE; PACKET];
-        // Members by axis and sign, as bits.
-        let mut classes = [0_u32; 6];
-        for (ray, &direction) in directions.iter().enumerate() {
-            if let Some(shear) = Shear::new(origin, direction) {
-                shears[ray] = shear;
-                classes[2 * shear.axes[2] + usize::from(shear.backward())] |= 1 << ray;
-            }
+    /// Rays one by one.
+    fn alone(&self, bundle: &Bundle<'_>, directions: &[DVec3], mut members: u32, hits: &mut [Option<Hit>]) {
+        let Limits { near, far, from } = bundle.limits;
+        while members != 0 {
+            let ray = next(&mut members);
+            hits[ray] =
+                self.closest(&Ray { origin: bundle.origin, direction: directions[ray], near, far, from });
         }
-        for members in classes {
+    }
+}
+
+/// All rays of a bundle.
+struct Bundle<'a> {
+    accelerator: &'a Accelerator,
+    origin: DVec3,
+    directions: &'a [DVec3],
+    limits: Limits,
+    hits: &'a mut [Option<Hit>],
+}
+
+impl Task for Bundle<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(mut self, lanes: L) {
+        let hits = std::mem::take(&mut self.hits);
+        for (directions, hits) in self.directions.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
+            self.chunk(lanes, directions, hits);
+        }
+    }
+}
+
+impl Bundle<'_> {
+    /// At most [`PACKET`] rays: one packet for each longest axis and its sign.
+    #[inline(always)]
+    fn chunk<L: Lanes>(&self, lanes: L, directions: &[DVec3], hits: &mut [Option<Hit>]) {
+        // Members by axis and sign, as bits.
+        let mut classes = [0_u32; 8];
+        for (ray, &direction) in directions.iter().enumerate() {
+            let along = longest_axis(direction);
+            let backward = direction.to_array()[along] < 0.0;
+            classes[2 * along + usize::from(backward)] |= 1 << ray;
+        }
+        for (class, &members) in classes.iter().enumerate() {
             if members != 0 {
-                self.class(origin, directions, &shears, members, limits, hits);
+                self.class(lanes, directions, members, class / 2, hits);
             }
         }
     }
 
     /// Rays of one longest axis and sign.
-    fn class(
+    #[inline(always)]
+    fn class<L: Lanes>(
         &self,
-        origin: DVec3,
+        lanes: L,
         directions: &[DVec3],
-        shears: &[Shear; PACKET],
         members: u32,
-        limits: &Limits,
+        along: usize,
         hits: &mut [Option<Hit>],
     ) {
+        let accelerator = self.accelerator;
         // Packets look ahead of the origin only.
-        let ahead = limits.near >= 0.0 && !self.tree.leaves.is_empty();
-        let fan = (ahead && members.count_ones() as usize >= FEWEST)
-            .then(|| Fan::new(&self.frame, origin, shears, members, WIDEST * self.tree.leaf_size))
-            .flatten();
-        if let Some(fan) = fan {
-            let mut packet = Packet::new(&fan, shears, members, limits);
-            self.instructions.run(PacketTraversal {
-                accelerator: self,
-                fan: &fan,
-                shears,
-                limits,
-                packet: &mut packet,
-            });
-            packet.write(members, hits);
-        } else {
-            let Limits { near, far, from } = *limits;
-            for (ray, &direction) in directions.iter().enumerate().filter(|(ray, _)| members >> ray & 1 == 1)
+        let ahead = self.limits.near >= 0.0 && members.count_ones() as usize >= FEWEST;
+        if ahead {
+            let shears = Shears::new(self.origin, directions, members, along);
+            let widest = WIDEST * accelerator.tree.leaf_size;
+            if shears.are_finite()
+                && let Some(fan) = Fan::new(&accelerator.frame, self.origin, &shears, widest)
             {
-                hits[ray] = self.closest(&Ray { origin, direction, near, far, from });
+                let mut packet = Packet::new(&fan, &shears, &self.limits);
+                let limits = &self.limits;
+                PacketTraversal { accelerator, fan: &fan, shears: &shears, limits, packet: &mut packet }
+                    .run(lanes);
+                packet.write(hits);
+                return;
             }
         }
+        accelerator.alone(self, directions, members, hits);
     }
 }
 

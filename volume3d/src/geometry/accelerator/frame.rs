@@ -5,16 +5,18 @@
 //! τ along the ray's longest axis. With u = 2⁻²⁴ the rounding unit of single precision, each bound below
 //! counts the roundings on the way and rounds the count up; second-order terms u² are 10⁻⁷ of it.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
-use super::watertight::Shear;
+use super::Ray;
+use super::watertight::{Shear, Shears};
 
 /// Rounding unit of single precision.
 pub(super) const UNIT: f64 = 1.0 / 16_777_216.0;
 
-/// Error of a filtered plane of a box, in space along the plane's axis. The computed depth is (b − o) / d
-/// with |b − o| ≤ 2: the origin o, at most 1 and a hair, is off by u; difference, reciprocal of d and
-/// product are each off by the relative u, which moves the plane by 2 u: together 7 u.
+/// Error of a filtered plane of a box, in space along the plane's axis. The computed depth is b r − o r with r = 1/d,
+/// |b| ≤ 1 and the origin |o| at most 1 and a hair: both products are off by the relative u (the first only
+/// where it is rounded by itself), which moves the plane by u each; the same r in both, off by the relative u, and the
+/// difference each move a plane of |b − o| ≤ 2 by 2 u: together 6 u.
 const PLANE_ERROR: f64 = 8.0 * UNIT;
 
 /// Error of a sheared coordinate x − s z with |s| ≤ 1 of a vertex, from its position and the origin:
@@ -30,6 +32,13 @@ const DOUBLE_ERROR: f64 = 1.0 / 1_125_899_906_842_624.0;
 /// the slack of [`PLANE_ERROR`], and no reciprocal is infinite.
 const SMALLEST_SLOPE: f64 = 1.0 / 1_099_511_627_776.0;
 
+/// Between this and its reciprocal the scale leaves products of two areas in double precision finite and, unless they
+/// are far smaller than any error, above zero.
+const LARGEST_SCALE: f64 = 1e75;
+
+/// An interval of depths without any.
+const NOWHERE: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
+
 /// Margin of the bounds in which a ray starts, so that rays which graze them are kept.
 const MARGIN: f64 = UNIT;
 
@@ -40,6 +49,8 @@ pub(super) struct Frame {
     scale: f64,
     /// Half extents of the scene, at most 1.
     half: DVec3,
+    /// Whether the scale is moderate: see [`LARGEST_SCALE`].
+    moderate: bool,
 }
 
 /// A ray in the frame, for the filters.
@@ -47,11 +58,11 @@ pub(super) struct Frame {
 pub(super) struct FrameRay {
     /// Whether the direction is negative, by axis.
     pub(super) negative: [bool; 3],
-    /// Origins for near and far planes: moved forth and back by the error of a plane.
-    pub(super) near_origin: Vec3,
-    pub(super) far_origin: Vec3,
-    /// Depth over distance along each axis.
-    pub(super) inverse: Vec3,
+    /// By axis, depths of the near and the far planes through 0, moved forth and back by the error of a plane: a plane
+    /// at b is met at the depth b / d less these.
+    pub(super) zero: [[f32; 2]; 3],
+    /// 1 / d: depth over distance along each axis.
+    pub(super) inverse: [f32; 3],
     /// 1 or −1, from the longest axis to depth.
     pub(super) forward: f32,
     /// Origin with the axes permuted.
@@ -63,6 +74,8 @@ pub(super) struct FrameRay {
     /// Depths of the interval, widened.
     pub(super) near: f32,
     pub(super) far: f32,
+    /// The same narrowed; empty if the exact test may overflow or underflow.
+    pub(super) within: [f32; 2],
     pub(super) depth: Depth,
 }
 
@@ -75,6 +88,12 @@ pub(super) struct Depth {
 }
 
 impl Depth {
+    #[inline(always)]
+    pub(super) fn scale(self) -> f64 {
+        self.scale
+    }
+
+    #[inline(always)]
     fn exact(self, distance: f64) -> f64 {
         distance * self.scale - self.start
     }
@@ -86,10 +105,11 @@ impl Depth {
         (depth + depth.abs() * (2.0 * UNIT) + self.slack) as f32
     }
 
-    /// A depth no greater than that of `distance`.
+    /// A depth no greater than that of `distance`; infinite if that is.
     #[inline(always)]
     pub(super) fn below(self, distance: f64) -> f32 {
-        let depth = self.exact(distance);
+        // Not +∞, from which it could not be subtracted.
+        let depth = self.exact(distance).min(f64::MAX);
         (depth - depth.abs() * (2.0 * UNIT) - self.slack) as f32
     }
 }
@@ -103,57 +123,72 @@ impl Frame {
         // The largest power of two with scale · size ≤ 1, within the exponents of doubles.
         let exponent = if size > 0.0 { -size.log2().ceil() } else { 0.0 };
         let scale = exponent.clamp(-1000.0, 1000.0).exp2();
-        Self { centre, scale, half: scale * half }
+        let moderate = (1.0 / LARGEST_SCALE..LARGEST_SCALE).contains(&scale);
+        Self { centre, scale, half: scale * half, moderate }
     }
 
     pub(super) fn place(&self, p: DVec3) -> DVec3 {
         self.scale * (p - self.centre)
     }
 
-    /// The ray between two distances where it can meet the scene, or `None`.
+    /// The piece of a ray where it can meet the scene, or `None`.
     #[inline(always)]
-    pub(super) fn ray(&self, origin: DVec3, shear: &Shear, near: f64, far: f64) -> Option<FrameRay> {
+    pub(super) fn ray(&self, ray: &Ray, shear: &Shear) -> Option<FrameRay> {
+        let [_, _, along] = shear.slopes;
         let [x, y, z] = shear.axes;
-        let sign = 1.0_f64.copysign(shear.slopes[2]);
-        let mut direction = [0.0; 3];
-        direction[x] = sign * shear.slopes[0];
-        direction[y] = sign * shear.slopes[1];
-        direction[z] = sign;
-        let direction = DVec3::from_array(direction);
-
-        let origin = self.place(origin);
+        // Of length 1 along the longest axis, up to a rounding.
+        let direction = (ray.direction * along.abs()).to_array();
+        let origin = self.place(ray.origin);
         let reach = origin.abs().max_element();
         let error = DOUBLE_ERROR * (1.0 + reach);
-        let scale = self.scale / shear.slopes[2].abs();
+        let scale = self.scale / along.abs();
 
         // Where the line is inside the bounds.
-        let steep = DVec3::new(steep(direction.x), steep(direction.y), steep(direction.z));
-        let inverse = steep.recip();
-        let wide = self.half + MARGIN + error + reach * SMALLEST_SLOPE;
-        let (a, b) = ((-wide - origin) * inverse, (wide - origin) * inverse);
-        let enter = a.min(b).max_element().max(near * scale - error);
-        let leave = a.max(b).min_element().min(far * scale + error);
-        if !(enter <= leave && near < far) {
+        let origin = origin.to_array();
+        let half = self.half.to_array();
+        let around = MARGIN + error + reach * SMALLEST_SLOPE;
+        let mut inverse = [0.0; 3];
+        let mut enter = ray.near * scale - error;
+        let mut leave = ray.far * scale + error;
+        for axis in 0..3 {
+            inverse[axis] = 1.0 / steep(direction[axis]);
+            let wide = half[axis] + around;
+            let (a, b) = ((-wide - origin[axis]) * inverse[axis], (wide - origin[axis]) * inverse[axis]);
+            enter = enter.max(a.min(b));
+            leave = leave.min(a.max(b));
+        }
+        if !(enter <= leave && ray.near < ray.far) {
             return None;
         }
-        let start = origin + enter * direction;
 
         let depth = Depth { scale, start: enter, slack: UNIT * UNIT + 4.0 * error };
         // The slack of depths is within the margin, so that boxes count from depth 0.
         let margin = PLANE_ERROR + 8.0 * error;
-        let forth = DVec3::new(margin.copysign(steep.x), margin.copysign(steep.y), margin.copysign(steep.z));
-        let local = start.as_vec3().to_array();
+        let mut local = [0.0; 3];
+        let mut zero = [[0.0; 2]; 3];
+        let mut negative = [false; 3];
+        let mut rounded = [0.0; 3];
+        for axis in 0..3 {
+            let start = origin[axis] + enter * direction[axis];
+            local[axis] = start as f32;
+            rounded[axis] = inverse[axis] as f32;
+            negative[axis] = inverse[axis] < 0.0;
+            let inverse = f64::from(rounded[axis]);
+            let margin = margin * inverse.abs();
+            zero[axis] = [(start * inverse + margin) as f32, (start * inverse - margin) as f32];
+        }
+        let sign = 1.0_f64.copysign(along);
         Some(FrameRay {
-            negative: [steep.x < 0.0, steep.y < 0.0, steep.z < 0.0],
-            near_origin: (start + forth).as_vec3(),
-            far_origin: (start - forth).as_vec3(),
-            inverse: inverse.as_vec3(),
+            negative,
+            zero,
+            inverse: rounded,
             vertex_origin: [local[x], local[y], local[z]],
             forward: sign as f32,
-            slopes: [direction[x] as f32, direction[y] as f32],
+            slopes: [(sign * shear.slopes[0]) as f32, (sign * shear.slopes[1]) as f32],
             vertex_error: (VERTEX_ERROR + 4.0 * error) as f32,
-            near: depth.below(near),
-            far: depth.above(far),
+            near: depth.below(ray.near),
+            far: depth.above(ray.far),
+            within: if self.moderate { [depth.above(ray.near), depth.below(ray.far)] } else { NOWHERE },
             depth,
         })
     }
@@ -214,28 +249,14 @@ const FARTHEST_FAN: f64 = 256.0;
 const WIDEST_FAN: f64 = 0.9;
 
 impl Fan {
-    /// The fan of the rays in the mask `members`; `None` if it is wider than `widest`, or too wide for packets.
+    /// The fan of rays; `None` if it is wider than `widest`, or too wide for packets.
     #[inline(always)]
-    pub(super) fn new(
-        frame: &Frame,
-        origin: DVec3,
-        shears: &[Shear],
-        members: u32,
-        widest: f64,
-    ) -> Option<Self> {
-        let first = &shears[members.trailing_zeros() as usize];
-        let mut least = [f64::INFINITY; 2];
-        let mut greatest = [f64::NEG_INFINITY; 2];
-        for (_, shear) in shears.iter().enumerate().filter(|&(ray, _)| members >> ray & 1 == 1) {
-            for axis in 0..2 {
-                least[axis] = least[axis].min(shear.slopes[axis]);
-                greatest[axis] = greatest[axis].max(shear.slopes[axis]);
-            }
-        }
-        let backward = first.backward();
+    pub(super) fn new(frame: &Frame, origin: DVec3, shears: &Shears, widest: f64) -> Option<Self> {
+        let [least, greatest] = shears.extremes();
+        let backward = shears.rows[0].inverse[0] < 0.0;
         let sign = if backward { -1.0 } else { 1.0 };
-        let along = first.axes[2];
-        let axes = [0, 1].map(|i| FanAxis::new(first.axes[i], sign, least[i], greatest[i]));
+        let [_, _, along] = shears.axes;
+        let axes = [0, 1].map(|i| FanAxis::new(shears.axes[i], sign, least[i], greatest[i]));
 
         let origin = frame.place(origin);
         let reach = origin.abs().max_element();
@@ -269,10 +290,16 @@ impl Fan {
         })
     }
 
-    /// Depths of a ray of the fan, from where the middle one enters the scene.
+    /// Depths of a ray of the fan with 1/d_z = `inverse`, from where the middle one enters the scene.
     #[inline(always)]
-    pub(super) fn depth(&self, shear: &Shear) -> Depth {
-        Depth { scale: self.scale / shear.slopes[2].abs(), start: self.start.abs(), slack: self.slack }
+    pub(super) fn depth(&self, inverse: f64) -> Depth {
+        self.depth_of_scale(self.scale / inverse.abs())
+    }
+
+    /// The same from [`Depth::scale`].
+    #[inline(always)]
+    pub(super) fn depth_of_scale(&self, scale: f64) -> Depth {
+        Depth { scale, start: self.start.abs(), slack: self.slack }
     }
 
     /// The same depth from the fan's origin, rounded up.

@@ -3,7 +3,8 @@
 //! A hierarchy of boxes, eight children a node and up to eight triangles a leaf, is traversed in single precision
 //! with eight lanes at a time. It only ever decides what need not be looked at: boxes and triangles are
 //! refused with derived error bounds. Whether and where a triangle is hit is decided in double precision by a
-//! watertight test. So the answer is a function of ray and mesh alone: the accepted triangle of least distance,
+//! watertight test; only whether anything is hit may be known before, from a triangle met by more than the
+//! bounds. So the answer is a function of ray and mesh alone: the accepted triangle of least distance,
 //! and of those at the same distance the one of lowest index, whatever the instructions of the machine, the
 //! number of threads of the build or the company a ray travels in.
 //!
@@ -29,7 +30,7 @@ use rayon::prelude::*;
 use robust::{Coord, orient2d};
 use traverse::{Collect, Traversal};
 use tree::Tree;
-use watertight::{Crossing, Shear};
+use watertight::Crossing;
 
 /// A ray, or the piece of it between two distances.
 #[derive(Clone, Copy, Debug)]
@@ -121,7 +122,7 @@ impl Accelerator {
     #[must_use]
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
         let mut closest = Closest::new(ray);
-        self.traverse(ray, &mut closest, |closest, depth| closest.depth = Some(depth));
+        self.traverse(ray, &mut closest);
         closest.hit()
     }
 
@@ -129,19 +130,15 @@ impl Accelerator {
     #[must_use]
     pub fn occluded(&self, ray: &Ray) -> bool {
         let mut any = Any { ray, found: false };
-        self.traverse(ray, &mut any, |_, _| ());
+        self.traverse(ray, &mut any);
         any.found
     }
 
     #[inline(always)]
-    fn traverse<C: Collect>(&self, ray: &Ray, collect: &mut C, prepare: impl Fn(&mut C, Depth)) {
-        if self.tree.leaves.is_empty() {
-            return;
+    fn traverse<C: Collect>(&self, ray: &Ray, collect: &mut C) {
+        if !self.tree.leaves.is_empty() {
+            self.instructions.run(Traversal { accelerator: self, ray, collect });
         }
-        let Some(shear) = Shear::new(ray.origin, ray.direction) else { return };
-        let Some(frame_ray) = self.frame.ray(ray.origin, &shear, ray.near, ray.far) else { return };
-        prepare(collect, frame_ray.depth);
-        self.instructions.run(Traversal { accelerator: self, shear: &shear, ray: &frame_ray, collect });
     }
 }
 
@@ -204,12 +201,22 @@ impl<'a> Closest<'a> {
 }
 
 impl Collect for Closest<'_> {
+    const ANY: bool = false;
+
+    #[inline(always)]
+    fn prepare(&mut self, depth: Depth) {
+        self.depth = Some(depth);
+    }
+
+    #[inline(always)]
+    fn take_any(&mut self) {}
+
     #[inline(always)]
     fn take(&mut self, triangle: u32, crossing: Crossing) -> Option<f32> {
         let distance = crossing.distance;
         let tie = self.crossing.is_some() && distance == self.distance && triangle < self.triangle;
         let closer = distance < self.distance || tie;
-        if !(closer && distance > self.ray.near) || self.ray.from == Some(triangle) {
+        if !(closer && distance > self.ray.near) {
             return None;
         }
         (self.distance, self.triangle, self.crossing) = (distance, triangle, Some(crossing));
@@ -224,10 +231,19 @@ struct Any<'a> {
 }
 
 impl Collect for Any<'_> {
+    const ANY: bool = true;
+
     #[inline(always)]
-    fn take(&mut self, triangle: u32, crossing: Crossing) -> Option<f32> {
-        let inside = self.ray.near < crossing.distance && crossing.distance < self.ray.far;
-        if !inside || self.ray.from == Some(triangle) {
+    fn prepare(&mut self, _: Depth) {}
+
+    #[inline(always)]
+    fn take_any(&mut self) {
+        self.found = true;
+    }
+
+    #[inline(always)]
+    fn take(&mut self, _: u32, crossing: Crossing) -> Option<f32> {
+        if !(self.ray.near < crossing.distance && crossing.distance < self.ray.far) {
             return None;
         }
         self.found = true;

@@ -9,16 +9,15 @@
 //! So eight triangles are first tried against the whole fan, and each that remains against eight rays at a time.
 
 use super::bundle::Limits;
-use super::frame::{Depth, Fan, FanAxis};
+use super::frame::{Fan, FanAxis};
 use super::lanes::{Lanes, Row, Task, WIDTH, next};
 use super::traverse::{PENDING, Pending, Stack, edge, size};
-use super::tree::{Leaf, Link, Node, Tree, Triangle};
-use super::watertight::{Crossing, Shear};
+use super::tree::{Leaf, Link, Node, Triangle};
+use super::watertight::{Crossing, Crossings, ROWS, ShearRow, Shears, relative};
 use super::{Accelerator, Hit};
 
 /// Rays of a packet: two rows of lanes.
 pub(super) const PACKET: usize = ROWS * WIDTH;
-const ROWS: usize = 2;
 
 /// Error of an edge function of ray r, over e times the sum of |x| + |y| over the vertices and of 6 F, where F ≤ 1
 /// bounds |δ ζ|. The ray's coordinates x − δ ζ are below x + F and off by e + 4 u F (roundings of δ and ζ), at most
@@ -31,52 +30,105 @@ const EDGE_FLOOR: f32 = 24.0;
 
 /// The best of every ray so far.
 pub(super) struct Packet {
+    rows: [PacketRow; ROWS],
+}
+
+/// The same of a row of lanes.
+#[derive(Clone, Copy)]
+struct PacketRow {
     /// Slopes against the fan's middle, and the interval of depths, in which nothing lies for lanes without a ray.
-    delta: [[Row; 2]; ROWS],
-    near: [Row; ROWS],
-    limit: [Row; ROWS],
-    depths: [Depth; PACKET],
-    distance: [f64; PACKET],
-    triangle: [u32; PACKET],
-    crossing: [Option<Crossing>; PACKET],
+    delta: [Row; 2],
+    near: Row,
+    limit: Row,
+    /// Depth over distance.
+    scale: [f64; WIDTH],
+    distance: [f64; WIDTH],
+    /// Of lanes with a hit, which `found` has as bits.
+    triangle: [u32; WIDTH],
+    edges: [[f64; WIDTH]; 3],
+    found: u32,
+}
+
+impl PacketRow {
+    #[inline(always)]
+    fn new(fan: &Fan, shears: &ShearRow, members: u32, limits: &Limits) -> Self {
+        let mut row = Self {
+            delta: [[0.0; WIDTH]; 2],
+            near: [f32::INFINITY; WIDTH],
+            limit: [f32::NEG_INFINITY; WIDTH],
+            scale: [0.0; WIDTH],
+            distance: [limits.far; WIDTH],
+            triangle: [0; WIDTH],
+            edges: [[0.0; WIDTH]; 3],
+            found: 0,
+        };
+        for lane in 0..WIDTH {
+            row.delta[0][lane] = (shears.x[lane] - fan.axes[0].slope) as f32;
+            row.delta[1][lane] = (shears.y[lane] - fan.axes[1].slope) as f32;
+            let depth = fan.depth(shears.inverse[lane]);
+            row.scale[lane] = depth.scale();
+            let (near, limit) = (depth.below(limits.near), depth.above(limits.far));
+            let member = members >> lane & 1 == 1;
+            row.near[lane] = if member { near } else { f32::INFINITY };
+            row.limit[lane] = if member { limit } else { f32::NEG_INFINITY };
+        }
+        row
+    }
+
+    /// Takes the crossings of a mask that are the best of their rays so far; whether there are any.
+    #[inline(always)]
+    fn take(&mut self, fan: &Fan, triangle: u32, crossings: &Crossings, mut lanes: u32, near: f64) -> bool {
+        let mut better = false;
+        while lanes != 0 {
+            let lane = next(&mut lanes) % WIDTH;
+            let distance = crossings.distance[lane];
+            let tie = self.found >> lane & 1 == 1
+                && distance == self.distance[lane]
+                && triangle < self.triangle[lane];
+            if (distance < self.distance[lane] || tie) && distance > near {
+                self.distance[lane] = distance;
+                self.triangle[lane] = triangle;
+                for edge in 0..3 {
+                    self.edges[edge][lane] = crossings.edges[edge][lane];
+                }
+                self.found |= 1 << lane;
+                self.limit[lane] = fan.depth_of_scale(self.scale[lane]).above(distance);
+                better = true;
+            }
+        }
+        better
+    }
 }
 
 impl Packet {
     #[inline(always)]
-    pub(super) fn new(fan: &Fan, shears: &[Shear; PACKET], members: u32, limits: &Limits) -> Self {
-        let mut packet = Self {
-            delta: [[[0.0; WIDTH]; 2]; ROWS],
-            near: [[f32::INFINITY; WIDTH]; ROWS],
-            limit: [[f32::NEG_INFINITY; WIDTH]; ROWS],
-            depths: [fan.depth(&shears[0]); PACKET],
-            distance: [limits.far; PACKET],
-            triangle: [0; PACKET],
-            crossing: [None; PACKET],
-        };
-        let mut rest = members;
-        while rest != 0 {
-            let ray = next(&mut rest);
-            let (row, lane) = (ray / WIDTH, ray % WIDTH);
-            let depth = fan.depth(&shears[ray]);
-            for axis in 0..2 {
-                packet.delta[row][axis][lane] = (shears[ray].slopes[axis] - fan.axes[axis].slope) as f32;
-            }
-            packet.near[row][lane] = depth.below(limits.near);
-            packet.limit[row][lane] = depth.above(limits.far);
-            packet.depths[ray] = depth;
+    pub(super) fn new(fan: &Fan, shears: &Shears, limits: &Limits) -> Self {
+        let [low, high] = &shears.rows;
+        let members = shears.members;
+        Self {
+            rows: [
+                PacketRow::new(fan, low, members, limits),
+                PacketRow::new(fan, high, members >> WIDTH, limits),
+            ],
         }
-        packet
     }
 
-    pub(super) fn write(&self, members: u32, hits: &mut [Option<Hit>]) {
-        let mut rest = members;
-        while rest != 0 {
-            let ray = next(&mut rest);
-            hits[ray] = self.crossing[ray].map(|crossing| Hit {
-                triangle: self.triangle[ray],
-                distance: crossing.distance,
-                barycentric: crossing.barycentric(),
-            });
+    #[inline(always)]
+    pub(super) fn write(&self, hits: &mut [Option<Hit>]) {
+        for (row, hits) in self.rows.iter().zip(hits.chunks_mut(WIDTH)) {
+            let mut found = row.found;
+            while found != 0 {
+                let lane = next(&mut found) % WIDTH;
+                let crossing = Crossing {
+                    distance: row.distance[lane],
+                    edges: [0, 1, 2].map(|edge| row.edges[edge][lane]),
+                };
+                hits[lane] = Some(Hit {
+                    triangle: row.triangle[lane],
+                    distance: crossing.distance,
+                    barycentric: crossing.barycentric(),
+                });
+            }
         }
     }
 
@@ -84,28 +136,12 @@ impl Packet {
     #[inline(always)]
     fn greatest_limit(&self) -> f32 {
         let mut greatest = f32::NEG_INFINITY;
-        for row in &self.limit {
-            for &limit in row {
+        for row in &self.rows {
+            for &limit in &row.limit {
                 greatest = if limit > greatest { limit } else { greatest };
             }
         }
         greatest
-    }
-
-    /// Takes a crossing if it is ray `ray`'s best so far.
-    #[inline(always)]
-    fn take(&mut self, ray: usize, triangle: u32, crossing: Crossing, near: f64) -> bool {
-        let distance = crossing.distance;
-        let tie =
-            self.crossing[ray].is_some() && distance == self.distance[ray] && triangle < self.triangle[ray];
-        let better = (distance < self.distance[ray] || tie) && distance > near;
-        if better {
-            self.distance[ray] = distance;
-            self.triangle[ray] = triangle;
-            self.crossing[ray] = Some(crossing);
-            self.limit[ray / WIDTH][ray % WIDTH] = self.depths[ray].above(distance);
-        }
-        better
     }
 }
 
@@ -113,7 +149,7 @@ impl Packet {
 pub(super) struct PacketTraversal<'a> {
     pub(super) accelerator: &'a Accelerator,
     pub(super) fan: &'a Fan,
-    pub(super) shears: &'a [Shear; PACKET],
+    pub(super) shears: &'a Shears,
     pub(super) limits: &'a Limits,
     pub(super) packet: &'a mut Packet,
 }
@@ -122,7 +158,7 @@ impl Task for PacketTraversal<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) {
+    fn run<L: Lanes>(mut self, lanes: L) {
         let pending = self.accelerator.tree.pending;
         if pending <= PENDING {
             self.descend(lanes, &mut [Pending::ROOT; PENDING]);
@@ -134,7 +170,7 @@ impl Task for PacketTraversal<'_> {
 
 impl PacketTraversal<'_> {
     #[inline(always)]
-    fn descend<L: Lanes>(self, lanes: L, entries: &mut [Pending]) {
+    fn descend<L: Lanes>(&mut self, lanes: L, entries: &mut [Pending]) {
         let tree = &self.accelerator.tree;
         let boxes = BoxTest::new(lanes, self.fan);
         let triangles = TriangleTest::new(lanes, self.fan);
@@ -146,7 +182,7 @@ impl PacketTraversal<'_> {
                 let node = &tree.nodes[link.index()];
                 let (mask, depths) = boxes.entered(node, limit);
                 if mask != 0 {
-                    link = stack.descend(node, mask, &depths);
+                    link = stack.descend(lanes, tree, node, mask, &depths);
                 } else if let Some(pending) = stack.pop(limit) {
                     link = pending;
                 } else {
@@ -162,8 +198,7 @@ impl PacketTraversal<'_> {
                 let lane = next(&mut candidates);
                 let rays = functions.rays(lanes, lane, self.packet);
                 if rays != 0 {
-                    closer |=
-                        decide(tree, self.shears, self.limits, self.packet, &leaf.triangles[lane], rays);
+                    closer |= self.decide(lanes, &leaf.triangles[lane], rays);
                 }
             }
             if closer {
@@ -173,31 +208,28 @@ impl PacketTraversal<'_> {
             link = pending;
         }
     }
-}
 
-/// The exact test of a triangle with each ray of a mask; whether any of them came closer.
-#[inline(always)]
-fn decide(
-    tree: &Tree,
-    shears: &[Shear; PACKET],
-    limits: &Limits,
-    packet: &mut Packet,
-    triangle: &Triangle,
-    mut rays: u32,
-) -> bool {
-    if limits.from == Some(triangle.index) {
-        return false;
-    }
-    // The origin and the axes are those of all rays.
-    let relative = shears[rays.trailing_zeros() as usize % PACKET].relative(tree.corners(triangle));
-    let mut closer = false;
-    while rays != 0 {
-        let ray = next(&mut rays) % PACKET;
-        if let Some(crossing) = shears[ray].cross(&relative) {
-            closer |= packet.take(ray, triangle.index, crossing, limits.near);
+    /// The exact test of a triangle with the rays of a mask; whether any of them came closer.
+    #[inline(always)]
+    fn decide<L: Lanes>(&mut self, lanes: L, triangle: &Triangle, rays: u32) -> bool {
+        if self.limits.from == Some(triangle.index) {
+            return false;
         }
+        let tree = &self.accelerator.tree;
+        // The origin and the axes are those of all rays.
+        let relative = relative(tree.corners(triangle), self.shears.axes, self.shears.origin);
+        let mut closer = false;
+        for row in 0..ROWS {
+            let rays = rays >> (row * WIDTH) & ((1 << WIDTH) - 1);
+            if rays != 0 {
+                let crossings = self.shears.rows[row].cross(lanes, &relative);
+                let row = &mut self.packet.rows[row];
+                closer |=
+                    row.take(self.fan, triangle.index, &crossings, rays & crossings.lanes, self.limits.near);
+            }
+        }
+        closer
     }
-    closer
 }
 
 /// A fan against eight boxes.
@@ -266,9 +298,13 @@ impl<L: Lanes> BoxTest<L> {
     #[inline(always)]
     fn planes(&self, node: &Node, axis: usize, negative: bool) -> [L::Float; 2] {
         let lanes = self.lanes;
-        let lower = lanes.sub(lanes.load(&node.planes[axis][0]), self.origins[axis][0]);
-        let upper = lanes.sub(lanes.load(&node.planes[axis][1]), self.origins[axis][1]);
-        if negative { [upper, lower] } else { [lower, upper] }
+        // By index, not by a branch: signs change from bundle to bundle.
+        let (near, far) = (usize::from(negative), usize::from(!negative));
+        let plane = &node.planes[axis];
+        [
+            lanes.sub(lanes.load(&plane[near]), self.origins[axis][near]),
+            lanes.sub(lanes.load(&plane[far]), self.origins[axis][far]),
+        ]
     }
 }
 
@@ -276,7 +312,8 @@ impl<L: Lanes> BoxTest<L> {
 struct TriangleTest<L: Lanes> {
     lanes: L,
     axes: [usize; 3],
-    backward: bool,
+    /// 1 or −1, from the longest axis to depth.
+    forward: L::Float,
     origin: [L::Float; 3],
     slopes: [L::Float; 2],
     /// Half the widths of the fan.
@@ -310,7 +347,7 @@ impl<L: Lanes> TriangleTest<L> {
         Self {
             lanes,
             axes: [across_x.axis, across_y.axis, fan.along],
-            backward: fan.backward,
+            forward: lanes.splat(if fan.backward { -1.0 } else { 1.0 }),
             origin: [lanes.splat(x), lanes.splat(y), lanes.splat(z)],
             slopes: [lanes.splat(across_x.slope as f32), lanes.splat(across_y.slope as f32)],
             spread: [lanes.splat(across_x.spread), lanes.splat(across_y.spread)],
@@ -345,13 +382,10 @@ impl<L: Lanes> TriangleTest<L> {
             lanes.add(sizes, lanes.splat(6.0 * self.footprint)),
             lanes.splat(EDGE_FLOOR * error * error),
         );
-        let (mut first, mut last) =
-            (lanes.min(lanes.min(a[3], b[3]), c[3]), lanes.max(lanes.max(a[3], b[3]), c[3]));
-        if self.backward {
-            (first, last) = (lanes.sub(lanes.splat(0.0), last), lanes.sub(lanes.splat(0.0), first));
-        }
-        first = lanes.sub(first, lanes.splat(error));
-        last = lanes.add(last, lanes.splat(error));
+        let depths =
+            [lanes.mul(a[3], self.forward), lanes.mul(b[3], self.forward), lanes.mul(c[3], self.forward)];
+        let first = lanes.sub(lanes.min(lanes.min(depths[0], depths[1]), depths[2]), lanes.splat(error));
+        let last = lanes.add(lanes.max(lanes.max(depths[0], depths[1]), depths[2]), lanes.splat(error));
         let edges = [coefficients(lanes, c, b), coefficients(lanes, a, c), coefficients(lanes, b, a)];
         Functions { edges, slack, rows: rows(lanes, &edges, slack, first, last) }
     }
@@ -421,7 +455,7 @@ impl<L: Lanes> Functions<L> {
         let (first, last) = (lanes.splat(rows.first[lane]), lanes.splat(rows.last[lane]));
         let mut rays = 0;
         for row in 0..ROWS {
-            let (x, y) = (lanes.load(&packet.delta[row][0]), lanes.load(&packet.delta[row][1]));
+            let (x, y) = (lanes.load(&packet.rows[row].delta[0]), lanes.load(&packet.rows[row].delta[1]));
             let u = at(lanes, &rows.edges[0], lane, x, y);
             let v = at(lanes, &rows.edges[1], lane, x, y);
             let w = at(lanes, &rows.edges[2], lane, x, y);
@@ -430,8 +464,8 @@ impl<L: Lanes> Functions<L> {
             let inside = lanes.less_equal(lanes.splat(0.0), lanes.add(least, slack))
                 | lanes.less_equal(greatest, slack);
             let mask = inside
-                & lanes.less_equal(first, lanes.load(&packet.limit[row]))
-                & lanes.less_equal(lanes.load(&packet.near[row]), last);
+                & lanes.less_equal(first, lanes.load(&packet.rows[row].limit))
+                & lanes.less_equal(lanes.load(&packet.rows[row].near), last);
             rays |= mask << (row * WIDTH);
         }
         rays

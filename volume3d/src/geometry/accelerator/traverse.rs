@@ -1,10 +1,10 @@
 //! Single rays through the hierarchy: eight boxes, then eight triangles at a time.
 
-use super::Accelerator;
-use super::frame::FrameRay;
+use super::frame::{Depth, FrameRay};
 use super::lanes::{Lanes, Row, Task, next};
-use super::tree::{Leaf, Link, Node};
+use super::tree::{Leaf, Link, Node, Tree};
 use super::watertight::{Crossing, Shear};
+use super::{Accelerator, Ray};
 
 /// Links kept on the machine's stack: trees of up to 9 levels. Deeper ones take memory from the heap.
 pub(super) const PENDING: usize = 64;
@@ -61,13 +61,22 @@ impl<'a> Stack<'a> {
     /// Keeps the children of a mask but the nearest, which is returned; one or two take no branch that
     /// depends on their order.
     #[inline(always)]
-    pub(super) fn descend(&mut self, node: &Node, mut mask: u32, depths: &Row) -> Link {
+    pub(super) fn descend<L: Lanes>(
+        &mut self,
+        lanes: L,
+        tree: &Tree,
+        node: &Node,
+        mut mask: u32,
+        depths: &Row,
+    ) -> Link {
         let lane = next(&mut mask);
         let mut nearest = Pending::new(node.children[lane], depths[lane]);
+        tree.prefetch(lanes, nearest.link());
         let bottom = self.height;
         while mask != 0 {
             let lane = next(&mut mask);
             let pending = Pending::new(node.children[lane], depths[lane]);
+            tree.prefetch(lanes, pending.link());
             let farther = nearest.max(pending);
             nearest = nearest.min(pending);
             let mut place = self.height;
@@ -84,6 +93,12 @@ impl<'a> Stack<'a> {
 
 /// What a traversal collects, and when it has enough.
 pub(super) trait Collect {
+    /// Whether any hit is enough.
+    const ANY: bool;
+    /// Learns how distances along the ray become depths.
+    fn prepare(&mut self, depth: Depth);
+    /// Takes a hit of any triangle, if [`Collect::ANY`].
+    fn take_any(&mut self);
     /// Takes a crossing of a triangle. The answer is a new limit of depth, if there is one.
     fn take(&mut self, triangle: u32, crossing: Crossing) -> Option<f32>;
 }
@@ -91,8 +106,7 @@ pub(super) trait Collect {
 /// One ray through the whole tree.
 pub(super) struct Traversal<'a, C> {
     pub(super) accelerator: &'a Accelerator,
-    pub(super) shear: &'a Shear,
-    pub(super) ray: &'a FrameRay,
+    pub(super) ray: &'a Ray,
     pub(super) collect: &'a mut C,
 }
 
@@ -101,22 +115,25 @@ impl<C: Collect> Task for Traversal<'_, C> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
+        let Some(shear) = Shear::new(self.ray.origin, self.ray.direction) else { return };
+        let Some(ray) = self.accelerator.frame.ray(self.ray, &shear) else { return };
+        self.collect.prepare(ray.depth);
         let pending = self.accelerator.tree.pending;
         if pending <= PENDING {
-            self.descend(lanes, &mut [Pending::ROOT; PENDING]);
+            self.descend(lanes, &shear, &ray, &mut [Pending::ROOT; PENDING]);
         } else {
-            self.descend(lanes, &mut vec![Pending::ROOT; pending]);
+            self.descend(lanes, &shear, &ray, &mut vec![Pending::ROOT; pending]);
         }
     }
 }
 
 impl<C: Collect> Traversal<'_, C> {
     #[inline(always)]
-    fn descend<L: Lanes>(self, lanes: L, entries: &mut [Pending]) {
+    fn descend<L: Lanes>(self, lanes: L, shear: &Shear, ray: &FrameRay, entries: &mut [Pending]) {
         let tree = &self.accelerator.tree;
-        let boxes = BoxTest::new(lanes, self.ray);
-        let triangles = TriangleTest::new(lanes, self.shear, self.ray);
-        let mut limit = self.ray.far;
+        let boxes = BoxTest::new(lanes, ray);
+        let triangles = TriangleTest::new(lanes, shear, ray);
+        let mut limit = ray.far;
         let mut stack = Stack::new(entries);
         let mut link = Link::ROOT;
         loop {
@@ -124,7 +141,7 @@ impl<C: Collect> Traversal<'_, C> {
                 let node = &tree.nodes[link.index()];
                 let (mask, depths) = boxes.entered(node, limit);
                 if mask != 0 {
-                    link = stack.descend(node, mask, &depths);
+                    link = stack.descend(lanes, tree, node, mask, &depths);
                 } else if let Some(pending) = stack.pop(limit) {
                     link = pending;
                 } else {
@@ -133,11 +150,23 @@ impl<C: Collect> Traversal<'_, C> {
                 continue;
             }
             let leaf = &tree.leaves[link.index()];
-            let mut candidates = triangles.candidates(leaf, limit) & link.mask();
+            let filtered = triangles.filtered(leaf, limit);
+            let mut candidates = filtered.candidates & link.mask();
+            if C::ANY && candidates != 0 {
+                let mut certain = triangles.certain(&filtered) & candidates;
+                while certain != 0 {
+                    if self.ray.from != Some(leaf.triangles[next(&mut certain)].index) {
+                        self.collect.take_any();
+                        return;
+                    }
+                }
+            }
             while candidates != 0 {
                 let lane = next(&mut candidates);
                 let triangle = &leaf.triangles[lane];
-                if let Some(crossing) = self.shear.intersect(tree.corners(triangle))
+                // A ray that leaves a surface meets its own triangle first of all: no exact test of it.
+                if self.ray.from != Some(triangle.index)
+                    && let Some(crossing) = shear.intersect(tree.corners(triangle))
                     && let Some(closer) = self.collect.take(triangle.index, crossing)
                 {
                     limit = closer;
@@ -149,12 +178,12 @@ impl<C: Collect> Traversal<'_, C> {
     }
 }
 
-/// A ray against eight boxes: slabs, with the error bounds in the two origins (see the frame).
+/// A ray against eight boxes: slabs, with the error bounds in the depths of zero (see the frame).
 struct BoxTest<L: Lanes> {
     lanes: L,
     negative: [bool; 3],
-    /// By axis: origin for the near plane and for the far plane.
-    origins: [[L::Float; 2]; 3],
+    /// By axis, of the near plane and of the far plane.
+    zero: [[L::Float; 2]; 3],
     inverse: [L::Float; 3],
     /// Depth 0, where the ray enters the scene.
     near: L::Float,
@@ -163,13 +192,13 @@ struct BoxTest<L: Lanes> {
 impl<L: Lanes> BoxTest<L> {
     #[inline(always)]
     fn new(lanes: L, ray: &FrameRay) -> Self {
-        let mut origins = [[lanes.splat(0.0); 2]; 3];
+        let mut zero = [[lanes.splat(0.0); 2]; 3];
         let mut inverse = [lanes.splat(0.0); 3];
         for axis in 0..3 {
-            origins[axis] = [lanes.splat(ray.near_origin[axis]), lanes.splat(ray.far_origin[axis])];
+            zero[axis] = [lanes.splat(ray.zero[axis][0]), lanes.splat(ray.zero[axis][1])];
             inverse[axis] = lanes.splat(ray.inverse[axis]);
         }
-        Self { lanes, negative: ray.negative, origins, inverse, near: lanes.splat(0.0) }
+        Self { lanes, negative: ray.negative, zero, inverse, near: lanes.splat(0.0) }
     }
 
     /// The boxes entered no deeper than `limit`, and the depths where.
@@ -182,9 +211,9 @@ impl<L: Lanes> BoxTest<L> {
             let negative = self.negative[axis];
             let near = lanes.load(&node.planes[axis][usize::from(negative)]);
             let far = lanes.load(&node.planes[axis][usize::from(!negative)]);
-            let [near_origin, far_origin] = self.origins[axis];
-            enter = lanes.max(enter, lanes.mul(lanes.sub(near, near_origin), self.inverse[axis]));
-            leave = lanes.min(leave, lanes.mul(lanes.sub(far, far_origin), self.inverse[axis]));
+            let [near_zero, far_zero] = self.zero[axis];
+            enter = lanes.max(enter, lanes.mul_sub(near, self.inverse[axis], near_zero));
+            leave = lanes.min(leave, lanes.mul_sub(far, self.inverse[axis], far_zero));
         }
         (lanes.less_equal(enter, leave), lanes.store(enter))
     }
@@ -200,8 +229,24 @@ struct TriangleTest<L: Lanes> {
     /// Against depth.
     slopes: [L::Float; 2],
     near: L::Float,
+    /// Depths of the interval, narrowed.
+    within: [L::Float; 2],
     /// e, the error of a sheared coordinate.
     error: f32,
+}
+
+/// What the filter finds of eight triangles.
+#[derive(Clone, Copy)]
+struct Filtered<L: Lanes> {
+    /// Those that the exact test may accept, as bits.
+    candidates: u32,
+    /// Of the edge functions, and their error.
+    least: L::Float,
+    greatest: L::Float,
+    slack: L::Float,
+    /// Depths, widened by their error.
+    first: L::Float,
+    last: L::Float,
 }
 
 /// Error of an edge function c_x b_y − c_y b_x of sheared coordinates off by e, over e times the sum of
@@ -225,12 +270,13 @@ impl<L: Lanes> TriangleTest<L> {
             origin: [lanes.splat(x), lanes.splat(y), lanes.splat(z)],
             slopes: [lanes.splat(ray.slopes[0]), lanes.splat(ray.slopes[1])],
             near: lanes.splat(ray.near),
+            within: [lanes.splat(ray.within[0]), lanes.splat(ray.within[1])],
             error: ray.vertex_error,
         }
     }
 
     #[inline(always)]
-    fn candidates(&self, leaf: &Leaf, limit: f32) -> u32 {
+    fn filtered(&self, leaf: &Leaf, limit: f32) -> Filtered<L> {
         let lanes = self.lanes;
         let [a, b, c] = &leaf.vertices;
         let (a, b, c) = (self.sheared(a), self.sheared(b), self.sheared(c));
@@ -246,12 +292,23 @@ impl<L: Lanes> TriangleTest<L> {
         let greatest = lanes.max(lanes.max(u, v), w);
         let inside = lanes.less_equal(zero, lanes.add(least, slack)) | lanes.less_equal(greatest, slack);
         // A crossing lies between the depths of the vertices.
-        let first = lanes.min(lanes.min(a[2], b[2]), c[2]);
-        let last = lanes.max(lanes.max(a[2], b[2]), c[2]);
         let error = lanes.splat(error);
-        inside
-            & lanes.less_equal(lanes.sub(first, error), lanes.splat(limit))
-            & lanes.less_equal(self.near, lanes.add(last, error))
+        let first = lanes.sub(lanes.min(lanes.min(a[2], b[2]), c[2]), error);
+        let last = lanes.add(lanes.max(lanes.max(a[2], b[2]), c[2]), error);
+        let candidates =
+            inside & lanes.less_equal(first, lanes.splat(limit)) & lanes.less_equal(self.near, last);
+        Filtered { candidates, least, greatest, slack, first, last }
+    }
+
+    /// The triangles that the exact test accepts for certain, with a distance within the ray: those whose edge
+    /// functions differ from zero by more than their error, and that lie within the interval with all three vertices.
+    #[inline(always)]
+    fn certain(&self, filtered: &Filtered<L>) -> u32 {
+        let lanes = self.lanes;
+        let Filtered { least, greatest, slack, first, last, .. } = *filtered;
+        let inside =
+            lanes.less_equal(slack, least) | lanes.less_equal(greatest, lanes.sub(lanes.splat(0.0), slack));
+        inside & lanes.less_equal(self.within[0], first) & lanes.less_equal(last, self.within[1])
     }
 
     #[inline(always)]

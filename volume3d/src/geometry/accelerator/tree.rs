@@ -8,7 +8,10 @@ use rayon::prelude::*;
 use super::Mesh;
 use super::build::{Binary, Bounds, Reference};
 use super::frame::Frame;
-use super::lanes::{Row, WIDTH};
+use super::lanes::{Lanes, Row, WIDTH};
+
+/// What a cache line holds, in bytes.
+const LINE: usize = 64;
 
 /// A bound of an empty box: no depth lies above and below it, and products with reciprocals of
 /// slopes stay ordered.
@@ -59,7 +62,12 @@ impl Link {
     /// The node or leaf it points to.
     #[inline(always)]
     pub(super) fn index(self) -> usize {
-        if self.is_leaf() { ((self.0 & !Self::LEAF) >> Self::COUNT_BITS) as usize } else { self.0 as usize }
+        if self.is_leaf() { self.index_of_leaf() } else { self.0 as usize }
+    }
+
+    #[inline(always)]
+    fn index_of_leaf(self) -> usize {
+        ((self.0 & !Self::LEAF) >> Self::COUNT_BITS) as usize
     }
 
     /// One bit for each triangle of a leaf.
@@ -115,6 +123,20 @@ impl Tree {
             .collect();
         let leaf_size = (layout.surface / leaves.len().max(1) as f64).sqrt();
         Self { nodes: layout.nodes, leaves, positions, leaf_size, pending: depth * (WIDTH - 1) + 1 }
+    }
+
+    /// Asks for what a link points to, ahead of time. Without a branch on what it is, which would be
+    /// mispredicted.
+    #[inline(always)]
+    pub(super) fn prefetch<L: Lanes>(&self, lanes: L, link: Link) {
+        // Addresses only: nothing is read here.
+        let (nodes, leaves) = (self.nodes.as_ptr().cast::<i8>(), self.leaves.as_ptr().cast::<i8>());
+        let node = nodes.wrapping_add(link.0 as usize * size_of::<Node>());
+        let leaf = leaves.wrapping_add(link.index_of_leaf() * size_of::<Leaf>());
+        let start = if link.is_leaf() { leaf } else { node };
+        for line in 0..size_of::<Leaf>() / LINE {
+            lanes.prefetch(start.wrapping_add(LINE * line));
+        }
     }
 
     /// Corners of a triangle.

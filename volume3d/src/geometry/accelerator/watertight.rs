@@ -13,6 +13,8 @@
 
 use glam::DVec3;
 
+use super::lanes::{Half, Lanes, WIDTH, next};
+
 /// A ray as the test needs it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shear {
@@ -49,9 +51,17 @@ const CANCELLATION: f64 = 1.0 / 4096.0;
 /// c_x b_y − c_y b_x, the exact negative of itself with b and c exchanged.
 #[inline(always)]
 fn edge(c: [f64; 3], b: [f64; 3]) -> f64 {
+    let (difference, cancels) = rounded_edge([c[0], c[1]], [b[0], b[1]]);
+    if cancels { exact_edge(c, b) } else { difference }
+}
+
+/// The same by two rounded products, and whether that is not enough.
+#[inline(always)]
+fn rounded_edge(c: [f64; 2], b: [f64; 2]) -> (f64, bool) {
     let (p, q) = (c[0] * b[1], c[1] * b[0]);
     let difference = p - q;
-    if difference.abs() > CANCELLATION * (p.abs() + q.abs()) { difference } else { exact_edge(c, b) }
+    let enough = difference.abs() > CANCELLATION * (p.abs() + q.abs());
+    (difference, !enough)
 }
 
 /// The same where p ≈ q: p − q is exact (Sterbenz), and so are both products' rounding errors.
@@ -61,30 +71,69 @@ fn exact_edge(c: [f64; 3], b: [f64; 3]) -> f64 {
     (p - q) + (c[0].mul_add(b[1], -p) - c[1].mul_add(b[0], -q))
 }
 
-impl Shear {
-    /// In the place of a ray that is not there.
-    pub(super) const IDLE: Self = Self { axes: [0, 1, 2], origin: [0.0; 3], slopes: [0.0, 0.0, 1.0] };
+/// The axes that become x, y and z, by the longest one.
+const PERMUTATIONS: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
+/// Without branches, which would be unpredictable.
+#[inline(always)]
+pub(super) fn longest_axis(direction: DVec3) -> usize {
+    let size = direction.abs();
+    let yx = usize::from(size.y > size.x);
+    if size.z > size.x.max(size.y) { 2 } else { yx }
+}
+
+/// d_x/d_z, d_y/d_z and 1/d_z.
+#[inline(always)]
+fn slopes(direction: DVec3, [x, y, z]: [usize; 3]) -> [f64; 3] {
+    let d = direction.to_array();
+    let inverse = 1.0 / d[z];
+    [d[x] * inverse, d[y] * inverse, inverse]
+}
+
+#[inline(always)]
+fn is_finite([x, y, inverse]: &[f64; 3]) -> bool {
+    inverse.is_finite() & (x + y).is_finite()
+}
+
+#[inline(always)]
+fn permuted(p: DVec3, [x, y, z]: [usize; 3]) -> [f64; 3] {
+    let p = p.to_array();
+    [p[x], p[y], p[z]]
+}
+
+/// Corners relative to an origin, axes permuted.
+#[inline(always)]
+pub(super) fn relative(
+    corners: [&[f64; 3]; 3],
+    [x, y, z]: [usize; 3],
+    [ox, oy, oz]: [f64; 3],
+) -> [[f64; 3]; 3] {
+    let [a, b, c] = corners;
+    [[a[x] - ox, a[y] - oy, a[z] - oz], [b[x] - ox, b[y] - oy, b[z] - oz], [c[x] - ox, c[y] - oy, c[z] - oz]]
+}
+
+/// One instruction, unlike `f64::min`, which has an answer for NaN.
+#[inline(always)]
+pub(super) fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+#[inline(always)]
+pub(super) fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+impl Shear {
     /// `None` for a direction that is zero or not finite.
     #[inline(always)]
     pub(super) fn new(origin: DVec3, direction: DVec3) -> Option<Self> {
-        let d = direction.to_array();
-        let size = direction.abs();
-        // Without branches, which would be unpredictable.
-        let yx = usize::from(size.y > size.x);
-        let z = if size.z > size.x.max(size.y) { 2 } else { yx };
-        let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][z];
-        let inverse = 1.0 / d[z];
-        let slopes = [d[axes[0]] * inverse, d[axes[1]] * inverse, inverse];
-        let o = origin.to_array();
-        let finite = inverse.is_finite() && (slopes[0] + slopes[1]).is_finite() && origin.is_finite();
-        finite.then_some(Self { axes, origin: [o[axes[0]], o[axes[1]], o[axes[2]]], slopes })
-    }
-
-    /// Whether the ray points down its z axis.
-    #[inline(always)]
-    pub(super) fn backward(&self) -> bool {
-        self.slopes[2] < 0.0
+        let axes = PERMUTATIONS[longest_axis(direction)];
+        let slopes = slopes(direction, axes);
+        (is_finite(&slopes) && origin.is_finite()).then_some(Self {
+            axes,
+            origin: permuted(origin, axes),
+            slopes,
+        })
     }
 
     /// The crossing of the whole line with a triangle; points on edges and vertices belong to all
@@ -92,26 +141,7 @@ impl Shear {
     /// products of coordinates overflow.
     #[inline(always)]
     pub(super) fn intersect(&self, corners: [&[f64; 3]; 3]) -> Option<Crossing> {
-        self.cross(&self.relative(corners))
-    }
-
-    /// Corners relative to the origin, axes permuted.
-    #[inline(always)]
-    pub(super) fn relative(&self, corners: [&[f64; 3]; 3]) -> [[f64; 3]; 3] {
-        let [x, y, z] = self.axes;
-        let [ox, oy, oz] = self.origin;
-        let [a, b, c] = corners;
-        [
-            [a[x] - ox, a[y] - oy, a[z] - oz],
-            [b[x] - ox, b[y] - oy, b[z] - oz],
-            [c[x] - ox, c[y] - oy, c[z] - oz],
-        ]
-    }
-
-    /// [`Shear::intersect`] for corners [`Shear::relative`] to the origin.
-    #[inline(always)]
-    pub(super) fn cross(&self, relative: &[[f64; 3]; 3]) -> Option<Crossing> {
-        let [a, b, c] = relative;
+        let [a, b, c] = &relative(corners, self.axes, self.origin);
         let (a, b, c) = (self.sheared(a), self.sheared(b), self.sheared(c));
         let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
         if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
@@ -129,4 +159,187 @@ impl Shear {
     fn sheared(&self, [x, y, z]: &[f64; 3]) -> [f64; 3] {
         [x - self.slopes[0] * z, y - self.slopes[1] * z, *z]
     }
+}
+
+/// Up to sixteen rays with one origin, one longest axis and sign: two rows of lanes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shears {
+    pub(super) axes: [usize; 3],
+    /// Axes permuted.
+    pub(super) origin: [f64; 3],
+    pub(super) rows: [ShearRow; ROWS],
+    /// The lanes that have a ray, as bits; the others repeat one of them.
+    pub(super) members: u32,
+}
+
+/// Rows of a packet.
+pub(super) const ROWS: usize = 2;
+
+/// [`Shear::slopes`] of a row of rays.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ShearRow {
+    pub(super) x: [f64; WIDTH],
+    pub(super) y: [f64; WIDTH],
+    pub(super) inverse: [f64; WIDTH],
+}
+
+/// Where the lines of a row of rays cross a triangle.
+pub(super) struct Crossings {
+    /// Lanes in which they may, as bits.
+    pub(super) lanes: u32,
+    /// NaN if the triangle is seen edge-on.
+    pub(super) distance: [f64; WIDTH],
+    /// Edge functions of each.
+    pub(super) edges: [[f64; WIDTH]; 3],
+}
+
+impl Shears {
+    /// The rays of the mask `members`, with the longest axis `along`.
+    #[inline(always)]
+    pub(super) fn new(origin: DVec3, directions: &[DVec3], members: u32, along: usize) -> Self {
+        let axes = PERMUTATIONS[along];
+        let first = directions[members.trailing_zeros() as usize];
+        let [x, y, inverse] = slopes(first, axes);
+        let row = ShearRow { x: [x; WIDTH], y: [y; WIDTH], inverse: [inverse; WIDTH] };
+        let mut shears = Self { axes, origin: permuted(origin, axes), rows: [row; ROWS], members };
+        let mut rest = members;
+        while rest != 0 {
+            let ray = next(&mut rest);
+            let [x, y, inverse] = slopes(directions[ray], axes);
+            let row = &mut shears.rows[ray / WIDTH % ROWS];
+            (row.x[ray % WIDTH], row.y[ray % WIDTH], row.inverse[ray % WIDTH]) = (x, y, inverse);
+        }
+        shears
+    }
+
+    /// Whether all directions are finite and have slopes.
+    #[inline(always)]
+    pub(super) fn are_finite(&self) -> bool {
+        let mut finite = true;
+        for row in &self.rows {
+            for lane in 0..WIDTH {
+                finite &= is_finite(&[row.x[lane], row.y[lane], row.inverse[lane]]);
+            }
+        }
+        finite
+    }
+
+    /// The least and the greatest slopes.
+    #[inline(always)]
+    pub(super) fn extremes(&self) -> [[f64; 2]; 2] {
+        let [low, high] = &self.rows;
+        let [x, y] = [extremes(&low.x, &high.x), extremes(&low.y, &high.y)];
+        [[x[0], y[0]], [x[1], y[1]]]
+    }
+}
+
+/// The least and the greatest of two rows, by halves: for the compiler to vectorise.
+#[inline(always)]
+fn extremes(a: &[f64; WIDTH], b: &[f64; WIDTH]) -> [f64; 2] {
+    let (mut least, mut greatest) = (*a, *a);
+    for lane in 0..WIDTH {
+        least[lane] = smaller(a[lane], b[lane]);
+        greatest[lane] = larger(a[lane], b[lane]);
+    }
+    for half in [4, 2, 1] {
+        for lane in 0..half {
+            least[lane] = smaller(least[lane], least[lane + half]);
+            greatest[lane] = larger(greatest[lane], greatest[lane + half]);
+        }
+    }
+    [least[0], greatest[0]]
+}
+
+impl ShearRow {
+    /// [`Shear::intersect`] for every lane, with the same roundings.
+    #[inline(always)]
+    pub(super) fn cross<L: Lanes>(&self, lanes: L, relative: &[[f64; 3]; 3]) -> Crossings {
+        let mut crossings = Crossings { lanes: 0, distance: [0.0; WIDTH], edges: [[0.0; WIDTH]; 3] };
+        let (x, y, inverse) = (halves(&self.x), halves(&self.y), halves(&self.inverse));
+        for half in 0..2 {
+            let slopes = [lanes.load_double(&x[half]), lanes.load_double(&y[half])];
+            let [a, b, c] = relative;
+            let [[ax, ay], [bx, by], [cx, cy]] =
+                [sheared(lanes, slopes, a), sheared(lanes, slopes, b), sheared(lanes, slopes, c)];
+            let mut enough = u32::MAX;
+            let mut edges = [
+                rounded_edges(lanes, [cx, cy], [bx, by], &mut enough),
+                rounded_edges(lanes, [ax, ay], [cx, cy], &mut enough),
+                rounded_edges(lanes, [bx, by], [ax, ay], &mut enough),
+            ];
+            if enough & ALL != ALL {
+                let [u, v, w] = exact_edges(&x[half], &y[half], relative);
+                edges = [lanes.load_double(&u), lanes.load_double(&v), lanes.load_double(&w)];
+            }
+            let (distance, outside) = distances(lanes, edges, relative, lanes.load_double(&inverse[half]));
+            crossings.lanes |= (!outside & ALL) << (half * HALF);
+            let place = half * HALF..(half + 1) * HALF;
+            crossings.distance[place.clone()].copy_from_slice(&lanes.store_double(distance));
+            for (row, edge) in crossings.edges.iter_mut().zip(edges) {
+                row[place.clone()].copy_from_slice(&lanes.store_double(edge));
+            }
+        }
+        crossings
+    }
+}
+
+const HALF: usize = WIDTH / 2;
+/// One bit for each lane of half a row.
+const ALL: u32 = (1 << HALF) - 1;
+
+#[inline(always)]
+fn halves(row: &[f64; WIDTH]) -> [Half; 2] {
+    let [a, b, c, d, e, f, g, h] = *row;
+    [[a, b, c, d], [e, f, g, h]]
+}
+
+#[inline(always)]
+fn sheared<L: Lanes>(lanes: L, [x, y]: [L::Double; 2], p: &[f64; 3]) -> [L::Double; 2] {
+    let z = lanes.splat_double(p[2]);
+    [
+        lanes.sub_double(lanes.splat_double(p[0]), lanes.mul_double(x, z)),
+        lanes.sub_double(lanes.splat_double(p[1]), lanes.mul_double(y, z)),
+    ]
+}
+
+/// [`rounded_edge`]; clears the bits of lanes for which it is not enough.
+#[inline(always)]
+fn rounded_edges<L: Lanes>(lanes: L, c: [L::Double; 2], b: [L::Double; 2], enough: &mut u32) -> L::Double {
+    let (p, q) = (lanes.mul_double(c[0], b[1]), lanes.mul_double(c[1], b[0]));
+    let difference = lanes.sub_double(p, q);
+    let sum = lanes.add_double(lanes.abs_double(p), lanes.abs_double(q));
+    let share = lanes.mul_double(lanes.splat_double(CANCELLATION), sum);
+    *enough &= lanes.less_double(share, lanes.abs_double(difference));
+    difference
+}
+
+/// Distances, NaN if all edge functions are zero, and the lanes in which these are of both signs, as bits.
+#[inline(always)]
+fn distances<L: Lanes>(
+    lanes: L,
+    [u, v, w]: [L::Double; 3],
+    [a, b, c]: &[[f64; 3]; 3],
+    inverse: L::Double,
+) -> (L::Double, u32) {
+    let u_term = lanes.mul_double(u, lanes.splat_double(a[2]));
+    let v_term = lanes.mul_double(v, lanes.splat_double(b[2]));
+    let w_term = lanes.mul_double(w, lanes.splat_double(c[2]));
+    let sum = lanes.add_double(lanes.add_double(u_term, v_term), w_term);
+    let determinant = lanes.add_double(lanes.add_double(u, v), w);
+    let distance = lanes.mul_double(lanes.div_double(sum, determinant), inverse);
+    let least = lanes.min_double(lanes.min_double(u, v), w);
+    let greatest = lanes.max_double(lanes.max_double(u, v), w);
+    let zero = lanes.splat_double(0.0);
+    (distance, lanes.less_double(least, zero) & lanes.less_double(zero, greatest))
+}
+
+/// The edge functions where some cancel.
+#[cold]
+fn exact_edges(x: &Half, y: &Half, relative: &[[f64; 3]; 3]) -> [Half; 3] {
+    let mut edges = [[0.0; HALF]; 3];
+    for lane in 0..HALF {
+        let [a, b, c] = relative.map(|p| [p[0] - x[lane] * p[2], p[1] - y[lane] * p[2], p[2]]);
+        (edges[0][lane], edges[1][lane], edges[2][lane]) = (edge(c, b), edge(a, c), edge(b, a));
+    }
+    edges
 }

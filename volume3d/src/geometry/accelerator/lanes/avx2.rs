@@ -1,11 +1,11 @@
 //! Eight lanes in one 256-bit register, with fused multiplication and addition.
 
-use std::arch::x86_64::{__m256, _CMP_LE_OQ};
+use std::arch::x86_64::{__m256, __m256d, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0};
 
 use pulp::NullaryFnOnce;
 use pulp::x86::V3;
 
-use super::{Lanes, Row, Task};
+use super::{Half, Lanes, Row, Task};
 
 /// A task whose code is generated for AVX2.
 pub(super) struct Vectorized<T>(pub(super) V3, pub(super) T);
@@ -21,6 +21,7 @@ impl<T: Task> NullaryFnOnce for Vectorized<T> {
 
 impl Lanes for V3 {
     type Float = __m256;
+    type Double = __m256d;
 
     #[inline(always)]
     fn splat(self, value: f32) -> __m256 {
@@ -58,6 +59,11 @@ impl Lanes for V3 {
     }
 
     #[inline(always)]
+    fn mul_sub(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+        self.fma._mm256_fmsub_ps(a, b, c)
+    }
+
+    #[inline(always)]
     fn mul_sub_from(self, a: __m256, b: __m256, c: __m256) -> __m256 {
         self.fma._mm256_fnmadd_ps(a, b, c)
     }
@@ -80,5 +86,64 @@ impl Lanes for V3 {
     #[inline(always)]
     fn less_equal(self, a: __m256, b: __m256) -> u32 {
         self.avx._mm256_movemask_ps(self.avx._mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) as u32
+    }
+    #[inline(always)]
+    fn splat_double(self, value: f64) -> __m256d {
+        self.avx._mm256_set1_pd(value)
+    }
+
+    #[inline(always)]
+    fn load_double(self, half: &Half) -> __m256d {
+        pulp::cast(*half)
+    }
+
+    #[inline(always)]
+    fn store_double(self, a: __m256d) -> Half {
+        pulp::cast(a)
+    }
+
+    #[inline(always)]
+    fn add_double(self, a: __m256d, b: __m256d) -> __m256d {
+        self.avx._mm256_add_pd(a, b)
+    }
+
+    #[inline(always)]
+    fn sub_double(self, a: __m256d, b: __m256d) -> __m256d {
+        self.avx._mm256_sub_pd(a, b)
+    }
+
+    #[inline(always)]
+    fn mul_double(self, a: __m256d, b: __m256d) -> __m256d {
+        self.avx._mm256_mul_pd(a, b)
+    }
+
+    #[inline(always)]
+    fn div_double(self, a: __m256d, b: __m256d) -> __m256d {
+        self.avx._mm256_div_pd(a, b)
+    }
+
+    #[inline(always)]
+    fn min_double(self, a: __m256d, b: __m256d) -> __m256d {
+        self.avx._mm256_min_pd(a, b)
+    }
+
+    #[inline(always)]
+    fn max_double(self, a: __m256d, b: __m256d) -> __m256d {
+        self.avx._mm256_max_pd(a, b)
+    }
+
+    #[inline(always)]
+    fn abs_double(self, a: __m256d) -> __m256d {
+        self.avx._mm256_andnot_pd(self.avx._mm256_set1_pd(-0.0), a)
+    }
+
+    #[inline(always)]
+    fn less_double(self, a: __m256d, b: __m256d) -> u32 {
+        self.avx._mm256_movemask_pd(self.avx._mm256_cmp_pd::<_CMP_LT_OQ>(a, b)) as u32
+    }
+
+    #[inline(always)]
+    fn prefetch(self, address: *const i8) {
+        self.sse._mm_prefetch::<_MM_HINT_T0>(address);
     }
 }

@@ -22,10 +22,16 @@ pub(super) const WIDTH: usize = 8;
 /// One number a lane, as it stands in memory.
 pub(super) type Row = [f32; WIDTH];
 
+/// Half a row in double precision.
+pub(super) type Half = [f64; WIDTH / 2];
+
 /// Arithmetic on eight lanes. Comparisons give one bit a lane, lane 0 lowest.
 pub(super) trait Lanes: Copy {
     /// The eight numbers in registers.
     type Float: Copy;
+    /// Four numbers in double precision. Nothing done with them is fused, so that the results are those of the
+    /// same operations one by one.
+    type Double: Copy;
 
     fn splat(self, value: f32) -> Self::Float;
     fn load(self, row: &Row) -> Self::Float;
@@ -35,12 +41,29 @@ pub(super) trait Lanes: Copy {
     fn mul(self, a: Self::Float, b: Self::Float) -> Self::Float;
     /// a b + c, rounded once or twice.
     fn mul_add(self, a: Self::Float, b: Self::Float, c: Self::Float) -> Self::Float;
+    /// a b − c, rounded once or twice.
+    fn mul_sub(self, a: Self::Float, b: Self::Float, c: Self::Float) -> Self::Float;
     /// c − a b, rounded once or twice.
     fn mul_sub_from(self, a: Self::Float, b: Self::Float, c: Self::Float) -> Self::Float;
     fn min(self, a: Self::Float, b: Self::Float) -> Self::Float;
     fn max(self, a: Self::Float, b: Self::Float) -> Self::Float;
     fn abs(self, a: Self::Float) -> Self::Float;
     fn less_equal(self, a: Self::Float, b: Self::Float) -> u32;
+
+    fn splat_double(self, value: f64) -> Self::Double;
+    fn load_double(self, half: &Half) -> Self::Double;
+    fn store_double(self, a: Self::Double) -> Half;
+    fn add_double(self, a: Self::Double, b: Self::Double) -> Self::Double;
+    fn sub_double(self, a: Self::Double, b: Self::Double) -> Self::Double;
+    fn mul_double(self, a: Self::Double, b: Self::Double) -> Self::Double;
+    fn div_double(self, a: Self::Double, b: Self::Double) -> Self::Double;
+    /// a where a < b, elsewhere b.
+    fn min_double(self, a: Self::Double, b: Self::Double) -> Self::Double;
+    /// a where a > b, elsewhere b.
+    fn max_double(self, a: Self::Double, b: Self::Double) -> Self::Double;
+    fn abs_double(self, a: Self::Double) -> Self::Double;
+    fn less_double(self, a: Self::Double, b: Self::Double) -> u32;
+    fn prefetch(self, address: *const i8);
 }
 
 /// A piece of work to be compiled for each implementation.

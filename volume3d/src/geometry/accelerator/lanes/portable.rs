@@ -2,13 +2,14 @@
 
 use std::array::from_fn;
 
-use super::{Lanes, Row};
+use super::{Half, Lanes, Row};
 
 #[derive(Clone, Copy)]
 pub(super) struct Portable;
 
 impl Lanes for Portable {
     type Float = Row;
+    type Double = Half;
 
     #[inline(always)]
     fn splat(self, value: f32) -> Row {
@@ -46,6 +47,11 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    fn mul_sub(self, a: Row, b: Row, c: Row) -> Row {
+        from_fn(|i| a[i] * b[i] - c[i])
+    }
+
+    #[inline(always)]
     fn mul_sub_from(self, a: Row, b: Row, c: Row) -> Row {
         from_fn(|i| c[i] - a[i] * b[i])
     }
@@ -69,4 +75,61 @@ impl Lanes for Portable {
     fn less_equal(self, a: Row, b: Row) -> u32 {
         (0..8).map(|i| u32::from(a[i] <= b[i]) << i).sum()
     }
+    #[inline(always)]
+    fn splat_double(self, value: f64) -> Half {
+        [value; 4]
+    }
+
+    #[inline(always)]
+    fn load_double(self, half: &Half) -> Half {
+        *half
+    }
+
+    #[inline(always)]
+    fn store_double(self, a: Half) -> Half {
+        a
+    }
+
+    #[inline(always)]
+    fn add_double(self, a: Half, b: Half) -> Half {
+        from_fn(|i| a[i] + b[i])
+    }
+
+    #[inline(always)]
+    fn sub_double(self, a: Half, b: Half) -> Half {
+        from_fn(|i| a[i] - b[i])
+    }
+
+    #[inline(always)]
+    fn mul_double(self, a: Half, b: Half) -> Half {
+        from_fn(|i| a[i] * b[i])
+    }
+
+    #[inline(always)]
+    fn div_double(self, a: Half, b: Half) -> Half {
+        from_fn(|i| a[i] / b[i])
+    }
+
+    #[inline(always)]
+    fn min_double(self, a: Half, b: Half) -> Half {
+        from_fn(|i| if a[i] < b[i] { a[i] } else { b[i] })
+    }
+
+    #[inline(always)]
+    fn max_double(self, a: Half, b: Half) -> Half {
+        from_fn(|i| if a[i] > b[i] { a[i] } else { b[i] })
+    }
+
+    #[inline(always)]
+    fn abs_double(self, a: Half) -> Half {
+        a.map(f64::abs)
+    }
+
+    #[inline(always)]
+    fn less_double(self, a: Half, b: Half) -> u32 {
+        (0..4).map(|i| u32::from(a[i] < b[i]) << i).sum()
+    }
+
+    #[inline(always)]
+    fn prefetch(self, _: *const i8) {}
 }

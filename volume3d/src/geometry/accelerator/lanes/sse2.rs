@@ -1,16 +1,19 @@
 //! Eight lanes in two 128-bit registers: what every x86-64 machine has.
 
-use std::arch::x86_64::__m128;
+use std::arch::x86_64::{__m128, __m128d, _MM_HINT_T0};
 
 use pulp::x86::V1;
 
-use super::{Lanes, Row};
+use super::{Half, Lanes, Row};
 
 /// The low four lanes and the high four.
 type Pair = [__m128; 2];
+/// The same in double precision: two lanes and two.
+type PairDouble = [__m128d; 2];
 
 impl Lanes for V1 {
     type Float = Pair;
+    type Double = PairDouble;
 
     #[inline(always)]
     fn splat(self, value: f32) -> Pair {
@@ -49,6 +52,11 @@ impl Lanes for V1 {
     }
 
     #[inline(always)]
+    fn mul_sub(self, a: Pair, b: Pair, c: Pair) -> Pair {
+        self.sub(self.mul(a, b), c)
+    }
+
+    #[inline(always)]
     fn mul_sub_from(self, a: Pair, b: Pair, c: Pair) -> Pair {
         self.sub(c, self.mul(a, b))
     }
@@ -74,5 +82,67 @@ impl Lanes for V1 {
         let low = self.sse._mm_movemask_ps(self.sse._mm_cmple_ps(a[0], b[0])) as u32;
         let high = self.sse._mm_movemask_ps(self.sse._mm_cmple_ps(a[1], b[1])) as u32;
         low | high << 4
+    }
+    #[inline(always)]
+    fn splat_double(self, value: f64) -> PairDouble {
+        [self.sse2._mm_set1_pd(value); 2]
+    }
+
+    #[inline(always)]
+    fn load_double(self, half: &Half) -> PairDouble {
+        pulp::cast(*half)
+    }
+
+    #[inline(always)]
+    fn store_double(self, a: PairDouble) -> Half {
+        pulp::cast(a)
+    }
+
+    #[inline(always)]
+    fn add_double(self, a: PairDouble, b: PairDouble) -> PairDouble {
+        [self.sse2._mm_add_pd(a[0], b[0]), self.sse2._mm_add_pd(a[1], b[1])]
+    }
+
+    #[inline(always)]
+    fn sub_double(self, a: PairDouble, b: PairDouble) -> PairDouble {
+        [self.sse2._mm_sub_pd(a[0], b[0]), self.sse2._mm_sub_pd(a[1], b[1])]
+    }
+
+    #[inline(always)]
+    fn mul_double(self, a: PairDouble, b: PairDouble) -> PairDouble {
+        [self.sse2._mm_mul_pd(a[0], b[0]), self.sse2._mm_mul_pd(a[1], b[1])]
+    }
+
+    #[inline(always)]
+    fn div_double(self, a: PairDouble, b: PairDouble) -> PairDouble {
+        [self.sse2._mm_div_pd(a[0], b[0]), self.sse2._mm_div_pd(a[1], b[1])]
+    }
+
+    #[inline(always)]
+    fn min_double(self, a: PairDouble, b: PairDouble) -> PairDouble {
+        [self.sse2._mm_min_pd(a[0], b[0]), self.sse2._mm_min_pd(a[1], b[1])]
+    }
+
+    #[inline(always)]
+    fn max_double(self, a: PairDouble, b: PairDouble) -> PairDouble {
+        [self.sse2._mm_max_pd(a[0], b[0]), self.sse2._mm_max_pd(a[1], b[1])]
+    }
+
+    #[inline(always)]
+    fn abs_double(self, a: PairDouble) -> PairDouble {
+        let sign = self.sse2._mm_set1_pd(-0.0);
+        [self.sse2._mm_andnot_pd(sign, a[0]), self.sse2._mm_andnot_pd(sign, a[1])]
+    }
+
+    #[inline(always)]
+    fn less_double(self, a: PairDouble, b: PairDouble) -> u32 {
+        let low = self.sse2._mm_movemask_pd(self.sse2._mm_cmplt_pd(a[0], b[0])) as u32;
+        let high = self.sse2._mm_movemask_pd(self.sse2._mm_cmplt_pd(a[1], b[1])) as u32;
+        low | high << 2
+    }
+
+    #[inline(always)]
+    fn prefetch(self, address: *const i8) {
+        self.sse._mm_prefetch::<_MM_HINT_T0>(address);
     }
 }

@@ -130,6 +130,20 @@ fn every_instruction_set_answers_like_all_triangles_one_by_one() {
 }
 
 #[test]
+fn occlusion_agrees_with_the_closest_hit_at_scales_where_products_overflow_and_underflow() {
+    let mesh = soup(300, &mut stream(27, &[]));
+    for scale in [1e-160, 1e-120, 1e-80, 1e-70, 1e70, 1e80, 1e120, 1e160] {
+        let mesh = mesh.map(|p| scale * *p);
+        let accelerator = Accelerator::build(&mesh.positions, &mesh.triangles);
+        for i in 0..20_000 {
+            let ray = random_ray(&mesh, i, &mut stream(28, &[i as u64]));
+            let hit = accelerator.closest(&ray);
+            assert_eq!(accelerator.occluded(&ray), hit.is_some(), "{scale} {i} {ray:?} {hit:?}");
+        }
+    }
+}
+
+#[test]
 fn bundles_answer_like_single_rays() {
     for (index, mesh) in meshes().iter().enumerate() {
         let mut accelerator = Accelerator::build(&mesh.positions, &mesh.triangles);

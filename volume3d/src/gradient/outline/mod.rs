@@ -1,0 +1,26 @@
+//! A warp field from the outlines near a direction.
+//!
+//! What is seen along the directions u from a point jumps on arcs: the edges of the triangle that is seen, and the
+//! silhouettes of what is nearer. A mean of the velocities of their points,
+//!
+//! > V(u) = ∫ ḃ K(u, b) db / (∫ K(u, b) db + 2π/R),  K(u, b) = (1/(1 − u·b) − 1/(1 − cos R))₊,
+//!
+//! over all these arcs b within an angle R of u is continuous and, as ∫ K grows without bound towards an arc, equal
+//! to its velocity there; beyond R there is none, and V = 0. Both integrals and their gradients are elementary, so V
+//! and ∇·V are exact: no auxiliary ray is traced, and nothing is left to be debiased.
+//!
+//! The arcs may be others for every triangle that is seen, as all its edges are among them and V is the same from
+//! both sides. So what lies behind its plane is left out: no visible jump borders the triangle there. Silhouettes that
+//! something else hides remain. They bend V where nothing jumps, which costs some variance and no bias.
+//!
+//! The mean over boundaries instead of over auxiliary rays is that of Bangaru, Li and Durand (2020, eq. 13) with
+//! their weights 1/(distance to the boundary) concentrated on the boundary itself; the weight 1/distance² on it is what
+//! Hormann and Floater's mean value coordinates (2006) integrate.
+
+mod arc;
+mod field;
+mod tree;
+
+pub(crate) use arc::Reach;
+pub(crate) use field::{Edges, Outline, View};
+pub(crate) use tree::{Cone, Edge, HalfSpace, Tree};

@@ -1,0 +1,106 @@
+//! The warps of directions and of the film, whatever their fields are made of.
+
+use flatland::warp::{Field, Plane};
+use glam::{DVec2, DVec3};
+
+use super::CameraChange;
+use super::auxiliary::Seen;
+use super::film::FilmPlane;
+use super::outline::Outline;
+use super::rigid::Warping;
+use crate::Sphere;
+use crate::scene::Camera;
+
+/// A warp of the directions at a bounce.
+#[derive(Clone, Debug)]
+pub(crate) enum DirectionWarp {
+    /// From what auxiliary rays see.
+    Rays(Warping<Sphere>),
+    /// From the edges near by.
+    Outline(Outline),
+}
+
+impl DirectionWarp {
+    /// The field, from the angular velocity of each point that is followed.
+    pub(crate) fn field(&self, velocity: impl FnMut(&Seen) -> DVec3) -> Field<DVec3> {
+        match self {
+            Self::Rays(warping) => warping.field(velocity),
+            Self::Outline(outline) => outline.field(velocity),
+        }
+    }
+
+    /// The transpose: hands each point its covector in a·V + b ∇·V.
+    pub(crate) fn scatter(&self, a: DVec3, b: f64, add: impl FnMut(&Seen, DVec3)) {
+        match self {
+            Self::Rays(warping) => warping.scatter(a, b, add),
+            Self::Outline(outline) => outline.scatter(a, b, add),
+        }
+    }
+}
+
+/// A warp of film points.
+#[derive(Clone, Debug)]
+pub(crate) enum FilmWarp {
+    /// From what auxiliary rays see.
+    Rays(Warping<Plane>),
+    /// From the edges near by, on directions. With j ∝ 1/cos³ θ the area of the film a steradian,
+    /// ∇·V on the film is ∇·(j V)/j on directions.
+    Outline(Outline, DVec3),
+}
+
+/// What a covector gives to (ẋ − ȯ)/distance, and to the rates of the camera's rotation and field of view.
+pub(crate) type Covectors = (DVec3, DVec3, f64);
+
+impl FilmWarp {
+    /// The field in pixels, from (ẋ − ȯ)/distance of each point that is followed.
+    pub(crate) fn field(
+        &self,
+        film: &FilmPlane,
+        camera: &Camera,
+        change: &CameraChange,
+        mut relative: impl FnMut(&Seen) -> DVec3,
+    ) -> Field<DVec2> {
+        match self {
+            Self::Rays(warping) => warping.field(|seen| {
+                let relative = relative(seen);
+                film.velocity(camera, seen.direction).of(relative, change)
+            }),
+            Self::Outline(outline, direction) => {
+                let field = outline.field(|seen| {
+                    let zoom = film.zoom(camera, seen.direction) * change.field_of_view;
+                    relative(seen) - change.rotation.cross(seen.direction) + zoom
+                });
+                let tilt = camera.forward.dot(field.value) / camera.forward.dot(*direction);
+                Field {
+                    value: film.velocity(camera, *direction).across(field.value),
+                    divergence: field.divergence - 3.0 * tilt,
+                }
+            }
+        }
+    }
+
+    /// The transpose: hands each point what a·V + b ∇·V gives.
+    pub(crate) fn scatter(
+        &self,
+        film: &FilmPlane,
+        camera: &Camera,
+        a: DVec2,
+        b: f64,
+        mut add: impl FnMut(&Seen, Covectors),
+    ) {
+        match self {
+            Self::Rays(warping) => {
+                warping
+                    .scatter(a, b, |seen, c| add(seen, film.velocity(camera, seen.direction).transpose(c)));
+            }
+            Self::Outline(outline, direction) => {
+                let (across, ..) = film.velocity(camera, *direction).transpose(a);
+                let tilt = camera.forward * (3.0 * b / camera.forward.dot(*direction));
+                outline.scatter(across - tilt, b, |seen, c| {
+                    let rotation = -seen.direction.cross(c);
+                    add(seen, (c, rotation, film.zoom(camera, seen.direction).dot(c)));
+                });
+            }
+        }
+    }
+}
