@@ -30,6 +30,8 @@ pub(crate) struct Kernel {
     /// The shading normal on the viewer's side. Below its horizon nothing arrives, and what is there need not be
     /// followed: inside a solid, near its edges, it is arbitrarily near and moves arbitrarily fast.
     pub(crate) normal: DVec3,
+    /// What is seen along the direction itself.
+    pub(crate) triangle: Option<u32>,
 }
 
 /// Which jumps the integrand has.

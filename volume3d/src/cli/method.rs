@@ -6,8 +6,8 @@ use clap::{Args, ValueEnum};
 use flatland::warp::{Debias, Warp};
 use glam::DVec3;
 use volume3d::gradient::{
-    Change, EdgeSampling, FiniteDifference, GradientError, GradientImage, Progress, Rotation, Wanted,
-    WarpedArea,
+    Change, EdgeSampling, Field, FiniteDifference, Gradient, GradientError, GradientImage, Progress,
+    Rotation, Wanted, WarpedArea,
 };
 use volume3d::scene::Scene;
 
@@ -18,6 +18,9 @@ pub(super) struct MethodOptions {
     /// How the derivative is estimated.
     #[arg(long, value_enum, default_value = "warped-area")]
     method: Method,
+    /// Warped area: what its field is made of [default: outlines; rays if --debias or --aux is given].
+    #[arg(long, value_enum)]
+    field: Option<FieldKind>,
     /// Warped area: what is done about the bias of the warp with finitely many auxiliary rays.
     #[arg(long, value_enum)]
     debias: Option<Bias>,
@@ -29,7 +32,7 @@ pub(super) struct MethodOptions {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum Method {
-    /// Warped-area sampling: unbiased, with --debias none biased; refuses mirrors and lights without extent where
+    /// Warped-area sampling: unbiased but for jumps of interpolated normals, with --debias none biased; refuses mirrors and lights without extent where
     /// geometry moves.
     WarpedArea,
     /// Edge sampling: unbiased; besides --spp paths a pixel, as many samples of edges seen from surfaces and a fourth
@@ -42,6 +45,14 @@ pub(super) enum Method {
     FiniteDifference,
     /// The interior term alone: biased wherever a silhouette, a shadow's or a light's edge moves.
     Interior,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum FieldKind {
+    /// The edges near a direction, averaged exactly: no auxiliary rays.
+    Outlines,
+    /// What auxiliary rays hit, as in the paper.
+    Rays,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -76,8 +87,12 @@ impl MethodOptions {
     /// Whether all options belong together, asked before any work.
     pub(super) fn check(&self, command: &str, step: bool) -> anyhow::Result<()> {
         let conflict = |text: &str| Err(usage(command, ErrorKind::ArgumentConflict, text.to_owned()));
-        if self.method != Method::WarpedArea && (self.debias.is_some() || self.aux.is_some()) {
-            return conflict("--debias and --aux belong to --method warped-area");
+        let rays = self.debias.is_some() || self.aux.is_some();
+        if self.method != Method::WarpedArea && (rays || self.field.is_some()) {
+            return conflict("--field, --debias and --aux belong to --method warped-area");
+        }
+        if self.field == Some(FieldKind::Outlines) && rays {
+            return conflict("--debias and --aux belong to --field rays");
         }
         if step && !self.is_finite_difference() {
             return conflict("--step belongs to --method finite-difference");
@@ -92,8 +107,8 @@ impl MethodOptions {
             return Estimator::FiniteDifference(FiniteDifference { samples, step, seed });
         }
         if self.method == Method::Edge {
-            // Of edges on the film, a fourth of the samples of paths, as by default.
-            let (primary, secondary) = (samples.div_ceil(4), samples);
+            // As many of each kind, as by default.
+            let (primary, secondary) = (samples, samples);
             return Estimator::EdgeSampling(EdgeSampling { samples, primary, secondary, seed });
         }
         if self.method == Method::Rotation {
@@ -101,7 +116,9 @@ impl MethodOptions {
         }
         let warp = Warp { debias: self.debias(), ..Warp::default() };
         let warps = self.method != Method::Interior;
-        Estimator::WarpedArea(WarpedArea { samples, warp, warps, seed, ..WarpedArea::default() })
+        let rays = self.field == Some(FieldKind::Rays) || self.debias.is_some() || self.aux.is_some();
+        let field = if rays { Field::AuxiliaryRays } else { Field::default() };
+        Estimator::WarpedArea(WarpedArea { samples, field, warp, warps, seed, ..WarpedArea::default() })
     }
 
     fn debias(&self) -> Debias {
@@ -146,7 +163,7 @@ impl Estimator {
         adjoint: &[DVec3],
         wanted: &Wanted,
         progress: &Progress,
-    ) -> anyhow::Result<Change> {
+    ) -> anyhow::Result<Gradient> {
         match self {
             Self::WarpedArea(method) => Ok(method.reverse(scene, adjoint, wanted, progress)?),
             Self::EdgeSampling(method) => Ok(method.reverse(scene, adjoint, wanted, progress)?),

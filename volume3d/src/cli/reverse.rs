@@ -12,7 +12,7 @@ use super::Report;
 use super::method::MethodOptions;
 use super::output::{check_array, check_distinct};
 use super::parameter::{Located, Parameter};
-use super::session::{Bar, RunOptions, SceneOptions, stop_if_asked};
+use super::session::{Bar, RunOptions, SceneOptions, located as located_samples, stop_if_asked};
 
 /// The options of `volume3d gradient` that reverse mode heeds.
 pub(super) struct Request<'o> {
@@ -52,8 +52,9 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     stop_if_asked()?;
 
     let mut text = format!("{} × {} pixels, {samples} spp, {seconds:.2} s\n", adjoint.width, adjoint.height);
+    text += &located_samples(&gradient.non_finite);
     for (parameter, path) in located.iter().zip(&paths) {
-        let array = parameter.pick(scene, &gradient);
+        let array = parameter.pick(scene, &gradient.change);
         let size = array.values.iter().map(|x| x * x).sum::<f64>().sqrt();
         write_npy(path, &array, Precision::Double)?;
         if !size.is_finite() {

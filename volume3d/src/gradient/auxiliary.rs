@@ -1,33 +1,43 @@
 //! Auxiliary rays in a scene: what they hit, and the stencils they make.
 
+use std::f64::consts::FRAC_PI_2;
+
 use flatland::random::{Stream, open01};
 use flatland::warp::{Bundle, Plane, Warp};
 use glam::{DVec2, DVec3};
 
+use super::film::FilmPlane;
+use super::outline::{Cone, Edge, Edges, HalfSpace, Outline, Reach, Tree, View};
 use super::rigid::{Following, Rigid, Warping};
+use super::warps::{DirectionWarp, FilmWarp};
 use crate::Sphere;
 use crate::calculus::{Kernel, Sees};
 use crate::geometry::{Hit, Jumps};
 use crate::path::{Paths, SHORT};
 use crate::scene::Scene;
 
-/// What an auxiliary ray of a bounce hit.
+/// A point that a warp follows: what an auxiliary ray hit, or a point of an edge.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen {
-    /// The triangle and the weights of its corners; nothing where the ray leaves the scene.
-    pub(crate) hit: Option<Hit>,
-    /// The ray's direction.
+    /// Positions and their weights: the corners of a triangle, or the ends of an edge. Nothing where the ray leaves
+    /// the scene.
+    pub(crate) corners: Option<[(u32, f64); 3]>,
+    /// How far away it is.
+    pub(crate) distance: f64,
+    /// The direction in which it is seen.
     pub(crate) direction: DVec3,
     /// 1 − B: velocities may fade away from jumps, and the field stays continuous and consistent.
     pub(crate) nearness: f64,
 }
 
 impl Seen {
-    /// The corners of what was hit, with their weights.
-    pub(crate) fn corners(&self, scene: &Scene) -> Option<[(u32, f64); 3]> {
-        let hit = self.hit?;
-        let corners = scene.triangles[hit.triangle as usize].positions;
-        Some(std::array::from_fn(|k| (corners[k], hit.barycentric[k])))
+    /// What a ray hit, or did not.
+    fn by_ray(scene: &Scene, hit: Option<Hit>, direction: DVec3, nearness: f64) -> Self {
+        let corners = hit.map(|h| {
+            let corners = scene.triangles[h.triangle as usize].positions;
+            std::array::from_fn(|k| (corners[k], h.barycentric[k]))
+        });
+        Self { corners, distance: hit.map_or(f64::INFINITY, |h| h.distance), direction, nearness }
     }
 }
 
@@ -66,6 +76,20 @@ impl MovingBounds {
         Self { boxes }
     }
 
+    /// Whether anything that moves may be seen within the reach of a direction.
+    pub(crate) fn may_be_near(&self, origin: DVec3, direction: DVec3, reach: Reach) -> bool {
+        self.boxes.iter().any(|&(low, high)| {
+            let way = 0.5 * (low + high) - origin;
+            let (distance, radius) = (way.length(), 0.5 * (high - low).length());
+            if distance <= radius {
+                return true;
+            }
+            let sine = radius / distance;
+            let cosine = (1.0 - sine * sine).sqrt();
+            way.dot(direction) >= (reach.cosine * cosine - reach.sine * sine) * distance
+        })
+    }
+
     pub(crate) fn may_be_hit(&self, origin: DVec3, direction: DVec3) -> bool {
         let inverse = direction.recip();
         self.boxes.iter().any(|&(low, high)| {
@@ -77,9 +101,11 @@ impl MovingBounds {
     }
 }
 
-/// How the velocities of what auxiliary rays see become a field.
+/// Where the velocities that make a field come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Construction {
+    /// The outlines near a direction: within so many pixels on the film, so many widths of the kernel elsewhere.
+    Outlined { film: f64, lobe: f64 },
     /// Weighted with regard to boundaries; velocities fade away from jumps, or do not.
     Weighted { fades: bool },
     /// One rigid motion per kernel, that of the nearest of so many points.
@@ -93,11 +119,23 @@ pub(crate) struct Auxiliary<'s> {
     pub(crate) warp: &'s Warp,
     pub(crate) moving: &'s MovingBounds,
     pub(crate) construction: Construction,
+    /// The edges of the scene, for fields that are made of them.
+    pub(crate) edges: Option<&'s Tree>,
     pub(crate) rng: Stream,
     /// How many rays have been traced.
     pub(crate) rays: u64,
     directions: Vec<DVec3>,
     hits: Vec<Option<Hit>>,
+    near: Near,
+}
+
+/// The silhouettes that the camera sees near a direction, as they were last looked up.
+#[derive(Debug)]
+struct Near {
+    direction: DVec3,
+    /// By how much a direction may differ, as a chord.
+    margin: f64,
+    edges: Vec<Edge>,
 }
 
 impl<'s> Auxiliary<'s> {
@@ -106,9 +144,21 @@ impl<'s> Auxiliary<'s> {
         warp: &'s Warp,
         moving: &'s MovingBounds,
         construction: Construction,
+        edges: Option<&'s Tree>,
         rng: Stream,
     ) -> Self {
-        Self { paths, warp, moving, construction, rng, rays: 0, directions: vec![], hits: vec![] }
+        Self {
+            paths,
+            warp,
+            moving,
+            construction,
+            edges,
+            rng,
+            rays: 0,
+            directions: vec![],
+            hits: vec![],
+            near: Near { direction: DVec3::ZERO, margin: 0.0, edges: vec![] },
+        }
     }
 
     /// The stencil at direction ω as seen from x on a triangle; nothing where nothing seen can move.
@@ -119,10 +169,15 @@ impl<'s> Auxiliary<'s> {
         direction: DVec3,
         kernel: Kernel,
         x_moves: bool,
-    ) -> Option<Warping<Sphere>> {
+    ) -> Option<DirectionWarp> {
         let kappa = kernel.kappa;
+        if let Construction::Outlined { lobe, .. } = self.construction {
+            let reach = Reach::new(lobe / kappa.sqrt());
+            return self.outline_on_sphere(x, direction, kernel, reach, x_moves).map(DirectionWarp::Outline);
+        }
         if let Construction::Followed { candidates } = self.construction {
-            return self.follow::<Sphere>(x, Some(from), direction, kappa, candidates, x_moves, |d| d);
+            let warping = self.follow::<Sphere>(x, Some(from), direction, kappa, candidates, x_moves, |d| d);
+            return warping.map(DirectionWarp::Rays);
         }
         let fades = self.construction == Construction::Weighted { fades: true };
         let bundle: Bundle<Sphere> = self.warp.bundle(direction, kappa, &mut self.rng);
@@ -148,53 +203,149 @@ impl<'s> Auxiliary<'s> {
                     scene.edges.angular_distance(scene, h.triangle, x, direction, h.distance, jumps)
                 });
                 let nearness = if fades { self.warp.nearness(distance, kappa) } else { 1.0 };
-                (Seen { hit, direction, nearness }, distance)
+                (Seen::by_ray(scene, hit, direction, nearness), distance)
             })
             .collect();
-        Some(Warping::Weighted(self.warp.stencil_of(bundle, kappa, hits)))
+        Some(DirectionWarp::Rays(Warping::Weighted(self.warp.stencil_of(bundle, kappa, hits))))
     }
 
-    /// The stencil at a point of the film; nothing where nothing seen can move. `ray` turns film points into
-    /// directions, `scale` is the film's pixels a radian around a direction.
+    /// The warp at a point of the film, at which a triangle or nothing is seen; nothing where nothing seen can move.
     pub(crate) fn on_film(
         &mut self,
-        origin: DVec3,
+        film: &FilmPlane,
+        u: DVec2,
+        kappa: f64,
+        triangle: Option<u32>,
+        camera_moves: bool,
+    ) -> Option<FilmWarp> {
+        let camera = &self.paths.scene.description.camera;
+        let frame = film.frame(camera);
+        let ray = |p: DVec2| film.direction(&frame, [p.x, p.y]).value();
+        let origin = camera.origin;
+        match self.construction {
+            Construction::Outlined { film: radius, .. } => {
+                let reach = Reach::new(radius * film.pixel_angle());
+                let direction = ray(u);
+                let outline = self.outline_on_film(origin, direction, reach, triangle, camera_moves)?;
+                Some(FilmWarp::Outline(outline, direction))
+            }
+            Construction::Followed { candidates } => self
+                .follow::<Plane>(origin, None, u, kappa, candidates, camera_moves, ray)
+                .map(FilmWarp::Rays),
+            Construction::Weighted { .. } => self.weighted_on_film(film, u, kappa, ray, camera_moves),
+        }
+    }
+
+    fn weighted_on_film(
+        &mut self,
+        film: &FilmPlane,
         u: DVec2,
         kappa: f64,
         ray: impl Fn(DVec2) -> DVec3,
-        scale: impl Fn(DVec3) -> f64,
         camera_moves: bool,
-    ) -> Option<Warping<Plane>> {
-        if let Construction::Followed { candidates } = self.construction {
-            return self.follow::<Plane>(origin, None, u, kappa, candidates, camera_moves, ray);
-        }
+    ) -> Option<FilmWarp> {
+        let scene = self.paths.scene;
+        let camera = &scene.description.camera;
         let bundle: Bundle<Plane> = self.warp.bundle(u, kappa, &mut self.rng);
         self.directions.clear();
         self.directions.extend(bundle.points().map(ray));
-        if !self.trace(origin, None, camera_moves) {
+        if !self.trace(camera.origin, None, camera_moves) {
             return None;
         }
-        let scene = self.paths.scene;
         let hits = self
             .directions
             .iter()
             .zip(&self.hits)
             .map(|(&direction, &hit)| {
-                let distance = hit.map_or(f64::INFINITY, |h| {
-                    scale(direction)
-                        * scene.edges.angular_distance(
-                            scene,
-                            h.triangle,
-                            origin,
-                            direction,
-                            h.distance,
-                            Jumps::Radiance,
-                        )
-                });
-                (Seen { hit, direction, nearness: 1.0 }, distance)
+                let angle = |h: Hit| {
+                    let (edges, jumps) = (&scene.edges, Jumps::Radiance);
+                    edges.angular_distance(scene, h.triangle, camera.origin, direction, h.distance, jumps)
+                };
+                let distance = hit.map_or(f64::INFINITY, |h| film.scale(camera, direction) * angle(h));
+                (Seen::by_ray(scene, hit, direction, 1.0), distance)
             })
             .collect();
-        Some(Warping::Weighted(self.warp.stencil_of(bundle, kappa, hits)))
+        Some(FilmWarp::Rays(Warping::Weighted(self.warp.stencil_of(bundle, kappa, hits))))
+    }
+
+    fn outline_on_film(
+        &mut self,
+        origin: DVec3,
+        direction: DVec3,
+        reach: Reach,
+        triangle: Option<u32>,
+        camera_moves: bool,
+    ) -> Option<Outline> {
+        if !camera_moves && !self.moving.may_be_near(origin, direction, reach) {
+            return None;
+        }
+        self.gather(origin, direction, reach)?;
+        let scene = self.paths.scene;
+        let front = triangle.map(|t| self.front(t, origin));
+        let view = View { origin, planes: front.as_slice(), triangle };
+        Outline::new(scene, Edges::Some(&self.near.edges), &view, direction, reach)
+    }
+
+    /// Samples of one pixel look along nearly one direction: silhouettes around it are looked up once for them all.
+    fn gather(&mut self, origin: DVec3, direction: DVec3, reach: Reach) -> Option<()> {
+        let tree = self.edges?;
+        let moved = (direction - self.near.direction).length();
+        // Angles are at most π/2 times their chords, of which these are small.
+        if moved > self.near.margin {
+            let margin = 2.0 * reach.versine.sqrt();
+            let wide = Reach::new(reach.angle + FRAC_PI_2 * margin);
+            let cone = Cone { origin, axis: direction, reach: wide, planes: &[] };
+            self.near.edges.clear();
+            tree.for_each(&cone, |edge| self.near.edges.push(*edge));
+            (self.near.direction, self.near.margin) = (direction, margin);
+        }
+        Some(())
+    }
+
+    fn outline_on_sphere(
+        &self,
+        x: DVec3,
+        direction: DVec3,
+        kernel: Kernel,
+        reach: Reach,
+        x_moves: bool,
+    ) -> Option<Outline> {
+        if !x_moves && !self.moving.may_be_near(x, direction, reach) {
+            return None;
+        }
+        // What lies in the plane of the horizon is not above it.
+        let horizon = HalfSpace { normal: kernel.normal, point: x, slack: -self.paths.rounding() };
+        let (triangle, plane) = match kernel.sees {
+            Sees::Beyond => (None, None),
+            Sees::Radiance => (kernel.triangle, kernel.triangle.map(|t| self.front(t, x))),
+            Sees::Before { normal, offset } => {
+                (kernel.triangle, Some(HalfSpace { normal, point: offset * normal, slack: self.contact() }))
+            }
+        };
+        let planes = [horizon, plane.unwrap_or(horizon)];
+        let planes = &planes[..1 + usize::from(plane.is_some())];
+        let view = View { origin: x, planes, triangle };
+        Outline::new(self.paths.scene, Edges::Tree(self.edges?), &view, direction, reach)
+    }
+
+    /// Random numbers for the border of a flat light, unless the field follows it.
+    pub(crate) fn beside(&mut self) -> Option<f64> {
+        let follows = matches!(self.construction, Construction::Outlined { .. });
+        (!follows).then(|| open01(&mut self.rng))
+    }
+
+    /// The side of a triangle's plane on which the viewer is.
+    fn front(&self, triangle: u32, viewer: DVec3) -> HalfSpace {
+        let scene = self.paths.scene;
+        let [a, b, c] = scene.triangles[triangle as usize].positions.map(|i| scene.positions[i as usize]);
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        let normal = if normal.dot(viewer - a) < 0.0 { -normal } else { normal };
+        HalfSpace { normal, point: a, slack: self.contact() }
+    }
+
+    /// What touches a plane counts as before it. Edges that do so by rounding only are hidden, and do no harm.
+    fn contact(&self) -> f64 {
+        1e4 * self.paths.rounding()
     }
 
     /// The nearest of some points of a kernel around μ, which is drawn from the kernel around u: what is nearest
@@ -223,7 +374,7 @@ impl<'s> Auxiliary<'s> {
         }
         let nearest = (0..candidates).filter_map(|i| Some((i, self.hits[i]?)));
         let (i, hit) = nearest.min_by(|a, b| a.1.distance.total_cmp(&b.1.distance))?;
-        let seen = Seen { hit: Some(hit), direction: self.directions[i], nearness: 1.0 };
+        let seen = Seen::by_ray(self.paths.scene, Some(hit), self.directions[i], 1.0);
         let slope = D::project(u, centre - u) * kappa;
         Some(Warping::Followed(Following { point: u, at: points[i], seen, slope }))
     }

@@ -24,10 +24,19 @@ pub(super) struct Sums<const K: usize> {
     pub(super) non_finite: Vec<NonFinite>,
 }
 
-/// What computing one cell needs: its place, and where its samples go.
+/// Where the samples of a cell go.
 pub(super) struct CellSink<'a, const K: usize> {
     pub(super) strip: &'a mut Strip<K>,
     pub(super) non_finite: &'a mut Vec<NonFinite>,
+    progress: &'a Progress,
+}
+
+impl<const K: usize> CellSink<'_, K> {
+    /// Whether to leave: to be asked before every sample, as one cell may have any number of them. What a cell left
+    /// early has added is never looked at.
+    pub(super) fn stopped(&self) -> bool {
+        self.progress.stopped()
+    }
 }
 
 /// Computes all rows of cells. `row` begins a row and returns what computes its cells; both may keep state.
@@ -52,7 +61,7 @@ pub(super) fn over_film<const K: usize, W>(
                     if progress.stopped() {
                         break;
                     }
-                    let sink = CellSink { strip: &mut strip, non_finite: &mut non_finite };
+                    let sink = CellSink { strip: &mut strip, non_finite: &mut non_finite, progress };
                     cell(&mut worker, (i, j), sink);
                 }
                 progress.advance();

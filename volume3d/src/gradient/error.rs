@@ -37,6 +37,14 @@ pub enum GradientError {
         /// How many there must be.
         least: usize,
     },
+    /// A field of outlines with a reach that is not positive.
+    #[error("the reach of outlines, {name}, must be positive and finite, not {reach}")]
+    Reach {
+        /// Which reach: film or lobe.
+        name: &'static str,
+        /// Its value.
+        reach: f64,
+    },
     /// A step of finite differences that is not positive.
     #[error("the step of finite differences must be positive and finite, not {step}")]
     Step {

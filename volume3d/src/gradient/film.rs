@@ -123,6 +123,18 @@ impl FilmPlane {
         self.focal / direction.dot(camera.forward)
     }
 
+    /// The angle of a pixel at the centre of the film, in radians.
+    pub(crate) fn pixel_angle(&self) -> f64 {
+        1.0 / self.focal
+    }
+
+    /// The velocity of a direction with that of the film point it is seen at, as the field of view grows.
+    pub(crate) fn zoom(&self, camera: &Camera, direction: DVec3) -> DVec3 {
+        let growth = self.focal_rate(camera) / self.focal;
+        let across = direction - camera.forward * direction.dot(camera.forward);
+        (across - across.dot(direction) * direction) * growth
+    }
+
     /// The film point at which a point of space before the camera is seen.
     pub(crate) fn project<T: Number>(&self, frame: &Frame<T>, point: Vec3<T>) -> [T; 2] {
         let way = point - frame.origin;
@@ -182,7 +194,12 @@ impl FilmVelocity {
     /// u̇ = J (relative − ω × direction) + zoom ḟov, with relative = (ẋ − ȯ)/distance.
     pub(crate) fn of(&self, relative: DVec3, camera: &CameraChange) -> DVec2 {
         let apparent = relative - camera.rotation.cross(self.direction);
-        DVec2::new(self.rows[0].dot(apparent), self.rows[1].dot(apparent)) + self.zoom * camera.field_of_view
+        self.across(apparent) + self.zoom * camera.field_of_view
+    }
+
+    /// u̇ of a velocity of the direction.
+    pub(crate) fn across(&self, velocity: DVec3) -> DVec2 {
+        DVec2::new(self.rows[0].dot(velocity), self.rows[1].dot(velocity))
     }
 
     /// The transpose: what a covector of u̇ gives to `relative`, and to the rates of rotation and field of view.

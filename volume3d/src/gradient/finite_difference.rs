@@ -76,6 +76,9 @@ impl FiniteDifference {
             return;
         }
         for sample in 0..self.samples {
+            if sink.stopped() {
+                return;
+            }
             let mut place = numbers(self.seed, (i, j), sample, self.samples, PATH);
             let u = film.point(i, j, place.pair());
             let [plus, minus] = std::array::from_fn(|side| {

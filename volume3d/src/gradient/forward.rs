@@ -1,6 +1,5 @@
 //! Forward mode: numbers with the derivative along one change.
 
-use flatland::random::open01;
 use flatland::warp::{Domain, Vector};
 use glam::{DVec2, DVec3};
 
@@ -52,9 +51,8 @@ fn lane<const N: usize>(v: Vec3<Dual<N>>, lane: usize) -> DVec3 {
 
 impl<const N: usize> Forward<'_, N> {
     fn velocity(&self, seen: &Seen) -> DVec3 {
-        seen.corners(self.scene).map_or(DVec3::ZERO, |corners| {
-            corners.iter().map(|&(i, w)| w * self.motion.change.positions[i as usize]).sum()
-        })
+        let corners = seen.corners.iter().flatten();
+        corners.map(|&(i, weight)| weight * self.motion.change.positions[i as usize]).sum()
     }
 
     /// The camera's frame.
@@ -72,21 +70,24 @@ impl<const N: usize> Forward<'_, N> {
         }
     }
 
-    /// The warp at a point of the film.
-    pub(crate) fn film_warp(&mut self, film: &FilmPlane, u: DVec2, kappa: f64) -> ([Dual<N>; 2], Dual<N>) {
+    /// The warp at a point of the film, at which a triangle or nothing is seen.
+    pub(crate) fn film_warp(
+        &mut self,
+        film: &FilmPlane,
+        u: DVec2,
+        kappa: f64,
+        triangle: Option<u32>,
+    ) -> ([Dual<N>; 2], Dual<N>) {
         let still = ([Dual::constant(u.x), Dual::constant(u.y)], Dual::constant(1.0));
-        let camera = &self.scene.description.camera;
-        let frame = film.frame(camera);
         let moves = self.motion.camera_moves;
         let Some(auxiliary) = &mut self.auxiliary else { return still };
-        let ray = |p: DVec2| film.direction(&frame, [p.x, p.y]).value();
-        let stencil = auxiliary.on_film(camera.origin, u, kappa, ray, |d| film.scale(camera, d), moves);
-        let Some(stencil) = stencil else { return still };
+        let Some(warp) = auxiliary.on_film(film, u, kappa, triangle, moves) else { return still };
         let change = &self.motion.change.camera;
-        let field = stencil.field(|seen| {
-            let relative =
-                seen.hit.map_or(DVec3::ZERO, |h| (self.velocity(seen) - change.translation) / h.distance);
-            film.velocity(camera, seen.direction).of(relative, change)
+        let field = warp.field(film, &self.scene.description.camera, change, |seen| {
+            if seen.corners.is_none() {
+                return DVec3::ZERO;
+            }
+            (self.velocity(seen) - change.translation) / seen.distance
         });
         let at = if N == 1 { INTERIOR } else { PRIMARY };
         let along = |value: f64, rate: f64| {
@@ -159,7 +160,7 @@ impl<const N: usize> Calculus for Forward<'_, N> {
     }
 
     fn beside(&mut self) -> Option<f64> {
-        self.auxiliary.as_mut().map(|a| open01(&mut a.rng))
+        self.auxiliary.as_mut()?.beside()
     }
 
     fn warp(
@@ -189,9 +190,11 @@ impl<const N: usize> Calculus for Forward<'_, N> {
                 continue;
             }
             let field = stencil.field(|seen| {
-                let Some(hit) = seen.hit else { return DVec3::ZERO };
+                if seen.corners.is_none() {
+                    return DVec3::ZERO;
+                }
                 let velocity = if material { self.velocity(seen) } else { DVec3::ZERO };
-                Sphere::project(seen.direction, velocity - origin_rate) * (seen.nearness / hit.distance)
+                Sphere::project(seen.direction, velocity - origin_rate) * (seen.nearness / seen.distance)
             });
             warped.direction.x.tangent[l] = field.value.x;
             warped.direction.y.tangent[l] = field.value.y;

@@ -40,3 +40,17 @@ pub(super) fn numbers(
     let address = [(i / TILE) as u64, (j / TILE) as u64, (sample / size) as u64, purpose];
     Sequence::new(seed, &address, sample % size)
 }
+
+/// The random numbers of one of several paths of a sample.
+pub(super) fn split_numbers(
+    seed: u64,
+    (i, j): (usize, usize),
+    sample: usize,
+    samples: usize,
+    purpose: u64,
+    (path, paths): (usize, usize),
+) -> Sequence {
+    let size = group_size(samples);
+    let address = [(i / TILE) as u64, (j / TILE) as u64, (sample / size) as u64, purpose];
+    Sequence::new(seed, &address, (sample % size) * paths + path)
+}

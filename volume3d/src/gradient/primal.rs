@@ -55,6 +55,9 @@ fn sample_cell(
     }
     let frame = film.frame(&paths.scene.description.camera);
     for sample in 0..samples {
+        if sink.stopped() {
+            return;
+        }
         let mut numbers = numbers(seed, (i, j), sample, samples, PATH);
         let u = film.point(i, j, numbers.pair());
         let direction = film.direction(&frame, [u.x, u.y]);

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::Change;
 use super::driver::Sums;
 use super::film::FilmPlane;
 
@@ -48,6 +49,21 @@ pub struct GradientImage {
     pub auxiliary_rays: u64,
     /// Samples that were not finite.
     pub non_finite: Vec<NonFinite>,
+}
+
+/// The derivative of one number by every parameter: what reverse mode returns.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gradient {
+    /// By every parameter that was wanted; 0 by the others.
+    pub change: Change,
+    /// Samples that were not finite.
+    pub non_finite: Vec<NonFinite>,
+}
+
+impl From<Change> for Gradient {
+    fn from(change: Change) -> Self {
+        Self { change, non_finite: vec![] }
+    }
 }
 
 /// An image.

@@ -2,13 +2,12 @@
 
 use std::cell::RefCell;
 
-use flatland::random::open01;
-use flatland::warp::{Domain, Plane};
+use flatland::warp::Domain;
 use glam::{DVec2, DVec3};
 
 use super::auxiliary::{Auxiliary, Seen};
 use super::film::FilmPlane;
-use super::rigid::Warping;
+use super::warps::{DirectionWarp, FilmWarp};
 use super::{Change, Wanted};
 use crate::Sphere;
 use crate::calculus::{Adjoints, Calculus, Frame, Kernel, Number, Rgb, Tape, Variable, Vec3, Warped};
@@ -41,7 +40,7 @@ pub(crate) type Recorded<'t> = Variable<'t, Input>;
 /// A warp at a bounce.
 #[derive(Debug)]
 struct BounceWarp<'t> {
-    warping: Warping<Sphere>,
+    warping: DirectionWarp,
     origin: Vec3<Recorded<'t>>,
 }
 
@@ -75,8 +74,10 @@ pub(crate) struct Reverse<'s, 't> {
     pub(crate) tape: &'t Tape<Input>,
     pub(crate) auxiliary: Option<Auxiliary<'s>>,
     pub(crate) film: FilmPlane,
-    film_warp: Option<Warping<Plane>>,
+    film_warp: Option<FilmWarp>,
     warps: RefCell<Vec<BounceWarp<'t>>>,
+    /// Whether all warps on the tape have finite coefficients.
+    finite: bool,
 }
 
 /// Where adjoints of parameters go.
@@ -95,7 +96,16 @@ impl<'s, 't> Reverse<'s, 't> {
         auxiliary: Option<Auxiliary<'s>>,
         film: FilmPlane,
     ) -> Self {
-        Self { scene, inputs, tape, auxiliary, film, film_warp: None, warps: RefCell::default() }
+        Self {
+            scene,
+            inputs,
+            tape,
+            auxiliary,
+            film,
+            film_warp: None,
+            warps: RefCell::default(),
+            finite: true,
+        }
     }
 
     fn vector(&self, id: Input, value: DVec3, wanted: bool) -> Vec3<Recorded<'t>> {
@@ -140,21 +150,37 @@ impl<'s, 't> Reverse<'s, 't> {
         }
     }
 
-    /// The warp at a point of the film.
-    pub(crate) fn film_warp(&mut self, u: DVec2, kappa: f64) -> ([Recorded<'t>; 2], Recorded<'t>) {
+    /// The warp at a point of the film, at which a triangle or nothing is seen.
+    pub(crate) fn film_warp(
+        &mut self,
+        u: DVec2,
+        kappa: f64,
+        triangle: Option<u32>,
+    ) -> ([Recorded<'t>; 2], Recorded<'t>) {
         let constant = Recorded::constant;
         let still = ([constant(u.x), constant(u.y)], constant(1.0));
-        let camera = &self.scene.description.camera;
-        let film = self.film;
-        let frame = film.frame(camera);
         let moves = self.inputs.wanted.camera;
         let Some(auxiliary) = &mut self.auxiliary else { return still };
-        let ray = |p: DVec2| film.direction(&frame, [p.x, p.y]).value();
-        let stencil = auxiliary.on_film(camera.origin, u, kappa, ray, |d| film.scale(camera, d), moves);
-        let Some(stencil) = stencil else { return still };
-        self.film_warp = Some(stencil);
+        let Some(warp) = auxiliary.on_film(&self.film, u, kappa, triangle, moves) else { return still };
+        self.finite &= warp.is_finite();
+        self.film_warp = Some(warp);
         let [x, y, jacobian] = self.tape.inputs(Input::FilmWarp, [u.x, u.y, 1.0]);
         ([x, y], jacobian)
+    }
+
+    /// Sweeps if all that is swept is finite, and says whether it is.
+    pub(crate) fn sweep_if_finite(
+        &mut self,
+        outputs: &[(Recorded<'t>, f64)],
+        adjoints: &mut Vec<f64>,
+        sink: &mut impl Sink,
+    ) -> bool {
+        let finite = outputs.iter().all(|(output, adjoint)| (output.value() * adjoint).is_finite());
+        let finite = std::mem::replace(&mut self.finite, true) && finite;
+        if finite {
+            self.sweep(outputs, adjoints, sink);
+        }
+        finite
     }
 
     /// Sweeps backwards from the outputs, and empties the tape's records of warps.
@@ -193,8 +219,10 @@ impl<'s, 't> Reverse<'s, 't> {
                 let warps = self.warps.borrow();
                 let BounceWarp { warping, origin } = &warps[record as usize];
                 warping.scatter(vector(), a[3], |seen, covector| {
-                    let Some(hit) = seen.hit else { return };
-                    let c = Sphere::project(seen.direction, covector) * (seen.nearness / hit.distance);
+                    if seen.corners.is_none() {
+                        return;
+                    }
+                    let c = Sphere::project(seen.direction, covector) * (seen.nearness / seen.distance);
                     self.scatter_hit(seen, c, sink);
                     earlier.add(origin.x, -c.x);
                     earlier.add(origin.y, -c.y);
@@ -205,14 +233,13 @@ impl<'s, 't> Reverse<'s, 't> {
     }
 
     fn scatter_film(&self, a: DVec2, b: f64, sink: &mut impl Sink) {
-        let Some(stencil) = &self.film_warp else { return };
+        let Some(warp) = &self.film_warp else { return };
         let camera = &self.scene.description.camera;
-        stencil.scatter(a, b, |seen, covector| {
-            let (relative, rotation, zoom) = self.film.velocity(camera, seen.direction).transpose(covector);
+        warp.scatter(&self.film, camera, a, b, |seen, (relative, rotation, zoom)| {
             let mut translation = DVec3::ZERO;
-            if let Some(hit) = seen.hit {
-                self.scatter_hit(seen, relative / hit.distance, sink);
-                translation = -relative / hit.distance;
+            if seen.corners.is_some() {
+                self.scatter_hit(seen, relative / seen.distance, sink);
+                translation = -relative / seen.distance;
             }
             if self.inputs.wanted.camera {
                 let camera = &mut sink.rest().camera;
@@ -224,7 +251,7 @@ impl<'s, 't> Reverse<'s, 't> {
     }
 
     fn scatter_hit(&self, seen: &Seen, covector: DVec3, sink: &mut impl Sink) {
-        for (i, weight) in seen.corners(self.scene).into_iter().flatten() {
+        for (i, weight) in seen.corners.into_iter().flatten() {
             if self.inputs.positions[i as usize] {
                 sink.position(i, weight * covector);
             }
@@ -299,7 +326,7 @@ impl<'t> Calculus for Reverse<'_, 't> {
     }
 
     fn beside(&mut self) -> Option<f64> {
-        self.auxiliary.as_mut().map(|a| open01(&mut a.rng))
+        self.auxiliary.as_mut()?.beside()
     }
 
     fn warp(
@@ -314,6 +341,7 @@ impl<'t> Calculus for Reverse<'_, 't> {
         let moves = origin.x.is_recorded() || origin.y.is_recorded() || origin.z.is_recorded();
         let stencil = auxiliary.on_sphere(origin.value(), from, direction, kernel, moves);
         let Some(stencil) = stencil else { return constant() };
+        self.finite &= stencil.is_finite();
         let warps = self.warps.get_mut();
         warps.push(BounceWarp { warping: stencil, origin });
         let id = Input::Warp(warps.len() as u32 - 1);

@@ -6,7 +6,7 @@ use super::auxiliary::Construction;
 use super::change::{Change, Wanted};
 use super::error::GradientError;
 use super::progress::Progress;
-use super::result::GradientImage;
+use super::result::{Gradient, GradientImage};
 use super::warped_area::WarpedArea;
 use crate::path::Kernels;
 use crate::scene::Scene;
@@ -75,7 +75,7 @@ impl Rotation {
         adjoint: &[DVec3],
         wanted: &Wanted,
         progress: &Progress,
-    ) -> Result<Change, GradientError> {
+    ) -> Result<Gradient, GradientError> {
         self.area().pull(scene, adjoint, wanted, self.construction(), progress)
     }
 

@@ -118,20 +118,24 @@ fn forward_and_reverse_are_transposes() {
         let mut rng = stream(5, &[]);
         let adjoint: Vec<DVec3> =
             (0..36).map(|_| DVec3::from_array(std::array::from_fn(|_| open01(&mut rng) - 0.5))).collect();
-        for debias in [Debias::Consistent { rays: 4 }, Debias::default()] {
-            let warp = Warp { debias, ..Warp::default() };
-            let method = WarpedArea { samples: 4, warp, ..WarpedArea::default() };
+        let rays = |debias| WarpedArea {
+            field: Field::AuxiliaryRays,
+            warp: Warp { debias, ..Warp::default() },
+            ..WarpedArea::default()
+        };
+        for method in [WarpedArea::default(), rays(Debias::Consistent { rays: 4 }), rays(Debias::default())] {
+            let method = WarpedArea { samples: 4, ..method };
             let image = method.forward(&scene, &change, &Progress::none()).unwrap();
             let terms = method.forward_terms(&scene, &change, &Progress::none()).unwrap();
             let wanted = Wanted::everything(&scene);
-            let gradient = method.reverse(&scene, &adjoint, &wanted, &Progress::none()).unwrap();
+            let gradient = method.reverse(&scene, &adjoint, &wanted, &Progress::none()).unwrap().change;
             let pair = |g: &[DVec3]| g.iter().zip(&adjoint).map(|(a, b)| a.dot(*b)).sum::<f64>();
             let (forward, reverse) = (pair(&image.gradient), gradient.dot(&change));
             let split = pair(&terms.gradient);
             assert!((forward - reverse).abs() < 1e-9 * forward.abs().max(1.0), "{forward} {reverse}");
             let rotation = Rotation { samples: 4, ..Rotation::default() };
             let rotated = rotation.forward(&scene, &change, &Progress::none()).unwrap();
-            let pulled = rotation.reverse(&scene, &adjoint, &wanted, &Progress::none()).unwrap();
+            let pulled = rotation.reverse(&scene, &adjoint, &wanted, &Progress::none()).unwrap().change;
             let (a, b) = (pair(&rotated.gradient), pulled.dot(&change));
             assert!((a - b).abs() < 1e-9 * a.abs().max(1.0), "rotation: {a} {b}");
             assert!((forward - split).abs() < 1e-9 * forward.abs().max(1.0), "{forward} {split}");

@@ -21,6 +21,14 @@ pub(crate) enum DirectionWarp {
 }
 
 impl DirectionWarp {
+    /// Whether its coefficients are finite. They are not for a direction exactly on an edge.
+    pub(crate) fn is_finite(&self) -> bool {
+        match self {
+            Self::Rays(_) => true,
+            Self::Outline(outline) => outline.is_finite(),
+        }
+    }
+
     /// The field, from the angular velocity of each point that is followed.
     pub(crate) fn field(&self, velocity: impl FnMut(&Seen) -> DVec3) -> Field<DVec3> {
         match self {
@@ -52,6 +60,14 @@ pub(crate) enum FilmWarp {
 pub(crate) type Covectors = (DVec3, DVec3, f64);
 
 impl FilmWarp {
+    /// Whether its coefficients are finite.
+    pub(crate) fn is_finite(&self) -> bool {
+        match self {
+            Self::Rays(_) => true,
+            Self::Outline(outline, _) => outline.is_finite(),
+        }
+    }
+
     /// The field in pixels, from (ẋ − ȯ)/distance of each point that is followed.
     pub(crate) fn field(
         &self,

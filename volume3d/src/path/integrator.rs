@@ -257,7 +257,7 @@ impl<'s> Paths<'s> {
         }
         let density = towards.sampled.density;
         let weight = density / (density + shading.density(direction));
-        let kernel = self.kernel(towards.id, shading, x);
+        let kernel = self.kernel(towards.id, shading, x, towards.triangle);
         let warped = calculus.warp(point.position, point.triangle, direction, kernel);
         let emitted = match towards.id {
             LightId::Shape(shape) => {
@@ -338,6 +338,7 @@ impl<'s> Paths<'s> {
             kappa: self.kernels.surface.max(shading.concentration()),
             sees: if goes_on { Sees::Radiance } else { Sees::Beyond },
             normal: shading.normal.value(),
+            triangle: hit.map(|h| h.triangle),
         };
         let warped = calculus.warp(point.position, point.triangle, sampled.direction, kernel);
         let throughput = throughput * reflect(shading, &warped, 1.0 / sampled.density);
@@ -373,7 +374,7 @@ impl<'s> Paths<'s> {
                 direction,
                 hit.distance,
             );
-            let kernel = self.kernel(id, shading, x);
+            let kernel = self.kernel(id, shading, x, Some(hit.triangle));
             let warped = calculus.warp(point.position, point.triangle, direction, kernel);
             let emitted = calculus.radiance(shape, radiance);
             *total = *total + throughput * reflect(shading, &warped, 1.0 / (density + other)) * emitted;
@@ -381,31 +382,37 @@ impl<'s> Paths<'s> {
         }
         for &id in &self.distant {
             let other = self.lights.density_of_escape(self.scene, id, direction);
-            let kernel = self.kernel(id, shading, x);
+            let kernel = self.kernel(id, shading, x, None);
             let warped = calculus.warp(point.position, point.triangle, direction, kernel);
             let emitted = distant(self.scene, calculus, id, warped.direction);
             *total = *total + throughput * reflect(shading, &warped, 1.0 / (density + other)) * emitted;
         }
     }
 
-    /// The kernel for the light of one emitter reflected at x.
-    fn kernel<T: Number>(&self, id: LightId, shading: &Shading<'_, T>, x: DVec3) -> Kernel {
+    /// The kernel for the light of one emitter reflected at x, where a triangle of it is seen.
+    fn kernel<T: Number>(
+        &self,
+        id: LightId,
+        shading: &Shading<'_, T>,
+        x: DVec3,
+        triangle: Option<u32>,
+    ) -> Kernel {
         let least = self.kernels.surface.max(shading.concentration());
         let normal = shading.normal.value();
         match id {
             LightId::Shape(shape) => {
                 let angle = self.lights.half_angle(shape, x);
                 let kappa = least.max((self.kernels.relative / angle).powi(2));
-                Kernel { kappa, sees: self.lights.sees(shape), normal }
+                Kernel { kappa, sees: self.lights.sees(shape), normal, triangle }
             }
             LightId::Light(index) => match &self.scene.description.lights[index as usize] {
                 Light::Directional { kappa, .. } if kappa.is_finite() => {
                     let kappa = least.max(0.5 * self.kernels.relative.powi(2) * kappa);
-                    Kernel { kappa, sees: Sees::Beyond, normal }
+                    Kernel { kappa, sees: Sees::Beyond, normal, triangle }
                 }
-                _ => Kernel { kappa: least, sees: Sees::Beyond, normal },
+                _ => Kernel { kappa: least, sees: Sees::Beyond, normal, triangle },
             },
-            LightId::Environment => Kernel { kappa: least, sees: Sees::Beyond, normal },
+            LightId::Environment => Kernel { kappa: least, sees: Sees::Beyond, normal, triangle },
         }
     }
 
@@ -432,7 +439,7 @@ impl<'s> Paths<'s> {
         let ends = border.ends.map(|i| calculus.position(i));
         let place = ends[0] + (ends[1] - ends[0]) * C::Number::constant(border.along);
         let material = (place - point.position).normalized();
-        let kernel = self.kernel(LightId::Shape(shape), shading, x);
+        let kernel = self.kernel(LightId::Shape(shape), shading, x, None);
         let warped = calculus.warp(point.position, point.triangle, direction, kernel);
         // Tangent to the border on the sphere, and its outward normal.
         let tangent = border.edge - border.edge.dot(direction) * direction;

@@ -82,6 +82,7 @@ pub(crate) struct Towards {
     pub(crate) sampled: Sampled,
     /// How far a shadow ray must be free, and which triangle it then reaches.
     pub(crate) distance: f64,
+    pub(crate) triangle: Option<u32>,
     /// Whether the light is one direction or one point, with `density` the probability of its choice and
     /// nothing to warp.
     pub(crate) delta: bool,
@@ -157,6 +158,7 @@ impl Lights {
             id,
             sampled: Sampled { direction, density: density * probability },
             distance,
+            triangle: None,
             delta,
         };
         match id {
@@ -172,7 +174,9 @@ impl Lights {
                     return None;
                 }
                 let density = squared / (cosine * area.whole());
-                Some(towards(direction, density, distance, false)).filter(|_| density.is_finite())
+                let towards =
+                    Towards { triangle: Some(y.triangle), ..towards(direction, density, distance, false) };
+                Some(towards).filter(|_| density.is_finite())
             }
             LightId::Light(light) => match &scene.description.lights[light as usize] {
                 Light::Point { position, .. } => {
@@ -270,6 +274,7 @@ impl Lights {
 
 /// The front of a triangle at one of its points.
 struct Spot {
+    triangle: u32,
     point: DVec3,
     normal: DVec3,
 }
@@ -310,6 +315,7 @@ impl Area {
         let [p, q, r] = scene.triangles[triangle as usize].positions.map(|i| scene.positions[i as usize]);
         let root = a.sqrt();
         Spot {
+            triangle,
             point: p + (q - p) * (root * (1.0 - b)) + (r - p) * (root * b),
             normal: face_normal(scene, triangle),
         }

@@ -9,7 +9,7 @@ use crate::gradient::forward::Forward;
 use crate::gradient::groups::GROUPS;
 use crate::gradient::motion::Motion;
 use crate::gradient::reverse::{Inputs, Reverse};
-use crate::gradient::{Change, NonFinite, Progress, Stopped, Wanted};
+use crate::gradient::{Change, Gradient, NonFinite, Progress, Stopped, Wanted};
 use crate::path::Sequence;
 use crate::scene::Scene;
 
@@ -47,6 +47,9 @@ impl Address {
 
 /// An integral over jumps.
 pub(super) trait Boundary: Sync {
+    /// Whether there is nothing to sample.
+    fn is_empty(&self) -> bool;
+
     /// Adds what one sample finds, such that the mean over samples is the integral.
     fn sample<C: Calculus>(
         &self,
@@ -134,7 +137,7 @@ impl<'s> Driver<'s> {
         progress.start(GROUPS * self.chunks());
         for group in 0..GROUPS {
             sum.fill(DVec3::ZERO);
-            let part = |chunk| self.forward_chunk(boundary, motion, group, chunk);
+            let part = |chunk| self.forward_chunk(boundary, motion, group, chunk, progress);
             self.gather(progress, part, |(splats, bad)| {
                 for (pixel, amount) in splats {
                     sum[pixel as usize] += amount;
@@ -160,11 +163,15 @@ impl<'s> Driver<'s> {
         motion: &Motion<'_>,
         group: usize,
         chunk: usize,
+        progress: &Progress,
     ) -> (Vec<(u32, DVec3)>, Vec<NonFinite>) {
         let mut forward = Forward::<1> { scene: self.scene, motion, auxiliary: None };
         let frame = forward.frame(&self.film);
         let (mut splats, mut bad, mut found) = (vec![], vec![], vec![]);
         for address in self.addresses(group, chunk) {
+            if progress.stopped() {
+                break;
+            }
             found.clear();
             boundary.sample(&mut forward, &frame, address, &mut found);
             for crossing in &found {
@@ -189,7 +196,7 @@ impl<'s> Driver<'s> {
         let film = &self.film;
         let Some((i, j)) = film.cell(at) else { return };
         if !amount.is_finite() {
-            bad.push(film.located(i, j, address.group * self.count + address.index));
+            bad.push(self.located((i, j), address));
             return;
         }
         if amount == DVec3::ZERO {
@@ -210,13 +217,16 @@ impl<'s> Driver<'s> {
         adjoint: &[DVec3],
         wanted: &Wanted,
         progress: &Progress,
-        gradient: &mut Change,
+        gradient: &mut Gradient,
     ) -> Result<(), Stopped> {
         let inputs = Inputs::new(self.scene, wanted);
         progress.start(GROUPS * self.chunks());
         for group in 0..GROUPS {
-            let part = |chunk| self.reverse_chunk(boundary, adjoint, &inputs, group, chunk);
-            self.gather(progress, part, |part| gradient.add(&part))?;
+            let part = |chunk| self.reverse_chunk(boundary, adjoint, &inputs, group, chunk, progress);
+            self.gather(progress, part, |part| {
+                gradient.change.add(&part.change);
+                gradient.non_finite.extend(part.non_finite);
+            })?;
         }
         Ok(())
     }
@@ -228,31 +238,44 @@ impl<'s> Driver<'s> {
         inputs: &Inputs,
         group: usize,
         chunk: usize,
-    ) -> Change {
-        let mut part = Change::still(self.scene);
+        progress: &Progress,
+    ) -> Gradient {
+        let mut part = Gradient::from(Change::still(self.scene));
         let mut tape = Tape::new();
         let mut adjoints = vec![];
         let scale = 1.0 / (GROUPS * self.count) as f64;
         for address in self.addresses(group, chunk) {
+            if progress.stopped() {
+                break;
+            }
             tape.clear();
             let mut reverse = Reverse::new(self.scene, inputs, &tape, None, self.film);
             let frame = reverse.frame();
             let mut found = vec![];
             boundary.sample(&mut reverse, &frame, address, &mut found);
-            let outputs: Vec<_> = found
-                .iter()
-                .filter_map(|crossing| {
-                    let mut sum = 0.0;
-                    self.splat(crossing.at, address, crossing.light, &mut vec![], |pixel, weight| {
-                        sum += weight * adjoint[pixel].dot(crossing.light);
-                    });
-                    (sum != 0.0).then_some((crossing.speed, sum * scale))
-                })
-                .collect();
-            if !outputs.is_empty() {
-                reverse.sweep(&outputs, &mut adjoints, &mut part);
+            for crossing in found {
+                let mut sum = 0.0;
+                self.splat(crossing.at, address, crossing.light, &mut part.non_finite, |pixel, weight| {
+                    sum += weight * adjoint[pixel].dot(crossing.light);
+                });
+                if sum == 0.0 {
+                    continue;
+                }
+                let outputs = [(crossing.speed, sum * scale)];
+                // Once without a sink: what is not finite must not reach the sums.
+                let mut finite = true;
+                tape.sweep(&outputs, &mut adjoints, |_, a, _| finite &= a.iter().all(|a| a.is_finite()));
+                if finite {
+                    reverse.sweep(&outputs, &mut adjoints, &mut part.change);
+                } else if let Some((i, j)) = self.film.cell(crossing.at) {
+                    part.non_finite.push(self.located((i, j), address));
+                }
             }
         }
         part
+    }
+
+    fn located(&self, (i, j): (usize, usize), address: Address) -> NonFinite {
+        self.film.located(i, j, address.group * self.count + address.index)
     }
 }

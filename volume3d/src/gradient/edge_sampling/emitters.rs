@@ -11,7 +11,7 @@ use super::list::EdgeList;
 use super::sensor::{Chain, Sensor};
 use super::sides::{ASIDE, look_past};
 use super::table::Table;
-use super::walk::walk;
+use super::walk::Walk;
 use super::{EMITTER_EDGE, Moving};
 use crate::calculus::{Calculus, Frame, Number, Vec3};
 use crate::path::{Paths, Sequence, Shading};
@@ -19,12 +19,11 @@ use crate::path::{Paths, Sequence, Shading};
 /// The edges of emitters, by length.
 #[derive(Debug)]
 pub(super) struct Emitters<'a> {
-    sensor: Sensor<'a>,
+    walk: Walk<'a>,
     list: &'a EdgeList,
     moving: &'a Moving,
     edges: Vec<u32>,
     table: Table,
-    longest: usize,
 }
 
 impl<'a> Emitters<'a> {
@@ -41,12 +40,8 @@ impl<'a> Emitters<'a> {
             let flat = list.limits(scene, &list.edges[i as usize]).is_some_and(|[u, v]| u == v);
             if flat { 0.0 } else { a.distance(b) }
         }));
-        Self { sensor: Sensor::new(paths), list, moving, edges, table, longest: limit.saturating_sub(1) }
-    }
-
-    /// Whether there is nothing to sample.
-    pub(super) fn is_empty(&self) -> bool {
-        self.table.total() <= 0.0
+        let walk = Walk::new(Sensor::new(paths), moving, limit.saturating_sub(1));
+        Self { walk, list, moving, edges, table }
     }
 
     fn moves(&self, shape: u32) -> bool {
@@ -62,7 +57,7 @@ impl<'a> Emitters<'a> {
         shading: &Shading<'_, f64>,
         numbers: &mut Sequence,
     ) -> Option<Crossing<C::Number>> {
-        let paths = self.sensor.paths;
+        let paths = self.walk.sensor.paths;
         let scene = paths.scene;
         let chosen = self.table.at(numbers.one());
         let edge = &self.list.edges[self.edges[chosen.index] as usize];
@@ -93,12 +88,16 @@ impl<'a> Emitters<'a> {
         let [p, q] = edge.ends.map(|i| calculus.position(i));
         let number = C::Number::constant;
         let point = p * number(1.0 - chosen.rest) + q * number(chosen.rest);
-        let relative = point - self.sensor.position(calculus, frame, chain);
+        let relative = point - self.walk.sensor.position(calculus, frame, chain);
         Some(Crossing { at: chain.at, light, speed: Vec3::constant(normal).dot(relative) })
     }
 }
 
 impl Boundary for Emitters<'_> {
+    fn is_empty(&self) -> bool {
+        self.table.total() <= 0.0
+    }
+
     fn sample<C: Calculus>(
         &self,
         calculus: &mut C,
@@ -107,7 +106,7 @@ impl Boundary for Emitters<'_> {
         found: &mut Vec<Crossing<C::Number>>,
     ) {
         let mut numbers = address.numbers(EMITTER_EDGE);
-        walk(&self.sensor, self.longest, &mut numbers, |chain, shading, numbers| {
+        self.walk.each(&mut numbers, |chain, shading, numbers| {
             found.extend(self.look(calculus, frame, chain, shading, numbers));
         });
     }

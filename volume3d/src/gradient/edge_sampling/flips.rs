@@ -54,11 +54,6 @@ impl<'a> Flips<'a> {
         flips
     }
 
-    /// Whether nothing turns its other side.
-    pub(super) fn is_empty(&self) -> bool {
-        self.table.total() <= 0.0
-    }
-
     fn normals(&self, triangle: u32) -> [DVec3; 3] {
         let scene = self.sensor.paths.scene;
         scene.triangles[triangle as usize].normals.map(|i| scene.normals[i as usize])
@@ -128,6 +123,10 @@ impl<'a> Flips<'a> {
 }
 
 impl Boundary for Flips<'_> {
+    fn is_empty(&self) -> bool {
+        self.table.total() <= 0.0
+    }
+
     fn sample<C: Calculus>(
         &self,
         calculus: &mut C,

@@ -13,7 +13,7 @@ use super::list::corners;
 use super::sensor::{Chain, Sensor};
 use super::sides::ASIDE;
 use super::table::Table;
-use super::walk::walk;
+use super::walk::Walk;
 use super::{BEYOND_HORIZON, HORIZON, Moving};
 use crate::calculus::{Calculus, Frame, Vec3};
 use crate::geometry::Hit;
@@ -23,9 +23,8 @@ use crate::scene::NONE;
 /// Horizons seen from shading points.
 #[derive(Debug)]
 pub(super) struct Horizon<'a> {
-    sensor: Sensor<'a>,
+    walk: Walk<'a>,
     moving: &'a Moving,
-    longest: usize,
     empty: bool,
     /// Triangles that emit, by area.
     emitters: Vec<u32>,
@@ -56,12 +55,8 @@ impl<'a> Horizon<'a> {
         };
         let table = Table::new(emitters.iter().map(area));
         let empty = limit < 2 || !bends;
-        Self { sensor: Sensor::new(paths), moving, longest: limit.saturating_sub(1), empty, emitters, table }
-    }
-
-    /// Whether there is nothing to sample.
-    pub(super) fn is_empty(&self) -> bool {
-        self.empty
+        let walk = Walk::new(Sensor::new(paths), moving, limit.saturating_sub(1));
+        Self { walk, moving, empty, emitters, table }
     }
 
     /// A direction in the plane through x: to an emitter where the plane cuts it, and any.
@@ -76,7 +71,7 @@ impl<'a> Horizon<'a> {
             }
             let chosen = self.table.at(choice);
             let emitter = self.emitters[chosen.index];
-            let corners = corners(self.sensor.paths.scene, emitter);
+            let corners = corners(self.walk.sensor.paths.scene, emitter);
             let heights = corners.map(|p| (p - x).dot(normal));
             let cut = |i: usize, j: usize| {
                 let (f, g) = (heights[i], heights[j]);
@@ -101,7 +96,7 @@ impl<'a> Horizon<'a> {
         numbers: (&mut Sequence, &Sequence),
         found: &mut Vec<Crossing<C::Number>>,
     ) {
-        let scene = self.sensor.paths.scene;
+        let scene = self.walk.sensor.paths.scene;
         let x = chain.vertices[0];
         let triangle = &scene.triangles[x.triangle as usize];
         if triangle.normals[0] == NONE || !self.moving.shapes[triangle.shape as usize] {
@@ -128,7 +123,7 @@ impl<'a> Horizon<'a> {
 
     /// The light below the horizon less that above it.
     fn difference(&self, chain: &Chain<'_>, normal: DVec3, drawn: &Drawn, numbers: &Sequence) -> DVec3 {
-        let paths = self.sensor.paths;
+        let paths = self.walk.sensor.paths;
         let (x, direction) = (chain.vertices[0], drawn.direction);
         let emits = |hit: Hit| match drawn.emitter {
             Some(emitter) => hit.triangle == emitter,
@@ -154,6 +149,10 @@ impl<'a> Horizon<'a> {
 }
 
 impl Boundary for Horizon<'_> {
+    fn is_empty(&self) -> bool {
+        self.empty
+    }
+
     fn sample<C: Calculus>(
         &self,
         calculus: &mut C,
@@ -163,7 +162,7 @@ impl Boundary for Horizon<'_> {
     ) {
         let mut numbers = address.numbers(HORIZON);
         let beyond = address.numbers(BEYOND_HORIZON);
-        walk(&self.sensor, self.longest, &mut numbers, |chain, shading, numbers| {
+        self.walk.each(&mut numbers, |chain, shading, numbers| {
             self.look(calculus, chain, shading, (numbers, &beyond), found);
         });
     }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use crate::scene::Scene;
+use crate::scene::{Reflectance, Scene};
 
 /// Two faces at a smaller angle are one plane, to rounding.
 const FLAT: f64 = 1e-12;
@@ -52,6 +52,7 @@ impl EdgeList {
         }
         sides.sort_unstable();
         let mut list = Self::default();
+        let place = Curve::new(scene);
         for there in sides.chunk_by(|a, b| a.0 == b.0) {
             let (first_there, count_there) = (list.faces.len() as u32, there.len() as u32);
             for group in there.chunk_by(|a, b| a.1 == b.1) {
@@ -71,6 +72,11 @@ impl EdgeList {
                 }));
             }
         }
+        // Samples are drawn systematically from the list: neighbours in it should be neighbours in space.
+        list.edges.sort_by_cached_key(|edge| {
+            let [a, b] = edge.span(scene);
+            place.at(a.midpoint(b))
+        });
         list
     }
 
@@ -84,7 +90,12 @@ impl EdgeList {
     /// At a fold with smooth shading it does as well: a light may be above the horizon of one face and below that of
     /// the other, while the shading normals reflect it on both.
     pub(super) fn may_jump(&self, scene: &Scene, edge: &Edge) -> bool {
-        edge.jump || self.limits(scene, edge).is_none_or(|[u, v]| u.distance(v) > FLAT)
+        edge.jump || !self.is_flat(scene, edge)
+    }
+
+    /// Whether an edge is that of two coplanar triangles that continue one another.
+    pub(super) fn is_flat(&self, scene: &Scene, edge: &Edge) -> bool {
+        self.limits(scene, edge).is_some_and(|[u, v]| u.distance(v) <= FLAT)
     }
 
     /// On which sides of the plane through an edge, with this normal, triangles lie: before it and behind it.
@@ -124,6 +135,29 @@ impl EdgeList {
     }
 }
 
+/// Places along a curve that fills the box around a scene (Morton 1966).
+struct Curve {
+    low: DVec3,
+    scale: DVec3,
+}
+
+/// Bits of each coordinate.
+const BITS: u32 = 20;
+
+impl Curve {
+    fn new(scene: &Scene) -> Self {
+        let (low, high) = scene.accelerator.bounds();
+        let cells = f64::from((1_u32 << BITS) - 1);
+        Self { low, scale: cells / (high - low).max(DVec3::splat(f64::MIN_POSITIVE)) }
+    }
+
+    fn at(&self, p: DVec3) -> u64 {
+        let cell = ((p - self.low) * self.scale).to_array().map(|x| x as u64);
+        let bit = |k: u32, axis: usize| (cell[axis] >> k & 1) << (3 * k + axis as u32);
+        (0..BITS).flat_map(|k| [bit(k, 0), bit(k, 1), bit(k, 2)]).sum()
+    }
+}
+
 /// A number for each position, the same for positions at the same place.
 fn places(scene: &Scene) -> Vec<u32> {
     let mut places = HashMap::with_capacity(scene.positions.len());
@@ -148,4 +182,11 @@ impl Edge {
 /// The corners of a triangle.
 pub(super) fn corners(scene: &Scene, triangle: u32) -> [DVec3; 3] {
     scene.triangles[triangle as usize].positions.map(|i| scene.positions[i as usize])
+}
+
+/// Whether a triangle reflects anything.
+pub(super) fn reflects(scene: &Scene, triangle: u32) -> bool {
+    let shape = &scene.description.shapes[scene.triangles[triangle as usize].shape as usize];
+    let reflectance = scene.description.materials[shape.material].bsdf.reflectance();
+    *reflectance != Reflectance::Constant(DVec3::ZERO)
 }

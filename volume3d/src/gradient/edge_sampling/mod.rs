@@ -5,6 +5,7 @@ mod driver;
 mod emitters;
 mod flips;
 mod horizon;
+mod inner_flips;
 mod list;
 mod primary;
 mod secondary;
@@ -14,19 +15,21 @@ mod table;
 #[cfg(test)]
 mod tests;
 mod walk;
+mod wedge;
 
 use glam::DVec3;
 
-use self::driver::{Driver, Estimate};
+use self::driver::{Boundary, Driver, Estimate};
 use self::emitters::Emitters;
 use self::flips::Flips;
 use self::horizon::Horizon;
+use self::inner_flips::InnerFlips;
 use self::list::EdgeList;
 use self::primary::Primary;
 use self::secondary::{Light, Secondary};
 use super::change::supported;
 use super::motion::Motion;
-use super::{Change, GradientError, GradientImage, Progress, Terms, Wanted, WarpedArea};
+use super::{Change, Gradient, GradientError, GradientImage, Progress, Stopped, Terms, Wanted, WarpedArea};
 use crate::path::{Kernels, Paths};
 use crate::scene::Scene;
 
@@ -39,13 +42,17 @@ const BACKWARDS: u64 = 20;
 const HORIZON: u64 = 21;
 const BEYOND_HORIZON: u64 = 22;
 const FLIP: u64 = 23;
+const INNER_FLIP: u64 = 24;
+const BEFORE_FLIP: u64 = 25;
+
+/// What stands still is at most this part of all samples of jumps seen from shading points, where other things move:
+/// it counts only where the shading point moves.
+const STILL: f64 = 0.2;
 
 /// Derivatives by sampling edges.
 ///
-/// Besides edges it samples two curves that smooth shading brings: where a surface turns its other side to the
-/// camera, and the horizon of a face that turns. Surfaces that turn their other side to an earlier point of a path
-/// instead of the camera are *not* sampled: with smooth normals and three segments or more a jump there is left
-/// out.
+/// Besides edges it samples the curves that smooth shading brings: where a surface turns its other side to the camera
+/// or to an earlier point of the path, and the horizon of a face that turns.
 #[derive(Clone, Debug)]
 pub struct EdgeSampling {
     /// Paths a pixel for the interior term.
@@ -60,7 +67,7 @@ pub struct EdgeSampling {
 
 impl Default for EdgeSampling {
     fn default() -> Self {
-        Self { samples: 16, primary: 4, secondary: 16, seed: 0 }
+        Self { samples: 16, primary: 16, secondary: 16, seed: 0 }
     }
 }
 
@@ -98,40 +105,14 @@ impl EdgeSampling {
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
         self.check(scene, change.is_geometric())?;
-        let mut image = self.interior().forward(scene, change, progress)?;
+        let image = self.interior().forward(scene, change, progress)?;
         let motion = Motion::new(scene, change);
-        let moving = Moving { shapes: motion.moves.clone(), camera: motion.camera_moves };
+        let moving = Moving::of(scene, &motion);
         let zero = vec![DVec3::ZERO; image.gradient.len()];
-        let mut terms = Terms { interior: image.gradient.clone(), primary: zero.clone(), secondary: zero };
-        if moving.anything() {
-            let paths = Paths::new(scene, Kernels::default());
-            let list = EdgeList::new(scene);
-            let primary = Primary::new(&paths, &list, &moving);
-            if !primary.is_empty() {
-                let estimate = self.driver(scene, self.primary).forward(&primary, &motion, progress)?;
-                add(&mut image, &mut terms.primary, estimate);
-            }
-            let flips = Flips::new(&paths, &moving);
-            if !flips.is_empty() {
-                let estimate = self.driver(scene, self.primary).forward(&flips, &motion, progress)?;
-                add(&mut image, &mut terms.primary, estimate);
-            }
-            let driver = self.driver(scene, self.secondary);
-            for light in [Light::Emitted, Light::Rest] {
-                let part = Secondary::new(&paths, &list, &moving, light);
-                if !part.is_empty() {
-                    add(&mut image, &mut terms.secondary, driver.forward(&part, &motion, progress)?);
-                }
-            }
-            let part = Emitters::new(&paths, &list, &moving);
-            if !part.is_empty() {
-                add(&mut image, &mut terms.secondary, driver.forward(&part, &motion, progress)?);
-            }
-            let part = Horizon::new(&paths, &moving);
-            if !part.is_empty() {
-                add(&mut image, &mut terms.secondary, driver.forward(&part, &motion, progress)?);
-            }
-        }
+        let terms = Terms { interior: image.gradient.clone(), primary: zero.clone(), secondary: zero };
+        let mut sums = Images { method: self, scene, motion: &motion, progress, image, terms };
+        each_boundary(scene, &moving, &mut sums)?;
+        let Images { mut image, terms, .. } = sums;
         image.terms = Some(terms);
         Ok(image)
     }
@@ -147,42 +128,17 @@ impl EdgeSampling {
         adjoint: &[DVec3],
         wanted: &Wanted,
         progress: &Progress,
-    ) -> Result<Change, GradientError> {
+    ) -> Result<Gradient, GradientError> {
         self.check(scene, wanted.is_geometric())?;
         let mut gradient = self.interior().reverse(scene, adjoint, wanted, progress)?;
         let moving = Moving { shapes: wanted.shapes.clone(), camera: wanted.camera };
-        if moving.anything() {
-            let mut boundary = Change::still(scene);
-            let paths = Paths::new(scene, Kernels::default());
-            let list = EdgeList::new(scene);
-            let primary = Primary::new(&paths, &list, &moving);
-            if !primary.is_empty() {
-                let driver = self.driver(scene, self.primary);
-                driver.reverse(&primary, adjoint, wanted, progress, &mut boundary)?;
-            }
-            let flips = Flips::new(&paths, &moving);
-            if !flips.is_empty() {
-                let driver = self.driver(scene, self.primary);
-                driver.reverse(&flips, adjoint, wanted, progress, &mut boundary)?;
-            }
-            let driver = self.driver(scene, self.secondary);
-            for light in [Light::Emitted, Light::Rest] {
-                let part = Secondary::new(&paths, &list, &moving, light);
-                if !part.is_empty() {
-                    driver.reverse(&part, adjoint, wanted, progress, &mut boundary)?;
-                }
-            }
-            let part = Emitters::new(&paths, &list, &moving);
-            if !part.is_empty() {
-                driver.reverse(&part, adjoint, wanted, progress, &mut boundary)?;
-            }
-            let part = Horizon::new(&paths, &moving);
-            if !part.is_empty() {
-                driver.reverse(&part, adjoint, wanted, progress, &mut boundary)?;
-            }
-            boundary.pull_normals(scene, wanted);
-            gradient.add(&boundary);
-        }
+        let boundary = Change::still(scene).into();
+        let mut sums = Sums { method: self, scene, adjoint, wanted, progress, gradient: boundary };
+        each_boundary(scene, &moving, &mut sums)?;
+        let mut boundary = sums.gradient;
+        boundary.change.pull_normals(scene, wanted);
+        gradient.change.add(&boundary.change);
+        gradient.non_finite.extend(boundary.non_finite);
         Ok(gradient)
     }
 
@@ -196,8 +152,9 @@ impl EdgeSampling {
         }
     }
 
-    fn driver<'s>(&self, scene: &'s Scene, samples: usize) -> Driver<'s> {
+    fn driver<'s>(&self, scene: &'s Scene, term: Term) -> Driver<'s> {
         let (width, height) = scene.size();
+        let samples = if term == Term::Primary { self.primary } else { self.secondary };
         Driver::new(scene, self.seed, samples * width * height)
     }
 
@@ -213,8 +170,99 @@ impl EdgeSampling {
 }
 
 impl Moving {
+    /// What moves or turns its normals.
+    fn of(scene: &Scene, motion: &Motion<'_>) -> Self {
+        let turns = |s: usize| motion.normals[scene.normal_range(s)].iter().any(|n| *n != DVec3::ZERO);
+        let shapes = motion.moves.iter().enumerate().map(|(s, moves)| *moves || turns(s)).collect();
+        Self { shapes, camera: motion.camera_moves }
+    }
+
     fn anything(&self) -> bool {
         self.camera || self.shapes.iter().any(|&s| s)
+    }
+
+    /// Scales the weights of shapes that stand still down to a part of those that move, if some do.
+    fn limit_still(&self, weights: &mut [f64], part: f64, shape: impl Fn(usize) -> usize) {
+        let moves = |i: usize| self.shapes[shape(i)];
+        let sum = |moving: bool| -> f64 {
+            weights.iter().enumerate().filter(|&(i, _)| moves(i) == moving).map(|(_, w)| w).sum()
+        };
+        let (moving, still) = (sum(true), sum(false));
+        if moving > 0.0 && still > part * moving && !self.camera {
+            let factor = part * moving / still;
+            weights.iter_mut().enumerate().filter(|&(i, _)| !moves(i)).for_each(|(_, w)| *w *= factor);
+        }
+    }
+}
+
+/// Which term a boundary belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Term {
+    Primary,
+    Secondary,
+}
+
+/// What is done with every boundary there is.
+trait Take {
+    fn take(&mut self, term: Term, boundary: &impl Boundary) -> Result<(), Stopped>;
+}
+
+/// Hands over all boundaries of a scene, one after the other.
+fn each_boundary(scene: &Scene, moving: &Moving, taker: &mut impl Take) -> Result<(), Stopped> {
+    if !moving.anything() {
+        return Ok(());
+    }
+    let paths = Paths::new(scene, Kernels::default());
+    let list = EdgeList::new(scene);
+    taker.take(Term::Primary, &Primary::new(&paths, &list, moving))?;
+    taker.take(Term::Primary, &Flips::new(&paths, moving))?;
+    for light in [Light::Emitted, Light::Rest] {
+        taker.take(Term::Secondary, &Secondary::new(&paths, &list, moving, light))?;
+    }
+    taker.take(Term::Secondary, &Emitters::new(&paths, &list, moving))?;
+    taker.take(Term::Secondary, &Horizon::new(&paths, moving))?;
+    taker.take(Term::Secondary, &InnerFlips::new(&paths, moving))
+}
+
+/// Forward mode: the image so far.
+struct Images<'a> {
+    method: &'a EdgeSampling,
+    scene: &'a Scene,
+    motion: &'a Motion<'a>,
+    progress: &'a Progress,
+    image: GradientImage,
+    terms: Terms,
+}
+
+impl Take for Images<'_> {
+    fn take(&mut self, term: Term, boundary: &impl Boundary) -> Result<(), Stopped> {
+        if !boundary.is_empty() {
+            let estimate =
+                self.method.driver(self.scene, term).forward(boundary, self.motion, self.progress)?;
+            let Terms { primary, secondary, .. } = &mut self.terms;
+            add(&mut self.image, if term == Term::Primary { primary } else { secondary }, estimate);
+        }
+        Ok(())
+    }
+}
+
+/// Reverse mode: the boundary terms so far.
+struct Sums<'a> {
+    method: &'a EdgeSampling,
+    scene: &'a Scene,
+    adjoint: &'a [DVec3],
+    wanted: &'a Wanted,
+    progress: &'a Progress,
+    gradient: Gradient,
+}
+
+impl Take for Sums<'_> {
+    fn take(&mut self, term: Term, boundary: &impl Boundary) -> Result<(), Stopped> {
+        if boundary.is_empty() {
+            return Ok(());
+        }
+        let driver = self.method.driver(self.scene, term);
+        driver.reverse(boundary, self.adjoint, self.wanted, self.progress, &mut self.gradient)
     }
 }
 

@@ -67,11 +67,6 @@ impl<'a> Primary<'a> {
         primary
     }
 
-    /// Whether no edge that moves is on the film.
-    pub(super) fn is_empty(&self) -> bool {
-        self.table.total() <= 0.0
-    }
-
     /// Roughly how much an edge counts: its length on the film, times the contrast there. Across a crease the
     /// radiance changes as much as the normal turns; across a silhouette by all of it.
     fn weight(&self, line: &Line) -> f64 {
@@ -141,6 +136,10 @@ impl Line {
 }
 
 impl Boundary for Primary<'_> {
+    fn is_empty(&self) -> bool {
+        self.table.total() <= 0.0
+    }
+
     fn sample<C: Calculus>(
         &self,
         calculus: &mut C,

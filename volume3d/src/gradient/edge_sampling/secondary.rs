@@ -23,7 +23,8 @@ use super::list::{Edge, EdgeList};
 use super::sensor::{Chain, Sensor, Vertex};
 use super::sides::{ASIDE, Sides, look_past};
 use super::table::Table;
-use super::{BACKWARDS, LIT_EDGE, Moving, REST_EDGE};
+use super::wedge::{Aimed, Targets, Wedge};
+use super::{BACKWARDS, LIT_EDGE, Moving, REST_EDGE, STILL};
 use crate::calculus::{Calculus, Frame, Number, Vec3};
 use crate::geometry::Hit;
 use crate::path::{LightId, Paths, Plain, Sequence};
@@ -45,14 +46,11 @@ pub(super) struct Secondary<'a> {
     list: &'a EdgeList,
     moving: &'a Moving,
     light: Light,
+    targets: Option<Targets>,
     table: Table,
     /// The longest part of a path before the jump.
     longest: usize,
 }
-
-/// Edges that stand still are at most this part of all samples, where others move: they count only where the
-/// shading point moves.
-const STILL: f64 = 0.2;
 
 /// Directions to lights that tell how often an edge is a silhouette before one.
 const PILOTS: usize = 16;
@@ -63,20 +61,21 @@ const SMOOTH: f64 = 0.05;
 /// An edge that was never one in so many trials may still be.
 const LEAST: f64 = 0.05;
 
-/// Directions with azimuths u cos α + up sin α about an edge, α from 0 to the angle, and their opposites.
-struct Wedge {
-    u: DVec3,
-    up: DVec3,
-    angle: f64,
-}
-
 /// A direction through a point of an edge.
 #[derive(Clone, Copy, Debug)]
 struct Drawn {
     direction: DVec3,
     /// Per solid angle.
     density: f64,
-    id: Option<LightId>,
+    aim: Option<Aim>,
+}
+
+/// The light that a direction was drawn for, and the only triangle of it that counts, if it is one of them.
+#[derive(Clone, Copy, Debug)]
+struct Aim {
+    id: LightId,
+    triangle: Option<u32>,
+    distance: f64,
 }
 
 /// A point of an edge with a direction to the light, and where light arrives.
@@ -98,6 +97,7 @@ impl<'a> Secondary<'a> {
             list,
             moving,
             light,
+            targets: Targets::new(paths),
             table: Table::default(),
             longest: limit.saturating_sub(1),
         };
@@ -112,11 +112,6 @@ impl<'a> Secondary<'a> {
         secondary
     }
 
-    /// Whether there is nothing to sample.
-    pub(super) fn is_empty(&self) -> bool {
-        self.table.total() <= 0.0
-    }
-
     fn weights(&self) -> Table {
         let scene = self.sensor.paths.scene;
         let weigh = |edge: &Edge| {
@@ -129,23 +124,12 @@ impl<'a> Secondary<'a> {
                 }
         };
         let mut weights: Vec<f64> = self.list.edges.par_iter().map(weigh).collect();
-        let moves = |edge: &Edge| self.moving.shapes[edge.shape as usize];
-        let sum = |weights: &[f64], moving: bool| -> f64 {
-            let pairs = self.list.edges.iter().zip(weights);
-            pairs.filter(|(e, _)| moves(e) == moving).map(|(_, w)| w).sum()
-        };
-        let (moving, still) = (sum(&weights, true), sum(&weights, false));
-        if moving > 0.0 && still > STILL * moving && !self.moving.camera {
-            for (edge, weight) in self.list.edges.iter().zip(&mut weights) {
-                if !moves(edge) {
-                    *weight *= STILL * moving / still;
-                }
-            }
-        }
+        self.moving.limit_still(&mut weights, STILL, |e| self.list.edges[e].shape as usize);
         Table::new(weights)
     }
 
-    /// Roughly how often the edge is a silhouette before a light; 0 only where it never is.
+    /// Roughly the solid angle of lights before which the edge is a silhouette, or how often it is one, if that cannot
+    /// be told; 0 only where it never is.
     fn silhouette_rate(&self, edge: &Edge) -> f64 {
         let paths = self.sensor.paths;
         let scene = paths.scene;
@@ -154,6 +138,13 @@ impl<'a> Secondary<'a> {
             return 0.0;
         }
         let [a, b] = edge.span(scene);
+        if let Some(targets) = &self.targets {
+            return match self.wedge(edge) {
+                Some(wedge) => targets.solid_angle(scene, &wedge, [a, b]),
+                None if self.list.is_flat(scene, edge) => 0.0,
+                None => targets.reach(scene, [a, b]),
+            };
+        }
         let middle = a.midpoint(b);
         let mut count = 0;
         for i in 0..PILOTS {
@@ -207,11 +198,7 @@ impl<'a> Secondary<'a> {
 
     /// The directions in which an edge of two triangles is a silhouette; `None` where every direction counts.
     fn wedge(&self, edge: &Edge) -> Option<Wedge> {
-        let scene = self.sensor.paths.scene;
-        let [u, v] = self.list.limits(scene, edge).filter(|_| self.list.may_jump(scene, edge))?;
-        let angle = u.cross(v).length().atan2(u.dot(v));
-        let up = (v - u.dot(v) * u).try_normalize()?;
-        Some(Wedge { u, up, angle })
+        Wedge::of(self.sensor.paths.scene, self.list, edge)
     }
 
     /// A direction from a point of an edge towards the light.
@@ -219,10 +206,19 @@ impl<'a> Secondary<'a> {
         let paths = self.sensor.paths;
         let (c, [a, b]) = (numbers.one(), numbers.pair());
         if self.light == Light::Emitted {
+            if let (Some(targets), Some(wedge)) = (&self.targets, self.wedge(edge)) {
+                let aimed = targets.draw(paths.scene, &wedge, edge.span(paths.scene), point, [c, a, b])?;
+                let Aimed { direction, distance, density, triangle, id } = aimed;
+                return Some(Drawn {
+                    direction,
+                    density,
+                    aim: Some(Aim { id, triangle: Some(triangle), distance }),
+                });
+            }
             let towards = paths.lights.sample(paths.scene, point, [c, a, b])?;
-            let free = !paths.blocked(point, towards.sampled.direction, self.near(), towards.distance);
             let (direction, density) = (towards.sampled.direction, towards.sampled.density);
-            return free.then_some(Drawn { direction, density, id: Some(towards.id) });
+            let aim = Aim { id: towards.id, triangle: None, distance: towards.distance };
+            return Some(Drawn { direction, density, aim: Some(aim) });
         }
         let [p, q] = edge.span(paths.scene);
         let e = (q - p).normalize_or_zero();
@@ -240,12 +236,9 @@ impl<'a> Secondary<'a> {
         };
         let (sin, cos) = turn.sin_cos();
         let direction = z * e + radius * (cos * u + sin * v);
-        let within = |w: &&Wedge| {
-            let azimuth = direction.dot(w.up).atan2(direction.dot(w.u)).rem_euclid(PI);
-            azimuth <= w.angle
-        };
-        let in_wedge = wedge.as_ref().filter(within).map_or(0.0, |w| (1.0 - anywhere) / (4.0 * w.angle));
-        Some(Drawn { direction, density: in_wedge + anywhere / (4.0 * PI), id: None })
+        let in_wedge =
+            wedge.as_ref().filter(|w| w.holds(direction)).map_or(0.0, |w| (1.0 - anywhere) / (4.0 * w.angle));
+        Some(Drawn { direction, density: in_wedge + anywhere / (4.0 * PI), aim: None })
             .filter(|drawn| drawn.density > 0.0)
     }
 
@@ -259,13 +252,16 @@ impl<'a> Secondary<'a> {
         &self,
         segment: &Segment<'_>,
         sides: &Sides,
-        id: Option<LightId>,
+        aim: Option<Aim>,
         depth: usize,
         numbers: &Sequence,
     ) -> DVec3 {
         let paths = self.sensor.paths;
-        let [before, behind] = sides.hits.map(|hit: Option<Hit>| match id {
-            Some(id) => paths.lit(id, hit, segment.direction),
+        let [before, behind] = sides.hits.map(|hit: Option<Hit>| match aim {
+            Some(Aim { id, triangle, .. }) => {
+                let hit = hit.filter(|h| triangle.is_none_or(|t| t == h.triangle));
+                paths.lit(id, hit, segment.direction)
+            }
             None => {
                 let mut plain = Plain { scene: paths.scene };
                 let (x, w) = (Vec3::constant(segment.start.position), Vec3::constant(segment.direction));
@@ -285,6 +281,10 @@ impl<'a> Secondary<'a> {
 }
 
 impl Boundary for Secondary<'_> {
+    fn is_empty(&self) -> bool {
+        self.table.total() <= 0.0
+    }
+
     fn sample<C: Calculus>(
         &self,
         calculus: &mut C,
@@ -307,6 +307,11 @@ impl Boundary for Secondary<'_> {
             if occupied[0] == occupied[1] {
                 return;
             }
+        }
+        if let Some(aim) = drawn.aim
+            && paths.blocked(point, drawn.direction, self.near(), aim.distance)
+        {
+            return;
         }
         let Some(hit) = paths.beyond(point, -drawn.direction, self.near()) else { return };
         let shape = scene.triangles[hit.triangle as usize].shape as usize;
@@ -331,7 +336,7 @@ impl Boundary for Secondary<'_> {
         self.sensor.each_chain(start, drawn.direction, self.longest, &mut backwards, |chain: Chain<'_>| {
             let Some(sides) = sides.get_or_insert_with(|| self.sides(&segment)) else { return };
             let depth = chain.vertices.len() + 1;
-            let difference = self.difference(&segment, sides, drawn.id, depth, &numbers);
+            let difference = self.difference(&segment, sides, drawn.aim, depth, &numbers);
             let light = difference * chain.weight * scale;
             if light == DVec3::ZERO {
                 return;

@@ -123,13 +123,21 @@ impl<'a> Sensor<'a> {
         }
         let at = DVec2::from(self.film.project(&self.frame, Vec3::constant(vertex.position)));
         self.film.cell(at)?;
-        let slope = self.normal(vertex.triangle).dot(direction).abs();
-        let pixels = self.frame.focal * self.frame.focal * slope / (cosine.powi(3) * distance * distance);
-        let weight = self.reflection(origin, vertex, towards) * pixels;
+        let weight = self.reflection(origin, vertex, towards) * self.film_area(vertex);
         if weight == DVec3::ZERO || self.paths.blocked(origin, direction, 0.0, distance) {
             return None;
         }
         Some((at, weight))
+    }
+
+    /// du/dA: the area on the film, in pixels, of a unit of a surface's, if it is seen.
+    pub(super) fn film_area(&self, vertex: &Vertex) -> f64 {
+        let way = vertex.position - self.frame.origin.value();
+        let distance = way.length();
+        let direction = way / distance;
+        let cosine = direction.dot(self.frame.forward.value());
+        let slope = self.normal(vertex.triangle).dot(direction).abs();
+        self.frame.focal * self.frame.focal * slope / (cosine.powi(3) * distance * distance)
     }
 
     /// One more vertex backwards, and f cos θ_s/cos θ_g · |n·ω′|/density.

@@ -29,6 +29,11 @@ impl Table {
         self.cumulative.last().copied().unwrap_or(0.0)
     }
 
+    /// The weight of one entry, to rounding.
+    pub(super) fn weight(&self, index: usize) -> f64 {
+        self.cumulative[index] - if index > 0 { self.cumulative[index - 1] } else { 0.0 }
+    }
+
     /// The entry at a fraction of the whole. The total must not be zero.
     pub(super) fn at(&self, fraction: f64) -> Chosen {
         let target = fraction * self.total();

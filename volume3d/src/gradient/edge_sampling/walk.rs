@@ -2,59 +2,133 @@
 
 use glam::{DVec2, DVec3};
 
+use super::Moving;
+use super::list::{corners, reflects};
 use super::sensor::{Chain, Sensor, Vertex};
+use super::table::Table;
 use crate::calculus::{Number, Rgb, Vec3};
+use crate::geometry::Hit;
 use crate::path::{Plain, Sequence, Shading, SurfacePoint};
 
 /// Paths are continued with no more than this probability where there is no limit to their length.
 const SURVIVAL: f64 = 0.95;
 
-/// Calls with every shading point of a path from a uniform point of the film, of at most `longest` segments. The
-/// weight of the chain is Π f cos θ over the density of all but the last point, which is yet to reflect.
-pub(super) fn walk(
-    sensor: &Sensor<'_>,
+/// The part of first shading points that are drawn from moving surfaces by area instead of from the film.
+const BY_AREA: f64 = 0.5;
+
+/// Where paths begin: at a uniform point of the film, or at one of the moving surfaces, by area.
+///
+/// At a fixed point of the film a surface that moves is seen to slide at a speed ~ 1/cos θ, θ being the angle
+/// between its normal and the ray. Near a silhouette the cosine falls as the root of the distance on the film, and the
+/// mean of 1/cos²θ diverges; but a unit of area is seen on the film as ~ cos θ.
+#[derive(Debug)]
+pub(super) struct Walk<'a> {
+    pub(super) sensor: Sensor<'a>,
     longest: usize,
-    numbers: &mut Sequence,
-    mut f: impl FnMut(&Chain<'_>, &Shading<'_, f64>, &mut Sequence),
-) {
-    let Sensor { paths, film, frame } = *sensor;
-    let scene = paths.scene;
-    let plain = Plain { scene };
-    let (low, high) = film.bounds();
-    let at = low + (high - low) * DVec2::from(numbers.pair());
-    if film.cell(at).is_none() {
-        return;
+    /// By area; nothing of what stands still.
+    moving: Table,
+}
+
+impl<'a> Walk<'a> {
+    /// Paths of at most `longest` segments.
+    pub(super) fn new(sensor: Sensor<'a>, moving: &Moving, longest: usize) -> Self {
+        let scene = sensor.paths.scene;
+        let area = |t: usize| {
+            let [a, b, c] = corners(scene, t as u32);
+            let moves = moving.camera || moving.shapes[scene.triangles[t].shape as usize];
+            if moves && reflects(scene, t as u32) { 0.5 * (b - a).cross(c - a).length() } else { 0.0 }
+        };
+        Self { sensor, longest, moving: Table::new((0..scene.triangles.len()).map(area)) }
     }
-    let area = (high - low).element_product();
-    let mut throughput = DVec3::ONE;
-    let mut origin = frame.origin.value();
-    let mut direction = film.direction(&frame, [at.x, at.y]).value();
-    let mut from = None;
-    let mut vertices: Vec<Vertex> = vec![];
-    while let Some(hit) = paths.closest(origin, direction, from) {
-        let (o, d) = (Vec3::constant(origin), Vec3::constant(direction));
-        let point = SurfacePoint::new(scene, &plain, o, d, hit.triangle);
-        let Some(shading) = point.shading(scene, &plain) else { return };
-        (origin, from) = (point.position.value(), Some(hit.triangle));
-        vertices.insert(0, Vertex { position: origin, triangle: hit.triangle });
-        f(&Chain { at, vertices: &vertices, weight: throughput * area }, &shading, numbers);
-        if vertices.len() >= longest {
-            return;
+
+    /// A point of the film, what is hit there, and 1/density.
+    fn begin(&self, numbers: &mut Sequence) -> Option<(DVec2, Hit, f64)> {
+        let Sensor { paths, film, frame } = self.sensor;
+        let scene = paths.scene;
+        let (choice, which, pair) = (numbers.one(), numbers.one(), numbers.pair());
+        let origin = frame.origin.value();
+        let by_area = if self.moving.total() > 0.0 { BY_AREA } else { 0.0 };
+        let (low, high) = film.bounds();
+        let drawn = (choice < by_area).then(|| self.moving.at(which).index as u32);
+        let at = match drawn {
+            Some(triangle) => {
+                let root = pair[0].sqrt();
+                let [a, b, c] = corners(scene, triangle);
+                let x = a * (1.0 - root) + b * (root * (1.0 - pair[1])) + c * (root * pair[1]);
+                if (x - origin).dot(frame.forward.value()) <= 0.0 {
+                    return None;
+                }
+                DVec2::from(film.project(&frame, Vec3::constant(x)))
+            }
+            None => low + (high - low) * DVec2::from(pair),
+        };
+        film.cell(at)?;
+        let direction = film.direction(&frame, [at.x, at.y]).value();
+        let hit = paths.closest(origin, direction, None)?;
+        if drawn.is_some_and(|triangle| triangle != hit.triangle) {
+            return None;
         }
-        if vertices.len() > 2 {
-            let survival = throughput.max_element().clamp(0.0, SURVIVAL);
-            if numbers.one() >= survival {
+        let mut density = (1.0 - by_area) / (high - low).element_product();
+        if by_area > 0.0 && self.moving.weight(hit.triangle as usize) > 0.0 {
+            let x = Vertex { position: origin + direction * hit.distance, triangle: hit.triangle };
+            density += by_area / (self.moving.total() * self.sensor.film_area(&x));
+        }
+        Some((at, hit, 1.0 / density))
+    }
+
+    /// Calls with every shading point of a path. The weight of the chain is Π f cos θ over the density of all but the
+    /// last point, which is yet to reflect.
+    pub(super) fn each(
+        &self,
+        numbers: &mut Sequence,
+        f: impl FnMut(&Chain<'_>, &Shading<'_, f64>, &mut Sequence),
+    ) {
+        if let Some((at, hit, area)) = self.begin(numbers) {
+            self.follow(at, hit, DVec3::splat(area), numbers, f);
+        }
+    }
+
+    fn follow(
+        &self,
+        at: DVec2,
+        hit: Hit,
+        mut throughput: DVec3,
+        numbers: &mut Sequence,
+        mut f: impl FnMut(&Chain<'_>, &Shading<'_, f64>, &mut Sequence),
+    ) {
+        let Sensor { paths, film, frame } = self.sensor;
+        let scene = paths.scene;
+        let plain = Plain { scene };
+        let mut origin = frame.origin.value();
+        let mut direction = film.direction(&frame, [at.x, at.y]).value();
+        let mut vertices: Vec<Vertex> = vec![];
+        let mut next = Some(hit);
+        while let Some(hit) = next {
+            let (o, d) = (Vec3::constant(origin), Vec3::constant(direction));
+            let point = SurfacePoint::new(scene, &plain, o, d, hit.triangle);
+            let Some(shading) = point.shading(scene, &plain) else { return };
+            origin = point.position.value();
+            vertices.insert(0, Vertex { position: origin, triangle: hit.triangle });
+            f(&Chain { at, vertices: &vertices, weight: throughput }, &shading, numbers);
+            if vertices.len() >= self.longest {
                 return;
             }
-            throughput /= survival;
+            if vertices.len() > 2 {
+                let survival = throughput.max_element().clamp(0.0, SURVIVAL);
+                if numbers.one() >= survival {
+                    return;
+                }
+                throughput /= survival;
+            }
+            let (c, [a, b]) = (numbers.one(), numbers.pair());
+            let Some(sampled) = shading.sample([a, b, c]) else { return };
+            let Rgb(reflected) = shading.evaluate(Vec3::constant(sampled.direction));
+            throughput *= DVec3::from_array(reflected.map(Number::value)) / sampled.density;
+            if throughput == DVec3::ZERO {
+                return;
+            }
+            direction = sampled.direction;
+            next = paths.closest(origin, direction, Some(hit.triangle));
         }
-        let (c, [a, b]) = (numbers.one(), numbers.pair());
-        let Some(sampled) = shading.sample([a, b, c]) else { return };
-        let Rgb(reflected) = shading.evaluate(Vec3::constant(sampled.direction));
-        throughput *= DVec3::from_array(reflected.map(Number::value)) / sampled.density;
-        if throughput == DVec3::ZERO {
-            return;
-        }
-        direction = sampled.direction;
     }
 }

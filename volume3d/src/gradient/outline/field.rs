@@ -115,6 +115,11 @@ impl Outline {
         Some(Self { point: u, ends })
     }
 
+    /// Whether all coefficients are. They are not exactly on an arc.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.ends.iter().all(|end| end.part.is_finite() && end.divergence.is_finite())
+    }
+
     /// V and ∇·V.
     pub(crate) fn field(&self, mut velocity: impl FnMut(&Seen) -> DVec3) -> Field<DVec3> {
         let (mut value, mut divergence) = (DVec3::ZERO, 0.0);

@@ -1,0 +1,177 @@
+//! Where a two-sided surface turns its other side to an earlier point of a path.
+//!
+//! As on the film (see [`flips`](super::flips)), the radiance that leaves a point x of a surface towards a point y
+//! jumps where G = n_s(x)·d = 0, with n_s the interpolated normal and d the direction from x to y. At y the
+//! boundary term is an integral over the curve G = 0 on the sphere of directions ω = −d, whose normal velocity is
+//! −Ġ/|∇_ω G|, Ġ at fixed ω. With Dirac's δ and over all points y it is
+//!
+//!   ∫∫ f ΔL (−Ġ) δ(G) |n_y·ω| dω dA_y = ∫∫ f ΔL (−Ġ) δ(G) |n_x·d| dd dA_x,
+//!
+//! as a beam's étendue is the same at both its ends. At fixed x the curve is the great circle of the directions
+//! orthogonal to n_s, on which |∇_d G| = 1. With φ the angle along it what remains is
+//!
+//!   ∫∫ f ΔL (−Ġ) |n_x·d| dφ dA_x:
+//!
+//! one draws a point of a surface with a direction in the plane that its shading normal is orthogonal to, and finds
+//! y. |n_x·d| is no larger than the sine of the angle between the two normals.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use super::driver::{Address, Boundary, Crossing};
+use super::list::{corners, reflects};
+use super::sensor::{Chain, Sensor, Vertex};
+use super::table::Table;
+use super::{BEFORE_FLIP, INNER_FLIP, Moving, STILL};
+use crate::calculus::{Calculus, Frame, Vec3};
+use crate::geometry::Hit;
+use crate::path::{Paths, Plain, Sequence, SurfacePoint};
+use crate::scene::{NONE, Scene};
+
+/// The radiance on either side is that for viewers at this angle to the plane where the side turns, in radians: far
+/// above rounding, and what it leaves out is as small.
+const ASIDE: f64 = 1e-6;
+
+/// Triangles whose side may turn in view of others.
+#[derive(Debug)]
+pub(super) struct InnerFlips<'a> {
+    sensor: Sensor<'a>,
+    moving: &'a Moving,
+    table: Table,
+    /// The longest part of a path before the one that turns: two segments at least are left.
+    longest: usize,
+}
+
+impl<'a> InnerFlips<'a> {
+    pub(super) fn new(paths: &'a Paths<'a>, moving: &'a Moving) -> Self {
+        let scene = paths.scene;
+        let limit = scene.description.integrator.max_depth.unwrap_or(usize::MAX);
+        let longest = limit.saturating_sub(2);
+        let mut table = Table::default();
+        if longest > 0 && moving.anything() {
+            let mut weights: Vec<f64> =
+                (0..scene.triangles.len() as u32).map(|t| deviation(scene, t)).collect();
+            let shape = |t: usize| scene.triangles[t].shape as usize;
+            moving.limit_still(&mut weights, STILL, shape);
+            table = Table::new(weights);
+        }
+        Self { sensor: Sensor::new(paths), moving, table, longest }
+    }
+
+    fn moves(&self, triangle: u32) -> bool {
+        self.moving.camera
+            || self.moving.shapes[self.sensor.paths.scene.triangles[triangle as usize].shape as usize]
+    }
+
+    /// The radiance that leaves x, less that from its other side, for a viewer on the plane between.
+    fn difference(&self, turn: &Turn, depth: usize, numbers: &Sequence) -> DVec3 {
+        let paths = self.sensor.paths;
+        let [before, behind] = [-1.0, 1.0].map(|side| {
+            let towards = (turn.towards + side * ASIDE * turn.normal).normalize();
+            // As far away as the triangle is large: any place on the line will do, and this one does not round.
+            let viewer = turn.point + turn.size * towards;
+            let hit = Hit { triangle: turn.triangle, distance: turn.size, barycentric: turn.weights };
+            let (o, w) = (Vec3::constant(viewer), Vec3::constant(-towards));
+            let mut plain = Plain { scene: paths.scene };
+            paths.radiance_of(&mut plain, o, w, Some(hit), depth, &mut numbers.clone()).value()
+        });
+        before - behind
+    }
+
+    /// G at a fixed direction from the last point of a path, in numbers.
+    fn cosine<C: Calculus>(
+        &self,
+        calculus: &C,
+        frame: &Frame<C::Number>,
+        chain: &Chain<'_>,
+        turn: &Turn,
+    ) -> C::Number {
+        let scene = self.sensor.paths.scene;
+        let origin = self.sensor.position(calculus, frame, chain);
+        let direction = Vec3::constant(-turn.towards);
+        let point = SurfacePoint::new(scene, calculus, origin, direction, turn.triangle);
+        point.interpolated_normal(scene, calculus).dot(point.viewer)
+    }
+}
+
+/// A point of a surface whose side turns in a direction.
+struct Turn {
+    triangle: u32,
+    weights: [f64; 3],
+    point: DVec3,
+    /// The shading normal.
+    normal: DVec3,
+    towards: DVec3,
+    /// A length of the triangle.
+    size: f64,
+}
+
+impl Turn {
+    fn draw(scene: &Scene, triangle: u32, numbers: &mut Sequence) -> Option<Self> {
+        let ([a, b], turn) = (numbers.pair(), numbers.one());
+        let root = a.sqrt();
+        let weights = [1.0 - root, root * (1.0 - b), root * b];
+        let mix = |v: [DVec3; 3]| v[0] * weights[0] + v[1] * weights[1] + v[2] * weights[2];
+        let p = corners(scene, triangle);
+        let normal = mix(normals(scene, triangle)).try_normalize()?;
+        let (s, t) = normal.any_orthonormal_pair();
+        let (sin, cos) = (TAU * turn).sin_cos();
+        let size = p[0].distance(p[1]).max(p[0].distance(p[2]));
+        Some(Self { triangle, weights, point: mix(p), normal, towards: cos * s + sin * t, size })
+    }
+}
+
+fn normals(scene: &Scene, triangle: u32) -> [DVec3; 3] {
+    scene.triangles[triangle as usize].normals.map(|i| scene.normals[i as usize])
+}
+
+/// A triangle's area times the largest sine of the angle between its own normal and that of a corner; 0 where it
+/// reflects nothing.
+fn deviation(scene: &Scene, triangle: u32) -> f64 {
+    let t = &scene.triangles[triangle as usize];
+    if t.normals[0] == NONE || !reflects(scene, triangle) {
+        return 0.0;
+    }
+    let [a, b, c] = corners(scene, triangle);
+    let face = (b - a).cross(c - a);
+    normals(scene, triangle).map(|n| 0.5 * n.cross(face).length()).into_iter().fold(0.0, f64::max)
+}
+
+impl Boundary for InnerFlips<'_> {
+    fn is_empty(&self) -> bool {
+        self.table.total() <= 0.0
+    }
+
+    fn sample<C: Calculus>(
+        &self,
+        calculus: &mut C,
+        frame: &Frame<C::Number>,
+        address: Address,
+        found: &mut Vec<Crossing<C::Number>>,
+    ) {
+        let paths = self.sensor.paths;
+        let scene = paths.scene;
+        let mut numbers = address.numbers(INNER_FLIP);
+        let chosen = self.table.at(address.fraction(&mut numbers));
+        let triangle = chosen.index as u32;
+        let Some(turn) = Turn::draw(scene, triangle, &mut numbers) else { return };
+        let Some(hit) = paths.closest(turn.point, turn.towards, Some(triangle)) else { return };
+        if self.longest == 1 && !self.moves(triangle) && !self.moves(hit.triangle) {
+            return;
+        }
+        let start = Vertex { position: turn.point + turn.towards * hit.distance, triangle: hit.triangle };
+        let [a, b, c] = corners(scene, triangle);
+        // |n_x·d| dA, over the density of points and angles.
+        let scale = 0.5 * (b - a).cross(c - a).dot(turn.towards).abs() * TAU / chosen.probability;
+        let mut backwards = address.numbers(BEFORE_FLIP);
+        self.sensor.each_chain(start, -turn.towards, self.longest, &mut backwards, |chain: Chain<'_>| {
+            let difference = self.difference(&turn, chain.vertices.len() + 1, &numbers);
+            let light = difference * chain.weight * scale;
+            if light != DVec3::ZERO {
+                let speed = -self.cosine(calculus, frame, &chain, &turn);
+                found.push(Crossing { at: chain.at, light, speed });
+            }
+        });
+    }
+}

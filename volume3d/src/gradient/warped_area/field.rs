@@ -1,0 +1,36 @@
+//! The kinds of warp field.
+
+use crate::gradient::GradientError;
+
+/// What the warp field is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Field {
+    /// The velocities of the edges near a direction, by their exact mean over those edges: no auxiliary ray, no bias.
+    /// It needs a mesh, whose edges can be listed; but none is sampled, and none is tested for visibility.
+    Outlines {
+        /// How far away edges count on the film, in pixels.
+        film: f64,
+        /// How far away they count on directions, in widths 1/√κ of the kernel.
+        lobe: f64,
+    },
+    /// The velocities of what auxiliary rays hit (Bangaru, Li and Durand 2020).
+    AuxiliaryRays,
+}
+
+impl Default for Field {
+    fn default() -> Self {
+        Self::Outlines { film: 1.5, lobe: 0.5 }
+    }
+}
+
+impl Field {
+    pub(super) fn check(&self) -> Result<(), GradientError> {
+        let Self::Outlines { film, lobe } = *self else { return Ok(()) };
+        for (name, reach) in [("film", film), ("lobe", lobe)] {
+            if !(reach > 0.0 && reach.is_finite()) {
+                return Err(GradientError::Reach { name, reach });
+            }
+        }
+        Ok(())
+    }
+}

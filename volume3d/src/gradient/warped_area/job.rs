@@ -1,0 +1,211 @@
+//! The samples of one gradient, forward.
+
+use flatland::random::stream;
+use glam::{DVec2, DVec3};
+
+use super::WarpedArea;
+use crate::calculus::{Dual, Frame, Number, Rgb};
+use crate::geometry::Hit;
+use crate::gradient::auxiliary::{Auxiliary, Construction, MovingBounds};
+use crate::gradient::driver::CellSink;
+use crate::gradient::film::FilmPlane;
+use crate::gradient::forward::Forward;
+use crate::gradient::groups::{numbers, split_numbers};
+use crate::gradient::outline::Tree;
+use crate::gradient::result::{Image, quantities};
+use crate::gradient::{AUXILIARY, EDGE, EDGE_AUXILIARY, PATH, SPLIT};
+use crate::path::{Paths, Plain, Sequence};
+
+/// What every sample of one gradient shares.
+pub(super) struct Job<'s> {
+    pub(super) method: &'s WarpedArea,
+    pub(super) paths: Paths<'s>,
+    pub(super) film: FilmPlane,
+    pub(super) baseline: Image,
+    pub(super) construction: Construction,
+    pub(super) edges: Option<Tree>,
+}
+
+impl Job<'_> {
+    pub(super) fn rows(&self) -> usize {
+        self.film.rows + 2 * self.film.reach
+    }
+
+    pub(super) fn columns(&self) -> usize {
+        self.film.columns + 2 * self.film.reach
+    }
+
+    pub(super) fn baseline(&self, x: usize, y: usize) -> DVec3 {
+        if self.method.baseline == 0 { DVec3::ZERO } else { self.baseline.pixels[y * self.film.columns + x] }
+    }
+
+    pub(super) fn auxiliary<'a>(&'a self, bounds: &'a MovingBounds) -> Option<Auxiliary<'a>> {
+        let method = self.method;
+        method.warps.then(|| {
+            let rng = stream(method.seed, &[AUXILIARY]);
+            Auxiliary::new(&self.paths, &method.warp, bounds, self.construction, self.edges.as_ref(), rng)
+        })
+    }
+
+    pub(super) fn forward_cell<const N: usize, const K: usize>(
+        &self,
+        forward: &mut Forward<'_, N>,
+        (i, j): (usize, usize),
+        mut sink: CellSink<'_, K>,
+    ) {
+        let frame = forward.frame(&self.film);
+        for sample in 0..self.method.samples {
+            if sink.stopped() {
+                return;
+            }
+            if let Some(auxiliary) = &mut forward.auxiliary {
+                auxiliary.rng = self.stream(i, j, sample, AUXILIARY);
+            }
+            self.forward_sample::<N, K>(forward, &frame, (i, j, sample), &mut sink);
+            if self.film.is_box() && self.method.warps {
+                self.forward_edge::<N, K>(forward, (i, j, sample), &mut sink);
+            }
+        }
+    }
+
+    pub(super) fn numbers(&self, cell: (usize, usize), sample: usize, purpose: u64) -> Sequence {
+        numbers(self.method.seed, cell, sample, self.method.samples, purpose)
+    }
+
+    pub(super) fn stream(&self, i: usize, j: usize, sample: usize, purpose: u64) -> flatland::random::Stream {
+        stream(self.method.seed, &[i as u64, j as u64, sample as u64, purpose])
+    }
+
+    /// h(u) J (L − L₀) of one sample for every pixel it reaches.
+    pub(super) fn forward_sample<const N: usize, const K: usize>(
+        &self,
+        forward: &mut Forward<'_, N>,
+        frame: &Frame<Dual<N>>,
+        (i, j, sample): (usize, usize, usize),
+        sink: &mut CellSink<'_, K>,
+    ) {
+        let film = &self.film;
+        if !film.cell_counts(i, j) {
+            return;
+        }
+        let mut numbers = self.numbers((i, j), sample, PATH);
+        let u = film.point(i, j, numbers.pair());
+        let hit = self.camera_hit(u);
+        let triangle = hit.map(|h| h.triangle);
+        let (point, jacobian) = forward.film_warp(film, u, self.method.kernels.film, triangle);
+        let direction = film.direction(frame, point);
+        let Rgb(radiance) = self.paths.radiance(forward, frame.origin, direction, hit, &mut numbers);
+        let value = DVec3::from_array(radiance.map(|l| l.value));
+        let warped = [point[0], point[1], jacobian].iter().any(|x| !x.is_still());
+        let carried = if warped { self.carried(value, u, hit, (i, j, sample)) } else { value };
+        let mut finite = true;
+        film.for_each_pixel(i, j, |_, _, x, y| {
+            let weight = film.weight(point, x, y) * jacobian;
+            let sum: f64 = radiance.iter().map(|l| (*l * weight).tangent.iter().sum::<f64>() + l.value).sum();
+            finite &= sum.is_finite() && carried.is_finite();
+        });
+        if !finite {
+            sink.non_finite.push(film.located(i, j, sample));
+            return;
+        }
+        film.for_each_pixel(i, j, |_, b, x, y| {
+            let weight = film.weight(point, x, y);
+            let level = self.baseline(x, y);
+            let weighted = weight * jacobian;
+            let channels: [[f64; N]; 3] = std::array::from_fn(|c| {
+                (Dual::new(carried[c] - level[c], radiance[c].tangent) * weighted).tangent
+            });
+            sink.strip.add(sample, b, x, &quantities::<N, K>(value * weight.value, channels));
+        });
+    }
+
+    /// −∮ (L − L₀) V·ν over the edges of box pixels: the filter's own jump does not move (Bangaru et al. 2022).
+    pub(super) fn forward_edge<const N: usize, const K: usize>(
+        &self,
+        forward: &mut Forward<'_, N>,
+        (i, j, sample): (usize, usize, usize),
+        sink: &mut CellSink<'_, K>,
+    ) {
+        let film = &self.film;
+        if let Some(auxiliary) = &mut forward.auxiliary {
+            auxiliary.rng = self.stream(i, j, sample, EDGE_AUXILIARY);
+        }
+        let mut numbers = self.numbers((i, j), sample, EDGE);
+        let (u, vertical) = self.edge_point(i, j, numbers.pair());
+        let hit = self.camera_hit(u);
+        let (point, _) = forward.film_warp(film, u, self.method.kernels.film, hit.map(|h| h.triangle));
+        let across = if vertical { point[0] } else { point[1] };
+        if across.tangent == [0.0; N] {
+            return;
+        }
+        let radiance = self.still_radiance(u, hit, &mut numbers);
+        if !(radiance * across.tangent.iter().sum::<f64>()).is_finite() {
+            sink.non_finite.push(film.located(i, j, sample));
+            return;
+        }
+        self.for_each_side(i, j, vertical, |_, b, x, y, sign| {
+            let light = (radiance - self.baseline(x, y)) * sign;
+            let channels: [[f64; N]; 3] = std::array::from_fn(|c| across.tangent.map(|v| light[c] * v));
+            sink.strip.add(sample, b, x, &quantities::<N, K>(DVec3::ZERO, channels));
+        });
+    }
+
+    /// A point on the left or the upper edge of a cell, one or the other.
+    pub(super) fn edge_point(&self, i: usize, j: usize, [choice, along]: [f64; 2]) -> (DVec2, bool) {
+        let vertical = choice < 0.5;
+        let within = if vertical { [0.0, along] } else { [along, 0.0] };
+        (self.film.point(i, j, within), vertical)
+    }
+
+    /// The mean of all paths of a sample, of which one has found `first`.
+    ///
+    /// The noise of the light in a point is a large part of that of (h ∇·V + V·∇h) L, and costs little to lower.
+    pub(super) fn carried(
+        &self,
+        first: DVec3,
+        u: DVec2,
+        hit: Option<Hit>,
+        (i, j, sample): (usize, usize, usize),
+    ) -> DVec3 {
+        let (seed, samples, many) = (self.method.seed, self.method.samples, self.method.splitting);
+        let others = 1..many;
+        let light = others.map(|other| {
+            let mut numbers = split_numbers(seed, (i, j), sample, samples, SPLIT, (other - 1, many - 1));
+            self.still_radiance(u, hit, &mut numbers)
+        });
+        (first + light.sum::<DVec3>()) / many as f64
+    }
+
+    /// What is hit along the ray through a film point.
+    pub(super) fn camera_hit(&self, u: DVec2) -> Option<Hit> {
+        let camera = &self.paths.scene.description.camera;
+        let direction = self.film.direction(&self.film.frame(camera), [u.x, u.y]);
+        self.paths.closest(camera.origin, direction.value(), None)
+    }
+
+    /// The radiance seen through a film point.
+    pub(super) fn still_radiance(&self, u: DVec2, hit: Option<Hit>, numbers: &mut Sequence) -> DVec3 {
+        let frame = self.film.frame(&self.paths.scene.description.camera);
+        let direction = self.film.direction(&frame, [u.x, u.y]);
+        let mut plain = Plain { scene: self.paths.scene };
+        self.paths.radiance(&mut plain, frame.origin, direction, hit, numbers).value()
+    }
+
+    /// The pixels on both sides of a cell's left or upper edge, each with the weight of the sample: twice, as
+    /// only one of two edges is chosen, and −ν out of the pixel.
+    pub(super) fn for_each_side(
+        &self,
+        i: usize,
+        j: usize,
+        vertical: bool,
+        mut f: impl FnMut(usize, usize, usize, usize, f64),
+    ) {
+        let film = &self.film;
+        let before = if vertical { (0, 1) } else { (1, 0) };
+        for ((a, b), sign) in [((1, 1), 2.0), (before, -2.0)] {
+            if let (Some(x), Some(y)) = (film.pixel_column(i, a), film.pixel_row(j, b)) {
+                f(a, b, x, y, sign);
+            }
+        }
+    }
+}

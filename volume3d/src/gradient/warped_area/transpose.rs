@@ -1,0 +1,132 @@
+//! The same samples in reverse.
+
+use glam::DVec3;
+
+use super::job::Job;
+use crate::calculus::{Frame, Number, Rgb, Tape};
+use crate::gradient::auxiliary::MovingBounds;
+use crate::gradient::result::Gradient;
+use crate::gradient::reverse::{Inputs, Recorded, Reverse, Sink};
+use crate::gradient::{AUXILIARY, Change, EDGE, EDGE_AUXILIARY, PATH, Progress};
+
+impl Job<'_> {
+    pub(super) fn reverse_row(
+        &self,
+        j: usize,
+        adjoint: &[DVec3],
+        inputs: &Inputs,
+        bounds: &MovingBounds,
+        progress: &Progress,
+    ) -> Gradient {
+        let scene = self.paths.scene;
+        let mut part = Gradient::from(Change::still(scene));
+        let mut tape = Tape::new();
+        let mut adjoints = vec![];
+        for i in 0..self.columns() {
+            if progress.stopped() {
+                break;
+            }
+            for sample in 0..self.method.samples {
+                if progress.stopped() {
+                    break;
+                }
+                let mut auxiliary = self.auxiliary(bounds);
+                if let Some(auxiliary) = &mut auxiliary {
+                    auxiliary.rng = self.stream(i, j, sample, AUXILIARY);
+                }
+                tape.clear();
+                let mut reverse = Reverse::new(scene, inputs, &tape, auxiliary, self.film);
+                let frame = reverse.frame();
+                let (place, change) = ((i, j, sample), &mut part.change);
+                let mut finite =
+                    self.reverse_sample(&mut reverse, &frame, place, adjoint, &mut adjoints, change);
+                if self.film.is_box() && self.method.warps {
+                    finite &= self.reverse_edge(&mut reverse, place, adjoint, &mut adjoints, change);
+                }
+                if !finite {
+                    part.non_finite.push(self.film.located(i, j, sample));
+                }
+            }
+        }
+        part
+    }
+
+    /// Whether the sample was finite; if not, it is left out.
+    fn reverse_sample<'t>(
+        &self,
+        reverse: &mut Reverse<'_, 't>,
+        frame: &Frame<Recorded<'t>>,
+        (i, j, sample): (usize, usize, usize),
+        adjoint: &[DVec3],
+        adjoints: &mut Vec<f64>,
+        sink: &mut impl Sink,
+    ) -> bool {
+        let film = &self.film;
+        if !film.cell_counts(i, j) {
+            return true;
+        }
+        let mut numbers = self.numbers((i, j), sample, PATH);
+        let u = film.point(i, j, numbers.pair());
+        let hit = self.camera_hit(u);
+        let (point, jacobian) = reverse.film_warp(u, self.method.kernels.film, hit.map(|h| h.triangle));
+        let direction = film.direction(frame, point);
+        let Rgb(radiance) = self.paths.radiance(reverse, frame.origin, direction, hit, &mut numbers);
+        let value = DVec3::from_array(radiance.map(Number::value));
+        let warped = [point[0], point[1], jacobian].iter().any(|x| !x.is_still());
+        let carried = if warped { self.carried(value, u, hit, (i, j, sample)) } else { value };
+        let mut sum = Recorded::constant(0.0);
+        film.for_each_pixel(i, j, |_, _, x, y| {
+            let weight = film.weight(point, x, y);
+            let (delta, level) = (adjoint[y * film.columns + x], self.baseline(x, y));
+            for c in 0..3 {
+                let more = Recorded::constant(carried[c] - value[c] - level[c]);
+                sum = sum + weight * (radiance[c] + more) * delta[c];
+            }
+        });
+        let outputs = [(sum * jacobian, 1.0 / self.method.samples as f64)];
+        reverse.sweep_if_finite(&outputs, adjoints, sink)
+    }
+
+    /// The same on the edges of box pixels.
+    fn reverse_edge(
+        &self,
+        reverse: &mut Reverse<'_, '_>,
+        (i, j, sample): (usize, usize, usize),
+        adjoint: &[DVec3],
+        adjoints: &mut Vec<f64>,
+        sink: &mut impl Sink,
+    ) -> bool {
+        if let Some(auxiliary) = &mut reverse.auxiliary {
+            auxiliary.rng = self.stream(i, j, sample, EDGE_AUXILIARY);
+        }
+        let mut numbers = self.numbers((i, j), sample, EDGE);
+        let (u, vertical) = self.edge_point(i, j, numbers.pair());
+        let hit = self.camera_hit(u);
+        let (point, _) = reverse.film_warp(u, self.method.kernels.film, hit.map(|h| h.triangle));
+        let across = if vertical { point[0] } else { point[1] };
+        if !across.is_recorded() {
+            return true;
+        }
+        let radiance = self.still_radiance(u, hit, &mut numbers);
+        let mut sum = 0.0;
+        self.for_each_side(i, j, vertical, |_, _, x, y, sign| {
+            let light = (radiance - self.baseline(x, y)) * sign;
+            sum += adjoint[y * self.film.columns + x].dot(light);
+        });
+        reverse.sweep_if_finite(&[(across, sum / self.method.samples as f64)], adjoints, sink)
+    }
+}
+
+impl Sink for Change {
+    fn position(&mut self, index: u32, covector: DVec3) {
+        self.positions[index as usize] += covector;
+    }
+
+    fn normal(&mut self, index: u32, covector: DVec3) {
+        self.normals[index as usize] += covector;
+    }
+
+    fn rest(&mut self) -> &mut Change {
+        self
+    }
+}
