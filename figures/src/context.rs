@@ -1,10 +1,13 @@
 //! What every figure is told: how much to spend, where to write, and how to show progress.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
+use volume3d::gradient::Progress;
 
 /// How many samples to spend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -56,6 +59,11 @@ impl Context {
         self.figures.set_message(what.to_owned());
     }
 
+    /// Says what the figure is doing now, and how far it is.
+    pub(crate) fn progress(&self, what: &str) -> Progress {
+        told(&self.figures, what)
+    }
+
     /// Draws one figure, and reports the time it took.
     pub(crate) fn figure<T>(
         &self,
@@ -78,6 +86,25 @@ impl Context {
     }
 }
 
-fn style(template: &str) -> ProgressStyle {
+/// Progress that the bar's message tells, stage by stage.
+pub(crate) fn told(bar: &ProgressBar, what: &str) -> Progress {
+    bar.set_message(what.to_owned());
+    let (bar, what) = (bar.clone(), what.to_owned());
+    let done = Arc::new([AtomicUsize::new(0), AtomicUsize::new(1)]);
+    let start = {
+        let done = Arc::clone(&done);
+        move |steps: usize| {
+            done[0].store(0, Ordering::Relaxed);
+            done[1].store(steps.max(1), Ordering::Relaxed);
+        }
+    };
+    let step = move || {
+        let percent = 100 * (1 + done[0].fetch_add(1, Ordering::Relaxed)) / done[1].load(Ordering::Relaxed);
+        bar.set_message(format!("{what}: {percent} %"));
+    };
+    Progress::new(start, step)
+}
+
+pub(crate) fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).expect("the template is well formed")
 }

@@ -4,13 +4,16 @@ mod context;
 mod figures;
 mod gallery;
 mod output;
+mod peers;
 mod plot;
+mod space;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Context as _;
-use clap::{Parser, ValueEnum};
+use clap::{Parser, Subcommand, ValueEnum};
+use volume3d::gradient::Stopped;
 
 use context::{Context, Quality};
 use figures::Name;
@@ -22,8 +25,10 @@ use gallery::Gallery;
 /// Every number shown is computed by the run. The same seed gives the same pictures on any number of
 /// threads.
 #[derive(Debug, Parser)]
-#[command(version)]
+#[command(version, args_conflicts_with_subcommands = true)]
 struct Options {
+    #[command(subcommand)]
+    command: Option<Command>,
     /// Which figure to draw.
     #[arg(value_enum, default_value = "all")]
     figure: Choice,
@@ -36,6 +41,11 @@ struct Options {
     /// The seed of every random number.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Peers(peers::Options),
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -62,11 +72,24 @@ enum Choice {
     Implicit,
     /// Figure 10: bias and variance along paths, for shadows and two bounces.
     PathBias,
+    /// Figure 11: a mesh in a room, and the gradient image of its motion, term by term.
+    Mesh,
+    /// Figure 12: variance and bias of every method on cylinders and foliage that rotate.
+    Motions,
 }
 
 fn main() -> ExitCode {
-    match run(&Options::parse()) {
+    let options = Options::parse();
+    let done = match &options.command {
+        Some(Command::Peers(peers)) => peers::run(peers),
+        None => run(&options),
+    };
+    match done {
         Ok(()) => ExitCode::SUCCESS,
+        Err(error) if error.is::<Stopped>() => {
+            eprintln!("{error:#}");
+            ExitCode::from(peers::INTERRUPTED)
+        }
         Err(error) => {
             eprintln!("error: {error:#}");
             ExitCode::FAILURE
@@ -87,11 +110,13 @@ fn run(options: &Options) -> anyhow::Result<()> {
         Choice::Specular => vec![Name::Specular],
         Choice::Implicit => vec![Name::Implicit],
         Choice::PathBias => vec![Name::PathBias],
+        Choice::Mesh => vec![Name::Mesh],
+        Choice::Motions => vec![Name::Motions],
     };
     std::fs::create_dir_all(&options.out)
         .with_context(|| format!("cannot make the folder {}", options.out.display()))?;
     let context = Context::new(options.quality, options.out.clone(), options.seed, chosen.len());
-    let mut gallery = Gallery::new("Warped-area sampling in the plane", figures::INTRODUCTION);
+    let mut gallery = Gallery::new("Warped-area sampling", figures::INTRODUCTION);
     for name in chosen {
         let section = context.figure(name.title(), || name.draw(&context))?;
         gallery = gallery.section(name.number(), section);

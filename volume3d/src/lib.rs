@@ -55,18 +55,18 @@
 //!
 //! | method | bias |
 //! |---|---|
-//! | [`gradient::WarpedArea`] with a multilevel or roulette [`Debias`](flatland::warp::Debias) | none with flat shading; with interpolated normals it misses the jumps *within* faces, see below |
+//! | [`gradient::WarpedArea`] with [`Outlines`](gradient::Field::Outlines) | none with flat shading; with interpolated normals it misses jumps *within* faces, see below |
+//! | with auxiliary rays and a multilevel or roulette [`Debias`](flatland::warp::Debias) | the same |
 //! | with a fixed number of auxiliary rays | falls with that number; gradients come out too small |
 //! | with `warps: false` | the interior term alone: no silhouette, no shadow moves |
-//! | [`gradient::EdgeSampling`] | none, but for surfaces that flip as seen from another surface, see below |
+//! | [`gradient::EdgeSampling`] | none |
 //! | [`gradient::Rotation`] | wherever edges in one kernel move differently |
 //! | [`gradient::FiniteDifference`] | ~ step² |
 //!
 //! Interpolated normals bring jumps of their own. Where a two-sided surface's shading normal turns away from the viewer
 //! while its face does not, the surface is lit from its other side, as in Mitsuba 3: a curve that moves over the face,
 //! and that the boundary function of no triangle edge knows. And at a fold a light may be above one face's horizon and
-//! below the other's. Edge sampling has both where the camera sees them; warped area has neither yet, and neither has
-//! the first as seen along paths of three segments and more.
+//! below the other's. Edge sampling has both, from wherever they are seen; warped area has neither yet.
 //!
 //! What moves in an ideal mirror, or under a point or parallel light, has no unbiased estimate by any warp here, and is
 //! refused: [`gradient::Unsupported`].

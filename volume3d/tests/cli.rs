@@ -172,8 +172,9 @@ fn every_method() {
         place.bytes("g.exr")
     };
     let default = gradient("");
-    assert_eq!(gradient("--method warped-area --debias multilevel --aux 4"), default);
+    assert_eq!(gradient("--method warped-area --field outlines"), default);
     let others = [
+        "--field rays",
         "--debias none",
         "--debias none --aux 4",
         "--debias roulette",
@@ -187,6 +188,7 @@ fn every_method() {
     for (i, other) in others.iter().enumerate() {
         assert!(*other != default && !others[..i].contains(other), "{i}");
     }
+    assert_eq!(gradient("--debias multilevel --aux 4"), others[0]);
 }
 
 #[test]

@@ -1,17 +1,21 @@
 //! The figures, one file each, in the order of the story.
 
 mod attempts;
-mod common;
+pub(crate) mod common;
 mod drawing;
 mod edges;
 mod fields;
 mod flat;
 mod forms;
 mod implicit;
+mod mesh;
+mod motions;
 mod path_bias;
 mod specular;
 mod trade;
 mod transport;
+
+pub(crate) use common::Ratio;
 
 use crate::context::Context;
 use crate::gallery::Section;
@@ -23,7 +27,8 @@ pub(crate) const INTRODUCTION: &str = "<p>When a shape moves, the image changes 
     warp field that turns it into an ordinary area integral, and to what that costs. The first six stay \
     on the image plane. Figures 7 to 10 follow light on: in a flat world, where paths are scattered more than \
     once and every direction of a path needs a warp of its own, for shiny surfaces, for shapes given by a \
-    distance function, and with what the bias along paths and its removal cost. Every number \
+    distance function, and with what the bias along paths and its removal cost. Figures 11 and 12 arrive in space: triangle \
+    meshes, silhouettes, shadows and indirect light, and what every method gets wrong and costs there. Every number \
     in them was computed by the run that drew them.</p>";
 
 /// A figure.
@@ -39,11 +44,13 @@ pub(crate) enum Name {
     Specular,
     Implicit,
     PathBias,
+    Mesh,
+    Motions,
 }
 
 impl Name {
     /// All figures in order.
-    pub(crate) const ALL: [Self; 10] = [
+    pub(crate) const ALL: [Self; 12] = [
         Self::Fields,
         Self::Attempts,
         Self::Forms,
@@ -54,6 +61,8 @@ impl Name {
         Self::Specular,
         Self::Implicit,
         Self::PathBias,
+        Self::Mesh,
+        Self::Motions,
     ];
 
     /// Its number in the story, from 1 on.
@@ -74,6 +83,8 @@ impl Name {
             Self::Specular => "8 a near-specular lobe",
             Self::Implicit => "9 implicit shapes",
             Self::PathBias => "10 bias along paths",
+            Self::Mesh => "11 a mesh and its derivative",
+            Self::Motions => "12 variance and bias in space",
         }
     }
 
@@ -90,6 +101,8 @@ impl Name {
             Self::Specular => specular::draw(context),
             Self::Implicit => implicit::draw(context),
             Self::PathBias => path_bias::draw(context),
+            Self::Mesh => mesh::draw(context),
+            Self::Motions => motions::draw(context),
         }
     }
 }

@@ -9,7 +9,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};
-use volume3d::gradient::{Change, GradientImage, Progress, WarpedArea};
+use volume3d::gradient::{Change, Gradient, GradientImage, Progress, WarpedArea};
 use volume3d::scene::{Crop, Scene};
 
 use super::coverage::ProjectedScene;
@@ -133,6 +133,17 @@ impl Reference for Known {
     fn label(&self) -> &str {
         &self.label
     }
+}
+
+/// What reverse mode returns, of which every sample must have been finite.
+///
+/// # Panics
+/// If one was not.
+#[must_use]
+pub fn pulled(found: impl Into<Gradient>) -> Change {
+    let Gradient { change, non_finite } = found.into();
+    assert!(non_finite.is_empty(), "{non_finite:?}");
+    change
 }
 
 /// |z| above this rejects a single scene: what Student's distribution exceeds as rarely as the

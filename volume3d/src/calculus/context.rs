@@ -48,6 +48,8 @@ pub(crate) enum Sees {
         normal: DVec3,
         /// d.
         offset: f64,
+        /// The shape of the light.
+        shape: u32,
     },
 }
 

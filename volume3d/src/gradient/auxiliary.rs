@@ -176,7 +176,10 @@ impl<'s> Auxiliary<'s> {
             return self.outline_on_sphere(x, direction, kernel, reach, x_moves).map(DirectionWarp::Outline);
         }
         if let Construction::Followed { candidates } = self.construction {
-            let warping = self.follow::<Sphere>(x, Some(from), direction, kappa, candidates, x_moves, |d| d);
+            // As for weights: what is below the horizon is inside a solid, and arbitrarily near.
+            let keep = |d: DVec3, distance| kernel.normal.dot(d) > 0.0 && counts(kernel.sees, x, d, distance);
+            let warping =
+                self.follow::<Sphere>(x, Some(from), direction, kappa, candidates, x_moves, |d| d, keep);
             return warping.map(DirectionWarp::Rays);
         }
         let fades = self.construction == Construction::Weighted { fades: true };
@@ -230,7 +233,7 @@ impl<'s> Auxiliary<'s> {
                 Some(FilmWarp::Outline(outline, direction))
             }
             Construction::Followed { candidates } => self
-                .follow::<Plane>(origin, None, u, kappa, candidates, camera_moves, ray)
+                .follow::<Plane>(origin, None, u, kappa, candidates, camera_moves, ray, |_, _| true)
                 .map(FilmWarp::Rays),
             Construction::Weighted { .. } => self.weighted_on_film(film, u, kappa, ray, camera_moves),
         }
@@ -282,7 +285,7 @@ impl<'s> Auxiliary<'s> {
         self.gather(origin, direction, reach)?;
         let scene = self.paths.scene;
         let front = triangle.map(|t| self.front(t, origin));
-        let view = View { origin, planes: front.as_slice(), triangle };
+        let view = View { origin, planes: front.as_slice(), triangle, without: 0..0 };
         Outline::new(scene, Edges::Some(&self.near.edges), &view, direction, reach)
     }
 
@@ -315,23 +318,21 @@ impl<'s> Auxiliary<'s> {
         }
         // What lies in the plane of the horizon is not above it.
         let horizon = HalfSpace { normal: kernel.normal, point: x, slack: -self.paths.rounding() };
-        let (triangle, plane) = match kernel.sees {
-            Sees::Beyond => (None, None),
-            Sees::Radiance => (kernel.triangle, kernel.triangle.map(|t| self.front(t, x))),
-            Sees::Before { normal, offset } => {
-                (kernel.triangle, Some(HalfSpace { normal, point: offset * normal, slack: self.contact() }))
+        let (triangle, plane, without) = match kernel.sees {
+            Sees::Beyond => (None, None, None),
+            Sees::Radiance => (kernel.triangle, kernel.triangle.map(|t| self.front(t, x)), None),
+            Sees::Before { normal, offset, shape } => {
+                let plane = HalfSpace { normal, point: offset * normal, slack: self.contact() };
+                (None, Some(plane), Some(shape))
             }
         };
+        let scene = self.paths.scene;
+        // The border of a flat light is an integral of its own.
+        let without = without.map_or(0..0, |shape| scene.position_range(shape as usize));
         let planes = [horizon, plane.unwrap_or(horizon)];
         let planes = &planes[..1 + usize::from(plane.is_some())];
-        let view = View { origin: x, planes, triangle };
-        Outline::new(self.paths.scene, Edges::Tree(self.edges?), &view, direction, reach)
-    }
-
-    /// Random numbers for the border of a flat light, unless the field follows it.
-    pub(crate) fn beside(&mut self) -> Option<f64> {
-        let follows = matches!(self.construction, Construction::Outlined { .. });
-        (!follows).then(|| open01(&mut self.rng))
+        let view = View { origin: x, planes, triangle, without };
+        Outline::new(scene, Edges::Tree(self.edges?), &view, direction, reach)
     }
 
     /// The side of a triangle's plane on which the viewer is.
@@ -360,6 +361,7 @@ impl<'s> Auxiliary<'s> {
         candidates: usize,
         origin_moves: bool,
         ray: impl Fn(D::Vector) -> DVec3,
+        keep: impl Fn(DVec3, f64) -> bool,
     ) -> Option<Warping<D>> {
         let mut draw = |at| {
             let xi = [open01(&mut self.rng), open01(&mut self.rng)];
@@ -373,6 +375,7 @@ impl<'s> Auxiliary<'s> {
             return None;
         }
         let nearest = (0..candidates).filter_map(|i| Some((i, self.hits[i]?)));
+        let nearest = nearest.filter(|(i, hit)| keep(self.directions[*i], hit.distance));
         let (i, hit) = nearest.min_by(|a, b| a.1.distance.total_cmp(&b.1.distance))?;
         let seen = Seen::by_ray(self.paths.scene, Some(hit), self.directions[i], 1.0);
         let slope = D::project(u, centre - u) * kappa;
@@ -393,7 +396,7 @@ impl<'s> Auxiliary<'s> {
 fn counts(sees: Sees, x: DVec3, direction: DVec3, distance: f64) -> bool {
     match sees {
         Sees::Radiance | Sees::Beyond => true,
-        Sees::Before { normal, offset } => {
+        Sees::Before { normal, offset, .. } => {
             // Before the light n·y > d. The light's own plane must not hide it.
             let height = normal.dot(x) - offset;
             normal.dot(direction) * distance + height > SHORT * height

@@ -1,5 +1,6 @@
 //! Forward mode: numbers with the derivative along one change.
 
+use flatland::random::open01;
 use flatland::warp::{Domain, Vector};
 use glam::{DVec2, DVec3};
 
@@ -160,7 +161,7 @@ impl<const N: usize> Calculus for Forward<'_, N> {
     }
 
     fn beside(&mut self) -> Option<f64> {
-        self.auxiliary.as_mut()?.beside()
+        self.auxiliary.as_mut().map(|a| open01(&mut a.rng))
     }
 
     fn warp(

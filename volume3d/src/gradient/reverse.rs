@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 
+use flatland::random::open01;
 use flatland::warp::Domain;
 use glam::{DVec2, DVec3};
 
@@ -326,7 +327,7 @@ impl<'t> Calculus for Reverse<'_, 't> {
     }
 
     fn beside(&mut self) -> Option<f64> {
-        self.auxiliary.as_mut()?.beside()
+        self.auxiliary.as_mut().map(|a| open01(&mut a.rng))
     }
 
     fn warp(

@@ -436,6 +436,11 @@ impl<'s> Paths<'s> {
         if shading.normal.value().dot(direction) <= 0.0 {
             return None;
         }
+        let far = distance * (1.0 - SHORT);
+        let ray = Ray { origin: x, direction, near: self.near, far, from: Some(point.triangle) };
+        if self.scene.accelerator.occluded(&ray) {
+            return None;
+        }
         let ends = border.ends.map(|i| calculus.position(i));
         let place = ends[0] + (ends[1] - ends[0]) * C::Number::constant(border.along);
         let material = (place - point.position).normalized();
@@ -450,11 +455,6 @@ impl<'s> Paths<'s> {
         let speed = material.dot(normal) - warped.direction.dot(normal);
         let speed = speed - C::Number::constant(speed.value());
         if speed.is_still() {
-            return None;
-        }
-        let far = distance * (1.0 - SHORT);
-        let ray = Ray { origin: x, direction, near: self.near, far, from: Some(point.triangle) };
-        if self.scene.accelerator.occluded(&ray) {
             return None;
         }
         let length = tangent.length() / distance * border.whole;

@@ -243,7 +243,7 @@ impl Lights {
     /// What hides an emitter: if it is flat, what lies before its plane, else everything.
     pub(crate) fn sees(&self, shape: u32) -> Sees {
         match self.area(shape).and_then(|a| a.border.as_ref()) {
-            Some(border) => Sees::Before { normal: border.normal, offset: border.offset },
+            Some(border) => Sees::Before { normal: border.normal, offset: border.offset, shape },
             None => Sees::Radiance,
         }
     }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::list::{Edge, EdgeList};
+use super::list::{Edge, EdgeList, corners};
 use crate::geometry::Hit;
 use crate::path::Paths;
 
@@ -13,9 +13,6 @@ pub(super) const ASIDE: f64 = 1e-9;
 /// Two surfaces touch if their distances from the viewer differ by less than this part. At an angle α to the
 /// ray a surface is within ASIDE/tan α of the edge.
 const TOUCH: f64 = 1e-6;
-
-/// A point is on the border of a triangle if a weight of a corner is below this.
-const BORDER: f64 = 1e-5;
 
 /// What is seen before and behind an edge (normal side).
 #[derive(Clone, Copy, Debug)]
@@ -44,9 +41,17 @@ pub(super) fn look_past(
     };
     let doubled = other.is_some_and(|h| {
         list.has_there(edge, h.triangle)
-            || (h.distance - t).abs() < TOUCH * t
-            // Corner k is opposite to edge k + 1.
-            && (0..3).any(|k| h.barycentric[k] < BORDER && paths.scene.edges.jumps(h.triangle, (k + 1) % 3))
+            || (h.distance - t).abs() < TOUCH * t && is_between(paths, origin, directions, h.triangle)
     });
     Some(Sides { hits, share: if doubled { 0.5 } else { 1.0 } })
+}
+
+/// Whether an edge at which a triangle jumps is seen between two directions: then rays past it find both surfaces
+/// too. Where it is farther aside, each edge has a jump of its own.
+fn is_between(paths: &Paths<'_>, origin: DVec3, [before, behind]: [DVec3; 2], triangle: u32) -> bool {
+    let p = corners(paths.scene, triangle).map(|p| p - origin);
+    (0..3).any(|k| {
+        let plane = p[k].cross(p[(k + 1) % 3]);
+        paths.scene.edges.jumps(triangle, k) && plane.dot(before) * plane.dot(behind) <= 0.0
+    })
 }

@@ -1,6 +1,7 @@
 //! The field at one direction, linear in the velocities of the ends of edges.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use flatland::warp::Field;
 use glam::DVec3;
@@ -31,13 +32,15 @@ impl Edges<'_> {
 }
 
 /// What is looked at.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct View<'p> {
     pub(crate) origin: DVec3,
     /// Where what is seen is nothing but silhouettes before these planes.
     pub(crate) planes: &'p [HalfSpace],
     /// The triangle whose edges are jumps as well.
     pub(crate) triangle: Option<u32>,
+    /// Positions of which no edge counts.
+    pub(crate) without: Range<usize>,
 }
 
 /// The end of an arc, with its part of the field.
@@ -84,7 +87,8 @@ impl Outline {
         }
         let cone = Cone { origin: view.origin, axis: u, reach, planes: view.planes };
         edges.for_each(&cone, |edge| {
-            if !edge.ends.iter().all(|i| own.contains(i)) {
+            let left_out = edge.ends.iter().all(|&i| view.without.contains(&(i as usize)));
+            if !left_out && !edge.ends.iter().all(|i| own.contains(i)) {
                 pieces.extend(piece(edge.ends, edge.places, view, u, reach));
             }
         });

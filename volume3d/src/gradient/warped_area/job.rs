@@ -26,6 +26,22 @@ pub(super) struct Job<'s> {
     pub(super) edges: Option<Tree>,
 }
 
+/// A sample of the film, or its reflection through the centre of its cell.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Partner {
+    Itself,
+    Reflected,
+}
+
+impl Partner {
+    pub(super) fn within(self, [x, y]: [f64; 2]) -> [f64; 2] {
+        match self {
+            Self::Itself => [x, y],
+            Self::Reflected => [1.0 - x, 1.0 - y],
+        }
+    }
+}
+
 impl Job<'_> {
     pub(super) fn rows(&self) -> usize {
         self.film.rows + 2 * self.film.reach
@@ -58,14 +74,26 @@ impl Job<'_> {
             if sink.stopped() {
                 return;
             }
-            if let Some(auxiliary) = &mut forward.auxiliary {
-                auxiliary.rng = self.stream(i, j, sample, AUXILIARY);
+            for &partner in self.partners() {
+                if let Some(auxiliary) = &mut forward.auxiliary {
+                    auxiliary.rng = self.stream(i, j, sample, AUXILIARY);
+                }
+                self.forward_sample::<N, K>(forward, &frame, (i, j, sample), partner, &mut sink);
             }
-            self.forward_sample::<N, K>(forward, &frame, (i, j, sample), &mut sink);
             if self.film.is_box() && self.method.warps {
                 self.forward_edge::<N, K>(forward, (i, j, sample), &mut sink);
             }
         }
+    }
+
+    /// A sample, and its reflection if there is one.
+    pub(super) fn partners(&self) -> &'static [Partner] {
+        if self.method.antithetic { &[Partner::Itself, Partner::Reflected] } else { &[Partner::Itself] }
+    }
+
+    /// The part of a sample that each of its partners is.
+    pub(super) fn share(&self) -> f64 {
+        1.0 / self.partners().len() as f64
     }
 
     pub(super) fn numbers(&self, cell: (usize, usize), sample: usize, purpose: u64) -> Sequence {
@@ -82,6 +110,7 @@ impl Job<'_> {
         forward: &mut Forward<'_, N>,
         frame: &Frame<Dual<N>>,
         (i, j, sample): (usize, usize, usize),
+        partner: Partner,
         sink: &mut CellSink<'_, K>,
     ) {
         let film = &self.film;
@@ -89,7 +118,7 @@ impl Job<'_> {
             return;
         }
         let mut numbers = self.numbers((i, j), sample, PATH);
-        let u = film.point(i, j, numbers.pair());
+        let u = film.point(i, j, partner.within(numbers.pair()));
         let hit = self.camera_hit(u);
         let triangle = hit.map(|h| h.triangle);
         let (point, jacobian) = forward.film_warp(film, u, self.method.kernels.film, triangle);
@@ -108,8 +137,9 @@ impl Job<'_> {
             sink.non_finite.push(film.located(i, j, sample));
             return;
         }
+        let share = self.share();
         film.for_each_pixel(i, j, |_, b, x, y| {
-            let weight = film.weight(point, x, y);
+            let weight = film.weight(point, x, y) * share;
             let level = self.baseline(x, y);
             let weighted = weight * jacobian;
             let channels: [[f64; N]; 3] = std::array::from_fn(|c| {

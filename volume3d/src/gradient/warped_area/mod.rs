@@ -46,6 +46,11 @@ pub struct WarpedArea {
     pub splitting: usize,
     /// Whether velocities on directions fade away from jumps, V_i (1 − B_i).
     pub fades: bool,
+    /// Whether every film sample has a partner reflected through its cell's centre, with the same path numbers: the
+    /// primary antithetic samples of Bangaru et al. (2020, section 5.2), which cost as much again. As cells share
+    /// their numbers, partners are reflected through the centres of all pixels at once, and a gradient of the filter
+    /// that is odd cancels the noise they share.
+    pub antithetic: bool,
     /// False leaves out the warp, and with it primary and secondary term: the interior term alone.
     pub warps: bool,
     /// The seed of everything random.
@@ -62,6 +67,7 @@ impl Default for WarpedArea {
             kernels: Kernels::default(),
             splitting: 4,
             fades: true,
+            antithetic: false,
             warps: true,
             seed: 0,
         }

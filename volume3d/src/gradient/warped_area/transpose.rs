@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::job::Job;
-use crate::calculus::{Frame, Number, Rgb, Tape};
+use super::job::{Job, Partner};
+use crate::calculus::{Number, Rgb, Tape};
 use crate::gradient::auxiliary::MovingBounds;
 use crate::gradient::result::Gradient;
 use crate::gradient::reverse::{Inputs, Recorded, Reverse, Sink};
@@ -20,28 +20,35 @@ impl Job<'_> {
     ) -> Gradient {
         let scene = self.paths.scene;
         let mut part = Gradient::from(Change::still(scene));
-        let mut tape = Tape::new();
-        let mut adjoints = vec![];
+        let (mut tape, mut adjoints) = (Tape::new(), vec![]);
+        let mut auxiliary = self.auxiliary(bounds);
         for i in 0..self.columns() {
-            if progress.stopped() {
-                break;
-            }
             for sample in 0..self.method.samples {
                 if progress.stopped() {
-                    break;
+                    return part;
                 }
-                let mut auxiliary = self.auxiliary(bounds);
-                if let Some(auxiliary) = &mut auxiliary {
-                    auxiliary.rng = self.stream(i, j, sample, AUXILIARY);
+                let place = (i, j, sample);
+                let mut finite = true;
+                for &partner in self.partners() {
+                    if let Some(auxiliary) = &mut auxiliary {
+                        auxiliary.rng = self.stream(i, j, sample, AUXILIARY);
+                    }
+                    tape.clear();
+                    let mut reverse = Reverse::new(scene, inputs, &tape, auxiliary.take(), self.film);
+                    let change = &mut part.change;
+                    finite &=
+                        self.reverse_sample(&mut reverse, place, partner, adjoint, &mut adjoints, change);
+                    auxiliary = reverse.auxiliary.take();
                 }
-                tape.clear();
-                let mut reverse = Reverse::new(scene, inputs, &tape, auxiliary, self.film);
-                let frame = reverse.frame();
-                let (place, change) = ((i, j, sample), &mut part.change);
-                let mut finite =
-                    self.reverse_sample(&mut reverse, &frame, place, adjoint, &mut adjoints, change);
                 if self.film.is_box() && self.method.warps {
-                    finite &= self.reverse_edge(&mut reverse, place, adjoint, &mut adjoints, change);
+                    if let Some(auxiliary) = &mut auxiliary {
+                        auxiliary.rng = self.stream(i, j, sample, EDGE_AUXILIARY);
+                    }
+                    tape.clear();
+                    let mut reverse = Reverse::new(scene, inputs, &tape, auxiliary.take(), self.film);
+                    finite &=
+                        self.reverse_edge(&mut reverse, place, adjoint, &mut adjoints, &mut part.change);
+                    auxiliary = reverse.auxiliary.take();
                 }
                 if !finite {
                     part.non_finite.push(self.film.located(i, j, sample));
@@ -55,8 +62,8 @@ impl Job<'_> {
     fn reverse_sample<'t>(
         &self,
         reverse: &mut Reverse<'_, 't>,
-        frame: &Frame<Recorded<'t>>,
         (i, j, sample): (usize, usize, usize),
+        partner: Partner,
         adjoint: &[DVec3],
         adjoints: &mut Vec<f64>,
         sink: &mut impl Sink,
@@ -65,8 +72,9 @@ impl Job<'_> {
         if !film.cell_counts(i, j) {
             return true;
         }
+        let frame = &reverse.frame();
         let mut numbers = self.numbers((i, j), sample, PATH);
-        let u = film.point(i, j, numbers.pair());
+        let u = film.point(i, j, partner.within(numbers.pair()));
         let hit = self.camera_hit(u);
         let (point, jacobian) = reverse.film_warp(u, self.method.kernels.film, hit.map(|h| h.triangle));
         let direction = film.direction(frame, point);
@@ -83,7 +91,7 @@ impl Job<'_> {
                 sum = sum + weight * (radiance[c] + more) * delta[c];
             }
         });
-        let outputs = [(sum * jacobian, 1.0 / self.method.samples as f64)];
+        let outputs = [(sum * jacobian, self.share() / self.method.samples as f64)];
         reverse.sweep_if_finite(&outputs, adjoints, sink)
     }
 
@@ -96,9 +104,6 @@ impl Job<'_> {
         adjoints: &mut Vec<f64>,
         sink: &mut impl Sink,
     ) -> bool {
-        if let Some(auxiliary) = &mut reverse.auxiliary {
-            auxiliary.rng = self.stream(i, j, sample, EDGE_AUXILIARY);
-        }
         let mut numbers = self.numbers((i, j), sample, EDGE);
         let (u, vertical) = self.edge_point(i, j, numbers.pair());
         let hit = self.camera_hit(u);

@@ -1,0 +1,119 @@
+//! What every method makes of a rotation, against edge sampling with many samples.
+
+use glam::DVec3;
+use volume3d::gradient::render;
+
+use super::scene::Setting;
+use crate::context::Context;
+use crate::figures::Ratio;
+use crate::figures::common::seed_of;
+use crate::space::{Clock, METHODS, Measured, Method, Reference, Runs, Task};
+
+/// The method whose many samples are the reference: it is unbiased, and its samples have light tails.
+const REFERENCE: &str = "edge-sampling";
+pub(super) const REFERENCE_RUNS: u64 = 4;
+/// The step of finite differences in pixels, for what is a unit away from the axis.
+const STEP: f64 = 0.08;
+
+/// One scene by every method.
+pub(super) struct Study {
+    pub(super) setting: Setting,
+    pub(super) image: Vec<DVec3>,
+    pub(super) reference: Reference,
+    pub(super) entries: Vec<Entry>,
+}
+
+/// One method on one scene.
+pub(super) struct Entry {
+    pub(super) method: &'static Method,
+    pub(super) samples: usize,
+    pub(super) runs: u64,
+    /// Of one run.
+    pub(super) seconds: f64,
+    pub(super) measured: Measured,
+    /// On the reference, whose noise is taken out.
+    pub(super) slope: Ratio,
+    /// The same, quiet pixels weighing more.
+    pub(super) quiet: Ratio,
+    /// Mean minus reference.
+    pub(super) error: Vec<DVec3>,
+    pub(super) non_finite: usize,
+}
+
+impl Entry {
+    /// Relative variance × processor seconds: what a given precision costs.
+    pub(super) fn cost(&self) -> f64 {
+        self.measured.variance * self.seconds
+    }
+
+    /// Whether a slope is farther from 1, or bias² from 0, than chance explains.
+    pub(super) fn is_biased(&self) -> bool {
+        let off = |slope: Ratio| (slope.value - 1.0).abs() > SURE * slope.error.max(LEAST);
+        off(self.slope) || off(self.quiet) || self.measured.bias2 > SURE * self.measured.bias2_error
+    }
+
+    /// Whether a bias of a tenth would go unnoticed.
+    pub(super) fn is_vague(&self) -> bool {
+        SURE * self.slope.error.min(self.quiet.error) > 0.1
+    }
+}
+
+/// Standard errors from which on a difference is called one. With few runs the standard error itself is uncertain.
+pub(super) const SURE: f64 = 4.0;
+
+/// Slopes are not believed to be better known than this: the reference has noise, finite differences have a step.
+const LEAST: f64 = 2.5e-3;
+
+impl Study {
+    pub(super) fn new(context: &Context, setting: Setting, index: u64) -> anyhow::Result<Self> {
+        let name = setting.name;
+        let image = render(
+            &setting.scene,
+            context.spend(64, 512),
+            context.seed(),
+            &context.progress(&format!("12 {name}")),
+        )?;
+        let task = |samples: usize, words: &[u64]| Task {
+            scene: &setting.scene,
+            change: &setting.change,
+            samples,
+            step: STEP * setting.pixel,
+            seed: seed_of(context.seed(), words),
+        };
+        let estimate = |method: &Method, task: &Task<'_>| -> anyhow::Result<_> {
+            Ok(method.estimate(task, &context.progress(&format!("12 {name}: {}", method.name)))?)
+        };
+        let many = context.spend(64, 2048);
+        let best = METHODS.iter().find(|m| m.key == REFERENCE).unwrap_or(&METHODS[0]);
+        let reference = (0..REFERENCE_RUNS)
+            .map(|run| Ok(estimate(best, &task(many, &[12, index, 99, run]))?.gradient))
+            .collect::<anyhow::Result<Vec<_>>>()?;
+        let reference = Reference::of_runs(reference);
+        let runs = context.spend(6, 24);
+        let mut entries = vec![];
+        for (number, method) in METHODS.iter().enumerate() {
+            let (mut gradients, mut non_finite) = (vec![], 0);
+            let samples = method.samples * context.spend(1, 8);
+            let clock = Clock::start();
+            for run in 0..runs {
+                let result = estimate(method, &task(samples, &[12, index, number as u64, run]))?;
+                non_finite += result.non_finite.len();
+                gradients.push(result.gradient);
+            }
+            let seconds = clock.seconds() / runs as f64;
+            let compared = Runs::new(&gradients, &reference);
+            entries.push(Entry {
+                method,
+                samples,
+                runs,
+                seconds,
+                measured: compared.measured(),
+                slope: compared.true_slope(),
+                quiet: compared.quiet_slope(),
+                error: compared.mean.iter().zip(&reference.gradient).map(|(a, b)| *a - *b).collect(),
+                non_finite,
+            });
+        }
+        Ok(Self { setting, image: image.pixels, reference, entries })
+    }
+}

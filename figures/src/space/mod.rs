@@ -1,0 +1,10 @@
+//! What the figures and the comparison in space share: the table of methods, what is measured of them, pictures.
+
+mod clock;
+mod methods;
+pub(crate) mod picture;
+mod runs;
+
+pub(crate) use clock::Clock;
+pub(crate) use methods::{METHODS, Method, Task};
+pub(crate) use runs::{Measured, Reference, Runs};

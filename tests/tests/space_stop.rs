@@ -1,0 +1,98 @@
+//! Whoever asks a computation to stop waits for a moment, not for a cell: one pixel may have millions of samples.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use glam::{DAffine3, DVec3};
+use volume3d::geometry::Mesh;
+use volume3d::gradient::{
+    Change, EdgeSampling, FiniteDifference, GradientError, Progress, Rotation, Wanted, WarpedArea, render,
+};
+use volume3d::scene::{Camera, Description, Film, Filter, Integrator, Material, Scene};
+
+/// One pixel of a floor under a plate and a lamp.
+fn scene() -> Scene {
+    let camera = Camera::look_at(DVec3::new(0.0, 1.2, 1.6), DVec3::ZERO, DVec3::Y, 0.35);
+    let film = Film { width: 1, height: 1, crop: None, filter: Filter::Box };
+    let mut d = Description::new(camera, film);
+    d.integrator = Integrator { max_depth: Some(3), rr_depth: 100 };
+    let white = d.add_material(Material::diffuse("white", DVec3::splat(0.7)));
+    let down = DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2);
+    let at = |y: f64, half: f64| {
+        DAffine3::from_translation(DVec3::Y * y) * DAffine3::from_scale(DVec3::splat(half))
+    };
+    let mesh = |place: DAffine3| Mesh::rectangle().transformed(&(place * down));
+    d.add_shape("floor", mesh(at(0.0, 3.0)), white);
+    d.add_shape("plate", mesh(at(0.8, 0.3)), white);
+    let up = DAffine3::from_rotation_x(std::f64::consts::FRAC_PI_2);
+    d.add_emitter("lamp", Mesh::rectangle().transformed(&(at(2.0, 0.5) * up)), DVec3::splat(6.0));
+    Scene::new(d).expect("a scene")
+}
+
+/// As many samples take many seconds.
+const MANY: usize = 1 << 22;
+
+/// When the wish to stop comes, and how long it may take to be heard. It takes a sample or two; the rest is for
+/// machines that are busy with other things.
+const AFTER: Duration = Duration::from_millis(100);
+const PATIENCE: Duration = Duration::from_millis(900);
+
+type Run = fn(&Scene, &Change, &Progress) -> bool;
+
+fn is_stop<T>(result: &Result<T, GradientError>) -> bool {
+    matches!(result, Err(GradientError::Stopped(_)))
+}
+
+fn warped() -> WarpedArea {
+    WarpedArea { samples: MANY, baseline: 0, ..WarpedArea::default() }
+}
+
+fn rotation() -> Rotation {
+    Rotation { samples: MANY, ..Rotation::default() }
+}
+
+fn edges() -> EdgeSampling {
+    EdgeSampling { samples: 1, primary: 16 * MANY, secondary: 16 * MANY, seed: 0 }
+}
+
+const ADJOINT: [DVec3; 1] = [DVec3::ONE];
+
+const METHODS: [(&str, Run); 9] = [
+    ("image", |s, _, p| render(s, 4 * MANY, 0, p).is_err()),
+    ("finite differences", |s, c, p| {
+        is_stop(&FiniteDifference { samples: 4 * MANY, ..FiniteDifference::default() }.forward(s, c, p))
+    }),
+    ("edges forward", |s, c, p| is_stop(&edges().forward(s, c, p))),
+    ("edges reverse", |s, _, p| is_stop(&edges().reverse(s, &ADJOINT, &Wanted::everything(s), p))),
+    ("interior of edge sampling", |s, c, p| {
+        is_stop(&EdgeSampling { samples: 4 * MANY, ..EdgeSampling::default() }.forward(s, c, p))
+    }),
+    ("warped area forward", |s, c, p| is_stop(&warped().forward(s, c, p))),
+    ("warped area reverse", |s, _, p| is_stop(&warped().reverse(s, &ADJOINT, &Wanted::everything(s), p))),
+    ("rotation forward", |s, c, p| is_stop(&rotation().forward(s, c, p))),
+    ("rotation reverse", |s, _, p| is_stop(&rotation().reverse(s, &ADJOINT, &Wanted::everything(s), p))),
+];
+
+#[test]
+fn every_method_stops_within_a_cell() {
+    let scene = scene();
+    let mut change = Change::still(&scene);
+    change.translate(&scene, 1, DVec3::new(0.5, 0.3, 0.1));
+    let mut failures = vec![];
+    for (name, run) in METHODS {
+        let flag: &'static AtomicBool = Box::leak(Box::new(AtomicBool::new(false)));
+        let asks = std::thread::spawn(move || {
+            std::thread::sleep(AFTER);
+            flag.store(true, Ordering::Relaxed);
+        });
+        let start = Instant::now();
+        let stopped = run(&scene, &change, &Progress::none().until(flag));
+        let late = start.elapsed().saturating_sub(AFTER);
+        asks.join().expect("no panic");
+        println!("{name}: stopped {stopped}, {:.0} ms after", 1e3 * late.as_secs_f64());
+        if !stopped || late > PATIENCE {
+            failures.push(name);
+        }
+    }
+    assert!(failures.is_empty(), "{failures:?}");
+}
