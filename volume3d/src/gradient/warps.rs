@@ -21,7 +21,7 @@ pub(crate) enum DirectionWarp {
 }
 
 impl DirectionWarp {
-    /// Whether its coefficients are finite. They are not for a direction exactly on an edge.
+    /// Whether its coefficients are finite.
     pub(crate) fn is_finite(&self) -> bool {
         match self {
             Self::Rays(_) => true,

@@ -119,7 +119,7 @@ impl Outline {
         Some(Self { point: u, ends })
     }
 
-    /// Whether all coefficients are. They are not exactly on an arc.
+    /// Whether all coefficients are.
     pub(crate) fn is_finite(&self) -> bool {
         self.ends.iter().all(|end| end.part.is_finite() && end.divergence.is_finite())
     }

@@ -13,9 +13,13 @@
 //! both sides. So what lies behind its plane is left out: no visible jump borders the triangle there. Silhouettes that
 //! something else hides remain. They bend V where nothing jumps, which costs some variance and no bias.
 //!
-//! The mean over boundaries instead of over auxiliary rays is that of Bangaru, Li and Durand (2020, eq. 13) with
-//! their weights 1/(distance to the boundary) concentrated on the boundary itself; the weight 1/distance² on it is what
-//! Hormann and Floater's mean value coordinates (2006) integrate.
+//! These are inverse distance weights (Shepard 1968), integrated along curves, so that splitting an edge changes
+//! nothing. Where Bangaru, Li and Durand (2020) estimate a mean over the surfaces around u whose weights grow towards
+//! their boundaries, this is a mean over the boundaries themselves.
+//!
+//! What costs variance: where silhouettes of different velocities meet or come near, ∇·V is large, as for every
+//! continuous field. What is missed: jumps that are no edge of a triangle, such as those of interpolated normals within
+//! faces, and the curves along which surfaces that move pass through one another.
 
 mod arc;
 mod field;
