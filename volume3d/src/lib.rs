@@ -68,6 +68,9 @@
 //! and that the boundary function of no triangle edge knows. And at a fold a light may be above one face's horizon and
 //! below the other's. Edge sampling has both, from wherever they are seen; warped area has neither yet.
 //!
+//! Surfaces that pass through one another jump along a curve that is no edge of a mesh. Finite differences see it, no
+//! other method does.
+//!
 //! What moves in an ideal mirror, or under a point or parallel light, has no unbiased estimate by any warp here, and is
 //! refused: [`gradient::Unsupported`].
 

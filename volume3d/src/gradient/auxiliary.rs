@@ -1,4 +1,4 @@
-//! Auxiliary rays in a scene: what they hit, and the stencils they make.
+//! Warps at a point: from what auxiliary rays hit, or from the outlines near by.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -7,7 +7,7 @@ use flatland::warp::{Bundle, Plane, Warp};
 use glam::{DVec2, DVec3};
 
 use super::film::FilmPlane;
-use super::outline::{Cone, Edge, Edges, HalfSpace, Outline, Reach, Tree, View};
+use super::outline::{Cone, Edge, Edges, HalfSpace, Outline, Reach, Tree, View, WIDEST};
 use super::rigid::{Following, Rigid, Warping};
 use super::warps::{DirectionWarp, FilmWarp};
 use crate::Sphere;
@@ -112,7 +112,7 @@ pub(crate) enum Construction {
     Followed { candidates: usize },
 }
 
-/// Who traces auxiliary rays.
+/// Who makes warps, and traces auxiliary rays for them.
 #[derive(Debug)]
 pub(crate) struct Auxiliary<'s> {
     pub(crate) paths: &'s Paths<'s>,
@@ -286,7 +286,7 @@ impl<'s> Auxiliary<'s> {
         let scene = self.paths.scene;
         let front = triangle.map(|t| self.front(t, origin));
         let view = View { origin, planes: front.as_slice(), triangle, without: 0..0 };
-        Outline::new(scene, Edges::Some(&self.near.edges), &view, direction, reach)
+        Outline::new(scene, Edges::Listed(&self.near.edges), &view, direction, reach)
     }
 
     /// Samples of one pixel look along nearly one direction: silhouettes around it are looked up once for them all.
@@ -296,6 +296,8 @@ impl<'s> Auxiliary<'s> {
         // Angles are at most π/2 times their chords, of which these are small.
         if moved > self.near.margin {
             let margin = 2.0 * reach.versine.sqrt();
+            // A cap that would be too wide is looked up for each direction.
+            let margin = if reach.angle + FRAC_PI_2 * margin > WIDEST { 0.0 } else { margin };
             let wide = Reach::new(reach.angle + FRAC_PI_2 * margin);
             let cone = Cone { origin, axis: direction, reach: wide, planes: &[] };
             self.near.edges.clear();
@@ -344,9 +346,10 @@ impl<'s> Auxiliary<'s> {
         HalfSpace { normal, point: a, slack: self.contact() }
     }
 
-    /// What touches a plane counts as before it. Edges that do so by rounding only are hidden, and do no harm.
+    /// What touches a plane counts as before it, and what does so by the rounding of meshes in single precision as well:
+    /// 10⁻⁶ of the scene. Edges that are behind the plane are hidden, and do no harm.
     fn contact(&self) -> f64 {
-        1e4 * self.paths.rounding()
+        1e7 * self.paths.rounding()
     }
 
     /// The nearest of some points of a kernel around μ, which is drawn from the kernel around u: what is nearest

@@ -19,14 +19,14 @@ pub(crate) enum Edges<'e> {
     /// Among all.
     Tree(&'e Tree),
     /// Among some that are all silhouettes, with none missing that may be near.
-    Some(&'e [Edge]),
+    Listed(&'e [Edge]),
 }
 
 impl Edges<'_> {
     fn for_each(self, cone: &Cone<'_>, mut f: impl FnMut(&Edge)) {
         match self {
             Self::Tree(tree) => tree.for_each(cone, f),
-            Self::Some(edges) => edges.iter().for_each(&mut f),
+            Self::Listed(edges) => edges.iter().for_each(&mut f),
         }
     }
 }
@@ -99,6 +99,7 @@ impl Outline {
         if pieces.is_empty() {
             return None;
         }
+        // 2π/R, with the chord of R.
         let floor = TAU / (2.0 * reach.versine).sqrt();
         let mut whole = floor;
         let mut slope = DVec3::ZERO;
@@ -106,12 +107,12 @@ impl Outline {
             whole += p.moments.whole.value;
             slope += p.moments.whole.gradient;
         }
-        let slope = Sphere::project(u, slope) / whole;
+        let slope = slope / whole;
         let ends = pieces.iter().flat_map(|p| p.seen.into_iter().zip(p.moments.ends));
         let ends = ends
             .map(|(seen, moment)| {
                 let part = moment.value / whole;
-                let gradient = Sphere::project(u, moment.gradient) / whole;
+                let gradient = moment.gradient / whole;
                 // ∇·(F − (F·u) u) = tr ∇F − 2 F·u on the sphere.
                 End { seen, part, divergence: gradient - part * (slope + 2.0 * u) }
             })

@@ -17,14 +17,16 @@
 //! nothing. Where Bangaru, Li and Durand (2020) estimate a mean over the surfaces around u whose weights grow towards
 //! their boundaries, this is a mean over the boundaries themselves.
 //!
-//! What costs variance: where silhouettes of different velocities meet or come near, ∇·V is large, as for every
-//! continuous field. What is missed: jumps that are no edge of a triangle, such as those of interpolated normals within
-//! faces, and the curves along which surfaces that move pass through one another.
+//! What costs variance: where silhouettes of different velocities v cross, ∇·V ~ Δv/r at a distance r, as for every
+//! continuous field, so that its square has a logarithmically infinite mean; and between edges a gap g apart that part,
+//! ∇·V ~ Δv/g. What is missed: jumps that are no edge of a triangle, such as those of interpolated normals within faces,
+//! and the curves along which surfaces pass through one another; and where a silhouette lies exactly on an edge of
+//! what it hides that is no jump and moves otherwise, V is the mean of both.
 
 mod arc;
 mod field;
 mod tree;
 
-pub(crate) use arc::Reach;
+pub(crate) use arc::{Reach, WIDEST};
 pub(crate) use field::{Edges, Outline, View};
 pub(crate) use tree::{Cone, Edge, HalfSpace, Tree};

@@ -22,9 +22,14 @@ impl Edge {
     /// Whether a viewer sees one of the edge's triangles from the front and one from the back, or a border.
     fn is_silhouette(&self, origin: DVec3) -> bool {
         let way = self.places[0] - origin;
-        self.normals[0].dot(way) * self.normals[1].dot(way) <= 0.0
+        let [a, b] = self.normals.map(|n| n.dot(way));
+        // From within one of the planes it is one, but for rounding.
+        a * b <= 0.0 || a.abs().min(b.abs()) <= IN_PLANE * way.length()
     }
 }
+
+/// The sine of the angle at which a viewer is in a plane.
+const IN_PLANE: f64 = 1e-12;
 
 /// A box around edges, with a cone around the normals of their triangles.
 #[derive(Clone, Copy, Debug)]

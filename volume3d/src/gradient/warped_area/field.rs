@@ -10,7 +10,8 @@ pub enum Field {
     Outlines {
         /// How far away edges count on the film, in pixels.
         film: f64,
-        /// How far away they count on directions, in widths 1/√κ of the kernel.
+        /// How far away they count on directions, in widths 1/√κ of the kernel, see
+        /// [`Kernels`](crate::Kernels).
         lobe: f64,
     },
     /// The velocities of what auxiliary rays hit (Bangaru, Li and Durand 2020).

@@ -1,4 +1,4 @@
-//! Warped-area sampling: dI/dθ = ∫ ∂f/∂θ + ∇·(V f), with V from auxiliary rays at every bounce.
+//! Warped-area sampling: dI/dθ = ∫ ∂f/∂θ + ∇·(V f), on the film and at every bounce.
 
 mod field;
 mod job;
@@ -39,12 +39,12 @@ pub struct WarpedArea {
     pub field: Field,
     /// Auxiliary rays and their weights, on the film and on directions alike, for [`Field::AuxiliaryRays`].
     pub warp: Warp,
-    /// Its concentrations.
+    /// The concentrations of auxiliary rays, and with them the reach of outlines on directions.
     pub kernels: Kernels,
     /// How many paths, at least one, tell the radiance that the film's warp carries from one pixel to another, where
     /// it does. Only the first of them carries derivatives.
     pub splitting: usize,
-    /// Whether velocities on directions fade away from jumps, V_i (1 − B_i).
+    /// Whether velocities of auxiliary rays on directions fade away from jumps, V_i (1 − B_i).
     pub fades: bool,
     /// Whether every film sample has a partner reflected through its cell's centre, with the same path numbers: the
     /// primary antithetic samples of Bangaru et al. (2020, section 5.2), which cost as much again. As cells share
