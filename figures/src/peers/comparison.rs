@@ -171,7 +171,7 @@ pub(super) fn markdown(comparisons: &[Comparison], times: &[f64], threads: usize
          The relative mean squared error of the gradient image at time t is bias² + variance · seconds/t, all relative to the \
          mean square of the reference. Seconds are processor time over {threads} threads. Bias² is corrected for \
          the noise of the runs and of the reference; where that makes it negative it counts as 0. The slope is that \
-         of the mean on the reference (1 is right); ± is one standard error over runs, of variances and bias² by the jackknife. The factor is the error of \
+         of the mean on the reference (1 is right), with the reference’s noise taken out of ours; ± is one standard error over runs, of variances and bias² by the jackknife. The factor is the error of \
          the best stored row of the same scene, normals and filter over that of the row: above 1 the row wins \
          over everything stored. \
          “At least” is the factor with our error two standard errors worse. Stored rows are the best of each kind at each time.\n"

@@ -63,7 +63,8 @@ pub(crate) struct Measured {
     /// b², without noise; by chance it may be negative.
     pub(crate) bias2: f64,
     pub(crate) bias2_error: f64,
-    /// The slope of the mean on the reference: 1 without bias, but for the reference's noise, f, by which it falls.
+    /// The slope of the mean on what the reference is an estimate of: 1 without bias. The reference's own noise, which
+    /// makes a plain regression fall short by f, is taken out.
     pub(crate) slope: f64,
     pub(crate) slope_error: f64,
 }
@@ -84,12 +85,13 @@ impl Runs {
     #[must_use]
     pub(crate) fn new(runs: &[Vec<DVec3>], reference: &Reference) -> Self {
         let power = reference.power();
+        let signal = 1.0 - reference.floor / power;
         let residuals: Vec<_> = runs.iter().map(|run| residual(run, &reference.gradient)).collect();
         let row = |a: &Vec<DVec3>| residuals.iter().map(|b| product(a, Some(b)) / power).collect();
         Self {
             products: residuals.iter().map(row).collect(),
             floor: reference.floor / power,
-            slopes: runs.iter().map(|run| slope_on(run, &reference.gradient)).collect(),
+            slopes: runs.iter().map(|run| slope_on(run, &reference.gradient) / signal).collect(),
             across: Across::new(runs, &reference.runs),
             quiet: (0..runs.len()).map(|run| quiet_slope(runs, run, &reference.runs)).collect(),
             mean: mean(runs),
@@ -247,7 +249,7 @@ mod tests {
         let runs = Runs::new(&runs, &reference);
         let m = runs.measured();
         let power = 1.0 + noise * noise;
-        let expected = [spread * spread / power, 0.04 / power, 0.8 / power];
+        let expected = [spread * spread / power, 0.04 / power, 0.8];
         for (value, expected) in [m.variance, m.bias2, m.slope].into_iter().zip(expected) {
             assert!((value - expected).abs() < 0.01, "{value} for {expected}");
         }
