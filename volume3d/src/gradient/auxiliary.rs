@@ -324,7 +324,10 @@ impl<'s> Auxiliary<'s> {
             Sees::Beyond => (None, None, None),
             Sees::Radiance => (kernel.triangle, kernel.triangle.map(|t| self.front(t, x)), None),
             Sees::Before { normal, offset, shape } => {
-                let plane = HalfSpace { normal, point: offset * normal, slack: self.contact() };
+                // Hardly more than rounding: the border of the light's own back, a little behind it, moves with it, and
+                // a field that followed it would have to turn between it and what hides the border.
+                let slack = 1e4 * self.paths.rounding();
+                let plane = HalfSpace { normal, point: offset * normal, slack };
                 (None, Some(plane), Some(shape))
             }
         };
