@@ -59,7 +59,7 @@
 //! | with auxiliary rays and a multilevel or roulette [`Debias`](flatland::warp::Debias) | the same |
 //! | with a fixed number of auxiliary rays | falls with that number; gradients come out too small |
 //! | with `warps: false` | the interior term alone: no silhouette, no shadow moves |
-//! | [`gradient::EdgeSampling`] | none |
+//! | [`gradient::EdgeSampling`] | none, but where surfaces pass through one another, see below |
 //! | [`gradient::Rotation`] | wherever edges in one kernel move differently |
 //! | [`gradient::FiniteDifference`] | ~ step² |
 //!
