@@ -11,6 +11,9 @@ use super::{PATH, Stopped};
 use crate::path::{Kernels, Paths, Plain};
 use crate::scene::Scene;
 
+/// Camera rays of a cell that are traced at once, having one origin and a narrow cone: as many as a packet takes.
+const TOGETHER: usize = 16;
+
 /// Renders a scene with `samples` paths a pixel.
 ///
 /// The same seed gives the same bits at any number of threads, and the same as the image of a gradient.
@@ -54,22 +57,31 @@ fn sample_cell(
         return;
     }
     let frame = film.frame(&paths.scene.description.camera);
-    for sample in 0..samples {
+    let mut drawn = Vec::with_capacity(TOGETHER);
+    let (mut directions, mut hits) = (Vec::with_capacity(TOGETHER), Vec::with_capacity(TOGETHER));
+    for first in (0..samples).step_by(TOGETHER) {
         if sink.stopped() {
             return;
         }
-        let mut numbers = numbers(seed, (i, j), sample, samples, PATH);
-        let u = film.point(i, j, numbers.pair());
-        let direction = film.direction(&frame, [u.x, u.y]);
-        let hit = paths.closest(frame.origin.value(), direction.value(), None);
-        let mut plain = Plain { scene: paths.scene };
-        let radiance = paths.radiance(&mut plain, frame.origin, direction, hit, &mut numbers).value();
-        if !radiance.is_finite() {
-            sink.non_finite.push(film.located(i, j, sample));
-            continue;
+        drawn.clear();
+        drawn.extend((first..samples.min(first + TOGETHER)).map(|sample| {
+            let mut numbers = numbers(seed, (i, j), sample, samples, PATH);
+            let u = film.point(i, j, numbers.pair());
+            (sample, u, film.direction(&frame, [u.x, u.y]), numbers)
+        }));
+        directions.clear();
+        directions.extend(drawn.iter().map(|(_, _, direction, _)| direction.value()));
+        paths.closest_bundle(frame.origin.value(), &directions, None, &mut hits);
+        for (&mut (sample, u, direction, ref mut numbers), &hit) in drawn.iter_mut().zip(&hits) {
+            let mut plain = Plain { scene: paths.scene };
+            let radiance = paths.radiance(&mut plain, frame.origin, direction, hit, numbers).value();
+            if !radiance.is_finite() {
+                sink.non_finite.push(film.located(i, j, sample));
+                continue;
+            }
+            film.for_each_pixel(i, j, |_, b, x, y| {
+                sink.strip.add(sample, b, x, &(film.weight([u.x, u.y], x, y) * radiance).to_array());
+            });
         }
-        film.for_each_pixel(i, j, |_, b, x, y| {
-            sink.strip.add(sample, b, x, &(film.weight([u.x, u.y], x, y) * radiance).to_array());
-        });
     }
 }

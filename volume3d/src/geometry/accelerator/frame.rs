@@ -8,7 +8,7 @@
 use glam::DVec3;
 
 use super::Ray;
-use super::watertight::{Shear, Shears};
+use super::watertight::{Shear, Shears, larger, smaller};
 
 /// Rounding unit of single precision.
 pub(super) const UNIT: f64 = 1.0 / 16_777_216.0;
@@ -19,10 +19,11 @@ pub(super) const UNIT: f64 = 1.0 / 16_777_216.0;
 /// difference each move a plane of |b − o| ≤ 2 by 2 u: together 6 u.
 const PLANE_ERROR: f64 = 8.0 * UNIT;
 
-/// Error of a sheared coordinate x − s z with |s| ≤ 1 of a vertex, from its position and the origin:
-/// both are off by u, and their difference, at most 2, by 2 u more. So x and z are off by 4 u, s z by
-/// (4 + 2 + 2) u (z, s, product), and the last difference, at most 4, by 4 u more: 16 u.
-pub(super) const VERTEX_ERROR: f64 = 17.0 * UNIT;
+/// Error of a sheared coordinate x − s z with |s| ≤ 1 of a vertex on the grid of its leaf, n h + (a − o) for n steps
+/// of h from the anchor a, but for the vertex' distance from the grid. The origin o is off by u; the difference, the
+/// product n h and the sum, at most 2 each, are off by 2 u more each. So x and z are off by 7 u, s z by
+/// (7 + 2 + 2) u (z, s, product), and the last difference, at most 4, by 4 u more: 22 u.
+pub(super) const VERTEX_ERROR: f64 = 23.0 * UNIT;
 
 /// What the doubles before the filter are off by, relative to the ray's distance from the scene's
 /// centre: a handful of roundings of 2⁻⁵³ (centring, scaling, advancing, and the exact test's own).
@@ -109,7 +110,7 @@ impl Depth {
     #[inline(always)]
     pub(super) fn below(self, distance: f64) -> f32 {
         // Not +∞, from which it could not be subtracted.
-        let depth = self.exact(distance).min(f64::MAX);
+        let depth = smaller(self.exact(distance), f64::MAX);
         (depth - depth.abs() * (2.0 * UNIT) - self.slack) as f32
     }
 }
@@ -154,8 +155,8 @@ impl Frame {
             inverse[axis] = 1.0 / steep(direction[axis]);
             let wide = half[axis] + around;
             let (a, b) = ((-wide - origin[axis]) * inverse[axis], (wide - origin[axis]) * inverse[axis]);
-            enter = enter.max(a.min(b));
-            leave = leave.min(a.max(b));
+            enter = larger(enter, smaller(a, b));
+            leave = smaller(leave, larger(a, b));
         }
         if !(enter <= leave && ray.near < ray.far) {
             return None;
@@ -237,9 +238,10 @@ pub(super) struct FanAxis {
     pub(super) inverse: [f32; 2],
 }
 
-/// Error of a vertex sheared along the middle ray: as [`VERTEX_ERROR`] with the origin below 2, off by 2 u. x and z
-/// are off by 6 u, s z by (6 + 3 + 3) u at the most, and the last difference, at most 6, by 6 u: 24 u.
-const FAN_VERTEX_ERROR: f64 = 25.0 * UNIT;
+/// Error of a vertex sheared along the middle ray: as [`VERTEX_ERROR`] with the origin below 2, off by 2 u, and
+/// differences to it of at most 3. x and z are off by (2 + 3 + 2 + 3) u, s z by (10 + 3 + 3) u at the most, and
+/// the last difference, at most 6, by 6 u: 32 u.
+const FAN_VERTEX_ERROR: f64 = 33.0 * UNIT;
 
 /// Origins farther than this from the scene's centre send rays one by one: boxes are met from the fan's
 /// origin itself, with an error in proportion to its distance.

@@ -79,10 +79,10 @@ impl Accelerator {
     ///
     /// # Panics
     ///
-    /// If an index is out of range, or there are 2³¹ triangles or more.
+    /// If an index is out of range, or there are 2²⁸ triangles or more.
     #[must_use]
     pub fn build(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
-        assert!(triangles.len() < 1 << 31, "fewer than 2³¹ triangles");
+        assert!(triangles.len() < 1 << 28, "fewer than 2²⁸ triangles");
         let mesh = Mesh { positions, triangles };
         let solid: Vec<u32> = (0..triangles.len() as u32)
             .into_par_iter()

@@ -10,9 +10,9 @@
 
 use super::bundle::Limits;
 use super::frame::{Fan, FanAxis};
-use super::lanes::{Lanes, Row, Task, WIDTH, next};
-use super::traverse::{PENDING, Pending, Stack, edge, size};
-use super::tree::{Leaf, Link, Node, Triangle};
+use super::lanes::{Lanes, Row, Steps, Task, WIDTH, next};
+use super::traverse::{Grid, PENDING, Pending, Stack, edge, size};
+use super::tree::{Leaf, Link, Node};
 use super::watertight::{Crossing, Crossings, ROWS, ShearRow, Shears, relative};
 use super::{Accelerator, Hit};
 
@@ -22,7 +22,8 @@ pub(super) const PACKET: usize = ROWS * WIDTH;
 /// Error of an edge function of ray r, over e times the sum of |x| + |y| over the vertices and of 6 F, where F ≤ 1
 /// bounds |δ ζ|. The ray's coordinates x − δ ζ are below x + F and off by e + 4 u F (roundings of δ and ζ), at most
 /// 1.25 e. Roundings: products of the first difference and the sum, of coordinates at most 5, 20 u; those
-/// of the terms in δ, 6 u F. Together at most 1.25 e + 26 u < 2.6 e, as e ≥ 20 u.
+/// of the terms in δ, 6 u F. Together at most 1.25 e + 26 u < 2.6 e, as e ≥ 20 u. The share of e that is the grid's
+/// holds for every ray: these are the edge functions of a triangle on the grid, at slopes of at most 1.
 const EDGE_SHARE: f32 = 3.0;
 
 /// The terms of second order, over e²: 2 · 1.25², and 3 for each of 6 coordinates computed too small by e.
@@ -183,6 +184,7 @@ impl PacketTraversal<'_> {
                 let (mask, depths) = boxes.entered(node, limit);
                 if mask != 0 {
                     link = stack.descend(lanes, tree, node, mask, &depths);
+                    tree.prefetch_exact(lanes, link);
                 } else if let Some(pending) = stack.pop(limit) {
                     link = pending;
                 } else {
@@ -198,7 +200,7 @@ impl PacketTraversal<'_> {
                 let lane = next(&mut candidates);
                 let rays = functions.rays(lanes, lane, self.packet);
                 if rays != 0 {
-                    closer |= self.decide(lanes, &leaf.triangles[lane], rays);
+                    closer |= self.decide(lanes, link, lane, rays);
                 }
             }
             if closer {
@@ -206,26 +208,27 @@ impl PacketTraversal<'_> {
             }
             let Some(pending) = stack.pop(limit) else { return };
             link = pending;
+            tree.prefetch_exact(lanes, link);
         }
     }
 
     /// The exact test of a triangle with the rays of a mask; whether any of them came closer.
     #[inline(always)]
-    fn decide<L: Lanes>(&mut self, lanes: L, triangle: &Triangle, rays: u32) -> bool {
-        if self.limits.from == Some(triangle.index) {
+    fn decide<L: Lanes>(&mut self, lanes: L, leaf: Link, lane: usize, rays: u32) -> bool {
+        let tree = &self.accelerator.tree;
+        let triangle = tree.triangles(leaf)[lane];
+        if self.limits.from == Some(triangle) {
             return false;
         }
-        let tree = &self.accelerator.tree;
         // The origin and the axes are those of all rays.
-        let relative = relative(tree.corners(triangle), self.shears.axes, self.shears.origin);
+        let relative = relative(tree.corners(leaf, lane), self.shears.axes, self.shears.origin);
         let mut closer = false;
         for row in 0..ROWS {
             let rays = rays >> (row * WIDTH) & ((1 << WIDTH) - 1);
             if rays != 0 {
                 let crossings = self.shears.rows[row].cross(lanes, &relative);
                 let row = &mut self.packet.rows[row];
-                closer |=
-                    row.take(self.fan, triangle.index, &crossings, rays & crossings.lanes, self.limits.near);
+                closer |= row.take(self.fan, triangle, &crossings, rays & crossings.lanes, self.limits.near);
             }
         }
         closer
@@ -359,12 +362,9 @@ impl<L: Lanes> TriangleTest<L> {
 
     /// x, y, ζ along the ray's sign, and the depth from the place where the fan enters the scene.
     #[inline(always)]
-    fn sheared(&self, vertex: &[Row; 3]) -> [L::Float; 4] {
+    fn sheared(&self, grid: &Grid<L>, vertex: &[Steps; 3]) -> [L::Float; 4] {
         let lanes = self.lanes;
-        let [x, y, z] = self.axes;
-        let x = lanes.sub(lanes.load(&vertex[x]), self.origin[0]);
-        let y = lanes.sub(lanes.load(&vertex[y]), self.origin[1]);
-        let z = lanes.sub(lanes.load(&vertex[z]), self.origin[2]);
+        let [x, y, z] = grid.relative(lanes, vertex);
         let x = lanes.mul_sub_from(self.slopes[0], z, x);
         let y = lanes.mul_sub_from(self.slopes[1], z, y);
         [x, y, lanes.add(z, self.start), z]
@@ -374,9 +374,10 @@ impl<L: Lanes> TriangleTest<L> {
     fn functions(&self, leaf: &Leaf) -> Functions<L> {
         let lanes = self.lanes;
         let [a, b, c] = &leaf.vertices;
-        let (a, b, c) = (self.sheared(a), self.sheared(b), self.sheared(c));
+        let grid = Grid::new(lanes, leaf, self.axes, self.origin);
+        let (a, b, c) = (self.sheared(&grid, a), self.sheared(&grid, b), self.sheared(&grid, c));
         let sizes = lanes.add(lanes.add(planar_size(lanes, a), planar_size(lanes, b)), planar_size(lanes, c));
-        let error = self.error;
+        let error = self.error + leaf.step;
         let slack = lanes.mul_add(
             lanes.splat(EDGE_SHARE * error),
             lanes.add(sizes, lanes.splat(6.0 * self.footprint)),

@@ -1,7 +1,7 @@
 //! Single rays through the hierarchy: eight boxes, then eight triangles at a time.
 
 use super::frame::{Depth, FrameRay};
-use super::lanes::{Lanes, Row, Task, next};
+use super::lanes::{Lanes, Row, Steps, Task, next};
 use super::tree::{Leaf, Link, Node, Tree};
 use super::watertight::{Crossing, Shear};
 use super::{Accelerator, Ray};
@@ -142,6 +142,9 @@ impl<C: Collect> Traversal<'_, C> {
                 let (mask, depths) = boxes.entered(node, limit);
                 if mask != 0 {
                     link = stack.descend(lanes, tree, node, mask, &depths);
+                    if !C::ANY {
+                        tree.prefetch_exact(lanes, link);
+                    }
                 } else if let Some(pending) = stack.pop(limit) {
                     link = pending;
                 } else {
@@ -155,7 +158,7 @@ impl<C: Collect> Traversal<'_, C> {
             if C::ANY && candidates != 0 {
                 let mut certain = triangles.certain(&filtered) & candidates;
                 while certain != 0 {
-                    if self.ray.from != Some(leaf.triangles[next(&mut certain)].index) {
+                    if self.ray.from != Some(tree.triangles(link)[next(&mut certain)]) {
                         self.collect.take_any();
                         return;
                     }
@@ -163,17 +166,20 @@ impl<C: Collect> Traversal<'_, C> {
             }
             while candidates != 0 {
                 let lane = next(&mut candidates);
-                let triangle = &leaf.triangles[lane];
+                let triangle = tree.triangles(link)[lane];
                 // A ray that leaves a surface meets its own triangle first of all: no exact test of it.
-                if self.ray.from != Some(triangle.index)
-                    && let Some(crossing) = shear.intersect(tree.corners(triangle))
-                    && let Some(closer) = self.collect.take(triangle.index, crossing)
+                if self.ray.from != Some(triangle)
+                    && let Some(crossing) = shear.intersect(tree.corners(link, lane))
+                    && let Some(closer) = self.collect.take(triangle, crossing)
                 {
                     limit = closer;
                 }
             }
             let Some(pending) = stack.pop(limit) else { return };
             link = pending;
+            if !C::ANY {
+                tree.prefetch_exact(lanes, link);
+            }
         }
     }
 }
@@ -231,7 +237,7 @@ struct TriangleTest<L: Lanes> {
     near: L::Float,
     /// Depths of the interval, narrowed.
     within: [L::Float; 2],
-    /// e, the error of a sheared coordinate.
+    /// The error of a sheared coordinate but for the grid's.
     error: f32,
 }
 
@@ -279,9 +285,10 @@ impl<L: Lanes> TriangleTest<L> {
     fn filtered(&self, leaf: &Leaf, limit: f32) -> Filtered<L> {
         let lanes = self.lanes;
         let [a, b, c] = &leaf.vertices;
-        let (a, b, c) = (self.sheared(a), self.sheared(b), self.sheared(c));
+        let grid = Grid::new(lanes, leaf, self.axes, self.origin);
+        let (a, b, c) = (self.sheared(&grid, a), self.sheared(&grid, b), self.sheared(&grid, c));
         let (u, v, w) = (edge(lanes, c, b), edge(lanes, a, c), edge(lanes, b, a));
-        let error = self.error;
+        let error = self.error + leaf.step;
         let slack = lanes.mul_add(
             lanes.splat(EDGE_SHARE * error),
             lanes.add(lanes.add(size(lanes, a), size(lanes, b)), size(lanes, c)),
@@ -312,13 +319,45 @@ impl<L: Lanes> TriangleTest<L> {
     }
 
     #[inline(always)]
-    fn sheared(&self, vertex: &[Row; 3]) -> [L::Float; 3] {
+    fn sheared(&self, grid: &Grid<L>, vertex: &[Steps; 3]) -> [L::Float; 3] {
         let lanes = self.lanes;
-        let [x, y, z] = self.axes;
-        let x = lanes.sub(lanes.load(&vertex[x]), self.origin[0]);
-        let y = lanes.sub(lanes.load(&vertex[y]), self.origin[1]);
-        let z = lanes.mul(lanes.sub(lanes.load(&vertex[z]), self.origin[2]), self.forward);
+        let [x, y, z] = grid.relative(lanes, vertex);
+        let z = lanes.mul(z, self.forward);
         [lanes.mul_sub_from(self.slopes[0], z, x), lanes.mul_sub_from(self.slopes[1], z, y), z]
+    }
+}
+
+/// The grid of a leaf as a ray sees it. Half a step along its own axis and, with slopes of at most 1, half a step in depth
+/// put a sheared coordinate off by a step at most.
+pub(super) struct Grid<L: Lanes> {
+    axes: [usize; 3],
+    /// From the origin, axes permuted.
+    anchor: [L::Float; 3],
+    step: L::Float,
+}
+
+impl<L: Lanes> Grid<L> {
+    #[inline(always)]
+    pub(super) fn new(lanes: L, leaf: &Leaf, axes: [usize; 3], origin: [L::Float; 3]) -> Self {
+        let [x, y, z] = axes;
+        let anchor = &leaf.anchor;
+        let anchor = [
+            lanes.sub(lanes.splat(anchor[x]), origin[0]),
+            lanes.sub(lanes.splat(anchor[y]), origin[1]),
+            lanes.sub(lanes.splat(anchor[z]), origin[2]),
+        ];
+        Self { axes, anchor, step: lanes.splat(leaf.step) }
+    }
+
+    /// Vertices from the origin, axes permuted.
+    #[inline(always)]
+    pub(super) fn relative(&self, lanes: L, vertex: &[Steps; 3]) -> [L::Float; 3] {
+        let [x, y, z] = self.axes;
+        [
+            lanes.mul_add(lanes.load_steps(&vertex[x]), self.step, self.anchor[0]),
+            lanes.mul_add(lanes.load_steps(&vertex[y]), self.step, self.anchor[1]),
+            lanes.mul_add(lanes.load_steps(&vertex[z]), self.step, self.anchor[2]),
+        ]
     }
 }
 

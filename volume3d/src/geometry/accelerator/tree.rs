@@ -1,6 +1,8 @@
 //! The hierarchy in memory: nodes of eight boxes, leaves of up to eight triangles.
-
-use std::ops::Range;
+//!
+//! Beyond what the nearer caches hold, rays mostly wait for memory: what counts is how many lines a ray touches and how many
+//! one after the other. So the filter has three lines a leaf, asked for when its box is entered, and the exact test
+//! finds its part of a leaf by the same place, so that both are on their way at once.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -8,7 +10,7 @@ use rayon::prelude::*;
 use super::Mesh;
 use super::build::{Binary, Bounds, Reference};
 use super::frame::Frame;
-use super::lanes::{Lanes, Row, WIDTH};
+use super::lanes::{Lanes, Row, Steps, WIDTH};
 
 /// What a cache line holds, in bytes.
 const LINE: usize = 64;
@@ -16,6 +18,16 @@ const LINE: usize = 64;
 /// A bound of an empty box: no depth lies above and below it, and products with reciprocals of
 /// slopes stay ordered.
 const NOWHERE: f32 = 1e30;
+
+/// Vertices of a leaf: eight triangles that hang together by edges have ten at most. Leaves with more take the place of
+/// several, of no more than they have triangles.
+const VERTICES: usize = WIDTH + 2;
+
+/// Smallest width of a grid: far below a rounding unit of single precision, far above its denormals.
+const SMALLEST_STEP: f32 = 1e-12;
+
+/// A place without a vertex.
+const NO_VERTEX: u32 = u32::MAX;
 
 /// Boxes of eight children, in the frame.
 #[derive(Clone, Debug)]
@@ -77,23 +89,19 @@ impl Link {
     }
 }
 
-/// Up to eight triangles: for the filter in the frame, for the exact test by their vertices. Lanes past the last
-/// repeat it.
+/// Up to eight triangles for the filter, in three cache lines: in the frame, rounded to a grid. Lanes past the last repeat
+/// it.
 #[derive(Clone, Debug)]
-#[repr(align(64))]
+#[repr(C, align(64))]
 pub(super) struct Leaf {
-    /// By vertex and axis.
-    pub(super) vertices: [[Row; 3]; 3],
-    pub(super) triangles: [Triangle; WIDTH],
-}
-
-/// A triangle as the exact test finds it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Triangle {
-    /// Places in the tree's own positions.
-    pub(super) vertices: [u32; 3],
-    /// Index in the mesh.
-    pub(super) index: u32,
+    /// By vertex and axis, steps from the anchor.
+    pub(super) vertices: [[Steps; 3]; 3],
+    /// Lower corner of the leaf's box.
+    pub(super) anchor: [f32; 3],
+    /// Width of the grid: along each axis a vertex is off by half of it at most.
+    pub(super) step: f32,
+    /// By triangle and vertex, places among the leaf's positions.
+    corners: [[u8; 3]; WIDTH],
 }
 
 /// Nodes in depth-first order, the root first, and leaves in the order they are met.
@@ -101,9 +109,10 @@ pub(super) struct Triangle {
 pub(super) struct Tree {
     pub(super) nodes: Vec<Node>,
     pub(super) leaves: Vec<Leaf>,
-    /// Corners of the triangles, in the order in which leaves use them: neighbours in space are
-    /// neighbours in memory, whatever the mesh was like.
-    pub(super) positions: Vec<[f64; 3]>,
+    /// Indices in the mesh of the triangles of each leaf.
+    pub(super) triangles: Vec<[u32; WIDTH]>,
+    /// Vertices, each once a leaf, from [`VERTICES`] times the leaf's place on.
+    positions: Vec<[f64; 3]>,
     /// Root of the mean of half the surface of leaves.
     pub(super) leaf_size: f64,
     /// Most links a traversal keeps for later.
@@ -113,69 +122,96 @@ pub(super) struct Tree {
 impl Tree {
     /// Lays out a hierarchy over `references` to triangles of a mesh.
     pub(super) fn new(root: &Binary, references: &[Reference], frame: &Frame, mesh: Mesh<'_>) -> Self {
-        let mut layout = Layout { nodes: Vec::new(), leaves: Vec::new(), surface: 0.0 };
+        let mut layout = Layout::new(references, mesh);
         let depth = if root.is_leaf() { layout.root_leaf(root) } else { layout.node(root) };
-        let (triangles, positions) = reordered(references, mesh);
-        let leaves: Vec<Leaf> = layout
-            .leaves
-            .into_par_iter()
-            .map(|range| Leaf::new(&triangles[range], &positions, frame))
+        let positions: Vec<[f64; 3]> = layout
+            .vertices
+            .par_iter()
+            .map(|&vertex| mesh.positions.get(vertex as usize).map_or([0.0; 3], DVec3::to_array))
             .collect();
-        let leaf_size = (layout.surface / leaves.len().max(1) as f64).sqrt();
-        Self { nodes: layout.nodes, leaves, positions, leaf_size, pending: depth * (WIDTH - 1) + 1 }
+        let mut leaves = layout.leaves;
+        leaves
+            .par_iter_mut()
+            .enumerate()
+            .for_each(|(place, leaf)| leaf.place(&positions[VERTICES * place..], frame));
+        let leaf_size = (layout.surface / f64::from(layout.count.max(1))).sqrt();
+        let pending = depth * (WIDTH - 1) + 1;
+        Self { nodes: layout.nodes, leaves, triangles: layout.triangles, positions, leaf_size, pending }
     }
 
-    /// Asks for what a link points to, ahead of time. Without a branch on what it is, which would be
-    /// mispredicted.
+    /// Asks for what a link points to, ahead of time: a node, or what the filter needs of a leaf. Without a branch on
+    /// what it is, which would be mispredicted.
     #[inline(always)]
     pub(super) fn prefetch<L: Lanes>(&self, lanes: L, link: Link) {
-        // Addresses only: nothing is read here.
-        let (nodes, leaves) = (self.nodes.as_ptr().cast::<i8>(), self.leaves.as_ptr().cast::<i8>());
-        let node = nodes.wrapping_add(link.0 as usize * size_of::<Node>());
-        let leaf = leaves.wrapping_add(link.index_of_leaf() * size_of::<Leaf>());
-        let start = if link.is_leaf() { leaf } else { node };
-        for line in 0..size_of::<Leaf>() / LINE {
+        let leaf = address(&self.leaves, link.index_of_leaf());
+        let start = if link.is_leaf() { leaf } else { address(&self.nodes, link.0 as usize) };
+        // A leaf has fewer lines: its last one again.
+        let last = if link.is_leaf() { size_of::<Leaf>() / LINE - 1 } else { size_of::<Node>() / LINE - 1 };
+        for line in 0..size_of::<Node>() / LINE {
+            lanes.prefetch(start.wrapping_add(LINE * line.min(last)));
+        }
+    }
+
+    /// Asks for what the exact test needs of a leaf, which lies far from what the filter needs: without this a ray waits
+    /// for memory once more. Of a node, for what has been asked for before.
+    #[inline(always)]
+    pub(super) fn prefetch_exact<L: Lanes>(&self, lanes: L, link: Link) {
+        let node = address(&self.nodes, link.0 as usize);
+        let positions = address(&self.positions, VERTICES * link.index_of_leaf());
+        let start = if link.is_leaf() { positions } else { node };
+        for line in 0..(VERTICES * size_of::<[f64; 3]>()).div_ceil(LINE) {
             lanes.prefetch(start.wrapping_add(LINE * line));
         }
+        let triangles = address(&self.triangles, link.index_of_leaf());
+        lanes.prefetch(if link.is_leaf() { triangles } else { node });
     }
 
-    /// Corners of a triangle.
+    /// Indices in the mesh of the triangles of a leaf.
     #[inline(always)]
-    pub(super) fn corners(&self, triangle: &Triangle) -> [&[f64; 3]; 3] {
-        let [a, b, c] = triangle.vertices;
-        [&self.positions[a as usize], &self.positions[b as usize], &self.positions[c as usize]]
+    pub(super) fn triangles(&self, leaf: Link) -> &[u32; WIDTH] {
+        &self.triangles[leaf.index_of_leaf()]
+    }
+
+    /// Corners of a triangle of a leaf.
+    #[inline(always)]
+    pub(super) fn corners(&self, leaf: Link, lane: usize) -> [&[f64; 3]; 3] {
+        let place = leaf.index_of_leaf();
+        let [a, b, c] = self.leaves[place].corners[lane];
+        let first = VERTICES * place;
+        [
+            &self.positions[first + usize::from(a)],
+            &self.positions[first + usize::from(b)],
+            &self.positions[first + usize::from(c)],
+        ]
     }
 }
 
-/// Triangles in the order of leaves, and their corners in the order of first use.
-fn reordered(references: &[Reference], mesh: Mesh<'_>) -> (Vec<Triangle>, Vec<[f64; 3]>) {
-    const UNUSED: u32 = u32::MAX;
-    let mut places = vec![UNUSED; mesh.positions.len()];
-    let mut ordered = Vec::new();
-    let mut place = |vertex: u32| {
-        let place = &mut places[vertex as usize];
-        if *place == UNUSED {
-            *place = ordered.len() as u32;
-            ordered.push(mesh.positions[vertex as usize].to_array());
-        }
-        *place
-    };
-    let triangle = |&Reference { triangle: index, .. }: &Reference| Triangle {
-        vertices: mesh.triangles[index as usize].map(&mut place),
-        index,
-    };
-    (references.iter().map(triangle).collect(), ordered)
+/// Where an element is or would be: nothing is read.
+#[inline(always)]
+fn address<T>(elements: &[T], index: usize) -> *const i8 {
+    elements.as_ptr().cast::<i8>().wrapping_add(index * size_of::<T>())
 }
 
-/// Nodes, and leaves as places in the order of triangles.
-struct Layout {
+/// Nodes and leaves in the order in which they are met.
+struct Layout<'a> {
+    references: &'a [Reference],
+    mesh: Mesh<'a>,
     nodes: Vec<Node>,
-    leaves: Vec<Range<usize>>,
-    /// Sum of half the surfaces of leaves.
+    leaves: Vec<Leaf>,
+    triangles: Vec<[u32; WIDTH]>,
+    /// Vertices of leaves in the mesh, [`VERTICES`] a place, or [`NO_VERTEX`].
+    vertices: Vec<u32>,
+    /// Number of leaves, and the sum of half their surfaces.
+    count: u32,
     surface: f64,
 }
 
-impl Layout {
+impl<'a> Layout<'a> {
+    fn new(references: &'a [Reference], mesh: Mesh<'a>) -> Self {
+        let (nodes, leaves, triangles, vertices) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { references, mesh, nodes, leaves, triangles, vertices, count: 0, surface: 0.0 }
+    }
+
     /// Appends a node and all below it; returns its depth.
     fn node(&mut self, binary: &Binary) -> usize {
         let index = self.nodes.len();
@@ -197,9 +233,38 @@ impl Layout {
     fn leaf(&mut self, binary: &Binary) -> Link {
         let range = binary.range();
         let link = Link::leaf(self.leaves.len(), range.len());
-        self.leaves.push(range);
+        let start = self.vertices.len();
+        let mut corners = [[0; 3]; WIDTH];
+        let mut triangles = [0; WIDTH];
+        let (references, mesh) = (self.references, self.mesh);
+        for (lane, &Reference { triangle, .. }) in references[range].iter().enumerate() {
+            // Every lane from here on, so that those left over repeat a triangle that is there.
+            triangles[lane..].fill(triangle);
+            corners[lane..].fill(mesh.triangles[triangle as usize].map(|vertex| self.place(start, vertex)));
+        }
+        let places = (self.vertices.len() - start).div_ceil(VERTICES);
+        self.vertices.resize(start + places * VERTICES, NO_VERTEX);
+        let Bounds { lower, upper } = binary.bounds;
+        // Rounded up, so that the box is within all steps.
+        let step = ((upper - lower).max_element() / f32::from(u16::MAX)) * (1.0 + 2.0 * f32::EPSILON);
+        let step = step.max(SMALLEST_STEP);
+        self.leaves.push(Leaf { anchor: lower.to_array(), step, corners, ..Leaf::EMPTY });
+        self.triangles.push(triangles);
+        self.triangles.resize(self.triangles.len() + places - 1, [0; WIDTH]);
+        self.leaves.resize(self.leaves.len() + places - 1, Leaf::EMPTY);
+        self.count += 1;
         self.surface += f64::from(binary.bounds.area());
         link
+    }
+
+    /// The place of a vertex among those of the leaf that begins at `start`.
+    fn place(&mut self, start: usize, vertex: u32) -> u8 {
+        let own = &self.vertices[start..];
+        let place = own.iter().position(|&other| other == vertex).unwrap_or(own.len());
+        if place == own.len() {
+            self.vertices.push(vertex);
+        }
+        place as u8
     }
 
     /// A node with one leaf, or with none if there are no triangles.
@@ -228,18 +293,24 @@ impl Node {
 }
 
 impl Leaf {
-    fn new(triangles: &[Triangle], positions: &[[f64; 3]], frame: &Frame) -> Self {
-        let mut leaf = Self { vertices: [[[0.0; WIDTH]; 3]; 3], triangles: [Triangle::default(); WIDTH] };
-        for (lane, &triangle) in triangles.iter().enumerate() {
-            // Every lane from here on, so that those left over repeat a triangle that is there.
-            leaf.triangles[lane..].fill(triangle);
-            for (rows, vertex) in leaf.vertices.iter_mut().zip(triangle.vertices) {
-                let p = frame.place(DVec3::from_array(positions[vertex as usize])).as_vec3();
+    const EMPTY: Self = Self {
+        vertices: [[[0; WIDTH]; 3]; 3],
+        anchor: [0.0; 3],
+        step: SMALLEST_STEP,
+        corners: [[0; 3]; WIDTH],
+    };
+
+    /// Rounds the vertices to the grid.
+    fn place(&mut self, positions: &[[f64; 3]], frame: &Frame) {
+        for (lane, corners) in self.corners.iter().enumerate() {
+            for (vertex, &corner) in corners.iter().enumerate() {
+                let p = frame.place(DVec3::from_array(positions[usize::from(corner)]));
                 for axis in 0..3 {
-                    rows[axis][lane..].fill(p[axis]);
+                    let steps = (p[axis] - f64::from(self.anchor[axis])) / f64::from(self.step);
+                    // To the nearest: steps are not negative.
+                    self.vertices[vertex][axis][lane] = (steps + 0.5) as u16;
                 }
             }
         }
-        leaf
     }
 }

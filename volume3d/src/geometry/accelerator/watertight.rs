@@ -13,7 +13,7 @@
 
 use glam::DVec3;
 
-use super::lanes::{Half, Lanes, WIDTH, next};
+use super::lanes::{Half, Lanes, WIDTH};
 
 /// A ray as the test needs it.
 #[derive(Clone, Copy, Debug)]
@@ -198,18 +198,24 @@ impl Shears {
     #[inline(always)]
     pub(super) fn new(origin: DVec3, directions: &[DVec3], members: u32, along: usize) -> Self {
         let axes = PERMUTATIONS[along];
-        let first = directions[members.trailing_zeros() as usize];
-        let [x, y, inverse] = slopes(first, axes);
-        let row = ShearRow { x: [x; WIDTH], y: [y; WIDTH], inverse: [inverse; WIDTH] };
-        let mut shears = Self { axes, origin: permuted(origin, axes), rows: [row; ROWS], members };
-        let mut rest = members;
-        while rest != 0 {
-            let ray = next(&mut rest);
-            let [x, y, inverse] = slopes(directions[ray], axes);
-            let row = &mut shears.rows[ray / WIDTH % ROWS];
-            (row.x[ray % WIDTH], row.y[ray % WIDTH], row.inverse[ray % WIDTH]) = (x, y, inverse);
+        let first = members.trailing_zeros() as usize;
+        let mut rows = [ShearRow { x: [0.0; WIDTH], y: [0.0; WIDTH], inverse: [0.0; WIDTH] }; ROWS];
+        for (index, row) in rows.iter_mut().enumerate() {
+            for lane in 0..WIDTH {
+                let ray = index * WIDTH + lane;
+                let direction = directions[if members >> ray & 1 == 1 { ray } else { first }].to_array();
+                row.x[lane] = direction[axes[0]];
+                row.y[lane] = direction[axes[1]];
+                row.inverse[lane] = direction[axes[2]];
+            }
+            // As in `slopes`, for the compiler to vectorise.
+            for lane in 0..WIDTH {
+                let inverse = 1.0 / row.inverse[lane];
+                (row.x[lane], row.y[lane]) = (row.x[lane] * inverse, row.y[lane] * inverse);
+                row.inverse[lane] = inverse;
+            }
         }
-        shears
+        Self { axes, origin: permuted(origin, axes), rows, members }
     }
 
     /// Whether all directions are finite and have slopes.

@@ -5,7 +5,7 @@ use std::arch::x86_64::{__m256, __m256d, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0};
 use pulp::NullaryFnOnce;
 use pulp::x86::V3;
 
-use super::{Half, Lanes, Row, Task};
+use super::{Half, Lanes, Row, Steps, Task};
 
 /// A task whose code is generated for AVX2.
 pub(super) struct Vectorized<T>(pub(super) V3, pub(super) T);
@@ -31,6 +31,11 @@ impl Lanes for V3 {
     #[inline(always)]
     fn load(self, row: &Row) -> __m256 {
         pulp::cast(*row)
+    }
+
+    #[inline(always)]
+    fn load_steps(self, row: &Steps) -> __m256 {
+        self.avx._mm256_cvtepi32_ps(self.avx2._mm256_cvtepu16_epi32(pulp::cast(*row)))
     }
 
     #[inline(always)]

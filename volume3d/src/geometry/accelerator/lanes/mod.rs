@@ -22,6 +22,9 @@ pub(super) const WIDTH: usize = 8;
 /// One number a lane, as it stands in memory.
 pub(super) type Row = [f32; WIDTH];
 
+/// One whole number below 2¹⁶ a lane.
+pub(super) type Steps = [u16; WIDTH];
+
 /// Half a row in double precision.
 pub(super) type Half = [f64; WIDTH / 2];
 
@@ -35,6 +38,7 @@ pub(super) trait Lanes: Copy {
 
     fn splat(self, value: f32) -> Self::Float;
     fn load(self, row: &Row) -> Self::Float;
+    fn load_steps(self, row: &Steps) -> Self::Float;
     fn store(self, a: Self::Float) -> Row;
     fn add(self, a: Self::Float, b: Self::Float) -> Self::Float;
     fn sub(self, a: Self::Float, b: Self::Float) -> Self::Float;

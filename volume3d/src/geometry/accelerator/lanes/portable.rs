@@ -2,7 +2,7 @@
 
 use std::array::from_fn;
 
-use super::{Half, Lanes, Row};
+use super::{Half, Lanes, Row, Steps};
 
 #[derive(Clone, Copy)]
 pub(super) struct Portable;
@@ -19,6 +19,11 @@ impl Lanes for Portable {
     #[inline(always)]
     fn load(self, row: &Row) -> Row {
         *row
+    }
+
+    #[inline(always)]
+    fn load_steps(self, row: &Steps) -> Row {
+        row.map(f32::from)
     }
 
     #[inline(always)]

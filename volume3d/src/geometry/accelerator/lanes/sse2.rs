@@ -4,7 +4,7 @@ use std::arch::x86_64::{__m128, __m128d, _MM_HINT_T0};
 
 use pulp::x86::V1;
 
-use super::{Half, Lanes, Row};
+use super::{Half, Lanes, Row, Steps};
 
 /// The low four lanes and the high four.
 type Pair = [__m128; 2];
@@ -24,6 +24,15 @@ impl Lanes for V1 {
     fn load(self, row: &Row) -> Pair {
         let [a, b, c, d, e, f, g, h] = *row;
         [self.sse._mm_setr_ps(a, b, c, d), self.sse._mm_setr_ps(e, f, g, h)]
+    }
+
+    #[inline(always)]
+    fn load_steps(self, row: &Steps) -> Pair {
+        let (words, zero) = (pulp::cast(*row), self.sse2._mm_setzero_si128());
+        [
+            self.sse2._mm_cvtepi32_ps(self.sse2._mm_unpacklo_epi16(words, zero)),
+            self.sse2._mm_cvtepi32_ps(self.sse2._mm_unpackhi_epi16(words, zero)),
+        ]
     }
 
     #[inline(always)]
