@@ -357,6 +357,23 @@ fn a_smooth_sphere() {
     compare(known(d, grow, "a sphere in view"), 1e-2, &[Control::Interior]);
 }
 
+/// A cube with normals as a ball's, which turns its other side to the camera and to the floor far from any edge.
+#[test]
+fn a_smooth_cube() {
+    let turned = DAffine3::from_rotation_translation(
+        DQuat::from_euler(glam::EulerRot::XYZ, 0.3, 0.5, 0.2),
+        DVec3::new(0.05, 0.4, -0.2),
+    );
+    let cube = Mesh::cube().smooth().transformed(&(turned * DAffine3::from_scale(DVec3::splat(0.25))));
+    let mut d = court(3, Material::diffuse("floor", DVec3::splat(0.6)), Some(cube));
+    d.camera = Camera::look_at(DVec3::new(0.0, 1.2, 1.6), DVec3::new(0.05, 0.3, -0.2), DVec3::Y, 0.5);
+    let turn = |scene: &Scene, change: &mut Change| {
+        change.rotate(scene, 1, DVec3::new(0.05, 0.4, -0.2), DVec3::new(0.5, 1.0, 0.2));
+        change.scale(scene, 1, DVec3::new(0.05, 0.4, -0.2), 0.5);
+    };
+    compare(known(d, turn, "a smooth cube"), 5e-3, &[Control::Interior, Control::Primary]);
+}
+
 /// Everything a scene can have: textures, two kinds of facets, smooth normals, all lights that may be warped.
 fn everything(sun: f64) -> Description {
     let mut d = court(6, conductor("metal", 0.25), Some(sphere(DVec3::new(0.05, 0.7, -0.2), 0.3)));

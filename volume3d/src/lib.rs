@@ -55,7 +55,7 @@
 //!
 //! | method | bias |
 //! |---|---|
-//! | [`gradient::WarpedArea`] with [`Outlines`](gradient::Field::Outlines) | none with flat shading; with interpolated normals it misses jumps *within* faces, see below |
+//! | [`gradient::WarpedArea`] with [`Outlines`](gradient::Field::Outlines) | none, but where surfaces pass through one another, see below; with [`flips`](gradient::WarpedArea::flips) 0, jumps of interpolated normals |
 //! | with auxiliary rays and a multilevel or roulette [`Debias`](flatland::warp::Debias) | the same |
 //! | with a fixed number of auxiliary rays | falls with that number; gradients come out too small |
 //! | with `warps: false` | the interior term alone: no silhouette, no shadow moves |
@@ -66,7 +66,8 @@
 //! Interpolated normals bring jumps of their own. Where a two-sided surface's shading normal turns away from the viewer
 //! while its face does not, the surface is lit from its other side, as in Mitsuba 3: a curve that moves over the face,
 //! and that the boundary function of no triangle edge knows. And at a fold a light may be above one face's horizon and
-//! below the other's. Edge sampling has both, from wherever they are seen; warped area has neither yet.
+//! below the other's. Edge sampling samples both curves, from wherever they are seen. Warped area
+//! samples the first with the speed that the warp leaves, v − V; the second consists of edges that its field follows.
 //!
 //! Surfaces that pass through one another jump along a curve that is no edge of a mesh. Finite differences see it, no
 //! other method does.

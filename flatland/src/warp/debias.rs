@@ -68,7 +68,8 @@ impl Default for Debias {
 }
 
 impl Debias {
-    /// The expected number of auxiliary rays of one estimate.
+    /// The expected number of auxiliary rays of one estimate, unless they are
+    /// [adaptive](super::Adaptive): then it depends on the scene.
     #[must_use]
     pub fn expected_rays(self) -> f64 {
         match self {
@@ -150,18 +151,9 @@ impl Debias {
                 let mut inverse = 1.0 / first;
                 let mut size = 2 * rays;
                 while size <= total {
-                    // Rows of a Hadamard matrix: halves by the parity of the bits in a mask.
-                    let rows = (1 << (size / unit).trailing_zeros()).min(16);
                     let share = inverse * size as f64 / total as f64;
                     for start in (0..total).step_by(size) {
-                        let block = Subset::all(start, start + size);
-                        combine(block, share);
-                        for mask in 1..rows {
-                            for parity in [0, 1] {
-                                let half = Subset { mask, parity, unit, ..block };
-                                combine(half, -0.5 * share / (rows - 1) as f64);
-                            }
-                        }
+                        Subset::difference(start, size, unit, share, &mut combine);
                     }
                     inverse /= ratio;
                     size *= 2;
@@ -183,8 +175,28 @@ pub(super) struct Subset {
 }
 
 impl Subset {
-    fn all(start: usize, end: usize) -> Self {
+    pub(super) fn all(start: usize, end: usize) -> Self {
         Self { start, end, unit: 1, mask: 0, parity: 0 }
+    }
+
+    /// Calls `combine` for what enters `share` · Δ over `size` rays from `start`: X of all of them, less the mean
+    /// over splits of X of their halves.
+    pub(super) fn difference(
+        start: usize,
+        size: usize,
+        unit: usize,
+        share: f64,
+        mut combine: impl FnMut(Self, f64),
+    ) {
+        // Rows of a Hadamard matrix: halves by the parity of the bits in a mask.
+        let rows = (1 << (size / unit).trailing_zeros()).min(16);
+        let whole = Self::all(start, start + size);
+        combine(whole, share);
+        for mask in 1..rows {
+            for parity in [0, 1] {
+                combine(Self { mask, parity, unit, ..whole }, -0.5 * share / (rows - 1) as f64);
+            }
+        }
     }
 
     /// The rays in it.

@@ -18,9 +18,9 @@
 //!
 //! The quotient by Σ w̃ makes every fixed number of rays biased ([`Debias::Consistent`]), the more
 //! so the closer u is to a boundary. [`Debias::Multilevel`] and [`Debias::RussianRoulette`] remove
-//! that bias exactly. With B ~ sᵖ in the distance s, the field is boundary consistent when pγ ≥ 1
-//! (n = 1) and γ ≥ 1/p + 1/2 (n = 2), at equality only logarithmically; below the bound no number
-//! of rays helps.
+//! that bias exactly, also with rays that are [`Adaptive`]. With B ~ sᵖ in the distance s, the field is
+//! boundary consistent when pγ ≥ 1 (n = 1) and γ ≥ 1/p + 1/2 (n = 2), at equality only logarithmically; below
+//! the bound no number of rays helps.
 //!
 //! # Numbers
 //!
@@ -34,6 +34,7 @@
 //! which neither overflows nor cancels anywhere. Weights are carried as logarithms relative to the
 //! largest, so no absolute clamp is needed and none is made.
 
+mod adaptive;
 mod auxiliary;
 mod boundary;
 mod debias;
@@ -41,6 +42,7 @@ mod domain;
 mod field;
 mod stencil;
 
+pub use adaptive::Adaptive;
 pub use auxiliary::AuxiliaryPoints;
 pub use boundary::BoundaryFunction;
 pub use debias::Debias;

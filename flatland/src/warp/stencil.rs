@@ -2,9 +2,10 @@
 
 use rand::Rng;
 
+use super::adaptive::{Adaptive, Demand};
 use super::auxiliary::AuxiliaryPoints;
 use super::boundary::BoundaryFunction;
-use super::debias::{Debias, Plan};
+use super::debias::{Debias, Plan, Subset};
 use super::domain::{Domain, Draw, Vector};
 use super::field::Field;
 
@@ -42,6 +43,9 @@ pub struct Warp {
     pub focus: f64,
     /// How many of them, and what is done about the bias.
     pub debias: Debias,
+    /// Whether their number depends on what the first ones see. Off, unless asked for: a consistent estimate becomes
+    /// more biased.
+    pub adaptive: Option<Adaptive>,
 }
 
 impl Default for Warp {
@@ -51,6 +55,7 @@ impl Default for Warp {
             points: AuxiliaryPoints::default(),
             focus: 0.3,
             debias: Debias::default(),
+            adaptive: None,
         }
     }
 }
@@ -97,12 +102,22 @@ pub struct Bundle<D: Domain> {
     point: D::Vector,
     plan: Plan,
     draws: Vec<Draw<D::Vector>>,
+    /// How many of them were drawn last.
+    fresh: usize,
+    demand: Option<Demand>,
 }
 
 impl<D: Domain> Bundle<D> {
     /// The points, in the order in which their hits are asked for.
     pub fn points(&self) -> impl ExactSizeIterator<Item = D::Vector> + '_ {
         self.draws.iter().map(|draw| draw.point)
+    }
+
+    /// So many batches, as if nothing had been asked of the first: what the tests of adaptive rays must reject.
+    #[cfg(test)]
+    pub(super) fn unasked(self, batches: usize) -> Self {
+        let plan = Plan { batches, ..self.plan };
+        Self { plan, demand: None, ..self }
     }
 }
 
@@ -168,6 +183,7 @@ impl Warp {
             points: AuxiliaryPoints::Antithetic,
             focus: 1.0,
             debias: Debias::Consistent { rays },
+            adaptive: None,
         }
     }
 
@@ -183,6 +199,7 @@ impl Warp {
             points: AuxiliaryPoints::Stratified,
             focus: 0.5,
             debias: Debias::Multilevel { rays: 8, first: 0.15, ratio: 0.3 },
+            adaptive: None,
         }
     }
 
@@ -215,7 +232,8 @@ impl Warp {
         if !(self.focus >= 0.1 && self.focus <= 1.0) {
             return Err(WarpError::Focus { focus: self.focus });
         }
-        self.debias.check().map_err(|what| WarpError::Debias { what })
+        let adaptive = self.adaptive.map_or(Ok(()), Adaptive::check);
+        self.debias.check().and(adaptive).map_err(|what| WarpError::Debias { what })
     }
 
     /// The distance beyond which a boundary no longer matters: what [`stencil`](Self::stencil)'s
@@ -239,19 +257,57 @@ impl Warp {
         rng: &mut impl Rng,
         mut trace: impl FnMut(D::Vector) -> (H, f64),
     ) -> Stencil<D, H> {
-        let bundle = self.bundle::<D>(u, kappa, rng);
-        let hits = bundle.draws.iter().map(|draw| trace(draw.point)).collect();
-        self.stencil_of(bundle, kappa, hits)
+        let mut bundle = self.bundle::<D>(u, kappa, rng);
+        let mut hits: Vec<(H, f64)> = Vec::with_capacity(bundle.draws.len());
+        loop {
+            let known = hits.len();
+            hits.extend(bundle.draws[known..].iter().map(|draw| trace(draw.point)));
+            let distances = hits[known..].iter().map(|(_, distance)| *distance);
+            if !self.grow(&mut bundle, kappa, distances, rng) {
+                return self.stencil_of(bundle, kappa, hits);
+            }
+        }
     }
 
-    /// Draws auxiliary points around u, to be traced together.
+    /// Draws auxiliary points around u, to be traced together; all of them, unless rays are
+    /// [`adaptive`](Self::adaptive).
     pub fn bundle<D: Domain>(&self, u: D::Vector, kappa: f64, rng: &mut impl Rng) -> Bundle<D> {
-        let plan = self.debias.plan(rng);
+        // Weights without boundaries have no reach.
+        let adaptive = self.adaptive.filter(|_| self.reach(kappa) > 0.0);
+        let demand = adaptive.and_then(|adaptive| Demand::new(adaptive, self.debias));
+        let plan = demand.as_ref().map_or_else(|| self.debias.plan(rng), Demand::pilot);
         let mut draws = Vec::with_capacity(plan.rays * plan.batches);
         for _ in 0..plan.batches {
             self.points.draw::<D>(u, kappa, self.focus, plan.rays, rng, &mut draws);
         }
-        Bundle { point: u, plan, draws }
+        Bundle { point: u, plan, fresh: draws.len(), draws, demand }
+    }
+
+    /// Hands over how far each of the points drawn last is from a boundary, and draws more points if these ask for
+    /// it. Must be called, until it returns false, before [`stencil_of`](Self::stencil_of).
+    ///
+    /// The distances may be other than those of B, as long as they depend on the points of one block only: infinite for
+    /// boundaries that nothing moves at, of which no more need be known.
+    ///
+    /// # Panics
+    /// If there is not one distance for every new point.
+    pub fn grow<D: Domain>(
+        &self,
+        bundle: &mut Bundle<D>,
+        kappa: f64,
+        distances: impl IntoIterator<Item = f64>,
+        rng: &mut impl Rng,
+    ) -> bool {
+        let Some(demand) = &mut bundle.demand else { return false };
+        let reach = self.reach(kappa);
+        let relative: Vec<f64> = distances.into_iter().map(|distance| distance / reach).collect();
+        assert_eq!(relative.len(), bundle.fresh, "one distance for every new point");
+        let Some(more) = demand.hear(&relative, rng) else { return false };
+        for _ in 0..more.batches {
+            self.points.draw::<D>(bundle.point, kappa, self.focus, more.rays, rng, &mut bundle.draws);
+        }
+        bundle.fresh = more.rays * more.batches;
+        true
     }
 
     /// Turns a traced bundle into the coefficients of (V, ∇·V): [`stencil`](Self::stencil) in two steps.
@@ -263,10 +319,14 @@ impl Warp {
         &self,
         bundle: Bundle<D>,
         kappa: f64,
-        hits: Vec<(H, f64)>,
+        mut hits: Vec<(H, f64)>,
     ) -> Stencil<D, H> {
-        let Bundle { point, plan, draws } = bundle;
+        let Bundle { point, plan, mut draws, demand, .. } = bundle;
         assert_eq!(draws.len(), hits.len(), "one hit for every draw");
+        if let Some(demand) = &demand {
+            demand.settle(&mut draws);
+            demand.settle(&mut hits);
+        }
         let mut logs = Vec::with_capacity(draws.len());
         let mut terms = Vec::with_capacity(draws.len());
         for (draw, (hit, distance)) in draws.iter().zip(hits) {
@@ -274,9 +334,15 @@ impl Warp {
             terms.push(Term { hit, weight: 0.0, divergence: D::Vector::ZERO });
         }
         let weights = Weights::new(logs);
-        self.debias.combine(plan, self.points.unit(plan.rays), |subset, coefficient| {
+        let unit = self.points.unit(plan.rays);
+        let count = terms.len();
+        let add = |subset: Subset, coefficient| {
             weights.accumulate(subset.indices(), coefficient, &mut terms);
-        });
+        };
+        match demand {
+            Some(demand) => demand.combine(unit, count, add),
+            None => self.debias.combine(plan, unit, add),
+        }
         // −c u·V of the projected field, as part of the covectors.
         for term in &mut terms {
             term.divergence = term.divergence - point * (D::CURVATURE * term.weight);

@@ -3,7 +3,7 @@
 use anyhow::bail;
 use clap::error::ErrorKind;
 use clap::{Args, ValueEnum};
-use flatland::warp::{Debias, Warp};
+use flatland::warp::{Adaptive, Debias, Warp};
 use glam::DVec3;
 use volume3d::gradient::{
     Change, EdgeSampling, Field, FiniteDifference, Gradient, GradientError, GradientImage, Progress,
@@ -18,7 +18,8 @@ pub(super) struct MethodOptions {
     /// How the derivative is estimated.
     #[arg(long, value_enum, default_value = "warped-area")]
     method: Method,
-    /// Warped area: what its field is made of [default: outlines; rays if --debias or --aux is given].
+    /// Warped area: what its field is made of [default: outlines; rays if --debias, --aux or
+    /// --adaptive is given].
     #[arg(long, value_enum)]
     field: Option<FieldKind>,
     /// Warped area: what is done about the bias of the warp with finitely many auxiliary rays.
@@ -28,11 +29,15 @@ pub(super) struct MethodOptions {
     /// --debias none].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     aux: Option<u32>,
+    /// Warped area: more auxiliary rays where the first of them see a boundary near by, and few where they see one
+    /// smooth surface. With --debias none that adds to the bias; otherwise there is still none.
+    #[arg(long)]
+    adaptive: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum Method {
-    /// Warped-area sampling: unbiased but for jumps of interpolated normals, with --debias none biased; refuses mirrors and lights without extent where
+    /// Warped-area sampling: unbiased, with --debias none biased; refuses mirrors and lights without extent where
     /// geometry moves.
     WarpedArea,
     /// Edge sampling: unbiased; besides --spp paths a pixel, as many samples of edges seen from surfaces and a fourth
@@ -87,12 +92,12 @@ impl MethodOptions {
     /// Whether all options belong together, asked before any work.
     pub(super) fn check(&self, command: &str, step: bool) -> anyhow::Result<()> {
         let conflict = |text: &str| Err(usage(command, ErrorKind::ArgumentConflict, text.to_owned()));
-        let rays = self.debias.is_some() || self.aux.is_some();
+        let rays = self.asks_for_rays();
         if self.method != Method::WarpedArea && (rays || self.field.is_some()) {
-            return conflict("--field, --debias and --aux belong to --method warped-area");
+            return conflict("--field, --debias, --aux and --adaptive belong to --method warped-area");
         }
         if self.field == Some(FieldKind::Outlines) && rays {
-            return conflict("--debias and --aux belong to --field rays");
+            return conflict("--debias, --aux and --adaptive belong to --field rays");
         }
         if step && !self.is_finite_difference() {
             return conflict("--step belongs to --method finite-difference");
@@ -114,11 +119,16 @@ impl MethodOptions {
         if self.method == Method::Rotation {
             return Estimator::Rotation(Rotation { samples, seed, ..Rotation::default() });
         }
-        let warp = Warp { debias: self.debias(), ..Warp::default() };
+        let adaptive = self.adaptive.then(Adaptive::default);
+        let warp = Warp { debias: self.debias(), adaptive, ..Warp::default() };
         let warps = self.method != Method::Interior;
-        let rays = self.field == Some(FieldKind::Rays) || self.debias.is_some() || self.aux.is_some();
+        let rays = self.field == Some(FieldKind::Rays) || self.asks_for_rays();
         let field = if rays { Field::AuxiliaryRays } else { Field::default() };
         Estimator::WarpedArea(WarpedArea { samples, field, warp, warps, seed, ..WarpedArea::default() })
+    }
+
+    fn asks_for_rays(&self) -> bool {
+        self.debias.is_some() || self.aux.is_some() || self.adaptive
     }
 
     fn debias(&self) -> Debias {

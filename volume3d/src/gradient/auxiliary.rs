@@ -3,11 +3,11 @@
 use std::f64::consts::FRAC_PI_2;
 
 use flatland::random::{Stream, open01};
-use flatland::warp::{Bundle, Plane, Warp};
+use flatland::warp::{Bundle, Domain, Plane, Stencil, Warp};
 use glam::{DVec2, DVec3};
 
 use super::film::FilmPlane;
-use super::outline::{Cone, Edge, Edges, HalfSpace, Outline, Reach, Tree, View, WIDEST};
+use super::outline::{Cone, Edge, Edges, HalfSpace, Outline, Pole, Reach, Tree, View, WIDEST};
 use super::rigid::{Following, Rigid, Warping};
 use super::warps::{DirectionWarp, FilmWarp};
 use crate::Sphere;
@@ -135,7 +135,7 @@ struct Near {
     direction: DVec3,
     /// By how much a direction may differ, as a chord.
     margin: f64,
-    edges: Vec<Edge>,
+    edges: Vec<(Edge, Pole)>,
 }
 
 impl<'s> Auxiliary<'s> {
@@ -182,34 +182,72 @@ impl<'s> Auxiliary<'s> {
                 self.follow::<Sphere>(x, Some(from), direction, kappa, candidates, x_moves, |d| d, keep);
             return warping.map(DirectionWarp::Rays);
         }
+        self.weighted_on_sphere(x, from, direction, kernel, x_moves)
+    }
+
+    fn weighted_on_sphere(
+        &mut self,
+        x: DVec3,
+        from: u32,
+        direction: DVec3,
+        kernel: Kernel,
+        x_moves: bool,
+    ) -> Option<DirectionWarp> {
+        let Kernel { kappa, normal, sees, .. } = kernel;
+        let (scene, warp) = (self.paths.scene, self.warp);
         let fades = self.construction == Construction::Weighted { fades: true };
-        let bundle: Bundle<Sphere> = self.warp.bundle(direction, kappa, &mut self.rng);
-        self.directions.clear();
-        self.directions.extend(bundle.points());
-        if !self.trace(x, Some(from), x_moves) {
-            return None;
+        let jumps = match sees {
+            Sees::Radiance => Jumps::Radiance,
+            Sees::Beyond | Sees::Before { .. } => Jumps::Visibility,
+        };
+        let bundle: Bundle<Sphere> = warp.bundle(direction, kappa, &mut self.rng);
+        let sight = |direction: DVec3, hit: Option<Hit>| {
+            let hit = hit.filter(|h| normal.dot(direction) > 0.0 && counts(sees, x, direction, h.distance));
+            let distance = hit.map_or(f64::INFINITY, |h| {
+                scene.edges.angular_distance(scene, h.triangle, x, direction, h.distance, jumps)
+            });
+            let nearness = if fades { warp.nearness(distance, kappa) } else { 1.0 };
+            (Seen::by_ray(scene, hit, direction, nearness), distance)
+        };
+        let stencil = self.weighted(bundle, kappa, x, Some(from), x_moves, |d| d, sight)?;
+        Some(DirectionWarp::Rays(Warping::Weighted(stencil)))
+    }
+
+    /// The stencil of a bundle of rays and those it asks for; nothing where none of them may see anything that moves.
+    ///
+    /// A ray that misses all that moves says nothing about where more are needed: no velocity changes at what it sees.
+    #[expect(clippy::too_many_arguments, reason = "as `follow`")]
+    fn weighted<D: Domain>(
+        &mut self,
+        mut bundle: Bundle<D>,
+        kappa: f64,
+        origin: DVec3,
+        from: Option<u32>,
+        origin_moves: bool,
+        ray: impl Fn(D::Vector) -> DVec3,
+        sight: impl Fn(DVec3, Option<Hit>) -> (Seen, f64),
+    ) -> Option<Stencil<D, Seen>> {
+        let mut seen: Vec<(Seen, f64)> = vec![];
+        let mut matters: Vec<bool> = vec![];
+        loop {
+            // Rays that no one has needed yet are traced with the next ones, if those are needed.
+            self.directions.clear();
+            self.directions.extend(bundle.points().skip(seen.len()).map(&ray));
+            let known = matters.len();
+            let fresh = &self.directions[known - seen.len()..];
+            matters.extend(fresh.iter().map(|&d| origin_moves || self.moving.may_be_hit(origin, d)));
+            if matters.contains(&true) {
+                self.rays += self.directions.len() as u64;
+                self.paths.closest_bundle(origin, &self.directions, from, &mut self.hits);
+                seen.extend(self.directions.iter().zip(&self.hits).map(|(&d, &hit)| sight(d, hit)));
+            }
+            let distances =
+                (known..matters.len()).map(|i| if matters[i] { seen[i].1 } else { f64::INFINITY });
+            if !self.warp.grow(&mut bundle, kappa, distances, &mut self.rng) {
+                break;
+            }
         }
-        let scene = self.paths.scene;
-        let hits = self
-            .directions
-            .iter()
-            .zip(&self.hits)
-            .map(|(&direction, &hit)| {
-                let hit = hit.filter(|h| {
-                    kernel.normal.dot(direction) > 0.0 && counts(kernel.sees, x, direction, h.distance)
-                });
-                let jumps = match kernel.sees {
-                    Sees::Radiance => Jumps::Radiance,
-                    Sees::Beyond | Sees::Before { .. } => Jumps::Visibility,
-                };
-                let distance = hit.map_or(f64::INFINITY, |h| {
-                    scene.edges.angular_distance(scene, h.triangle, x, direction, h.distance, jumps)
-                });
-                let nearness = if fades { self.warp.nearness(distance, kappa) } else { 1.0 };
-                (Seen::by_ray(scene, hit, direction, nearness), distance)
-            })
-            .collect();
-        Some(DirectionWarp::Rays(Warping::Weighted(self.warp.stencil_of(bundle, kappa, hits))))
+        matters.contains(&true).then(|| self.warp.stencil_of(bundle, kappa, seen))
     }
 
     /// The warp at a point of the film, at which a triangle or nothing is seen; nothing where nothing seen can move.
@@ -250,25 +288,16 @@ impl<'s> Auxiliary<'s> {
         let scene = self.paths.scene;
         let camera = &scene.description.camera;
         let bundle: Bundle<Plane> = self.warp.bundle(u, kappa, &mut self.rng);
-        self.directions.clear();
-        self.directions.extend(bundle.points().map(ray));
-        if !self.trace(camera.origin, None, camera_moves) {
-            return None;
-        }
-        let hits = self
-            .directions
-            .iter()
-            .zip(&self.hits)
-            .map(|(&direction, &hit)| {
-                let angle = |h: Hit| {
-                    let (edges, jumps) = (&scene.edges, Jumps::Radiance);
-                    edges.angular_distance(scene, h.triangle, camera.origin, direction, h.distance, jumps)
-                };
-                let distance = hit.map_or(f64::INFINITY, |h| film.scale(camera, direction) * angle(h));
-                (Seen::by_ray(scene, hit, direction, 1.0), distance)
-            })
-            .collect();
-        Some(FilmWarp::Rays(Warping::Weighted(self.warp.stencil_of(bundle, kappa, hits))))
+        let sight = |direction: DVec3, hit: Option<Hit>| {
+            let angle = |h: Hit| {
+                let (edges, jumps) = (&scene.edges, Jumps::Radiance);
+                edges.angular_distance(scene, h.triangle, camera.origin, direction, h.distance, jumps)
+            };
+            let distance = hit.map_or(f64::INFINITY, |h| film.scale(camera, direction) * angle(h));
+            (Seen::by_ray(scene, hit, direction, 1.0), distance)
+        };
+        let stencil = self.weighted(bundle, kappa, camera.origin, None, camera_moves, ray, sight)?;
+        Some(FilmWarp::Rays(Warping::Weighted(stencil)))
     }
 
     fn outline_on_film(
@@ -301,7 +330,7 @@ impl<'s> Auxiliary<'s> {
             let wide = Reach::new(reach.angle + FRAC_PI_2 * margin);
             let cone = Cone { origin, axis: direction, reach: wide, planes: &[] };
             self.near.edges.clear();
-            tree.for_each(&cone, |edge| self.near.edges.push(*edge));
+            tree.for_each(&cone, |edge| self.near.edges.push((*edge, Pole::new(edge.places, origin))));
             (self.near.direction, self.near.margin) = (direction, margin);
         }
         Some(())

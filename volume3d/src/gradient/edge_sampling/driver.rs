@@ -1,5 +1,6 @@
 //! Sums over samples of jumps: onto the film, or, transposed, into the parameters.
 
+use flatland::random::{Stream, stream};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -8,7 +9,7 @@ use crate::gradient::film::FilmPlane;
 use crate::gradient::forward::Forward;
 use crate::gradient::groups::GROUPS;
 use crate::gradient::motion::Motion;
-use crate::gradient::reverse::{Inputs, Reverse};
+use crate::gradient::reverse::{Inputs, Recorded, Reverse};
 use crate::gradient::{Change, Gradient, NonFinite, Progress, Stopped, Wanted};
 use crate::path::Sequence;
 use crate::scene::Scene;
@@ -39,6 +40,11 @@ impl Address {
         Sequence::new(self.seed, &[purpose, self.group as u64], self.index)
     }
 
+    /// A stream of random numbers that belong to the sample alone.
+    pub(super) fn stream(&self, purpose: u64) -> Stream {
+        stream(self.seed, &[purpose, self.group as u64, self.index as u64])
+    }
+
     /// The sample's place in (0, 1), systematically.
     pub(super) fn fraction(&self, numbers: &mut Sequence) -> f64 {
         (self.index as f64 + numbers.one()) / self.count as f64
@@ -65,6 +71,16 @@ pub(super) trait Boundary: Sync {
 pub(super) struct Estimate {
     pub(super) mean: Vec<DVec3>,
     pub(super) variance: Vec<DVec3>,
+    /// Auxiliary rays.
+    pub(super) rays: u64,
+    pub(super) non_finite: Vec<NonFinite>,
+}
+
+/// What a chunk of samples adds to the film: amounts by pixel.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Splats {
+    pub(super) amounts: Vec<(u32, DVec3)>,
+    pub(super) rays: u64,
     pub(super) non_finite: Vec<NonFinite>,
 }
 
@@ -94,7 +110,7 @@ impl<'s> Driver<'s> {
         self.count.div_ceil(CHUNK)
     }
 
-    fn addresses(self, group: usize, chunk: usize) -> impl Iterator<Item = Address> {
+    pub(super) fn addresses(self, group: usize, chunk: usize) -> impl Iterator<Item = Address> {
         let last = (CHUNK * (chunk + 1)).min(self.count);
         (CHUNK * chunk..last).map(move |index| Address { seed: self.seed, group, index, count: self.count })
     }
@@ -130,20 +146,33 @@ impl<'s> Driver<'s> {
         motion: &Motion<'_>,
         progress: &Progress,
     ) -> Result<Estimate, Stopped> {
+        self.estimate(progress, |group, chunk| self.forward_chunk(boundary, motion, group, chunk, progress))
+    }
+
+    /// The mean over samples, and its variance by that of the groups' means, of what chunks of groups add.
+    pub(super) fn estimate(
+        &self,
+        progress: &Progress,
+        chunk: impl Fn(usize, usize) -> Splats + Sync,
+    ) -> Result<Estimate, Stopped> {
         let pixels = self.film.columns * self.film.rows;
         let (mut mean, mut squares) = (vec![DVec3::ZERO; pixels], vec![DVec3::ZERO; pixels]);
-        let mut non_finite = vec![];
+        let (mut rays, mut non_finite) = (0, vec![]);
         let mut sum = vec![DVec3::ZERO; pixels];
         progress.start(GROUPS * self.chunks());
         for group in 0..GROUPS {
             sum.fill(DVec3::ZERO);
-            let part = |chunk| self.forward_chunk(boundary, motion, group, chunk, progress);
-            self.gather(progress, part, |(splats, bad)| {
-                for (pixel, amount) in splats {
-                    sum[pixel as usize] += amount;
-                }
-                non_finite.extend(bad);
-            })?;
+            self.gather(
+                progress,
+                |number| chunk(group, number),
+                |part| {
+                    for (pixel, amount) in part.amounts {
+                        sum[pixel as usize] += amount;
+                    }
+                    rays += part.rays;
+                    non_finite.extend(part.non_finite);
+                },
+            )?;
             // Welford's running mean and sum of squared deviations.
             for ((sum, mean), squares) in sum.iter().zip(&mut mean).zip(&mut squares) {
                 let value = *sum / self.count as f64;
@@ -154,7 +183,7 @@ impl<'s> Driver<'s> {
         }
         let n = GROUPS as f64;
         let variance = squares.into_iter().map(|s| s / (n * (n - 1.0))).collect();
-        Ok(Estimate { mean, variance, non_finite })
+        Ok(Estimate { mean, variance, rays, non_finite })
     }
 
     fn forward_chunk(
@@ -164,10 +193,10 @@ impl<'s> Driver<'s> {
         group: usize,
         chunk: usize,
         progress: &Progress,
-    ) -> (Vec<(u32, DVec3)>, Vec<NonFinite>) {
+    ) -> Splats {
         let mut forward = Forward::<1> { scene: self.scene, motion, auxiliary: None };
         let frame = forward.frame(&self.film);
-        let (mut splats, mut bad, mut found) = (vec![], vec![], vec![]);
+        let (mut splats, mut found) = (Splats::default(), vec![]);
         for address in self.addresses(group, chunk) {
             if progress.stopped() {
                 break;
@@ -176,12 +205,18 @@ impl<'s> Driver<'s> {
             boundary.sample(&mut forward, &frame, address, &mut found);
             for crossing in &found {
                 let amount = crossing.light * crossing.speed.tangent[0];
-                self.splat(crossing.at, address, amount, &mut bad, |pixel, weight| {
-                    splats.push((pixel as u32, weight * amount));
-                });
+                self.splat_into(&mut splats, crossing.at, address, amount);
             }
         }
-        (splats, bad)
+        splats
+    }
+
+    /// Adds an amount to every pixel a film point reaches.
+    pub(super) fn splat_into(&self, splats: &mut Splats, at: DVec2, address: Address, amount: DVec3) {
+        let Splats { amounts, non_finite, .. } = splats;
+        self.splat(at, address, amount, non_finite, |pixel, weight| {
+            amounts.push((pixel as u32, weight * amount));
+        });
     }
 
     /// Calls with every pixel a film point reaches and its weight there.
@@ -220,13 +255,28 @@ impl<'s> Driver<'s> {
         gradient: &mut Gradient,
     ) -> Result<(), Stopped> {
         let inputs = Inputs::new(self.scene, wanted);
+        self.collect(progress, gradient, |group, chunk| {
+            self.reverse_chunk(boundary, adjoint, &inputs, group, chunk, progress)
+        })
+    }
+
+    /// Adds what chunks of groups add to a gradient.
+    pub(super) fn collect(
+        &self,
+        progress: &Progress,
+        gradient: &mut Gradient,
+        chunk: impl Fn(usize, usize) -> Gradient + Sync,
+    ) -> Result<(), Stopped> {
         progress.start(GROUPS * self.chunks());
         for group in 0..GROUPS {
-            let part = |chunk| self.reverse_chunk(boundary, adjoint, &inputs, group, chunk, progress);
-            self.gather(progress, part, |part| {
-                gradient.change.add(&part.change);
-                gradient.non_finite.extend(part.non_finite);
-            })?;
+            self.gather(
+                progress,
+                |number| chunk(group, number),
+                |part| {
+                    gradient.change.add(&part.change);
+                    gradient.non_finite.extend(part.non_finite);
+                },
+            )?;
         }
         Ok(())
     }
@@ -243,7 +293,7 @@ impl<'s> Driver<'s> {
         let mut part = Gradient::from(Change::still(self.scene));
         let mut tape = Tape::new();
         let mut adjoints = vec![];
-        let scale = 1.0 / (GROUPS * self.count) as f64;
+        let scale = self.scale();
         for address in self.addresses(group, chunk) {
             if progress.stopped() {
                 break;
@@ -254,25 +304,42 @@ impl<'s> Driver<'s> {
             let mut found = vec![];
             boundary.sample(&mut reverse, &frame, address, &mut found);
             for crossing in found {
-                let mut sum = 0.0;
-                self.splat(crossing.at, address, crossing.light, &mut part.non_finite, |pixel, weight| {
-                    sum += weight * adjoint[pixel].dot(crossing.light);
-                });
-                if sum == 0.0 {
-                    continue;
-                }
-                let outputs = [(crossing.speed, sum * scale)];
-                // Once without a sink: what is not finite must not reach the sums.
-                let mut finite = true;
-                tape.sweep(&outputs, &mut adjoints, |_, a, _| finite &= a.iter().all(|a| a.is_finite()));
-                if finite {
-                    reverse.sweep(&outputs, &mut adjoints, &mut part.change);
-                } else if let Some((i, j)) = self.film.cell(crossing.at) {
-                    part.non_finite.push(self.located((i, j), address));
-                }
+                self.pull(&mut reverse, &crossing, (adjoint, scale), address, &mut adjoints, &mut part);
             }
         }
         part
+    }
+
+    /// What one crossing adds to the gradient, where the mean over samples is `scale` times their sum.
+    pub(super) fn pull<'t>(
+        &self,
+        reverse: &mut Reverse<'_, 't>,
+        crossing: &Crossing<Recorded<'t>>,
+        (adjoint, scale): (&[DVec3], f64),
+        address: Address,
+        adjoints: &mut Vec<f64>,
+        part: &mut Gradient,
+    ) {
+        let mut sum = 0.0;
+        self.splat(crossing.at, address, crossing.light, &mut part.non_finite, |pixel, weight| {
+            sum += weight * adjoint[pixel].dot(crossing.light);
+        });
+        if sum == 0.0 {
+            return;
+        }
+        let outputs = [(crossing.speed, sum * scale)];
+        // Once without a sink: what is not finite must not reach the sums.
+        let mut finite = true;
+        reverse.tape.sweep(&outputs, adjoints, |_, a, _| finite &= a.iter().all(|a| a.is_finite()));
+        finite = finite && reverse.sweep_if_finite(&outputs, adjoints, &mut part.change);
+        if !finite && let Some((i, j)) = self.film.cell(crossing.at) {
+            part.non_finite.push(self.located((i, j), address));
+        }
+    }
+
+    /// What each sample counts in the mean of all.
+    pub(super) fn scale(&self) -> f64 {
+        1.0 / (GROUPS * self.count) as f64
     }
 
     fn located(&self, (i, j): (usize, usize), address: Address) -> NonFinite {

@@ -2,19 +2,21 @@
 //!
 //! The side that reflects is that of the shading normal: with G = n_s·ω_o, the radiance jumps where G = 0, a curve
 //! within a triangle close to a silhouette. As G(u; θ) = 0 at a film point u, the curve's normal velocity along
-//! ν = ∇G/|∇G| is −Ġ/|∇G|, Ġ at fixed u. The curve is found where lines of the film cut it: along a line of
-//! direction d with offset h, dh = |ν·d| dl. Lines along x and along y are weighed by (ν·d)², so that no
-//! line that touches the curve counts for much.
+//! ν = ∇G/|∇G| is −Ġ/|∇G|, Ġ at fixed u; or along a warp, see [`curve`](super::curve). The curve is found where lines
+//! of the film cut it: along a line of direction d with offset h, dh = |ν·d| dl. Lines along x and along y are weighed
+//! by (ν·d)², so that no line that touches the curve counts for much.
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::driver::{Address, Boundary, Crossing};
+use super::curve::{Curve, Eye};
+use super::driver::Address;
 use super::list::corners;
 use super::sensor::Sensor;
 use super::table::Table;
 use super::{FLIP, Moving};
-use crate::calculus::{Calculus, Frame, Number, Vec3};
-use crate::path::{Paths, Plain, SurfacePoint};
+use crate::calculus::{Calculus, Vec3};
+use crate::geometry::Hit;
+use crate::path::{Paths, Plain, Sequence, SurfacePoint};
 use crate::scene::NONE;
 
 /// The radiance on either side is that this many pixels away.
@@ -107,33 +109,35 @@ impl<'a> Flips<'a> {
     }
 
     /// G at a film point, in numbers.
-    fn cosine<C: Calculus>(
-        &self,
-        calculus: &C,
-        frame: &Frame<C::Number>,
-        triangle: u32,
-        u: DVec2,
-    ) -> C::Number {
+    fn cosine<C: Calculus>(&self, calculus: &C, eye: &Eye<'_, C::Number>, triangle: u32) -> C::Number {
         let scene = self.sensor.paths.scene;
-        let number = C::Number::constant;
-        let direction = self.sensor.film.direction(frame, [number(u.x), number(u.y)]);
-        let point = SurfacePoint::new(scene, calculus, frame.origin, direction, triangle);
+        let direction = self.sensor.film.direction(eye.frame, eye.at);
+        let point = SurfacePoint::new(scene, calculus, eye.frame.origin, direction, triangle);
         point.interpolated_normal(scene, calculus).dot(point.viewer)
     }
 }
 
-impl Boundary for Flips<'_> {
+/// A point of the film at which a triangle turns its other side.
+#[derive(Debug)]
+pub(super) struct Turn {
+    at: DVec2,
+    hit: Hit,
+    /// Along ∇G.
+    normal: DVec2,
+    /// 1/|∇G|, over the density of the point.
+    weight: f64,
+    /// Of the paths on both sides.
+    numbers: Sequence,
+}
+
+impl Curve for Flips<'_> {
+    type Place = Turn;
+
     fn is_empty(&self) -> bool {
         self.table.total() <= 0.0
     }
 
-    fn sample<C: Calculus>(
-        &self,
-        calculus: &mut C,
-        frame: &Frame<C::Number>,
-        address: Address,
-        found: &mut Vec<Crossing<C::Number>>,
-    ) {
+    fn draw(&self, address: Address, places: &mut Vec<Turn>) {
         let Sensor { paths, film, frame: still } = self.sensor;
         let scene = paths.scene;
         let mut numbers = address.numbers(FLIP);
@@ -157,22 +161,34 @@ impl Boundary for Flips<'_> {
             }
             let hit = paths.closest(still.origin.value(), ray(at).value(), None);
             let Some(hit) = hit.filter(|h| h.triangle == triangle) else { continue };
-            let value = |step: DVec2| self.cosine(&plain, &still, triangle, at + step);
+            let value = |step: DVec2| self.cosine(&plain, &Eye::still(&still, at + step), triangle);
             let slope = |d: DVec2| (value(STEP_PIXELS * d) - value(-STEP_PIXELS * d)) / (2.0 * STEP_PIXELS);
             let gradient = DVec2::new(slope(DVec2::X), slope(DVec2::Y));
             let steepness = gradient.length();
             let normal = gradient / steepness;
-            let [before, behind] = [-1.0, 1.0].map(|side| {
-                let direction = ray(at + side * ASIDE_PIXELS * normal);
-                let mut plain = Plain { scene };
-                paths.radiance(&mut plain, still.origin, direction, Some(hit), &mut numbers.clone()).value()
-            });
             // (ν·d)² / |ν·d|, over the density of lines.
             let weight = normal.dot(d).abs() * self.table.total() / steepness;
-            let light = (before - behind) * weight;
-            if light != DVec3::ZERO {
-                found.push(Crossing { at, light, speed: -self.cosine(calculus, frame, triangle, at) });
-            }
+            places.push(Turn { at, hit, normal, weight, numbers: numbers.clone() });
         }
+    }
+
+    fn film(&self, place: &Turn) -> (DVec2, u32) {
+        (place.at, place.hit.triangle)
+    }
+
+    fn light(&self, place: &Turn) -> DVec3 {
+        let Sensor { paths, film, frame } = self.sensor;
+        let [before, behind] = [-1.0, 1.0].map(|side| {
+            let u = place.at + side * ASIDE_PIXELS * place.normal;
+            let direction = film.direction(&frame, [u.x, u.y]);
+            let mut plain = Plain { scene: paths.scene };
+            let hit = Some(place.hit);
+            paths.radiance(&mut plain, frame.origin, direction, hit, &mut place.numbers.clone()).value()
+        });
+        (before - behind) * place.weight
+    }
+
+    fn speed<C: Calculus>(&self, calculus: &mut C, eye: &Eye<'_, C::Number>, place: &Turn) -> C::Number {
+        -self.cosine(calculus, eye, place.hit.triangle)
     }
 }

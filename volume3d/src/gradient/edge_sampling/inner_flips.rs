@@ -17,14 +17,16 @@
 
 use std::f64::consts::TAU;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
-use super::driver::{Address, Boundary, Crossing};
+use super::carried::carried;
+use super::curve::{Curve, Eye};
+use super::driver::Address;
 use super::list::{corners, reflects};
 use super::sensor::{Chain, Sensor, Vertex};
 use super::table::Table;
 use super::{BEFORE_FLIP, INNER_FLIP, Moving, STILL};
-use crate::calculus::{Calculus, Frame, Vec3};
+use crate::calculus::{Calculus, Vec3};
 use crate::geometry::Hit;
 use crate::path::{Paths, Plain, Sequence, SurfacePoint};
 use crate::scene::{NONE, Scene};
@@ -78,24 +80,10 @@ impl<'a> InnerFlips<'a> {
         });
         before - behind
     }
-
-    /// G at a fixed direction from the last point of a path, in numbers.
-    fn cosine<C: Calculus>(
-        &self,
-        calculus: &C,
-        frame: &Frame<C::Number>,
-        chain: &Chain<'_>,
-        turn: &Turn,
-    ) -> C::Number {
-        let scene = self.sensor.paths.scene;
-        let origin = self.sensor.position(calculus, frame, chain);
-        let direction = Vec3::constant(-turn.towards);
-        let point = SurfacePoint::new(scene, calculus, origin, direction, turn.triangle);
-        point.interpolated_normal(scene, calculus).dot(point.viewer)
-    }
 }
 
 /// A point of a surface whose side turns in a direction.
+#[derive(Clone, Copy, Debug)]
 struct Turn {
     triangle: u32,
     weights: [f64; 3],
@@ -108,6 +96,11 @@ struct Turn {
 }
 
 impl Turn {
+    /// As the vertex that a path comes to.
+    fn next(&self) -> Vertex {
+        Vertex { position: self.point, triangle: self.triangle }
+    }
+
     fn draw(scene: &Scene, triangle: u32, numbers: &mut Sequence) -> Option<Self> {
         let ([a, b], turn) = (numbers.pair(), numbers.one());
         let root = a.sqrt();
@@ -138,18 +131,26 @@ fn deviation(scene: &Scene, triangle: u32) -> f64 {
     normals(scene, triangle).map(|n| 0.5 * n.cross(face).length()).into_iter().fold(0.0, f64::max)
 }
 
-impl Boundary for InnerFlips<'_> {
+/// A path from the camera to a point that sees a surface turn its other side.
+#[derive(Debug)]
+pub(super) struct Seen {
+    turn: Turn,
+    at: DVec2,
+    /// The path's shading points, the last first.
+    vertices: Vec<Vertex>,
+    weight: DVec3,
+    /// Of the paths on both sides.
+    numbers: Sequence,
+}
+
+impl Curve for InnerFlips<'_> {
+    type Place = Seen;
+
     fn is_empty(&self) -> bool {
         self.table.total() <= 0.0
     }
 
-    fn sample<C: Calculus>(
-        &self,
-        calculus: &mut C,
-        frame: &Frame<C::Number>,
-        address: Address,
-        found: &mut Vec<Crossing<C::Number>>,
-    ) {
+    fn draw(&self, address: Address, places: &mut Vec<Seen>) {
         let paths = self.sensor.paths;
         let scene = paths.scene;
         let mut numbers = address.numbers(INNER_FLIP);
@@ -166,12 +167,23 @@ impl Boundary for InnerFlips<'_> {
         let scale = 0.5 * (b - a).cross(c - a).dot(turn.towards).abs() * TAU / chosen.probability;
         let mut backwards = address.numbers(BEFORE_FLIP);
         self.sensor.each_chain(start, -turn.towards, self.longest, &mut backwards, |chain: Chain<'_>| {
-            let difference = self.difference(&turn, chain.vertices.len() + 1, &numbers);
-            let light = difference * chain.weight * scale;
-            if light != DVec3::ZERO {
-                let speed = -self.cosine(calculus, frame, &chain, &turn);
-                found.push(Crossing { at: chain.at, light, speed });
-            }
+            let (vertices, weight) = (chain.vertices.to_vec(), chain.weight * scale);
+            places.push(Seen { turn, at: chain.at, vertices, weight, numbers: numbers.clone() });
         });
+    }
+
+    fn film(&self, place: &Seen) -> (DVec2, u32) {
+        (place.at, place.vertices[place.vertices.len() - 1].triangle)
+    }
+
+    fn light(&self, place: &Seen) -> DVec3 {
+        self.difference(&place.turn, place.vertices.len() + 1, &place.numbers) * place.weight
+    }
+
+    fn speed<C: Calculus>(&self, calculus: &mut C, eye: &Eye<'_, C::Number>, place: &Seen) -> C::Number {
+        let scene = self.sensor.paths.scene;
+        let (origin, direction) = carried(&self.sensor, calculus, eye, &place.vertices, &place.turn.next());
+        let point = SurfacePoint::new(scene, calculus, origin, direction, place.turn.triangle);
+        -point.interpolated_normal(scene, calculus).dot(point.viewer)
     }
 }

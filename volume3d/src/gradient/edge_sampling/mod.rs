@@ -1,6 +1,8 @@
 //! Monte Carlo edge sampling (Li, Aittala, Durand and Lehtinen 2018): the interior term by path tracing, the
 //! boundary terms by sampling edges.
 
+mod carried;
+mod curve;
 mod driver;
 mod emitters;
 mod flips;
@@ -15,6 +17,7 @@ mod table;
 #[cfg(test)]
 mod tests;
 mod walk;
+mod warped;
 mod wedge;
 
 use glam::DVec3;
@@ -27,6 +30,7 @@ use self::inner_flips::InnerFlips;
 use self::list::EdgeList;
 use self::primary::Primary;
 use self::secondary::{Light, Secondary};
+pub(super) use self::warped::Flipped;
 use super::change::supported;
 use super::motion::Motion;
 use super::{Change, Gradient, GradientError, GradientImage, Progress, Stopped, Terms, Wanted, WarpedArea};
@@ -44,6 +48,7 @@ const BEYOND_HORIZON: u64 = 22;
 const FLIP: u64 = 23;
 const INNER_FLIP: u64 = 24;
 const BEFORE_FLIP: u64 = 25;
+const FLIP_AUXILIARY: u64 = 26;
 
 /// What stands still is at most this part of all samples of jumps seen from shading points, where other things move:
 /// it counts only where the shading point moves.
@@ -174,6 +179,11 @@ impl EdgeSampling {
 }
 
 impl Moving {
+    /// As if everything did.
+    fn everything(scene: &Scene) -> Self {
+        Self { shapes: vec![true; scene.description.shapes.len()], camera: true }
+    }
+
     /// What moves or turns its normals.
     fn of(scene: &Scene, motion: &Motion<'_>) -> Self {
         let turns = |s: usize| motion.normals[scene.normal_range(s)].iter().any(|n| *n != DVec3::ZERO);
@@ -244,7 +254,8 @@ impl Take for Images<'_> {
             let estimate =
                 self.method.driver(self.scene, term).forward(boundary, self.motion, self.progress)?;
             let Terms { primary, secondary, .. } = &mut self.terms;
-            add(&mut self.image, if term == Term::Primary { primary } else { secondary }, estimate);
+            let part = if term == Term::Primary { primary } else { secondary };
+            add(&mut self.image, Some(part), estimate);
         }
         Ok(())
     }
@@ -270,13 +281,16 @@ impl Take for Sums<'_> {
     }
 }
 
-/// Adds an estimate to the whole and to a term.
-fn add(image: &mut GradientImage, term: &mut [DVec3], estimate: Estimate) {
+/// Adds an estimate to the whole and to a term, if terms are kept apart.
+fn add(image: &mut GradientImage, mut term: Option<&mut Vec<DVec3>>, estimate: Estimate) {
     for (i, (mean, variance)) in estimate.mean.iter().zip(&estimate.variance).enumerate() {
-        term[i] += *mean;
+        if let Some(term) = &mut term {
+            term[i] += *mean;
+        }
         image.gradient[i] += *mean;
         let error = image.standard_error[i];
         image.standard_error[i] = (error * error + *variance).map(f64::sqrt);
     }
+    image.auxiliary_rays += estimate.rays;
     image.non_finite.extend(estimate.non_finite);
 }

@@ -6,7 +6,7 @@ use std::ops::Range;
 use flatland::warp::Field;
 use glam::DVec3;
 
-use super::arc::{Arc, Moments, Reach};
+use super::arc::{Arc, Graded, Moments, Reach};
 use super::tree::{Cone, Edge, HalfSpace, Tree};
 use crate::Sphere;
 use crate::gradient::auxiliary::Seen;
@@ -19,16 +19,7 @@ pub(crate) enum Edges<'e> {
     /// Among all.
     Tree(&'e Tree),
     /// Among some that are all silhouettes, with none missing that may be near.
-    Listed(&'e [Edge]),
-}
-
-impl Edges<'_> {
-    fn for_each(self, cone: &Cone<'_>, mut f: impl FnMut(&Edge)) {
-        match self {
-            Self::Tree(tree) => tree.for_each(cone, f),
-            Self::Listed(edges) => edges.iter().for_each(&mut f),
-        }
-    }
+    Listed(&'e [(Edge, Pole)]),
 }
 
 /// What is looked at.
@@ -43,9 +34,29 @@ pub(crate) struct View<'p> {
     pub(crate) without: Range<usize>,
 }
 
-/// The end of an arc, with its part of the field.
+/// V and ∇·V at a direction, from the velocities of ends of arcs.
+#[derive(Clone, Debug)]
+pub(crate) struct Outline {
+    point: DVec3,
+    pieces: Vec<Piece>,
+    /// 1/(∫ K + 2π/R), and that times the gradient of what it is one over.
+    inverse: f64,
+    slope: DVec3,
+}
+
+/// A part of an edge, and what it gives.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct End {
+struct Piece {
+    /// Positions, and how far the piece's ends are on the way from one to the other.
+    ends: [u32; 2],
+    along: [f64; 2],
+    directions: [DVec3; 2],
+    distances: [f64; 2],
+    moments: Moments,
+}
+
+/// The end of an arc, with its part of the field.
+struct End {
     seen: Seen,
     /// V is the sum of this times the velocity, projected.
     part: f64,
@@ -53,18 +64,8 @@ pub(crate) struct End {
     divergence: DVec3,
 }
 
-/// V and ∇·V at a direction, from the velocities of ends of arcs.
-#[derive(Clone, Debug)]
-pub(crate) struct Outline {
-    point: DVec3,
-    ends: Vec<End>,
-}
-
-/// An arc's ends and moments, until all are known.
-struct Piece {
-    seen: [Seen; 2],
-    moments: Moments,
-}
+/// Pieces for which there is room at first.
+const ROOM: usize = 16;
 
 impl Outline {
     /// The field at u; nothing if no arc is near.
@@ -75,27 +76,38 @@ impl Outline {
         u: DVec3,
         reach: Reach,
     ) -> Option<Self> {
-        let mut pieces: Vec<Piece> = vec![];
+        let mut pieces = Vec::with_capacity(ROOM);
+        let mut add = |ends: [u32; 2], places: [DVec3; 2], pole: Pole| {
+            if let Some(piece) = piece(ends, places, pole, view, u, reach) {
+                pieces.push(piece);
+            }
+        };
         let mut own = [u32::MAX; 3];
         if let Some(t) = view.triangle {
             own = scene.triangles[t as usize].positions;
             for k in 0..3 {
                 let ends = [own[k], own[(k + 1) % 3]];
                 let places = ends.map(|i| scene.positions[i as usize]);
-                pieces.extend(piece(ends, places, view, u, reach));
+                add(ends, places, Pole::new(places, view.origin));
             }
         }
-        let cone = Cone { origin: view.origin, axis: u, reach, planes: view.planes };
-        edges.for_each(&cone, |edge| {
+        let mut each = |edge: &Edge, pole: Pole| {
             let left_out = edge.ends.iter().all(|&i| view.without.contains(&(i as usize)));
             if !left_out && !edge.ends.iter().all(|i| own.contains(i)) {
-                pieces.extend(piece(edge.ends, edge.places, view, u, reach));
+                add(edge.ends, edge.places, pole);
             }
-        });
-        Self::mean(&pieces, u, reach)
+        };
+        match edges {
+            Edges::Tree(tree) => {
+                let cone = Cone { origin: view.origin, axis: u, reach, planes: view.planes };
+                tree.for_each(&cone, |edge| each(edge, Pole::new(edge.places, view.origin)));
+            }
+            Edges::Listed(list) => list.iter().for_each(|(edge, pole)| each(edge, *pole)),
+        }
+        Self::mean(pieces, u, reach)
     }
 
-    fn mean(pieces: &[Piece], u: DVec3, reach: Reach) -> Option<Self> {
+    fn mean(pieces: Vec<Piece>, u: DVec3, reach: Reach) -> Option<Self> {
         if pieces.is_empty() {
             return None;
         }
@@ -103,32 +115,34 @@ impl Outline {
         let floor = TAU / (2.0 * reach.versine).sqrt();
         let mut whole = floor;
         let mut slope = DVec3::ZERO;
-        for p in pieces {
+        for p in &pieces {
             whole += p.moments.whole.value;
             slope += p.moments.whole.gradient;
         }
-        let slope = slope / whole;
-        let ends = pieces.iter().flat_map(|p| p.seen.into_iter().zip(p.moments.ends));
-        let ends = ends
-            .map(|(seen, moment)| {
-                let part = moment.value / whole;
-                let gradient = moment.gradient / whole;
+        Some(Self { point: u, pieces, inverse: 1.0 / whole, slope: slope / whole })
+    }
+
+    fn ends(&self) -> impl Iterator<Item = End> {
+        self.pieces.iter().flat_map(move |piece| {
+            [0, 1].map(|k| {
+                let Graded { value, gradient } = piece.moments.ends[k];
+                let part = value * self.inverse;
                 // ∇·(F − (F·u) u) = tr ∇F − 2 F·u on the sphere.
-                End { seen, part, divergence: gradient - part * (slope + 2.0 * u) }
+                let divergence = gradient * self.inverse - part * (self.slope + 2.0 * self.point);
+                End { seen: piece.seen(k), part, divergence }
             })
-            .collect();
-        Some(Self { point: u, ends })
+        })
     }
 
     /// Whether all coefficients are.
     pub(crate) fn is_finite(&self) -> bool {
-        self.ends.iter().all(|end| end.part.is_finite() && end.divergence.is_finite())
+        self.ends().all(|end| end.part.is_finite() && end.divergence.is_finite())
     }
 
     /// V and ∇·V.
     pub(crate) fn field(&self, mut velocity: impl FnMut(&Seen) -> DVec3) -> Field<DVec3> {
         let (mut value, mut divergence) = (DVec3::ZERO, 0.0);
-        for end in &self.ends {
+        for end in self.ends() {
             let v = velocity(&end.seen);
             value += end.part * v;
             divergence += end.divergence.dot(v);
@@ -139,19 +153,43 @@ impl Outline {
     /// The transpose: hands each end its covector in a·V + b ∇·V.
     pub(crate) fn scatter(&self, a: DVec3, b: f64, mut add: impl FnMut(&Seen, DVec3)) {
         let a = Sphere::project(self.point, a);
-        for end in &self.ends {
+        for end in self.ends() {
             add(&end.seen, end.part * a + b * end.divergence);
         }
     }
 }
 
+impl Piece {
+    fn seen(&self, end: usize) -> Seen {
+        let (along, last) = (self.along[end], self.ends[1]);
+        let corners = Some([(self.ends[0], 1.0 - along), (last, along), (last, 0.0)]);
+        Seen { corners, direction: self.directions[end], distance: self.distances[end], nearness: 1.0 }
+    }
+}
+
+/// The pole of the great circle of an edge as seen from a point: NaN if it is seen end-on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pole(DVec3);
+
+impl Pole {
+    pub(crate) fn new(places: [DVec3; 2], origin: DVec3) -> Self {
+        let pole = (places[0] - origin).cross(places[1] - places[0]);
+        Self(pole / pole.length())
+    }
+}
+
 /// The part of an edge before all planes, as an arc around u.
-fn piece(ends: [u32; 2], places: [DVec3; 2], view: &View<'_>, u: DVec3, reach: Reach) -> Option<Piece> {
-    let [p, q] = places.map(|p| p - view.origin);
-    let pole = p.cross(places[1] - places[0]);
-    let squared = pole.length_squared();
-    // Most edges end here: the whole great circle is out of reach.
-    if u.dot(pole).powi(2) >= reach.sine * reach.sine * squared {
+fn piece(
+    ends: [u32; 2],
+    places: [DVec3; 2],
+    Pole(pole): Pole,
+    view: &View<'_>,
+    u: DVec3,
+    reach: Reach,
+) -> Option<Piece> {
+    // Most edges end here: the whole great circle is out of reach, or there is none.
+    let within = u.dot(pole).abs() < reach.sine;
+    if !within {
         return None;
     }
     // The part of the edge that is left, from 0 to 1.
@@ -168,15 +206,11 @@ fn piece(ends: [u32; 2], places: [DVec3; 2], view: &View<'_>, u: DVec3, reach: R
     if low >= high {
         return None;
     }
-    let pole = pole / squared.sqrt();
-    let end = |along: f64| {
-        let way = p + along * (places[1] - places[0]);
-        let way = if along == 1.0 { q } else { way };
-        let distance = way.length();
-        let corners = Some([(ends[0], 1.0 - along), (ends[1], along), (ends[1], 0.0)]);
-        Seen { corners, direction: way / distance, distance, nearness: 1.0 }
-    };
-    let seen = [end(low), end(high)];
-    let moments = Arc { ends: seen.map(|s| s.direction), pole }.moments(u, reach)?;
-    Some(Piece { seen, moments })
+    let [p, q] = places.map(|p| p - view.origin);
+    let along = [low, high];
+    let ways = along.map(|along| if along == 1.0 { q } else { p + along * (places[1] - places[0]) });
+    let distances = ways.map(DVec3::length);
+    let directions = [ways[0] / distances[0], ways[1] / distances[1]];
+    let moments = Arc { ends: directions, pole }.moments(u, reach)?;
+    Some(Piece { ends, along, directions, distances, moments })
 }

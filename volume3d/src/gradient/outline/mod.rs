@@ -19,14 +19,16 @@
 //!
 //! What costs variance: where silhouettes of different velocities v cross, ∇·V ~ Δv/r at a distance r, as for every
 //! continuous field, so that its square has a logarithmically infinite mean; and between edges a gap g apart that part,
-//! ∇·V ~ Δv/g. What is missed: jumps that are no edge of a triangle, such as those of interpolated normals within faces,
-//! and the curves along which surfaces pass through one another; and where a silhouette lies exactly on an edge of
-//! what it hides that is no jump and moves otherwise, V is the mean of both.
+//! ∇·V ~ Δv/g. What is not followed: jumps that are no edge of a triangle. Those within faces with interpolated normals
+//! are boundary terms beside it ([`flips`](crate::gradient::WarpedArea::flips)); the curves along which surfaces pass
+//! through one another are missed. And where a silhouette lies exactly on an edge of what it hides that is no jump and
+//! moves otherwise, V is the mean of both.
 
 mod arc;
 mod field;
+mod node;
 mod tree;
 
 pub(crate) use arc::{Reach, WIDEST};
-pub(crate) use field::{Edges, Outline, View};
+pub(crate) use field::{Edges, Outline, Pole, View};
 pub(crate) use tree::{Cone, Edge, HalfSpace, Tree};

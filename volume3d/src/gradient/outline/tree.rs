@@ -1,10 +1,12 @@
 //! All edges of a scene, and those of them near a direction at which what is seen may jump.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use glam::DVec3;
 
 use super::arc::Reach;
+use super::node::{Bounds, Node, Query, WIDTH};
 use crate::scene::Scene;
 
 /// An edge with what decides whether it is a silhouette.
@@ -15,7 +17,7 @@ pub(crate) struct Edge {
     pub(crate) places: [DVec3; 2],
     /// The normals of the two triangles that continue one another across it; zero where it is seen from everywhere, as
     /// the border of a surface or the meeting of three triangles is.
-    normals: [DVec3; 2],
+    pub(super) normals: [DVec3; 2],
 }
 
 impl Edge {
@@ -30,23 +32,6 @@ impl Edge {
 
 /// The sine of the angle at which a viewer is in a plane.
 const IN_PLANE: f64 = 1e-12;
-
-/// A box around edges, with a cone around the normals of their triangles.
-#[derive(Clone, Copy, Debug)]
-struct Node {
-    centre: DVec3,
-    /// Half the box's extent.
-    half: DVec3,
-    radius: f64,
-    axis: DVec3,
-    /// Cosine and sine of the cone's half angle; without limit, −1 and 0.
-    cosine: f64,
-    sine: f64,
-    /// Children, the first of two, or edges.
-    first: u32,
-    /// Of edges; 0 for an inner node.
-    count: u32,
-}
 
 /// The edges of a scene in a hierarchy.
 #[derive(Clone, Debug, Default)]
@@ -83,33 +68,38 @@ impl HalfSpace {
 
 impl Tree {
     pub(crate) fn new(scene: &Scene) -> Self {
-        let mut edges = edges(scene);
-        let mut tree = Self::default();
-        if !edges.is_empty() {
-            tree.nodes.push(Node::around(&edges));
-            tree.split(0, &mut edges, 0);
+        let mut tree = Self { nodes: vec![], edges: edges(scene) };
+        if !tree.edges.is_empty() {
+            tree.node(0..tree.edges.len());
         }
-        tree.edges = edges;
         tree
     }
 
-    /// Halves a node's edges by the middle of their boxes' longest side.
-    fn split(&mut self, node: usize, edges: &mut [Edge], first: usize) {
-        if edges.len() <= LEAF {
-            (self.nodes[node].first, self.nodes[node].count) = (first as u32, edges.len() as u32);
-            return;
+    /// Appends a node of some edges, and all below it; returns its index.
+    fn node(&mut self, range: Range<usize>) -> u32 {
+        let index = self.nodes.len();
+        let parts = self.split(range);
+        self.nodes.push(Node::new(parts.iter().map(|part| Bounds::around(&self.edges[part.clone()]))));
+        for (lane, part) in parts.into_iter().enumerate() {
+            let (first, count) =
+                if part.len() > LEAF { (self.node(part), 0) } else { (part.start as u32, part.len() as u32) };
+            (self.nodes[index].first[lane], self.nodes[index].count[lane]) = (first, count);
         }
-        let (low, high) = bounds(edges.iter().map(|e| e.places[0] + e.places[1]));
-        let axis = (high - low).max_position();
-        let middle = edges.len() / 2;
-        let key = |e: &Edge| (e.places[0] + e.places[1])[axis];
-        edges.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)));
-        let (left, right) = edges.split_at_mut(middle);
-        let child = self.nodes.len();
-        self.nodes.extend([Node::around(left), Node::around(right)]);
-        self.nodes[node].first = child as u32;
-        self.split(child, left, first);
-        self.split(child + 1, right, first + middle);
+        index as u32
+    }
+
+    /// Up to eight parts of a range, each half of one before it.
+    fn split(&mut self, range: Range<usize>) -> Vec<Range<usize>> {
+        let mut parts = vec![range];
+        while parts.len() < WIDTH {
+            let largest = (0..parts.len()).max_by_key(|&i| parts[i].len()).filter(|&i| parts[i].len() > LEAF);
+            let Some(largest) = largest else { break };
+            let part = parts[largest].clone();
+            let middle = part.start + halve(&mut self.edges[part.clone()]);
+            parts[largest] = part.start..middle;
+            parts.insert(largest + 1, middle..part.end);
+        }
+        parts
     }
 
     /// Calls with every silhouette of the scene that may be within the cone, and before all its planes.
@@ -117,80 +107,41 @@ impl Tree {
         if self.nodes.is_empty() {
             return;
         }
+        let query = Query::new(cone);
         let mut stack = [0_u32; DEPTH];
         let mut height = 1;
         while height > 0 {
             height -= 1;
             let node = &self.nodes[stack[height] as usize];
-            if !node.counts(cone) {
-                continue;
+            let mut entered = query.entered(node);
+            while entered != 0 {
+                let lane = entered.trailing_zeros() as usize;
+                entered &= entered - 1;
+                let (first, count) = (node.first[lane], node.count[lane]);
+                if count == 0 {
+                    stack[height] = first;
+                    height += 1;
+                    continue;
+                }
+                let edges = &self.edges[first as usize..(first + count) as usize];
+                edges.iter().filter(|e| e.is_silhouette(cone.origin)).for_each(&mut f);
             }
-            if node.count == 0 {
-                stack[height] = node.first;
-                stack[height + 1] = node.first + 1;
-                height += 2;
-                continue;
-            }
-            let edges = &self.edges[node.first as usize..(node.first + node.count) as usize];
-            edges.iter().filter(|e| e.is_silhouette(cone.origin)).for_each(&mut f);
         }
     }
 }
 
-/// Halving 2³² edges takes 32 steps, each of which leaves one node behind.
-const DEPTH: usize = 40;
+/// Splitting 2³² edges in eight takes 11 steps, each of which leaves seven nodes behind.
+const DEPTH: usize = 96;
 
-impl Node {
-    fn around(edges: &[Edge]) -> Self {
-        let (low, high) = bounds(edges.iter().flat_map(|e| e.places));
-        let normals = || edges.iter().flat_map(|e| e.normals);
-        let axis = normals().sum::<DVec3>().normalize_or_zero();
-        let cosine = normals().map(|n| n.dot(axis)).fold(1.0, f64::min);
-        // A border's normals are zero: with cosine 0 it opens the cone to where nothing is left out.
-        let (cosine, sine) = if cosine > MARGIN {
-            (cosine - MARGIN, (1.0 - (cosine - MARGIN).powi(2)).sqrt())
-        } else {
-            (-1.0, 0.0)
-        };
-        let (centre, half) = (0.5 * (low + high), 0.5 * (1.0 + MARGIN) * (high - low));
-        Self { centre, half, radius: half.length(), axis, cosine, sine, first: 0, count: 0 }
-    }
-
-    fn counts(&self, cone: &Cone<'_>) -> bool {
-        let way = self.centre - cone.origin;
-        // The plane that touches the cone on the side of the box.
-        let along = way.dot(cone.axis);
-        let across = way - along * cone.axis;
-        let apart = across.length();
-        let normal =
-            across * (cone.reach.cosine / apart.max(f64::MIN_POSITIVE)) - cone.axis * cone.reach.sine;
-        let height = apart * cone.reach.cosine - along * cone.reach.sine;
-        if height > self.half.dot(normal.abs()) + MARGIN * (apart + along.abs()) {
-            return false;
-        }
-        if cone.planes.iter().any(|p| p.height(self.centre) < -self.half.dot(p.normal.abs())) {
-            return false;
-        }
-        if self.cosine < 0.0 {
-            return true;
-        }
-        let distance = way.length();
-        if distance <= self.radius {
-            return true;
-        }
-        // The half angle β of the box's ball as seen from the origin.
-        let sine = self.radius / distance;
-        let cosine = (1.0 - sine * sine).sqrt();
-        // Every triangle shows its front, or every one its back, unless the angle of way and axis is within
-        // θ + β of a right one.
-        let within_quarter = self.cosine * cosine > self.sine * sine;
-        !within_quarter
-            || way.dot(self.axis).abs() <= (self.sine * cosine + self.cosine * sine + MARGIN) * distance
-    }
+/// Reorders edges by the middle of their boxes' longest side, and returns where the second half begins.
+fn halve(edges: &mut [Edge]) -> usize {
+    let (low, high) = bounds(edges.iter().map(|e| e.places[0] + e.places[1]));
+    let axis = (high - low).max_position();
+    let middle = edges.len() / 2;
+    let key = |e: &Edge| (e.places[0] + e.places[1])[axis];
+    edges.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)));
+    middle
 }
-
-/// Rounding must not lose an edge.
-const MARGIN: f64 = 1e-9;
 
 fn bounds(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
     points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))

@@ -20,7 +20,7 @@ pub enum Field {
 
 impl Default for Field {
     fn default() -> Self {
-        Self::Outlines { film: 1.5, lobe: 0.5 }
+        Self::Outlines { film: 1.2, lobe: 0.5 }
     }
 }
 

@@ -7,13 +7,15 @@ use super::WarpedArea;
 use crate::calculus::{Dual, Frame, Number, Rgb};
 use crate::geometry::Hit;
 use crate::gradient::auxiliary::{Auxiliary, Construction, MovingBounds};
-use crate::gradient::driver::CellSink;
+use crate::gradient::driver::{CellSink, over_film};
+use crate::gradient::edge_sampling::Flipped;
 use crate::gradient::film::FilmPlane;
 use crate::gradient::forward::Forward;
 use crate::gradient::groups::{numbers, split_numbers};
+use crate::gradient::motion::Motion;
 use crate::gradient::outline::Tree;
-use crate::gradient::result::{Image, quantities};
-use crate::gradient::{AUXILIARY, EDGE, EDGE_AUXILIARY, PATH, SPLIT};
+use crate::gradient::result::{Image, finish, quantities};
+use crate::gradient::{AUXILIARY, EDGE, EDGE_AUXILIARY, GradientImage, PATH, Progress, SPLIT, Stopped};
 use crate::path::{Paths, Plain, Sequence};
 
 /// What every sample of one gradient shares.
@@ -61,6 +63,30 @@ impl Job<'_> {
             let rng = stream(method.seed, &[AUXILIARY]);
             Auxiliary::new(&self.paths, &method.warp, bounds, self.construction, self.edges.as_ref(), rng)
         })
+    }
+
+    /// The boundary terms that go with the warp.
+    pub(super) fn flipped(&self) -> Flipped<'_> {
+        let Self { method, paths, construction, edges, .. } = self;
+        let edges = edges.as_ref();
+        let (samples, seed) = (method.flips, method.seed);
+        Flipped { paths, warp: &method.warp, construction: *construction, edges, samples, seed }
+    }
+
+    /// The derivative of every pixel, but for those.
+    pub(super) fn forward<const N: usize, const K: usize>(
+        &self,
+        motion: &Motion<'_>,
+        progress: &Progress,
+    ) -> Result<GradientImage, Stopped> {
+        let scene = self.paths.scene;
+        let begin = || Forward::<N> { scene, motion, auxiliary: self.auxiliary(&motion.bounds) };
+        let cell = |forward: &mut Forward<'_, N>, place, sink: CellSink<'_, K>| {
+            self.forward_cell(forward, place, sink);
+        };
+        let rays = |forward: &Forward<'_, N>| forward.auxiliary.as_ref().map_or(0, |a| a.rays);
+        let sums = over_film(&self.film, self.method.samples, progress, begin, cell, rays)?;
+        Ok(finish::<N, K>(&self.film, sums))
     }
 
     pub(super) fn forward_cell<const N: usize, const K: usize>(

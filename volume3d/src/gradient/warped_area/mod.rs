@@ -1,29 +1,29 @@
 //! Warped-area sampling: dI/dθ = ∫ ∂f/∂θ + ∇·(V f), on the film and at every bounce.
+//!
+//! V moves with every edge at which the integrand jumps. Where shading normals make it jump within a face, on curves on
+//! which a surface turns its other side to the viewer, V is any continuous field, and ∮ Δf (v − V)·ν over these curves
+//! is added, by samples of edge sampling.
 
 mod field;
 mod job;
 mod transpose;
 
-use flatland::warp::{Debias, Warp};
+use flatland::warp::{Adaptive, Debias, Warp};
 use glam::DVec3;
-use rayon::prelude::*;
 
 use self::job::Job;
 pub use field::Field;
 
 use super::BASELINE;
-use super::auxiliary::{Construction, MovingBounds};
+use super::auxiliary::Construction;
 use super::change::{Change, Wanted, supported};
-use super::driver::{CellSink, over_film, waves};
 use super::error::GradientError;
 use super::film::FilmPlane;
-use super::forward::Forward;
 use super::motion::Motion;
 use super::outline::Tree;
 use super::primal::primal;
-use super::progress::{Progress, Stopped};
-use super::result::{Gradient, GradientImage, Image, finish};
-use super::reverse::Inputs;
+use super::progress::Progress;
+use super::result::{Gradient, GradientImage, Image};
 use crate::path::{Kernels, Paths};
 use crate::scene::Scene;
 
@@ -51,6 +51,11 @@ pub struct WarpedArea {
     /// their numbers, partners are reflected through the centres of all pixels at once, and a gradient of the filter
     /// that is odd cancels the noise they share.
     pub antithetic: bool,
+    /// Samples, a pixel on average, of the curves within faces on which a surface with shading normals turns its
+    /// other side: on the film, and as many seen from shading points. No field follows these jumps; what they move
+    /// beyond it is a boundary term, and sampled. 0 leaves it out, which is **biased** wherever there are such
+    /// curves. Scenes without shading normals cost nothing.
+    pub flips: usize,
     /// False leaves out the warp, and with it primary and secondary term: the interior term alone.
     pub warps: bool,
     /// The seed of everything random.
@@ -63,11 +68,12 @@ impl Default for WarpedArea {
             samples: 16,
             baseline: 4,
             field: Field::default(),
-            warp: Warp { debias: DEBIAS, ..Warp::default() },
+            warp: Warp { debias: DEBIAS, adaptive: Some(ADAPTIVE), ..Warp::default() },
             kernels: Kernels::default(),
-            splitting: 4,
+            splitting: 8,
             fades: true,
             antithetic: false,
+            flips: 4,
             warps: true,
             seed: 0,
         }
@@ -77,6 +83,9 @@ impl Default for WarpedArea {
 /// Along paths the error of one sample is large beside that of its warp, and a level that is drawn rarely counts
 /// for much when it is: blocks are larger, and levels rarer, than the plane's default.
 const DEBIAS: Debias = Debias::Multilevel { rays: 16, first: 0.1, ratio: 0.35 };
+
+/// Of the factors measured with these blocks in space, those of least variance × rays: see [`Adaptive`].
+const ADAPTIVE: Adaptive = Adaptive { near: 1.5, far: 0.2 };
 
 impl WarpedArea {
     /// The derivative of every pixel along a change.
@@ -89,7 +98,7 @@ impl WarpedArea {
         change: &Change,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
-        self.image::<1, 6>(scene, change, self.construction(), progress)
+        self.whole::<1, 6>(scene, change, progress)
     }
 
     /// The same, with interior, primary and secondary term apart.
@@ -102,7 +111,7 @@ impl WarpedArea {
         change: &Change,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
-        self.image::<3, 15>(scene, change, self.construction(), progress)
+        self.whole::<3, 15>(scene, change, progress)
     }
 
     /// Σ over pixels and channels of adjoint · dI/dθ, for every wanted parameter θ at once: the transpose of
@@ -117,7 +126,31 @@ impl WarpedArea {
         wanted: &Wanted,
         progress: &Progress,
     ) -> Result<Gradient, GradientError> {
-        self.pull(scene, adjoint, wanted, self.construction(), progress)
+        self.check_reverse(scene, adjoint, wanted)?;
+        let job = self.job(scene, self.construction(), progress)?;
+        let mut gradient = job.reverse(adjoint, wanted, progress)?;
+        if self.flips > 0 && self.warps && wanted.is_geometric() {
+            job.flipped().reverse(adjoint, wanted, progress, &mut gradient)?;
+        }
+        gradient.change.pull_normals(scene, wanted);
+        Ok(gradient)
+    }
+
+    /// The area integral with all boundary terms.
+    fn whole<const N: usize, const K: usize>(
+        &self,
+        scene: &Scene,
+        change: &Change,
+        progress: &Progress,
+    ) -> Result<GradientImage, GradientError> {
+        self.check_forward(scene, change)?;
+        let job = self.job(scene, self.construction(), progress)?;
+        let motion = Motion::new(scene, change);
+        let mut image = job.forward::<N, K>(&motion, progress)?;
+        if self.flips > 0 && self.warps && change.is_geometric() {
+            job.flipped().forward(&motion, progress, &mut image)?;
+        }
+        Ok(image)
     }
 
     fn construction(&self) -> Construction {
@@ -135,36 +168,26 @@ impl WarpedArea {
         construction: Construction,
         progress: &Progress,
     ) -> Result<Gradient, GradientError> {
+        self.check_reverse(scene, adjoint, wanted)?;
+        let job = self.job(scene, construction, progress)?;
+        let mut gradient = job.reverse(adjoint, wanted, progress)?;
+        gradient.change.pull_normals(scene, wanted);
+        Ok(gradient)
+    }
+
+    fn check_forward(&self, scene: &Scene, change: &Change) -> Result<(), GradientError> {
+        if !change.fits(scene) {
+            return Err(GradientError::Change);
+        }
+        self.check(scene, change.is_geometric(), 1)
+    }
+
+    fn check_reverse(&self, scene: &Scene, adjoint: &[DVec3], wanted: &Wanted) -> Result<(), GradientError> {
         let (width, height) = scene.size();
         if adjoint.len() != width * height {
             return Err(GradientError::Adjoint { found: adjoint.len(), width, height });
         }
-        self.check(scene, wanted.is_geometric(), 1)?;
-        let job = self.job(scene, construction, progress)?;
-        let inputs = Inputs::new(scene, wanted);
-        let bounds = MovingBounds::new(scene, &wanted.shapes);
-        let rows = job.rows();
-        progress.start(rows);
-        let (mut change, mut non_finite) = (Change::still(scene), vec![]);
-        for wave in waves(rows) {
-            let parts: Vec<Gradient> = wave
-                .into_par_iter()
-                .map(|j| {
-                    let part = job.reverse_row(j, adjoint, &inputs, &bounds, progress);
-                    progress.advance();
-                    part
-                })
-                .collect();
-            if progress.stopped() {
-                return Err(Stopped.into());
-            }
-            for part in parts {
-                change.add(&part.change);
-                non_finite.extend(part.non_finite);
-            }
-        }
-        change.pull_normals(scene, wanted);
-        Ok(Gradient { change, non_finite })
+        self.check(scene, wanted.is_geometric(), 1)
     }
 
     fn check(&self, scene: &Scene, geometric: bool, least: usize) -> Result<(), GradientError> {
@@ -208,21 +231,8 @@ impl WarpedArea {
         construction: Construction,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
-        if !change.fits(scene) {
-            return Err(GradientError::Change);
-        }
-        self.check(scene, change.is_geometric(), 1)?;
-        let job = self.job(scene, construction, progress)?;
+        self.check_forward(scene, change)?;
         let motion = Motion::new(scene, change);
-        let begin = || {
-            let auxiliary = job.auxiliary(&motion.bounds);
-            Forward::<N> { scene, motion: &motion, auxiliary }
-        };
-        let cell = |forward: &mut Forward<'_, N>, place, sink: CellSink<'_, K>| {
-            job.forward_cell(forward, place, sink);
-        };
-        let rays = |forward: &Forward<'_, N>| forward.auxiliary.as_ref().map_or(0, |a| a.rays);
-        let sums = over_film(&job.film, self.samples, progress, begin, cell, rays)?;
-        Ok(finish::<N, K>(&job.film, sums))
+        Ok(self.job(scene, construction, progress)?.forward::<N, K>(&motion, progress)?)
     }
 }

@@ -1,16 +1,52 @@
 //! The same samples in reverse.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::job::{Job, Partner};
 use crate::calculus::{Number, Rgb, Tape};
 use crate::gradient::auxiliary::MovingBounds;
+use crate::gradient::driver::waves;
 use crate::gradient::result::Gradient;
 use crate::gradient::reverse::{Inputs, Recorded, Reverse, Sink};
-use crate::gradient::{AUXILIARY, Change, EDGE, EDGE_AUXILIARY, PATH, Progress};
+use crate::gradient::{AUXILIARY, Change, EDGE, EDGE_AUXILIARY, PATH, Progress, Stopped, Wanted};
 
 impl Job<'_> {
-    pub(super) fn reverse_row(
+    /// The derivative by every wanted parameter, but for the boundary terms that go with the warp; normals that are
+    /// computed from positions are yet to be pulled back.
+    pub(super) fn reverse(
+        &self,
+        adjoint: &[DVec3],
+        wanted: &Wanted,
+        progress: &Progress,
+    ) -> Result<Gradient, Stopped> {
+        let scene = self.paths.scene;
+        let inputs = Inputs::new(scene, wanted);
+        let bounds = MovingBounds::new(scene, &wanted.shapes);
+        let rows = self.rows();
+        progress.start(rows);
+        let mut gradient = Gradient::from(Change::still(scene));
+        for wave in waves(rows) {
+            let parts: Vec<Gradient> = wave
+                .into_par_iter()
+                .map(|j| {
+                    let part = self.reverse_row(j, adjoint, &inputs, &bounds, progress);
+                    progress.advance();
+                    part
+                })
+                .collect();
+            if progress.stopped() {
+                return Err(Stopped);
+            }
+            for part in parts {
+                gradient.change.add(&part.change);
+                gradient.non_finite.extend(part.non_finite);
+            }
+        }
+        Ok(gradient)
+    }
+
+    fn reverse_row(
         &self,
         j: usize,
         adjoint: &[DVec3],

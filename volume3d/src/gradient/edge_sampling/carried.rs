@@ -1,0 +1,50 @@
+//! A path from the camera in numbers, along which film point and directions are warped as the path tracer warps them.
+
+use glam::DVec3;
+
+use super::curve::Eye;
+use super::sensor::{Sensor, Vertex};
+use crate::calculus::{Calculus, Kernel, Sees, Vec3};
+use crate::path::{Paths, Plain, SurfacePoint};
+
+/// The last of a path's shading points, and the direction from it to the vertex that is next. `vertices` are the
+/// shading points, the last first.
+pub(super) fn carried<C: Calculus>(
+    sensor: &Sensor<'_>,
+    calculus: &mut C,
+    eye: &Eye<'_, C::Number>,
+    vertices: &[Vertex],
+    next: &Vertex,
+) -> (Vec3<C::Number>, Vec3<C::Number>) {
+    let scene = sensor.paths.scene;
+    let mut viewer = eye.frame.origin.value();
+    let (mut origin, mut direction) = (eye.frame.origin, sensor.film.direction(eye.frame, eye.at));
+    for (k, vertex) in vertices.iter().enumerate().rev() {
+        origin = SurfacePoint::new(scene, calculus, origin, direction, vertex.triangle).position;
+        let next = if k > 0 { &vertices[k - 1] } else { next };
+        let towards = (next.position - vertex.position).normalize();
+        direction = Vec3::constant(towards);
+        if eye.warps
+            && let Some(kernel) = kernel(sensor.paths, viewer, vertex, next)
+        {
+            direction = calculus.warp(origin, vertex.triangle, towards, kernel).direction;
+        }
+        viewer = vertex.position;
+    }
+    (origin, direction)
+}
+
+/// The kernel of a direction in which a path goes on: that of `Paths::scatter`, as the paths along which the
+/// integrand jumps reflect again at their next vertex. `None` where nothing is reflected.
+fn kernel(paths: &Paths<'_>, viewer: DVec3, vertex: &Vertex, next: &Vertex) -> Option<Kernel> {
+    let plain = Plain { scene: paths.scene };
+    let along = Vec3::constant((vertex.position - viewer).normalize());
+    let point = SurfacePoint::new(paths.scene, &plain, Vec3::constant(viewer), along, vertex.triangle);
+    let shading = point.shading(paths.scene, &plain)?;
+    Some(Kernel {
+        kappa: paths.kernels.surface.max(shading.concentration()),
+        sees: Sees::Radiance,
+        normal: shading.normal.value(),
+        triangle: Some(next.triangle),
+    })
+}

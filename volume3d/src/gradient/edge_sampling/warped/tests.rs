@@ -1,0 +1,217 @@
+//! Warped area on scenes with shading normals, against central differences.
+
+use glam::{DAffine3, DQuat, DVec3};
+
+use super::super::horizon::Horizon;
+use super::*;
+use crate::geometry::{Attribute, Mesh, Normals};
+use crate::gradient::tests::{at, film};
+use crate::gradient::{Field, FiniteDifference, WarpedArea};
+use crate::path::Kernels;
+use crate::scene::{Camera, Description, Environment, Filter, Integrator, Material, Scene};
+
+fn facing(normal: DVec3, place: DVec3, half: f64) -> DAffine3 {
+    let turn = DQuat::from_rotation_arc(DVec3::Z, normal.normalize());
+    DAffine3::from_scale_rotation_translation(DVec3::splat(half), turn, place)
+}
+
+fn description(camera: Camera, depth: usize) -> (Description, usize) {
+    let mut d = Description::new(camera, film(3, Filter::Tent { radius: 1.0 }));
+    d.integrator = Integrator { max_depth: Some(depth), rr_depth: 100 };
+    let white = d.add_material(Material::diffuse("white", DVec3::new(0.8, 0.7, 0.6)));
+    (d, white)
+}
+
+/// A wall that sees no lamp, but a lit sheet beside it with normals bent as those of a bulge; and a second wall, if it
+/// is deep enough, to reflect the light again.
+fn sheet(depth: usize) -> Scene {
+    let camera = Camera::look_at(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, DVec3::Y, 0.3);
+    let (mut d, white) = description(camera, depth);
+    d.add_shape("wall", Mesh::rectangle().transformed(&at(0.0, 0.0, 0.0, 2.0)), white);
+    let normal = DVec3::new(0.17, 0.1, -0.98);
+    let sheet = Mesh::rectangle().transformed(&facing(normal, DVec3::new(1.2, 0.1, 0.9), 0.5));
+    let centre = sheet.positions().iter().sum::<DVec3>() / 4.0;
+    let bent = sheet.positions().iter().map(|p| normal.normalize() + 3.0 * (*p - centre));
+    let normals = Attribute { values: bent.collect(), triangles: sheet.triangles().to_vec() };
+    d.add_shape("sheet", sheet.with_normals(Normals::Given(normals)).unwrap(), white);
+    let lamp = facing(DVec3::new(-0.3, 0.0, 1.0), DVec3::new(1.7, -0.2, 0.2), 0.3);
+    d.add_emitter("lamp", Mesh::rectangle().transformed(&lamp), DVec3::splat(20.0));
+    if depth > 3 {
+        let place = facing(DVec3::new(1.0, 0.0, -0.2), DVec3::new(-1.2, 0.0, 1.0), 1.0);
+        d.add_shape("second", Mesh::rectangle().transformed(&place), white);
+    }
+    Scene::new(d).unwrap()
+}
+
+/// A sheet in view that turns its other side halfway, as its normals bend like those of a bulge; and a leaf before it.
+fn view() -> Scene {
+    let camera = Camera::look_at(DVec3::new(0.2, 0.1, 3.0), DVec3::ZERO, DVec3::Y, 0.35);
+    let (mut d, white) = description(camera, 2);
+    let normal = DVec3::new(0.8, 0.1, 0.6).normalize();
+    let sheet = Mesh::rectangle().transformed(&facing(normal, DVec3::ZERO, 0.5));
+    let bent = sheet.positions().iter().map(|p| normal + 3.0 * *p);
+    let normals = Attribute { values: bent.collect(), triangles: sheet.triangles().to_vec() };
+    d.add_shape("sheet", sheet.with_normals(Normals::Given(normals)).unwrap(), white);
+    let leaf = facing(DVec3::new(0.0, 0.2, 1.0), DVec3::new(0.15, 0.25, 0.9), 0.2);
+    d.add_shape("leaf", Mesh::rectangle().transformed(&leaf), white);
+    let lamp = facing(DVec3::new(-1.0, -0.8, -0.4), DVec3::new(1.8, 1.4, 0.8), 0.4);
+    d.add_emitter("lamp", Mesh::rectangle().transformed(&lamp), DVec3::splat(20.0));
+    Scene::new(d).unwrap()
+}
+
+/// The upper face of a cube with normals as a ball's, seen from above, and a lamp beside it that its plane halves.
+fn top() -> Scene {
+    let camera = Camera::look_at(DVec3::new(0.6, 4.0, 0.1), DVec3::new(0.6, 1.0, 0.1), DVec3::NEG_Z, 0.1);
+    let (mut d, white) = description(camera, 2);
+    d.add_shape("cube", Mesh::cube().smooth(), white);
+    let lamp = facing(DVec3::NEG_X, DVec3::new(3.0, 1.1, 0.0), 0.5);
+    d.add_emitter("lamp", Mesh::rectangle().transformed(&lamp), DVec3::splat(20.0));
+    let radiance = DVec3::new(0.2, 0.3, 0.4);
+    d.environment = Some(Environment::Constant { id: "sky".to_owned(), radiance });
+    Scene::new(d).unwrap()
+}
+
+/// The mean of the sum of all pixels over runs, and its standard error.
+fn total(runs: u64, run: impl Fn(u64) -> Vec<DVec3>) -> (f64, f64) {
+    let sums: Vec<f64> = (0..runs).map(|s| run(s).iter().map(|p| p.element_sum()).sum()).collect();
+    let n = runs as f64;
+    let mean = sums.iter().sum::<f64>() / n;
+    let squares: f64 = sums.iter().map(|s| (s - mean).powi(2)).sum();
+    (mean, (squares / (n * (n - 1.0))).sqrt())
+}
+
+fn moved(scene: &Scene, shape: usize, shift: DVec3, turn: DVec3) -> Change {
+    let mut change = Change::still(scene);
+    change.translate(scene, shape, shift);
+    let corners = scene.description().shapes[shape].mesh.positions();
+    let centre = corners.iter().sum::<DVec3>() / corners.len() as f64;
+    change.rotate(scene, shape, centre, turn);
+    change
+}
+
+/// The normals of the sheet alone turn.
+fn bent(scene: &Scene) -> Change {
+    let mut change = Change::still(scene);
+    let range = scene.normal_range(1);
+    for (rate, n) in change.normals[range.clone()].iter_mut().zip(&scene.normals[range]) {
+        *rate = DVec3::new(0.2, 1.0, 0.1).cross(*n);
+    }
+    change
+}
+
+/// What the mean over runs must not be off by, in standard errors, and what must be rejected is.
+const LIMIT: f64 = 4.0;
+const POWER: f64 = 5.0;
+
+fn differences(scene: &Scene, change: &Change) -> (f64, f64) {
+    total(16, |seed| {
+        // Their noise falls with the root of the step, and their error grows with its square: in these units it is
+        // less than a thousandth.
+        let method = FiniteDifference { samples: 4096, step: 2e-2, seed: 50 + seed };
+        method.forward(scene, change, &Progress::none()).unwrap().gradient
+    })
+}
+
+fn warped(scene: &Scene, change: &Change, field: Field, flips: usize) -> (f64, f64) {
+    total(16, |seed| {
+        let method = WarpedArea { samples: 256, field, flips, seed, ..WarpedArea::default() };
+        method.forward(scene, change, &Progress::none()).unwrap().gradient
+    })
+}
+
+/// A field that reaches so far differs from zero on most of a curve.
+const WIDE: Field = Field::Outlines { film: 20.0, lobe: 4.0 };
+
+#[test]
+fn sides_that_turn_are_found() {
+    let (view, near, far) = (view(), sheet(3), sheet(5));
+    let shift = DVec3::new(0.2, 0.5, -0.3);
+    let turn = DVec3::new(0.3, 1.0, 0.2);
+    // Where the wall moves a wide field happens to follow the curve: what is to be seen is that nothing is counted
+    // twice, and without flips nothing is missed.
+    let cases = [
+        ("a leaf moves before a sheet", &view, moved(&view, 1, shift, DVec3::ZERO), true),
+        ("a sheet in view turns", &view, moved(&view, 0, shift, turn), true),
+        ("normals turn", &near, bent(&near), true),
+        ("a wall moves", &near, moved(&near, 0, DVec3::new(0.2, 0.5, 0.3), DVec3::ZERO), false),
+        ("a sheet turns between walls", &far, moved(&far, 1, shift, turn), true),
+    ];
+    let mut failures = vec![];
+    for (name, scene, change, missed) in &cases {
+        let expected = differences(scene, change);
+        let z = |field, flips| {
+            let found = warped(scene, change, field, flips);
+            let z = (found.0 - expected.0) / found.1.hypot(expected.1);
+            println!("{name}, {field:?}, {flips} flips: {found:?}, differences {expected:?}, z {z:.2}");
+            z
+        };
+        for field in [Field::default(), WIDE, Field::AuxiliaryRays] {
+            if z(field, 64).abs() > LIMIT {
+                failures.push(format!("{name}, {field:?}"));
+            }
+        }
+        if *missed && z(WIDE, 0).abs() < POWER {
+            failures.push(format!("{name}: the control was not rejected"));
+        }
+    }
+    assert!(failures.is_empty(), "{failures:?}");
+}
+
+/// Warped area samples no horizon: the plane of a face is where its own edges are seen from within, and fields follow
+/// edges. Edge sampling's term is no small part of the whole.
+#[test]
+fn horizons_are_outlines() {
+    let scene = top();
+    let change = moved(&scene, 0, DVec3::ZERO, DVec3::new(0.1, 0.2, 1.0));
+    let expected = differences(&scene, &change);
+    let motion = Motion::new(&scene, &change);
+    let moving = Moving::of(&scene, &motion);
+    let paths = Paths::new(&scene, Kernels::default());
+    let horizon = Horizon::new(&paths, &moving);
+    let term = total(16, |seed| {
+        let driver = Driver::new(&scene, seed, 9 * 1024);
+        driver.forward(&horizon, &motion, &Progress::none()).unwrap().mean
+    });
+    for field in [Field::default(), WIDE, Field::AuxiliaryRays] {
+        let found = warped(&scene, &change, field, 64);
+        let error = found.1.hypot(expected.1).hypot(term.1);
+        let off = found.0 - expected.0;
+        println!(
+            "{field:?}: {found:?}, differences {expected:?}, edge sampling's horizon {term:?}, z {:.2}, twice counted {:.2}",
+            off / error,
+            (off + term.0) / error
+        );
+        assert!(off.abs() < LIMIT * error && (off + term.0).abs() > POWER * error, "{field:?}");
+    }
+}
+
+/// Curves on the film count in the primary term and others in the secondary one, and in the error; without shading
+/// normals there is nothing.
+#[test]
+fn terms_are_kept_apart() {
+    let turn = DVec3::new(0.3, 1.0, 0.2);
+    let mut flat = view().description().clone();
+    for shape in &mut flat.shapes {
+        shape.mesh = Mesh::new(shape.mesh.positions().to_vec(), shape.mesh.triangles().to_vec()).unwrap();
+    }
+    let flat = Scene::new(flat).unwrap();
+    for (scene, shape, counts) in
+        [(view(), 0, [true, false]), (sheet(3), 1, [false, true]), (flat, 0, [false; 2])]
+    {
+        let change = moved(&scene, shape, DVec3::ZERO, turn);
+        let [without, with] = [0, 4].map(|flips| {
+            let method = WarpedArea { samples: 16, flips, ..WarpedArea::default() };
+            method.forward_terms(&scene, &change, &Progress::none()).unwrap()
+        });
+        let [before, after] = [&without, &with].map(|image| image.terms.as_ref().unwrap());
+        assert_eq!(before.interior, after.interior);
+        assert_eq!([before.primary != after.primary, before.secondary != after.secondary], counts);
+        assert_eq!(with.standard_error != without.standard_error, counts != [false; 2]);
+        let grows = with.standard_error.iter().zip(&without.standard_error);
+        assert!(grows.clone().all(|(a, b)| a.cmpge(*b * (1.0 - 1e-12)).all()));
+        for (i, g) in with.gradient.iter().enumerate() {
+            let sum = after.interior[i] + after.primary[i] + after.secondary[i];
+            assert!((*g - sum).length() < 1e-12 * (1.0 + sum.length() + g.length()), "{g} {sum}");
+        }
+    }
+}
