@@ -17,8 +17,8 @@ use volume3d::gradient::{EdgeSampling, Field, Progress, Wanted, WarpedArea};
 
 /// Nothing degenerate about them.
 static GENERIC: LazyLock<Vec<Known>> = LazyLock::new(|| {
-    let known = coverage(&CoverageKind::GENERIC, 32);
-    assert!(known.len() >= 140, "{} scenes", known.len());
+    let known = coverage(&CoverageKind::GENERIC, 36);
+    assert!(known.len() >= 160, "{} scenes", known.len());
     known
 });
 

@@ -60,7 +60,7 @@
 //! | with a fixed number of auxiliary rays | falls with that number; gradients come out too small |
 //! | with `warps: false` | the interior term alone: no silhouette, no shadow moves |
 //! | [`gradient::EdgeSampling`] | none, but where surfaces pass through one another, see below |
-//! | [`gradient::Rotation`] | wherever edges in one kernel move differently |
+//! | [`gradient::Rotation`] | wherever edges in one kernel move differently, and by the jumps of interpolated normals |
 //! | [`gradient::FiniteDifference`] | ~ step² |
 //!
 //! Interpolated normals bring jumps of their own. Where a two-sided surface's shading normal turns away from the viewer

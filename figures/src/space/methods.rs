@@ -58,8 +58,7 @@ pub(crate) const METHODS: &[Method] = &[
         Palette::SKY,
         12,
         |task, progress| {
-            let debias = Debias::Consistent { rays: 16 };
-            let warp = Warp { debias, adaptive: None, ..WarpedArea::default().warp };
+            let warp = Warp { debias: Debias::Consistent { rays: 16 }, ..WarpedArea::default().warp };
             let method = WarpedArea { field: Field::AuxiliaryRays, warp, ..warped_area(task) };
             method.forward(task.scene, task.change, progress)
         },

@@ -76,17 +76,21 @@ impl Default for Adaptive {
     }
 }
 
+/// The largest factor: with more, every sample would draw all levels that fit into memory.
+const LARGEST: f64 = 100.0;
+
 /// One of so many rays of a consistent estimate is traced everywhere.
 const PILOT: usize = 4;
 
 impl Adaptive {
     /// What is wrong with the factors, if anything.
     pub(super) fn check(self) -> Result<(), &'static str> {
-        let positive = |x: f64| x > 0.0 && x.is_finite();
-        if positive(self.near) && positive(self.far) {
+        // Also far from boundaries.
+        let sound = |x: f64| x > 0.0 && x <= LARGEST;
+        if sound(self.near) && sound(self.far) {
             Ok(())
         } else {
-            Err("the factors of adaptive rays must be positive and finite, also far from boundaries")
+            Err("the factors of adaptive rays must be positive, and 100 at most")
         }
     }
 

@@ -21,7 +21,8 @@ use super::{Report, reverse, usage};
 /// Reverse: for a loss L of the image I with the adjoint image ∂L/∂I, the derivative ∂L/∂p = Σ ∂L/∂I · ∂I/∂p over all
 /// pixels and channels, for every parameter p named by --wrt, from one run.
 ///
-/// With the same --seed, --spp and --method, forward and reverse are transposes of one another to rounding. Geometric
+/// With the same --seed, --spp and --method, forward and reverse are transposes of one another to rounding (edge
+/// sampling if all shapes of --wrt move, warped area without --adaptive). Geometric
 /// derivatives before ideal mirrors and under lights without extent are refused, as no warp sees their jumps; --method
 /// finite-difference takes them.
 #[derive(Args, Debug)]
@@ -63,7 +64,8 @@ pub(super) struct Options {
     /// on the film) and PREFIX_secondary.exr (shadows, reflections).
     #[arg(long, value_name = "PREFIX")]
     terms: Option<String>,
-    /// A picture of the gradient: the mean of the channels, blue negative, white zero, red positive.
+    /// A picture of the gradient: the mean of the channels, blue negative, white zero, red positive. Every .exr of --terms
+    /// and --stderr gets one beside it as well.
     #[arg(long, value_name = "GRAD.png")]
     png: Option<PathBuf>,
     #[command(flatten)]
@@ -119,9 +121,9 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
 /// What a forward gradient writes, each file where it is asked for.
 struct Outputs {
     gradient: Vec<Output>,
-    standard_error: Option<Output>,
+    standard_error: Vec<Output>,
     image: Option<Output>,
-    terms: Option<[Output; 3]>,
+    terms: Option<[Vec<Output>; 3]>,
 }
 
 impl Outputs {
@@ -130,22 +132,29 @@ impl Outputs {
         if let Some(path) = &options.png {
             gradient.push(Output::picture(path, Pixels::Signed)?);
         }
-        let radiance = |path: &PathBuf| Output::new(path, Pixels::Radiance);
+        let with_picture = |path: &Path, pixels| -> anyhow::Result<_> {
+            let mut outputs = vec![Output::new(path, pixels)?];
+            if options.png.is_some() && path.extension().is_some_and(|e| e == "exr") {
+                outputs.push(Output::picture(&path.with_extension("png"), pixels)?);
+            }
+            Ok(outputs)
+        };
         let term =
-            |prefix: &String, name| Output::new(Path::new(&format!("{prefix}_{name}.exr")), Pixels::Signed);
+            |prefix: &String, name| with_picture(Path::new(&format!("{prefix}_{name}.exr")), Pixels::Signed);
+        let error = options.standard_error.as_ref();
         let terms = options.terms.as_ref().map(|prefix| -> anyhow::Result<_> {
             Ok([term(prefix, "interior")?, term(prefix, "primary")?, term(prefix, "secondary")?])
         });
         Ok(Self {
             gradient,
-            standard_error: options.standard_error.as_ref().map(radiance).transpose()?,
-            image: options.image.as_ref().map(radiance).transpose()?,
+            standard_error: error.map_or(Ok(vec![]), |path| with_picture(path, Pixels::Radiance))?,
+            image: options.image.as_ref().map(|path| Output::new(path, Pixels::Radiance)).transpose()?,
             terms: terms.transpose()?,
         })
     }
 
     fn paths(&self) -> Vec<&Path> {
-        let terms = self.terms.iter().flatten();
+        let terms = self.terms.iter().flatten().flatten();
         let all = self.gradient.iter().chain(&self.standard_error).chain(&self.image).chain(terms);
         all.map(Output::path).collect()
     }
@@ -181,15 +190,17 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     for output in &outputs.gradient {
         text += &output.write(width, height, &result.gradient)?;
     }
-    if let Some(output) = &outputs.standard_error {
+    for output in &outputs.standard_error {
         text += &output.write(width, height, &result.standard_error)?;
     }
     if let Some(output) = &outputs.image {
         text += &output.write(width, height, &result.image)?;
     }
     if let (Some(outputs), Some(terms)) = (&outputs.terms, &result.terms) {
-        for (output, term) in outputs.iter().zip([&terms.interior, &terms.primary, &terms.secondary]) {
-            text += &output.write(width, height, term)?;
+        for (outputs, term) in outputs.iter().zip([&terms.interior, &terms.primary, &terms.secondary]) {
+            for output in outputs {
+                text += &output.write(width, height, term)?;
+            }
         }
     }
     Ok(Report { text, holds: true })

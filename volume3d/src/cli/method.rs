@@ -25,8 +25,8 @@ pub(super) struct MethodOptions {
     /// Warped area: what is done about the bias of the warp with finitely many auxiliary rays.
     #[arg(long, value_enum)]
     debias: Option<Bias>,
-    /// Warped area: auxiliary rays of an estimate of the warp at least, at every bounce [default: 4; 16 with
-    /// --debias none].
+    /// Warped area: auxiliary rays of an estimate of the warp at least, at every bounce [default: 16; 4 with
+    /// --debias roulette].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     aux: Option<u32>,
     /// Warped area: more auxiliary rays where the first of them see a boundary near by, and few where they see one
@@ -40,8 +40,8 @@ pub(super) enum Method {
     /// Warped-area sampling: unbiased, with --debias none biased; refuses mirrors and lights without extent where
     /// geometry moves.
     WarpedArea,
-    /// Edge sampling: unbiased; besides --spp paths a pixel, as many samples of edges seen from surfaces and a fourth
-    /// as many of edges seen by the camera. Refuses what warped-area refuses.
+    /// Edge sampling: unbiased; besides --spp paths a pixel, as many samples of edges seen by the camera and as many of
+    /// edges seen from surfaces. Refuses what warped-area refuses.
     Edge,
     /// One rotation for each kernel: biased wherever what moves does not turn as a whole.
     Rotation,
@@ -99,6 +99,9 @@ impl MethodOptions {
         if self.field == Some(FieldKind::Outlines) && rays {
             return conflict("--debias, --aux and --adaptive belong to --field rays");
         }
+        if self.adaptive && self.debias == Some(Bias::Roulette) {
+            return conflict("--adaptive belongs to --debias multilevel or none");
+        }
         if step && !self.is_finite_difference() {
             return conflict("--step belongs to --method finite-difference");
         }
@@ -136,7 +139,7 @@ impl MethodOptions {
         match self.debias {
             Some(Bias::None) => Debias::Consistent { rays: rays(RAYS_WITHOUT_DEBIASING) },
             Some(Bias::Roulette) => Debias::RussianRoulette { rays: rays(4), tail: TAIL },
-            Some(Bias::Multilevel) | None => match Debias::default() {
+            Some(Bias::Multilevel) | None => match WarpedArea::default().warp.debias {
                 Debias::Multilevel { rays: default, first, ratio } => {
                     Debias::Multilevel { rays: rays(default), first, ratio }
                 }

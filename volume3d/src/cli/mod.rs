@@ -24,7 +24,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use volume3d::gradient::{GradientError, Stopped};
 
 /// Renders Mitsuba 3 scenes and differentiates the images with respect to geometry, camera, lights and materials,
-/// by warped-area sampling: without bias, and without looking for edges.
+/// by warped-area sampling: without bias, and without sampling edges.
 #[derive(Debug, Parser)]
 #[command(version, after_long_help = EXAMPLES)]
 struct Options {

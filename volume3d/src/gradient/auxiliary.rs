@@ -213,9 +213,11 @@ impl<'s> Auxiliary<'s> {
         Some(DirectionWarp::Rays(Warping::Weighted(stencil)))
     }
 
-    /// The stencil of a bundle of rays and those it asks for; nothing where none of them may see anything that moves.
+    /// The stencil of a bundle of rays and those it asks for; nothing where none of the first may see anything that
+    /// moves.
     ///
-    /// A ray that misses all that moves says nothing about where more are needed: no velocity changes at what it sees.
+    /// A ray that misses all that moves says nothing about where more are needed: no velocity changes at what it sees. So
+    /// where rays adapt, forward and reverse may draw different ones, as other things move.
     #[expect(clippy::too_many_arguments, reason = "as `follow`")]
     fn weighted<D: Domain>(
         &mut self,
@@ -314,7 +316,13 @@ impl<'s> Auxiliary<'s> {
         self.gather(origin, direction, reach)?;
         let scene = self.paths.scene;
         let front = triangle.map(|t| self.front(t, origin));
-        let view = View { origin, planes: front.as_slice(), triangle, without: 0..0 };
+        let view = View {
+            origin,
+            planes: front.as_slice(),
+            triangle,
+            without: 0..0,
+            rounding: self.paths.rounding(),
+        };
         Outline::new(scene, Edges::Listed(&self.near.edges), &view, direction, reach)
     }
 
@@ -328,7 +336,8 @@ impl<'s> Auxiliary<'s> {
             // A cap that would be too wide is looked up for each direction.
             let margin = if reach.angle + FRAC_PI_2 * margin > WIDEST { 0.0 } else { margin };
             let wide = Reach::new(reach.angle + FRAC_PI_2 * margin);
-            let cone = Cone { origin, axis: direction, reach: wide, planes: &[] };
+            let cone =
+                Cone { origin, axis: direction, reach: wide, planes: &[], rounding: self.paths.rounding() };
             self.near.edges.clear();
             tree.for_each(&cone, |edge| self.near.edges.push((*edge, Pole::new(edge.places, origin))));
             (self.near.direction, self.near.margin) = (direction, margin);
@@ -365,7 +374,7 @@ impl<'s> Auxiliary<'s> {
         let without = without.map_or(0..0, |shape| scene.position_range(shape as usize));
         let planes = [horizon, plane.unwrap_or(horizon)];
         let planes = &planes[..1 + usize::from(plane.is_some())];
-        let view = View { origin: x, planes, triangle, without };
+        let view = View { origin: x, planes, triangle, without, rounding: self.paths.rounding() };
         Outline::new(scene, Edges::Tree(self.edges?), &view, direction, reach)
     }
 

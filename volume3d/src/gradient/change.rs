@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::scene::{Bsdf, Reflectance, Scene};
+use crate::scene::{Bsdf, Light, Reflectance, Scene};
 
 /// Rates of the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -181,7 +181,7 @@ impl Change {
         }
     }
 
-    /// Whether any position, normal or pose changes, the camera's included: whether jumps may move.
+    /// Whether any position or normal changes, or the camera: whether jumps may move.
     #[must_use]
     pub fn is_geometric(&self) -> bool {
         let any = |rates: &[DVec3]| rates.iter().any(|r| *r != DVec3::ZERO);
@@ -196,8 +196,10 @@ pub struct Wanted {
     pub shapes: Vec<bool>,
     /// For every material, whether its reflectance, texture and roughness.
     pub materials: Vec<bool>,
-    /// Whether the radiance, intensity and pose of lights and of the environment.
+    /// Whether the radiance and intensity of lights and of the environment.
     pub lights: bool,
+    /// Whether the poses of lights and of the environment.
+    pub poses: bool,
     /// Whether the camera.
     pub camera: bool,
 }
@@ -211,6 +213,7 @@ impl Wanted {
             shapes: vec![false; d.shapes.len()],
             materials: vec![false; d.materials.len()],
             lights: false,
+            poses: false,
             camera: false,
         }
     }
@@ -223,6 +226,7 @@ impl Wanted {
             shapes: vec![true; d.shapes.len()],
             materials: vec![true; d.materials.len()],
             lights: true,
+            poses: true,
             camera: true,
         }
     }
@@ -265,7 +269,7 @@ pub enum Unsupported {
         /// Its material.
         material: String,
     },
-    /// Geometry moves before a light whose shadows have no width.
+    /// A light moves, or geometry before it, whose shadows have no width.
     #[error(
         "light `{light}` casts shadows without a penumbra, whose motion no warp sees; give it an area, or a finite kappa, or move nothing"
     )]
@@ -275,8 +279,24 @@ pub enum Unsupported {
     },
 }
 
-/// Refuses what would silently come out wrong.
-pub(crate) fn supported(scene: &Scene) -> Result<(), Unsupported> {
+/// Refuses a change of which a part would be silently lost.
+pub(crate) fn supports_change(scene: &Scene, change: &Change) -> Result<(), Unsupported> {
+    if change.is_geometric() {
+        supports_geometry(scene)?;
+    }
+    let lights = scene.description().lights.iter().zip(&change.pose);
+    casts_soft_shadows(lights.filter(|(_, rate)| **rate != DVec3::ZERO).map(|(light, _)| light))
+}
+
+/// Refuses parameters that would be told a part of their derivative.
+pub(crate) fn supports_wanted(scene: &Scene, wanted: &Wanted) -> Result<(), Unsupported> {
+    if wanted.is_geometric() {
+        supports_geometry(scene)?;
+    }
+    if wanted.poses { casts_soft_shadows(&scene.description().lights) } else { Ok(()) }
+}
+
+fn supports_geometry(scene: &Scene) -> Result<(), Unsupported> {
     let d = scene.description();
     for shape in &d.shapes {
         let material = &d.materials[shape.material];
@@ -284,14 +304,17 @@ pub(crate) fn supported(scene: &Scene) -> Result<(), Unsupported> {
             return Err(Unsupported::Mirror { shape: shape.id.clone(), material: material.id.clone() });
         }
     }
-    for light in &d.lights {
-        let delta = match light {
-            crate::scene::Light::Point { .. } => true,
-            crate::scene::Light::Directional { kappa, .. } => kappa.is_infinite(),
-        };
-        if delta {
-            return Err(Unsupported::Delta { light: light.id().clone() });
-        }
+    casts_soft_shadows(&d.lights)
+}
+
+/// Whether all of some lights have an extent.
+fn casts_soft_shadows<'l>(lights: impl IntoIterator<Item = &'l Light>) -> Result<(), Unsupported> {
+    let delta = |light: &Light| match light {
+        Light::Point { .. } => true,
+        Light::Directional { kappa, .. } => kappa.is_infinite(),
+    };
+    match lights.into_iter().find(|light| delta(light)) {
+        Some(light) => Err(Unsupported::Delta { light: light.id().clone() }),
+        None => Ok(()),
     }
-    Ok(())
 }

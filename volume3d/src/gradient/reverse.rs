@@ -299,7 +299,7 @@ impl<'t> Calculus for Reverse<'_, 't> {
     }
 
     fn place(&self, light: usize, value: DVec3) -> Vec3<Recorded<'t>> {
-        let wanted = self.inputs.wanted.lights;
+        let wanted = self.inputs.wanted.poses;
         match self.scene.description.lights[light] {
             Light::Point { .. } => self.vector(Input::Pose(light as u32), value, wanted),
             Light::Directional { .. } => {
@@ -317,7 +317,7 @@ impl<'t> Calculus for Reverse<'_, 't> {
         let Some(Environment::Map { to_world, .. }) = &self.scene.description.environment else {
             return direction;
         };
-        let turn = self.vector(Input::EnvironmentRotation, DVec3::ZERO, self.inputs.wanted.lights);
+        let turn = self.vector(Input::EnvironmentRotation, DVec3::ZERO, self.inputs.wanted.poses);
         let axis = |a: DVec3| (Vec3::constant(a) + turn.cross(Vec3::constant(a))).dot(direction);
         Vec3::new(axis(to_world.x_axis), axis(to_world.y_axis), axis(to_world.z_axis))
     }

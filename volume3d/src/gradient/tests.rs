@@ -6,7 +6,7 @@ use glam::{DAffine3, DQuat, DVec3};
 
 use super::*;
 use crate::geometry::Mesh;
-use crate::scene::{Camera, Description, Environment, Film, Filter, Integrator, Material, Scene};
+use crate::scene::{Camera, Description, Environment, Film, Filter, Integrator, Light, Material, Scene};
 
 pub(super) fn film(width: usize, filter: Filter) -> Film {
     Film { width, height: width, crop: None, filter }
@@ -162,4 +162,50 @@ fn a_closed_white_box_glows_as_the_series_says() {
     for (pixel, error) in image.pixels.iter().zip(&image.standard_error) {
         assert!((pixel.x - 2.0).abs() < 5.0 * error.x && error.x < 0.05, "{pixel} ± {error}");
     }
+}
+
+/// What moves before an ideal mirror, and a light without extent that moves, are errors, forward and in reverse.
+#[test]
+fn what_no_warp_sees_is_refused() {
+    let camera = Camera::look_at(DVec3::new(0.0, 1.0, 3.0), DVec3::ZERO, DVec3::Y, 0.8);
+    let mut d = Description::new(camera, film(4, Filter::Box));
+    let grey = d.add_material(Material::diffuse("grey", DVec3::splat(0.5)));
+    d.add_shape("floor", Mesh::rectangle().transformed(&down()), grey);
+    let mut lit = d.clone();
+    let (position, intensity) = (DVec3::new(0.3, 2.0, 0.1), DVec3::ONE);
+    lit.lights.push(Light::Point { id: "bulb".to_owned(), position, intensity });
+    let lit = Scene::new(lit).unwrap();
+    d.materials[grey].bsdf = crate::scene::Bsdf::Conductor {
+        eta: DVec3::ONE,
+        k: DVec3::ONE,
+        specular_reflectance: crate::scene::Reflectance::Constant(DVec3::ONE),
+    };
+    let mirror = Scene::new(d).unwrap();
+    let refuses = |scene: &Scene, change: &Change, wanted: &Wanted, unsupported: &Unsupported| {
+        let (adjoint, none) = (vec![DVec3::ONE; 16], Progress::none());
+        let (warped, edges) = (WarpedArea::default(), EdgeSampling::default());
+        let found = [
+            warped.forward(scene, change, &none).err(),
+            edges.forward(scene, change, &none).err(),
+            warped.reverse(scene, &adjoint, wanted, &none).err(),
+            edges.reverse(scene, &adjoint, wanted, &none).err(),
+        ];
+        for error in found {
+            assert_eq!(error, Some(GradientError::Unsupported(unsupported.clone())));
+        }
+    };
+    let (mut moves, mut shape) = (Change::still(&mirror), Wanted::nothing(&mirror));
+    moves.translate(&mirror, 0, DVec3::Y);
+    shape.shapes[0] = true;
+    let reflects = Unsupported::Mirror { shape: "floor".to_owned(), material: "grey".to_owned() };
+    refuses(&mirror, &moves, &shape, &reflects);
+    let (mut poses, mut wanted) = (Change::still(&lit), Wanted::nothing(&lit));
+    poses.pose[0] = DVec3::X;
+    wanted.poses = true;
+    refuses(&lit, &poses, &wanted, &Unsupported::Delta { light: "bulb".to_owned() });
+    // Its intensity moves no shadow.
+    wanted.poses = false;
+    wanted.lights = true;
+    let result = WarpedArea::default().reverse(&lit, &[DVec3::ONE; 16], &wanted, &Progress::none());
+    assert!(result.is_ok_and(|g| g.change.intensity[0].min_element() > 0.0));
 }

@@ -31,7 +31,7 @@ use self::list::EdgeList;
 use self::primary::Primary;
 use self::secondary::{Light, Secondary};
 pub(super) use self::warped::Flipped;
-use super::change::supported;
+use super::change::{supports_change, supports_wanted};
 use super::motion::Motion;
 use super::{Change, Gradient, GradientError, GradientImage, Progress, Stopped, Terms, Wanted, WarpedArea};
 use crate::path::{Kernels, Paths};
@@ -113,7 +113,8 @@ impl EdgeSampling {
         change: &Change,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
-        self.check(scene, change.is_geometric())?;
+        supports_change(scene, change)?;
+        self.check(change.is_geometric())?;
         let image = self.interior().forward(scene, change, progress)?;
         let motion = Motion::new(scene, change);
         let moving = Moving::of(scene, &motion);
@@ -138,7 +139,8 @@ impl EdgeSampling {
         wanted: &Wanted,
         progress: &Progress,
     ) -> Result<Gradient, GradientError> {
-        self.check(scene, wanted.is_geometric())?;
+        supports_wanted(scene, wanted)?;
+        self.check(wanted.is_geometric())?;
         let mut gradient = self.interior().reverse(scene, adjoint, wanted, progress)?;
         let moving = Moving { shapes: wanted.shapes.clone(), camera: wanted.camera };
         let boundary = Change::still(scene).into();
@@ -167,10 +169,7 @@ impl EdgeSampling {
         Driver::new(scene, self.seed, samples * width * height)
     }
 
-    fn check(&self, scene: &Scene, geometric: bool) -> Result<(), GradientError> {
-        if geometric {
-            supported(scene)?;
-        }
+    fn check(&self, geometric: bool) -> Result<(), GradientError> {
         match [self.samples, self.primary, self.secondary].into_iter().find(|&s| s < 1 && geometric) {
             Some(samples) => Err(GradientError::Samples { samples, least: 1 }),
             None => Ok(()),

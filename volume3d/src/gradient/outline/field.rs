@@ -32,6 +32,8 @@ pub(crate) struct View<'p> {
     pub(crate) triangle: Option<u32>,
     /// Positions of which no edge counts.
     pub(crate) without: Range<usize>,
+    /// A viewer this near to a plane is within it.
+    pub(crate) rounding: f64,
 }
 
 /// V and ∇·V at a direction, from the velocities of ends of arcs.
@@ -99,7 +101,13 @@ impl Outline {
         };
         match edges {
             Edges::Tree(tree) => {
-                let cone = Cone { origin: view.origin, axis: u, reach, planes: view.planes };
+                let cone = Cone {
+                    origin: view.origin,
+                    axis: u,
+                    reach,
+                    planes: view.planes,
+                    rounding: view.rounding,
+                };
                 tree.for_each(&cone, |edge| each(edge, Pole::new(edge.places, view.origin)));
             }
             Edges::Listed(list) => list.iter().for_each(|(edge, pole)| each(edge, *pole)),

@@ -1,6 +1,7 @@
 //! Nodes of the hierarchy of edges: eight boxes with cones of normals, refused in single precision.
 //!
-//! A node only ever decides what need not be looked at, so that its margins cost time and nothing else.
+//! A node only ever decides what need not be looked at, with margins above its rounding. Lengths are in units of the
+//! scene, so that squares in single precision neither vanish nor overflow where it matters.
 
 use glam::DVec3;
 
@@ -54,7 +55,8 @@ pub(super) struct Node {
 }
 
 impl Node {
-    pub(super) fn new(bounds: impl Iterator<Item = Bounds>) -> Self {
+    /// `unit` is one over the size of the scene.
+    pub(super) fn new(bounds: impl Iterator<Item = Bounds>, unit: f64) -> Self {
         let row = [0.0; WIDTH];
         let mut node = Self {
             centre: [[0.0; WIDTH]; 3],
@@ -70,10 +72,10 @@ impl Node {
         for (lane, b) in bounds.enumerate() {
             for k in 0..3 {
                 node.centre[k][lane] = b.centre[k];
-                node.half[k][lane] = b.half[k] as f32;
+                node.half[k][lane] = (b.half[k] * unit) as f32;
                 node.axis[k][lane] = b.axis[k] as f32;
             }
-            node.radius[lane] = b.half.length() as f32;
+            node.radius[lane] = (b.half.length() * unit) as f32;
             // With a right angle nothing is ever left out.
             let sine = b.sine.unwrap_or(1.0);
             (node.cosine[lane], node.sine[lane]) = ((1.0 - sine * sine).sqrt() as f32, sine as f32);
@@ -86,6 +88,7 @@ impl Node {
 /// A cone as nodes are compared with it.
 pub(super) struct Query {
     origin: [f64; 3],
+    unit: f64,
     axis: [f32; 3],
     sine: f32,
     cosine: f32,
@@ -97,14 +100,15 @@ pub(super) struct Query {
 /// The most planes that are compared: those left out refuse nothing.
 const PLANES: usize = 2;
 
-/// What rounding to single precision, and a few operations after it, may be off by, relative to lengths that enter.
+/// What rounding to single precision, and a few operations after it, may be off by, relative to the distance of the
+/// farthest point of a box.
 const MARGIN: f64 = 2e-6;
 
 impl Query {
-    pub(super) fn new(cone: &Cone<'_>) -> Self {
+    pub(super) fn new(cone: &Cone<'_>, unit: f64) -> Self {
         let mut planes = [([0.0; 3], 0.0); PLANES];
         for (place, plane) in planes.iter_mut().zip(cone.planes) {
-            let height = plane.height(cone.origin);
+            let height = unit * plane.height(cone.origin);
             // Rounded up.
             let height = (height + MARGIN * height.abs()) as f32;
             *place = (single(plane.normal), height);
@@ -112,6 +116,7 @@ impl Query {
         let reach = cone.reach;
         Self {
             origin: cone.origin.to_array(),
+            unit,
             axis: single(cone.axis),
             sine: reach.sine as f32,
             cosine: reach.cosine as f32,
@@ -127,7 +132,7 @@ impl Query {
         let mut way = [[0.0_f32; WIDTH]; 3];
         for (k, way) in way.iter_mut().enumerate() {
             for (way, centre) in way.iter_mut().zip(node.centre[k]) {
-                *way = (centre - self.origin[k]) as f32;
+                *way = ((centre - self.origin[k]) * self.unit) as f32;
             }
         }
         let [x, y, z] = &way;
@@ -148,14 +153,14 @@ impl Query {
             let height = nx * x[l] + ny * y[l] + nz * z[l];
             let support = hx[l] * nx.abs() + hy[l] * ny.abs() + hz[l] * nz.abs();
             // What is across is off by the rounding of the way, which turns n by that over |across|.
-            let slack = margin * distance[l] * (1.0 + distance[l] / apart);
+            let slack = margin * (distance[l] + node.radius[l]) * (1.0 + distance[l] / apart);
             outside[l] = height - support * (1.0 + margin) - slack;
         }
         for ([nx, ny, nz], level) in &self.planes[..self.count] {
             for l in 0..WIDTH {
                 let height = level + nx * x[l] + ny * y[l] + nz * z[l];
                 let support = hx[l] * nx.abs() + hy[l] * ny.abs() + hz[l] * nz.abs();
-                let behind = -height - support * (1.0 + margin) - margin * distance[l];
+                let behind = -height - support * (1.0 + margin) - margin * (distance[l] + node.radius[l]);
                 outside[l] = if behind > outside[l] { behind } else { outside[l] };
             }
         }
@@ -179,4 +184,84 @@ impl Query {
 
 fn single(v: DVec3) -> [f32; 3] {
     v.as_vec3().to_array()
+}
+
+#[cfg(test)]
+mod tests {
+    use flatland::random::{Stream, open01, stream};
+
+    use super::super::arc::Reach;
+    use super::super::tree::HalfSpace;
+    use super::*;
+
+    fn point(rng: &mut Stream) -> DVec3 {
+        DVec3::from_array(std::array::from_fn(|_| 2.0 * open01(rng) - 1.0))
+    }
+
+    /// Edges near a point; borders, or with normals that differ by `spread`.
+    fn edges(rng: &mut Stream, scale: f64, spread: Option<f64>) -> Vec<Edge> {
+        let (centre, size) = (3.0 * point(rng), 10_f64.powf(2.0 * open01(rng) - 2.5));
+        let normal = point(rng).normalize();
+        (0..4)
+            .map(|_| {
+                let places = [0, 1].map(|_| scale * (centre + size * point(rng)));
+                let normals = spread.map_or([DVec3::ZERO; 2], |spread| {
+                    [0, 1].map(|_| (normal + spread * point(rng)).normalize())
+                });
+                Edge { ends: [0, 1], places, normals }
+            })
+            .collect()
+    }
+
+    /// Whether some point of the edge is well within the cone and before the planes.
+    fn counts(edge: &Edge, cone: &Cone<'_>) -> bool {
+        edge.is_silhouette(cone)
+            && (0..=16).any(|i| {
+                let p = edge.places[0].lerp(edge.places[1], f64::from(i) / 16.0);
+                let way = (p - cone.origin).normalize();
+                way.distance(cone.axis) < 2.0 * (0.5 * cone.reach.angle).sin()
+                    && cone.planes.iter().all(|plane| plane.height(p) > 0.0)
+            })
+    }
+
+    #[test]
+    fn nothing_that_counts_is_refused() {
+        let mut rng = stream(8, &[]);
+        for scale in [1.0, 1e-30, 1e30] {
+            let (mut counted, mut refused) = (0, 0);
+            for trial in 0..20_000 {
+                let spread = [None, Some(0.01), Some(0.5)][trial % 3];
+                let groups: Vec<Vec<Edge>> = (0..WIDTH).map(|_| edges(&mut rng, scale, spread)).collect();
+                let unit = 1.0 / (6.0 * scale);
+                let node = Node::new(groups.iter().map(|g| Bounds::around(g)), unit);
+                // Near the edges now and then, also within their box.
+                let near = groups[0][0].places[0] + 0.01 * scale * point(&mut rng);
+                let origin = if trial % 2 == 0 { near } else { scale * 4.0 * point(&mut rng) };
+                let towards = groups[trial % WIDTH][1].places[1] - origin;
+                let axis = (towards.normalize() + 0.2 * open01(&mut rng) * point(&mut rng)).normalize();
+                let plane = HalfSpace {
+                    normal: point(&mut rng).normalize(),
+                    point: scale * point(&mut rng),
+                    slack: 0.0,
+                };
+                let cone = Cone {
+                    origin,
+                    axis,
+                    reach: Reach::new(10_f64.powf(-4.0 * open01(&mut rng))),
+                    planes: &[plane][..trial % 2],
+                    rounding: 1e-13 * scale,
+                };
+                let entered = Query::new(&cone, unit).entered(&node);
+                for (lane, group) in groups.iter().enumerate() {
+                    let needed = group.iter().any(|edge| counts(edge, &cone));
+                    let kept = entered >> lane & 1 == 1;
+                    assert!(kept || !needed, "scale {scale:e}, trial {trial}, child {lane}");
+                    counted += usize::from(needed);
+                    refused += usize::from(!kept);
+                }
+            }
+            println!("scale {scale:e}: {counted} count, {refused} refused");
+            assert!(counted > 3_000 && refused > 50_000, "{counted} {refused}");
+        }
+    }
 }

@@ -22,22 +22,21 @@ pub(crate) struct Edge {
 
 impl Edge {
     /// Whether a viewer sees one of the edge's triangles from the front and one from the back, or a border.
-    fn is_silhouette(&self, origin: DVec3) -> bool {
-        let way = self.places[0] - origin;
+    pub(super) fn is_silhouette(&self, cone: &Cone<'_>) -> bool {
+        let way = self.places[0] - cone.origin;
         let [a, b] = self.normals.map(|n| n.dot(way));
         // From within one of the planes it is one, but for rounding.
-        a * b <= 0.0 || a.abs().min(b.abs()) <= IN_PLANE * way.length()
+        a * b <= 0.0 || a.abs().min(b.abs()) <= cone.rounding
     }
 }
-
-/// The sine of the angle at which a viewer is in a plane.
-const IN_PLANE: f64 = 1e-12;
 
 /// The edges of a scene in a hierarchy.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tree {
     nodes: Vec<Node>,
     edges: Vec<Edge>,
+    /// One over the size of all edges' box.
+    unit: f64,
 }
 
 /// Edges in a leaf.
@@ -50,6 +49,8 @@ pub(crate) struct Cone<'p> {
     pub(crate) axis: DVec3,
     pub(crate) reach: Reach,
     pub(crate) planes: &'p [HalfSpace],
+    /// A viewer this near to a plane is within it.
+    pub(crate) rounding: f64,
 }
 
 /// {y: n·(y − p) ≥ −slack}, |n| = 1.
@@ -68,7 +69,9 @@ impl HalfSpace {
 
 impl Tree {
     pub(crate) fn new(scene: &Scene) -> Self {
-        let mut tree = Self { nodes: vec![], edges: edges(scene) };
+        let edges = edges(scene);
+        let (low, high) = bounds(edges.iter().flat_map(|e| e.places));
+        let mut tree = Self { nodes: vec![], edges, unit: 1.0 / (high - low).max_element() };
         if !tree.edges.is_empty() {
             tree.node(0..tree.edges.len());
         }
@@ -79,7 +82,8 @@ impl Tree {
     fn node(&mut self, range: Range<usize>) -> u32 {
         let index = self.nodes.len();
         let parts = self.split(range);
-        self.nodes.push(Node::new(parts.iter().map(|part| Bounds::around(&self.edges[part.clone()]))));
+        self.nodes
+            .push(Node::new(parts.iter().map(|part| Bounds::around(&self.edges[part.clone()])), self.unit));
         for (lane, part) in parts.into_iter().enumerate() {
             let (first, count) =
                 if part.len() > LEAF { (self.node(part), 0) } else { (part.start as u32, part.len() as u32) };
@@ -107,7 +111,7 @@ impl Tree {
         if self.nodes.is_empty() {
             return;
         }
-        let query = Query::new(cone);
+        let query = Query::new(cone, self.unit);
         let mut stack = [0_u32; DEPTH];
         let mut height = 1;
         while height > 0 {
@@ -124,7 +128,7 @@ impl Tree {
                     continue;
                 }
                 let edges = &self.edges[first as usize..(first + count) as usize];
-                edges.iter().filter(|e| e.is_silhouette(cone.origin)).for_each(&mut f);
+                edges.iter().filter(|e| e.is_silhouette(cone)).for_each(&mut f);
             }
         }
     }

@@ -8,7 +8,7 @@ mod field;
 mod job;
 mod transpose;
 
-use flatland::warp::{Adaptive, Debias, Warp};
+use flatland::warp::{Debias, Warp};
 use glam::DVec3;
 
 use self::job::Job;
@@ -16,7 +16,7 @@ pub use field::Field;
 
 use super::BASELINE;
 use super::auxiliary::Construction;
-use super::change::{Change, Wanted, supported};
+use super::change::{Change, Wanted, supports_change, supports_wanted};
 use super::error::GradientError;
 use super::film::FilmPlane;
 use super::motion::Motion;
@@ -68,7 +68,7 @@ impl Default for WarpedArea {
             samples: 16,
             baseline: 4,
             field: Field::default(),
-            warp: Warp { debias: DEBIAS, adaptive: Some(ADAPTIVE), ..Warp::default() },
+            warp: Warp { debias: DEBIAS, ..Warp::default() },
             kernels: Kernels::default(),
             splitting: 8,
             fades: true,
@@ -83,9 +83,6 @@ impl Default for WarpedArea {
 /// Along paths the error of one sample is large beside that of its warp, and a level that is drawn rarely counts
 /// for much when it is: blocks are larger, and levels rarer, than the plane's default.
 const DEBIAS: Debias = Debias::Multilevel { rays: 16, first: 0.1, ratio: 0.35 };
-
-/// Of the factors measured with these blocks in space, those of least variance × rays: see [`Adaptive`].
-const ADAPTIVE: Adaptive = Adaptive { near: 1.5, far: 0.2 };
 
 impl WarpedArea {
     /// The derivative of every pixel along a change.
@@ -115,7 +112,9 @@ impl WarpedArea {
     }
 
     /// Σ over pixels and channels of adjoint · dI/dθ, for every wanted parameter θ at once: the transpose of
-    /// [`forward`](Self::forward), with the same random numbers.
+    /// [`forward`](Self::forward), with the same random numbers. (Not if auxiliary rays
+    /// [adapt](flatland::warp::Adaptive): then what moves decides how many there are, and both are unbiased by
+    /// themselves.)
     ///
     /// # Errors
     /// [`GradientError`], for what cannot be differentiated and bad parameters.
@@ -127,7 +126,7 @@ impl WarpedArea {
         progress: &Progress,
     ) -> Result<Gradient, GradientError> {
         self.check_reverse(scene, adjoint, wanted)?;
-        let job = self.job(scene, self.construction(), progress)?;
+        let job = self.job(scene, self.construction(), wanted.is_geometric(), progress)?;
         let mut gradient = job.reverse(adjoint, wanted, progress)?;
         if self.flips > 0 && self.warps && wanted.is_geometric() {
             job.flipped().reverse(adjoint, wanted, progress, &mut gradient)?;
@@ -144,7 +143,7 @@ impl WarpedArea {
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
         self.check_forward(scene, change)?;
-        let job = self.job(scene, self.construction(), progress)?;
+        let job = self.job(scene, self.construction(), change.is_geometric(), progress)?;
         let motion = Motion::new(scene, change);
         let mut image = job.forward::<N, K>(&motion, progress)?;
         if self.flips > 0 && self.warps && change.is_geometric() {
@@ -169,7 +168,7 @@ impl WarpedArea {
         progress: &Progress,
     ) -> Result<Gradient, GradientError> {
         self.check_reverse(scene, adjoint, wanted)?;
-        let job = self.job(scene, construction, progress)?;
+        let job = self.job(scene, construction, wanted.is_geometric(), progress)?;
         let mut gradient = job.reverse(adjoint, wanted, progress)?;
         gradient.change.pull_normals(scene, wanted);
         Ok(gradient)
@@ -179,7 +178,10 @@ impl WarpedArea {
         if !change.fits(scene) {
             return Err(GradientError::Change);
         }
-        self.check(scene, change.is_geometric(), 1)
+        if self.warps {
+            supports_change(scene, change)?;
+        }
+        self.check()
     }
 
     fn check_reverse(&self, scene: &Scene, adjoint: &[DVec3], wanted: &Wanted) -> Result<(), GradientError> {
@@ -187,19 +189,19 @@ impl WarpedArea {
         if adjoint.len() != width * height {
             return Err(GradientError::Adjoint { found: adjoint.len(), width, height });
         }
-        self.check(scene, wanted.is_geometric(), 1)
+        if self.warps {
+            supports_wanted(scene, wanted)?;
+        }
+        self.check()
     }
 
-    fn check(&self, scene: &Scene, geometric: bool, least: usize) -> Result<(), GradientError> {
-        if geometric && self.warps {
-            supported(scene)?;
-        }
+    fn check(&self) -> Result<(), GradientError> {
         for kappa in [self.kernels.film, self.kernels.surface, self.kernels.relative] {
             self.warp.check(kappa)?;
         }
         for samples in [self.samples, self.splitting] {
-            if samples < least {
-                return Err(GradientError::Samples { samples, least });
+            if samples < 1 {
+                return Err(GradientError::Samples { samples, least: 1 });
             }
         }
         self.field.check()?;
@@ -210,6 +212,7 @@ impl WarpedArea {
         &'s self,
         scene: &'s Scene,
         construction: Construction,
+        geometric: bool,
         progress: &Progress,
     ) -> Result<Job<'s>, GradientError> {
         let paths = Paths::new(scene, self.kernels);
@@ -220,7 +223,7 @@ impl WarpedArea {
         };
         let film = FilmPlane::new(scene);
         let outlined = matches!(construction, Construction::Outlined { .. });
-        let edges = outlined.then(|| Tree::new(scene));
+        let edges = (outlined && geometric && self.warps).then(|| Tree::new(scene));
         Ok(Job { method: self, paths, film, baseline, construction, edges })
     }
 
@@ -233,6 +236,7 @@ impl WarpedArea {
     ) -> Result<GradientImage, GradientError> {
         self.check_forward(scene, change)?;
         let motion = Motion::new(scene, change);
-        Ok(self.job(scene, construction, progress)?.forward::<N, K>(&motion, progress)?)
+        let job = self.job(scene, construction, change.is_geometric(), progress)?;
+        Ok(job.forward::<N, K>(&motion, progress)?)
     }
 }
