@@ -179,6 +179,7 @@ fn every_method() {
         "--debias none --aux 4",
         "--debias roulette",
         "--debias multilevel --aux 8",
+        "--adaptive",
         "--method interior",
         "--method edge",
         "--method rotation",
@@ -188,7 +189,7 @@ fn every_method() {
     for (i, other) in others.iter().enumerate() {
         assert!(*other != default && !others[..i].contains(other), "{i}");
     }
-    assert_eq!(gradient("--debias multilevel --aux 4"), others[0]);
+    assert_eq!(gradient("--debias multilevel --aux 16"), others[0]);
 }
 
 #[test]
