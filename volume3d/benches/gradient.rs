@@ -4,10 +4,11 @@
 //! `cargo bench -p volume3d --bench gradient`; with `-- --quick` in less than a minute. Methods differ in noise and
 //! bias as well: how they compare at equal error, figures tell.
 
-use std::collections::HashMap;
+mod icosphere;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::{DAffine3, DVec3};
+use icosphere::icosphere;
 use volume3d::geometry::Mesh;
 use volume3d::gradient::{
     Change, EdgeSampling, Field, FiniteDifference, Progress, Rotation, Wanted, WarpedArea, render,
@@ -18,46 +19,6 @@ const SIDE: usize = 64;
 const SAMPLES: usize = 16;
 /// Splits of an icosahedron: 20 · 4³ = 1,280 triangles.
 const LEVELS: usize = 3;
-
-/// The unit sphere: an icosahedron, each face split in four [`LEVELS`] times.
-fn icosphere() -> Mesh {
-    let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
-    let mut positions: Vec<DVec3> = [(-1.0, golden), (1.0, golden), (-1.0, -golden), (1.0, -golden)]
-        .into_iter()
-        .flat_map(|(a, b)| [DVec3::new(a, b, 0.0), DVec3::new(0.0, a, b), DVec3::new(b, 0.0, a)])
-        .map(DVec3::normalize)
-        .collect();
-    // Faces join corners at the edge length 1.05; the next distance is 1.7.
-    let adjacent = |a: u32, b: u32| positions[a as usize].distance(positions[b as usize]) < 1.1;
-    let mut triangles: Vec<[u32; 3]> = (0..12)
-        .flat_map(|a| (a + 1..12).flat_map(move |b| (b + 1..12).map(move |c| [a, b, c])))
-        .filter(|&[a, b, c]| adjacent(a, b) && adjacent(b, c) && adjacent(c, a))
-        .collect();
-    for _ in 0..LEVELS {
-        let mut middles = HashMap::new();
-        let mut middle = |a: u32, b: u32| {
-            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
-                positions.push((positions[a as usize] + positions[b as usize]).normalize());
-                positions.len() as u32 - 1
-            })
-        };
-        triangles = triangles
-            .iter()
-            .flat_map(|&[a, b, c]| {
-                let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
-                [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
-            })
-            .collect();
-    }
-    // All faces outwards.
-    for [a, b, c] in &mut triangles {
-        let [p, q, r] = [*a, *b, *c].map(|i| positions[i as usize]);
-        if (q - p).cross(r - p).dot(p) < 0.0 {
-            std::mem::swap(b, c);
-        }
-    }
-    Mesh::new(positions, triangles).expect("a mesh")
-}
 
 /// The scene and the change: the sphere turns about an axis beside it, so that its silhouette and its shadow move.
 fn turning_sphere() -> (Scene, Change) {
@@ -70,7 +31,9 @@ fn turning_sphere() -> (Scene, Change) {
     let floor = level * DAffine3::from_scale(DVec3::splat(5.0));
     description.add_shape("floor", Mesh::rectangle().transformed(&floor), white);
     let raised = DAffine3::from_translation(DVec3::new(0.4, 1.1, 0.0));
-    let sphere = description.add_shape("sphere", icosphere().transformed(&raised), white);
+    let (positions, triangles) = icosphere(LEVELS);
+    let sphere = Mesh::new(positions, triangles).expect("a mesh").transformed(&raised);
+    let sphere = description.add_shape("sphere", sphere, white);
     let above =
         DAffine3::from_translation(4.0 * DVec3::Y) * DAffine3::from_rotation_x(std::f64::consts::FRAC_PI_2);
     description.add_emitter("lamp", Mesh::rectangle().transformed(&above), DVec3::splat(8.0));

@@ -2,13 +2,15 @@
 //!
 //! `cargo bench -p volume3d --bench tracing`; elements are rays (triangles, for the build).
 
-use std::collections::HashMap;
+mod icosphere;
+
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use flatland::random::{Stream, open01, stream};
 use flatland::warp::Domain;
 use glam::DVec3;
+use icosphere::icosphere;
 use volume3d::Sphere;
 use volume3d::geometry::{Accelerator, Ray};
 
@@ -18,39 +20,6 @@ const RAYS: usize = 1 << 16;
 const BUNDLE: usize = 16;
 /// Splits of an icosahedron: 20 · 4⁶ = 81,920 triangles.
 const LEVELS: usize = 6;
-
-/// The unit sphere: an icosahedron, each face split in four [`LEVELS`] times.
-fn icosphere() -> (Vec<DVec3>, Vec<[u32; 3]>) {
-    let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
-    let mut positions: Vec<DVec3> = [(-1.0, golden), (1.0, golden), (-1.0, -golden), (1.0, -golden)]
-        .into_iter()
-        .flat_map(|(a, b)| [DVec3::new(a, b, 0.0), DVec3::new(0.0, a, b), DVec3::new(b, 0.0, a)])
-        .map(DVec3::normalize)
-        .collect();
-    // Faces join corners at the edge length 1.05; the next distance is 1.7.
-    let adjacent = |a: u32, b: u32| positions[a as usize].distance(positions[b as usize]) < 1.1;
-    let mut triangles: Vec<[u32; 3]> = (0..12)
-        .flat_map(|a| (a + 1..12).flat_map(move |b| (b + 1..12).map(move |c| [a, b, c])))
-        .filter(|&[a, b, c]| adjacent(a, b) && adjacent(b, c) && adjacent(c, a))
-        .collect();
-    for _ in 0..LEVELS {
-        let mut middles = HashMap::new();
-        let mut middle = |a: u32, b: u32| {
-            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
-                positions.push((positions[a as usize] + positions[b as usize]).normalize());
-                positions.len() as u32 - 1
-            })
-        };
-        triangles = triangles
-            .iter()
-            .flat_map(|&[a, b, c]| {
-                let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
-                [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
-            })
-            .collect();
-    }
-    (positions, triangles)
-}
 
 fn in_ball(rng: &mut Stream) -> DVec3 {
     loop {
@@ -90,14 +59,14 @@ type Draw = fn(&mut Stream) -> Ray;
 const SIDES: [(&str, Draw); 2] = [("outside", outside), ("inside", inside)];
 
 fn build(c: &mut Criterion) {
-    let (positions, triangles) = icosphere();
+    let (positions, triangles) = icosphere(LEVELS);
     let mut group = c.benchmark_group("build");
     group.sample_size(10).throughput(Throughput::Elements(triangles.len() as u64));
     group.bench_function("icosphere", |b| b.iter(|| Accelerator::build(&positions, &triangles)));
 }
 
 fn single(c: &mut Criterion) {
-    let (positions, triangles) = icosphere();
+    let (positions, triangles) = icosphere(LEVELS);
     let accelerator = Accelerator::build(&positions, &triangles);
     for (side, draw) in SIDES {
         let mut rng = stream(1, &[]);
@@ -119,7 +88,7 @@ fn one_by_one(c: &mut Criterion, side: &str, accelerator: &Accelerator, rays: &[
 }
 
 fn bundles(c: &mut Criterion) {
-    let (positions, triangles) = icosphere();
+    let (positions, triangles) = icosphere(LEVELS);
     let accelerator = Accelerator::build(&positions, &triangles);
     for (side, draw) in SIDES {
         let mut group = c.benchmark_group(format!("bundle/{side}"));
