@@ -1,9 +1,9 @@
 //! All edges of a scene, and those of them near a direction at which what is seen may jump.
 
-use std::collections::HashMap;
 use std::ops::Range;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::arc::Reach;
 use super::node::{Bounds, Node, Query, WIDTH};
@@ -151,33 +151,33 @@ fn bounds(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
     points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
 }
 
-/// Every edge once.
+/// Every edge once, in the order of their ends.
 fn edges(scene: &Scene) -> Vec<Edge> {
-    let mut sides: HashMap<[u32; 2], Vec<(u32, bool)>> = HashMap::with_capacity(scene.triangles.len() * 2);
+    // Edges with a triangle each, and whether it runs along them from the lower index to the higher.
+    let mut sides: Vec<([u32; 2], u32, bool)> = Vec::with_capacity(3 * scene.triangles.len());
     for (t, triangle) in scene.triangles.iter().enumerate() {
         for k in 0..3 {
             let [a, b] = [triangle.positions[k], triangle.positions[(k + 1) % 3]];
-            sides.entry([a.min(b), a.max(b)]).or_default().push((t as u32, a < b));
+            sides.push(([a.min(b), a.max(b)], t as u32, a < b));
         }
     }
+    sides.par_sort_unstable();
     let normal = |t: u32| {
         let [a, b, c] = scene.triangles[t as usize].positions.map(|i| scene.positions[i as usize]);
         (b - a).cross(c - a).normalize_or_zero()
     };
-    let mut edges: Vec<Edge> = sides
-        .into_iter()
-        .map(|(ends, sides)| {
-            let normals = match *sides.as_slice() {
-                [(s, along), (t, other)] if along != other => [normal(s), normal(t)],
+    sides
+        .chunk_by(|a, b| a.0 == b.0)
+        .map(|sides| {
+            let ends = sides[0].0;
+            let normals = match *sides {
+                [(_, s, along), (_, t, other)] if along != other => [normal(s), normal(t)],
                 _ => [DVec3::ZERO; 2],
             };
             Edge { ends, places: ends.map(|i| scene.positions[i as usize]), normals }
         })
         .filter(|e| e.places[0] != e.places[1] && !is_flat(e.normals))
-        .collect();
-    // The order of a hash map must not reach any result.
-    edges.sort_unstable_by_key(|e| e.ends);
-    edges
+        .collect()
 }
 
 /// Whether an edge continues a plane so exactly that it is a silhouette from nowhere but in that plane.
