@@ -22,10 +22,22 @@ enum Beyond {
 /// What must not jump within a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Jumps {
-    /// The radiance that is seen: borders, silhouettes and creases.
+    /// The radiance that is seen: borders, silhouettes, creases and crossings.
     Radiance,
-    /// What covers what: borders and silhouettes.
-    Visibility,
+    /// What covers what: borders and silhouettes; and crossings with a light, if it is one that is covered.
+    Visibility {
+        /// Its shape.
+        light: Option<u32>,
+    },
+}
+
+/// The nearest jump to a hit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Nearest {
+    /// A lower estimate of the angle to it.
+    pub(crate) angle: f64,
+    /// If it is a crossing, which, and how far along it.
+    pub(crate) crossing: Option<(u32, f64)>,
 }
 
 /// The edges of all triangles of a scene.
@@ -71,8 +83,8 @@ impl Edges {
     ///
     /// For edges of the hit triangle it is the angle to their great circles. The silhouette of a smooth
     /// surface farther away than one triangle is estimated from the cosine c = |n·ω| as that of a sphere with
-    /// the surface's smallest radius of curvature r: r c²/(2 t).
-    pub(crate) fn angular_distance(
+    /// the surface's smallest radius of curvature r: r c²/(2 t). Crossings are looked at one by one.
+    pub(crate) fn nearest_jump(
         &self,
         scene: &Scene,
         triangle: u32,
@@ -80,7 +92,7 @@ impl Edges {
         direction: DVec3,
         distance: f64,
         jumps: Jumps,
-    ) -> f64 {
+    ) -> Nearest {
         let corners = scene.triangles[triangle as usize].positions;
         let p = corners.map(|i| scene.positions[i as usize] - origin);
         let normal = (p[1] - p[0]).cross(p[2] - p[0]);
@@ -104,13 +116,59 @@ impl Edges {
                 nearest = nearest.min((plane.dot(direction) / plane.length()).abs());
             }
         }
-        nearest
+        let mut found = Nearest { angle: nearest, crossing: None };
+        for &index in scene.crossings().of(triangle) {
+            let crossing = scene.crossings().get(index);
+            let counts = match jumps {
+                Jumps::Radiance => true,
+                Jumps::Visibility { light } => light.is_some_and(|l| crossing.shapes(scene).contains(&l)),
+            };
+            if counts {
+                let (angle, along) = angle_to(crossing.places.map(|p| p - origin), direction, found.angle);
+                if angle < found.angle {
+                    found = Nearest { angle, crossing: Some((index, along)) };
+                }
+            }
+        }
+        found
+    }
+
+    /// The triangle that continues the surface beyond edge k.
+    pub(crate) fn continued(&self, triangle: u32, k: usize) -> Option<u32> {
+        match self.beyond[triangle as usize][k] {
+            Beyond::Border => None,
+            Beyond::Crease(other) | Beyond::Smooth(other) => Some(other),
+        }
+    }
+
+    /// The triangle that continues surface and shading beyond edge k.
+    pub(crate) fn smooth(&self, triangle: u32, k: usize) -> Option<u32> {
+        match self.beyond[triangle as usize][k] {
+            Beyond::Smooth(other) => Some(other),
+            Beyond::Border | Beyond::Crease(_) => None,
+        }
     }
 
     /// Whether what is seen jumps at edge k of a triangle from wherever it is seen, and not at silhouettes only.
     pub(crate) fn jumps(&self, triangle: u32, k: usize) -> bool {
         !matches!(self.beyond[triangle as usize][k], Beyond::Smooth(_))
     }
+}
+
+/// The angle, in terms of its sine or chord, between a direction and a segment as seen from the origin, and the place on
+/// the segment that is nearest; or no less than `limit`.
+fn angle_to([p, q]: [DVec3; 2], direction: DVec3, limit: f64) -> (f64, f64) {
+    let pole = p.cross(q).normalize_or_zero();
+    let height = pole.dot(direction);
+    if height.abs() >= limit {
+        return (f64::INFINITY, 0.0);
+    }
+    let [after, before] = [pole.dot(p.cross(direction)), pole.dot(direction.cross(q))];
+    if after > 0.0 && before > 0.0 {
+        return (height.abs(), after / (after + before));
+    }
+    let [a, b] = [p, q].map(|end| end.normalize_or_zero().distance(direction));
+    if a < b { (a, 0.0) } else { (b, 1.0) }
 }
 
 /// Positive where a point is behind a triangle, negative where it is before it.
@@ -155,6 +213,11 @@ fn shading_continues(scene: &Scene, (s, i): (u32, usize), (t, j): (u32, usize)) 
     same_uv && same_normals
 }
 
+/// Unit normals that differ by no more than this are those of one plane. It is what rounding to single precision, in
+/// which most meshes are stored, does to triangles a hundredth as large as their coordinates. A jump of the radiance that
+/// is left out where flat-shaded triangles meet is as small, relatively.
+pub(crate) const FLAT: f64 = 1e-5;
+
 /// Whether two flat-shaded triangles shade alike, to rounding. Vertices that move may bend the edge between
 /// them; but as long as nothing jumps there, nothing that moves there counts.
 fn coplanar(scene: &Scene, s: &Triangle, t: &Triangle) -> bool {
@@ -162,7 +225,7 @@ fn coplanar(scene: &Scene, s: &Triangle, t: &Triangle) -> bool {
         let [a, b, c] = triangle.positions.map(|i| scene.positions[i as usize]);
         (b - a).cross(c - a).normalize_or_zero()
     };
-    (normal(s) - normal(t)).length() <= 1e-12
+    (normal(s) - normal(t)).length() <= FLAT
 }
 
 /// The distance of the centroids of two triangles over the angle between their normals.

@@ -2,8 +2,10 @@
 
 mod accelerator;
 mod edges;
+mod meeting;
 mod mesh;
 
 pub use accelerator::{Accelerator, Hit, Ray};
-pub(crate) use edges::{Edges, Jumps};
+pub(crate) use edges::{Edges, FLAT, Jumps, Nearest};
+pub(crate) use meeting::{End, Meeting, meeting};
 pub use mesh::{Attribute, Mesh, MeshError, Normals};

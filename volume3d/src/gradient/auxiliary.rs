@@ -7,39 +7,17 @@ use flatland::warp::{Bundle, Domain, Plane, Stencil, Warp};
 use glam::{DVec2, DVec3};
 
 use super::film::FilmPlane;
-use super::outline::{Cone, Edge, Edges, HalfSpace, Outline, Pole, Reach, Tree, View, WIDEST};
+use super::outline::{
+    Cone, Edge, HalfSpace, Outline, Pole, Reach, Silhouettes, Subject, Tree, View, WIDEST,
+};
 use super::rigid::{Following, Rigid, Warping};
+use super::seen::Seen;
 use super::warps::{DirectionWarp, FilmWarp};
 use crate::Sphere;
 use crate::calculus::{Kernel, Sees};
-use crate::geometry::{Hit, Jumps};
+use crate::geometry::{Hit, Jumps, Nearest};
 use crate::path::{Paths, SHORT};
 use crate::scene::Scene;
-
-/// A point that a warp follows: what an auxiliary ray hit, or a point of an edge.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Seen {
-    /// Positions and their weights: the corners of a triangle, or the ends of an edge. Nothing where the ray leaves
-    /// the scene.
-    pub(crate) corners: Option<[(u32, f64); 3]>,
-    /// How far away it is.
-    pub(crate) distance: f64,
-    /// The direction in which it is seen.
-    pub(crate) direction: DVec3,
-    /// 1 − B: velocities may fade away from jumps, and the field stays continuous and consistent.
-    pub(crate) nearness: f64,
-}
-
-impl Seen {
-    /// What a ray hit, or did not.
-    fn by_ray(scene: &Scene, hit: Option<Hit>, direction: DVec3, nearness: f64) -> Self {
-        let corners = hit.map(|h| {
-            let corners = scene.triangles[h.triangle as usize].positions;
-            std::array::from_fn(|k| (corners[k], h.barycentric[k]))
-        });
-        Self { corners, distance: hit.map_or(f64::INFINITY, |h| h.distance), direction, nearness }
-    }
-}
 
 /// Boxes around everything that moves. A bundle that misses them all sees no motion, and need not be traced if
 /// its origin stands still.
@@ -198,16 +176,18 @@ impl<'s> Auxiliary<'s> {
         let fades = self.construction == Construction::Weighted { fades: true };
         let jumps = match sees {
             Sees::Radiance => Jumps::Radiance,
-            Sees::Beyond | Sees::Before { .. } => Jumps::Visibility,
+            Sees::Beyond => Jumps::Visibility { light: None },
+            Sees::Before { shape, .. } => Jumps::Visibility { light: Some(shape) },
         };
         let bundle: Bundle<Sphere> = warp.bundle(direction, kappa, &mut self.rng);
         let sight = |direction: DVec3, hit: Option<Hit>| {
             let hit = hit.filter(|h| normal.dot(direction) > 0.0 && counts(sees, x, direction, h.distance));
-            let distance = hit.map_or(f64::INFINITY, |h| {
-                scene.edges.angular_distance(scene, h.triangle, x, direction, h.distance, jumps)
+            let nearest = hit.map_or(NOWHERE, |h| {
+                scene.edges.nearest_jump(scene, h.triangle, x, direction, h.distance, jumps)
             });
-            let nearness = if fades { warp.nearness(distance, kappa) } else { 1.0 };
-            (Seen::by_ray(scene, hit, direction, nearness), distance)
+            let nearness = warp.nearness(nearest.angle, kappa);
+            let seen = Seen::by_ray(scene, hit, direction, if fades { nearness } else { 1.0 });
+            (seen.or_crossing(nearest, nearness), nearest.angle)
         };
         let stencil = self.weighted(bundle, kappa, x, Some(from), x_moves, |d| d, sight)?;
         Some(DirectionWarp::Rays(Warping::Weighted(stencil)))
@@ -287,16 +267,17 @@ impl<'s> Auxiliary<'s> {
         ray: impl Fn(DVec2) -> DVec3,
         camera_moves: bool,
     ) -> Option<FilmWarp> {
-        let scene = self.paths.scene;
+        let (scene, warp) = (self.paths.scene, self.warp);
         let camera = &scene.description.camera;
         let bundle: Bundle<Plane> = self.warp.bundle(u, kappa, &mut self.rng);
         let sight = |direction: DVec3, hit: Option<Hit>| {
-            let angle = |h: Hit| {
+            let nearest = hit.map_or(NOWHERE, |h| {
                 let (edges, jumps) = (&scene.edges, Jumps::Radiance);
-                edges.angular_distance(scene, h.triangle, camera.origin, direction, h.distance, jumps)
-            };
-            let distance = hit.map_or(f64::INFINITY, |h| film.scale(camera, direction) * angle(h));
-            (Seen::by_ray(scene, hit, direction, 1.0), distance)
+                edges.nearest_jump(scene, h.triangle, camera.origin, direction, h.distance, jumps)
+            });
+            let distance = film.scale(camera, direction) * nearest.angle;
+            let seen = Seen::by_ray(scene, hit, direction, 1.0);
+            (seen.or_crossing(nearest, warp.nearness(distance, kappa)), distance)
         };
         let stencil = self.weighted(bundle, kappa, camera.origin, None, camera_moves, ray, sight)?;
         Some(FilmWarp::Rays(Warping::Weighted(stencil)))
@@ -314,16 +295,11 @@ impl<'s> Auxiliary<'s> {
             return None;
         }
         self.gather(origin, direction, reach)?;
-        let scene = self.paths.scene;
-        let front = triangle.map(|t| self.front(t, origin));
-        let view = View {
-            origin,
-            planes: front.as_slice(),
-            triangle,
-            without: 0..0,
-            rounding: self.paths.rounding(),
-        };
-        Outline::new(scene, Edges::Listed(&self.near.edges), &view, direction, reach)
+        let (scene, tree) = (self.paths.scene, self.edges?);
+        let front = triangle.map(|t| self.front(tree.plane(t), origin));
+        let subject = Subject::Radiance(triangle);
+        let view = View { origin, planes: front.as_slice(), subject, rounding: self.paths.rounding() };
+        Outline::new(scene, tree, Silhouettes::Listed(&self.near.edges), &view, direction, reach)
     }
 
     /// Samples of one pixel look along nearly one direction: silhouettes around it are looked up once for them all.
@@ -358,24 +334,25 @@ impl<'s> Auxiliary<'s> {
         }
         // What lies in the plane of the horizon is not above it.
         let horizon = HalfSpace { normal: kernel.normal, point: x, slack: -self.paths.rounding() };
-        let (triangle, plane, without) = match kernel.sees {
-            Sees::Beyond => (None, None, None),
-            Sees::Radiance => (kernel.triangle, kernel.triangle.map(|t| self.front(t, x)), None),
+        let (scene, tree) = (self.paths.scene, self.edges?);
+        let (subject, plane) = match kernel.sees {
+            Sees::Beyond => (Subject::Cover, None),
+            Sees::Radiance => {
+                let front = kernel.triangle.map(|t| self.front(tree.plane(t), x));
+                (Subject::Radiance(kernel.triangle), front)
+            }
             Sees::Before { normal, offset, shape } => {
                 // Hardly more than rounding: the border of the light's own back, a little behind it, moves with it, and
                 // a field that followed it would have to turn between it and what hides the border.
                 let slack = 1e4 * self.paths.rounding();
                 let plane = HalfSpace { normal, point: offset * normal, slack };
-                (None, Some(plane), Some(shape))
+                (Subject::CoverOf(shape), Some(plane))
             }
         };
-        let scene = self.paths.scene;
-        // The border of a flat light is an integral of its own.
-        let without = without.map_or(0..0, |shape| scene.position_range(shape as usize));
         let planes = [horizon, plane.unwrap_or(horizon)];
         let planes = &planes[..1 + usize::from(plane.is_some())];
-        let view = View { origin: x, planes, triangle, without, rounding: self.paths.rounding() };
-        Outline::new(scene, Edges::Tree(self.edges?), &view, direction, reach)
+        let view = View { origin: x, planes, subject, rounding: self.paths.rounding() };
+        Outline::new(scene, tree, Silhouettes::All, &view, direction, reach)
     }
 
     /// The side of a triangle's plane on which the viewer is.
@@ -435,6 +412,9 @@ impl<'s> Auxiliary<'s> {
         true
     }
 }
+
+/// The nearest jump to a ray that leaves the scene.
+const NOWHERE: Nearest = Nearest { angle: f64::INFINITY, crossing: None };
 
 /// Whether a hit hides what the integrand is about: whether it lies before the plane of a flat light.
 fn counts(sees: Sees, x: DVec3, direction: DVec3, distance: f64) -> bool {

@@ -4,9 +4,10 @@ use flatland::random::open01;
 use flatland::warp::Domain;
 use glam::{DVec2, DVec3};
 
-use super::auxiliary::{Auxiliary, Seen};
+use super::auxiliary::Auxiliary;
 use super::film::FilmPlane;
 use super::motion::Motion;
+use super::seen::Seen;
 use crate::Sphere;
 use crate::calculus::{Calculus, Dual, Frame, Kernel, Number, Rgb, Vec3, Warped};
 use crate::scene::{Environment, Scene};
@@ -52,8 +53,7 @@ fn lane<const N: usize>(v: Vec3<Dual<N>>, lane: usize) -> DVec3 {
 
 impl<const N: usize> Forward<'_, N> {
     fn velocity(&self, seen: &Seen) -> DVec3 {
-        let corners = seen.corners.iter().flatten();
-        corners.map(|&(i, weight)| weight * self.motion.change.positions[i as usize]).sum()
+        seen.followed.velocity(self.scene, |i| self.motion.change.positions[i as usize])
     }
 
     /// The camera's frame.
@@ -85,7 +85,7 @@ impl<const N: usize> Forward<'_, N> {
         let Some(warp) = auxiliary.on_film(film, u, kappa, triangle, moves) else { return still };
         let change = &self.motion.change.camera;
         let field = warp.field(film, &self.scene.description.camera, change, |seen| {
-            if seen.corners.is_none() {
+            if seen.followed.is_nothing() {
                 return DVec3::ZERO;
             }
             (self.velocity(seen) - change.translation) / seen.distance
@@ -191,7 +191,7 @@ impl<const N: usize> Calculus for Forward<'_, N> {
                 continue;
             }
             let field = stencil.field(|seen| {
-                if seen.corners.is_none() {
+                if seen.followed.is_nothing() {
                     return DVec3::ZERO;
                 }
                 let velocity = if material { self.velocity(seen) } else { DVec3::ZERO };

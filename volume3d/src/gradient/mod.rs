@@ -18,6 +18,7 @@ mod result;
 mod reverse;
 mod rigid;
 mod rotation;
+mod seen;
 mod strip;
 #[cfg(test)]
 mod tests;

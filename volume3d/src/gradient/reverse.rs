@@ -6,8 +6,9 @@ use flatland::random::open01;
 use flatland::warp::Domain;
 use glam::{DVec2, DVec3};
 
-use super::auxiliary::{Auxiliary, Seen};
+use super::auxiliary::Auxiliary;
 use super::film::FilmPlane;
+use super::seen::Seen;
 use super::warps::{DirectionWarp, FilmWarp};
 use super::{Change, Wanted};
 use crate::Sphere;
@@ -220,7 +221,7 @@ impl<'s, 't> Reverse<'s, 't> {
                 let warps = self.warps.borrow();
                 let BounceWarp { warping, origin } = &warps[record as usize];
                 warping.scatter(vector(), a[3], |seen, covector| {
-                    if seen.corners.is_none() {
+                    if seen.followed.is_nothing() {
                         return;
                     }
                     let c = Sphere::project(seen.direction, covector) * (seen.nearness / seen.distance);
@@ -238,7 +239,7 @@ impl<'s, 't> Reverse<'s, 't> {
         let camera = &self.scene.description.camera;
         warp.scatter(&self.film, camera, a, b, |seen, (relative, rotation, zoom)| {
             let mut translation = DVec3::ZERO;
-            if seen.corners.is_some() {
+            if !seen.followed.is_nothing() {
                 self.scatter_hit(seen, relative / seen.distance, sink);
                 translation = -relative / seen.distance;
             }
@@ -252,11 +253,11 @@ impl<'s, 't> Reverse<'s, 't> {
     }
 
     fn scatter_hit(&self, seen: &Seen, covector: DVec3, sink: &mut impl Sink) {
-        for (i, weight) in seen.corners.into_iter().flatten() {
+        seen.followed.scatter(self.scene, covector, |i, covector| {
             if self.inputs.positions[i as usize] {
-                sink.position(i, weight * covector);
+                sink.position(i, covector);
             }
-        }
+        });
     }
 }
 

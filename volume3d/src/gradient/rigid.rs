@@ -3,7 +3,7 @@
 use flatland::warp::{Domain, Field, Plane, Stencil};
 use glam::{DVec2, DVec3};
 
-use super::auxiliary::Seen;
+use super::seen::Seen;
 use crate::Sphere;
 
 /// A domain whose kernels can be carried along with one of their points.

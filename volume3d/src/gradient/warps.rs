@@ -4,10 +4,10 @@ use flatland::warp::{Field, Plane};
 use glam::{DVec2, DVec3};
 
 use super::CameraChange;
-use super::auxiliary::Seen;
 use super::film::FilmPlane;
 use super::outline::Outline;
 use super::rigid::Warping;
+use super::seen::Seen;
 use crate::Sphere;
 use crate::scene::Camera;
 

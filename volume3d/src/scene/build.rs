@@ -1,7 +1,10 @@
 //! From a description to what rendering needs.
 
+use std::sync::OnceLock;
+
 use glam::{DVec2, DVec3};
 
+use super::crossing::Crossings;
 use super::Description;
 use super::normals::VertexNormals;
 use crate::geometry::{Accelerator, Edges, Normals};
@@ -111,6 +114,8 @@ pub struct Scene {
     pub(crate) first_normal: Vec<u32>,
     pub(crate) accelerator: Accelerator,
     pub(crate) edges: Edges,
+    /// Found when they are first asked for: an image needs none.
+    crossings: OnceLock<Crossings>,
 }
 
 impl Scene {
@@ -176,6 +181,7 @@ impl Scene {
             first_normal,
             accelerator,
             edges: Edges::default(),
+            crossings: OnceLock::new(),
         };
         scene.edges = Edges::build(&scene);
         scene
@@ -203,6 +209,11 @@ impl Scene {
     #[must_use]
     pub fn position_range(&self, shape: usize) -> std::ops::Range<usize> {
         self.first_position[shape] as usize..self.first_position[shape + 1] as usize
+    }
+
+    /// The curves along which surfaces pass through one another.
+    pub(crate) fn crossings(&self) -> &Crossings {
+        self.crossings.get_or_init(|| Crossings::build(self))
     }
 
     pub(crate) fn normal_range(&self, shape: usize) -> std::ops::Range<usize> {

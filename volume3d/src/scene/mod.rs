@@ -3,16 +3,20 @@
 mod build;
 mod camera;
 mod check;
+mod crossing;
 mod description;
 mod light;
 mod material;
 mod normals;
+mod span;
 mod texture;
 
 pub(crate) use build::{NONE, Triangle};
+pub use crossing::{CrossingCount, Overlap};
 pub use build::{Scene, SceneError};
 pub use camera::{Camera, Crop, Film, Filter};
 pub use description::{Description, Integrator, Shape};
 pub use light::{Environment, Light};
+pub(crate) use span::Span;
 pub use material::{Bsdf, Material, Microfacets, Reflectance};
 pub use texture::{Texture, Wrap};

@@ -15,6 +15,7 @@ mod bundle;
 mod collapse;
 mod frame;
 mod lanes;
+mod overlap;
 mod packet;
 #[cfg(test)]
 mod tests;

@@ -13,7 +13,7 @@ use super::sides::{ASIDE, look_past};
 use super::table::Table;
 use super::walk::Walk;
 use super::{EMITTER_EDGE, Moving};
-use crate::calculus::{Calculus, Frame, Number, Vec3};
+use crate::calculus::{Calculus, Frame, Vec3};
 use crate::path::{Paths, Sequence, Shading};
 
 /// The edges of emitters, by length.
@@ -32,7 +32,7 @@ impl<'a> Emitters<'a> {
         let limit = scene.description.integrator.max_depth.unwrap_or(usize::MAX);
         let emits = |shape: u32| scene.description.shapes[shape as usize].radiance.is_some();
         let edges: Vec<u32> = (0..list.edges.len() as u32)
-            .filter(|&i| limit > 1 && emits(list.edges[i as usize].shape))
+            .filter(|&i| limit > 1 && list.edges[i as usize].shapes.into_iter().any(emits))
             .collect();
         let table = Table::new(edges.iter().map(|&i| {
             let [a, b] = list.edges[i as usize].span(scene);
@@ -44,8 +44,8 @@ impl<'a> Emitters<'a> {
         Self { walk, list, moving, edges, table }
     }
 
-    fn moves(&self, shape: u32) -> bool {
-        self.moving.camera || self.moving.shapes[shape as usize]
+    fn moves(&self, shapes: [u32; 2]) -> bool {
+        self.moving.camera || self.moving.has_any(shapes)
     }
 
     /// One edge's point as seen from the last vertex of a path.
@@ -63,7 +63,7 @@ impl<'a> Emitters<'a> {
         let edge = &self.list.edges[self.edges[chosen.index] as usize];
         let x = chain.vertices[0];
         let shape = scene.triangles[x.triangle as usize].shape;
-        if chain.vertices.len() == 1 && !self.moves(shape) && !self.moves(edge.shape) {
+        if chain.vertices.len() == 1 && !self.moves([shape; 2]) && !self.moves(edge.shapes) {
             return None;
         }
         let [a, b] = edge.span(scene);
@@ -85,9 +85,7 @@ impl<'a> Emitters<'a> {
         if light == DVec3::ZERO {
             return None;
         }
-        let [p, q] = edge.ends.map(|i| calculus.position(i));
-        let number = C::Number::constant;
-        let point = p * number(1.0 - chosen.rest) + q * number(chosen.rest);
+        let point = edge.span.point(scene, chosen.rest, calculus);
         let relative = point - self.walk.sensor.position(calculus, frame, chain);
         Some(Crossing { at: chain.at, light, speed: Vec3::constant(normal).dot(relative) })
     }

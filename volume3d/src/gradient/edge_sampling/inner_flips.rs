@@ -54,8 +54,8 @@ impl<'a> InnerFlips<'a> {
         if longest > 0 && moving.anything() {
             let mut weights: Vec<f64> =
                 (0..scene.triangles.len() as u32).map(|t| deviation(scene, t)).collect();
-            let shape = |t: usize| scene.triangles[t].shape as usize;
-            moving.limit_still(&mut weights, STILL, shape);
+            let moves = |t: usize| moving.shapes[scene.triangles[t].shape as usize];
+            moving.limit_still(&mut weights, STILL, moves);
             table = Table::new(weights);
         }
         Self { sensor: Sensor::new(paths), moving, table, longest }

@@ -1,10 +1,11 @@
-//! The edges of a scene, each once, with the triangles that meet in it.
+//! The edges of a scene and its crossings, each once, with the triangles that meet in it.
 
 use std::collections::HashMap;
 
 use glam::DVec3;
 
-use crate::scene::{Reflectance, Scene};
+use crate::geometry::FLAT as COPLANAR;
+use crate::scene::{Reflectance, Scene, Span};
 
 /// Two faces at a smaller angle are one plane, to rounding.
 const FLAT: f64 = 1e-12;
@@ -13,15 +14,16 @@ const FLAT: f64 = 1e-12;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Face {
     pub(super) triangle: u32,
-    /// The corner that is not on the edge.
+    /// The corner that is not on the edge; at a crossing, any.
     opposite: u32,
 }
 
-/// An edge: two positions, and where its triangles are in the list.
+/// An edge or a crossing, and where its triangles are in the list.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Edge {
-    pub(super) ends: [u32; 2],
-    pub(super) shape: u32,
+    pub(super) span: Span,
+    /// The shapes of its triangles: of an edge, one.
+    pub(super) shapes: [u32; 2],
     /// Whether what is seen jumps there from wherever it is seen; if not, only where it is a silhouette.
     pub(super) jump: bool,
     first: u32,
@@ -58,8 +60,8 @@ impl EdgeList {
             for group in there.chunk_by(|a, b| a.1 == b.1) {
                 let (_, ends, triangle, k) = group[0];
                 list.edges.push(Edge {
-                    ends,
-                    shape: scene.triangles[triangle as usize].shape,
+                    span: Span::Edge(ends),
+                    shapes: [scene.triangles[triangle as usize].shape; 2],
                     jump: scene.edges.jumps(triangle, k),
                     first: list.faces.len() as u32,
                     count: group.len() as u32,
@@ -72,12 +74,38 @@ impl EdgeList {
                 }));
             }
         }
+        list.add_crossings(scene);
         // Samples are drawn systematically from the list: neighbours in it should be neighbours in space.
         list.edges.sort_by_cached_key(|edge| {
             let [a, b] = edge.span(scene);
             place.at(a.midpoint(b))
         });
         list
+    }
+
+    fn add_crossings(&mut self, scene: &Scene) {
+        for (index, crossing) in (0..).zip(scene.crossings().all()) {
+            let folded = |t: u32| {
+                let [a, b, c] = corners(scene, t);
+                (b - a).cross(c - a).normalize_or_zero().distance(crossing.normal()) > COPLANAR
+            };
+            if crossing.continued.is_some_and(folded) {
+                // It is an edge of the list already, and finds the same jump.
+                continue;
+            }
+            let first = self.faces.len() as u32;
+            self.edges.push(Edge {
+                span: Span::Crossing(index),
+                shapes: crossing.shapes(scene),
+                jump: true,
+                first,
+                count: 2,
+                first_there: first,
+                count_there: 2,
+            });
+            let face = |triangle: u32| Face { triangle, opposite: scene.triangles[triangle as usize].positions[0] };
+            self.faces.extend(crossing.triangles.map(face));
+        }
     }
 
     /// The triangles that meet in an edge.
@@ -100,7 +128,10 @@ impl EdgeList {
 
     /// On which sides of the plane through an edge, with this normal, triangles lie: before it and behind it.
     pub(super) fn occupied(&self, scene: &Scene, edge: &Edge, normal: DVec3) -> [bool; 2] {
-        let start = scene.positions[edge.ends[0] as usize];
+        if edge.is_crossing() {
+            return [true; 2];
+        }
+        let [start, _] = edge.span(scene);
         let mut sides = [false; 2];
         for face in self.faces(edge) {
             let height = (scene.positions[face.opposite as usize] - start).dot(normal);
@@ -113,6 +144,9 @@ impl EdgeList {
     /// the second. The edge is a silhouette in directions between the two, and their opposites.
     pub(super) fn limits(&self, scene: &Scene, edge: &Edge) -> Option<[DVec3; 2]> {
         let [f, g] = self.faces(edge) else { return None };
+        if edge.is_crossing() {
+            return None;
+        }
         let [a, b] = edge.span(scene);
         let e = (b - a).normalize_or_zero();
         let away = |face: &Face| {
@@ -175,7 +209,13 @@ fn places(scene: &Scene) -> Vec<u32> {
 impl Edge {
     /// Both ends.
     pub(super) fn span(&self, scene: &Scene) -> [DVec3; 2] {
-        self.ends.map(|i| scene.positions[i as usize])
+        self.span.ends(scene)
+    }
+
+    /// Whether it is where two triangles pass through one another. What is hidden stays hidden there: it is the radiance of
+    /// these two that jumps.
+    pub(super) fn is_crossing(&self) -> bool {
+        matches!(self.span, Span::Crossing(_))
     }
 }
 

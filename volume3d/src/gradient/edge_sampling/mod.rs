@@ -194,9 +194,13 @@ impl Moving {
         self.camera || self.shapes.iter().any(|&s| s)
     }
 
-    /// Scales the weights of shapes that stand still down to a part of those that move, if some do.
-    fn limit_still(&self, weights: &mut [f64], part: f64, shape: impl Fn(usize) -> usize) {
-        let moves = |i: usize| self.shapes[shape(i)];
+    /// Whether any of some shapes moves.
+    fn has_any(&self, shapes: [u32; 2]) -> bool {
+        shapes.iter().any(|&s| self.shapes[s as usize])
+    }
+
+    /// Scales the weights of what stands still down to a part of what moves, if something does.
+    fn limit_still(&self, weights: &mut [f64], part: f64, moves: impl Fn(usize) -> bool) {
         let sum = |moving: bool| -> f64 {
             weights.iter().enumerate().filter(|&(i, _)| moves(i) == moving).map(|(_, w)| w).sum()
         };

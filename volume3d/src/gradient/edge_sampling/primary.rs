@@ -8,7 +8,7 @@ use super::list::{Edge, EdgeList};
 use super::sides::look_past;
 use super::table::Table;
 use super::{Moving, PRIMARY_EDGE};
-use crate::calculus::{Calculus, Frame, Number, Vec3};
+use crate::calculus::{Calculus, Frame, Vec3};
 use crate::gradient::film::FilmPlane;
 use crate::path::{Paths, Plain};
 
@@ -57,7 +57,7 @@ impl<'a> Primary<'a> {
         let mut primary =
             Self { paths, film, frame: film.frame(camera), list, lines: vec![], table: Table::default() };
         for (index, edge) in list.edges.iter().enumerate() {
-            let moves = moving.camera || moving.shapes[edge.shape as usize];
+            let moves = moving.camera || moving.has_any(edge.shapes);
             if moves && list.may_jump(scene, edge) {
                 primary.lines.extend(primary.project(index as u32, edge));
             }
@@ -173,8 +173,7 @@ impl Boundary for Primary<'_> {
         if before == behind {
             return;
         }
-        let [p, q] = edge.ends.map(|i| calculus.position(i));
-        let point = p * C::Number::constant(1.0 - s) + q * C::Number::constant(s);
+        let point = edge.span.point(scene, s, calculus);
         let [x, y] = self.film.project(frame, point);
         found.push(Crossing {
             at: u,

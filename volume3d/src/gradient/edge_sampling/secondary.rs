@@ -25,7 +25,7 @@ use super::sides::{ASIDE, Sides, look_past};
 use super::table::Table;
 use super::wedge::{Aimed, Targets, Wedge};
 use super::{BACKWARDS, LIT_EDGE, Moving, REST_EDGE, STILL};
-use crate::calculus::{Calculus, Frame, Number, Vec3};
+use crate::calculus::{Calculus, Frame, Vec3};
 use crate::geometry::Hit;
 use crate::path::{LightId, Paths, Plain, Sequence};
 use crate::scene::Environment;
@@ -124,7 +124,7 @@ impl<'a> Secondary<'a> {
                 }
         };
         let mut weights: Vec<f64> = self.list.edges.par_iter().map(weigh).collect();
-        self.moving.limit_still(&mut weights, STILL, |e| self.list.edges[e].shape as usize);
+        self.moving.limit_still(&mut weights, STILL, |e| self.moving.has_any(self.list.edges[e].shapes));
         Table::new(weights)
     }
 
@@ -133,8 +133,9 @@ impl<'a> Secondary<'a> {
     fn silhouette_rate(&self, edge: &Edge) -> f64 {
         let paths = self.sensor.paths;
         let scene = paths.scene;
-        if scene.description.shapes[edge.shape as usize].radiance.is_some() {
-            // These are sampled from the camera.
+        let emits = |s: u32| scene.description.shapes[s as usize].radiance.is_some();
+        if edge.shapes.into_iter().any(emits) || edge.is_crossing() {
+            // Those of emitters are sampled from the camera, and at other crossings no emission jumps.
             return 0.0;
         }
         let [a, b] = edge.span(scene);
@@ -175,6 +176,10 @@ impl<'a> Secondary<'a> {
 
     /// Roughly the solid angle in which what is seen jumps at an edge, times the contrast there.
     fn solid_angle(&self, edge: &Edge) -> f64 {
+        if edge.is_crossing() && self.longest == 1 {
+            // A constant environment does not jump.
+            return 0.0;
+        }
         let (anywhere, wedge) = (self.share_anywhere(edge), self.wedge(edge));
         let crease = if edge.jump { 1.0 } else { SMOOTH };
         match wedge {
@@ -316,7 +321,7 @@ impl Boundary for Secondary<'_> {
         let Some(hit) = paths.beyond(point, -drawn.direction, self.near()) else { return };
         let shape = scene.triangles[hit.triangle as usize].shape as usize;
         if self.longest == 1
-            && !(self.moving.camera || self.moving.shapes[shape] || self.moving.shapes[edge.shape as usize])
+            && !(self.moving.camera || self.moving.shapes[shape] || self.moving.has_any(edge.shapes))
         {
             return;
         }
@@ -341,9 +346,7 @@ impl Boundary for Secondary<'_> {
             if light == DVec3::ZERO {
                 return;
             }
-            let [p, q] = edge.ends.map(|i| calculus.position(i));
-            let number = C::Number::constant;
-            let point = p * number(1.0 - segment.along) + q * number(segment.along);
+            let point = edge.span.point(scene, segment.along, calculus);
             let relative = point - self.sensor.position(calculus, frame, &chain);
             let speed = Vec3::constant(segment.normal).dot(relative);
             found.push(Crossing { at: chain.at, light, speed });

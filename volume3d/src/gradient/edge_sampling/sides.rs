@@ -33,17 +33,34 @@ pub(super) fn look_past(
 ) -> Option<Sides> {
     let hits = directions.map(|d| paths.closest(origin, d, from));
     let owns = hits.map(|h| h.is_some_and(|h| list.has(edge, h.triangle)));
-    let other = match owns {
+    let touches = |h: Hit| (h.distance - t).abs() < TOUCH * t && is_between(paths, origin, directions, h.triangle);
+    let doubled = match owns {
         [false, false] => return None,
-        [true, true] => return Some(Sides { hits, share: 1.0 }),
-        [true, false] => hits[1],
-        [false, true] => hits[0],
+        // A crossing may run along an edge of one of its triangles.
+        [true, true] => edge.is_crossing() && hits.into_iter().flatten().any(touches),
+        [true, false] => hits[1].is_some_and(|h| list.has_there(edge, h.triangle) || touches(h)),
+        [false, true] => hits[0].is_some_and(|h| list.has_there(edge, h.triangle) || touches(h)),
     };
-    let doubled = other.is_some_and(|h| {
-        list.has_there(edge, h.triangle)
-            || (h.distance - t).abs() < TOUCH * t && is_between(paths, origin, directions, h.triangle)
-    });
+    let doubled = doubled || !edge.is_crossing() && cross_between(paths, origin, directions, hits);
     Some(Sides { hits, share: if doubled { 0.5 } else { 1.0 } })
+}
+
+/// Whether a crossing of two triangles is seen between two directions, in which they are hit.
+fn cross_between(
+    paths: &Paths<'_>,
+    origin: DVec3,
+    [before, behind]: [DVec3; 2],
+    hits: [Option<Hit>; 2],
+) -> bool {
+    let [Some(a), Some(b)] = hits else { return false };
+    let crossings = paths.scene.crossings();
+    crossings.of(a.triangle).iter().map(|&i| crossings.get(i)).any(|crossing| {
+        let [p, q] = crossing.places.map(|p| p - origin);
+        let plane = p.cross(q);
+        crossing.continued.is_none()
+            && crossing.triangles.contains(&b.triangle)
+            && plane.dot(before) * plane.dot(behind) <= 0.0
+    })
 }
 
 /// Whether an edge at which a triangle jumps is seen between two directions: then rays past it find both surfaces

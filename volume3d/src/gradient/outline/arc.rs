@@ -62,6 +62,20 @@ pub(crate) struct Moments {
     pub(crate) ends: [Graded; 2],
 }
 
+impl Graded {
+    fn times(self, factor: Self) -> Self {
+        let gradient = factor.value * self.gradient + self.value * factor.gradient;
+        Self { value: self.value * factor.value, gradient }
+    }
+}
+
+impl Moments {
+    /// Those of the kernel times a function of the direction.
+    pub(crate) fn times(self, factor: Graded) -> Self {
+        Self { whole: self.whole.times(factor), ends: self.ends.map(|end| end.times(factor)) }
+    }
+}
+
 impl Arc {
     /// The moments around u; nothing if the arc does not enter the cap.
     ///

@@ -1,7 +1,6 @@
 //! The field at one direction, linear in the velocities of the ends of edges.
 
 use std::f64::consts::TAU;
-use std::ops::Range;
 
 use flatland::warp::Field;
 use glam::DVec3;
@@ -9,17 +8,30 @@ use glam::DVec3;
 use super::arc::{Arc, Graded, Moments, Reach};
 use super::tree::{Cone, Edge, HalfSpace, Tree};
 use crate::Sphere;
-use crate::gradient::auxiliary::Seen;
-use crate::scene::Scene;
+use crate::gradient::seen::{Followed, Seen};
+use crate::scene::{Scene, Span};
 use flatland::warp::Domain as _;
 
 /// Where silhouettes are looked for.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Edges<'e> {
+pub(crate) enum Silhouettes<'e> {
     /// Among all.
-    Tree(&'e Tree),
+    All,
     /// Among some that are all silhouettes, with none missing that may be near.
     Listed(&'e [(Edge, Pole)]),
+}
+
+/// What the integrand is about, and with it which curves are jumps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Subject {
+    /// What is seen: silhouettes, crossings, and the border of the face of a triangle, if one is seen.
+    Radiance(Option<u32>),
+    /// What covers what: silhouettes. Where two surfaces that both hide something pass through one another, it
+    /// stays hidden.
+    Cover,
+    /// What hides a flat light: silhouettes of other shapes, and where these pass through the light. The border
+    /// of the light is an integral of its own.
+    CoverOf(u32),
 }
 
 /// What is looked at.
@@ -28,10 +40,7 @@ pub(crate) struct View<'p> {
     pub(crate) origin: DVec3,
     /// Where what is seen is nothing but silhouettes before these planes.
     pub(crate) planes: &'p [HalfSpace],
-    /// The triangle whose edges are jumps as well.
-    pub(crate) triangle: Option<u32>,
-    /// Positions of which no edge counts.
-    pub(crate) without: Range<usize>,
+    pub(crate) subject: Subject,
     /// A viewer this near to a plane is within it.
     pub(crate) rounding: f64,
 }
@@ -49,12 +58,14 @@ pub(crate) struct Outline {
 /// A part of an edge, and what it gives.
 #[derive(Clone, Copy, Debug)]
 struct Piece {
-    /// Positions, and how far the piece's ends are on the way from one to the other.
-    ends: [u32; 2],
+    span: Span,
+    /// How far the piece's ends are on the way from one of the edge to the other.
     along: [f64; 2],
     directions: [DVec3; 2],
     distances: [f64; 2],
     moments: Moments,
+    /// Whether nothing jumps there.
+    seam: bool,
 }
 
 /// The end of an arc, with its part of the field.
@@ -73,45 +84,34 @@ impl Outline {
     /// The field at u; nothing if no arc is near.
     pub(crate) fn new(
         scene: &Scene,
-        edges: Edges<'_>,
+        tree: &Tree,
+        silhouettes: Silhouettes<'_>,
         view: &View<'_>,
         u: DVec3,
         reach: Reach,
     ) -> Option<Self> {
         let mut pieces = Vec::with_capacity(ROOM);
-        let mut add = |ends: [u32; 2], places: [DVec3; 2], pole: Pole| {
-            if let Some(piece) = piece(ends, places, pole, view, u, reach) {
-                pieces.push(piece);
+        let mut add = |edge: &Edge, pole: Pole, seam: bool| {
+            if let Some(piece) = piece(edge, pole, view, u, reach) {
+                pieces.push(Piece { seam, ..piece });
             }
         };
-        let mut own = [u32::MAX; 3];
-        if let Some(t) = view.triangle {
-            own = scene.triangles[t as usize].positions;
-            for k in 0..3 {
-                let ends = [own[k], own[(k + 1) % 3]];
-                let places = ends.map(|i| scene.positions[i as usize]);
-                add(ends, places, Pole::new(places, view.origin));
-            }
+        let View { origin, planes, rounding, .. } = *view;
+        let cone = Cone { origin, axis: u, reach, planes, rounding };
+        if let Subject::Radiance(Some(triangle)) = view.subject {
+            tree.for_each_of_face(triangle, &cone, |edge| {
+                add(edge, Pole::new(edge.places, origin), edge.seam);
+            });
         }
-        let mut each = |edge: &Edge, pole: Pole| {
-            let left_out = edge.ends.iter().all(|&i| view.without.contains(&(i as usize)));
-            if !left_out && !edge.ends.iter().all(|i| own.contains(i)) {
-                add(edge.ends, edge.places, pole);
-            }
-        };
-        match edges {
-            Edges::Tree(tree) => {
-                let cone = Cone {
-                    origin: view.origin,
-                    axis: u,
-                    reach,
-                    planes: view.planes,
-                    rounding: view.rounding,
-                };
-                tree.for_each(&cone, |edge| each(edge, Pole::new(edge.places, view.origin)));
-            }
-            Edges::Listed(list) => list.iter().for_each(|(edge, pole)| each(edge, *pole)),
+        match silhouettes {
+            Silhouettes::All => tree.for_each(&cone, |edge| {
+                if view.subject.has(scene, edge.span) {
+                    add(edge, Pole::new(edge.places, origin), false);
+                }
+            }),
+            Silhouettes::Listed(list) => list.iter().for_each(|(edge, pole)| add(edge, *pole, false)),
         }
+        yield_to_jumps(&mut pieces, reach);
         Self::mean(pieces, u, reach)
     }
 
@@ -167,11 +167,60 @@ impl Outline {
     }
 }
 
+impl Subject {
+    /// Whether a silhouette, or a crossing, is among the jumps.
+    fn has(self, scene: &Scene, span: Span) -> bool {
+        match (self, span) {
+            (Self::Radiance(_), _) | (Self::Cover, Span::Edge(_)) => true,
+            (Self::Cover, Span::Crossing(_)) => false,
+            (Self::CoverOf(light), Span::Edge(ends)) => {
+                let own = scene.position_range(light as usize);
+                !ends.iter().all(|&i| own.contains(&(i as usize)))
+            }
+            (Self::CoverOf(light), Span::Crossing(index)) => {
+                scene.crossings().get(index).shapes(scene).contains(&light)
+            }
+        }
+    }
+}
+
+/// This near to a jump, as a part of the reach, a seam counts for half. Seams keep a warp that slides over a curved
+/// surface with the material, and are no jumps: V must be the same on both of their sides, but may be anything. A jump
+/// exactly before one must have V to itself, or V would not be the same on both sides of the jump, of which only one
+/// sees the seam.
+const YIELDS: f64 = 0.05;
+
+/// Seams count the less, the nearer a jump is: by the factor 1/(1 + ∫ K/K₀), where the integral is over all jumps, and K₀
+/// what one gives that is a part of the reach away. Where there is a jump it diverges, and V is that of the jump alone;
+/// on a seam that is only near one, V is still that of the seam.
+fn yield_to_jumps(pieces: &mut [Piece], reach: Reach) {
+    if pieces.iter().all(|p| !p.seam) || pieces.iter().all(|p| p.seam) {
+        return;
+    }
+    // ∫ K of a line at a distance s is about 2π/s.
+    let level = YIELDS * (2.0 * reach.versine).sqrt() / TAU;
+    let mut jumps = Graded { value: 1.0, gradient: DVec3::ZERO };
+    for p in pieces.iter().filter(|p| !p.seam) {
+        jumps.value += level * p.moments.whole.value;
+        jumps.gradient += level * p.moments.whole.gradient;
+    }
+    let value = 1.0 / jumps.value;
+    let factor = Graded { value, gradient: jumps.gradient * (-value * value) };
+    for p in pieces.iter_mut().filter(|p| p.seam) {
+        p.moments = p.moments.times(factor);
+    }
+}
+
 impl Piece {
     fn seen(&self, end: usize) -> Seen {
-        let (along, last) = (self.along[end], self.ends[1]);
-        let corners = Some([(self.ends[0], 1.0 - along), (last, along), (last, 0.0)]);
-        Seen { corners, direction: self.directions[end], distance: self.distances[end], nearness: 1.0 }
+        let along = self.along[end];
+        let followed = match self.span {
+            Span::Edge([first, last]) => {
+                Followed::Corners([(first, 1.0 - along), (last, along), (last, 0.0)])
+            }
+            Span::Crossing(index) => Followed::Crossing { index, along },
+        };
+        Seen { followed, direction: self.directions[end], distance: self.distances[end], nearness: 1.0 }
     }
 }
 
@@ -187,14 +236,8 @@ impl Pole {
 }
 
 /// The part of an edge before all planes, as an arc around u.
-fn piece(
-    ends: [u32; 2],
-    places: [DVec3; 2],
-    Pole(pole): Pole,
-    view: &View<'_>,
-    u: DVec3,
-    reach: Reach,
-) -> Option<Piece> {
+fn piece(edge: &Edge, Pole(pole): Pole, view: &View<'_>, u: DVec3, reach: Reach) -> Option<Piece> {
+    let places = edge.places;
     // Most edges end here: the whole great circle is out of reach, or there is none.
     let within = u.dot(pole).abs() < reach.sine;
     if !within {
@@ -220,5 +263,5 @@ fn piece(
     let distances = ways.map(DVec3::length);
     let directions = [ways[0] / distances[0], ways[1] / distances[1]];
     let moments = Arc { ends: directions, pole }.moments(u, reach)?;
-    Some(Piece { ends, along, directions, distances, moments })
+    Some(Piece { span: edge.span, along, directions, distances, moments, seam: false })
 }

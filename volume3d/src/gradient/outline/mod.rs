@@ -25,10 +25,11 @@
 //! moves otherwise, V is the mean of both.
 
 mod arc;
+mod faces;
 mod field;
 mod node;
 mod tree;
 
 pub(crate) use arc::{Reach, WIDEST};
-pub(crate) use field::{Edges, Outline, Pole, View};
+pub(crate) use field::{Outline, Pole, Silhouettes, Subject, View};
 pub(crate) use tree::{Cone, Edge, HalfSpace, Tree};

@@ -35,6 +35,11 @@ impl Bounds {
         let sine = (cosine > MARGIN).then(|| (1.0 - cosine * cosine).max(0.0).sqrt());
         Self { centre: 0.5 * (low + high), half: 0.5 * (high - low), axis, sine }
     }
+
+    /// The same without a cone: whether edges are silhouettes does not matter.
+    pub(super) fn from_everywhere(edges: &[Edge]) -> Self {
+        Self { axis: DVec3::ZERO, sine: None, ..Self::around(edges) }
+    }
 }
 
 /// The bounds of eight children, and where these are.
@@ -193,6 +198,7 @@ mod tests {
     use super::super::arc::Reach;
     use super::super::tree::HalfSpace;
     use super::*;
+    use crate::scene::{NONE, Span};
 
     fn point(rng: &mut Stream) -> DVec3 {
         DVec3::from_array(std::array::from_fn(|_| 2.0 * open01(rng) - 1.0))
@@ -208,7 +214,7 @@ mod tests {
                 let normals = spread.map_or([DVec3::ZERO; 2], |spread| {
                     [0, 1].map(|_| (normal + spread * point(rng)).normalize())
                 });
-                Edge { ends: [0, 1], places, normals }
+                Edge { span: Span::Edge([0, 1]), places, normals, faces: [NONE; 2], seam: false }
             })
             .collect()
     }

@@ -1,0 +1,122 @@
+//! Pairs of triangles whose boxes meet: the hierarchy queried with itself.
+
+use glam::{DVec3, Vec3A};
+use rayon::prelude::*;
+
+use super::build::Bounds;
+use super::lanes::WIDTH;
+use super::tree::{Link, Node, Tree};
+use super::{Accelerator, Mesh};
+
+/// A leaf and its box.
+#[derive(Clone, Copy)]
+struct Place {
+    leaf: Link,
+    bounds: Bounds,
+}
+
+impl Accelerator {
+    /// What `visit` finds in all pairs of triangles whose boxes meet, each pair once with the lower index first. The order
+    /// depends on the hierarchy alone, not on the number of threads.
+    ///
+    /// `positions` and `triangles` must be those that the hierarchy was built over.
+    pub(crate) fn each_pair<T: Send>(
+        &self,
+        positions: &[DVec3],
+        triangles: &[[u32; 3]],
+        visit: impl Fn(u32, u32, &mut Vec<T>) + Sync,
+    ) -> Vec<T> {
+        let mesh = Mesh { positions, triangles };
+        let places = self.tree.places();
+        let found: Vec<Vec<T>> = places
+            .par_iter()
+            .map_init(Vec::new, |stack, place| {
+                let mut found = vec![];
+                self.tree.meet(place, stack, |other| {
+                    self.pairs(mesh, place.leaf, other, |s, t| visit(s, t, &mut found));
+                });
+                found
+            })
+            .collect();
+        found.into_iter().flatten().collect()
+    }
+
+    /// The pairs of two leaves, or of one leaf with itself.
+    fn pairs(&self, mesh: Mesh<'_>, leaf: Link, other: Link, mut visit: impl FnMut(u32, u32)) {
+        let members = |leaf: Link| {
+            let triangles = self.tree.triangles(leaf);
+            (0..WIDTH).filter(move |lane| leaf.mask() >> lane & 1 == 1).map(move |lane| triangles[lane])
+        };
+        let bounds = |t: u32| {
+            let [a, b, c] = mesh.corners(t);
+            (a.min(b).min(c), a.max(b).max(c))
+        };
+        for (i, s) in members(leaf).enumerate() {
+            let (low, high) = bounds(s);
+            let first = if leaf == other { i + 1 } else { 0 };
+            for t in members(other).skip(first) {
+                let (from, to) = bounds(t);
+                if low.cmple(to).all() && from.cmple(high).all() {
+                    visit(s.min(t), s.max(t));
+                }
+            }
+        }
+    }
+}
+
+impl Tree {
+    /// All leaves with their boxes, in the order of the hierarchy.
+    fn places(&self) -> Vec<Place> {
+        let mut places = vec![];
+        for node in &self.nodes {
+            for (lane, leaf) in node.children.into_iter().enumerate() {
+                let bounds = node.bounds(lane);
+                if leaf.is_leaf() && bounds.lower.cmple(bounds.upper).all() {
+                    places.push(Place { leaf, bounds });
+                }
+            }
+        }
+        places
+    }
+
+    /// Calls with every leaf from this one on whose box meets its box.
+    fn meet(&self, place: &Place, stack: &mut Vec<Link>, mut visit: impl FnMut(Link)) {
+        if self.nodes.is_empty() {
+            return;
+        }
+        stack.push(Link::ROOT);
+        while let Some(link) = stack.pop() {
+            if link.is_leaf() {
+                if link.index() >= place.leaf.index() {
+                    visit(link);
+                }
+                continue;
+            }
+            let node = &self.nodes[link.index()];
+            let mut met = node.met(place.bounds);
+            while met != 0 {
+                let lane = met.trailing_zeros() as usize;
+                met &= met - 1;
+                stack.push(node.children[lane]);
+            }
+        }
+    }
+}
+
+impl Node {
+    fn bounds(&self, lane: usize) -> Bounds {
+        let plane = |side: usize| Vec3A::from_array(self.planes.map(|axis| axis[side][lane]));
+        Bounds { lower: plane(0), upper: plane(1) }
+    }
+
+    /// The children whose boxes meet a box, as bits: boxes in the frame are no smaller than what they are around.
+    fn met(&self, bounds: Bounds) -> u32 {
+        let mut met = [true; WIDTH];
+        for (axis, [lower, upper]) in self.planes.iter().enumerate() {
+            for lane in 0..WIDTH {
+                met[lane] &= lower[lane] <= bounds.upper[axis] && upper[lane] >= bounds.lower[axis];
+            }
+        }
+        met.into_iter().enumerate().fold(0, |bits, (lane, met)| bits | u32::from(met) << lane)
+    }
+}

@@ -1,0 +1,82 @@
+//! Points that warps follow.
+
+use glam::DVec3;
+
+use crate::geometry::{Hit, Nearest};
+use crate::scene::Scene;
+
+/// A point that a warp follows: what an auxiliary ray hit, or a point of a curve.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seen {
+    pub(crate) followed: Followed,
+    /// How far away it is.
+    pub(crate) distance: f64,
+    /// The direction in which it is seen.
+    pub(crate) direction: DVec3,
+    /// 1 − B: velocities may fade away from jumps, and the field stays continuous and consistent.
+    pub(crate) nearness: f64,
+}
+
+/// What a point moves with.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Followed {
+    /// Nothing: a ray left the scene.
+    Nothing,
+    /// Positions and their weights: the corners of a triangle, or the ends of an edge.
+    Corners([(u32, f64); 3]),
+    /// A crossing, and how far along it the point is.
+    Crossing {
+        /// Which.
+        index: u32,
+        /// From 0 to 1.
+        along: f64,
+    },
+}
+
+impl Seen {
+    /// What a ray hit, or did not.
+    pub(crate) fn by_ray(scene: &Scene, hit: Option<Hit>, direction: DVec3, nearness: f64) -> Self {
+        let followed = hit.map_or(Followed::Nothing, |h| {
+            let corners = scene.triangles[h.triangle as usize].positions;
+            Followed::Corners(std::array::from_fn(|k| (corners[k], h.barycentric[k])))
+        });
+        Self { followed, distance: hit.map_or(f64::INFINITY, |h| h.distance), direction, nearness }
+    }
+
+    /// The same point, moving with the nearest point of a crossing, where that is the nearest jump and near: the curve
+    /// slides over both of its surfaces, and velocities of hits must be its own where their weight has no bound.
+    pub(crate) fn or_crossing(self, nearest: Nearest, nearness: f64) -> Self {
+        match nearest.crossing {
+            Some((index, along)) if nearness > 0.0 => {
+                Self { followed: Followed::Crossing { index, along }, ..self }
+            }
+            _ => self,
+        }
+    }
+}
+
+impl Followed {
+    pub(crate) fn is_nothing(&self) -> bool {
+        matches!(self, Self::Nothing)
+    }
+
+    /// Its velocity, from those of positions.
+    pub(crate) fn velocity(&self, scene: &Scene, velocity: impl Fn(u32) -> DVec3) -> DVec3 {
+        match self {
+            Self::Nothing => DVec3::ZERO,
+            Self::Corners(corners) => corners.iter().map(|&(i, weight)| weight * velocity(i)).sum(),
+            Self::Crossing { index, along } => scene.crossings().get(*index).velocity(scene, *along, velocity),
+        }
+    }
+
+    /// The transpose: what a covector of its velocity gives to that of each position.
+    pub(crate) fn scatter(&self, scene: &Scene, covector: DVec3, mut add: impl FnMut(u32, DVec3)) {
+        match self {
+            Self::Nothing => {}
+            Self::Corners(corners) => corners.iter().for_each(|&(i, weight)| add(i, weight * covector)),
+            Self::Crossing { index, along } => {
+                scene.crossings().get(*index).scatter(scene, *along, covector, add);
+            }
+        }
+    }
+}

@@ -1,0 +1,331 @@
+//! The curves along which surfaces pass through one another.
+//!
+//! What is seen jumps there as it does at an edge, and no edge of a triangle tells where. Every pair of triangles that
+//! pass through one another has a segment of the line in which their planes meet. With unit normals n₁, n₂ and ẋ₁, ẋ₂
+//! the velocities of the material of both triangles at one of its points, the velocity a of the curve there is that of
+//! a point that stays in both planes:
+//!
+//! > n_i·a = n_i·ẋ_i.
+//!
+//! Its part along the line is free. It is taken to be the mean of both materials', so that a crossing moves with its
+//! surfaces if these move as one. With ñ_i the vectors of the plane of n₁ and n₂ for which ñ_i·n_j = δ_ij, and e along
+//! the line,
+//!
+//! > a = Σ_i (ñ_i n_iᵀ + ½ e eᵀ) Σ_k b_ik ẋ_ik,
+//!
+//! linear in the velocities of the six corners with barycentric coordinates b_ik, which are affine along the segment: so
+//! is a. Where planes are nearly parallel a is large, as the true velocity is; it does not depend on how the edges of the
+//! triangles lie.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use super::{Scene, Triangle};
+use crate::calculus::{Calculus, Number, Vec3};
+use crate::geometry::{End, Meeting, meeting};
+
+/// A segment along which two triangles pass through one another.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Crossing {
+    pub(crate) triangles: [u32; 2],
+    pub(crate) places: [DVec3; 2],
+    /// Barycentric coordinates of both ends in each triangle.
+    weights: [[[f64; 3]; 2]; 2],
+    normals: [DVec3; 2],
+    /// ñ.
+    duals: [DVec3; 2],
+    /// e.
+    along: DVec3,
+    /// The triangle that continues the first one, if the crossing is the edge between them: of which one is before the
+    /// second triangle and one behind it.
+    pub(crate) continued: Option<u32>,
+}
+
+/// Two shapes, or one with itself, that pass through one another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CrossingCount {
+    /// The shapes, by their indices.
+    pub shapes: [usize; 2],
+    /// In how many segments, each of one pair of triangles.
+    pub segments: usize,
+}
+
+/// Two shapes, or one with itself, of which triangles cover parts of one plane. Which of them is seen there is for
+/// rounding to decide, and how the image changes as they part has no answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Overlap {
+    /// The shapes, by their indices.
+    pub shapes: [usize; 2],
+    /// How many pairs of triangles.
+    pub pairs: usize,
+    /// One pair, by indices among the triangles of each shape.
+    pub example: [usize; 2],
+}
+
+/// All crossings of a scene.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Crossings {
+    all: Vec<Crossing>,
+    /// The crossings of each triangle: those from `first[t]` to `first[t + 1]`; empty if there are no crossings.
+    first: Vec<u32>,
+    of_triangle: Vec<u32>,
+    overlaps: BTreeMap<[u32; 2], Overlap>,
+}
+
+impl Scene {
+    /// The pairs of shapes that pass through one another, and in how many segments. Their curves are followed like edges;
+    /// the first call looks for them, as the first geometric gradient does.
+    #[must_use]
+    pub fn crossing_shapes(&self) -> Vec<CrossingCount> {
+        let mut counts = BTreeMap::<[u32; 2], usize>::new();
+        for crossing in self.crossings().all() {
+            *counts.entry(crossing.shapes(self)).or_default() += 1;
+        }
+        let count = |(shapes, segments): ([u32; 2], usize)| CrossingCount { shapes: shapes.map(|s| s as usize), segments };
+        counts.into_iter().map(count).collect()
+    }
+
+    /// The pairs of shapes of which triangles cover parts of one plane.
+    #[must_use]
+    pub fn overlapping_shapes(&self) -> Vec<Overlap> {
+        self.crossings().overlaps.values().copied().collect()
+    }
+}
+
+/// What a pair of triangles gives.
+enum Found {
+    Crossing(Crossing),
+    Overlap([u32; 2]),
+}
+
+impl Crossings {
+    /// By a query of the hierarchy with itself.
+    pub(crate) fn build(scene: &Scene) -> Self {
+        let corners: Vec<[u32; 3]> = scene.triangles.iter().map(|t| t.positions).collect();
+        let mut found = scene
+            .accelerator
+            .each_pair(&scene.positions, &corners, |s, t, found| found.extend(Found::of(scene, s, t)));
+        let key = |f: &Found| match f {
+            Found::Crossing(c) => c.triangles,
+            Found::Overlap(pair) => *pair,
+        };
+        found.sort_by_key(key);
+        let mut crossings = Self::default();
+        for one in found {
+            match one {
+                Found::Crossing(crossing) => crossings.all.push(crossing),
+                Found::Overlap(pair) => crossings.overlap(scene, pair),
+            }
+        }
+        crossings.index(scene.triangles.len());
+        crossings
+    }
+
+    fn overlap(&mut self, scene: &Scene, [s, t]: [u32; 2]) {
+        let shapes = [s, t].map(|t| scene.triangles[t as usize].shape);
+        let local = |t: u32, shape: u32| t - scene.first_triangle[shape as usize];
+        let example = [local(s, shapes[0]), local(t, shapes[1])].map(|t| t as usize);
+        let none = Overlap { shapes: shapes.map(|s| s as usize), pairs: 0, example };
+        self.overlaps.entry(shapes).or_insert(none).pairs += 1;
+    }
+
+    fn index(&mut self, triangles: usize) {
+        if self.all.is_empty() {
+            return;
+        }
+        let mut sides: Vec<(u32, u32)> =
+            (0..).zip(&self.all).flat_map(|(i, c)| c.triangles.map(|t| (t, i))).collect();
+        sides.sort_unstable();
+        self.first = vec![0; triangles + 1];
+        for (t, _) in &sides {
+            self.first[*t as usize + 1] += 1;
+        }
+        for t in 0..triangles {
+            self.first[t + 1] += self.first[t];
+        }
+        self.of_triangle = sides.into_iter().map(|(_, i)| i).collect();
+    }
+
+    pub(crate) fn all(&self) -> &[Crossing] {
+        &self.all
+    }
+
+    pub(crate) fn get(&self, index: u32) -> &Crossing {
+        &self.all[index as usize]
+    }
+
+    /// The crossings of a triangle, by their indices.
+    pub(crate) fn of(&self, triangle: u32) -> &[u32] {
+        match self.first.get(triangle as usize..triangle as usize + 2) {
+            Some([from, to]) => &self.of_triangle[*from as usize..*to as usize],
+            _ => &[],
+        }
+    }
+}
+
+impl Found {
+    fn of(scene: &Scene, s: u32, t: u32) -> Option<Self> {
+        let pair = [s, t];
+        let triangles = pair.map(|t| &scene.triangles[t as usize]);
+        let corners = triangles.map(|t| t.positions.map(|i| scene.positions[i as usize]));
+        if shares_edge(triangles) && !is_folded(&corners) {
+            return None;
+        }
+        match meeting(&corners) {
+            Meeting::Apart => None,
+            Meeting::Overlap => Some(Self::Overlap(pair)),
+            Meeting::Through(ends) => Crossing::new(pair, &corners, ends, None).map(Self::Crossing),
+            Meeting::Along { which, edge } => passes_along(scene, pair, &corners, which, edge),
+        }
+    }
+}
+
+fn shares_edge([s, t]: [&Triangle; 2]) -> bool {
+    s.positions.iter().filter(|i| t.positions.contains(i)).count() >= 2
+}
+
+/// Whether neighbours may lie upon one another: their normals are opposite or their edges degenerate, to rounding.
+fn is_folded(corners: &[[DVec3; 3]; 2]) -> bool {
+    let [m, n] = corners.map(|[a, b, c]| (b - a).cross(c - a).normalize_or_zero());
+    m.cross(n).length() < 1e-6
+}
+
+/// An edge of one triangle lies in the other: surfaces pass through one another there if what continues the first one
+/// beyond its edge is on the other side. Either of the two finds it, and the lower one tells.
+fn passes_along(
+    scene: &Scene,
+    pair: [u32; 2],
+    corners: &[[DVec3; 3]; 2],
+    which: usize,
+    edge: usize,
+) -> Option<Found> {
+    let (own, plane) = (pair[which], corners[1 - which]);
+    let other = scene.edges.continued(own, edge)?;
+    let normal = (plane[1] - plane[0]).cross(plane[2] - plane[0]);
+    let [p, q] = [corners[which][edge], corners[which][(edge + 1) % 3]];
+    let beyond = scene.triangles[other as usize].positions.map(|i| scene.positions[i as usize]);
+    let third = |corners: [DVec3; 3]| corners.into_iter().find(|x| *x != p && *x != q);
+    let [h, g] = [third(corners[which])?, third(beyond)?].map(|x| normal.dot(x - p));
+    if own > other || h * g >= 0.0 {
+        return None;
+    }
+    // The part of the edge within the triangle.
+    let [mut low, mut high] = [0.0_f64, 1.0_f64];
+    for k in 0..3 {
+        let inward = normal.cross(plane[(k + 1) % 3] - plane[k]);
+        let [f, g] = [p, q].map(|x| inward.dot(x - plane[k]));
+        match (f > 0.0, g > 0.0) {
+            (true, true) => {}
+            (true, false) => high = high.min(f / (f - g)),
+            (false, true) => low = low.max(f / (f - g)),
+            (false, false) => return None,
+        }
+    }
+    let end = |along: f64| End { which: 0, edge, along };
+    let ordered = [own, pair[1 - which]];
+    let corners = [corners[which], plane];
+    if low >= high {
+        return None;
+    }
+    Crossing::new(ordered, &corners, [end(low), end(high)], Some(other)).map(Found::Crossing)
+}
+
+impl Crossing {
+    /// Nothing if the planes cannot be told apart, or the ends.
+    fn new(triangles: [u32; 2], corners: &[[DVec3; 3]; 2], ends: [End; 2], continued: Option<u32>) -> Option<Self> {
+        let places = ends.map(|e| e.place(corners));
+        let weights = std::array::from_fn(|k| {
+            std::array::from_fn(|i| {
+                let End { which, edge, along } = ends[k];
+                if which == i {
+                    let mut weights = [0.0; 3];
+                    (weights[edge], weights[(edge + 1) % 3]) = (1.0 - along, along);
+                    weights
+                } else {
+                    barycentric(&corners[i], places[k])
+                }
+            })
+        });
+        let normals = corners.map(|[a, b, c]| (b - a).cross(c - a).normalize_or_zero());
+        let along = normals[0].cross(normals[1]);
+        let squared = along.length_squared();
+        let cosine = normals[0].dot(normals[1]);
+        let duals = [(normals[0] - cosine * normals[1]) / squared, (normals[1] - cosine * normals[0]) / squared];
+        let along = along / squared.sqrt();
+        let good = places[0] != places[1] && along.is_finite() && duals.iter().all(|d| d.is_finite());
+        good.then_some(Self { triangles, places, weights, normals, duals, along, continued })
+    }
+
+    /// The normal of the first triangle.
+    pub(crate) fn normal(&self) -> DVec3 {
+        self.normals[0]
+    }
+
+    /// The shapes of both triangles, the lower first.
+    pub(crate) fn shapes(&self, scene: &Scene) -> [u32; 2] {
+        let [s, t] = self.triangles.map(|t| scene.triangles[t as usize].shape);
+        [s.min(t), s.max(t)]
+    }
+
+    /// Barycentric coordinates in one of the triangles at a part of the way from the first end to the second.
+    fn weights(&self, which: usize, along: f64) -> [f64; 3] {
+        let [a, b] = self.weights.map(|end| end[which]);
+        std::array::from_fn(|k| (1.0 - along) * a[k] + along * b[k])
+    }
+
+    /// The velocity of one of its points, from those of positions.
+    pub(crate) fn velocity(&self, scene: &Scene, along: f64, velocity: impl Fn(u32) -> DVec3) -> DVec3 {
+        let mut sum = DVec3::ZERO;
+        for which in 0..2 {
+            let corners = scene.triangles[self.triangles[which] as usize].positions;
+            let weights = self.weights(which, along);
+            let material: DVec3 = (0..3).map(|k| weights[k] * velocity(corners[k])).sum();
+            sum += self.duals[which] * self.normals[which].dot(material);
+            sum += 0.5 * self.along * self.along.dot(material);
+        }
+        sum
+    }
+
+    /// The transpose: what a covector of that velocity gives to each position's.
+    pub(crate) fn scatter(&self, scene: &Scene, along: f64, covector: DVec3, mut add: impl FnMut(u32, DVec3)) {
+        for which in 0..2 {
+            let corners = scene.triangles[self.triangles[which] as usize].positions;
+            let weights = self.weights(which, along);
+            let material = self.normals[which] * self.duals[which].dot(covector)
+                + 0.5 * self.along * self.along.dot(covector);
+            for k in 0..3 {
+                add(corners[k], weights[k] * material);
+            }
+        }
+    }
+
+    /// One of its points, with the derivative that its velocity is.
+    pub(crate) fn point<C: Calculus>(&self, scene: &Scene, along: f64, calculus: &C) -> Vec3<C::Number> {
+        let constant = |x: f64| C::Number::constant(x);
+        let place = self.places[0] + along * (self.places[1] - self.places[0]);
+        let mut point = Vec3::constant(place);
+        for which in 0..2 {
+            let corners = scene.triangles[self.triangles[which] as usize].positions;
+            let weights = self.weights(which, along);
+            let mut material = Vec3::constant(DVec3::ZERO);
+            for k in 0..3 {
+                let still = Vec3::constant(scene.positions[corners[k] as usize]);
+                material = material + (calculus.position(corners[k]) - still) * constant(weights[k]);
+            }
+            let across = Vec3::constant(self.normals[which]).dot(material);
+            let along = Vec3::constant(self.along).dot(material) * constant(0.5);
+            point = point + Vec3::constant(self.duals[which]) * across + Vec3::constant(self.along) * along;
+        }
+        point
+    }
+}
+
+/// Of a point in the plane of a triangle.
+fn barycentric([a, b, c]: &[DVec3; 3], x: DVec3) -> [f64; 3] {
+    let cross = (b - a).cross(c - a);
+    let area = cross.length_squared();
+    let second = (x - a).cross(c - a).dot(cross) / area;
+    let third = (b - a).cross(x - a).dot(cross) / area;
+    [1.0 - second - third, second, third]
+}

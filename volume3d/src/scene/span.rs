@@ -1,0 +1,36 @@
+//! Straight pieces of the curves at which what is seen may jump: edges of triangles, and crossings.
+
+use glam::DVec3;
+
+use super::Scene;
+use crate::calculus::{Calculus, Number, Vec3};
+
+/// What a straight piece is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Span {
+    /// From one position to another.
+    Edge([u32; 2]),
+    /// Where two triangles pass through one another, by its index.
+    Crossing(u32),
+}
+
+impl Span {
+    /// Both ends.
+    pub(crate) fn ends(self, scene: &Scene) -> [DVec3; 2] {
+        match self {
+            Self::Edge(ends) => ends.map(|i| scene.positions[i as usize]),
+            Self::Crossing(index) => scene.crossings().get(index).places,
+        }
+    }
+
+    /// A part of the way from the first end to the second, in numbers.
+    pub(crate) fn point<C: Calculus>(self, scene: &Scene, along: f64, calculus: &C) -> Vec3<C::Number> {
+        match self {
+            Self::Edge(ends) => {
+                let [p, q] = ends.map(|i| calculus.position(i));
+                p * C::Number::constant(1.0 - along) + q * C::Number::constant(along)
+            }
+            Self::Crossing(index) => scene.crossings().get(index).point(scene, along, calculus),
+        }
+    }
+}
