@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use clap::Args;
-use volume3d::scene::{Bsdf, Description, Environment, Light, Reflectance, Scene};
+use volume3d::scene::{Bsdf, Description, Environment, Light, Overlap, Reflectance, Scene};
 
 use super::Report;
 use super::lint::Lint;
@@ -24,7 +24,8 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     shapes(&mut text, scene.description());
     materials(&mut text, scene.description());
     lights(&mut text, scene.description());
-    findings(&mut text, scene.description());
+    crossings(&mut text, &scene);
+    findings(&mut text, &scene);
     Ok(Report { text, holds: true })
 }
 
@@ -97,9 +98,26 @@ fn lights(text: &mut String, d: &Description) {
     };
 }
 
+/// Where surfaces pass through one another. Derivatives follow these curves like edges.
+fn crossings(text: &mut String, scene: &Scene) {
+    let counts = scene.crossing_shapes();
+    if counts.is_empty() {
+        return;
+    }
+    let segments: usize = counts.iter().map(|c| c.segments).sum();
+    let pieces = |n: usize| if n == 1 { "1 segment".to_owned() } else { format!("{n} segments") };
+    let _ = writeln!(text, "crossings: {}, followed like edges", pieces(segments));
+    for count in counts {
+        let [a, b] = count.shapes.map(|s| &scene.description().shapes[s].id);
+        let with = if count.shapes[0] == count.shapes[1] { "itself".to_owned() } else { format!("`{b}`") };
+        let _ = writeln!(text, "  `{a}` passes through {with} in {}", pieces(count.segments));
+    }
+}
+
 /// What may surprise, in meshes and for geometric derivatives.
-fn findings(text: &mut String, d: &Description) {
-    let mut found = vec![];
+fn findings(text: &mut String, scene: &Scene) {
+    let d = scene.description();
+    let mut found: Vec<String> = scene.overlapping_shapes().iter().map(|o| overlap(d, o)).collect();
     for shape in &d.shapes {
         found.extend(
             Lint::of(&shape.mesh).findings().into_iter().map(|f| format!("shape `{}`: {f}", shape.id)),
@@ -133,4 +151,14 @@ fn findings(text: &mut String, d: &Description) {
     for finding in found {
         let _ = writeln!(text, "  {finding}");
     }
+}
+
+fn overlap(d: &Description, overlap: &Overlap) -> String {
+    let [a, b] = overlap.shapes.map(|s| &d.shapes[s].id);
+    let [i, j] = overlap.example;
+    let pairs = if overlap.pairs == 1 { "1 pair".to_owned() } else { format!("{} pairs", overlap.pairs) };
+    format!(
+        "shapes `{a}` and `{b}` cover the same part of a plane ({pairs} of triangles, such as {i} and {j}): the first is seen, \
+         and no derivative exists by what parts them; move one of them a little"
+    )
 }

@@ -186,8 +186,12 @@ mod tests {
     #[test]
     fn contact_is_no_crossing() {
         let floor = [DVec3::ZERO, 4.0 * DVec3::X, 4.0 * DVec3::Y];
-        let [a, b, above, below] =
-            [DVec3::new(1.0, 0.5, 0.0), DVec3::new(0.5, 1.0, 0.0), DVec3::new(1.0, 1.0, 1.0), DVec3::new(1.0, 1.0, -1.0)];
+        let [a, b, above, below] = [
+            DVec3::new(1.0, 0.5, 0.0),
+            DVec3::new(0.5, 1.0, 0.0),
+            DVec3::new(1.0, 1.0, 1.0),
+            DVec3::new(1.0, 1.0, -1.0),
+        ];
         // One corner on it.
         assert_eq!(meeting(&[floor, [a, above, above + DVec3::X]]), Meeting::Apart);
         // Through a corner.
@@ -199,7 +203,7 @@ mod tests {
         assert_eq!(meeting(&[floor, floor.map(|p| p - 4.0 * DVec3::X)]), Meeting::Apart);
         // Neighbours that share an edge, and some that share a corner.
         assert!(matches!(meeting(&[floor, [floor[1], floor[0], above]]), Meeting::Along { .. }));
-        assert_eq!(meeting(&[floor, [floor[0], below - 4.0 * DVec3::X, below]]), Meeting::Apart);
+        assert_eq!(meeting(&[floor, [floor[0], above, above + DVec3::new(1.0, 2.0, 0.5)]]), Meeting::Apart);
         assert!(matches!(meeting(&[floor, [floor[0], above, below]]), Meeting::Through(_)));
     }
 }

@@ -7,9 +7,7 @@ use flatland::warp::{Bundle, Domain, Plane, Stencil, Warp};
 use glam::{DVec2, DVec3};
 
 use super::film::FilmPlane;
-use super::outline::{
-    Cone, Edge, HalfSpace, Outline, Pole, Reach, Silhouettes, Subject, Tree, View, WIDEST,
-};
+use super::outline::{Cone, Edge, HalfSpace, Outline, Pole, Reach, Silhouettes, Subject, Tree, View, WIDEST};
 use super::rigid::{Following, Rigid, Warping};
 use super::seen::Seen;
 use super::warps::{DirectionWarp, FilmWarp};

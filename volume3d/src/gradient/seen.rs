@@ -65,7 +65,9 @@ impl Followed {
         match self {
             Self::Nothing => DVec3::ZERO,
             Self::Corners(corners) => corners.iter().map(|&(i, weight)| weight * velocity(i)).sum(),
-            Self::Crossing { index, along } => scene.crossings().get(*index).velocity(scene, *along, velocity),
+            Self::Crossing { index, along } => {
+                scene.crossings().get(*index).velocity(scene, *along, velocity)
+            }
         }
     }
 

@@ -4,8 +4,8 @@ use std::sync::OnceLock;
 
 use glam::{DVec2, DVec3};
 
-use super::crossing::Crossings;
 use super::Description;
+use super::crossing::Crossings;
 use super::normals::VertexNormals;
 use crate::geometry::{Accelerator, Edges, Normals};
 

@@ -82,7 +82,10 @@ impl Scene {
         for crossing in self.crossings().all() {
             *counts.entry(crossing.shapes(self)).or_default() += 1;
         }
-        let count = |(shapes, segments): ([u32; 2], usize)| CrossingCount { shapes: shapes.map(|s| s as usize), segments };
+        let count = |(shapes, segments): ([u32; 2], usize)| CrossingCount {
+            shapes: shapes.map(|s| s as usize),
+            segments,
+        };
         counts.into_iter().map(count).collect()
     }
 
@@ -233,7 +236,12 @@ fn passes_along(
 
 impl Crossing {
     /// Nothing if the planes cannot be told apart, or the ends.
-    fn new(triangles: [u32; 2], corners: &[[DVec3; 3]; 2], ends: [End; 2], continued: Option<u32>) -> Option<Self> {
+    fn new(
+        triangles: [u32; 2],
+        corners: &[[DVec3; 3]; 2],
+        ends: [End; 2],
+        continued: Option<u32>,
+    ) -> Option<Self> {
         let places = ends.map(|e| e.place(corners));
         let weights = std::array::from_fn(|k| {
             std::array::from_fn(|i| {
@@ -251,7 +259,8 @@ impl Crossing {
         let along = normals[0].cross(normals[1]);
         let squared = along.length_squared();
         let cosine = normals[0].dot(normals[1]);
-        let duals = [(normals[0] - cosine * normals[1]) / squared, (normals[1] - cosine * normals[0]) / squared];
+        let duals =
+            [(normals[0] - cosine * normals[1]) / squared, (normals[1] - cosine * normals[0]) / squared];
         let along = along / squared.sqrt();
         let good = places[0] != places[1] && along.is_finite() && duals.iter().all(|d| d.is_finite());
         good.then_some(Self { triangles, places, weights, normals, duals, along, continued })
@@ -288,7 +297,13 @@ impl Crossing {
     }
 
     /// The transpose: what a covector of that velocity gives to each position's.
-    pub(crate) fn scatter(&self, scene: &Scene, along: f64, covector: DVec3, mut add: impl FnMut(u32, DVec3)) {
+    pub(crate) fn scatter(
+        &self,
+        scene: &Scene,
+        along: f64,
+        covector: DVec3,
+        mut add: impl FnMut(u32, DVec3),
+    ) {
         for which in 0..2 {
             let corners = scene.triangles[self.triangles[which] as usize].positions;
             let weights = self.weights(which, along);

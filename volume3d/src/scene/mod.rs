@@ -12,11 +12,11 @@ mod span;
 mod texture;
 
 pub(crate) use build::{NONE, Triangle};
-pub use crossing::{CrossingCount, Overlap};
 pub use build::{Scene, SceneError};
 pub use camera::{Camera, Crop, Film, Filter};
+pub use crossing::{CrossingCount, Overlap};
 pub use description::{Description, Integrator, Shape};
 pub use light::{Environment, Light};
-pub(crate) use span::Span;
 pub use material::{Bsdf, Material, Microfacets, Reflectance};
+pub(crate) use span::Span;
 pub use texture::{Texture, Wrap};

@@ -103,7 +103,8 @@ impl EdgeList {
                 first_there: first,
                 count_there: 2,
             });
-            let face = |triangle: u32| Face { triangle, opposite: scene.triangles[triangle as usize].positions[0] };
+            let face =
+                |triangle: u32| Face { triangle, opposite: scene.triangles[triangle as usize].positions[0] };
             self.faces.extend(crossing.triangles.map(face));
         }
     }

@@ -33,7 +33,8 @@ pub(super) fn look_past(
 ) -> Option<Sides> {
     let hits = directions.map(|d| paths.closest(origin, d, from));
     let owns = hits.map(|h| h.is_some_and(|h| list.has(edge, h.triangle)));
-    let touches = |h: Hit| (h.distance - t).abs() < TOUCH * t && is_between(paths, origin, directions, h.triangle);
+    let touches =
+        |h: Hit| (h.distance - t).abs() < TOUCH * t && is_between(paths, origin, directions, h.triangle);
     let doubled = match owns {
         [false, false] => return None,
         // A crossing may run along an edge of one of its triangles.

@@ -1,33 +1,77 @@
 //! A warp field from the outlines near a direction.
 //!
-//! What is seen along the directions u from a point jumps on arcs: the edges of the triangle that is seen, and the
-//! silhouettes of what is nearer. A mean of the velocities of their points,
+//! What is seen along the directions u from a point jumps on arcs: where the surface that is seen ends, turns away, or is
+//! hidden. A mean of the velocities of their points,
 //!
 //! > V(u) = ∫ ḃ K(u, b) db / (∫ K(u, b) db + 2π/R),  K(u, b) = (1/(1 − u·b) − 1/(1 − cos R))₊,
 //!
-//! over all these arcs b within an angle R of u is continuous and, as ∫ K grows without bound towards an arc, equal
-//! to its velocity there; beyond R there is none, and V = 0. Both integrals and their gradients are elementary, so V
-//! and ∇·V are exact: no auxiliary ray is traced, and nothing is left to be debiased.
-//!
-//! The arcs may be others for every triangle that is seen, as all its edges are among them and V is the same from
-//! both sides. So what lies behind its plane is left out: no visible jump borders the triangle there. Silhouettes that
-//! something else hides remain. They bend V where nothing jumps, which costs some variance and no bias.
+//! over a set S(u) of such arcs b within an angle R of u is equal to their velocity on them, as ∫ K grows without bound
+//! there; beyond R there is none, and V = 0. Both integrals and their gradients are elementary, so V and ∇·V are exact: no
+//! auxiliary ray is traced, and nothing is left to be debiased.
 //!
 //! These are inverse distance weights (Shepard 1968), integrated along curves, so that splitting an edge changes
 //! nothing. Where Bangaru, Li and Durand (2020) estimate a mean over the surfaces around u whose weights grow towards
 //! their boundaries, this is a mean over the boundaries themselves.
 //!
-//! What costs variance: where silhouettes of different velocities v cross, ∇·V ~ Δv/r at a distance r, as for every
-//! continuous field, so that its square has a logarithmically infinite mean; and between edges a gap g apart that part,
-//! ∇·V ~ Δv/g. What is not followed: jumps that are no edge of a triangle. Those within faces with interpolated normals
-//! are boundary terms beside it ([`flips`](crate::gradient::WarpedArea::flips)); the curves along which surfaces pass
-//! through one another are missed. And where a silhouette lies exactly on an edge of what it hides that is no jump and
-//! moves otherwise, V is the mean of both.
+//! # What counts
+//!
+//! A *face* is a set of coplanar triangles that continue one another without a jump. If T is the face seen at u, S(u) is
+//!
+//! 1. every silhouette, border and crossing of the scene, clipped to what is before the plane of T, and
+//! 2. the edges of T: creases, where its radiance ends, and *seams*, where it is continued smoothly by a face of another
+//!    plane.
+//!
+//! Seams are no jumps. They are there because a warp over a curved surface is best where it is the velocity of the
+//! surface itself: where that is seen at a grazing angle its points slide fast under any other. So their kernels have a
+//! factor 1/(1 + ∫ K/K₀), the integral over all jumps of S(u), and K₀ a constant: a seam yields to a jump where both are
+//! at one place.
+//!
+//! # Lemma: V·ν is the same from both sides
+//!
+//! *Let T(u) be constant on open sets of directions, and these border on one another in arcs C with normals ν. If no two
+//! jumps of different normal velocities coincide along an arc, V is continuous in every set, and V·ν = v·ν on both
+//! sides of every arc, where v is the velocity of C.*
+//!
+//! *In a set* S is fixed, and V is a quotient of integrals that are continuous away from S: K vanishes at the rim of the
+//! cap, and the denominator is at least 2π/R. At an arc A of S that is no border of the set, hidden or not, ∫_A K = O(1/s) at
+//! a distance s; all other terms being bounded, V = v_A + O(s) on both its sides. Where it is a seam and a jump of S is
+//! at the same place, the jump's ∫ K is O(1/s), the seam's product with its factor O(1), and V = v + O(s) with v
+//! the jump's velocity.
+//!
+//! *Between two sets* with faces T and T′ there are three cases, according to why the face changes at C:
+//!
+//! - *One of them, T say, ends there, before the other.* Then C is a border of T, a silhouette, or the edge of a surface
+//!   behind which T goes on as another face that is hidden; that is a silhouette too. It is before the plane of T, in which
+//!   it lies, and before that of T′, which it hides. So it is in S on both sides. A seam of T′ at the same place yields.
+//! - *They continue one another.* C is an edge of both, by (2): a crease or a seam in S on both sides. If it is a seam, no
+//!   jump may be in S on one side only, and at the same place: one that lies before both planes is in S on both
+//!   sides, both seams yield to it, and V is its velocity; one between the planes does not meet C.
+//! - *They pass through one another.* C is a crossing, in both planes, and in S on both sides.
+//!
+//! In each of them V = v + O(s) from both sides, but for the part along C: an arc that is clipped by the plane of T has the
+//! velocity of an edge whose new end keeps its place on the edge, and relabelling the points of a curve changes velocities
+//! along it and not across it. That is enough. By the divergence theorem in each set, what is left of ∫ ∇·(V f) is
+//! Σ ∮ Δf V·ν, and ∫ ∇·(V h) = 0 for every continuous h that vanishes at the border. ∎
+//!
+//! The test `scan` of this module measures V·ν on both sides of every kind of curve, and of coincidences of each pair
+//! that leaves the derivative defined. Where jumps of *different* normal velocities coincide along an arc the image has
+//! two one-sided derivatives and no other: V is then that of one jump on one side and the mean of both on the other.
+//!
+//! # What it costs
+//!
+//! Silhouettes that something else hides remain in S. They bend V where nothing jumps, which costs some variance and no
+//! bias. Where silhouettes of different velocities v cross, ∇·V ~ Δv/r at a distance r, as for every continuous field,
+//! so that its square has a logarithmically infinite mean; and between jumps a gap g apart that part, ∇·V ~ Δv/g.
+//!
+//! Jumps within faces with interpolated normals are no arcs of S: they are boundary terms beside the field
+//! ([`flips`](crate::gradient::WarpedArea::flips)).
 
 mod arc;
 mod faces;
 mod field;
 mod node;
+#[cfg(test)]
+mod scan;
 mod tree;
 
 pub(crate) use arc::{Reach, WIDEST};

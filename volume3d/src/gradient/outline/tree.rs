@@ -77,13 +77,17 @@ impl HalfSpace {
 impl Tree {
     /// Of a scene's edges and crossings.
     pub(crate) fn new(scene: &Scene) -> Self {
-        let first = Faces::grow(scene);
-        let (mut edges, flat): (Vec<Edge>, Vec<Edge>) =
-            edges(scene, &first).into_iter().partition(|e| !is_flat(e.normals));
-        edges.extend(crossings(scene));
+        let faces = Faces::grow(scene);
+        let edges = edges(scene, &faces);
+        Self::assemble(edges, faces)
+    }
+
+    /// Of edges, and the first triangle of each triangle's face.
+    pub(super) fn assemble(edges: Vec<Edge>, faces: Vec<u32>) -> Self {
+        let (edges, flat): (Vec<Edge>, Vec<Edge>) = edges.into_iter().partition(|e| !is_flat(e.normals));
         let mut tree = Self::of(edges, Bounds::around);
         tree.edges.extend(flat);
-        tree.faces = Faces::new(first, &tree.edges);
+        tree.faces = Faces::new(faces, &tree.edges);
         tree
     }
 
@@ -108,8 +112,11 @@ impl Tree {
         let parts = self.split(range);
         self.nodes.push(Node::new(parts.iter().map(|part| bounds(&self.edges[part.clone()])), self.unit));
         for (lane, part) in parts.into_iter().enumerate() {
-            let (first, count) =
-                if part.len() > LEAF { (self.node(part, bounds), 0) } else { (part.start as u32, part.len() as u32) };
+            let (first, count) = if part.len() > LEAF {
+                (self.node(part, bounds), 0)
+            } else {
+                (part.start as u32, part.len() as u32)
+            };
             (self.nodes[index].first[lane], self.nodes[index].count[lane]) = (first, count);
         }
         index as u32
@@ -193,9 +200,9 @@ fn corners(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
     points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
 }
 
-/// Every edge once, in the order of their ends; but not those between the triangles of one face, if nothing jumps there
-/// and they are silhouettes from nowhere.
-fn edges(scene: &Scene, first: &[u32]) -> Vec<Edge> {
+/// Every edge once, in the order of their ends, and every crossing; but not the edges between triangles of one face, if
+/// nothing jumps there and they are silhouettes from nowhere.
+pub(super) fn edges(scene: &Scene, first: &[u32]) -> Vec<Edge> {
     // Edges with a triangle's side each, and whether it runs along them from the lower index to the higher.
     let mut sides: Vec<([u32; 2], (u32, u8), bool)> = Vec::with_capacity(3 * scene.triangles.len());
     for (t, triangle) in scene.triangles.iter().enumerate() {
@@ -226,6 +233,7 @@ fn edges(scene: &Scene, first: &[u32]) -> Vec<Edge> {
             Edge { span: Span::Edge(ends), places, normals, faces, seam }
         })
         .filter(|e| e.places[0] != e.places[1] && !(is_flat(e.normals) && e.faces == [NONE; 2]))
+        .chain(crossings(scene))
         .collect()
 }
 

@@ -1,0 +1,247 @@
+//! The lemma of this module, tested by scanning: V from both sides of every curve at which what is seen changes.
+//!
+//! A scene for each kind of curve, and for coincidences of two, has random velocities of all vertices. Directions along
+//! lines across it are halved wherever another triangle is seen, down to rounding, and V is compared from both sides.
+//! Fields that leave out what the lemma asks for must be found out on the same scenes.
+
+use flatland::random::{Stream, open01, stream};
+use glam::{DMat3, DVec3};
+
+use super::faces::Faces;
+use super::tree::{Edge, Tree, edges};
+use super::{HalfSpace, Outline, Reach, Silhouettes, Subject, View};
+use crate::geometry::{Mesh, Ray};
+use crate::scene::{Camera, Description, Film, Filter, Material, Scene, Span};
+
+/// From both sides V may differ by what it changes by on the way between them, and by rounding.
+const TOLERANCE: f64 = 1e-6;
+
+/// A sheet of quads between two rows of points.
+fn strip(near: &[DVec3], far: &[DVec3]) -> Mesh {
+    let n = near.len() as u32;
+    let quads = (0..n - 1).flat_map(|i| [[i, i + 1, n + i + 1], [i, n + i + 1, n + i]]);
+    Mesh::new([near, far].concat(), quads.collect()).expect("a mesh")
+}
+
+/// A plate at a depth, over x and y.
+fn plate(x: [f64; 2], y: [f64; 2], z: f64) -> Mesh {
+    let row = |y: f64| x.map(|x| DVec3::new(x, y, -z));
+    strip(&row(y[0]), &row(y[1]))
+}
+
+/// A sheet along the line of x and depth through some points, over y from −1 to 1.
+fn fold(points: &[(f64, f64)]) -> Mesh {
+    let row = |y: f64| points.iter().map(|&(x, z)| DVec3::new(x, y, -z)).collect::<Vec<_>>();
+    strip(&row(-1.0), &row(1.0))
+}
+
+fn wall() -> Mesh {
+    plate([-4.0, 4.0], [-4.0, 4.0], 6.0)
+}
+
+/// A name, its meshes, and whether V must change where crossings are no edges, or seams for jumps.
+struct Kind {
+    name: &'static str,
+    meshes: Vec<Mesh>,
+    needs_crossings: bool,
+    needs_seams: bool,
+}
+
+fn kind(name: &'static str, meshes: Vec<Mesh>) -> Kind {
+    Kind { name, meshes, needs_crossings: false, needs_seams: false }
+}
+
+fn crossing(name: &'static str, meshes: Vec<Mesh>) -> Kind {
+    Kind { needs_crossings: true, ..kind(name, meshes) }
+}
+
+fn seam(name: &'static str, meshes: Vec<Mesh>) -> Kind {
+    Kind { needs_seams: true, ..kind(name, meshes) }
+}
+
+fn kinds() -> Vec<Kind> {
+    let before = || plate([-1.0, 0.0], [-0.9, 0.7], 2.0);
+    let bent = &[(-1.2, 3.3), (0.0, 3.0), (1.1, 3.4)];
+    let slope = || fold(&[(-0.7, 2.2), (0.9, 3.9)]);
+    let turned = DMat3::from_rotation_y(0.4) * DMat3::from_rotation_x(0.7);
+    let cube = |centre: DVec3, size: f64, turn: DMat3| {
+        Mesh::cube().transformed(&glam::DAffine3::from_mat3_translation(turn * size, centre))
+    };
+    let flat = || fold(&[(-1.2, 3.0), (0.0, 3.0), (1.1, 3.0)]);
+    vec![
+        kind("open border", vec![plate([-1.0, 0.3], [-0.8, 0.9], 2.0), wall()]),
+        kind("silhouette of a solid", vec![cube(DVec3::new(0.1, 0.1, -3.0), 0.6, turned), wall()]),
+        kind("crease", vec![fold(bent), wall()]),
+        kind("curved smooth seam", vec![fold(bent).smooth(), wall()]),
+        crossing("crossing", vec![flat(), slope(), wall()]),
+        crossing(
+            "crossing of solids",
+            vec![
+                cube(DVec3::new(-0.2, 0.1, -3.0), 0.6, turned),
+                cube(DVec3::new(0.3, -0.1, -3.2), 0.7, turned * turned),
+                wall(),
+            ],
+        ),
+        crossing(
+            "crossings that meet in a point",
+            vec![
+                flat(),
+                slope(),
+                strip(
+                    &[DVec3::new(-1.0, -0.6, -2.1), DVec3::new(1.0, -0.5, -2.0)],
+                    &[DVec3::new(-1.0, 0.5, -4.0), DVec3::new(1.0, 0.7, -4.2)],
+                ),
+            ],
+        ),
+        kind(
+            "T-junction",
+            vec![
+                plate([-1.0, 0.0], [-1.0, 1.0], 3.0),
+                plate([0.0, 1.0], [-1.0, 0.1], 3.0),
+                plate([0.0, 1.0], [0.1, 1.0], 3.0),
+                wall(),
+            ],
+        ),
+        kind(
+            "contact",
+            vec![
+                cube(DVec3::new(0.1, 0.2, -2.5), 0.5, DMat3::IDENTITY),
+                plate([-1.5, 1.2], [-1.0, 1.0], 3.0),
+            ],
+        ),
+        seam("border exactly before a flat seam", vec![before(), flat(), wall()]),
+        seam(
+            "silhouette exactly before a flat seam",
+            vec![fold(&[(-1.0, 1.5), (0.0, 2.0), (-0.9, 2.4)]), flat()],
+        ),
+        seam("border exactly before a curved smooth seam", vec![before(), fold(bent).smooth(), wall()]),
+        crossing(
+            "crossing along a flat seam",
+            vec![flat(), fold(&[(0.0, 2.0), (0.0, 3.0), (0.001, 4.0)]), slope()],
+        ),
+        crossing(
+            "crossing along a curved smooth seam",
+            vec![fold(bent).smooth(), fold(&[(-0.3, 2.0), (0.3, 4.0)])],
+        ),
+    ]
+}
+
+fn scene(kind: &Kind) -> Scene {
+    let camera = Camera::look_at(DVec3::ZERO, -DVec3::Z, DVec3::Y, 1.0);
+    let film = Film { width: 4, height: 4, crop: None, filter: Filter::Tent { radius: 1.0 } };
+    let mut d = Description::new(camera, film);
+    let grey = d.add_material(Material::diffuse("grey", DVec3::splat(0.5)));
+    for (i, mesh) in kind.meshes.iter().enumerate() {
+        d.add_shape(&i.to_string(), mesh.clone(), grey);
+    }
+    Scene::new(d).expect("a scene")
+}
+
+fn seen(scene: &Scene, direction: DVec3) -> Option<u32> {
+    let ray = Ray { origin: DVec3::ZERO, direction, near: 0.0, far: f64::INFINITY, from: None };
+    scene.accelerator.closest(&ray).map(|hit| hit.triangle)
+}
+
+/// V as it is for camera rays.
+fn field(scene: &Scene, tree: &Tree, velocities: &[DVec3], u: DVec3, triangle: Option<u32>) -> DVec3 {
+    let plane = triangle.map(|t| {
+        let [a, b, c] =
+            scene.triangles[tree.plane(t) as usize].positions.map(|i| scene.positions[i as usize]);
+        let normal = (b - a).cross(c - a).normalize();
+        let normal = if normal.dot(a) > 0.0 { -normal } else { normal };
+        HalfSpace { normal, point: a, slack: 6e-6 }
+    });
+    let view = View {
+        origin: DVec3::ZERO,
+        planes: plane.as_slice(),
+        subject: Subject::Radiance(triangle),
+        rounding: 6e-13,
+    };
+    let outline = Outline::new(scene, tree, Silhouettes::All, &view, u, Reach::new(0.2));
+    outline.map_or(DVec3::ZERO, |outline| {
+        outline
+            .field(|seen| {
+                let velocity = seen.followed.velocity(scene, |i| velocities[i as usize]);
+                (velocity - velocity.dot(seen.direction) * seen.direction) / seen.distance
+            })
+            .value
+    })
+}
+
+fn random(rng: &mut Stream) -> DVec3 {
+    DVec3::from_array(std::array::from_fn(|_| 2.0 * open01(rng) - 1.0))
+}
+
+/// How far along a line another triangle is seen than at its beginning: between two numbers.
+fn halved(scene: &Scene, at: impl Fn(f64) -> DVec3, [mut low, mut high]: [f64; 2]) -> [f64; 2] {
+    let first = seen(scene, at(low));
+    while high - low > 1e-14 {
+        let middle = 0.5 * (low + high);
+        if seen(scene, at(middle)) == first { low = middle } else { high = middle }
+    }
+    [low, high]
+}
+
+/// The largest difference of V·ν between both sides of a curve, how many times one was met, and the largest V.
+///
+/// Along a curve V may jump: it is the velocity of a part of an edge before a plane, as if the ends of that part kept
+/// their places on the edge.
+fn scan(scene: &Scene, tree: &Tree) -> (f64, usize, f64) {
+    let mut rng = stream(77, &[]);
+    let velocities: Vec<DVec3> = scene.positions.iter().map(|_| random(&mut rng)).collect();
+    let (mut worst, mut met, mut largest) = (0.0_f64, 0, 0.0_f64);
+    for _ in 0..60 {
+        let [from, to] = [-0.5, 0.5].map(|x| DVec3::new(x, 0.25 * random(&mut rng).y, -1.0));
+        let line = |aside: f64| move |s: f64| (from.lerp(to, s) + aside * DVec3::Y).normalize();
+        let (at, beside) = (line(0.0), line(1e-6));
+        let steps = 150;
+        for i in 0..steps {
+            let span = [i, i + 1].map(|i| f64::from(i) / f64::from(steps));
+            let [first, last] = span.map(|s| seen(scene, at(s)));
+            if first == last || span.map(|s| seen(scene, beside(s))) != [first, last] {
+                continue;
+            }
+            let [low, high] = halved(scene, at, span);
+            let along = beside(halved(scene, beside, span)[0]) - at(low);
+            let normal = along.cross(at(low)).normalize();
+            // Away from the curve by far more than rounding, and far less than the reach.
+            let sides = [low - 1e-10, high + 1e-10].map(at);
+            let [a, b] = sides.map(|u| field(scene, tree, &velocities, u, seen(scene, u)));
+            met += 1;
+            worst = worst.max((a - b).dot(normal).abs());
+            largest = largest.max(a.length());
+        }
+    }
+    (worst, met, largest)
+}
+
+/// Without crossings.
+fn uncrossed(scene: &Scene) -> Tree {
+    let faces = Faces::grow(scene);
+    let kept = |e: &Edge| matches!(e.span, Span::Edge(_));
+    Tree::assemble(edges(scene, &faces).into_iter().filter(kept).collect(), faces)
+}
+
+/// With the edges of triangles for those of faces, and seams for jumps.
+fn faceless(scene: &Scene) -> Tree {
+    let faces: Vec<u32> = (0..scene.triangles.len() as u32).collect();
+    Tree::assemble(edges(scene, &faces).into_iter().map(|e| Edge { seam: false, ..e }).collect(), faces)
+}
+
+#[test]
+fn the_field_is_the_same_from_both_sides_of_every_curve() {
+    println!("{:44} {:>6} {:>9} {:>11} {:>11}", "curve", "met", "jump", "no crossing", "triangles");
+    let mut failures = vec![];
+    for kind in kinds() {
+        let scene = scene(&kind);
+        let (jump, met, largest) = scan(&scene, &Tree::new(&scene));
+        let [open, split] = [uncrossed(&scene), faceless(&scene)].map(|tree| scan(&scene, &tree).0);
+        println!("{:44} {met:6} {jump:9.1e} {open:11.1e} {split:11.1e}", kind.name);
+        let right = jump < TOLERANCE && met > 50 && largest > 0.05;
+        let found_out = (!kind.needs_crossings || open > 0.01) && (!kind.needs_seams || split > 0.01);
+        if !right || !found_out {
+            failures.push(kind.name);
+        }
+    }
+    assert!(failures.is_empty(), "{failures:?}");
+}
