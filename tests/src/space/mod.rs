@@ -4,6 +4,7 @@
 //! - [`constants`]: furnaces, uniform environments and form factors in closed form.
 //! - [`coverage`]: primary visibility of meshes of constant radiance: pixels and their derivatives,
 //!   exact, as a scene of the plane.
+//! - [`crossing`]: scenes whose triangles pass through one another, and what methods make of them.
 //! - [`direct`]: pixels of a diffuse ground in such light, by adaptive quadrature.
 //! - [`irradiance`]: direct light from polygons past polygons, by Lambert's formula in dual numbers.
 //! - [`scenes`]: the same worlds as scenes of `volume3d`.
@@ -14,6 +15,7 @@
 pub mod campaign;
 pub mod constants;
 pub mod coverage;
+pub mod crossing;
 pub mod direct;
 pub mod irradiance;
 pub mod scenes;

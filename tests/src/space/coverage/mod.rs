@@ -14,6 +14,7 @@
 //! the segment but not across it.
 
 mod camera;
+mod cut;
 mod order;
 
 use flatland::plane::exact::{Arrangement, ExactError};
@@ -24,6 +25,7 @@ use glam::{DVec2, DVec3};
 
 use camera::Projection;
 pub use camera::{Camera, CameraError, CameraMotion};
+pub use cut::{Crossing, crossings};
 
 use crate::space::vector::Vector;
 
@@ -129,6 +131,21 @@ pub enum CoverageError {
     #[error("triangle {triangle} is in a ring of triangles that hide each other")]
     Cycle {
         /// One of them.
+        triangle: usize,
+    },
+    /// A vertex so close to the plane of another triangle that the side it is on is rounding.
+    #[error("a corner of triangle {triangle} touches the plane of triangle {plane}")]
+    Touch {
+        /// The triangle with the corner.
+        triangle: usize,
+        /// The other.
+        plane: usize,
+    },
+    /// Triangles of one plane that part from it, one of which something passes through: the crossing
+    /// gets a kink that it does not have yet.
+    #[error("the plane of triangle {triangle} bends where another triangle passes through it")]
+    Bends {
+        /// One of its triangles.
         triangle: usize,
     },
     /// A film that cannot be.

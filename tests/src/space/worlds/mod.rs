@@ -6,6 +6,7 @@
 //! derivatives with respect to θ are of order one for worlds of all sizes.
 
 mod coverage;
+mod crossing;
 mod dice;
 mod direct;
 mod irradiance;
@@ -13,6 +14,7 @@ mod moves;
 mod solids;
 
 pub use coverage::{CoverageCase, CoverageKind, CoverageKnobs, CoverageMoving};
+pub use crossing::{CrossingKind, CrossingKnobs, CrossingMoving};
 pub use direct::{DirectCase, DirectKind, DirectKnobs, DirectMoving};
 pub use irradiance::{IrradianceCase, IrradianceKind, IrradianceKnobs, IrradianceMoving};
 
