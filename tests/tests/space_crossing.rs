@@ -71,43 +71,43 @@ fn accept_zeros(name: &str, sampler: &Sampler) {
 }
 
 #[test]
-#[ignore = "crossing curves are not edges yet"]
+
 fn warped_area_is_unbiased_at_rest() {
     accept("warped area, crossings at rest", &AT_REST, &warped());
 }
 
 #[test]
-#[ignore = "crossing curves are not edges yet"]
+
 fn warped_area_is_unbiased_where_crossings_move() {
     accept("warped area, crossings that move", &MOVING, &warped());
 }
 
 #[test]
-#[ignore = "crossing curves are not edges yet"]
+
 fn auxiliary_rays_are_unbiased_at_rest() {
     accept("auxiliary rays, crossings at rest", &AT_REST, &rays());
 }
 
 #[test]
-#[ignore = "crossing curves are not edges yet"]
+
 fn auxiliary_rays_are_unbiased_where_crossings_move() {
     accept("auxiliary rays, crossings that move", &MOVING, &rays());
 }
 
 #[test]
-#[ignore = "crossing curves are not edges yet"]
+
 fn edge_sampling_is_unbiased_at_rest() {
     accept("edge sampling, crossings at rest", &AT_REST, &edges());
 }
 
 #[test]
-#[ignore = "crossing curves are not edges yet"]
+
 fn edge_sampling_is_unbiased_where_crossings_move() {
     accept("edge sampling, crossings that move", &MOVING, &edges());
 }
 
 #[test]
-#[ignore = "crossing curves are not edges yet"]
+
 fn sums_that_are_zero_are_found_to_be() {
     for (name, sampler) in all() {
         accept_zeros(name, &sampler);

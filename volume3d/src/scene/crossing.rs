@@ -172,8 +172,10 @@ impl Found {
         let pair = [s, t];
         let triangles = pair.map(|t| &scene.triangles[t as usize]);
         let corners = triangles.map(|t| t.positions.map(|i| scene.positions[i as usize]));
-        if shares_edge(triangles) && !is_folded(&corners) {
-            return None;
+        if shares_edge(triangles) {
+            // Neighbours meet in their edge, unless one lies upon the other.
+            return (is_folded(&corners) && meeting(&corners) == Meeting::Overlap)
+                .then_some(Self::Overlap(pair));
         }
         match meeting(&corners) {
             Meeting::Apart => None,
@@ -188,7 +190,7 @@ fn shares_edge([s, t]: [&Triangle; 2]) -> bool {
     s.positions.iter().filter(|i| t.positions.contains(i)).count() >= 2
 }
 
-/// Whether neighbours may lie upon one another: their normals are opposite or their edges degenerate, to rounding.
+/// Whether neighbours may lie in one plane.
 fn is_folded(corners: &[[DVec3; 3]; 2]) -> bool {
     let [m, n] = corners.map(|[a, b, c]| (b - a).cross(c - a).normalize_or_zero());
     m.cross(n).length() < 1e-6
