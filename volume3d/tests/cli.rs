@@ -133,8 +133,11 @@ fn a_gradient_with_all_that_goes_with_it() {
         assert!((sum - *whole).length() <= 4.0 * f64::from(f32::EPSILON) * size, "{i}: {sum} {whole}");
     }
     assert!(parts[1].pixels.iter().any(|p| *p != DVec3::ZERO), "no primary term");
-    place.succeed("render scene.xml -o r.exr --spp 6 --seed 1");
+    let other = "--move camera:fov:1 --image r.exr";
+    place.succeed(&format!("gradient scene.xml -o f.exr --spp 6 --seed 1 {other}"));
     assert_eq!(place.bytes("i.exr"), place.bytes("r.exr"), "the image depends on the gradient");
+    place.succeed("render scene.xml -o r.exr --spp 6 --seed 1");
+    assert_ne!(place.bytes("i.exr"), place.bytes("r.exr"), "an image and a gradient share their samples");
 }
 
 #[test]

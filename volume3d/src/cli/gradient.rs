@@ -57,7 +57,8 @@ pub(super) struct Options {
     /// The standard error of every pixel of the gradient, from 8 independent groups of samples.
     #[arg(long = "stderr", value_name = "ERR.exr")]
     standard_error: Option<PathBuf>,
-    /// The image itself, from the same samples.
+    /// The image itself, from the same samples as the gradient; the same whatever moves. An adjoint for a reverse run at
+    /// this --seed must not be computed from it, as a product of both would be biased: take that of `volume3d render`.
     #[arg(long, value_name = "IMG.exr")]
     image: Option<PathBuf>,
     /// Writes the terms of the sum apart: PREFIX_interior.exr (all jumps stand still), PREFIX_primary.exr (jumps move

@@ -17,7 +17,8 @@ use super::session::{Bar, RunOptions, SceneOptions, located, stop_if_asked};
 /// Pixels are linear RGB radiance. What an output file is called decides what it is: .exr and .npy (float32, height ×
 /// width × 3) hold all values as they are, .png is sRGB, clamped to [0, 1], without exposure or tone curve.
 ///
-/// The image is, bit for bit, the one that comes with `volume3d gradient --image` at the same --spp and --seed.
+/// The samples are independent of those of `volume3d gradient` at the same --seed: its adjoint may be computed from this
+/// image.
 ///
 /// Example: volume3d render scene.xml -o image.exr --stderr error.exr --spp 1024 -D width=640
 #[derive(Args, Debug)]

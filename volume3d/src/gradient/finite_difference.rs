@@ -10,7 +10,7 @@ use super::groups::numbers;
 use super::progress::Progress;
 use super::result::{GradientImage, finish};
 
-use super::PATH;
+use super::DIFFERENCE_PATH;
 use crate::path::{Kernels, Paths, Plain};
 use crate::scene::Scene;
 
@@ -18,7 +18,7 @@ use crate::scene::Scene;
 ///
 /// The error has a part ~ h² that samples do not cure, and a standard error ~ (h n)^−½ wherever jumps move: a sample
 /// sees a jump move with probability ~ h, and then contributes ~ 1/h. It differentiates everything, mirrors and
-/// point lights too.
+/// point lights too. Both sides have the same random numbers, and those are independent of [`render`](super::render)'s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FiniteDifference {
     /// Samples a pixel, each traced twice.
@@ -79,7 +79,7 @@ impl FiniteDifference {
             if sink.stopped() {
                 return;
             }
-            let mut place = numbers(self.seed, (i, j), sample, self.samples, PATH);
+            let mut place = numbers(self.seed, (i, j), sample, self.samples, DIFFERENCE_PATH);
             let u = film.point(i, j, place.pair());
             let [plus, minus] = std::array::from_fn(|side| {
                 let (paths, mut numbers) = (&paths[side], place.clone());

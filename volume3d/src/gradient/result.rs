@@ -35,7 +35,8 @@ pub struct GradientImage {
     pub width: usize,
     /// Rows, from the top.
     pub height: usize,
-    /// The image itself, from the same samples.
+    /// The image itself, from the same samples as the gradient. It is unbiased by itself, but no product of the two
+    /// is: do not compute the adjoint of a reverse pass from it at the same seed, see [the module](crate::gradient).
     pub image: Vec<DVec3>,
     /// Its standard error.
     pub image_error: Vec<DVec3>,

@@ -8,6 +8,9 @@ use super::*;
 use crate::geometry::Mesh;
 use crate::scene::{Camera, Description, Environment, Film, Filter, Integrator, Light, Material, Scene};
 
+/// Independent runs of statistical tests.
+const RUNS: u64 = 2048;
+
 pub(super) fn film(width: usize, filter: Filter) -> Film {
     Film { width, height: width, crop: None, filter }
 }
@@ -98,16 +101,48 @@ fn the_edge_of_a_square_moves_its_area() {
 }
 
 #[test]
-fn the_image_is_the_plain_one_bit_for_bit() {
+fn the_image_is_that_without_derivatives_bit_for_bit() {
     for filter in filters() {
         let scene = room(filter);
         let change = random_change(&scene, 1);
         let method = WarpedArea { samples: 3, seed: 7, ..WarpedArea::default() };
         let with = method.forward_terms(&scene, &change, &Progress::none()).unwrap();
-        let without = render(&scene, 3, 7, &Progress::none()).unwrap();
-        assert_eq!(with.image, without.pixels);
-        assert!(without.pixels.iter().any(|p| p.x > 0.0));
+        let without = method.forward(&scene, &Change::still(&scene), &Progress::none()).unwrap();
+        assert_eq!(with.image, without.image);
+        assert!(without.image.iter().any(|p| p.x > 0.0));
     }
+}
+
+/// At the optimum of a squared loss the mean gradient is 0: its image and its derivative must not share samples. The
+/// image that comes with a gradient of the same seed does, and is the control.
+#[test]
+fn an_image_and_a_gradient_of_one_seed_are_independent() {
+    let scene = room(Filter::Tent { radius: 1.0 });
+    let none = Progress::none();
+    let mut wanted = Wanted::nothing(&scene);
+    wanted.materials[0] = true;
+    let slope = |seed: u64, image: &[DVec3]| {
+        let target = render(&scene, 1, seed + 10_000, &none).unwrap();
+        let adjoint: Vec<DVec3> = image.iter().zip(&target.pixels).map(|(i, t)| 2.0 * (*i - *t)).collect();
+        let method = WarpedArea { samples: 1, seed, ..WarpedArea::default() };
+        method.reverse(&scene, &adjoint, &wanted, &none).unwrap().change.reflectance[0].element_sum()
+    };
+    let shared = |seed| {
+        let method = WarpedArea { samples: 1, seed, ..WarpedArea::default() };
+        method.forward(&scene, &Change::still(&scene), &none).unwrap().image
+    };
+    let statistics = |values: Vec<f64>| {
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        let spread: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+        (mean, (spread / (n - 1.0) / n).sqrt())
+    };
+    let (mean, error) =
+        statistics((0..RUNS).map(|s| slope(s, &render(&scene, 1, s, &none).unwrap().pixels)).collect());
+    let (control, noise) = statistics((0..RUNS).map(|s| slope(s, &shared(s))).collect());
+    println!("{mean} ± {error}, with shared samples {control} ± {noise}; sees a bias of {}", 8.0 * error);
+    assert!(mean.abs() < 4.0 * error, "{mean} ± {error}");
+    assert!(control > 8.0 * error + 4.0 * noise, "the control: {control} ± {noise}");
 }
 
 #[test]

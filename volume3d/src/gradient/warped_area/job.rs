@@ -15,7 +15,9 @@ use crate::gradient::groups::{numbers, split_numbers};
 use crate::gradient::motion::Motion;
 use crate::gradient::outline::Tree;
 use crate::gradient::result::{Image, finish, quantities};
-use crate::gradient::{AUXILIARY, EDGE, EDGE_AUXILIARY, GradientImage, PATH, Progress, SPLIT, Stopped};
+use crate::gradient::{
+    AUXILIARY, EDGE, EDGE_AUXILIARY, GRADIENT_PATH, GradientImage, Progress, SPLIT, Stopped,
+};
 use crate::path::{Paths, Plain, Sequence};
 
 /// What every sample of one gradient shares.
@@ -143,7 +145,7 @@ impl Job<'_> {
         if !film.cell_counts(i, j) {
             return;
         }
-        let mut numbers = self.numbers((i, j), sample, PATH);
+        let mut numbers = self.numbers((i, j), sample, GRADIENT_PATH);
         let u = film.point(i, j, partner.within(numbers.pair()));
         let hit = self.camera_hit(u);
         let triangle = hit.map(|h| h.triangle);
