@@ -362,15 +362,30 @@ fn threads_change_nothing() {
 #[test]
 fn a_check_tells_right_from_wrong() {
     let place = Place::new();
-    let moved = "check scene.xml --move lamp:translate:0,0,-1 --spp 768 --steps 0.03,0.01 --seed 2";
+    let moved = "check scene.xml --move lamp:translate:0,0,-1 --spp 1600 --steps 0.03,0.01 --seed 2";
     let text = place.succeed(moved);
     assert!(text.contains("AGREE") && text.contains("weighted total"), "{text}");
     let (code, text) = place.run(&format!("{moved} --method interior"));
     assert!(code == 1 && text.contains("DIFFER"), "{code}: {text}");
     let (code, text) = place.run("check scene.xml --move sheet:translate:1,0,0 --spp 16");
-    assert!(code == 1 && text.contains("UNCLEAR"), "{code}: {text}");
+    assert!(code == 3 && text.contains("OPEN") && text.contains("--spp "), "{code}: {text}");
     let text = place.succeed("check scene.xml --move lamp:radiance:1,1,1 --debias none");
     assert!(text.contains("AGREE"), "{text}");
+}
+
+#[test]
+fn a_check_of_nothing_says_so() {
+    let behind =
+        "<shape type='cube' id='behind'><transform name='to_world'><translate z='90'/></transform></shape>";
+    let place = Place::with(&format!("{behind}<!-- -->"));
+    for change in ["sheet:translate:0,0,0", "behind:translate:1,0,0"] {
+        let (code, text) = place.run(&format!("check scene.xml -D size=4 --spp 16 --move {change}"));
+        assert!(code == 1 && text.contains("NOTHING CHANGES"), "{change}: {code}: {text}");
+        assert!(
+            !text.contains("NaN") && !text.contains("inf") && !text.contains("AGREE"),
+            "{change}: {text}"
+        );
+    }
 }
 
 #[test]

@@ -12,7 +12,7 @@ use super::output::{Output, Pixels, check_distinct};
 use super::parameter::Parameter;
 use super::render::{check_error_exists, root_mean_square, samples};
 use super::session::{Bar, RunOptions, SceneOptions, located, stop_if_asked};
-use super::{Report, reverse, usage};
+use super::{Outcome, Report, reverse, usage};
 
 /// Differentiates an image along a change (--move), or a loss by parameters (--adjoint with --wrt).
 ///
@@ -204,5 +204,5 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
             }
         }
     }
-    Ok(Report { text, holds: true })
+    Ok(Report { text, outcome: Outcome::Good })
 }

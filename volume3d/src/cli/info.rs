@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use clap::Args;
 use volume3d::scene::{Bsdf, Description, Environment, Light, Reflectance, Scene};
 
-use super::Report;
 use super::lint::Lint;
 use super::session::SceneOptions;
+use super::{Outcome, Report};
 
 /// Lists what a scene is made of, and what may surprise: ids for --move and --wrt, sizes, and what a linter finds in its
 /// meshes.
@@ -25,7 +25,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     materials(&mut text, scene.description());
     lights(&mut text, scene.description());
     findings(&mut text, scene.description());
-    Ok(Report { text, holds: true })
+    Ok(Report { text, outcome: Outcome::Good })
 }
 
 fn camera(text: &mut String, scene: &Scene) {

@@ -8,9 +8,9 @@ use clap::Args;
 use glam::DVec3;
 use volume3d::gradient::render;
 
-use super::Report;
 use super::output::{Output, Pixels, check_distinct};
 use super::session::{Bar, RunOptions, SceneOptions, located, stop_if_asked};
+use super::{Outcome, Report};
 
 /// Renders a scene.
 ///
@@ -92,5 +92,5 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     if let Some(output) = &error {
         text += &output.write(width, height, &image.standard_error)?;
     }
-    Ok(Report { text, holds: true })
+    Ok(Report { text, outcome: Outcome::Good })
 }
