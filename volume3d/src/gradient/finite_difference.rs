@@ -69,7 +69,7 @@ impl FiniteDifference {
         paths: &[Paths<'_>; 2],
         films: &[FilmPlane; 2],
         (i, j): (usize, usize),
-        sink: CellSink<'_, 6>,
+        mut sink: CellSink<'_, 6>,
     ) {
         let film = &films[0];
         if !film.cell_counts(i, j) {
@@ -95,11 +95,14 @@ impl FiniteDifference {
                 sink.non_finite.push(film.located(i, j, sample));
                 continue;
             }
+            let mut amount = 0.0;
             film.for_each_pixel(i, j, |_, b, x, y| {
                 let weight = film.weight([u.x, u.y], x, y);
                 let (value, rate) = (weight * mean, weight * difference);
                 sink.strip.add(sample, b, x, &[value.x, value.y, value.z, rate.x, rate.y, rate.z]);
+                amount += rate.abs().element_sum();
             });
+            sink.contributed(film.located(i, j, sample), amount);
         }
     }
 }

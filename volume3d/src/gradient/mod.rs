@@ -20,6 +20,7 @@
 
 mod auxiliary;
 mod change;
+mod contribution;
 mod displaced;
 mod driver;
 mod edge_sampling;
@@ -43,6 +44,7 @@ mod warped_area;
 mod warps;
 
 pub use change::{CameraChange, Change, Unsupported, Wanted};
+pub use contribution::{Contribution, Source};
 pub use edge_sampling::EdgeSampling;
 pub use error::GradientError;
 pub use finite_difference::FiniteDifference;

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::Change;
+use super::contribution::Contribution;
 use super::driver::Sums;
 use super::film::FilmPlane;
 
@@ -50,6 +51,35 @@ pub struct GradientImage {
     pub auxiliary_rays: u64,
     /// Samples that were not finite.
     pub non_finite: Vec<NonFinite>,
+    /// The sample that contributes most to the gradient; nothing if there are none.
+    pub largest: Option<Contribution>,
+}
+
+/// A sample with at least this part of Σ |gradient| counts as an outlier,
+const OUTLIER_SHARE: f64 = 0.02;
+/// if it has at least so many times the part of one sample of as many that are alike.
+const OUTLIER_EXCESS: f64 = 256.0;
+
+impl GradientImage {
+    /// What the largest contribution of one sample is of Σ |gradient| over pixels and channels; 0 if nothing changes.
+    #[must_use]
+    pub fn largest_share(&self) -> f64 {
+        let whole: f64 = self.gradient.iter().map(|g| g.abs().element_sum()).sum();
+        self.largest.filter(|l| l.amount > 0.0).map_or(0.0, |l| l.amount / whole)
+    }
+
+    /// The largest contribution, if it is 2 % of Σ |gradient| or more, and 256 times what one of as many equal samples
+    /// would have. Then tails are heavy: another seed may give another result, and standard errors, which are estimated
+    /// from the same samples, are too small more often than not. It happens in the penumbrae of small lights, and with
+    /// debiased auxiliary rays. More samples help slowly; another method may do better there, see
+    /// [`WarpedArea`](super::WarpedArea).
+    ///
+    /// Without an outlier tails may still be heavy: what is rare may not have happened yet.
+    #[must_use]
+    pub fn outlier(&self) -> Option<Contribution> {
+        let share = self.largest_share();
+        self.largest.filter(|l| share >= OUTLIER_SHARE && share * l.among as f64 >= OUTLIER_EXCESS)
+    }
 }
 
 /// The derivative of one number by every parameter: what reverse mode returns.
@@ -99,7 +129,7 @@ pub(super) fn quantities<const N: usize, const K: usize>(value: DVec3, channels:
 
 /// What sums over a film mean.
 pub(super) fn finish<const N: usize, const K: usize>(film: &FilmPlane, sums: Sums<K>) -> GradientImage {
-    let Sums { sheet, rays, non_finite } = sums;
+    let Sums { sheet, rays, non_finite, largest } = sums;
     let pick = |table: &[[f64; K]], at: usize| -> Vec<DVec3> {
         table.iter().map(|q| DVec3::new(q[at], q[at + 1], q[at + 2])).collect()
     };
@@ -118,5 +148,6 @@ pub(super) fn finish<const N: usize, const K: usize>(film: &FilmPlane, sums: Sum
         }),
         auxiliary_rays: rays,
         non_finite,
+        largest,
     }
 }

@@ -5,6 +5,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::calculus::{Calculus, Frame, Tape};
+use crate::gradient::contribution::{Contribution, Source};
 use crate::gradient::film::FilmPlane;
 use crate::gradient::forward::Forward;
 use crate::gradient::groups::GROUPS;
@@ -74,6 +75,8 @@ pub(super) struct Estimate {
     /// Auxiliary rays.
     pub(super) rays: u64,
     pub(super) non_finite: Vec<NonFinite>,
+    /// The sample that adds most.
+    pub(super) largest: Option<Contribution>,
 }
 
 /// What a chunk of samples adds to the film: amounts by pixel.
@@ -82,6 +85,8 @@ pub(super) struct Splats {
     pub(super) amounts: Vec<(u32, DVec3)>,
     pub(super) rays: u64,
     pub(super) non_finite: Vec<NonFinite>,
+    /// The sample that adds most.
+    pub(super) largest: Option<Contribution>,
 }
 
 /// Samples that are computed together, one after the other.
@@ -157,7 +162,7 @@ impl<'s> Driver<'s> {
     ) -> Result<Estimate, Stopped> {
         let pixels = self.film.columns * self.film.rows;
         let (mut mean, mut squares) = (vec![DVec3::ZERO; pixels], vec![DVec3::ZERO; pixels]);
-        let (mut rays, mut non_finite) = (0, vec![]);
+        let (mut rays, mut non_finite, mut largest) = (0, vec![], None);
         let mut sum = vec![DVec3::ZERO; pixels];
         progress.start(GROUPS * self.chunks());
         for group in 0..GROUPS {
@@ -171,6 +176,7 @@ impl<'s> Driver<'s> {
                     }
                     rays += part.rays;
                     non_finite.extend(part.non_finite);
+                    Contribution::keep_larger(&mut largest, part.largest);
                 },
             )?;
             // Welford's running mean and sum of squared deviations.
@@ -183,7 +189,11 @@ impl<'s> Driver<'s> {
         }
         let n = GROUPS as f64;
         let variance = squares.into_iter().map(|s| s / (n * (n - 1.0))).collect();
-        Ok(Estimate { mean, variance, rays, non_finite })
+        if let Some(largest) = &mut largest {
+            largest.amount *= self.scale();
+            largest.among = GROUPS * self.count;
+        }
+        Ok(Estimate { mean, variance, rays, non_finite, largest })
     }
 
     fn forward_chunk(
@@ -213,10 +223,18 @@ impl<'s> Driver<'s> {
 
     /// Adds an amount to every pixel a film point reaches.
     pub(super) fn splat_into(&self, splats: &mut Splats, at: DVec2, address: Address, amount: DVec3) {
-        let Splats { amounts, non_finite, .. } = splats;
+        let Splats { amounts, non_finite, largest, .. } = splats;
+        let mut sum = 0.0;
         self.splat(at, address, amount, non_finite, |pixel, weight| {
             amounts.push((pixel as u32, weight * amount));
+            sum += weight * amount.abs().element_sum();
         });
+        if sum > 0.0
+            && let Some(cell) = self.film.cell(at)
+        {
+            let found = Contribution::new(self.located(cell, address), Source::Jump, sum);
+            Contribution::keep_larger(largest, Some(found));
+        }
     }
 
     /// Calls with every pixel a film point reaches and its weight there.

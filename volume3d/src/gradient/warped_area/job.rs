@@ -166,6 +166,7 @@ impl Job<'_> {
             return;
         }
         let share = self.share();
+        let mut amount = 0.0;
         film.for_each_pixel(i, j, |_, b, x, y| {
             let weight = film.weight(point, x, y) * share;
             let level = self.baseline(x, y);
@@ -173,8 +174,10 @@ impl Job<'_> {
             let channels: [[f64; N]; 3] = std::array::from_fn(|c| {
                 (Dual::new(carried[c] - level[c], radiance[c].tangent) * weighted).tangent
             });
+            amount += channels.iter().map(|c| c.iter().sum::<f64>().abs()).sum::<f64>();
             sink.strip.add(sample, b, x, &quantities::<N, K>(value * weight.value, channels));
         });
+        sink.contributed(film.located(i, j, sample), amount);
     }
 
     /// −∮ (L − L₀) V·ν over the edges of box pixels: the filter's own jump does not move (Bangaru et al. 2022).
@@ -201,11 +204,14 @@ impl Job<'_> {
             sink.non_finite.push(film.located(i, j, sample));
             return;
         }
+        let mut amount = 0.0;
         self.for_each_side(i, j, vertical, |_, b, x, y, sign| {
             let light = (radiance - self.baseline(x, y)) * sign;
+            amount += light.abs().element_sum() * across.tangent.iter().sum::<f64>().abs();
             let channels: [[f64; N]; 3] = std::array::from_fn(|c| across.tangent.map(|v| light[c] * v));
             sink.strip.add(sample, b, x, &quantities::<N, K>(DVec3::ZERO, channels));
         });
+        sink.contributed(film.located(i, j, sample), amount);
     }
 
     /// A point on the left or the upper edge of a cell, one or the other.
