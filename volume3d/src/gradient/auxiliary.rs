@@ -28,6 +28,11 @@ pub(crate) struct Seen {
     pub(crate) direction: DVec3,
     /// 1 − B: velocities may fade away from jumps, and the field stays continuous and consistent.
     pub(crate) nearness: f64,
+    /// The normal of the face it is seen from, where the jump nearest to it is that face's horizon.
+    ///
+    /// What ends there may be as near as the face's own edges, and moves along the horizon as fast as it likes, v/t: such
+    /// velocities have no variance, and no effect. The horizon itself moves only across.
+    pub(crate) horizon: Option<DVec3>,
 }
 
 impl Seen {
@@ -37,7 +42,26 @@ impl Seen {
             let corners = scene.triangles[h.triangle as usize].positions;
             std::array::from_fn(|k| (corners[k], h.barycentric[k]))
         });
-        Self { corners, distance: hit.map_or(f64::INFINITY, |h| h.distance), direction, nearness }
+        let distance = hit.map_or(f64::INFINITY, |h| h.distance);
+        Self { corners, distance, direction, nearness, horizon: None }
+    }
+
+    /// The angular velocity that counts, from the velocity of the point beyond the viewer's.
+    pub(crate) fn angular(&self, velocity: DVec3) -> DVec3 {
+        let apparent = match self.horizon {
+            None => velocity,
+            Some(normal) => normal * normal.dot(velocity),
+        };
+        Sphere::project(self.direction, apparent) * (self.nearness / self.distance)
+    }
+
+    /// The transpose: what a covector of the angular velocity gives to the velocity.
+    pub(crate) fn angular_transpose(&self, covector: DVec3) -> DVec3 {
+        let c = Sphere::project(self.direction, covector) * (self.nearness / self.distance);
+        match self.horizon {
+            None => c,
+            Some(normal) => normal * normal.dot(c),
+        }
     }
 }
 
@@ -201,13 +225,25 @@ impl<'s> Auxiliary<'s> {
             Sees::Beyond | Sees::Before { .. } => Jumps::Visibility,
         };
         let bundle: Bundle<Sphere> = warp.bundle(direction, kappa, &mut self.rng);
+        let (face, rounding) = (self.upward(from, normal), self.paths.rounding());
         let sight = |direction: DVec3, hit: Option<Hit>| {
             let hit = hit.filter(|h| normal.dot(direction) > 0.0 && counts(sees, x, direction, h.distance));
             let distance = hit.map_or(f64::INFINITY, |h| {
                 scene.edges.angular_distance(scene, h.triangle, x, direction, h.distance, jumps)
             });
+            // With shading normals rays may go below the face, and leave the solid at once through the next one: what
+            // they see ends at the face's horizon.
+            let height = face.dot(direction);
+            let own =
+                |h: Hit| scene.triangles[h.triangle as usize].shape == scene.triangles[from as usize].shape;
+            let below = height < 0.0 && hit.is_some_and(own);
+            let distance = if below { distance.min(-height) } else { distance };
             let nearness = if fades { warp.nearness(distance, kappa) } else { 1.0 };
-            (Seen::by_ray(scene, hit, direction, nearness), distance)
+            let seen = Seen::by_ray(scene, hit, direction, nearness);
+            // The directions of edges this near are known to rounding over their distance.
+            let tolerance = 1e-6 * height.abs() + 10.0 * rounding / seen.distance;
+            let ends_at_horizon = (distance - height.abs()).abs() <= tolerance;
+            (Seen { horizon: ends_at_horizon.then_some(face), ..seen }, distance)
         };
         let stencil = self.weighted(bundle, kappa, x, Some(from), x_moves, |d| d, sight)?;
         Some(DirectionWarp::Rays(Warping::Weighted(stencil)))
@@ -385,6 +421,14 @@ impl<'s> Auxiliary<'s> {
         let normal = (b - a).cross(c - a).normalize_or_zero();
         let normal = if normal.dot(viewer - a) < 0.0 { -normal } else { normal };
         HalfSpace { normal, point: a, slack: self.contact() }
+    }
+
+    /// The unit normal of a triangle on the side of another normal.
+    fn upward(&self, triangle: u32, side: DVec3) -> DVec3 {
+        let scene = self.paths.scene;
+        let [a, b, c] = scene.triangles[triangle as usize].positions.map(|i| scene.positions[i as usize]);
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        if normal.dot(side) < 0.0 { -normal } else { normal }
     }
 
     /// What touches a plane counts as before it, and what does so by the rounding of meshes in single precision as well:

@@ -3,14 +3,12 @@
 use std::cell::RefCell;
 
 use flatland::random::open01;
-use flatland::warp::Domain;
 use glam::{DVec2, DVec3};
 
 use super::auxiliary::{Auxiliary, Seen};
 use super::film::FilmPlane;
 use super::warps::{DirectionWarp, FilmWarp};
 use super::{Change, Wanted};
-use crate::Sphere;
 use crate::calculus::{Adjoints, Calculus, Frame, Kernel, Number, Rgb, Tape, Variable, Vec3, Warped};
 use crate::scene::{Environment, Light, Scene};
 
@@ -223,7 +221,7 @@ impl<'s, 't> Reverse<'s, 't> {
                     if seen.corners.is_none() {
                         return;
                     }
-                    let c = Sphere::project(seen.direction, covector) * (seen.nearness / seen.distance);
+                    let c = seen.angular_transpose(covector);
                     self.scatter_hit(seen, c, sink);
                     earlier.add(origin.x, -c.x);
                     earlier.add(origin.y, -c.y);

@@ -171,7 +171,8 @@ impl Piece {
     fn seen(&self, end: usize) -> Seen {
         let (along, last) = (self.along[end], self.ends[1]);
         let corners = Some([(self.ends[0], 1.0 - along), (last, along), (last, 0.0)]);
-        Seen { corners, direction: self.directions[end], distance: self.distances[end], nearness: 1.0 }
+        let (direction, distance) = (self.directions[end], self.distances[end]);
+        Seen { corners, direction, distance, nearness: 1.0, horizon: None }
     }
 }
 
