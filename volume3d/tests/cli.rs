@@ -122,10 +122,13 @@ fn an_image_in_every_format() {
 #[test]
 fn a_gradient_with_all_that_goes_with_it() {
     let place = Place::new();
-    let options = "--spp 6 --seed 1 --stderr e.exr --image i.exr --terms part --png g.png";
+    let options =
+        "--spp 6 --seed 1 --stderr e.exr --stderr-blocks b.exr --image i.exr --terms part --png g.png";
     let text = place.succeed(&format!("gradient scene.xml --move sheet:translate:1,0,0 -o g.exr {options}"));
     assert!(text.contains("auxiliary rays") && text.contains("wrote g.png (blue -"), "{text}");
+    assert!(text.contains("total: red ") && text.contains("together "), "{text}");
     let gradient = place.exr("g.exr");
+    assert!(place.exr("b.exr").pixels.len() == 1 && sum(&place.exr("b.exr")) > 0.0);
     let parts = ["interior", "primary", "secondary"].map(|t| place.exr(&format!("part_{t}.exr")));
     for (i, whole) in gradient.pixels.iter().enumerate() {
         let sum: DVec3 = parts.iter().map(|p| p.pixels[i]).sum();

@@ -6,7 +6,7 @@ use std::time::Instant;
 use clap::Args;
 use clap::error::ErrorKind;
 
-use volume3d::gradient::{Contribution, GradientImage, Source};
+use volume3d::gradient::{Contribution, GradientImage, Regions, Source};
 
 use super::method::MethodOptions;
 use super::movement::{Moves, change};
@@ -38,7 +38,7 @@ pub(super) struct Options {
     #[command(flatten)]
     moves: Moves,
     /// Reverse mode: the image ∂L/∂I as .exr or .npy (height × width × 3), of the film's size.
-    #[arg(long, value_name = "ADJ.exr", requires = "parameters", conflicts_with_all = ["moves", "png", "standard_error", "image", "terms"])]
+    #[arg(long, value_name = "ADJ.exr", requires = "parameters", conflicts_with_all = ["moves", "png", "standard_error", "block_errors", "image", "terms"])]
     adjoint: Option<PathBuf>,
     /// Reverse mode: a parameter. May be repeated, and -o then names a folder.
     ///
@@ -59,9 +59,14 @@ pub(super) struct Options {
     /// which every --wrt is written as WHAT.PARAMETER.npy.
     #[arg(short, long, value_name = "GRAD.exr")]
     output: PathBuf,
-    /// The standard error of every pixel of the gradient, from 8 independent groups of samples.
+    /// The standard error of every pixel of the gradient, from 8 independent groups of samples. Pixels have noise in
+    /// common, so that the error of a sum of pixels does not follow from theirs: it is printed for the whole image, and
+    /// --stderr-blocks has it for blocks.
     #[arg(long = "stderr", value_name = "ERR.exr")]
     standard_error: Option<PathBuf>,
+    /// The standard error of the mean over every block of 8 × 8 pixels, an image with a pixel for each block.
+    #[arg(long = "stderr-blocks", value_name = "ERR.exr")]
+    block_errors: Option<PathBuf>,
     /// The image itself, from the same samples as the gradient; the same whatever moves. An adjoint for a reverse run at
     /// this --seed must not be computed from it, as a product of both would be biased: take that of `volume3d render`.
     #[arg(long, value_name = "IMG.exr")]
@@ -128,6 +133,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
 struct Outputs {
     gradient: Vec<Output>,
     standard_error: Vec<Output>,
+    block_errors: Option<Output>,
     image: Option<Output>,
     terms: Option<[Vec<Output>; 3]>,
 }
@@ -154,6 +160,11 @@ impl Outputs {
         Ok(Self {
             gradient,
             standard_error: error.map_or(Ok(vec![]), |path| with_picture(path, Pixels::Radiance))?,
+            block_errors: options
+                .block_errors
+                .as_ref()
+                .map(|p| Output::new(p, Pixels::Radiance))
+                .transpose()?,
             image: options.image.as_ref().map(|path| Output::new(path, Pixels::Radiance)).transpose()?,
             terms: terms.transpose()?,
         })
@@ -161,9 +172,24 @@ impl Outputs {
 
     fn paths(&self) -> Vec<&Path> {
         let terms = self.terms.iter().flatten().flatten();
-        let all = self.gradient.iter().chain(&self.standard_error).chain(&self.image).chain(terms);
+        let all = self
+            .gradient
+            .iter()
+            .chain(&self.standard_error)
+            .chain(&self.block_errors)
+            .chain(&self.image)
+            .chain(terms);
         all.map(Output::path).collect()
     }
+}
+
+/// The sum of all pixels by channel, and of all of them.
+pub(super) fn totals(regions: &Regions) -> String {
+    let Regions { total, total_error, sum_error, .. } = regions;
+    let channel = |c: usize| format!("{:.4e} ± {:.1e}", total[c], total_error[c]);
+    let (red, green, blue) = (channel(0), channel(1), channel(2));
+    let sum = total.element_sum();
+    format!("total: red {red}, green {green}, blue {blue}; together {sum:.4e} ± {sum_error:.1e}\n")
 }
 
 /// A warning, if one sample has much of the result.
@@ -190,7 +216,7 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     let scene = &loaded.scene;
     let change = change(scene, &options.moves.moves)?;
     let samples = options.spp.unwrap_or(scene.description().samples);
-    check_error_exists(options.standard_error.as_ref(), samples)?;
+    check_error_exists(options.standard_error.as_ref().or(options.block_errors.as_ref()), samples)?;
 
     let start = Instant::now();
     let estimator = options.method.estimator(samples, options.run.seed, options.step);
@@ -209,11 +235,16 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     );
     text += &located(&result.non_finite);
     text += &outlier(&result);
+    text += &totals(&result.regions);
     for output in &outputs.gradient {
         text += &output.write(width, height, &result.gradient)?;
     }
     for output in &outputs.standard_error {
         text += &output.write(width, height, &result.standard_error)?;
+    }
+    if let Some(output) = &outputs.block_errors {
+        let Regions { columns, rows, block_errors, .. } = &result.regions;
+        text += &output.write(*columns, *rows, block_errors)?;
     }
     if let Some(output) = &outputs.image {
         text += &output.write(width, height, &result.image)?;

@@ -8,6 +8,7 @@ use clap::Args;
 use glam::DVec3;
 use volume3d::gradient::render;
 
+use super::gradient::totals;
 use super::output::{Output, Pixels, check_distinct};
 use super::session::{Bar, RunOptions, SceneOptions, located, stop_if_asked};
 use super::{Outcome, Report};
@@ -31,7 +32,8 @@ pub(super) struct Options {
     /// A picture besides.
     #[arg(long, value_name = "OUT.png")]
     png: Option<PathBuf>,
-    /// The standard error of every pixel, estimated from 8 independent groups of samples.
+    /// The standard error of every pixel, estimated from 8 independent groups of samples. Pixels have noise in common, so
+    /// that the error of a sum of pixels does not follow from theirs; that of the whole is printed.
     #[arg(long = "stderr", value_name = "ERR.exr")]
     standard_error: Option<PathBuf>,
     /// Samples a pixel; the scene's sample_count unless given.
@@ -86,6 +88,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     let (width, height) = (image.width, image.height);
     let mut text = format!("{width} × {height} pixels, {samples} spp, {seconds:.2} s\n");
     text += &located(&image.non_finite);
+    text += &totals(&image.regions);
     for output in &outputs {
         text += &output.write(width, height, &image.pixels)?;
     }

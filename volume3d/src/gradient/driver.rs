@@ -57,7 +57,7 @@ pub(super) fn over_film<const K: usize, W>(
     cell: impl Fn(&mut W, (usize, usize), CellSink<'_, K>) + Sync,
     rays: impl Fn(&W) -> u64 + Sync,
 ) -> Result<Sums<K>, Stopped> {
-    let mut sums = Sums { sheet: Sheet::new(film), rays: 0, non_finite: vec![], largest: None };
+    let mut sums = Sums { sheet: Sheet::new(film, samples), rays: 0, non_finite: vec![], largest: None };
     let rows = film.rows + 2 * film.reach;
     progress.start(rows);
     for wave in waves(rows) {

@@ -61,7 +61,7 @@ impl FiniteDifference {
         let film = FilmPlane::new(scene);
         let cell = |(): &mut (), place, sink: CellSink<'_, 6>| self.cell(&paths, &films, place, sink);
         let sums: Sums<6> = over_film(&film, self.samples, progress, || (), cell, |()| 0)?;
-        Ok(finish::<1, 6>(&film, sums))
+        Ok(finish::<1, 6>(&film, sums, self.samples))
     }
 
     fn cell(

@@ -42,6 +42,7 @@ pub(super) fn primal(
         height: film.rows,
         pixels: sheet.mean.iter().map(|&m| DVec3::from_array(m)).collect(),
         standard_error: sheet.variance.iter().map(|v| DVec3::from_array(v.map(f64::sqrt))).collect(),
+        regions: sheet.regions.finish(samples),
         non_finite,
     })
 }

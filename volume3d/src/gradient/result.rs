@@ -6,6 +6,7 @@ use super::Change;
 use super::contribution::Contribution;
 use super::driver::Sums;
 use super::film::FilmPlane;
+use super::regions::Regions;
 
 /// A sample that was not finite: left out of the sums, and reported here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,8 +44,10 @@ pub struct GradientImage {
     pub image_error: Vec<DVec3>,
     /// dI/dθ of every pixel, linear RGB.
     pub gradient: Vec<DVec3>,
-    /// The standard error of each.
+    /// The standard error of each. Pixels have noise in common: that of a sum does not follow from these.
     pub standard_error: Vec<DVec3>,
+    /// Sums of the gradient over the whole and over blocks, with their standard errors.
+    pub regions: Regions,
     /// The terms it is the sum of, if they were asked for and the method tells them apart.
     pub terms: Option<Terms>,
     /// Auxiliary rays that were traced.
@@ -106,8 +109,10 @@ pub struct Image {
     pub height: usize,
     /// Linear RGB, row by row from the top.
     pub pixels: Vec<DVec3>,
-    /// The standard error of each.
+    /// The standard error of each. Pixels have noise in common: that of a sum does not follow from these.
     pub standard_error: Vec<DVec3>,
+    /// Sums over the whole and over blocks, with their standard errors.
+    pub regions: Regions,
     /// Samples that were not finite.
     pub non_finite: Vec<NonFinite>,
 }
@@ -128,7 +133,11 @@ pub(super) fn quantities<const N: usize, const K: usize>(value: DVec3, channels:
 }
 
 /// What sums over a film mean.
-pub(super) fn finish<const N: usize, const K: usize>(film: &FilmPlane, sums: Sums<K>) -> GradientImage {
+pub(super) fn finish<const N: usize, const K: usize>(
+    film: &FilmPlane,
+    sums: Sums<K>,
+    samples: usize,
+) -> GradientImage {
     let Sums { sheet, rays, non_finite, largest } = sums;
     let pick = |table: &[[f64; K]], at: usize| -> Vec<DVec3> {
         table.iter().map(|q| DVec3::new(q[at], q[at + 1], q[at + 2])).collect()
@@ -141,6 +150,7 @@ pub(super) fn finish<const N: usize, const K: usize>(film: &FilmPlane, sums: Sum
         image_error: root(pick(&sheet.variance, 0)),
         gradient: pick(&sheet.mean, 3),
         standard_error: root(pick(&sheet.variance, 3)),
+        regions: sheet.regions.finish(samples),
         terms: (N == 3).then(|| Terms {
             interior: pick(&sheet.mean, 6),
             primary: pick(&sheet.mean, 9),

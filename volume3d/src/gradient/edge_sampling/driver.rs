@@ -10,6 +10,7 @@ use crate::gradient::film::FilmPlane;
 use crate::gradient::forward::Forward;
 use crate::gradient::groups::GROUPS;
 use crate::gradient::motion::Motion;
+use crate::gradient::regions::{RegionSums, Regions};
 use crate::gradient::reverse::{Inputs, Recorded, Reverse};
 use crate::gradient::{Change, Gradient, NonFinite, Progress, Stopped, Wanted};
 use crate::path::Sequence;
@@ -72,6 +73,7 @@ pub(super) trait Boundary: Sync {
 pub(super) struct Estimate {
     pub(super) mean: Vec<DVec3>,
     pub(super) variance: Vec<DVec3>,
+    pub(super) regions: Regions,
     /// Auxiliary rays.
     pub(super) rays: u64,
     pub(super) non_finite: Vec<NonFinite>,
@@ -164,6 +166,7 @@ impl<'s> Driver<'s> {
         let (mut mean, mut squares) = (vec![DVec3::ZERO; pixels], vec![DVec3::ZERO; pixels]);
         let (mut rays, mut non_finite, mut largest) = (0, vec![], None);
         let mut sum = vec![DVec3::ZERO; pixels];
+        let mut regions = RegionSums::new(self.film.columns, self.film.rows, GROUPS);
         progress.start(GROUPS * self.chunks());
         for group in 0..GROUPS {
             sum.fill(DVec3::ZERO);
@@ -180,6 +183,9 @@ impl<'s> Driver<'s> {
                 },
             )?;
             // Welford's running mean and sum of squared deviations.
+            for (pixel, sum) in sum.iter().enumerate() {
+                regions.add((pixel % self.film.columns, pixel / self.film.columns), group, *sum);
+            }
             for ((sum, mean), squares) in sum.iter().zip(&mut mean).zip(&mut squares) {
                 let value = *sum / self.count as f64;
                 let before = value - *mean;
@@ -193,7 +199,8 @@ impl<'s> Driver<'s> {
             largest.amount *= self.scale();
             largest.among = GROUPS * self.count;
         }
-        Ok(Estimate { mean, variance, rays, non_finite, largest })
+        let regions = regions.finish(GROUPS * self.count);
+        Ok(Estimate { mean, variance, regions, rays, non_finite, largest })
     }
 
     fn forward_chunk(

@@ -291,6 +291,7 @@ fn add(image: &mut GradientImage, mut term: Option<&mut Vec<DVec3>>, estimate: E
         let error = image.standard_error[i];
         image.standard_error[i] = (error * error + *variance).map(f64::sqrt);
     }
+    image.regions.add(&estimate.regions);
     image.auxiliary_rays += estimate.rays;
     image.non_finite.extend(estimate.non_finite);
     Contribution::keep_larger(&mut image.largest, estimate.largest);

@@ -14,7 +14,7 @@ use crate::gradient::forward::Forward;
 use crate::gradient::groups::{numbers, split_numbers};
 use crate::gradient::motion::Motion;
 use crate::gradient::outline::Tree;
-use crate::gradient::result::{Image, finish, quantities};
+use crate::gradient::result::{finish, quantities};
 use crate::gradient::{
     AUXILIARY, EDGE, EDGE_AUXILIARY, GRADIENT_PATH, GradientImage, Progress, SPLIT, Stopped,
 };
@@ -25,7 +25,7 @@ pub(super) struct Job<'s> {
     pub(super) method: &'s WarpedArea,
     pub(super) paths: Paths<'s>,
     pub(super) film: FilmPlane,
-    pub(super) baseline: Image,
+    pub(super) baseline: Vec<DVec3>,
     pub(super) construction: Construction,
     pub(super) edges: Option<Tree>,
 }
@@ -56,7 +56,7 @@ impl Job<'_> {
     }
 
     pub(super) fn baseline(&self, x: usize, y: usize) -> DVec3 {
-        if self.method.baseline == 0 { DVec3::ZERO } else { self.baseline.pixels[y * self.film.columns + x] }
+        if self.method.baseline == 0 { DVec3::ZERO } else { self.baseline[y * self.film.columns + x] }
     }
 
     pub(super) fn auxiliary<'a>(&'a self, bounds: &'a MovingBounds) -> Option<Auxiliary<'a>> {
@@ -88,7 +88,7 @@ impl Job<'_> {
         };
         let rays = |forward: &Forward<'_, N>| forward.auxiliary.as_ref().map_or(0, |a| a.rays);
         let sums = over_film(&self.film, self.method.samples, progress, begin, cell, rays)?;
-        Ok(finish::<N, K>(&self.film, sums))
+        Ok(finish::<N, K>(&self.film, sums, self.method.samples))
     }
 
     pub(super) fn forward_cell<const N: usize, const K: usize>(

@@ -23,7 +23,7 @@ use super::motion::Motion;
 use super::outline::Tree;
 use super::primal::primal;
 use super::progress::Progress;
-use super::result::{Gradient, GradientImage, Image};
+use super::result::{Gradient, GradientImage};
 use crate::path::{Kernels, Paths};
 use crate::scene::Scene;
 
@@ -222,10 +222,9 @@ impl WarpedArea {
         progress: &Progress,
     ) -> Result<Job<'s>, GradientError> {
         let paths = Paths::new(scene, self.kernels);
-        let (width, height) = scene.size();
         let baseline = match self.baseline {
-            0 => Image { width, height, pixels: vec![], standard_error: vec![], non_finite: vec![] },
-            samples => primal(&paths, samples, self.seed ^ BASELINE, progress)?,
+            0 => vec![],
+            samples => primal(&paths, samples, self.seed ^ BASELINE, progress)?.pixels,
         };
         let film = FilmPlane::new(scene);
         let outlined = matches!(construction, Construction::Outlined { .. });
