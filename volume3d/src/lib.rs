@@ -47,8 +47,8 @@
 //! | [`gradient`] | what may change; forward and reverse; one file a method |
 //!
 //! The path tracer is one program over a number type. With plain numbers it is the primal; with dual numbers, forward
-//! mode; with numbers that write to a tape, reverse mode. So the image is the same bit for bit with and without
-//! derivatives, forward and reverse are one linear map and its transpose, and the derivative of everything continuous
+//! mode; with numbers that write to a tape, reverse mode. So a path has the same value with and without derivatives,
+//! forward and reverse are one linear map and its transpose, and the derivative of everything continuous
 //! is complete by construction. What is added by hand is what no differentiation of the program would find: the warp.
 //!
 //! # What is biased when

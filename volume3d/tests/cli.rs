@@ -122,10 +122,13 @@ fn an_image_in_every_format() {
 #[test]
 fn a_gradient_with_all_that_goes_with_it() {
     let place = Place::new();
-    let options = "--spp 6 --seed 1 --stderr e.exr --image i.exr --terms part --png g.png";
+    let options =
+        "--spp 6 --seed 1 --stderr e.exr --stderr-blocks b.exr --image i.exr --terms part --png g.png";
     let text = place.succeed(&format!("gradient scene.xml --move sheet:translate:1,0,0 -o g.exr {options}"));
     assert!(text.contains("auxiliary rays") && text.contains("wrote g.png (blue -"), "{text}");
+    assert!(text.contains("total: red ") && text.contains("together "), "{text}");
     let gradient = place.exr("g.exr");
+    assert!(place.exr("b.exr").pixels.len() == 1 && sum(&place.exr("b.exr")) > 0.0);
     let parts = ["interior", "primary", "secondary"].map(|t| place.exr(&format!("part_{t}.exr")));
     for (i, whole) in gradient.pixels.iter().enumerate() {
         let sum: DVec3 = parts.iter().map(|p| p.pixels[i]).sum();
@@ -133,8 +136,11 @@ fn a_gradient_with_all_that_goes_with_it() {
         assert!((sum - *whole).length() <= 4.0 * f64::from(f32::EPSILON) * size, "{i}: {sum} {whole}");
     }
     assert!(parts[1].pixels.iter().any(|p| *p != DVec3::ZERO), "no primary term");
-    place.succeed("render scene.xml -o r.exr --spp 6 --seed 1");
+    let other = "--move camera:fov:1 --image r.exr";
+    place.succeed(&format!("gradient scene.xml -o f.exr --spp 6 --seed 1 {other}"));
     assert_eq!(place.bytes("i.exr"), place.bytes("r.exr"), "the image depends on the gradient");
+    place.succeed("render scene.xml -o r.exr --spp 6 --seed 1");
+    assert_ne!(place.bytes("i.exr"), place.bytes("r.exr"), "an image and a gradient share their samples");
 }
 
 #[test]
@@ -359,15 +365,30 @@ fn threads_change_nothing() {
 #[test]
 fn a_check_tells_right_from_wrong() {
     let place = Place::new();
-    let moved = "check scene.xml --move lamp:translate:0,0,-1 --spp 768 --steps 0.03,0.01 --seed 2";
+    let moved = "check scene.xml --move lamp:translate:0,0,-1 --spp 1600 --steps 0.03,0.01 --seed 2";
     let text = place.succeed(moved);
     assert!(text.contains("AGREE") && text.contains("weighted total"), "{text}");
     let (code, text) = place.run(&format!("{moved} --method interior"));
     assert!(code == 1 && text.contains("DIFFER"), "{code}: {text}");
     let (code, text) = place.run("check scene.xml --move sheet:translate:1,0,0 --spp 16");
-    assert!(code == 1 && text.contains("UNCLEAR"), "{code}: {text}");
+    assert!(code == 3 && text.contains("OPEN") && text.contains("--spp "), "{code}: {text}");
     let text = place.succeed("check scene.xml --move lamp:radiance:1,1,1 --debias none");
     assert!(text.contains("AGREE"), "{text}");
+}
+
+#[test]
+fn a_check_of_nothing_says_so() {
+    let behind =
+        "<shape type='cube' id='behind'><transform name='to_world'><translate z='90'/></transform></shape>";
+    let place = Place::with(&format!("{behind}<!-- -->"));
+    for change in ["sheet:translate:0,0,0", "behind:translate:1,0,0"] {
+        let (code, text) = place.run(&format!("check scene.xml -D size=4 --spp 16 --move {change}"));
+        assert!(code == 1 && text.contains("NOTHING CHANGES"), "{change}: {code}: {text}");
+        assert!(
+            !text.contains("NaN") && !text.contains("inf") && !text.contains("AGREE"),
+            "{change}: {text}"
+        );
+    }
 }
 
 #[test]

@@ -19,7 +19,7 @@ use super::method::{Estimator, MethodOptions};
 use super::movement::{Moves, change};
 use super::render::samples;
 use super::session::{Bar, RunOptions, SceneOptions, located, silent, stop_if_asked};
-use super::{Report, usage};
+use super::{Outcome, Report, usage};
 
 /// Validates a gradient: the method against central finite differences, at several steps.
 ///
@@ -32,7 +32,11 @@ use super::{Report, usage};
 /// the relative difference. Large steps are biased by ~ step², small ones are noisy; the verdict uses the step with the
 /// smallest sum of both.
 ///
-/// Exit status: 0 if they agree, 1 if they differ or noise leaves it open.
+/// AGREE means that no difference of a tenth of the slope or more is left: four standard errors and what the step
+/// explains are less than that. OPEN means that noise or steps leave more; raise --spp as it says. Where neither the
+/// method nor differences see any change there is nothing to check, and that is said.
+///
+/// Exit status: 0 if they agree; 1 if they differ, or nothing changes; 3 if it is open.
 ///
 /// Example: volume3d check scene.xml --move box:translate:1,0,0 --spp 1024
 #[derive(Args, Debug)]
@@ -78,6 +82,10 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     options.run.begin()?;
     let loaded = options.scene.load()?;
     let change = change(&loaded.scene, &options.moves.moves)?;
+    if change == Change::still(&loaded.scene) {
+        let text = "NOTHING CHANGES: all rates of --move are 0, or their sum is\n".to_owned();
+        return Ok(Report { text, outcome: Outcome::Bad });
+    }
     let mut steps =
         if options.steps.is_empty() { extent::steps(&loaded.scene, &change) } else { options.steps.clone() };
     steps.sort_by(|a, b| b.total_cmp(a));
@@ -93,10 +101,10 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     let mut text = check.messages;
     stop_if_asked()?;
     table(&mut text, method, &slopes);
-    let holds = conclude(&mut text, verdict(method, &slopes));
+    let outcome = conclude(&mut text, verdict(method, &slopes), check.samples * RUNS);
     let _ =
         writeln!(text, "{} spp in {RUNS} runs, {:.2} s", check.samples * RUNS, start.elapsed().as_secs_f64());
-    Ok(Report { text, holds })
+    Ok(Report { text, outcome })
 }
 
 /// What all estimates share.
@@ -189,39 +197,53 @@ fn table(text: &mut String, method: Estimate, slopes: &[Slope]) {
     let _ = writeln!(text, "      step         slope  ± noise  ± step      z  relative difference");
     for Slope { step, estimate, bias } in slopes {
         let z = method.z(*estimate);
-        let relative = (mean - estimate.mean) / estimate.mean;
+        let relative = 100.0 * (mean - estimate.mean) / estimate.mean;
+        let relative = if relative.is_finite() { format!("{relative:.2}%") } else { "-".to_owned() };
         let Estimate { mean, error } = estimate;
-        let _ = writeln!(
-            text,
-            "{step:10.3e}  {mean:12.5e}  {error:7.1e} {bias:7.1e}  {z:5.1}  {:18.2}%",
-            100.0 * relative
-        );
+        let _ =
+            writeln!(text, "{step:10.3e}  {mean:12.5e}  {error:7.1e} {bias:7.1e}  {z:5.1}  {relative:>19}");
     }
     text.push('\n');
 }
 
-/// Says what the verdict is, and what to do; returns whether both agree.
-fn conclude(text: &mut String, verdict: Verdict) -> bool {
+/// Says what the verdict is, and what to do.
+fn conclude(text: &mut String, verdict: Verdict, samples: usize) -> Outcome {
     let percent = |x: f64| 100.0 * x;
-    let _ = match verdict {
+    let (outcome, words) = match verdict {
         Verdict::Agrees { step, within } => {
-            writeln!(text, "AGREE within {:.1}%, the resolution at step {step:.1e}", percent(within))
+            let within = percent(within);
+            (Outcome::Good, format!("AGREE within {within:.1}%, the resolution at step {step:.1e}"))
         }
-        Verdict::Differs { step, by } => writeln!(
-            text,
-            "DIFFER by {:.1}% at step {step:.1e}: more than {TOLERATED} standard errors and what the step explains",
-            percent(by)
-        ),
-        Verdict::Unclear { within } if within.is_finite() => writeln!(
-            text,
-            "UNCLEAR: a difference below {:.0}% would not be seen, and {:.0}% is asked for; raise --spp, or if \
-             ± step is the larger, give smaller --steps",
-            percent(within),
-            percent(RESOLUTION)
-        ),
-        Verdict::Unclear { .. } => {
-            writeln!(text, "UNCLEAR: give at least two --steps, and a change that changes the image")
+        Verdict::Differs { step, by } => {
+            let by = if by.is_finite() { format!(" by {:.1}%", percent(by)) } else { String::new() };
+            let than = format!("more than {TOLERATED} standard errors and what the step explains");
+            (Outcome::Bad, format!("DIFFER{by} at step {step:.1e}: {than}"))
+        }
+        Verdict::Open { within, more } => {
+            let seen = if within.is_finite() {
+                format!("a difference below {:.0}% would not be seen", percent(within))
+            } else {
+                "no slope is seen that a difference could be compared with".to_owned()
+            };
+            let wanted = percent(RESOLUTION);
+            let advice = match more {
+                Some(more) => {
+                    let spp = (more * samples as f64).ceil();
+                    format!("--spp {spp:.0} or so resolves {wanted:.0}%, if tails are not heavy")
+                }
+                None if within.is_finite() => format!("give smaller --steps to resolve {wanted:.0}%"),
+                None => {
+                    "give a change that changes the image, more --spp and at least two --steps".to_owned()
+                }
+            };
+            (Outcome::Open, format!("OPEN: {seen}; {advice}"))
+        }
+        Verdict::Nothing => {
+            let words = "NOTHING CHANGES: by the method and by differences every pixel's derivative is exactly 0; \
+                         what moves is not seen, nor is its shadow";
+            (Outcome::Bad, words.to_owned())
         }
     };
-    matches!(verdict, Verdict::Agrees { .. })
+    let _ = writeln!(text, "{words}");
+    outcome
 }

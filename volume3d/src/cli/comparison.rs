@@ -45,7 +45,14 @@ pub(super) enum Verdict {
     /// A difference that neither noise nor the step explains.
     Differs { step: f64, by: f64 },
     /// Too noisy, or steps too large, to tell.
-    Unclear { within: f64 },
+    Open {
+        within: f64,
+        /// How many times the samples would resolve [`RESOLUTION`], if the noise falls with their root and the steps
+        /// allow it.
+        more: Option<f64>,
+    },
+    /// Both are exactly 0, without any noise: there is nothing to compare.
+    Nothing,
 }
 
 /// Standard errors that a difference may have. With 16 runs a side, that of two equal means is larger once in 2500
@@ -53,21 +60,31 @@ pub(super) enum Verdict {
 pub(super) const TOLERATED: f64 = 4.0;
 
 /// The part of the slope that a comparison must resolve to count as one.
-pub(super) const RESOLUTION: f64 = 0.25;
+pub(super) const RESOLUTION: f64 = 0.1;
 
 /// The verdict, from the step with the smallest sum of noise and bias.
 pub(super) fn verdict(method: Estimate, slopes: &[Slope]) -> Verdict {
-    let uncertainty = |s: &Slope| TOLERATED * method.error.hypot(s.estimate.error) + s.bias;
+    let is_nothing = |e: Estimate| e.mean == 0.0 && e.error == 0.0;
+    if is_nothing(method) && slopes.iter().all(|s| is_nothing(s.estimate)) {
+        return Verdict::Nothing;
+    }
+    let noise = |s: &Slope| TOLERATED * method.error.hypot(s.estimate.error);
+    let uncertainty = |s: &Slope| noise(s) + s.bias;
     let best = slopes.iter().min_by(|a, b| uncertainty(a).total_cmp(&uncertainty(b)));
-    let Some(best) = best else { return Verdict::Unclear { within: f64::INFINITY } };
+    let Some(best) = best else { return Verdict::Open { within: f64::INFINITY, more: None } };
+    let size = best.estimate.mean.abs();
     let (difference, uncertain) = ((method.mean - best.estimate.mean).abs(), uncertainty(best));
-    let relative = |x: f64| if x == 0.0 { 0.0 } else { x / best.estimate.mean.abs() };
     if difference > uncertain {
-        Verdict::Differs { step: best.step, by: relative(difference) }
-    } else if relative(uncertain) <= RESOLUTION {
-        Verdict::Agrees { step: best.step, within: relative(uncertain) }
+        Verdict::Differs { step: best.step, by: difference / size }
+    } else if uncertain <= RESOLUTION * size {
+        Verdict::Agrees { step: best.step, within: uncertain / size }
     } else {
-        Verdict::Unclear { within: relative(uncertain) }
+        // With more samples another step may be the best.
+        let more = slopes.iter().filter_map(|s| {
+            let room = RESOLUTION * s.estimate.mean.abs() - s.bias;
+            (room > 0.0).then(|| (noise(s) / room).powi(2))
+        });
+        Verdict::Open { within: uncertain / size, more: more.min_by(f64::total_cmp) }
     }
 }
 
@@ -94,11 +111,22 @@ mod tests {
         assert!(matches!(verdict(method, &slopes), Verdict::Agrees { step: 0.01, .. }));
         let flipped = Estimate { mean: -1.0, error: 0.01 };
         assert!(matches!(verdict(flipped, &slopes), Verdict::Differs { step: 0.01, .. }));
-        assert!(matches!(verdict(method, &slopes[2..]), Verdict::Unclear { .. }));
-        let nothing = Estimate { mean: 0.0, error: 0.0 };
-        assert_eq!(
-            verdict(nothing, &[slope(0.1, 0.0, 0.0, 0.0)]),
-            Verdict::Agrees { step: 0.1, within: 0.0 }
-        );
+        assert!(matches!(verdict(method, &slopes[2..]), Verdict::Open { more: Some(_), .. }));
+        let biased = [slope(0.1, 1.0, 0.0, 0.2)];
+        assert!(matches!(verdict(method, &biased), Verdict::Open { more: None, .. }));
+        // Four errors of 0.05 leave 20 % open; a tenth of them needs four times the samples.
+        let noisy = Estimate { mean: 1.0, error: 0.05 };
+        let Verdict::Open { within, more } = verdict(noisy, &[slope(0.1, 1.0, 0.0, 0.0)]) else { panic!() };
+        assert!((within - 0.2).abs() < 1e-12 && (more.unwrap() - 4.0).abs() < 1e-12, "{within} {more:?}");
+    }
+
+    #[test]
+    fn nothing_does_not_agree() {
+        let (nothing, still) = (Estimate { mean: 0.0, error: 0.0 }, [slope(0.1, 0.0, 0.0, 0.0)]);
+        assert_eq!(verdict(nothing, &still), Verdict::Nothing);
+        let noisy = Estimate { mean: 0.1, error: 0.1 };
+        assert!(matches!(verdict(noisy, &still), Verdict::Open { more: None, .. }));
+        let wrong = Estimate { mean: 1.0, error: 0.1 };
+        assert!(matches!(verdict(wrong, &still), Verdict::Differs { .. }));
     }
 }

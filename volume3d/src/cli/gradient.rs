@@ -6,13 +6,15 @@ use std::time::Instant;
 use clap::Args;
 use clap::error::ErrorKind;
 
+use volume3d::gradient::{Contribution, GradientImage, Regions, Source};
+
 use super::method::MethodOptions;
 use super::movement::{Moves, change};
 use super::output::{Output, Pixels, check_distinct};
 use super::parameter::Parameter;
 use super::render::{check_error_exists, root_mean_square, samples};
 use super::session::{Bar, RunOptions, SceneOptions, located, stop_if_asked};
-use super::{Report, reverse, usage};
+use super::{Outcome, Report, reverse, usage};
 
 /// Differentiates an image along a change (--move), or a loss by parameters (--adjoint with --wrt).
 ///
@@ -25,6 +27,9 @@ use super::{Report, reverse, usage};
 /// sampling if all shapes of --wrt move, warped area without --adaptive). Geometric
 /// derivatives before ideal mirrors and under lights without extent are refused, as no warp sees their jumps; --method
 /// finite-difference takes them.
+///
+/// A WARNING is printed where one sample carries 2% of the sum of |gradient| or more, and 256 times its share: then
+/// tails are heavy, as in penumbrae of small lights, and standard errors too small more often than not.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub(super) struct Options {
@@ -33,7 +38,7 @@ pub(super) struct Options {
     #[command(flatten)]
     moves: Moves,
     /// Reverse mode: the image ∂L/∂I as .exr or .npy (height × width × 3), of the film's size.
-    #[arg(long, value_name = "ADJ.exr", requires = "parameters", conflicts_with_all = ["moves", "png", "standard_error", "image", "terms"])]
+    #[arg(long, value_name = "ADJ.exr", requires = "parameters", conflicts_with_all = ["moves", "png", "standard_error", "block_errors", "image", "terms"])]
     adjoint: Option<PathBuf>,
     /// Reverse mode: a parameter. May be repeated, and -o then names a folder.
     ///
@@ -54,10 +59,16 @@ pub(super) struct Options {
     /// which every --wrt is written as WHAT.PARAMETER.npy.
     #[arg(short, long, value_name = "GRAD.exr")]
     output: PathBuf,
-    /// The standard error of every pixel of the gradient, from 8 independent groups of samples.
+    /// The standard error of every pixel of the gradient, from 8 independent groups of samples. Pixels have noise in
+    /// common, so that the error of a sum of pixels does not follow from theirs: it is printed for the whole image, and
+    /// --stderr-blocks has it for blocks.
     #[arg(long = "stderr", value_name = "ERR.exr")]
     standard_error: Option<PathBuf>,
-    /// The image itself, from the same samples.
+    /// The standard error of the mean over every block of 8 × 8 pixels, an image with a pixel for each block.
+    #[arg(long = "stderr-blocks", value_name = "ERR.exr")]
+    block_errors: Option<PathBuf>,
+    /// The image itself, from the same samples as the gradient; the same whatever moves. An adjoint for a reverse run at
+    /// this --seed must not be computed from it, as a product of both would be biased: take that of `volume3d render`.
     #[arg(long, value_name = "IMG.exr")]
     image: Option<PathBuf>,
     /// Writes the terms of the sum apart: PREFIX_interior.exr (all jumps stand still), PREFIX_primary.exr (jumps move
@@ -122,6 +133,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
 struct Outputs {
     gradient: Vec<Output>,
     standard_error: Vec<Output>,
+    block_errors: Option<Output>,
     image: Option<Output>,
     terms: Option<[Vec<Output>; 3]>,
 }
@@ -148,6 +160,11 @@ impl Outputs {
         Ok(Self {
             gradient,
             standard_error: error.map_or(Ok(vec![]), |path| with_picture(path, Pixels::Radiance))?,
+            block_errors: options
+                .block_errors
+                .as_ref()
+                .map(|p| Output::new(p, Pixels::Radiance))
+                .transpose()?,
             image: options.image.as_ref().map(|path| Output::new(path, Pixels::Radiance)).transpose()?,
             terms: terms.transpose()?,
         })
@@ -155,9 +172,39 @@ impl Outputs {
 
     fn paths(&self) -> Vec<&Path> {
         let terms = self.terms.iter().flatten().flatten();
-        let all = self.gradient.iter().chain(&self.standard_error).chain(&self.image).chain(terms);
+        let all = self
+            .gradient
+            .iter()
+            .chain(&self.standard_error)
+            .chain(&self.block_errors)
+            .chain(&self.image)
+            .chain(terms);
         all.map(Output::path).collect()
     }
+}
+
+/// The sum of all pixels by channel, and of all of them.
+pub(super) fn totals(regions: &Regions) -> String {
+    let Regions { total, total_error, sum_error, .. } = regions;
+    let channel = |c: usize| format!("{:.4e} ± {:.1e}", total[c], total_error[c]);
+    let (red, green, blue) = (channel(0), channel(1), channel(2));
+    let sum = total.element_sum();
+    format!("total: red {red}, green {green}, blue {blue}; together {sum:.4e} ± {sum_error:.1e}\n")
+}
+
+/// A warning, if one sample has much of the result.
+fn outlier(result: &GradientImage) -> String {
+    let Some(largest) = result.outlier() else { return String::new() };
+    let Contribution { column, row, sample, source, .. } = largest;
+    let what = match source {
+        Source::Path => "path",
+        Source::Jump => "sample of a jump",
+    };
+    format!(
+        "WARNING: one sample carries {:.1}% of the sum of |gradient|: {what} {sample} at column {column}, row {row}. Tails \
+         are heavy, and errors larger than stated: try another --seed, more --spp, and another --method or --field\n",
+        100.0 * result.largest_share()
+    )
 }
 
 fn forward(options: &Options) -> anyhow::Result<Report> {
@@ -169,7 +216,7 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     let scene = &loaded.scene;
     let change = change(scene, &options.moves.moves)?;
     let samples = options.spp.unwrap_or(scene.description().samples);
-    check_error_exists(options.standard_error.as_ref(), samples)?;
+    check_error_exists(options.standard_error.as_ref().or(options.block_errors.as_ref()), samples)?;
 
     let start = Instant::now();
     let estimator = options.method.estimator(samples, options.run.seed, options.step);
@@ -187,11 +234,17 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
         root_mean_square(&result.standard_error),
     );
     text += &located(&result.non_finite);
+    text += &outlier(&result);
+    text += &totals(&result.regions);
     for output in &outputs.gradient {
         text += &output.write(width, height, &result.gradient)?;
     }
     for output in &outputs.standard_error {
         text += &output.write(width, height, &result.standard_error)?;
+    }
+    if let Some(output) = &outputs.block_errors {
+        let Regions { columns, rows, block_errors, .. } = &result.regions;
+        text += &output.write(*columns, *rows, block_errors)?;
     }
     if let Some(output) = &outputs.image {
         text += &output.write(width, height, &result.image)?;
@@ -203,5 +256,5 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
             }
         }
     }
-    Ok(Report { text, holds: true })
+    Ok(Report { text, outcome: Outcome::Good })
 }

@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use clap::Args;
 use volume3d::scene::{Bsdf, Description, Environment, Light, Overlap, Reflectance, Scene};
 
-use super::Report;
 use super::lint::Lint;
 use super::session::SceneOptions;
+use super::{Outcome, Report};
 
 /// Lists what a scene is made of, and what may surprise: ids for --move and --wrt, sizes, and what a linter finds in its
 /// meshes.
@@ -26,7 +26,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     lights(&mut text, scene.description());
     crossings(&mut text, &scene);
     findings(&mut text, &scene);
-    Ok(Report { text, holds: true })
+    Ok(Report { text, outcome: Outcome::Good })
 }
 
 fn camera(text: &mut String, scene: &Scene) {

@@ -123,7 +123,7 @@ impl MethodOptions {
             return Estimator::Rotation(Rotation { samples, seed, ..Rotation::default() });
         }
         let adaptive = self.adaptive.then(Adaptive::default);
-        let warp = Warp { debias: self.debias(), adaptive, ..Warp::default() };
+        let warp = Warp { debias: self.debias(), adaptive, ..WarpedArea::default().warp };
         let warps = self.method != Method::Interior;
         let rays = self.field == Some(FieldKind::Rays) || self.asks_for_rays();
         let field = if rays { Field::AuxiliaryRays } else { Field::default() };

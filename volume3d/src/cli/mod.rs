@@ -48,14 +48,38 @@ Examples:
   volume3d check scene.xml --move box:translate:1,0,0
 
 Exit status: 0 if all went well; 1 if a file, a scene or a request cannot be dealt with, or a check \
-fails; 2 if the command line cannot be understood; 130 after Ctrl-C. An output file is at every moment \
+fails; 2 if the command line cannot be understood; 3 if noise leaves a check open; 130 after Ctrl-C. An output file is at every moment \
 what it was before, or complete.";
 
-/// What a command has to say at its end, and whether what it was to find out is so.
+/// What a command has to say at its end, and how it ended.
 struct Report {
     text: String,
-    holds: bool,
+    outcome: Outcome,
 }
+
+/// How a command ended that could be carried out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Outcome {
+    /// All went well, and what was to be found out is so.
+    Good,
+    /// It is not so.
+    Bad,
+    /// It cannot be told from the samples that were allowed.
+    Open,
+}
+
+impl From<Outcome> for ExitCode {
+    fn from(outcome: Outcome) -> Self {
+        match outcome {
+            Outcome::Good => Self::SUCCESS,
+            Outcome::Bad => Self::FAILURE,
+            Outcome::Open => Self::from(OPEN),
+        }
+    }
+}
+
+/// The status of a check whose verdict noise leaves open.
+const OPEN: u8 = 3;
 
 /// The status of a program ended by Ctrl-C: 128 + SIGINT.
 const INTERRUPTED: u8 = 130;
@@ -71,7 +95,7 @@ pub(crate) fn main() -> ExitCode {
         Ok(report) => {
             // Who closed the pipe does not want to read on: no error.
             let _ = std::io::stdout().write_all(report.text.as_bytes());
-            if report.holds { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+            report.outcome.into()
         }
         Err(error) => fail(&error),
     }

@@ -8,16 +8,18 @@ use clap::Args;
 use glam::DVec3;
 use volume3d::gradient::render;
 
-use super::Report;
+use super::gradient::totals;
 use super::output::{Output, Pixels, check_distinct};
 use super::session::{Bar, RunOptions, SceneOptions, located, stop_if_asked};
+use super::{Outcome, Report};
 
 /// Renders a scene.
 ///
 /// Pixels are linear RGB radiance. What an output file is called decides what it is: .exr and .npy (float32, height ×
 /// width × 3) hold all values as they are, .png is sRGB, clamped to [0, 1], without exposure or tone curve.
 ///
-/// The image is, bit for bit, the one that comes with `volume3d gradient --image` at the same --spp and --seed.
+/// The samples are independent of those of `volume3d gradient` at the same --seed: its adjoint may be computed from this
+/// image.
 ///
 /// Example: volume3d render scene.xml -o image.exr --stderr error.exr --spp 1024 -D width=640
 #[derive(Args, Debug)]
@@ -30,7 +32,8 @@ pub(super) struct Options {
     /// A picture besides.
     #[arg(long, value_name = "OUT.png")]
     png: Option<PathBuf>,
-    /// The standard error of every pixel, estimated from 8 independent groups of samples.
+    /// The standard error of every pixel, estimated from 8 independent groups of samples. Pixels have noise in common, so
+    /// that the error of a sum of pixels does not follow from theirs; that of the whole is printed.
     #[arg(long = "stderr", value_name = "ERR.exr")]
     standard_error: Option<PathBuf>,
     /// Samples a pixel; the scene's sample_count unless given.
@@ -85,11 +88,12 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     let (width, height) = (image.width, image.height);
     let mut text = format!("{width} × {height} pixels, {samples} spp, {seconds:.2} s\n");
     text += &located(&image.non_finite);
+    text += &totals(&image.regions);
     for output in &outputs {
         text += &output.write(width, height, &image.pixels)?;
     }
     if let Some(output) = &error {
         text += &output.write(width, height, &image.standard_error)?;
     }
-    Ok(Report { text, holds: true })
+    Ok(Report { text, outcome: Outcome::Good })
 }

@@ -8,11 +8,11 @@ use volume3d::gradient::Wanted;
 use volume3d::io::{Image, Precision, read_exr, read_npy, write_npy};
 use volume3d::scene::Scene;
 
-use super::Report;
 use super::method::MethodOptions;
 use super::output::{check_array, check_distinct};
 use super::parameter::{Located, Parameter};
 use super::session::{Bar, RunOptions, SceneOptions, located as located_samples, stop_if_asked};
+use super::{Outcome, Report};
 
 /// The options of `volume3d gradient` that reverse mode heeds.
 pub(super) struct Request<'o> {
@@ -62,7 +62,7 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
         }
         text += &format!("wrote {}, shape {:?}, norm {size:.3e}\n", path.display(), array.shape);
     }
-    Ok(Report { text, holds: true })
+    Ok(Report { text, outcome: Outcome::Good })
 }
 
 impl Request<'_> {

@@ -178,14 +178,26 @@ impl<'s> Auxiliary<'s> {
             Sees::Before { shape, .. } => Jumps::Visibility { light: Some(shape) },
         };
         let bundle: Bundle<Sphere> = warp.bundle(direction, kappa, &mut self.rng);
+        let (face, rounding) = (self.upward(from, normal), self.paths.rounding());
         let sight = |direction: DVec3, hit: Option<Hit>| {
             let hit = hit.filter(|h| normal.dot(direction) > 0.0 && counts(sees, x, direction, h.distance));
             let nearest = hit.map_or(NOWHERE, |h| {
                 scene.edges.nearest_jump(scene, h.triangle, x, direction, h.distance, jumps)
             });
-            let nearness = warp.nearness(nearest.angle, kappa);
+            // With shading normals rays may go below the face, and leave the solid at once through the next one: what
+            // they see ends at the face's horizon.
+            let height = face.dot(direction);
+            let own =
+                |h: Hit| scene.triangles[h.triangle as usize].shape == scene.triangles[from as usize].shape;
+            let below = height < 0.0 && hit.is_some_and(own);
+            let distance = if below { nearest.angle.min(-height) } else { nearest.angle };
+            let nearness = warp.nearness(distance, kappa);
             let seen = Seen::by_ray(scene, hit, direction, if fades { nearness } else { 1.0 });
-            (seen.or_crossing(nearest, nearness), nearest.angle)
+            // The directions of edges this near are known to rounding over their distance.
+            let tolerance = 1e-6 * height.abs() + 10.0 * rounding / seen.distance;
+            let ends_at_horizon = (distance - height.abs()).abs() <= tolerance;
+            let seen = if ends_at_horizon { seen } else { seen.or_crossing(nearest, nearness) };
+            (Seen { horizon: ends_at_horizon.then_some(face), ..seen }, distance)
         };
         let stencil = self.weighted(bundle, kappa, x, Some(from), x_moves, |d| d, sight)?;
         Some(DirectionWarp::Rays(Warping::Weighted(stencil)))
@@ -360,6 +372,14 @@ impl<'s> Auxiliary<'s> {
         let normal = (b - a).cross(c - a).normalize_or_zero();
         let normal = if normal.dot(viewer - a) < 0.0 { -normal } else { normal };
         HalfSpace { normal, point: a, slack: self.contact() }
+    }
+
+    /// The unit normal of a triangle on the side of another normal.
+    fn upward(&self, triangle: u32, side: DVec3) -> DVec3 {
+        let scene = self.paths.scene;
+        let [a, b, c] = scene.triangles[triangle as usize].positions.map(|i| scene.positions[i as usize]);
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        if normal.dot(side) < 0.0 { -normal } else { normal }
     }
 
     /// What touches a plane counts as before it, and what does so by the rounding of meshes in single precision as well:

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::contribution::{Contribution, Source};
 use super::film::FilmPlane;
 use super::progress::{Progress, Stopped};
 use super::result::NonFinite;
@@ -22,12 +23,15 @@ pub(super) struct Sums<const K: usize> {
     /// Auxiliary rays.
     pub(super) rays: u64,
     pub(super) non_finite: Vec<NonFinite>,
+    /// The sample that contributes most to the derivative.
+    pub(super) largest: Option<Contribution>,
 }
 
 /// Where the samples of a cell go.
 pub(super) struct CellSink<'a, const K: usize> {
     pub(super) strip: &'a mut Strip<K>,
     pub(super) non_finite: &'a mut Vec<NonFinite>,
+    largest: &'a mut Option<Contribution>,
     progress: &'a Progress,
 }
 
@@ -36,6 +40,11 @@ impl<const K: usize> CellSink<'_, K> {
     /// early has added is never looked at.
     pub(super) fn stopped(&self) -> bool {
         self.progress.stopped()
+    }
+
+    /// Takes note of Σ |·| of what a path has added to the derivative.
+    pub(super) fn contributed(&mut self, at: NonFinite, amount: f64) {
+        Contribution::keep_larger(self.largest, Some(Contribution::new(at, Source::Path, amount)));
     }
 }
 
@@ -48,7 +57,7 @@ pub(super) fn over_film<const K: usize, W>(
     cell: impl Fn(&mut W, (usize, usize), CellSink<'_, K>) + Sync,
     rays: impl Fn(&W) -> u64 + Sync,
 ) -> Result<Sums<K>, Stopped> {
-    let mut sums = Sums { sheet: Sheet::new(film), rays: 0, non_finite: vec![] };
+    let mut sums = Sums { sheet: Sheet::new(film, samples), rays: 0, non_finite: vec![], largest: None };
     let rows = film.rows + 2 * film.reach;
     progress.start(rows);
     for wave in waves(rows) {
@@ -56,26 +65,36 @@ pub(super) fn over_film<const K: usize, W>(
             .into_par_iter()
             .map(|j| {
                 let mut worker = begin();
-                let (mut strip, mut non_finite) = (Strip::new(film, samples), vec![]);
+                let (mut strip, mut non_finite, mut largest) = (Strip::new(film, samples), vec![], None);
                 for i in 0..film.columns + 2 * film.reach {
                     if progress.stopped() {
                         break;
                     }
-                    let sink = CellSink { strip: &mut strip, non_finite: &mut non_finite, progress };
+                    let sink = CellSink {
+                        strip: &mut strip,
+                        non_finite: &mut non_finite,
+                        largest: &mut largest,
+                        progress,
+                    };
                     cell(&mut worker, (i, j), sink);
                 }
                 progress.advance();
-                (strip, non_finite, rays(&worker))
+                (strip, non_finite, largest, rays(&worker))
             })
             .collect();
         if progress.stopped() {
             return Err(Stopped);
         }
-        for (strip, non_finite, rays) in parts {
+        for (strip, non_finite, largest, rays) in parts {
             sums.sheet.absorb(&strip);
             sums.non_finite.extend(non_finite);
+            Contribution::keep_larger(&mut sums.largest, largest);
             sums.rays += rays;
         }
+    }
+    if let Some(largest) = &mut sums.largest {
+        largest.amount /= samples as f64;
+        largest.among = rows * (film.columns + 2 * film.reach) * samples;
     }
     Ok(sums)
 }

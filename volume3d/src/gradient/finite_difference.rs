@@ -10,7 +10,7 @@ use super::groups::numbers;
 use super::progress::Progress;
 use super::result::{GradientImage, finish};
 
-use super::PATH;
+use super::DIFFERENCE_PATH;
 use crate::path::{Kernels, Paths, Plain};
 use crate::scene::Scene;
 
@@ -18,7 +18,7 @@ use crate::scene::Scene;
 ///
 /// The error has a part ~ h² that samples do not cure, and a standard error ~ (h n)^−½ wherever jumps move: a sample
 /// sees a jump move with probability ~ h, and then contributes ~ 1/h. It differentiates everything, mirrors and
-/// point lights too.
+/// point lights too. Both sides have the same random numbers, and those are independent of [`render`](super::render)'s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FiniteDifference {
     /// Samples a pixel, each traced twice.
@@ -61,7 +61,7 @@ impl FiniteDifference {
         let film = FilmPlane::new(scene);
         let cell = |(): &mut (), place, sink: CellSink<'_, 6>| self.cell(&paths, &films, place, sink);
         let sums: Sums<6> = over_film(&film, self.samples, progress, || (), cell, |()| 0)?;
-        Ok(finish::<1, 6>(&film, sums))
+        Ok(finish::<1, 6>(&film, sums, self.samples))
     }
 
     fn cell(
@@ -69,7 +69,7 @@ impl FiniteDifference {
         paths: &[Paths<'_>; 2],
         films: &[FilmPlane; 2],
         (i, j): (usize, usize),
-        sink: CellSink<'_, 6>,
+        mut sink: CellSink<'_, 6>,
     ) {
         let film = &films[0];
         if !film.cell_counts(i, j) {
@@ -79,7 +79,7 @@ impl FiniteDifference {
             if sink.stopped() {
                 return;
             }
-            let mut place = numbers(self.seed, (i, j), sample, self.samples, PATH);
+            let mut place = numbers(self.seed, (i, j), sample, self.samples, DIFFERENCE_PATH);
             let u = film.point(i, j, place.pair());
             let [plus, minus] = std::array::from_fn(|side| {
                 let (paths, mut numbers) = (&paths[side], place.clone());
@@ -95,11 +95,14 @@ impl FiniteDifference {
                 sink.non_finite.push(film.located(i, j, sample));
                 continue;
             }
+            let mut amount = 0.0;
             film.for_each_pixel(i, j, |_, b, x, y| {
                 let weight = film.weight([u.x, u.y], x, y);
                 let (value, rate) = (weight * mean, weight * difference);
                 sink.strip.add(sample, b, x, &[value.x, value.y, value.z, rate.x, rate.y, rate.z]);
+                amount += rate.abs().element_sum();
             });
+            sink.contributed(film.located(i, j, sample), amount);
         }
     }
 }

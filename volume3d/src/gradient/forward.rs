@@ -1,14 +1,12 @@
 //! Forward mode: numbers with the derivative along one change.
 
 use flatland::random::open01;
-use flatland::warp::Domain;
 use glam::{DVec2, DVec3};
 
 use super::auxiliary::Auxiliary;
 use super::film::FilmPlane;
 use super::motion::Motion;
 use super::seen::Seen;
-use crate::Sphere;
 use crate::calculus::{Calculus, Dual, Frame, Kernel, Number, Rgb, Vec3, Warped};
 use crate::scene::{Environment, Scene};
 
@@ -195,7 +193,7 @@ impl<const N: usize> Calculus for Forward<'_, N> {
                     return DVec3::ZERO;
                 }
                 let velocity = if material { self.velocity(seen) } else { DVec3::ZERO };
-                Sphere::project(seen.direction, velocity - origin_rate) * (seen.nearness / seen.distance)
+                seen.angular(velocity - origin_rate)
             });
             warped.direction.x.tangent[l] = field.value.x;
             warped.direction.y.tangent[l] = field.value.y;

@@ -1,7 +1,26 @@
 //! Derivatives of images: what may change, forward and reverse, one file a method.
+//!
+//! # Which samples are shared
+//!
+//! A loss L(I) has the gradient Σ ∂L/∂I · dI/dθ. Both factors are estimates, and the mean of their product is the
+//! product of their means only if they are independent. So at the same seed and number of samples
+//!
+//! - [`render`], the gradients of this module and [`FiniteDifference`] draw independent numbers;
+//! - the image that comes with a gradient ([`GradientImage::image`]) is made of the gradient's own paths. It is as
+//!   good an image as that of [`render`], with the same mean and variance, but not the same bits;
+//! - forward and reverse mode of one method share all their numbers, as one is the transpose of the other.
+//!
+//! Hence an adjoint may be computed from [`render`] at any seed, or from the image of a gradient at **another** seed;
+//! never from the image of a gradient at the seed of the reverse pass. At the optimum of a squared loss, where the true
+//! gradient is 0, shared samples give 2 Σ Cov(I, dI/dθ) instead.
+//!
+//! Whoever wants an image that is the same bit for bit with derivatives and without takes it from
+//! [`WarpedArea::forward`], along any change: it does not depend on what changes, and along
+//! [`Change::still`] it costs little more than [`render`].
 
 mod auxiliary;
 mod change;
+mod contribution;
 mod displaced;
 mod driver;
 mod edge_sampling;
@@ -14,6 +33,7 @@ mod motion;
 mod outline;
 mod primal;
 mod progress;
+mod regions;
 mod result;
 mod reverse;
 mod rigid;
@@ -26,17 +46,23 @@ mod warped_area;
 mod warps;
 
 pub use change::{CameraChange, Change, Unsupported, Wanted};
+pub use contribution::{Contribution, Source};
 pub use edge_sampling::EdgeSampling;
 pub use error::GradientError;
 pub use finite_difference::FiniteDifference;
 pub use primal::render;
 pub use progress::{Progress, Stopped};
+pub use regions::Regions;
 pub use result::{Gradient, GradientImage, Image, NonFinite, Terms};
 pub use rotation::Rotation;
 pub use warped_area::{Field, WarpedArea};
 
-/// Streams of random numbers, by what they are for: a path is the same whether its gradient is taken or not.
+/// Streams of random numbers, by what they are for. The paths of an image, of a gradient and of finite differences are
+/// independent at the same seed: the derivative of a loss is a product of an image and a gradient, whose mean is the
+/// product of their means only if they have no sample in common.
 const PATH: u64 = 0;
+const GRADIENT_PATH: u64 = 5;
+const DIFFERENCE_PATH: u64 = 6;
 const AUXILIARY: u64 = 1;
 const EDGE: u64 = 2;
 const EDGE_AUXILIARY: u64 = 3;

@@ -16,7 +16,8 @@ const TOGETHER: usize = 16;
 
 /// Renders a scene with `samples` paths a pixel.
 ///
-/// The same seed gives the same bits at any number of threads, and the same as the image of a gradient.
+/// The same seed gives the same bits at any number of threads. The paths are independent of those of a gradient at that
+/// seed, so that an adjoint image may be computed from this one; see [the module](crate::gradient).
 ///
 /// # Errors
 /// [`Stopped`] if `progress` asked for an end.
@@ -41,6 +42,7 @@ pub(super) fn primal(
         height: film.rows,
         pixels: sheet.mean.iter().map(|&m| DVec3::from_array(m)).collect(),
         standard_error: sheet.variance.iter().map(|v| DVec3::from_array(v.map(f64::sqrt))).collect(),
+        regions: sheet.regions.finish(samples),
         non_finite,
     })
 }

@@ -3,8 +3,10 @@
 use glam::DVec3;
 
 use super::Change;
+use super::contribution::Contribution;
 use super::driver::Sums;
 use super::film::FilmPlane;
+use super::regions::Regions;
 
 /// A sample that was not finite: left out of the sums, and reported here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,20 +37,52 @@ pub struct GradientImage {
     pub width: usize,
     /// Rows, from the top.
     pub height: usize,
-    /// The image itself, from the same samples.
+    /// The image itself, from the same samples as the gradient. It is unbiased by itself, but no product of the two
+    /// is: do not compute the adjoint of a reverse pass from it at the same seed, see [the module](crate::gradient).
     pub image: Vec<DVec3>,
     /// Its standard error.
     pub image_error: Vec<DVec3>,
     /// dI/dθ of every pixel, linear RGB.
     pub gradient: Vec<DVec3>,
-    /// The standard error of each.
+    /// The standard error of each. Pixels have noise in common: that of a sum does not follow from these.
     pub standard_error: Vec<DVec3>,
+    /// Sums of the gradient over the whole and over blocks, with their standard errors.
+    pub regions: Regions,
     /// The terms it is the sum of, if they were asked for and the method tells them apart.
     pub terms: Option<Terms>,
     /// Auxiliary rays that were traced.
     pub auxiliary_rays: u64,
     /// Samples that were not finite.
     pub non_finite: Vec<NonFinite>,
+    /// The sample that contributes most to the gradient; nothing if there are none.
+    pub largest: Option<Contribution>,
+}
+
+/// A sample with at least this part of Σ |gradient| counts as an outlier,
+const OUTLIER_SHARE: f64 = 0.02;
+/// if it has at least so many times the part of one sample of as many that are alike.
+const OUTLIER_EXCESS: f64 = 256.0;
+
+impl GradientImage {
+    /// What the largest contribution of one sample is of Σ |gradient| over pixels and channels; 0 if nothing changes.
+    #[must_use]
+    pub fn largest_share(&self) -> f64 {
+        let whole: f64 = self.gradient.iter().map(|g| g.abs().element_sum()).sum();
+        self.largest.filter(|l| l.amount > 0.0).map_or(0.0, |l| l.amount / whole)
+    }
+
+    /// The largest contribution, if it is 2 % of Σ |gradient| or more, and 256 times what one of as many equal samples
+    /// would have. Then tails are heavy: another seed may give another result, and standard errors, which are estimated
+    /// from the same samples, are too small more often than not. It happens in the penumbrae of small lights, and with
+    /// debiased auxiliary rays. More samples help slowly; another method may do better there, see
+    /// [`WarpedArea`](super::WarpedArea).
+    ///
+    /// Without an outlier tails may still be heavy: what is rare may not have happened yet.
+    #[must_use]
+    pub fn outlier(&self) -> Option<Contribution> {
+        let share = self.largest_share();
+        self.largest.filter(|l| share >= OUTLIER_SHARE && share * l.among as f64 >= OUTLIER_EXCESS)
+    }
 }
 
 /// The derivative of one number by every parameter: what reverse mode returns.
@@ -75,8 +109,10 @@ pub struct Image {
     pub height: usize,
     /// Linear RGB, row by row from the top.
     pub pixels: Vec<DVec3>,
-    /// The standard error of each.
+    /// The standard error of each. Pixels have noise in common: that of a sum does not follow from these.
     pub standard_error: Vec<DVec3>,
+    /// Sums over the whole and over blocks, with their standard errors.
+    pub regions: Regions,
     /// Samples that were not finite.
     pub non_finite: Vec<NonFinite>,
 }
@@ -97,8 +133,12 @@ pub(super) fn quantities<const N: usize, const K: usize>(value: DVec3, channels:
 }
 
 /// What sums over a film mean.
-pub(super) fn finish<const N: usize, const K: usize>(film: &FilmPlane, sums: Sums<K>) -> GradientImage {
-    let Sums { sheet, rays, non_finite } = sums;
+pub(super) fn finish<const N: usize, const K: usize>(
+    film: &FilmPlane,
+    sums: Sums<K>,
+    samples: usize,
+) -> GradientImage {
+    let Sums { sheet, rays, non_finite, largest } = sums;
     let pick = |table: &[[f64; K]], at: usize| -> Vec<DVec3> {
         table.iter().map(|q| DVec3::new(q[at], q[at + 1], q[at + 2])).collect()
     };
@@ -110,6 +150,7 @@ pub(super) fn finish<const N: usize, const K: usize>(film: &FilmPlane, sums: Sum
         image_error: root(pick(&sheet.variance, 0)),
         gradient: pick(&sheet.mean, 3),
         standard_error: root(pick(&sheet.variance, 3)),
+        regions: sheet.regions.finish(samples),
         terms: (N == 3).then(|| Terms {
             interior: pick(&sheet.mean, 6),
             primary: pick(&sheet.mean, 9),
@@ -117,5 +158,6 @@ pub(super) fn finish<const N: usize, const K: usize>(film: &FilmPlane, sums: Sum
         }),
         auxiliary_rays: rays,
         non_finite,
+        largest,
     }
 }

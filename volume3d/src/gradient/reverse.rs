@@ -3,7 +3,6 @@
 use std::cell::RefCell;
 
 use flatland::random::open01;
-use flatland::warp::Domain;
 use glam::{DVec2, DVec3};
 
 use super::auxiliary::Auxiliary;
@@ -11,7 +10,6 @@ use super::film::FilmPlane;
 use super::seen::Seen;
 use super::warps::{DirectionWarp, FilmWarp};
 use super::{Change, Wanted};
-use crate::Sphere;
 use crate::calculus::{Adjoints, Calculus, Frame, Kernel, Number, Rgb, Tape, Variable, Vec3, Warped};
 use crate::scene::{Environment, Light, Scene};
 
@@ -224,7 +222,7 @@ impl<'s, 't> Reverse<'s, 't> {
                     if seen.followed.is_nothing() {
                         return;
                     }
-                    let c = Sphere::project(seen.direction, covector) * (seen.nearness / seen.distance);
+                    let c = seen.angular_transpose(covector);
                     self.scatter_hit(seen, c, sink);
                     earlier.add(origin.x, -c.x);
                     earlier.add(origin.y, -c.y);

@@ -1,7 +1,9 @@
 //! Points that warps follow.
 
+use flatland::warp::Domain as _;
 use glam::DVec3;
 
+use crate::Sphere;
 use crate::geometry::{Hit, Nearest};
 use crate::scene::Scene;
 
@@ -15,6 +17,11 @@ pub(crate) struct Seen {
     pub(crate) direction: DVec3,
     /// 1 − B: velocities may fade away from jumps, and the field stays continuous and consistent.
     pub(crate) nearness: f64,
+    /// The normal of the face it is seen from, where the jump nearest to it is that face's horizon.
+    ///
+    /// What ends there may be as near as the face's own edges, and moves along the horizon as fast as it likes, v/t: such
+    /// velocities have no variance, and no effect. The horizon itself moves only across.
+    pub(crate) horizon: Option<DVec3>,
 }
 
 /// What a point moves with.
@@ -40,7 +47,26 @@ impl Seen {
             let corners = scene.triangles[h.triangle as usize].positions;
             Followed::Corners(std::array::from_fn(|k| (corners[k], h.barycentric[k])))
         });
-        Self { followed, distance: hit.map_or(f64::INFINITY, |h| h.distance), direction, nearness }
+        let distance = hit.map_or(f64::INFINITY, |h| h.distance);
+        Self { followed, distance, direction, nearness, horizon: None }
+    }
+
+    /// The angular velocity that counts, from the velocity of the point beyond the viewer's.
+    pub(crate) fn angular(&self, velocity: DVec3) -> DVec3 {
+        let apparent = match self.horizon {
+            None => velocity,
+            Some(normal) => normal * normal.dot(velocity),
+        };
+        Sphere::project(self.direction, apparent) * (self.nearness / self.distance)
+    }
+
+    /// The transpose: what a covector of the angular velocity gives to the velocity.
+    pub(crate) fn angular_transpose(&self, covector: DVec3) -> DVec3 {
+        let c = Sphere::project(self.direction, covector) * (self.nearness / self.distance);
+        match self.horizon {
+            None => c,
+            Some(normal) => normal * normal.dot(c),
+        }
     }
 
     /// The same point, moving with the nearest point of a crossing, where that is the nearest jump and near: the curve

@@ -2,8 +2,11 @@
 
 use std::collections::VecDeque;
 
+use glam::DVec3;
+
 use super::film::FilmPlane;
 use super::groups::{group, groups};
+use super::regions::RegionSums;
 
 /// What the samples of one row of cells add to the rows of pixels they reach: sums of K quantities, one for each
 /// group of samples.
@@ -41,14 +44,20 @@ impl<const K: usize> Strip<K> {
 pub(crate) struct Sheet<const K: usize> {
     pub(crate) mean: Vec<[f64; K]>,
     pub(crate) variance: Vec<[f64; K]>,
+    /// Of the derivative, or of the image if there is none.
+    pub(crate) regions: RegionSums,
     open: VecDeque<Vec<[f64; K]>>,
     /// Strips yet to come before the first open row is one of the image.
     before: usize,
 }
 
 impl<const K: usize> Sheet<K> {
-    pub(crate) fn new(film: &FilmPlane) -> Self {
-        Self { mean: vec![], variance: vec![], open: VecDeque::new(), before: 2 * film.reach }
+    /// Where radiance, and after it its derivative, are among the quantities.
+    const REGARDED: usize = if K > 3 { 3 } else { 0 };
+
+    pub(crate) fn new(film: &FilmPlane, samples: usize) -> Self {
+        let regions = RegionSums::new(film.columns, film.rows, groups(samples));
+        Self { mean: vec![], variance: vec![], regions, open: VecDeque::new(), before: 2 * film.reach }
     }
 
     /// Adds the next strip.
@@ -69,7 +78,12 @@ impl<const K: usize> Sheet<K> {
             self.before -= 1;
             return;
         }
-        for sums in complete.chunks(strip.groups) {
+        let y = self.mean.len() / strip.columns;
+        for (x, sums) in complete.chunks(strip.groups).enumerate() {
+            for (group, sum) in sums.iter().enumerate() {
+                let at = |c: usize| sum[Self::REGARDED + c];
+                self.regions.add((x, y), group, DVec3::new(at(0), at(1), at(2)));
+            }
             let (mean, variance) = statistics(sums, strip.samples);
             self.mean.push(mean);
             self.variance.push(variance);

@@ -5,10 +5,12 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::calculus::{Calculus, Frame, Tape};
+use crate::gradient::contribution::{Contribution, Source};
 use crate::gradient::film::FilmPlane;
 use crate::gradient::forward::Forward;
 use crate::gradient::groups::GROUPS;
 use crate::gradient::motion::Motion;
+use crate::gradient::regions::{RegionSums, Regions};
 use crate::gradient::reverse::{Inputs, Recorded, Reverse};
 use crate::gradient::{Change, Gradient, NonFinite, Progress, Stopped, Wanted};
 use crate::path::Sequence;
@@ -71,9 +73,12 @@ pub(super) trait Boundary: Sync {
 pub(super) struct Estimate {
     pub(super) mean: Vec<DVec3>,
     pub(super) variance: Vec<DVec3>,
+    pub(super) regions: Regions,
     /// Auxiliary rays.
     pub(super) rays: u64,
     pub(super) non_finite: Vec<NonFinite>,
+    /// The sample that adds most.
+    pub(super) largest: Option<Contribution>,
 }
 
 /// What a chunk of samples adds to the film: amounts by pixel.
@@ -82,6 +87,8 @@ pub(super) struct Splats {
     pub(super) amounts: Vec<(u32, DVec3)>,
     pub(super) rays: u64,
     pub(super) non_finite: Vec<NonFinite>,
+    /// The sample that adds most.
+    pub(super) largest: Option<Contribution>,
 }
 
 /// Samples that are computed together, one after the other.
@@ -157,8 +164,9 @@ impl<'s> Driver<'s> {
     ) -> Result<Estimate, Stopped> {
         let pixels = self.film.columns * self.film.rows;
         let (mut mean, mut squares) = (vec![DVec3::ZERO; pixels], vec![DVec3::ZERO; pixels]);
-        let (mut rays, mut non_finite) = (0, vec![]);
+        let (mut rays, mut non_finite, mut largest) = (0, vec![], None);
         let mut sum = vec![DVec3::ZERO; pixels];
+        let mut regions = RegionSums::new(self.film.columns, self.film.rows, GROUPS);
         progress.start(GROUPS * self.chunks());
         for group in 0..GROUPS {
             sum.fill(DVec3::ZERO);
@@ -171,9 +179,13 @@ impl<'s> Driver<'s> {
                     }
                     rays += part.rays;
                     non_finite.extend(part.non_finite);
+                    Contribution::keep_larger(&mut largest, part.largest);
                 },
             )?;
             // Welford's running mean and sum of squared deviations.
+            for (pixel, sum) in sum.iter().enumerate() {
+                regions.add((pixel % self.film.columns, pixel / self.film.columns), group, *sum);
+            }
             for ((sum, mean), squares) in sum.iter().zip(&mut mean).zip(&mut squares) {
                 let value = *sum / self.count as f64;
                 let before = value - *mean;
@@ -183,7 +195,12 @@ impl<'s> Driver<'s> {
         }
         let n = GROUPS as f64;
         let variance = squares.into_iter().map(|s| s / (n * (n - 1.0))).collect();
-        Ok(Estimate { mean, variance, rays, non_finite })
+        if let Some(largest) = &mut largest {
+            largest.amount *= self.scale();
+            largest.among = GROUPS * self.count;
+        }
+        let regions = regions.finish(GROUPS * self.count);
+        Ok(Estimate { mean, variance, regions, rays, non_finite, largest })
     }
 
     fn forward_chunk(
@@ -213,10 +230,18 @@ impl<'s> Driver<'s> {
 
     /// Adds an amount to every pixel a film point reaches.
     pub(super) fn splat_into(&self, splats: &mut Splats, at: DVec2, address: Address, amount: DVec3) {
-        let Splats { amounts, non_finite, .. } = splats;
+        let Splats { amounts, non_finite, largest, .. } = splats;
+        let mut sum = 0.0;
         self.splat(at, address, amount, non_finite, |pixel, weight| {
             amounts.push((pixel as u32, weight * amount));
+            sum += weight * amount.abs().element_sum();
         });
+        if sum > 0.0
+            && let Some(cell) = self.film.cell(at)
+        {
+            let found = Contribution::new(self.located(cell, address), Source::Jump, sum);
+            Contribution::keep_larger(largest, Some(found));
+        }
     }
 
     /// Calls with every pixel a film point reaches and its weight there.

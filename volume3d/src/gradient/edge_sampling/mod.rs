@@ -32,6 +32,7 @@ use self::primary::Primary;
 use self::secondary::{Light, Secondary};
 pub(super) use self::warped::Flipped;
 use super::change::{supports_change, supports_wanted};
+use super::contribution::Contribution;
 use super::motion::Motion;
 use super::{Change, Gradient, GradientError, GradientImage, Progress, Stopped, Terms, Wanted, WarpedArea};
 use crate::path::{Kernels, Paths};
@@ -294,6 +295,8 @@ fn add(image: &mut GradientImage, mut term: Option<&mut Vec<DVec3>>, estimate: E
         let error = image.standard_error[i];
         image.standard_error[i] = (error * error + *variance).map(f64::sqrt);
     }
+    image.regions.add(&estimate.regions);
     image.auxiliary_rays += estimate.rays;
     image.non_finite.extend(estimate.non_finite);
+    Contribution::keep_larger(&mut image.largest, estimate.largest);
 }

@@ -220,7 +220,8 @@ impl Piece {
             }
             Span::Crossing(index) => Followed::Crossing { index, along },
         };
-        Seen { followed, direction: self.directions[end], distance: self.distances[end], nearness: 1.0 }
+        let (direction, distance) = (self.directions[end], self.distances[end]);
+        Seen { followed, direction, distance, nearness: 1.0, horizon: None }
     }
 }
 

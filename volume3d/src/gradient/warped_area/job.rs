@@ -14,8 +14,10 @@ use crate::gradient::forward::Forward;
 use crate::gradient::groups::{numbers, split_numbers};
 use crate::gradient::motion::Motion;
 use crate::gradient::outline::Tree;
-use crate::gradient::result::{Image, finish, quantities};
-use crate::gradient::{AUXILIARY, EDGE, EDGE_AUXILIARY, GradientImage, PATH, Progress, SPLIT, Stopped};
+use crate::gradient::result::{finish, quantities};
+use crate::gradient::{
+    AUXILIARY, EDGE, EDGE_AUXILIARY, GRADIENT_PATH, GradientImage, Progress, SPLIT, Stopped,
+};
 use crate::path::{Paths, Plain, Sequence};
 
 /// What every sample of one gradient shares.
@@ -23,7 +25,7 @@ pub(super) struct Job<'s> {
     pub(super) method: &'s WarpedArea,
     pub(super) paths: Paths<'s>,
     pub(super) film: FilmPlane,
-    pub(super) baseline: Image,
+    pub(super) baseline: Vec<DVec3>,
     pub(super) construction: Construction,
     pub(super) edges: Option<Tree>,
 }
@@ -54,7 +56,7 @@ impl Job<'_> {
     }
 
     pub(super) fn baseline(&self, x: usize, y: usize) -> DVec3 {
-        if self.method.baseline == 0 { DVec3::ZERO } else { self.baseline.pixels[y * self.film.columns + x] }
+        if self.method.baseline == 0 { DVec3::ZERO } else { self.baseline[y * self.film.columns + x] }
     }
 
     pub(super) fn auxiliary<'a>(&'a self, bounds: &'a MovingBounds) -> Option<Auxiliary<'a>> {
@@ -86,7 +88,7 @@ impl Job<'_> {
         };
         let rays = |forward: &Forward<'_, N>| forward.auxiliary.as_ref().map_or(0, |a| a.rays);
         let sums = over_film(&self.film, self.method.samples, progress, begin, cell, rays)?;
-        Ok(finish::<N, K>(&self.film, sums))
+        Ok(finish::<N, K>(&self.film, sums, self.method.samples))
     }
 
     pub(super) fn forward_cell<const N: usize, const K: usize>(
@@ -143,7 +145,7 @@ impl Job<'_> {
         if !film.cell_counts(i, j) {
             return;
         }
-        let mut numbers = self.numbers((i, j), sample, PATH);
+        let mut numbers = self.numbers((i, j), sample, GRADIENT_PATH);
         let u = film.point(i, j, partner.within(numbers.pair()));
         let hit = self.camera_hit(u);
         let triangle = hit.map(|h| h.triangle);
@@ -164,6 +166,7 @@ impl Job<'_> {
             return;
         }
         let share = self.share();
+        let mut amount = 0.0;
         film.for_each_pixel(i, j, |_, b, x, y| {
             let weight = film.weight(point, x, y) * share;
             let level = self.baseline(x, y);
@@ -171,8 +174,10 @@ impl Job<'_> {
             let channels: [[f64; N]; 3] = std::array::from_fn(|c| {
                 (Dual::new(carried[c] - level[c], radiance[c].tangent) * weighted).tangent
             });
+            amount += channels.iter().map(|c| c.iter().sum::<f64>().abs()).sum::<f64>();
             sink.strip.add(sample, b, x, &quantities::<N, K>(value * weight.value, channels));
         });
+        sink.contributed(film.located(i, j, sample), amount);
     }
 
     /// −∮ (L − L₀) V·ν over the edges of box pixels: the filter's own jump does not move (Bangaru et al. 2022).
@@ -199,11 +204,14 @@ impl Job<'_> {
             sink.non_finite.push(film.located(i, j, sample));
             return;
         }
+        let mut amount = 0.0;
         self.for_each_side(i, j, vertical, |_, b, x, y, sign| {
             let light = (radiance - self.baseline(x, y)) * sign;
+            amount += light.abs().element_sum() * across.tangent.iter().sum::<f64>().abs();
             let channels: [[f64; N]; 3] = std::array::from_fn(|c| across.tangent.map(|v| light[c] * v));
             sink.strip.add(sample, b, x, &quantities::<N, K>(DVec3::ZERO, channels));
         });
+        sink.contributed(film.located(i, j, sample), amount);
     }
 
     /// A point on the left or the upper edge of a cell, one or the other.

@@ -9,7 +9,7 @@ use crate::gradient::auxiliary::MovingBounds;
 use crate::gradient::driver::waves;
 use crate::gradient::result::Gradient;
 use crate::gradient::reverse::{Inputs, Recorded, Reverse, Sink};
-use crate::gradient::{AUXILIARY, Change, EDGE, EDGE_AUXILIARY, PATH, Progress, Stopped, Wanted};
+use crate::gradient::{AUXILIARY, Change, EDGE, EDGE_AUXILIARY, GRADIENT_PATH, Progress, Stopped, Wanted};
 
 impl Job<'_> {
     /// The derivative by every wanted parameter, but for the boundary terms that go with the warp; normals that are
@@ -109,7 +109,7 @@ impl Job<'_> {
             return true;
         }
         let frame = &reverse.frame();
-        let mut numbers = self.numbers((i, j), sample, PATH);
+        let mut numbers = self.numbers((i, j), sample, GRADIENT_PATH);
         let u = film.point(i, j, partner.within(numbers.pair()));
         let hit = self.camera_hit(u);
         let (point, jacobian) = reverse.film_warp(u, self.method.kernels.film, hit.map(|h| h.triangle));

@@ -107,14 +107,16 @@ fn differences(scene: &Scene, change: &Change) -> (f64, f64) {
     total(16, |seed| {
         // Their noise falls with the root of the step, and their error grows with its square: in these units it is
         // less than a thousandth.
-        let method = FiniteDifference { samples: 4096, step: 2e-2, seed: 50 + seed };
+        let method = FiniteDifference { samples: 8192, step: 2e-2, seed: 50 + seed };
         method.forward(scene, change, &Progress::none()).unwrap().gradient
     })
 }
 
 fn warped(scene: &Scene, change: &Change, field: Field, flips: usize) -> (f64, f64) {
     total(16, |seed| {
-        let method = WarpedArea { samples: 256, field, flips, seed, ..WarpedArea::default() };
+        // The control, without flips, must be told from the rest.
+        let samples = if flips > 0 { 256 } else { 1024 };
+        let method = WarpedArea { samples, field, flips, seed, ..WarpedArea::default() };
         method.forward(scene, change, &Progress::none()).unwrap().gradient
     })
 }

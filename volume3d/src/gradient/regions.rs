@@ -1,0 +1,104 @@
+//! Sums over parts of an image, with their standard errors.
+
+use glam::DVec3;
+
+/// The side of a block in pixels.
+const BLOCK: usize = 8;
+
+/// The whole of an image, and its blocks of 8 × 8 pixels, each with its standard error.
+///
+/// Pixels have noise in common: they share samples through the filter, and random numbers by design. So the standard error
+/// of a sum of pixels does **not** follow from those of the pixels; it may be twice the root of the sum of their squares, or
+/// a tenth of it. These are from the scatter of 8 independent groups of samples over the whole region (fewer groups if
+/// there are fewer samples; infinite for one sample), so that each is itself known to a quarter or so.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Regions {
+    /// The sum of all pixels, by channel.
+    pub total: DVec3,
+    /// Its standard error.
+    pub total_error: DVec3,
+    /// The standard error of the sum of all pixels and channels, which have noise in common too.
+    pub sum_error: f64,
+    /// Columns of blocks; the last may be narrower than 8 pixels.
+    pub columns: usize,
+    /// Rows of blocks.
+    pub rows: usize,
+    /// The mean of the pixels of each block, row by row from the top.
+    pub blocks: Vec<DVec3>,
+    /// The standard error of each.
+    pub block_errors: Vec<DVec3>,
+}
+
+impl Regions {
+    /// Adds an independent estimate of something else.
+    pub(super) fn add(&mut self, other: &Self) {
+        let both = |a: DVec3, b: DVec3| (a * a + b * b).map(f64::sqrt);
+        self.total += other.total;
+        self.total_error = both(self.total_error, other.total_error);
+        self.sum_error = self.sum_error.hypot(other.sum_error);
+        self.blocks.iter_mut().zip(&other.blocks).for_each(|(a, b)| *a += *b);
+        self.block_errors.iter_mut().zip(&other.block_errors).for_each(|(a, b)| *a = both(*a, *b));
+    }
+}
+
+/// Regions under way: sums by groups of samples.
+#[derive(Clone, Debug)]
+pub(super) struct RegionSums {
+    width: usize,
+    columns: usize,
+    rows: usize,
+    height: usize,
+    groups: usize,
+    whole: Vec<DVec3>,
+    /// By block and group.
+    blocks: Vec<DVec3>,
+}
+
+impl RegionSums {
+    pub(super) fn new(width: usize, height: usize, groups: usize) -> Self {
+        let (columns, rows) = (width.div_ceil(BLOCK), height.div_ceil(BLOCK));
+        let zeros = |n| vec![DVec3::ZERO; n];
+        Self {
+            width,
+            columns,
+            rows,
+            height,
+            groups,
+            whole: zeros(groups),
+            blocks: zeros(columns * rows * groups),
+        }
+    }
+
+    /// Adds the sum of a group's samples in a pixel.
+    pub(super) fn add(&mut self, (x, y): (usize, usize), group: usize, sum: DVec3) {
+        self.whole[group] += sum;
+        let block = y / BLOCK * self.columns + x / BLOCK;
+        self.blocks[block * self.groups + group] += sum;
+    }
+
+    /// What sums over `samples` samples a pixel mean.
+    pub(super) fn finish(&self, samples: usize) -> Regions {
+        let (total, total_error) = statistics(&self.whole, samples);
+        let of_channels: Vec<DVec3> = self.whole.iter().map(|s| DVec3::splat(s.element_sum())).collect();
+        let (_, sum_error) = statistics(&of_channels, samples);
+        let side = |i: usize, n: usize| (n - i * BLOCK).min(BLOCK) as f64;
+        let block = |(b, sums): (usize, &[DVec3])| {
+            let pixels = side(b % self.columns, self.width) * side(b / self.columns, self.height);
+            let (sum, error) = statistics(sums, samples);
+            (sum / pixels, error / pixels)
+        };
+        let (blocks, block_errors) = self.blocks.chunks(self.groups).enumerate().map(block).unzip();
+        let (columns, rows) = (self.columns, self.rows);
+        Regions { total, total_error, sum_error: sum_error.x, columns, rows, blocks, block_errors }
+    }
+}
+
+/// The mean over samples of the sums of independent groups, and its standard error.
+fn statistics(sums: &[DVec3], samples: usize) -> (DVec3, DVec3) {
+    let (n, groups) = (samples as f64, sums.len() as f64);
+    let sum: DVec3 = sums.iter().sum();
+    let spread: DVec3 = sums.iter().map(|s| (*s - sum / groups).powf(2.0)).sum();
+    let error =
+        if groups > 1.0 { (spread * groups / (groups - 1.0)).map(f64::sqrt) / n } else { DVec3::INFINITY };
+    (sum / n, error)
+}
