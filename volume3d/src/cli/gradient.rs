@@ -8,6 +8,7 @@ use clap::error::ErrorKind;
 
 use volume3d::gradient::{Contribution, GradientImage, Regions, Source};
 
+use super::info::overlap;
 use super::method::MethodOptions;
 use super::movement::{Moves, change};
 use super::output::{Output, Pixels, check_distinct};
@@ -235,6 +236,9 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     );
     text += &located(&result.non_finite);
     text += &outlier(&result);
+    for parted in scene.parted_shapes(&change.positions) {
+        text += &format!("WARNING: {}\n", overlap(scene.description(), &parted));
+    }
     text += &totals(&result.regions);
     for output in &outputs.gradient {
         text += &output.write(width, height, &result.gradient)?;

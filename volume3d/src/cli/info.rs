@@ -153,7 +153,8 @@ fn findings(text: &mut String, scene: &Scene) {
     }
 }
 
-fn overlap(d: &Description, overlap: &Overlap) -> String {
+/// What to do about surfaces that cover one another in one plane.
+pub(super) fn overlap(d: &Description, overlap: &Overlap) -> String {
     let [a, b] = overlap.shapes.map(|s| &d.shapes[s].id);
     let [i, j] = overlap.example;
     let pairs = if overlap.pairs == 1 { "1 pair".to_owned() } else { format!("{} pairs", overlap.pairs) };

@@ -6,8 +6,9 @@ use std::time::Instant;
 use anyhow::{anyhow, bail};
 use volume3d::gradient::Wanted;
 use volume3d::io::{Image, Precision, read_exr, read_npy, write_npy};
-use volume3d::scene::Scene;
+use volume3d::scene::{Overlap, Scene};
 
+use super::info::overlap;
 use super::method::MethodOptions;
 use super::output::{check_array, check_distinct};
 use super::parameter::{Located, Parameter};
@@ -61,6 +62,10 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
             text += "NOT FINITE: ";
         }
         text += &format!("wrote {}, shape {:?}, norm {size:.3e}\n", path.display(), array.shape);
+    }
+    let moves = |o: &Overlap| o.shapes.iter().any(|&s| wanted.shapes[s]);
+    for parted in scene.overlapping_shapes().iter().filter(|o| moves(o)) {
+        text += &format!("WARNING: {}\n", overlap(scene.description(), parted));
     }
     Ok(Report { text, outcome: Outcome::Good })
 }
