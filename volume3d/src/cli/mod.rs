@@ -111,8 +111,14 @@ fn fail(error: &anyhow::Error) -> ExitCode {
         let _ = writeln!(std::io::stderr(), "stopped; nothing was written");
         return ExitCode::from(INTERRUPTED);
     }
-    let _ = writeln!(std::io::stderr(), "error: {error}");
+    let _ = writeln!(std::io::stderr(), "error: {}", printable(&error.to_string()));
     ExitCode::FAILURE
+}
+
+/// A text without what a terminal obeys: control characters of a file that is quoted become escapes.
+fn printable(text: &str) -> String {
+    let keep = |c: char| c == '\n' || !c.is_control();
+    text.chars().map(|c| if keep(c) { c.to_string() } else { c.escape_default().to_string() }).collect()
 }
 
 /// An error in how options were put together, as clap would say it.
