@@ -1,9 +1,12 @@
-//! Warped-area sampling in three dimensions, on `flatland`'s warp machinery: a path tracer for triangle meshes whose
-//! images come with their derivatives.
+//! Warped-area sampling in three dimensions: a path tracer for triangle meshes whose images come with their
+//! derivatives.
 //!
-//! What a renderer in space needs beyond the plane is one more [`Domain`](flatland::warp::Domain): the
-//! [sphere](Sphere) of directions. Weights, stencils, debiasing, forward and reverse mode are those of
-//! [`flatland::warp`], unchanged, on the film and at every bounce.
+//! Fields of [auxiliary rays](gradient::Field::AuxiliaryRays) are those of [`flatland::warp`], with one more
+//! [`Domain`](flatland::warp::Domain), the [sphere](Sphere) of directions: weights, stencils and debiasing are
+//! unchanged, on the film and at every bounce. The default field, of [outlines](gradient::Field::Outlines), shares with them
+//! nothing but types: it lists the edges of meshes once and takes their exact mean. Beside either field the borders of
+//! flat emitters and the sign changes of shading normals are sampled as edge sampling does. `flatland::sdf`, implicit shapes, is
+//! not yet used in space.
 //!
 //! A scene is read from a file, [`io::load_scene`], or built:
 //!

@@ -275,7 +275,9 @@ fn what_no_warp_sees_is_refused_by_name() {
         Place::with("<emitter type='point' id='bulb'><point name='position' value='0,0,2'/></emitter>");
     let moved = "gradient scene.xml --move sheet:translate:1,0,0 -o a.exr";
     let (code, text) = place.run(moved);
-    assert!(code == 1 && text.contains("`bulb`"), "{code}: {text}");
+    assert!(code == 1 && text.contains("`bulb`") && !text.contains("kappa"), "{code}: {text}");
+    let text = place.succeed(&format!("{moved} --method interior"));
+    assert!(text.contains("WARNING: the interior term alone is biased"), "{text}");
     place.succeed(&format!("{moved} --method finite-difference"));
     assert!(place.succeed("info scene.xml").contains("light `bulb` has no extent"));
 }
@@ -389,6 +391,38 @@ fn a_check_of_nothing_says_so() {
             "{change}: {text}"
         );
     }
+}
+
+/// Lights that are no shapes are named as `info` lists them, forward and in reverse.
+#[test]
+fn lights_are_parameters() {
+    let place = Place::with(
+        "<emitter type='point' id='bulb'><point name='position' value='0,0,2'/></emitter>
+         <emitter type='directional' id='sun'><vector name='direction' value='0,0,-1'/></emitter>
+         <emitter type='constant' id='sky'><rgb name='radiance' value='0.1'/></emitter>",
+    );
+    write_exr(&place.path("adj.exr"), &Image { width: 8, height: 8, pixels: vec![DVec3::ONE; 64] }).unwrap();
+    for (id, what) in [("bulb", "intensity"), ("sun", "irradiance"), ("sky", "radiance")] {
+        let common = "--spp 8 --seed 3";
+        place.succeed(&format!("gradient scene.xml --move {id}:{what}:1,2,3 -o f.npy {common}"));
+        place.succeed(&format!("gradient scene.xml --adjoint adj.exr --wrt {id}.{what} -o r.npy {common}"));
+        let forward: f64 = place.npy("f.npy").values.iter().sum();
+        let reverse: f64 = place.npy("r.npy").values.iter().zip([1.0, 2.0, 3.0]).map(|(g, r)| g * r).sum();
+        assert!(forward > 0.0 && (forward - reverse).abs() < 1e-5 * forward, "{id}: {forward} {reverse}");
+    }
+    let (code, text) = place.run("gradient scene.xml --move sun:intensity:1,1,1 -o f.npy");
+    assert!(code == 1 && text.contains("no point light") && text.contains("`bulb`"), "{code}: {text}");
+}
+
+#[test]
+fn what_cannot_be_held_is_refused_and_nothing_is_sent_to_the_terminal() {
+    let place = Place::new();
+    let (code, text) = place.run("render scene.xml -o a.exr -D size=20000");
+    assert!(code == 1 && text.contains("GiB") && text.contains("crop_width"), "{code}: {text}");
+    std::fs::write(place.path("bad.xml"), "<scene version='3.0.0'><shape type='\u{7f}\u{85}'/></scene>")
+        .unwrap();
+    let (code, text) = place.run("render bad.xml -o a.exr");
+    assert!(code == 1 && !text.chars().any(|c| c.is_control() && c != '\n'), "{code}: {text:?}");
 }
 
 #[test]

@@ -45,6 +45,9 @@ pub(super) struct Options {
     ///
     ///   SHAPE.vertex_positions   (vertices of its file, 3); see below
     ///   SHAPE.radiance           (3)
+    ///   LIGHT.radiance           (3), of a constant environment
+    ///   LIGHT.intensity          (3), of a point light
+    ///   LIGHT.irradiance         (3), of a directional light
     ///   MATERIAL.reflectance     (3)
     ///   MATERIAL.roughness       a number
     ///   MATERIAL.texture         (height, width, 3), linear, over all who share it
@@ -97,6 +100,10 @@ Examples:
   volume3d gradient scene.xml --move box:translate:1,0,0 -o gradient.exr --png gradient.png
   volume3d gradient scene.xml --move camera:rotate:0,1,0 -o gradient.exr --terms part
   volume3d gradient scene.xml --adjoint adjoint.exr --wrt box.vertex_positions -o gradient.npy";
+
+/// What is said where the interior term is not the whole.
+pub(super) const INTERIOR: &str = "WARNING: the interior term alone is biased where silhouettes, shadows or borders of \
+    lights move, and under point and parallel lights all shadows stand still\n";
 
 /// A step of finite differences.
 pub(super) fn step(text: &str) -> Result<f64, String> {
@@ -235,6 +242,9 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
         root_mean_square(&result.standard_error),
     );
     text += &located(&result.non_finite);
+    if options.method.is_interior() && change.is_geometric() {
+        text += INTERIOR;
+    }
     text += &outlier(&result);
     for parted in scene.parted_shapes(&change.positions) {
         text += &format!("WARNING: {}\n", overlap(scene.description(), &parted));

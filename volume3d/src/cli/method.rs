@@ -89,6 +89,10 @@ impl MethodOptions {
         self.method == Method::FiniteDifference
     }
 
+    pub(super) fn is_interior(&self) -> bool {
+        self.method == Method::Interior
+    }
+
     /// Whether all options belong together, asked before any work.
     pub(super) fn check(&self, command: &str, step: bool) -> anyhow::Result<()> {
         let conflict = |text: &str| Err(usage(command, ErrorKind::ArgumentConflict, text.to_owned()));

@@ -24,7 +24,8 @@ use clap::{CommandFactory, Parser, Subcommand};
 use volume3d::gradient::{GradientError, Stopped};
 
 /// Renders Mitsuba 3 scenes and differentiates the images with respect to geometry, camera, lights and materials,
-/// by warped-area sampling: without bias, and without sampling edges.
+/// by warped-area sampling: without bias. By default its field is made of the edges near a direction, which are listed
+/// once; --field rays lists none. Borders of flat emitters and sign changes of shading normals are sampled in any case.
 #[derive(Debug, Parser)]
 #[command(version, after_long_help = EXAMPLES)]
 struct Options {
@@ -111,8 +112,14 @@ fn fail(error: &anyhow::Error) -> ExitCode {
         let _ = writeln!(std::io::stderr(), "stopped; nothing was written");
         return ExitCode::from(INTERRUPTED);
     }
-    let _ = writeln!(std::io::stderr(), "error: {error}");
+    let _ = writeln!(std::io::stderr(), "error: {}", printable(&error.to_string()));
     ExitCode::FAILURE
+}
+
+/// A text without what a terminal obeys: control characters of a file that is quoted become escapes.
+fn printable(text: &str) -> String {
+    let keep = |c: char| c == '\n' || !c.is_control();
+    text.chars().map(|c| if keep(c) { c.to_string() } else { c.escape_default().to_string() }).collect()
 }
 
 /// An error in how options were put together, as clap would say it.

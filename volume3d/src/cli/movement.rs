@@ -6,7 +6,7 @@ use anyhow::{anyhow, bail};
 use clap::Args;
 use glam::DVec3;
 use volume3d::gradient::Change;
-use volume3d::scene::{Bsdf, Reflectance, Scene};
+use volume3d::scene::{Bsdf, Environment, Light, Reflectance, Scene};
 
 use super::names;
 
@@ -20,13 +20,16 @@ pub(super) struct Moves {
     ///   SHAPE:scale:px,py,pz:s           x becomes p + (1 + θ s) (x − p)
     ///   SHAPE:vertex:INDEX:x,y,z         one vertex of its file, from 0, by θ (x, y, z)
     ///   SHAPE:radiance:r,g,b             what it emits, by θ (r, g, b)
+    ///   LIGHT:radiance:r,g,b             that of a constant environment
+    ///   LIGHT:intensity:r,g,b            of a point light
+    ///   LIGHT:irradiance:r,g,b           of a directional light
     ///   MATERIAL:reflectance:r,g,b       its constant reflectance
     ///   MATERIAL:roughness:rate          its alpha
     ///   camera:translate:x,y,z           its origin, in scene units
     ///   camera:rotate:ax,ay,az           by θ |a| radians about the axis a through its origin
     ///   camera:fov:rate                  its horizontal field of view, radians
     ///
-    /// SHAPE and MATERIAL are ids of the scene, which `volume3d info` lists. Axes are in the
+    /// SHAPE, MATERIAL and LIGHT are ids of the scene, which `volume3d info` lists. Axes are in the
     /// world, and turns right-handed. Vertices of a file at one place move together.
     #[arg(long = "move", value_name = "WHAT:HOW:RATE", verbatim_doc_comment, allow_hyphen_values = true)]
     pub(super) moves: Vec<Move>,
@@ -46,6 +49,8 @@ enum How {
     Scale { centre: DVec3, rate: f64 },
     Vertex { index: usize, velocity: DVec3 },
     Radiance(DVec3),
+    Intensity(DVec3),
+    Irradiance(DVec3),
     Reflectance(DVec3),
     Roughness(f64),
     CameraTranslate(DVec3),
@@ -54,12 +59,23 @@ enum How {
 }
 
 const SHAPE_FORMS: &str = "SHAPE:translate:x,y,z, SHAPE:rotate:px,py,pz:ax,ay,az, SHAPE:scale:px,py,pz:s, \
-    SHAPE:vertex:INDEX:x,y,z, SHAPE:radiance:r,g,b, MATERIAL:reflectance:r,g,b or MATERIAL:roughness:rate";
+    SHAPE:vertex:INDEX:x,y,z, SHAPE:radiance:r,g,b, LIGHT:radiance:r,g,b, LIGHT:intensity:r,g,b, LIGHT:irradiance:r,g,b, \
+    MATERIAL:reflectance:r,g,b or MATERIAL:roughness:rate";
 const CAMERA_FORMS: &str = "camera:translate:x,y,z, camera:rotate:ax,ay,az or camera:fov:rate";
 
 /// The words for what happens.
-const HOW: [&str; 8] =
-    ["translate", "rotate", "scale", "vertex", "radiance", "reflectance", "roughness", "fov"];
+const HOW: [&str; 10] = [
+    "translate",
+    "rotate",
+    "scale",
+    "vertex",
+    "radiance",
+    "intensity",
+    "irradiance",
+    "reflectance",
+    "roughness",
+    "fov",
+];
 
 impl FromStr for Move {
     type Err = String;
@@ -87,6 +103,8 @@ impl FromStr for Move {
                     How::Vertex { index, velocity: vector(v)? }
                 }
                 ["radiance", v] => How::Radiance(vector(v)?),
+                ["intensity", v] => How::Intensity(vector(v)?),
+                ["irradiance", v] => How::Irradiance(vector(v)?),
                 ["reflectance", v] => How::Reflectance(vector(v)?),
                 ["roughness", rate] => How::Roughness(number(rate)?),
                 _ => return Err(format!("expected {SHAPE_FORMS}")),
@@ -132,7 +150,12 @@ impl Move {
                 };
                 change.positions_of_mut(scene, shape)[position as usize] += velocity;
             }
-            How::Radiance(rate) => change.radiance[emitter(scene, &self.what)?] += rate,
+            How::Radiance(rate) => match emitter(scene, &self.what)? {
+                Emitter::Shape(shape) => change.radiance[shape] += rate,
+                Emitter::Environment => change.environment += rate,
+            },
+            How::Intensity(rate) => change.intensity[point(scene, &self.what)?] += rate,
+            How::Irradiance(rate) => change.intensity[directional(scene, &self.what)?] += rate,
             How::Reflectance(rate) => change.reflectance[plain(scene, &self.what)?] += rate,
             How::Roughness(rate) => change.roughness[rough(scene, &self.what)?] += rate,
             How::CameraTranslate(velocity) => change.camera.translation += velocity,
@@ -147,15 +170,58 @@ pub(super) fn shape(scene: &Scene, id: &str) -> anyhow::Result<usize> {
     names::find("shape", id, scene.description().shapes.iter().map(|s| s.id.as_str()))
 }
 
-/// A shape that emits.
-pub(super) fn emitter(scene: &Scene, id: &str) -> anyhow::Result<usize> {
-    let index = shape(scene, id)?;
+/// What has a radiance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Emitter {
+    Shape(usize),
+    /// The environment, if it is constant.
+    Environment,
+}
+
+/// A shape that emits, or a constant environment.
+pub(super) fn emitter(scene: &Scene, id: &str) -> anyhow::Result<Emitter> {
     let shapes = &scene.description().shapes;
-    if shapes[index].radiance.is_some() {
-        return Ok(index);
+    match &scene.description().environment {
+        Some(Environment::Constant { id: sky, .. }) if sky == id => return Ok(Emitter::Environment),
+        Some(Environment::Map { id: map, .. }) if map == id => {
+            bail!("`{id}` is an environment map, which has no single radiance")
+        }
+        _ => {}
     }
     let emitters: Vec<&str> = shapes.iter().filter(|s| s.radiance.is_some()).map(|s| s.id.as_str()).collect();
+    let index = shape(scene, id)?;
+    if shapes[index].radiance.is_some() {
+        return Ok(Emitter::Shape(index));
+    }
     Err(other("shape", id, "emits nothing", "that emit", &emitters))
+}
+
+/// A point light.
+pub(super) fn point(scene: &Scene, id: &str) -> anyhow::Result<usize> {
+    light(scene, id, "is no point light", "that are", |light| matches!(light, Light::Point { .. }))
+}
+
+/// A directional light.
+pub(super) fn directional(scene: &Scene, id: &str) -> anyhow::Result<usize> {
+    light(scene, id, "is no directional light", "that are", |light| {
+        matches!(light, Light::Directional { .. })
+    })
+}
+
+fn light(
+    scene: &Scene,
+    id: &str,
+    lacks: &str,
+    kind: &str,
+    is: impl Fn(&Light) -> bool,
+) -> anyhow::Result<usize> {
+    let lights = &scene.description().lights;
+    let index = names::find("light", id, lights.iter().map(|l| l.id().as_str()))?;
+    if is(&lights[index]) {
+        return Ok(index);
+    }
+    let those: Vec<&str> = lights.iter().filter(|l| is(l)).map(|l| l.id().as_str()).collect();
+    Err(other("light", id, lacks, kind, &those))
 }
 
 pub(super) fn material(scene: &Scene, id: &str) -> anyhow::Result<usize> {

@@ -7,7 +7,7 @@ use volume3d::gradient::{Change, Wanted};
 use volume3d::io::Array;
 use volume3d::scene::{Reflectance, Scene};
 
-use super::movement::{emitter, plain, rough, shape, textured};
+use super::movement::{Emitter, directional, emitter, plain, point, rough, shape, textured};
 
 /// A parameter, by the words for it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -20,6 +20,8 @@ pub(super) struct Parameter {
 enum Of {
     Positions,
     Radiance,
+    Intensity,
+    Irradiance,
     Reflectance,
     Roughness,
     Texture,
@@ -33,6 +35,8 @@ enum Of {
 pub(super) enum Located {
     Positions { shape: usize },
     Radiance { shape: usize },
+    Environment,
+    Light { light: usize },
     Reflectance { material: usize },
     Roughness { material: usize },
     Texture { material: usize, texture: usize },
@@ -41,7 +45,7 @@ pub(super) enum Located {
     CameraFieldOfView,
 }
 
-const FORMS: &str = "SHAPE.vertex_positions, SHAPE.radiance, MATERIAL.reflectance, MATERIAL.roughness, \
+const FORMS: &str = "SHAPE.vertex_positions, SHAPE.radiance, LIGHT.radiance, LIGHT.intensity, LIGHT.irradiance, MATERIAL.reflectance, MATERIAL.roughness, \
     MATERIAL.texture, camera.translation, camera.rotation or camera.fov";
 
 impl FromStr for Parameter {
@@ -56,6 +60,8 @@ impl FromStr for Parameter {
             ("camera" | "", _) => return Err(format!("expected {FORMS}")),
             (_, "vertex_positions") => Of::Positions,
             (_, "radiance") => Of::Radiance,
+            (_, "intensity") => Of::Intensity,
+            (_, "irradiance") => Of::Irradiance,
             (_, "reflectance") => Of::Reflectance,
             (_, "roughness") => Of::Roughness,
             (_, "texture") => Of::Texture,
@@ -73,6 +79,8 @@ impl Parameter {
         let name = match self.of {
             Of::Positions => "vertex_positions",
             Of::Radiance => "radiance",
+            Of::Intensity => "intensity",
+            Of::Irradiance => "irradiance",
             Of::Reflectance => "reflectance",
             Of::Roughness => "roughness",
             Of::Texture => "texture",
@@ -88,7 +96,12 @@ impl Parameter {
         let what = &self.what;
         Ok(match self.of {
             Of::Positions => Located::Positions { shape: shape(scene, what)? },
-            Of::Radiance => Located::Radiance { shape: emitter(scene, what)? },
+            Of::Radiance => match emitter(scene, what)? {
+                Emitter::Shape(shape) => Located::Radiance { shape },
+                Emitter::Environment => Located::Environment,
+            },
+            Of::Intensity => Located::Light { light: point(scene, what)? },
+            Of::Irradiance => Located::Light { light: directional(scene, what)? },
             Of::Reflectance => Located::Reflectance { material: plain(scene, what)? },
             Of::Roughness => Located::Roughness { material: rough(scene, what)? },
             Of::Texture => {
@@ -110,7 +123,7 @@ impl Located {
     pub(super) fn want(self, wanted: &mut Wanted) {
         match self {
             Self::Positions { shape } => wanted.shapes[shape] = true,
-            Self::Radiance { .. } => wanted.lights = true,
+            Self::Radiance { .. } | Self::Environment | Self::Light { .. } => wanted.lights = true,
             Self::Reflectance { material }
             | Self::Roughness { material }
             | Self::Texture { material, .. } => {
@@ -135,6 +148,8 @@ impl Located {
                 Array { shape: vec![sources.len(), 3], values: flat(&values) }
             }
             Self::Radiance { shape } => vector(gradient.radiance[shape]),
+            Self::Environment => vector(gradient.environment),
+            Self::Light { light } => vector(gradient.intensity[light]),
             Self::Reflectance { material } => vector(gradient.reflectance[material]),
             Self::Roughness { material } => number(gradient.roughness[material]),
             Self::Texture { texture, .. } => {

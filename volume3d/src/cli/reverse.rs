@@ -54,6 +54,9 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
 
     let mut text = format!("{} × {} pixels, {samples} spp, {seconds:.2} s\n", adjoint.width, adjoint.height);
     text += &located_samples(&gradient.non_finite);
+    if request.method.is_interior() && wanted.is_geometric() {
+        text += super::gradient::INTERIOR;
+    }
     for (parameter, path) in located.iter().zip(&paths) {
         let array = parameter.pick(scene, &gradient.change);
         let size = array.values.iter().map(|x| x * x).sum::<f64>().sqrt();

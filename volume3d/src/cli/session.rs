@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use anyhow::{Context as _, anyhow};
+use anyhow::{Context as _, anyhow, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use volume3d::gradient::{NonFinite, Progress, Stopped};
@@ -68,8 +68,32 @@ impl SceneOptions {
         };
         let description = read_scene(&bytes, path, &self.define, &open)?;
         let scene = Scene::new(description).map_err(|e| anyhow!("{}: {e}", path.display()))?;
+        check_memory(path, &scene)?;
         Ok(Loaded { scene, files: files.into_inner() })
     }
+}
+
+/// What a gradient with its terms keeps of a pixel at most: two tables of 15 numbers of eight bytes, and the images and
+/// files that are made of them.
+const BYTES_A_PIXEL: usize = 512;
+
+/// More than this, in bytes, is refused before any work.
+const MOST_MEMORY: usize = 32 << 30;
+
+fn check_memory(path: &Path, scene: &Scene) -> anyhow::Result<()> {
+    let (width, height) = scene.size();
+    let needed = width.saturating_mul(height).saturating_mul(BYTES_A_PIXEL);
+    if needed > MOST_MEMORY {
+        let gib = |bytes: usize| bytes >> 30;
+        bail!(
+            "{}: an image of {width} × {height} pixels may take {} GiB of memory, more than the {} GiB that are \
+             allowed; render it in parts, by the film's crop_width, crop_height, crop_offset_x and crop_offset_y",
+            path.display(),
+            gib(needed),
+            gib(MOST_MEMORY)
+        );
+    }
+    Ok(())
 }
 
 impl RunOptions {

@@ -271,9 +271,17 @@ pub enum Unsupported {
     },
     /// A light moves, or geometry before it, whose shadows have no width.
     #[error(
-        "light `{light}` casts shadows without a penumbra, whose motion no warp sees; give it an area, or a finite kappa, or move nothing"
+        "point light `{light}` casts shadows without a penumbra, whose motion no warp sees; put a small shape that emits in its place, or move nothing, or take finite differences"
     )]
     Delta {
+        /// The light.
+        light: String,
+    },
+    /// The same of parallel light.
+    #[error(
+        "light `{light}` casts shadows without a penumbra, whose motion no warp sees; give it a finite kappa, or move nothing, or take finite differences"
+    )]
+    Parallel {
         /// The light.
         light: String,
     },
@@ -314,7 +322,8 @@ fn casts_soft_shadows<'l>(lights: impl IntoIterator<Item = &'l Light>) -> Result
         Light::Directional { kappa, .. } => kappa.is_infinite(),
     };
     match lights.into_iter().find(|light| delta(light)) {
-        Some(light) => Err(Unsupported::Delta { light: light.id().clone() }),
+        Some(Light::Point { id, .. }) => Err(Unsupported::Delta { light: id.clone() }),
+        Some(Light::Directional { id, .. }) => Err(Unsupported::Parallel { light: id.clone() }),
         None => Ok(()),
     }
 }

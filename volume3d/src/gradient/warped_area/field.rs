@@ -6,7 +6,8 @@ use crate::gradient::GradientError;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Field {
     /// The velocities of the edges near a direction, by their exact mean over those edges: no auxiliary ray, no bias.
-    /// It needs a mesh, whose edges can be listed; but none is sampled, and none is tested for visibility.
+    /// It needs a mesh, whose edges are listed once. None of them is tested for visibility, and none is sampled but the
+    /// borders of flat emitters.
     Outlines {
         /// How far away edges count on the film, in pixels.
         film: f64,

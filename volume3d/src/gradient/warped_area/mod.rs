@@ -28,6 +28,18 @@ use crate::path::{Kernels, Paths};
 use crate::scene::Scene;
 
 /// Warped-area sampling (Bangaru, Li and Durand 2020) along paths.
+///
+/// # Heavy tails
+/// In the penumbra of a small light the outlines of the light and of what hides it, which move differently, meet in every
+/// direction, and ∇·V is large there. [`EdgeSampling`](super::EdgeSampling) has no such trouble. On a strip of penumbra of
+/// a ball of radius 0.2 at distance 6, where the exact total is −1.76, 16 runs of 1,024 samples a pixel gave, at equal
+/// time (1.1 s and 1.0 s a run on a shared machine), −1.77 ± 0.25 by this method and −1.77 ± 0.09 by edge sampling: 8
+/// times the variance × time.
+///
+/// Debiased [auxiliary rays](Field::AuxiliaryRays) have long tails besides, whatever the kernel: a rare level counts for much
+/// when it is drawn, and near a corner of a room, where shading points slide along a wall beside another, what rays
+/// hit is as near as the corner and its angular velocity as large. Where
+/// [`GradientImage::outlier`] tells of one sample with much of the result, take the outlines, or edge sampling.
 #[derive(Clone, Debug)]
 pub struct WarpedArea {
     /// Samples a pixel.
