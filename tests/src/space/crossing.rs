@@ -60,7 +60,7 @@ impl Sampler {
         let found = match self {
             Self::Warped(method) => {
                 let method = WarpedArea { seed: SEED, ..method.clone() };
-                method.reverse(&known.scene, &known.weights, &wanted, &progress).map(Gradient::from)
+                method.reverse(&known.scene, &known.weights, &wanted, &progress)
             }
             Self::Edges(method) => {
                 let method = EdgeSampling { seed: SEED, ..method.clone() };
@@ -226,7 +226,7 @@ fn bar(seed: u64) -> CoverageCase {
     let mut motion = Motion { positions: vec![DVec3::ZERO; 12], camera: CameraMotion::default() };
     motion.positions[8..].fill(velocity);
     // Whose sum over all pixels is the same everywhere.
-    let filter = if seed % 2 == 0 { Filter::Box } else { Filter::Tent };
+    let filter = if seed.is_multiple_of(2) { Filter::Box } else { Filter::Tent };
     CoverageCase { mesh, camera, motion, filter, label: format!("bar {seed}") }
 }
 
