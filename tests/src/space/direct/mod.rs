@@ -8,6 +8,8 @@
 //! so the integral is not exact: it is refined where two rules differ most, and says by how much
 //! they do.
 
+mod sunk;
+
 use std::collections::BinaryHeap;
 
 use flatland::plane::{Film, FilmError, Filter};

@@ -28,9 +28,9 @@ pub use receiver::{Ground, Ray, Receiver};
 pub use surface::{Sides, Surface};
 
 use crate::space::vector::Vector;
-use clip::{Corners, keep, without_cone};
+pub(in crate::space) use clip::{Corners, keep, without_cone};
 use lambert::cosine_integral;
-use surface::area_vector;
+pub(in crate::space) use surface::area_vector;
 
 /// A surface whose plane is no farther from the receiver than this, relative to their coordinates,
 /// is seen from its edge, but for rounding.

@@ -64,7 +64,7 @@ impl Surface {
     }
 
     /// The corners as seen from a moving point.
-    pub(super) fn seen_from(&self, point: Vector) -> Vec<Vector> {
+    pub(in crate::space) fn seen_from(&self, point: Vector) -> Vec<Vector> {
         self.vertices.iter().zip(&self.velocities).map(|(p, v)| Vector::new(*p, *v) - point).collect()
     }
 
@@ -115,7 +115,7 @@ impl Surface {
 }
 
 /// Twice the area of a flat polygon times its normal.
-pub(super) fn area_vector(corners: &[Vector]) -> Vector {
+pub(in crate::space) fn area_vector(corners: &[Vector]) -> Vector {
     let fan = |k: usize| (corners[k - 1] - corners[0]).cross(corners[k] - corners[0]);
     (3..corners.len()).fold(fan(2), |sum, k| sum + fan(k))
 }

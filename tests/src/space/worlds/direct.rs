@@ -225,7 +225,7 @@ impl Stage {
 }
 
 /// A camera that looks down on the ground around 0 from y < 0; it sees about 1 of it across.
-fn camera(dice: &mut Dice) -> Camera {
+pub(super) fn camera(dice: &mut Dice) -> Camera {
     let target = DVec3::new(dice.between(-0.2, 0.2), dice.between(-0.2, 0.2), 0.0);
     let back = DVec3::new(dice.between(-0.3, 0.3), -1.0, dice.between(0.7, 1.5)).normalize();
     let distance = dice.between(2.0, 4.0);
@@ -247,7 +247,7 @@ fn camera(dice: &mut Dice) -> Camera {
 
 /// Whether some side of the pyramid of view, widened by filters of up to two pixels, or the camera's
 /// own plane, has all corners outside.
-fn is_unseen(camera: &Camera, corners: &[DVec3]) -> bool {
+pub(super) fn is_unseen(camera: &Camera, corners: &[DVec3]) -> bool {
     let widest = 1.0 + 4.0 / camera.width as f64;
     let slope = 1.1 * widest * (0.5 * camera.field_of_view).tan();
     let beyond = |axis: DVec3| {

@@ -10,6 +10,7 @@ mod crossing;
 mod dice;
 mod direct;
 mod irradiance;
+mod lit_crossing;
 mod moves;
 mod solids;
 
@@ -17,6 +18,7 @@ pub use coverage::{CoverageCase, CoverageKind, CoverageKnobs, CoverageMoving};
 pub use crossing::{CrossingKind, CrossingKnobs, CrossingMoving};
 pub use direct::{DirectCase, DirectKind, DirectKnobs, DirectMoving};
 pub use irradiance::{IrradianceCase, IrradianceKind, IrradianceKnobs, IrradianceMoving};
+pub use lit_crossing::{LitCrossing, LitCrossingKind, LitCrossingMoving};
 
 /// A case of [`crate::space::coverage`], of any kind, with any motion and filter.
 #[must_use]

@@ -1,0 +1,198 @@
+//! Pixels of a ground that black bodies hide in part and pass through.
+//!
+//! A pixel's cell less the images of what stands before the ground is a set of convex polygons,
+//! Σ_p ∫_p h(u) L(x(u)) du, whose corners move: where a body's edge hides the ground, where it pierces
+//! it, where images cross, where one leaves the cell. Each polygon is a fan of triangles, each triangle
+//! the image of a square, and what is differentiated is the integral over the square,
+//!
+//! ```text
+//! ∫∫ h(u(s, t)) L(u(s, t)) |∂u/∂(s, t)| ds dt,   u = a + s ((1 − t) (b − a) + t (c − a)),
+//! ```
+//!
+//! with corners a, b, c in dual numbers. No boundary term is left to be added: it is that of the moving
+//! corners. Of a body the part behind the ground's plane is cut away, by a plane that moves as well,
+//! so that a crossing with the ground needs nothing of its own.
+
+use std::collections::BinaryHeap;
+
+use flatland::plane::Film;
+use glam::{DVec2, DVec3};
+use num_dual::{Dual64, DualNum};
+use rayon::prelude::*;
+
+use super::{DirectError, DirectScene, Pixel, SQUARES, Sample, Square, quarters};
+use crate::space::irradiance::{Corners, Receiver, area_vector, keep, unchecked, without_cone};
+use crate::space::vector::Vector;
+
+/// Polygons of less than this, in pixels, are rounding: what faces that share an edge leave between them.
+const NO_AREA: f64 = 1e-12;
+
+/// What every triangle may be cut into, however many a pixel has.
+const LEAST_SQUARES: usize = 200;
+
+/// A point of the film that moves.
+type Point = [Dual64; 2];
+
+impl DirectScene {
+    /// All pixels to about `tolerance`, as [`image`](Self::image), but surfaces without radiance may stand before the ground and in
+    /// it; they are seen black. Emitters still are out of sight.
+    ///
+    /// Where bodies touch the ground dE/dθ grows like the inverse distance from the ends of the
+    /// crossing. That is integrable, but what two rules differ by is then up to a third of the error.
+    ///
+    /// # Errors
+    /// Any [`DirectError`].
+    pub fn image_past_bodies(&self, tolerance: f64) -> Result<Vec<Pixel>, DirectError> {
+        self.camera.check(&self.camera_motion)?;
+        let (width, height) = (self.camera.width, self.camera.height);
+        let film = Film::new(width, height, self.filter)?;
+        self.world.check().map_err(DirectError::World)?;
+        let bodies = self.bodies();
+        let pixel = |i: usize| self.pixel_past(&bodies, &film, [i % width, i / width], tolerance);
+        (0..width * height).into_par_iter().map(pixel).collect()
+    }
+
+    /// What is before the ground of every black surface: corners in the camera's axes,
+    /// counterclockwise around their cone.
+    fn bodies(&self) -> Vec<Corners> {
+        let axis = |a: DVec3| Vector::new(a, self.camera_motion.angular.cross(a));
+        let axes = [self.camera.right, self.camera.up, self.camera.forward].map(axis);
+        let origin = Vector::new(self.camera.origin, self.camera_motion.origin);
+        let ground: [Vector; 3] =
+            std::array::from_fn(|k| Vector::new(self.ground.corners[k], self.ground.velocities[k]) - origin);
+        let normal = (ground[1] - ground[0]).cross(ground[2] - ground[0]);
+        let behind = normal.dot(ground[0]).re.signum();
+        let black = self.world.surfaces.iter().filter(|s| s.radiance == DVec3::ZERO);
+        let before = black.filter_map(|surface| {
+            let corners = keep(&surface.seen_from(origin), |d| normal.dot(ground[0] - d) * behind);
+            let mut turned: Corners = corners
+                .iter()
+                .map(|d| {
+                    let [x, y, z] = axes.map(|a| a.dot(*d));
+                    Vector::new(DVec3::new(x.re, y.re, z.re), DVec3::new(x.eps, y.eps, z.eps))
+                })
+                .collect();
+            if turned.len() < 3 {
+                return None;
+            }
+            if area_vector(&turned).dot(turned[0]).re < 0.0 {
+                turned.reverse();
+            }
+            Some(turned)
+        });
+        before.collect()
+    }
+
+    fn scale(&self) -> Dual64 {
+        let half = Dual64::new(0.5 * self.camera.field_of_view, 0.5 * self.camera_motion.field_of_view);
+        half.tan().recip() * (0.5 * self.camera.width as f64)
+    }
+
+    /// The convex polygons of a cell in which the ground is seen.
+    fn visible(&self, bodies: &[Corners], min: DVec2, max: DVec2) -> Vec<Vec<Point>> {
+        let scale = self.scale();
+        let middle = 0.5 * DVec2::new(self.camera.width as f64, self.camera.height as f64);
+        let corner = |u: DVec2| {
+            let offset = u - middle;
+            let (x, y) = (scale.recip() * offset.x, scale.recip() * -offset.y);
+            Vector::new(DVec3::new(x.re, y.re, 1.0), DVec3::new(x.eps, y.eps, 0.0))
+        };
+        let cell = [min, DVec2::new(max.x, min.y), max, DVec2::new(min.x, max.y)].map(corner);
+        let mut pieces = vec![cell.to_vec()];
+        for body in bodies {
+            pieces = pieces.into_iter().flat_map(|piece| without_cone(piece, body)).collect();
+        }
+        let image = |d: &Vector| {
+            let (d, r) = (d.value(), d.rate());
+            let [x, y, z] = [0, 1, 2].map(|k| Dual64::new(d[k], r[k]));
+            [scale * x / z + middle.x, -(scale * y / z) + middle.y]
+        };
+        let images = pieces.iter().map(|piece| piece.iter().map(image).collect::<Vec<_>>());
+        images.filter(|polygon| area(polygon) > NO_AREA).collect()
+    }
+
+    fn pixel_past(
+        &self,
+        bodies: &[Corners],
+        film: &Film,
+        [x, y]: [usize; 2],
+        tolerance: f64,
+    ) -> Result<Pixel, DirectError> {
+        let centre = film.centre(x, y);
+        let mut triangles: Vec<[Point; 3]> = vec![];
+        for cell in film.cells(x, y) {
+            for piece in self.visible(bodies, cell.min, cell.max) {
+                triangles.extend((2..piece.len()).map(|k| [piece[0], piece[k - 1], piece[k]]));
+            }
+        }
+        let mut parts = vec![];
+        for corners in &triangles {
+            let integrand = |at: DVec2| self.integrand(film, centre, corners, at);
+            let squares =
+                quarters(DVec2::ZERO, DVec2::ONE).map(|[min, max]| Square::new(&integrand, min, max));
+            parts.push(squares.into_iter().collect::<Result<BinaryHeap<_>, _>>()?);
+        }
+        // Every triangle may be off by its share.
+        let magnitude: f64 = parts.iter().flatten().map(|s| s.magnitude).sum();
+        let allowed = tolerance * magnitude / triangles.len().max(1) as f64;
+        let most = (SQUARES / triangles.len().max(1)).max(LEAST_SQUARES);
+        let mut pixel = Pixel::default();
+        for (corners, mut squares) in triangles.iter().zip(parts) {
+            let integrand = |at: DVec2| self.integrand(film, centre, corners, at);
+            let mut error: f64 = squares.iter().map(Square::error).sum();
+            while error > allowed && squares.len() < most {
+                let Some(worst) = squares.pop() else { break };
+                error -= worst.error();
+                for [min, max] in quarters(worst.min, worst.max) {
+                    let square = Square::new(&integrand, min, max)?;
+                    error += square.error();
+                    squares.push(square);
+                }
+            }
+            for square in squares.into_sorted_vec() {
+                pixel.value += square.fine.value;
+                pixel.derivative += square.fine.derivative;
+                pixel.value_error += square.errors[0];
+                pixel.derivative_error += square.errors[1];
+            }
+        }
+        Ok(pixel)
+    }
+
+    /// h L |∂u/∂(s, t)| and its derivative.
+    fn integrand(
+        &self,
+        film: &Film,
+        centre: DVec2,
+        [a, b, c]: &[Point; 3],
+        at: DVec2,
+    ) -> Result<Sample, DirectError> {
+        let [p, q] = [b, c].map(|x| [x[0] - a[0], x[1] - a[1]]);
+        let u: Point = std::array::from_fn(|k| a[k] + (p[k] * (1.0 - at.y) + q[k] * at.y) * at.x);
+        let area = (p[0] * q[1] - p[1] * q[0]) * at.x;
+        let area = if area.re < 0.0 { -area } else { area };
+        let (place, velocity) = (DVec2::new(u[0].re, u[1].re), DVec2::new(u[0].eps, u[1].eps));
+        let filter =
+            Dual64::new(film.filter_value(centre, place), film.filter_gradient(centre, place).dot(velocity));
+        let mut ray = self.camera.ray(&self.camera_motion, place);
+        let slope = velocity / self.camera.pixels_per_slope();
+        ray.direction_rate += slope.x * self.camera.right - slope.y * self.camera.up;
+        let light = Receiver::on_ray(&ray, &self.ground).and_then(|x| unchecked(&self.world, &x));
+        let light = light.map_err(|source| DirectError::Irradiance { at: place, source })?;
+        let (light, weight) = (light.outgoing(self.albedo), filter * area);
+        Ok(Sample {
+            value: weight.re * light.value,
+            derivative: weight.eps * light.value + weight.re * light.derivative,
+        })
+    }
+}
+
+fn area(polygon: &[Point]) -> f64 {
+    let at = |k: usize| {
+        DVec2::new(polygon[k][0].re, polygon[k][1].re) - DVec2::new(polygon[0][0].re, polygon[0][1].re)
+    };
+    (2..polygon.len()).map(|k| 0.5 * at(k - 1).perp_dot(at(k))).sum::<f64>().abs()
+}
+
+#[cfg(test)]
+mod tests;

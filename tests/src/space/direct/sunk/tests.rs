@@ -1,0 +1,126 @@
+use flatland::random::{open01, stream};
+
+use super::*;
+use crate::space::worlds::{DirectCase, LitCrossing, LitCrossingKind, LitCrossingMoving};
+
+fn cases(kinds: &[LitCrossingKind], seeds: std::ops::Range<u64>) -> Vec<DirectCase> {
+    let pairs = kinds.iter().flat_map(|&kind| LitCrossingMoving::ALL.map(|moving| (kind, moving)));
+    let knobs =
+        pairs.flat_map(|(kind, moving)| seeds.clone().map(move |seed| LitCrossing { seed, kind, moving }));
+    knobs.collect::<Vec<_>>().par_iter().map(LitCrossing::build).collect()
+}
+
+/// Where a lamp is cut and where blockers cross: the derivative at points of the film against
+/// Richardson's extrapolation of central differences of the exact value.
+#[test]
+fn points_have_the_derivatives_of_their_values() {
+    let all = cases(&LitCrossingKind::UNSEEN, 0..20);
+    let error = |(seed, DirectCase { scene, label }): (usize, &DirectCase)| {
+        let mut rng = stream(seed as u64, &[]);
+        let steps =
+            [1e-2, 1e-3, 1e-4, 1e-5].map(|h| (h, [h, -h, 0.5 * h, -0.5 * h].map(|h| scene.displaced(h))));
+        let mut worst = 0.0_f64;
+        for _ in 0..20 {
+            let u = DVec2::new(open01(&mut rng), open01(&mut rng)) * scene.camera.width as f64;
+            let at = |scene: &DirectScene| scene.radiance(u).unwrap_or_else(|e| panic!("{e}\n{label}"));
+            let exact = at(scene);
+            let [value, derivative] = exact.magnitudes();
+            let error = |(h, [a, b, c, d]): &(f64, [DirectScene; 4])| {
+                let [whole, half] =
+                    [(a, b, 2.0 * h), (c, d, *h)].map(|(x, y, w)| (at(x).value - at(y).value) / w);
+                let quotient = (4.0 * half - whole) / 3.0;
+                (quotient - exact.derivative).abs().max_element() / (value + derivative + 1e-3)
+            };
+            worst = worst.max(steps.iter().map(error).fold(f64::INFINITY, f64::min));
+        }
+        (worst, label.clone())
+    };
+    let all: Vec<_> = all.par_iter().enumerate().map(|(k, c)| error((k, c))).collect();
+    let worst = all.iter().max_by(|a, b| a.0.total_cmp(&b.0)).expect("cases");
+    println!("{} cases, worst: {:e}, {}", all.len(), worst.0, worst.1);
+    assert!(worst.0 < 1e-8, "{:e}, {}", worst.0, worst.1);
+}
+
+/// Where the camera sees the ground alone, there is nothing to leave out.
+#[test]
+fn without_bodies_in_sight_the_pixels_are_the_same() {
+    for DirectCase { scene, label } in cases(&[LitCrossingKind::Plate], 30..31) {
+        let [a, b] = [scene.image(1e-4), scene.image_past_bodies(1e-5)].map(|i| i.expect("an image"));
+        let scale =
+            a.iter().map(|p| p.value.max_element() + p.derivative.abs().max_element()).fold(0.0, f64::max);
+        for (a, b) in a.iter().zip(&b) {
+            let error =
+                (a.value - b.value).abs().max_element() + (a.derivative - b.derivative).abs().max_element();
+            assert!(error < 5e-3 * scale, "{a:?} {b:?} {label}");
+        }
+    }
+}
+
+/// What stands in the ground: pixels against central differences of pixels, the best of a sweep, and
+/// the same of 1.03 times the derivative.
+///
+/// The error is of order h, because second derivatives jump, and that of quadrature over h, both relative
+/// to the whole image.
+#[test]
+fn pixels_past_bodies_have_the_derivatives_of_their_values() {
+    let all = cases(&LitCrossingKind::SEEN, 0..1);
+    let error = |DirectCase { scene, label }: &DirectCase| {
+        let image =
+            |scene: &DirectScene| scene.image_past_bodies(1e-4).unwrap_or_else(|e| panic!("{e}\n{label}"));
+        let exact = image(scene);
+        let size = |p: &Pixel| p.value.max_element().max(p.derivative.abs().max_element());
+        let scale = exact.iter().map(size).fold(0.0, f64::max);
+        let steps = [1e-2, 3e-3];
+        let moved = steps.map(|h| [h, -h].map(|h| image(&scene.displaced(h))));
+        let of = |factor: f64| {
+            let largest = |(h, [ahead, behind]): (&f64, &[Vec<Pixel>; 2])| {
+                let quotients = ahead.iter().zip(behind).map(|(a, b)| (a.value - b.value) / (2.0 * h));
+                let errors =
+                    quotients.zip(&exact).map(|(q, p)| (q - factor * p.derivative).abs().max_element());
+                errors.fold(0.0, f64::max) / scale
+            };
+            steps.iter().zip(&moved).map(largest).fold(f64::INFINITY, f64::min)
+        };
+        let steepest = exact.iter().map(|p| p.derivative.abs().max_element()).fold(0.0, f64::max) / scale;
+        (of(1.0), of(1.03), steepest, label.clone())
+    };
+    let all: Vec<_> = all.iter().map(error).collect();
+    for (right, wrong, steepest, label) in &all {
+        println!("{right:.1e}, 1.03 times it {wrong:.1e}, {label}");
+        assert!(*right < 1e-2, "{right:e}, {label}");
+        assert!(*wrong > 1e-2 || *steepest < 0.5, "{wrong:e}, {label}");
+    }
+}
+
+/// What is seen of the ground is what rays to it meet first: areas by points of a grid.
+#[test]
+fn visible_polygons_are_what_rays_see() {
+    for DirectCase { scene, label } in cases(&LitCrossingKind::SEEN, 0..4) {
+        let size = DVec2::new(scene.camera.width as f64, scene.camera.height as f64);
+        let polygons = scene.visible(&scene.bodies(), DVec2::ZERO, size);
+        let mut rng = stream(1, &[]);
+        for _ in 0..2000 {
+            let u = size * DVec2::new(open01(&mut rng), open01(&mut rng));
+            let inside = |polygon: &Vec<Point>| {
+                let at =
+                    |k: usize| DVec2::new(polygon[k % polygon.len()][0].re, polygon[k % polygon.len()][1].re);
+                let sides: Vec<_> =
+                    (0..polygon.len()).map(|k| (at(k + 1) - at(k)).perp_dot(u - at(k))).collect();
+                sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0)
+            };
+            let count = polygons.iter().filter(|p| inside(p)).count();
+            let ray = scene.camera.ray(&scene.camera_motion, u);
+            let ground = Receiver::on_ray(&ray, &scene.ground).expect("a ground").point.distance(ray.origin);
+            let hides = |surface: &crate::space::irradiance::Surface| {
+                let p = &surface.vertices;
+                let normal = (p[1] - p[0]).cross(p[2] - p[0]);
+                let t = normal.dot(p[0] - ray.origin) / normal.dot(ray.direction);
+                let at = ray.origin + t * ray.direction;
+                let inside = |k: usize| (p[(k + 1) % p.len()] - p[k]).cross(at - p[k]).dot(normal) >= 0.0;
+                t > 0.0 && at.distance(ray.origin) < ground && (0..p.len()).all(inside)
+            };
+            let is_hidden = scene.world.surfaces.iter().any(hides);
+            assert_eq!(count, usize::from(!is_hidden), "{u} {label}");
+        }
+    }
+}

@@ -1,0 +1,268 @@
+//! Light on a ground past bodies that pass through one another, through the light, or through the
+//! ground.
+//!
+//! Positions are generic, and in every case something crosses. Emitters are out of the camera's
+//! sight; so is all else but what stands in the ground.
+
+use flatland::plane::Filter;
+use glam::{DMat3, DVec2, DVec3};
+
+use super::dice::Dice;
+use super::direct::{DirectCase, camera, is_unseen};
+use super::moves::Affine;
+use crate::space::constants::{BOX_FACES, box_corners};
+use crate::space::coverage::{CameraMotion, Mesh, Motion, crossings};
+use crate::space::direct::DirectScene;
+use crate::space::irradiance::{Ground, Sides, Surface, World};
+
+/// What passes through what.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum LitCrossingKind {
+    /// A black plate through the lamp.
+    Plate,
+    /// A black box through the lamp.
+    Block,
+    /// A lamp through a black ceiling.
+    Ceiling,
+    /// Two black plates through one another, before the lamp.
+    Shadows,
+    /// A black plate that stands in the ground, before the camera.
+    Fence,
+    /// A black box sunk into the ground, before the camera.
+    Sunk,
+}
+
+/// What θ changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum LitCrossingMoving {
+    /// The camera: all crossings rest in the world.
+    Camera,
+    /// The lamp.
+    Lamp,
+    /// One black body.
+    Body,
+    /// Every body and the lamp, each on its own, and the ground.
+    All,
+}
+
+impl LitCrossingKind {
+    /// Where the camera sees the ground alone.
+    pub const UNSEEN: [Self; 4] = [Self::Plate, Self::Block, Self::Ceiling, Self::Shadows];
+    /// Where it sees what passes through the ground.
+    pub const SEEN: [Self; 2] = [Self::Fence, Self::Sunk];
+}
+
+impl LitCrossingMoving {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Camera, Self::Lamp, Self::Body, Self::All];
+}
+
+/// All that a case depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LitCrossing {
+    /// Everything that has no knob of its own.
+    pub seed: u64,
+    /// What crosses.
+    pub kind: LitCrossingKind,
+    /// What θ changes.
+    pub moving: LitCrossingMoving,
+}
+
+impl LitCrossing {
+    /// The case with these knobs: the same on every machine and in every thread.
+    ///
+    /// # Panics
+    /// If a thousand attempts show no crossing, which is a mistake in this file.
+    #[must_use]
+    pub fn build(&self) -> DirectCase {
+        let purpose = |attempt: u64| 3_000_000 + 100 * attempt + 10 * self.kind as u64 + self.moving as u64;
+        let case = (0..1000).find_map(|attempt| {
+            let mut stage = Stage::new(Dice::new(self.seed, purpose(attempt)));
+            stage.furnish(self.kind)?;
+            stage.crosses().then_some(())?;
+            stage.set_in_motion(self.moving);
+            Some(DirectCase { scene: stage.scene, label: format!("{self:?}") })
+        });
+        case.unwrap_or_else(|| panic!("no case for {self:?}"))
+    }
+}
+
+/// What is being built, above the plane z = 0. The first body is the lamp.
+struct Stage {
+    dice: Dice,
+    scene: DirectScene,
+    bodies: Vec<std::ops::Range<usize>>,
+}
+
+impl Stage {
+    fn new(mut dice: Dice) -> Self {
+        let camera = camera(&mut dice);
+        let corner = |k: f64| (40.0 * DVec2::from_angle(k * std::f64::consts::TAU / 3.0 + 0.3)).extend(0.0);
+        let ground = Ground { corners: [0.0, 1.0, 2.0].map(corner), velocities: [DVec3::ZERO; 3] };
+        let (albedo, filter) = (dice.colour(), dice.pick(&[Filter::Box, Filter::Tent]));
+        let camera_motion = CameraMotion::default();
+        let scene = DirectScene { world: World::default(), ground, albedo, camera, camera_motion, filter };
+        Self { dice, scene, bodies: vec![] }
+    }
+
+    /// `None` where something is seen that must not be.
+    fn furnish(&mut self, kind: LitCrossingKind) -> Option<()> {
+        let dice = &mut self.dice;
+        let at = DVec3::new(dice.between(-1.0, 1.0), dice.between(0.2, 1.8), dice.between(1.5, 2.5));
+        let lamp = at + dice.vector(0.1);
+        let tilt =
+            if kind == LitCrossingKind::Ceiling { dice.direction() } else { dice.tilted(-DVec3::Z, 0.5) };
+        let ring = dice.ring(lamp, tilt, 0.7);
+        self.lamp(ring)?;
+        let dice = &mut self.dice;
+        match kind {
+            LitCrossingKind::Plate => {
+                let ring = {
+                    let n = dice.direction();
+                    dice.ring(at, n, 0.7)
+                };
+                self.unseen(vec![ring])
+            }
+            LitCrossingKind::Block => {
+                let block = dice.block(at, 0.35);
+                self.unseen(block)
+            }
+            LitCrossingKind::Ceiling => {
+                let n = dice.tilted(DVec3::Z, 0.3);
+                let ring = dice.ring(at, n, 1.5);
+                self.unseen(vec![ring])
+            }
+            LitCrossingKind::Shadows => {
+                let foot = DVec3::new(dice.between(-0.3, 0.3), dice.between(-0.3, 0.3), 0.0);
+                let middle = foot.lerp(at, dice.between(0.4, 0.7));
+                for _ in 0..2 {
+                    let centre = middle + self.dice.vector(0.1);
+                    let ring = {
+                        let n = self.dice.direction();
+                        self.dice.ring(centre, n, 0.4)
+                    };
+                    self.unseen(vec![ring])?;
+                }
+                Some(())
+            }
+            LitCrossingKind::Fence => {
+                let (foot, n) = (dice.vector(0.2).with_z(dice.between(-0.1, 0.1)), dice.direction());
+                let ring = dice.ring(foot, n, 0.5);
+                self.add(vec![ring]);
+                Some(())
+            }
+            LitCrossingKind::Sunk => {
+                let foot = dice.vector(0.2).with_z(dice.between(-0.05, 0.1));
+                let block = dice.block(foot, 0.25);
+                self.add(block);
+                Some(())
+            }
+        }
+    }
+
+    fn lamp(&mut self, ring: Vec<DVec3>) -> Option<()> {
+        let radiance = self.dice.colour() * self.dice.between(1.0, 6.0);
+        let sides = if self.dice.chance(0.3) { Sides::Both } else { Sides::Front };
+        if !self.fits(&ring) {
+            return None;
+        }
+        let [a, b, c] = [0, 1, 2].map(|k| ring[k]);
+        let corners = if (b - a).cross(c - a).z > 0.0 { ring.into_iter().rev().collect() } else { ring };
+        self.scene.world.surfaces.push(Surface { sides, ..Surface::emitter(corners, radiance) });
+        self.bodies.push(0..1);
+        Some(())
+    }
+
+    fn fits(&self, ring: &[DVec3]) -> bool {
+        ring.iter().all(|c| c.z > 0.1) && is_unseen(&self.scene.camera, ring)
+    }
+
+    fn unseen(&mut self, faces: Vec<Vec<DVec3>>) -> Option<()> {
+        faces.iter().all(|face| self.fits(face)).then(|| self.add(faces))
+    }
+
+    fn add(&mut self, faces: Vec<Vec<DVec3>>) {
+        let start = self.scene.world.surfaces.len();
+        self.scene.world.surfaces.extend(faces.into_iter().map(Surface::occluder));
+        self.bodies.push(start..self.scene.world.surfaces.len());
+    }
+
+    /// Whether a triangle of one body crosses one of another, or of the ground, and both bodies rise
+    /// above the ground.
+    fn crosses(&self) -> bool {
+        let mut mesh =
+            Mesh { positions: vec![], triangles: vec![], radiance: vec![], background: DVec3::ZERO };
+        let ground = &self.scene.ground.corners;
+        let polygons = self.scene.world.surfaces.iter().map(|s| &s.vertices[..]).chain([&ground[..]]);
+        for polygon in polygons {
+            // Faces of a box share their corners.
+            let mut vertex = |p: &DVec3| {
+                mesh.positions.iter().position(|q| p == q).unwrap_or_else(|| {
+                    mesh.positions.push(*p);
+                    mesh.positions.len() - 1
+                })
+            };
+            let ring: Vec<_> = polygon.iter().map(&mut vertex).collect();
+            mesh.triangles.extend((2..ring.len()).map(|k| [ring[0], ring[k - 1], ring[k]]));
+        }
+        mesh.radiance = vec![DVec3::ZERO; mesh.triangles.len()];
+        let still = Motion { positions: vec![DVec3::ZERO; mesh.positions.len()], ..Motion::default() };
+        crossings(&mesh, &still).is_ok_and(|found| !found.is_empty())
+    }
+
+    fn carry(&mut self, body: usize) {
+        let surfaces = self.bodies[body].clone();
+        let centre = self.scene.world.surfaces[surfaces.start].vertices[0];
+        let affine = Affine::any(&mut self.dice, centre, 0.5, 0.3);
+        for surface in &mut self.scene.world.surfaces[surfaces] {
+            for (v, p) in surface.velocities.iter_mut().zip(&surface.vertices) {
+                *v += affine.velocity(*p);
+            }
+        }
+    }
+
+    fn set_in_motion(&mut self, moving: LitCrossingMoving) {
+        match moving {
+            LitCrossingMoving::Camera => {
+                let (origin, angular) = (self.dice.vector(1.0), self.dice.vector(0.3));
+                let field_of_view = self.dice.between(-0.2, 0.2);
+                self.scene.camera_motion = CameraMotion { origin, angular, field_of_view };
+            }
+            LitCrossingMoving::Lamp => self.carry(0),
+            LitCrossingMoving::Body => {
+                let body = self.dice.count(1, self.bodies.len() - 1);
+                self.carry(body);
+            }
+            LitCrossingMoving::All => {
+                (0..self.bodies.len()).for_each(|body| self.carry(body));
+                let affine = Affine::rotation(self.dice.vector(0.5), self.dice.vector(0.3));
+                let ground = &mut self.scene.ground;
+                for (v, p) in ground.velocities.iter_mut().zip(&ground.corners) {
+                    *v = affine.velocity(*p);
+                }
+            }
+        }
+    }
+}
+
+impl Dice {
+    /// A direction within about an angle of another.
+    fn tilted(&mut self, axis: DVec3, angle: f64) -> DVec3 {
+        (axis + angle * self.direction()).normalize()
+    }
+
+    /// A triangle or quadrilateral.
+    fn ring(&mut self, centre: DVec3, normal: DVec3, radius: f64) -> Vec<DVec3> {
+        let corners = self.count(3, 4);
+        let (x, y) = normal.any_orthonormal_pair();
+        self.convex_ring(radius, corners).iter().map(|p| centre + p.x * x + p.y * y).collect()
+    }
+
+    /// The faces of a box.
+    fn block(&mut self, centre: DVec3, half: f64) -> Vec<Vec<DVec3>> {
+        let frame: DMat3 = self.frame();
+        let half = DVec3::from(std::array::from_fn(|_| self.between(0.6, 1.2) * half));
+        let corners = box_corners(-half, half).map(|c| centre + frame * c);
+        BOX_FACES.iter().map(|face| face.iter().map(|&v| corners[v]).collect()).collect()
+    }
+}
