@@ -1,5 +1,5 @@
 //! Fills the README's table of power from what statistical tests print:
-//! `cargo test --release --workspace -- --nocapture | cargo run --release -p tests --example power`.
+//! `UPDATE_README=1 cargo test --release --workspace -- --nocapture | cargo run --release -p tests --example power`.
 //!
 //! Rows of files that are not among the input stay as they are, so that one file can be measured again.
 

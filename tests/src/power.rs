@@ -5,8 +5,8 @@
 //! counts only if that is at most [`NOTICED`]; a test that makes one that does not is itself a failure.
 //!
 //! Every statistical test prints one line, `power | test | comparisons | smallest bias | where`, which are the rows of
-//! the README's table of power: `cargo test --release --workspace -- --nocapture | cargo run --release -p tests
-//! --example power` fills it. A test that the table does not name fails.
+//! the README's table of power: `UPDATE_README=1 cargo test --release --workspace -- --nocapture | cargo run --release
+//! -p tests --example power` fills it. A test that the table does not name fails unless `UPDATE_README` is set.
 
 use crate::readme;
 

@@ -61,6 +61,7 @@ pub fn table(name: &str, table: &str) {
 /// # Panics
 /// If it has none.
 pub fn names(table: &str, row: &str) {
-    let named = shown(table).lines().any(|line| line.split('|').nth(1).is_some_and(|cell| cell.trim() == row));
+    let named =
+        shown(table).lines().any(|line| line.split('|').nth(1).is_some_and(|cell| cell.trim() == row));
     assert!(named || updates(), "the README's {table} has no row {row:?}");
 }

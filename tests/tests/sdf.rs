@@ -13,6 +13,7 @@ use flatland::sdf::shapes::{Circle, Grid, Interpolation, Polygon, RoundedBox, Sh
 use flatland::sdf::{AngularFilm, AngularFilter, End, RayCount, Scene, Sdf, Shading, Tracer};
 use flatland::warp::{Circle as Directions, Debias, Field, Warp};
 use glam::DVec2;
+use tests::effort::{pick, thorough};
 use tests::power::{NOTICED, Power};
 use tests::statistics::{ZReport, regression_slope, suite_threshold};
 
@@ -86,9 +87,9 @@ impl Case {
             report.compare(format!("{label}, pixel {pixel}"), mean, *exact, error);
         }
         assert_eq!(found.non_finite, 0, "{label}");
-        // Those within 5·10⁻⁸ r/t radians of a silhouette: less than 0.1 are expected in any one estimate
-        // here, for 4·10⁵ rays a radian and 4 silhouettes, and one biases it by less than its own share.
-        assert!(found.out_of_steps <= 1, "{label}: {} rays", found.out_of_steps);
+        // Those within 5·10⁻⁸ r/t radians of a silhouette, of four at most in 1.6 radians: one in 10⁷ is expected, and
+        // biases the estimate by less than its own share.
+        assert!(found.out_of_steps <= 1 + found.rays / 1_000_000, "{label}: {} rays", found.out_of_steps);
         report
     }
 
@@ -129,9 +130,6 @@ fn auxiliary(rays: usize, distance: SilhouetteDistance) -> AuxiliaryField {
     AuxiliaryField { warp, kappa: 400.0, distance }
 }
 
-/// Samples of a field that is debiased: its tails are heavier than those of fields that are known.
-const DEBIASED: usize = 100_000;
-
 #[test]
 fn consistent_fields_give_the_derivative_of_smooth_shapes() {
     let mut power = Power::of("sdf::consistent_fields_give_the_derivative_of_smooth_shapes");
@@ -147,8 +145,16 @@ fn consistent_fields_give_the_derivative_of_smooth_shapes() {
             case.assert_right(&mut power, &label("harmonic"), &case.area(16_000, &harmonic));
             case.assert_right(&mut power, &label("Bangaru"), &case.traced(16_000, &BangaruField::default()));
             case.assert_right(&mut power, &label("Vicini"), &case.traced(16_000, &ViciniField::default()));
+            if !thorough() && (name, filter) != ("disc", AngularFilter::Box) {
+                // Heavier tails than fields that are known have: one case stands for all.
+                continue;
+            }
             let unbiased = AuxiliaryField { warp: Warp::default(), ..auxiliary(1, Default::default()) };
-            case.assert_right(&mut power, &label("auxiliary, debiased"), &case.traced(DEBIASED, &unbiased));
+            case.assert_right(
+                &mut power,
+                &label("auxiliary, debiased"),
+                &case.traced(pick(10_000, 100_000), &unbiased),
+            );
         }
     }
     power.finish();
@@ -183,7 +189,11 @@ fn inconsistent_fields_are_rejected() {
 fn case_bias_of_the_kink(power: &mut Power, kinked: &Case) {
     kinked.assert_wrong("pair without blending, Bangaru", &kinked.traced(6000, &BangaruField::default()));
     // The multiplier confines Vicini's field to where the medial axis is not.
-    kinked.assert_right(power, "pair without blending, Vicini", &kinked.traced(16_000, &ViciniField::default()));
+    kinked.assert_right(
+        power,
+        "pair without blending, Vicini",
+        &kinked.traced(16_000, &ViciniField::default()),
+    );
 }
 
 /// The tracer's field without the term −n ω·U of the projection, seen from close by.
@@ -305,12 +315,15 @@ fn the_band_is_biased_by_its_width() {
         case.slope(&format!("pair, band of ε = {width}"), &found)
     };
     let [(wide, wide_error), (half, _), (narrow, error)] =
-        [(0.1, 20_000), (0.05, 20_000), (0.005, 300_000)].map(|(width, samples)| slope(width, samples));
+        [(0.1, 20_000), (0.05, 20_000), (0.005, 200_000)].map(|(width, samples)| slope(width, samples));
     assert!((1.0 - wide).abs() > 6.0 * wide_error, "{wide}");
     assert!((1.0 - half).abs() < 0.75 * (1.0 - wide).abs(), "{half} {wide}");
     let tolerance = suite_threshold() * error + 0.02;
     assert!((narrow - 1.0).abs() < tolerance, "{narrow} ± {error}");
     power.add("pair, narrow band", tolerance, 1.0);
+    if !thorough() {
+        return power.finish();
+    }
     // Corners are as good as any silhouette to it.
     let corners = Case::new(triangle(), Shading { normal: DVec2::ZERO, ..SHADING }, AngularFilter::Tent);
     let band = RelaxedBoundary { samples: 300_000, width: 0.005, seed: 1 };
@@ -395,9 +408,16 @@ fn tiny_and_huge_discs_are_alike() {
         let first = alike.get_or_insert_with(|| case.exact.clone());
         // Twice the 10⁻¹¹ of the quadrature, at derivatives below 10.
         assert!(first.iter().zip(&case.exact).all(|(a, b)| (a - b).abs() < 1e-9), "{:?}", case.exact);
-        case.assert_right(&mut power, &format!("r = {radius:e}, Bangaru"), &case.traced(10_000, &BangaruField::default()));
+        case.assert_right(
+            &mut power,
+            &format!("r = {radius:e}, Bangaru"),
+            &case.traced(10_000, &BangaruField::default()),
+        );
         let vicini = ViciniField { epsilon: 1e-6 * radius, ..ViciniField::default() };
-        case.assert_right(&mut power, &format!("r = {radius:e}, Vicini"), &case.traced(DEBIASED, &vicini));
+        if radius >= 1.0 || thorough() {
+            let samples = pick(30_000, 400_000);
+            case.assert_right(&mut power, &format!("r = {radius:e}, Vicini"), &case.traced(samples, &vicini));
+        }
     }
     power.finish();
 }
@@ -557,10 +577,17 @@ fn grids_must_be_smooth() {
         measured(grid, shading, direction, 0.06)
     };
     let smooth = case(Interpolation::Bicubic, SHADING);
-    smooth.assert_right(&mut power, "bicubic grid, Bangaru", &smooth.traced(36_000, &BangaruField::default()));
-    smooth.assert_right(&mut power, "bicubic grid, Vicini", &smooth.traced(36_000, &ViciniField::default()));
+    smooth.assert_right(
+        &mut power,
+        "bicubic grid, Bangaru",
+        &smooth.traced(36_000, &BangaruField::default()),
+    );
+    if thorough() {
+        let vicini = ViciniField::default();
+        smooth.assert_right(&mut power, "bicubic grid, Vicini", &smooth.traced(36_000, &vicini));
+    }
     let kinked = case(Interpolation::Bilinear, flat);
-    kinked.assert_wrong("bilinear grid, Bangaru", &kinked.traced(36_000, &BangaruField::default()));
+    kinked.assert_wrong("bilinear grid, Bangaru", &kinked.traced(6000, &BangaruField::default()));
     power.finish();
 }
 

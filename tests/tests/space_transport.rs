@@ -253,7 +253,11 @@ fn compare(power: &mut Power, k: Known, step: f64, runs: Runs, controls: &[Contr
     let k = weighted(k);
     let start = Instant::now();
     let (differences, slack) = differences(&k, step, runs.differences);
-    println!("{}: {differences:?}, steps differ by {slack:.1e}, {:.1} s", k.label, start.elapsed().as_secs_f64());
+    println!(
+        "{}: {differences:?}, steps differ by {slack:.1e}, {:.1} s",
+        k.label,
+        start.elapsed().as_secs_f64()
+    );
     let (mut reference, mut slack, mut failures) = (differences, slack, vec![]);
     for ((name, method), count) in METHODS.into_iter().zip([runs.edges, runs.warped]) {
         let start = Instant::now();
@@ -289,17 +293,35 @@ fn direct_light() {
         change.translate(scene, 1, DVec3::new(0.1, 0.2, 0.1));
         change.scale(scene, 1, DVec3::new(0.1, 0.8, -0.3), 1.0);
     };
-    compare(&mut power, known(court(2, grey(), None), fall, "direct light, occluder"), 2e-2, RUNS.times([1, 1, 1]), ALL);
+    compare(
+        &mut power,
+        known(court(2, grey(), None), fall, "direct light, occluder"),
+        2e-2,
+        RUNS.times([1, 1, 1]),
+        ALL,
+    );
     let turn = |scene: &Scene, change: &mut Change| {
         change.rotate(scene, 2, DVec3::new(0.4, 2.2, -0.6), DVec3::new(0.4, 0.5, -0.6));
         change.scale(scene, 2, DVec3::new(0.2, 2.0, -0.6), 0.5);
     };
-    compare(&mut power, known(court(2, grey(), None), turn, "direct light, lamp"), 2e-2, RUNS.times([1, 1, 1]), &[Control::Biased]);
+    compare(
+        &mut power,
+        known(court(2, grey(), None), turn, "direct light, lamp"),
+        2e-2,
+        RUNS.times([1, 1, 1]),
+        &[Control::Biased],
+    );
     let floor = |scene: &Scene, change: &mut Change| {
         change.translate(scene, 0, DVec3::new(0.2, 0.5, -0.4));
         change.rotate(scene, 0, DVec3::ZERO, DVec3::new(0.3, 0.0, 0.2));
     };
-    compare(&mut power, known(court(2, grey(), None), floor, "a floor moves under an occluder"), 2e-2, RUNS.times([2, 3, 4]), ALL);
+    compare(
+        &mut power,
+        known(court(2, grey(), None), floor, "a floor moves under an occluder"),
+        2e-2,
+        RUNS.times([2, 3, 4]),
+        ALL,
+    );
     power.finish();
 }
 
@@ -599,8 +621,7 @@ fn parameters_that_are_not_geometry() {
         };
         let k = Known { weights: directed(&difference(2048, 400)), ..k };
         let runs = times * PARAMETER_RUNS * pick(1, 4);
-        let reference =
-            estimate(repeated(runs, |seed| k.weighted(&difference(128, 500 + seed))).into_iter());
+        let reference = estimate(repeated(runs, |seed| k.weighted(&difference(128, 500 + seed))).into_iter());
         let found = estimate(
             repeated(runs, |seed| {
                 k.weighted(&k.run(&WarpedArea { samples: 64, seed, ..WarpedArea::default() }).gradient)

@@ -81,8 +81,8 @@ impl Known {
         let rows = (window.y..window.y + window.height).map(|y| y * camera.width);
         let shown = rows.flat_map(|row| (window.x..window.x + window.width).map(move |x| row + x));
         let shown: Vec<usize> = shown.collect();
-        let [derivative, image] = [&derivative, &image]
-            .map(|of| shown.iter().map(|&i| of.pixels()[i]).collect::<Vec<DVec3>>());
+        let [derivative, image] =
+            [&derivative, &image].map(|of| shown.iter().map(|&i| of.pixels()[i]).collect::<Vec<DVec3>>());
         Self::new(scenes::coverage(case, crop), &derivative, &[], &image, format!("{label} {crop:?}"))
     }
 
