@@ -1,10 +1,12 @@
 //! One number per scene, estimated and exact, over many scenes: what the statistical tests compare.
 
 use flatland::estimator::{EstimatorError, Exact, GradientImage, Method};
+use flatland::plane::exact::Arrangement;
 use flatland::plane::{Film, Image, Motion, Scene};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::power::{NOTICED, Power};
 use crate::scenes::{Case, Kind, Knobs};
 
 /// A scene with its exact derivative, seen through fixed random weights.
@@ -16,6 +18,8 @@ pub struct Known {
     pub weights: Image,
     /// Σ weight · dI/dθ.
     pub exact: f64,
+    /// What errors are measured by where that is nearly 0: |weights| · |I|, the change of the whole image by itself.
+    pub scale: f64,
 }
 
 /// The estimate of [`Known::exact`].
@@ -27,6 +31,23 @@ pub struct Estimate {
     pub standard_error: f64,
 }
 
+/// How much of the weights' square is not the derivative's.
+const ROUGH: f64 = 0.1;
+
+/// Weights of length 1 that are mostly those of a derivative, so that its parts of opposite sign add up and every pixel
+/// counts as it should; and in part rough from pixel to pixel, so that an error counts also where the derivative is 0.
+#[must_use]
+pub fn focused(derivative: &[f64]) -> Vec<f64> {
+    let unit = |v: Vec<f64>| {
+        let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if length > 0.0 { v.into_iter().map(|x| x / length).collect() } else { v }
+    };
+    let rough = unit((0..derivative.len()).map(|i| 1.0 + 0.5 * (7.3 * i as f64).sin()).collect());
+    let smooth = unit(derivative.to_vec());
+    let mixed = smooth.iter().zip(rough).map(|(s, r)| (1.0 - ROUGH).sqrt() * s + ROUGH.sqrt() * r);
+    unit(mixed.collect())
+}
+
 impl Known {
     /// # Panics
     /// If the case has no derivative.
@@ -34,14 +55,15 @@ impl Known {
     pub fn new(case: Case) -> Self {
         let gradient = Exact.forward(&case.scene, &case.motion, &case.film);
         let gradient = gradient.unwrap_or_else(|e| panic!("{e}\n{}", case.label));
-        let weights = (0..case.film.width() * case.film.height()).map(|i| {
-            // Anything that is not smooth from pixel to pixel will do.
-            let weight = 1.0 + 0.5 * (7.3 * i as f64).sin();
-            DVec3::AXES[i % 3] * weight
-        });
+        let channel = |i: usize| DVec3::AXES[i % 3];
+        let derivative: Vec<f64> =
+            gradient.mean.pixels().iter().enumerate().map(|(i, d)| d.dot(channel(i))).collect();
+        let weights = focused(&derivative).into_iter().enumerate().map(|(i, w)| w * channel(i));
         let weights = Image::from_pixels(&case.film, weights.collect());
         let exact = weights.dot(&gradient.mean);
-        Self { case, weights, exact }
+        let image = Arrangement::new(&case.scene, &case.film).expect("it has a gradient").primal(&case.film);
+        let scale = (weights.dot(&weights) * image.dot(&image)).sqrt();
+        Self { case, weights, exact, scale }
     }
 
     /// The weighted sum of a gradient image.
@@ -71,21 +93,22 @@ impl Known {
     }
 }
 
-/// `per_kind` scenes of each of some kinds, in which something moves.
+/// `per_kind` scenes of each of some kinds. Where nothing that is seen moves, nothing may be found.
 #[must_use]
 pub fn known(kinds: &[Kind], per_kind: u64) -> Vec<Known> {
     let knobs: Vec<Knobs> = kinds
         .iter()
         .flat_map(|&kind| (0..per_kind).map(move |seed| Knobs::random(50_000 + seed, kind)))
         .collect();
-    let all: Vec<Known> = knobs.into_par_iter().map(|k| Known::new(k.build())).collect();
-    all.into_iter().filter(|k| k.exact.abs() > 1e-3).collect()
+    knobs.into_par_iter().map(|k| Known::new(k.build())).collect()
 }
 
 /// A number that is known, and what to call it.
 pub trait Reference: Sync {
     /// The exact value.
     fn exact(&self) -> f64;
+    /// What errors are measured by where the exact value is nearly 0.
+    fn scale(&self) -> f64;
     /// Enough to repeat it.
     fn label(&self) -> &str;
 }
@@ -95,9 +118,50 @@ impl Reference for Known {
         self.exact
     }
 
+    fn scale(&self) -> f64 {
+        self.scale
+    }
+
     fn label(&self) -> &str {
         &self.case.label
     }
+}
+
+/// |z| above these rejects.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Of a single scene.
+    pub scene: f64,
+    /// Of the regression over all scenes.
+    pub slope: f64,
+}
+
+impl Limits {
+    /// Both the same.
+    #[must_use]
+    pub fn both(limit: f64) -> Self {
+        Self { scene: limit, slope: limit }
+    }
+
+    /// Where single scenes prove nothing, because variance is infinite: the regression alone.
+    #[must_use]
+    pub fn slope_alone(self) -> Self {
+        Self { scene: f64::INFINITY, ..self }
+    }
+}
+
+/// An exact value this small, relative to its scale, counts as nearly 0.
+pub const NEARLY_ZERO: f64 = 1e-3;
+
+/// Rounding of an estimate, relative to the larger of its exact value and scale.
+const ROUNDING: f64 = 1e-12;
+
+/// Both halves of every scene's estimate, with seeds 0 and 1, in parallel.
+pub fn halves<K: Reference>(
+    known: &[K],
+    estimate: impl Fn(&K, u64) -> Estimate + Sync,
+) -> Vec<[Estimate; 2]> {
+    known.par_iter().map(|k| [0, 1].map(|seed| estimate(k, seed))).collect()
 }
 
 /// How estimates compare with exact values over a campaign.
@@ -115,45 +179,71 @@ pub struct Verdict {
     pub slope_error: f64,
     /// How many scenes.
     pub count: usize,
+    /// Of how many the exact value is nearly 0.
+    pub zeros: usize,
+    /// The largest standard error of one of those, and what is allowed beside it, relative to its scale, and which
+    /// scene that is.
+    pub noise: ([f64; 2], String),
 }
 
 impl Verdict {
     /// Runs an estimate over all scenes, in parallel, twice: with seeds 0 and 1.
+    pub fn of<K: Reference>(known: &[K], estimate: impl Fn(&K, u64) -> Estimate + Sync) -> Self {
+        Self::on(known.iter().zip(&halves(known, estimate)))
+    }
+
+    /// From both halves of every scene's estimate.
     ///
-    /// Each half is weighted by the variance of the other, but at least as if it were off by 30%.
-    /// Weights from its own variance would be correlated with its error, because where the
+    /// Each half is weighted by the variance of the other, but at least as if it were off by 10%, so
+    /// that no few scenes decide. Weights from its own variance would be correlated with its error, because where the
     /// distribution is skewed a large mean comes with a large variance, and the slope would be
     /// biased by them.
-    pub fn of<K: Reference>(known: &[K], estimate: impl Fn(&K, u64) -> Estimate + Sync) -> Self {
-        let halves: Vec<[Estimate; 2]> =
-            known.par_iter().map(|k| [0, 1].map(|seed| estimate(k, seed))).collect();
+    pub fn on<'a, K: Reference + 'a>(found: impl Iterator<Item = (&'a K, &'a [Estimate; 2])>) -> Self {
         let mut this = Self {
             worst: 0.0,
             worst_label: String::new(),
             spread: 0.0,
             slope: 0.0,
             slope_error: 0.0,
-            count: known.len(),
+            count: 0,
+            zeros: 0,
+            noise: ([0.0; 2], String::new()),
         };
         let (mut xy, mut xx, mut variance) = (0.0, 0.0, 0.0);
-        for (k, pair) in known.iter().zip(&halves) {
-            let ([a, b], exact) = (pair, k.exact());
-            // An estimate without any spread must be exact, but for rounding.
-            let error = (0.5 * a.standard_error.hypot(b.standard_error)).max(1e-12 * exact.abs());
-            let z = (0.5 * (a.mean + b.mean) - exact) / error;
-            if z.is_nan() || z.abs() > this.worst {
-                this.worst = if z.is_nan() { f64::INFINITY } else { z.abs() };
+        for (k, pair) in found {
+            let ([a, b], exact, scale) = (pair, k.exact(), k.scale());
+            // An estimate without any spread must be exact, but for rounding; not even that is left of one of 0.
+            let rounding = (ROUNDING * exact.abs().max(scale)).max(f64::MIN_POSITIVE);
+            let error = (0.5 * a.standard_error.hypot(b.standard_error)).max(rounding);
+            // What is thinner than samples are apart may be met by none of them. Where it is next to nothing, none may
+            // be found: such scenes are there for what should not be found.
+            let zero = exact.abs() <= NEARLY_ZERO * scale;
+            let slack = if zero { exact.abs() } else { 0.0 };
+            let off = (0.5 * (a.mean + b.mean) - exact).abs();
+            let z = if off.is_nan() { f64::INFINITY } else { (off - slack).max(0.0) / error };
+            if z > this.worst {
+                this.worst = z;
                 this.worst_label = k.label().to_owned();
             }
-            this.spread += z * z / known.len() as f64;
+            this.spread += z * z;
+            this.count += 1;
+            if zero {
+                this.zeros += 1;
+                let bare = exact == 0.0 && error == rounding;
+                let noise = [if bare { 0.0 } else { error / scale }, if bare { 0.0 } else { slack / scale }];
+                if !(noise[0] <= this.noise.0[0]) {
+                    this.noise = (noise, k.label().to_owned());
+                }
+                continue;
+            }
             for (own, other) in [(a, b), (b, a)] {
-                let weight = 1.0 / (other.standard_error.powi(2) + (0.3 * exact).powi(2));
+                let weight = 1.0 / (other.standard_error.powi(2) + (0.1 * exact).powi(2));
                 xy += weight * exact * own.mean;
                 xx += weight * exact * exact;
                 variance += (weight * exact * own.standard_error).powi(2);
             }
         }
-        this.spread = this.spread.sqrt();
+        this.spread = (this.spread / this.count as f64).sqrt();
         this.slope = xy / xx;
         this.slope_error = variance.sqrt() / xx;
         this
@@ -165,9 +255,65 @@ impl Verdict {
         (self.slope - 1.0) / self.slope_error
     }
 
-    /// Whether nothing speaks against the method being unbiased.
+    /// Whether nothing speaks against the method being unbiased: no scene alone, and not their slope.
     #[must_use]
-    pub fn passes(&self, limit: f64) -> bool {
-        self.worst <= limit && self.slope_z().abs() <= limit
+    pub fn passes(&self, limits: Limits) -> bool {
+        self.worst <= limits.scene && self.slope_z().abs() <= limits.slope
+    }
+
+    /// The verdict on the same estimates times a factor, as far as their slope tells.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self { slope: factor * self.slope, slope_error: factor * self.slope_error, ..self.clone() }
+    }
+
+    /// What could have been noticed: by the slope a relative bias, and where the exact value is nearly 0 an error
+    /// relative to its scale.
+    pub fn tell(&self, power: &mut Power, name: &str, limits: Limits) {
+        power.add(format!("{name}: slope of {} scenes", self.count), limits.slope * self.slope_error, 1.0);
+        if self.zeros > 0 && limits.scene.is_finite() {
+            let label = format!("{name}: of the scale of {} scenes of nearly 0", self.zeros);
+            let [error, slack] = self.noise.0;
+            power.add(label, limits.scene * error + slack, 1.0);
+        }
+    }
+
+    /// Prints it.
+    pub fn print(&self, name: &str, limits: Limits) {
+        println!(
+            "{name}: {} scenes, worst |z| {:.2} (limit {:.2}), rms z {:.3}, slope {:.4} ± {:.4}; {}; {} of nearly 0 to {:.4}, {}",
+            self.count,
+            self.worst,
+            limits.scene,
+            self.spread,
+            self.slope,
+            self.slope_error,
+            self.worst_label,
+            self.zeros,
+            self.noise.0[0],
+            self.noise.1
+        );
+    }
+
+    /// Asserts that it passes and says what could have been noticed; that it could have been is proved by the same
+    /// estimates less [`NOTICED`], which must not pass.
+    ///
+    /// # Panics
+    /// If one or the other is not so.
+    pub fn accept(&self, power: &mut Power, name: &str, limits: Limits) {
+        self.print(name, limits);
+        assert!(self.passes(limits), "{name} is biased: {self:?}");
+        let less = self.scaled(1.0 - NOTICED);
+        assert!(less.slope_z().abs() > limits.slope, "{name} would pass with a bias of {NOTICED}: {self:?}");
+        self.tell(power, name, limits);
+    }
+
+    /// Asserts that it does not pass.
+    ///
+    /// # Panics
+    /// If it does.
+    pub fn reject(&self, name: &str, limits: Limits) {
+        self.print(&format!("control {name}"), limits);
+        assert!(!self.passes(limits), "the control {name} was not rejected: {self:?}");
     }
 }

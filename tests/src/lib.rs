@@ -2,8 +2,10 @@
 //! statistics of unbiasedness.
 //!
 //! - [`campaign`]: estimates and exact values over many scenes.
+//! - [`effort`]: how much the statistical tests spend.
 //! - [`oracle`]: pixels of a plane scene and their derivatives by a slab decomposition in dual
 //!   numbers, sharing no code with [`flatland::plane::exact`].
+//! - [`power`]: the smallest bias that a test rejects.
 //! - [`readme`]: the README's tables, which tests fill.
 //! - [`scenes`]: random scenes, generic, degenerate and not differentiable.
 //! - [`space`]: the same in three dimensions: coverage, direct light and constants.
@@ -12,7 +14,9 @@
 
 pub mod campaign;
 mod double_double;
+pub mod effort;
 pub mod oracle;
+pub mod power;
 pub mod readme;
 pub mod scenes;
 pub mod space;

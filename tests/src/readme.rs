@@ -1,27 +1,67 @@
 //! Tables of the README that tests fill.
 
-use std::path::Path;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
 
-/// Puts a table in its place in the README if the environment variable `UPDATE_README` is set, and
-/// otherwise checks that the README shows a table with the same first column: the last digits of
-/// the others differ between machines.
+fn path() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md")
+}
+
+/// The README, and where in it a table is: between `<!-- {name}: filled by … -->` and `<!-- end of {name} -->`.
+fn place(name: &str) -> (String, Range<usize>) {
+    let readme = std::fs::read_to_string(path()).expect("README.md");
+    let start = readme.find(&format!("<!-- {name}: filled by ")).expect("the table's beginning");
+    let start = start + readme[start..].find('\n').expect("a line") + 1;
+    let end = start + readme[start..].find(&format!("<!-- end of {name} -->")).expect("the table's end");
+    (readme, start..end)
+}
+
+/// A table as the README shows it.
 ///
-/// The place is between `<!-- {name}: filled by … -->` and `<!-- end of {name} -->`.
+/// # Panics
+/// If the README has no place for it.
+#[must_use]
+pub fn shown(name: &str) -> String {
+    let (readme, place) = place(name);
+    readme[place].to_owned()
+}
+
+/// Puts a table in its place in the README.
+///
+/// # Panics
+/// If the README has no place for it, or cannot be written.
+pub fn fill(name: &str, table: &str) {
+    let (readme, place) = place(name);
+    let filled = format!("{}{table}{}", &readme[..place.start], &readme[place.end..]);
+    std::fs::write(path(), filled).expect("README.md");
+}
+
+/// Whether the environment variable `UPDATE_README` asks for new tables.
+fn updates() -> bool {
+    std::env::var_os("UPDATE_README").is_some()
+}
+
+/// Puts a table in its place if `UPDATE_README` is set, and otherwise checks that the README shows a table with the
+/// same first column: the last digits of the others differ between machines.
 ///
 /// # Panics
 /// If the README has no such place, or shows other rows.
 pub fn table(name: &str, table: &str) {
     println!("{table}");
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md");
-    let readme = std::fs::read_to_string(&path).expect("README.md");
-    let start = readme.find(&format!("<!-- {name}: filled by ")).expect("the table's beginning");
-    let start = start + readme[start..].find('\n').expect("a line") + 1;
-    let end = start + readme[start..].find(&format!("<!-- end of {name} -->")).expect("the table's end");
-    let shown = &readme[start..end];
-    if std::env::var_os("UPDATE_README").is_some() {
-        std::fs::write(&path, format!("{}{table}{}", &readme[..start], &readme[end..])).expect("README.md");
+    if updates() {
+        fill(name, table);
     } else {
         let rows = |t: &str| t.lines().map(|l| l.split('|').nth(1).map(str::to_owned)).collect::<Vec<_>>();
-        assert_eq!(rows(shown), rows(table), "run with UPDATE_README=1 to show the new rows");
+        assert_eq!(rows(&shown(name)), rows(table), "run with UPDATE_README=1 to show the new rows");
     }
+}
+
+/// Checks that a table's first column has a row of this name, unless `UPDATE_README` is set.
+///
+/// # Panics
+/// If it has none.
+pub fn names(table: &str, row: &str) {
+    let named =
+        shown(table).lines().any(|line| line.split('|').nth(1).is_some_and(|cell| cell.trim() == row));
+    assert!(named || updates(), "the README's {table} has no row {row:?}");
 }

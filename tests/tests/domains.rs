@@ -5,6 +5,8 @@ use flatland::random::{Stream, open01, stream};
 use flatland::warp::{AuxiliaryPoints, Circle, Debias, Domain, Draw, Vector, Warp};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use tests::effort::pick;
+use tests::power::{NOTICED, Power};
 use tests::statistics::{Moments, suite_threshold as limit};
 use volume3d::Sphere;
 
@@ -97,19 +99,35 @@ fn z(moments: Moments, exact: f64) -> f64 {
     (moments.mean() - exact) / moments.standard_error()
 }
 
+/// Asserts that a mean is its exact value, and that it would not be with a bias that must be noticed.
+fn accept(power: &mut Power, label: &str, moments: Moments, exact: f64) {
+    let tolerance = limit() * moments.standard_error();
+    println!("{label}: z = {:.2}", z(moments, exact));
+    assert!((moments.mean() - exact).abs() < tolerance, "{label}: {moments:?} for {exact}");
+    let less = (1.0 - NOTICED) * moments.mean() - exact;
+    assert!(less.abs() > (1.0 - NOTICED) * tolerance, "{label} would pass with a bias of {NOTICED}");
+    power.add(label, tolerance, exact);
+}
+
+/// Samples of a mean.
+fn samples() -> u64 {
+    pick(1 << 17, 1 << 19)
+}
+
 #[test]
 fn unbiased_on_circle_and_sphere() {
+    let mut power = Power::of("domains::unbiased_on_circle_and_sphere");
     for points in [AuxiliaryPoints::Antithetic, AuxiliaryPoints::Independent, AuxiliaryPoints::Stratified] {
         let warp = Warp { points, ..Warp::default() };
         for kappa in [2.0, 5.0, 100.0] {
-            let z = [
-                z(sphere::<Sphere>(&warp, kappa, 1 << 19, 1), SPHERE_EXACT()),
-                z(circle::<Circle>(&warp, kappa, 1 << 19, 2), CIRCLE_EXACT()),
-            ];
-            println!("{points:?} κ = {kappa}: z = {z:.2?}");
-            assert!(z.iter().all(|z| z.abs() < limit()), "{points:?} κ = {kappa}: z = {z:?}");
+            let label = |domain: &str| format!("{domain}, {points:?} points, κ = {kappa}");
+            let on_sphere = sphere::<Sphere>(&warp, kappa, samples(), 1);
+            accept(&mut power, &label("sphere"), on_sphere, SPHERE_EXACT());
+            let on_circle = circle::<Circle>(&warp, kappa, samples(), 2);
+            accept(&mut power, &label("circle"), on_circle, CIRCLE_EXACT());
         }
     }
+    power.finish();
 }
 
 /// The velocity of a cap that grows by one radian per unit of θ: along the meridians, and 1 on its
@@ -119,27 +137,27 @@ fn growth<D: Domain>(centre: D::Vector, angle: f64) -> impl Fn(D::Vector) -> D::
 }
 
 /// The same caps growing. Their derivative is the integral of u·e over their edge.
-fn growing_sphere<D: Domain<Vector = DVec3>>(warp: &Warp, kappa: f64) -> f64 {
+fn growing_sphere<D: Domain<Vector = DVec3>>(warp: &Warp, kappa: f64) -> (Moments, f64) {
     let cap = Cap { centre: DVec3::Z, angle: 0.9, weight: DVec3::new(-0.3, 1.0, 0.5) };
     let exact = std::f64::consts::PI * 1.8_f64.sin() * cap.weight.z;
-    let moments = mean(1 << 19, 4, |rng| {
+    let moments = mean(samples(), 4, |rng| {
         let (z, phi) = (2.0 * open01(rng) - 1.0, std::f64::consts::TAU * open01(rng));
         let r = (1.0 - z * z).sqrt();
         let u = DVec3::new(r * phi.cos(), r * phi.sin(), z);
         let measure = 2.0 * std::f64::consts::TAU;
         sample::<D>(&cap, growth::<D>(cap.centre, cap.angle), warp, kappa, u, measure, rng)
     });
-    z(moments, exact)
+    (moments, exact)
 }
 
-fn growing_circle<D: Domain<Vector = DVec2>>(warp: &Warp, kappa: f64) -> f64 {
+fn growing_circle<D: Domain<Vector = DVec2>>(warp: &Warp, kappa: f64) -> (Moments, f64) {
     let cap = Cap { centre: DVec2::X, angle: 0.9, weight: DVec2::new(0.5, 1.0) };
     let exact = 2.0 * 0.9_f64.cos() * cap.weight.x;
-    let moments = mean(1 << 19, 5, |rng| {
+    let moments = mean(samples(), 5, |rng| {
         let u = DVec2::from_angle(std::f64::consts::TAU * open01(rng));
         sample::<D>(&cap, growth::<D>(cap.centre, cap.angle), warp, kappa, u, std::f64::consts::TAU, rng)
     });
-    z(moments, exact)
+    (moments, exact)
 }
 
 /// For a cap that turns, the term averages out; for one that grows it does not.
@@ -148,9 +166,14 @@ fn without_the_curvature_term_both_are_biased() {
     let warp = Warp::default();
     let with = [growing_sphere::<Sphere>(&warp, 5.0), growing_circle::<Circle>(&warp, 5.0)];
     let without = [growing_sphere::<Flat<Sphere>>(&warp, 5.0), growing_circle::<Flat<Circle>>(&warp, 5.0)];
-    println!("growing caps: z = {with:.1?} with the term, {without:.1?} without");
-    assert!(with.iter().all(|z| z.abs() < limit()), "{with:?}");
-    assert!(without.iter().all(|z| z.abs() > limit()), "{without:?}");
+    let mut power = Power::of("domains::without_the_curvature_term_both_are_biased");
+    for ((with, without), domain) in with.into_iter().zip(without).zip(["sphere", "circle"]) {
+        accept(&mut power, &format!("growing cap, {domain}"), with.0, with.1);
+        let z = z(without.0, without.1);
+        println!("without the term: z = {z:.1}");
+        assert!(z.abs() > limit(), "{domain}: {z}");
+    }
+    power.finish();
 }
 
 #[test]

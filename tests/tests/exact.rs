@@ -6,6 +6,7 @@ use flatland::plane::exact::{Arrangement, ExactError};
 use flatland::plane::{Filter, Image};
 use glam::DVec3;
 use proptest::test_runner::{Config, TestCaseError, TestRunner};
+use tests::effort::pick;
 use tests::oracle::{self, PixelOracle};
 use tests::scenes::{self, Case, Kind, Knobs};
 
@@ -96,19 +97,19 @@ fn run(cases: u32, kinds: Vec<Kind>) {
 
 #[test]
 fn generic_scenes() {
-    run(400, vec![Kind::Generic]);
+    run(pick(100, 400), vec![Kind::Generic]);
 }
 
 #[test]
 fn degenerate_scenes() {
-    run(800, Kind::ALL[1..].to_vec());
+    run(pick(200, 800), Kind::ALL[1..].to_vec());
 }
 
 #[test]
 fn every_kind_of_degeneracy_with_every_filter() {
     for kind in Kind::ALL {
         for filter in [Filter::Box, Filter::Tent, Filter::Gaussian] {
-            for seed in 0..4 {
+            for seed in 0..pick(1, 4) {
                 let case = Knobs { filter, ..Knobs::random(1000 + seed, kind) }.build();
                 check(&case).unwrap_or_else(|e| panic!("{e}"));
             }

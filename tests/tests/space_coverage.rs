@@ -8,25 +8,26 @@ use std::sync::LazyLock;
 
 use flatland::warp::{Adaptive, AuxiliaryPoints, Debias, Warp, Weighting};
 use glam::DVec3;
-use tests::campaign::Estimate;
-use tests::space::campaign::{Known, REPETITIONS, accept, coverage, passes, pulled, reject, verdict};
+use tests::campaign::{Estimate, Verdict};
+use tests::effort::{pick, thorough};
+use tests::power::Power;
+use tests::space::campaign::{Known, REPETITIONS, accept, coverage, limits, pulled, reject};
 use tests::space::worlds::CoverageKind;
 use tests::statistics::{Moments, suite_threshold};
 use volume3d::Kernels;
 use volume3d::gradient::{EdgeSampling, Field, Progress, Wanted, WarpedArea};
 
+/// Scenes of each kind.
+fn per_kind() -> u64 {
+    pick(12, 36)
+}
+
 /// Nothing degenerate about them.
-static GENERIC: LazyLock<Vec<Known>> = LazyLock::new(|| {
-    let known = coverage(&CoverageKind::GENERIC, 36);
-    assert!(known.len() >= 160, "{} scenes", known.len());
-    known
-});
+static GENERIC: LazyLock<Vec<Known>> = LazyLock::new(|| coverage(&CoverageKind::GENERIC, per_kind()));
 
 /// Worlds a million times smaller, larger or farther from the origin.
 static FAR: LazyLock<Vec<Known>> = LazyLock::new(|| {
-    let known = coverage(&[CoverageKind::Small, CoverageKind::Large, CoverageKind::FarFromOrigin], 18);
-    assert!(known.len() >= 50, "{} scenes", known.len());
-    known
+    coverage(&[CoverageKind::Small, CoverageKind::Large, CoverageKind::FarFromOrigin], pick(14, 36))
 });
 
 /// Samples a pixel in each of [`REPETITIONS`] runs: one in each of a run's groups.
@@ -55,63 +56,57 @@ fn direct() -> WarpedArea {
 
 #[test]
 fn warped_area_is_unbiased() {
-    accept("warped area", &GENERIC, &warped());
-}
-
-#[test]
-fn worlds_of_all_sizes_are_as_good() {
-    accept("small, large and far", &FAR, &warped());
+    let mut power = Power::of("space_coverage::warped_area_is_unbiased");
+    accept(&mut power, "warped area", &GENERIC, &warped());
+    accept(&mut power, "small, large and far", &FAR, &warped());
+    // Without the image that is subtracted samples are noisier.
+    accept(&mut power, "no baseline", &GENERIC, &WarpedArea { baseline: 0, ..warped() });
+    power.finish();
 }
 
 #[test]
 fn other_warps_are_unbiased() {
-    let some = &coverage(&CoverageKind::GENERIC, 16);
+    let mut power = Power::of("space_coverage::other_warps_are_unbiased");
     let warp = WarpedArea::default().warp;
     let points = AuxiliaryPoints::Stratified;
-    accept("stratified points", some, &with(Warp { points, ..warp }));
-    accept("adaptive rays", some, &with(Warp { adaptive: Some(Adaptive::default()), ..warp }));
+    accept(&mut power, "stratified points", &GENERIC, &with(Warp { points, ..warp }));
+    accept(
+        &mut power,
+        "adaptive rays",
+        &GENERIC,
+        &with(Warp { adaptive: Some(Adaptive::default()), ..warp }),
+    );
+    if thorough() {
+        // Its variance is infinite: no single scene's error is normal, the regression over all of them has to do, and
+        // takes longer than all else here.
+        let debias = Debias::RussianRoulette { rays: 8, tail: 1.5 };
+        let roulette = with(Warp { debias, ..Warp::default() });
+        let v = Verdict::of(&GENERIC, |k, half| k.estimate(half, &roulette));
+        v.accept(&mut power, "Russian roulette", limits().slope_alone());
+    }
+    power.finish();
 }
 
-/// Without the image that is subtracted, samples are so noisy that only zero, or half, can be told apart.
-#[test]
-fn the_baseline_is_not_needed() {
-    let some = &coverage(&CoverageKind::GENERIC, 16);
-    let method = WarpedArea { baseline: 0, ..warped() };
-    let v = verdict("no baseline", some, |k, half| k.estimate(half, &method));
-    assert!(passes(&v) && suite_threshold() * v.slope_error < 0.8, "{v:?}");
+fn edges(k: &Known, half: u64, primary: usize) -> Estimate {
+    k.repeated(half, |seed| {
+        let method = EdgeSampling { samples: 2, primary, secondary: 1, seed };
+        let found = method.forward(&k.scene, &k.change, &Progress::none());
+        k.weighted(&found.unwrap_or_else(|e| panic!("{e}\n{}", k.label)).gradient)
+    })
 }
 
+/// What is thinner than samples are apart is found by edge sampling, which knows where edges are. Warped area meets
+/// too few of them to say anything: the README's tables show what it finds.
 #[test]
 fn edge_sampling_is_unbiased() {
-    let v = verdict("edge sampling", &GENERIC, |k, half| {
-        k.repeated(half, |seed| {
-            let method = EdgeSampling { samples: 2, primary: 16, secondary: 1, seed };
-            let found = method.forward(&k.scene, &k.change, &Progress::none());
-            k.weighted(&found.unwrap_or_else(|e| panic!("{e}\n{}", k.label)).gradient)
-        })
-    });
-    assert!(passes(&v) && suite_threshold() * v.slope_error < 0.05, "{v:?}");
-}
-
-/// Russian roulette has infinite variance: no single scene's error is normal, and what is tested is the
-/// regression over all of them.
-#[test]
-fn russian_roulette_is_unbiased() {
-    let debias = Debias::RussianRoulette { rays: 8, tail: 1.5 };
-    let method = with(Warp { debias, ..Warp::default() });
-    let v = verdict("Russian roulette", &GENERIC, |k, half| k.estimate(half, &method));
-    assert!(v.slope_z().abs() < suite_threshold() && suite_threshold() * v.slope_error < 0.3, "{v:?}");
-}
-
-/// What is thinner than samples are apart is found by few of them: how much of it, is said.
-#[test]
-fn slivers_and_grazing_triangles() {
-    for kind in [CoverageKind::Sliver, CoverageKind::Grazing] {
-        let known = coverage(&[kind], 24);
-        let v = verdict(&format!("{kind:?}"), &known, |k, half| k.estimate(half, &warped()));
-        println!("{kind:?}: finds {:.1}% ± {:.1}%", 100.0 * v.slope, 100.0 * v.slope_error);
-        assert!(v.slope_z().abs() < suite_threshold(), "{v:?}");
+    let mut power = Power::of("space_coverage::edge_sampling_is_unbiased");
+    let thin = coverage(&[CoverageKind::Sliver, CoverageKind::Grazing], per_kind());
+    for (name, known) in
+        [("edge sampling", &*GENERIC), ("edge sampling, slivers and grazing triangles", &thin)]
+    {
+        Verdict::of(known, |k, half| edges(k, half, 16)).accept(&mut power, name, limits());
     }
+    power.finish();
 }
 
 /// The same numbers, forwards and backwards, for all kinds and all parameters at once.
@@ -162,7 +157,7 @@ fn magnitude(gradient: &volume3d::gradient::Change, change: &volume3d::gradient:
 #[test]
 fn stated_standard_errors_are_what_repetitions_show() {
     let mut ratios = Moments::new();
-    for k in GENERIC.iter().step_by(8) {
+    for k in GENERIC.iter().step_by(2) {
         let runs: Vec<_> = (0..REPETITIONS)
             .map(|seed| k.run(&WarpedArea { samples: 32, seed, ..WarpedArea::default() }))
             .collect();
@@ -172,34 +167,45 @@ fn stated_standard_errors_are_what_repetitions_show() {
             shown += spread.variance();
             stated += runs.iter().map(|r| r.standard_error[i].y.powi(2)).sum::<f64>() / runs.len() as f64;
         }
-        ratios.push((stated / shown).ln());
+        // Where nothing moves on the film neither has any.
+        if shown > 0.0 || stated > 0.0 {
+            ratios.push(0.5 * (stated / shown).ln());
+        }
     }
-    println!("ln(stated/shown variance): {:.3} ± {:.3}", ratios.mean(), ratios.standard_error());
-    assert!(ratios.mean().abs() < 5.0 * ratios.standard_error() && ratios.standard_error() < 0.15);
+    println!("ln(stated/shown error): {:.3} ± {:.3}", ratios.mean(), ratios.standard_error());
+    let tolerance = suite_threshold() * ratios.standard_error();
+    assert!(ratios.mean().abs() < tolerance, "{ratios:?}");
+    let mut power = Power::of("space_coverage::stated_standard_errors_are_what_repetitions_show");
+    power.add("ratio of the errors", tolerance, 1.0);
+    power.finish();
 }
 
 /// Where the camera turns or zooms all that is seen moves alike, and velocities jump nowhere: the control that is
 /// rejected below fails for its silhouettes alone.
 #[test]
 fn the_direct_field_is_unbiased_where_nothing_passes_before_anything() {
-    let known = coverage(&CoverageKind::GENERIC, 48);
+    let mut power =
+        Power::of("space_coverage::the_direct_field_is_unbiased_where_nothing_passes_before_anything");
+    let known = coverage(&CoverageKind::GENERIC, pick(48, 96));
     let turns = |k: &Known| {
         k.change.positions.iter().all(|v| *v == DVec3::ZERO) && k.change.camera.translation == DVec3::ZERO
     };
     let turning: Vec<Known> = known.into_iter().filter(turns).collect();
     assert!(turning.len() >= 16, "{} scenes", turning.len());
-    let v = verdict("direct field, turning camera", &turning, |k, half| k.estimate(half, &direct()));
-    assert!(passes(&v) && suite_threshold() * v.slope_error < 0.3, "{v:?}");
+    accept(&mut power, "direct field, turning camera", &turning, &direct());
+    power.finish();
 }
 
 #[test]
 fn controls_are_rejected() {
-    let some = &coverage(&CoverageKind::GENERIC, 16)[..];
-    reject("zero", some, |k, half| Estimate { mean: 0.0, ..k.estimate(half, &warped()) });
-    reject("sign flipped", some, |k, half| {
-        let estimate = k.estimate(half, &warped());
-        Estimate { mean: -estimate.mean, ..estimate }
-    });
+    let some = &coverage(&CoverageKind::GENERIC, pick(4, 16))[..];
+    let own = |factor: f64| {
+        move |k: &Known, half| {
+            let e = k.estimate(half, &warped());
+            Estimate { mean: factor * e.mean, standard_error: factor.abs() * e.standard_error }
+        }
+    };
+    reject("sign flipped", some, own(-1.0));
     let still = WarpedArea { warps: false, ..warped() };
     reject("interior only", some, |k, half| k.estimate(half, &still));
     reject("direct field", some, |k, half| k.estimate(half, &direct()));
@@ -209,8 +215,4 @@ fn controls_are_rejected() {
         let few = with(Warp { debias: Debias::Consistent { rays }, ..Warp::default() });
         reject(&format!("{rays} rays as they are"), some, |k, half| k.estimate(half, &few));
     }
-    // Not a control: how near 64 rays come.
-    let many = with(Warp { debias: Debias::Consistent { rays: 64 }, ..Warp::default() });
-    let v = verdict("64 rays as they are", &some[..some.len() / 2], |k, half| k.estimate(half, &many));
-    assert!((v.slope - 1.0).abs() < 0.1 || passes(&v), "{v:?}");
 }

@@ -5,6 +5,7 @@ use flatland::plane::Filter;
 use flatland::transport::Terms;
 use flatland::transport::exact::{Exact, Radiosity};
 use rayon::prelude::*;
+use tests::effort::pick;
 use tests::transport::constants::{Constant, constants};
 use tests::transport::oracle::{self, PixelOracle};
 use tests::transport::worlds::{Case, Kind, Knobs, Moving};
@@ -196,8 +197,8 @@ fn what_is_known_by_an_argument() {
 /// 10⁻⁶, which both state as their error.
 #[test]
 fn light_scattered_twice() {
-    let kinds = [Kind::Room, Kind::Shadows];
-    let knobs = kinds.into_iter().flat_map(|kind| {
+    let kinds = [Kind::Shadows, Kind::Room];
+    let knobs = kinds[..pick(1, 2)].iter().flat_map(|&kind| {
         (0..Moving::ALL.len()).map(move |i| {
             let moving = Moving::ALL[i];
             Knobs { moving, shapes: 1, pixels: 4, ..Knobs::random(300 + i as u64, kind) }
@@ -224,7 +225,12 @@ fn light_scattered_twice() {
     let worst = found.iter().map(|f| f.worst).fold(0.0, f64::max);
     println!("{} worlds, worst relative error {worst:.1e}", cases.len());
     let failures: Vec<String> = found.into_iter().flat_map(|f| f.failures).collect();
-    assert!(cases.len() >= 16 && failures.is_empty(), "{} failures\n{}", failures.len(), failures.join("\n"));
+    assert!(
+        cases.len() >= pick(8, 16) && failures.is_empty(),
+        "{} failures\n{}",
+        failures.len(),
+        failures.join("\n")
+    );
 }
 
 fn is_diffuse(case: &Case) -> bool {

@@ -12,13 +12,16 @@ use flatland::plane::fields::DirectField;
 use flatland::plane::{Film, Filter, Image, Motion, Polygon, Scene, Shade, Shape};
 use flatland::warp::{AuxiliaryPoints, BoundaryFunction, Debias, Warp, Weighting};
 use glam::{DVec2, DVec3};
-use tests::campaign::{Estimate, Known, Verdict, known};
+use tests::campaign::{Estimate, Known, Limits, Verdict, known};
+use tests::effort::{pick, thorough};
+use tests::power::Power;
 use tests::scenes::{Case, Kind};
-use tests::statistics::suite_threshold as limit;
+use tests::statistics::suite_threshold;
 
 /// Kinds on which the Monte Carlo methods are tested. On nearly coincident edges that part, the
-/// derivative exists only within their gap; the exact tests cover them.
-const KINDS: [Kind; 12] = [
+/// derivative exists only within their gap, and slivers are thinner than samples are apart, which then find nothing of
+/// them: the exact tests cover both, and slivers those of edge sampling.
+const KINDS: [Kind; 11] = [
     Kind::Generic,
     Kind::CoincidentTogether,
     Kind::CoincidentHidden,
@@ -28,47 +31,28 @@ const KINDS: [Kind; 12] = [
     Kind::EdgeThroughCorner,
     Kind::VertexOnCorner,
     Kind::GridAligned,
-    Kind::Sliver,
     Kind::NestedCopies,
     Kind::FilledHole,
 ];
 
-/// At least 200 scenes.
-static KNOWN: LazyLock<Vec<Known>> = LazyLock::new(|| {
-    let known = known(&KINDS, 24);
-    assert!(known.len() >= 200, "{} scenes", known.len());
-    known
-});
+static KNOWN: LazyLock<Vec<Known>> = LazyLock::new(|| known(&KINDS, pick(10, 24)));
+/// Some of them, for what is far off.
+static SOME: LazyLock<Vec<Known>> = LazyLock::new(|| known(&KINDS, pick(3, 8)));
 
-fn verdict(name: &str, estimate: impl Fn(&Known, u64) -> Estimate + Sync) -> Verdict {
-    let v = Verdict::of(&KNOWN, estimate);
-    println!(
-        "{name}: {} scenes, worst |z| {:.2} (limit {:.2}), rms z {:.3}, slope {:.4} ± {:.4}; {}",
-        v.count,
-        v.worst,
-        limit(),
-        v.spread,
-        v.slope,
-        v.slope_error,
-        v.worst_label
-    );
-    v
+fn limits() -> Limits {
+    Limits::both(suite_threshold())
 }
 
-fn accept<M: Method>(name: &str, method: impl Fn(u64) -> M + Sync) {
-    let v = verdict(name, |k, seed| k.run(&method(seed)));
-    assert!(v.passes(limit()), "{name} is biased: {v:?}");
-    // A test that could see no bias would prove nothing: one of 35% must not pass.
-    assert!(limit() * v.slope_error < 0.35, "{name}: {v:?}");
+fn accept<M: Method>(power: &mut Power, name: &str, method: impl Fn(u64) -> M + Sync) {
+    Verdict::of(&KNOWN, |k, seed| k.run(&method(seed))).accept(power, name, limits());
 }
 
 fn reject(name: &str, estimate: impl Fn(&Known, u64) -> Estimate + Sync) {
-    let v = verdict(name, estimate);
-    assert!(!v.passes(limit()), "the control {name} was not rejected: {v:?}");
+    Verdict::of(&SOME, estimate).reject(name, limits());
 }
 
 /// A pixel, in each of two halves.
-const SAMPLES: usize = 256;
+const SAMPLES: usize = 384;
 
 fn warped(warp: Warp, seed: u64) -> WarpedArea {
     WarpedArea { samples: SAMPLES, warp, seed, ..WarpedArea::default() }
@@ -76,7 +60,9 @@ fn warped(warp: Warp, seed: u64) -> WarpedArea {
 
 #[test]
 fn warped_area_with_multilevel_debiasing() {
-    accept("warped area, default", |seed| warped(Warp::default(), seed));
+    let mut power = Power::of("unbiased::warped_area_with_multilevel_debiasing");
+    accept(&mut power, "warped area, default", |seed| warped(Warp::default(), seed));
+    power.finish();
 }
 
 /// One pixel on a corner of a rigid quadrilateral, and many samples: a bias of one percent would
@@ -95,62 +81,64 @@ fn warped_area_in_depth() {
         })
         .collect();
     let method = |seed| WarpedArea { samples: 200_000, ..warped(Warp::default(), seed) };
-    let v = Verdict::of(&deep, |k, seed| k.run(&method(seed)));
-    println!("in depth: worst |z| {:.2}, slope {:.4} ± {:.4}", v.worst, v.slope, v.slope_error);
-    assert!(v.passes(limit()) && v.slope_error < 0.01, "{v:?}");
+    let mut power = Power::of("unbiased::warped_area_in_depth");
+    Verdict::of(&deep, |k, seed| k.run(&method(seed))).accept(&mut power, "in depth", limits());
+    power.finish();
 }
 
 #[test]
 fn warped_area_at_other_concentrations() {
-    for kappa in [10.0, 400.0] {
-        accept(&format!("warped area, κ = {kappa}"), |seed| WarpedArea {
+    let mut power = Power::of("unbiased::warped_area_at_other_concentrations");
+    let kappas = [10.0, 400.0];
+    for &kappa in &kappas[..pick(1, 2)] {
+        accept(&mut power, &format!("warped area, κ = {kappa}"), |seed| WarpedArea {
             kappa,
             ..warped(Warp::default(), seed)
         });
     }
+    power.finish();
 }
 
 #[test]
-fn warped_area_with_every_pattern_of_points() {
-    for points in [AuxiliaryPoints::Independent, AuxiliaryPoints::Stratified] {
-        accept(&format!("warped area, {points:?}"), |seed| warped(Warp { points, ..Warp::default() }, seed));
+fn warped_area_with_other_warps() {
+    let mut power = Power::of("unbiased::warped_area_with_other_warps");
+    let points = [AuxiliaryPoints::Stratified, AuxiliaryPoints::Independent];
+    for &points in &points[..pick(1, 2)] {
+        let warp = Warp { points, ..Warp::default() };
+        accept(&mut power, &format!("warped area, {points:?}"), |seed| warped(warp, seed));
     }
-}
-
-#[test]
-fn warped_area_with_the_original_weight_debiased() {
-    let debias = Debias::Multilevel { rays: 8, first: 0.5, ratio: 0.4 };
-    accept("warped area, γ = 3, linear B", |seed| warped(Warp { debias, ..Warp::original(8) }, seed));
-}
-
-#[test]
-fn warped_area_with_russian_roulette() {
-    let debias = Debias::RussianRoulette { rays: 4, tail: 1.5 };
-    // Its variance is infinite: its slope is known less well.
-    let v = verdict("warped area, Russian roulette", |k, seed| {
-        k.run(&warped(Warp { debias, ..Warp::default() }, seed))
-    });
-    assert!(v.passes(limit()) && v.slope_error < 0.15, "{v:?}");
+    if thorough() {
+        let debias = Debias::Multilevel { rays: 8, first: 0.5, ratio: 0.4 };
+        let original = Warp { debias, ..Warp::original(8) };
+        accept(&mut power, "warped area, γ = 3, linear B", |seed| warped(original, seed));
+        // Its variance is infinite: no single scene's error is normal, the regression over all of them has to do, and
+        // takes longer than all else here.
+        let debias = Debias::RussianRoulette { rays: 4, tail: 1.5 };
+        let roulette =
+            |seed| WarpedArea { samples: 3 * SAMPLES, ..warped(Warp { debias, ..Warp::default() }, seed) };
+        let v = Verdict::of(&KNOWN, |k, seed| k.run(&roulette(seed)));
+        v.accept(&mut power, "Russian roulette", limits().slope_alone());
+    }
+    power.finish();
 }
 
 #[test]
 fn edge_sampling() {
+    let mut power = Power::of("unbiased::edge_sampling");
     // It takes no scenes whose visible edges coincide.
-    let apart: Vec<Known> = known(
-        &[
-            Kind::Generic,
-            Kind::TJunction,
-            Kind::SharedVertex,
-            Kind::Touching,
-            Kind::VertexOnCorner,
-            Kind::Sliver,
-        ],
-        48,
-    );
-    assert!(apart.len() >= 200, "{} scenes", apart.len());
-    let v = Verdict::of(&apart, |k, seed| k.run(&EdgeSampling { samples: SAMPLES, seed }));
-    println!("edge sampling: worst |z| {:.2}, slope {:.4} ± {:.4}", v.worst, v.slope, v.slope_error);
-    assert!(v.passes(limit()) && v.slope_error < 0.01, "{v:?}");
+    let kinds = [
+        Kind::Generic,
+        Kind::TJunction,
+        Kind::SharedVertex,
+        Kind::Touching,
+        Kind::VertexOnCorner,
+        Kind::Sliver,
+    ];
+    let v = Verdict::of(&known(&kinds, pick(20, 48)), |k, seed| {
+        k.run(&EdgeSampling { samples: 6 * SAMPLES, seed })
+    });
+    v.accept(&mut power, "edge sampling", limits());
+    power.finish();
 }
 
 /// The area integral of a field that the arrangement knows.
@@ -170,32 +158,32 @@ fn integral(seed: u64) -> AreaIntegral {
 }
 
 #[test]
-fn the_oracle_field() {
-    let v = verdict("oracle field", |k, seed| {
+fn fields_that_know_all_silhouettes() {
+    let mut power = Power::of("unbiased::fields_that_know_all_silhouettes");
+    let oracle = Verdict::of(&KNOWN, |k, seed| {
         with_field(k, |a, scene, v, film| integral(seed).forward(scene, v, film, &a.oracle(v)))
     });
-    assert!(v.passes(limit()) && v.slope_error < 0.05, "{v:?}");
-}
-
-#[test]
-fn the_harmonic_field() {
-    let v = verdict("harmonic field", |k, seed| {
+    oracle.accept(&mut power, "oracle field", limits());
+    let harmonic = Verdict::of(&KNOWN, |k, seed| {
         with_field(k, |a, scene, v, film| {
             integral(seed).forward(scene, v, film, &a.harmonic(v, 1e-7 * film.pixel()))
         })
     });
-    assert!(v.passes(limit()) && v.slope_error < 0.05, "{v:?}");
+    harmonic.accept(&mut power, "harmonic field", limits());
+    power.finish();
 }
 
 #[test]
 fn controls_are_rejected() {
-    // Controls without noise of their own are given that of the method under test.
-    reject("zero", |k, seed| Estimate { mean: 0.0, ..k.run(&warped(Warp::default(), seed)) });
-    reject("sign flipped", |k, seed| {
-        let e = k.run(&warped(Warp::default(), seed));
-        Estimate { mean: -e.mean, ..e }
-    });
+    let own = |factor: f64| {
+        move |k: &Known, seed| {
+            let e = k.run(&warped(Warp::default(), seed));
+            Estimate { mean: factor * e.mean, standard_error: factor.abs() * e.standard_error }
+        }
+    };
+    reject("sign flipped", own(-1.0));
     reject("interior only", |k, seed| {
+        // The noise is that of the method under test.
         let noise = k.run(&warped(Warp::default(), seed));
         let interior = k.run_with(|scene, motion, film| {
             let velocities = motion.velocities(scene).expect("the motion fits");

@@ -1,0 +1,91 @@
+//! What a statistical test can notice.
+//!
+//! A comparison rejects what is farther from its reference than it tolerates: so many standard errors, and all that it
+//! allows beside them. Relative to the reference, that is the smallest bias that it rejects, its power. A comparison
+//! counts only if that is at most [`NOTICED`]; a test that makes one that does not is itself a failure.
+//!
+//! Every statistical test prints one line, `power | test | comparisons | smallest bias | where`, which are the rows of
+//! the README's table of power: `UPDATE_README=1 cargo test --release --workspace -- --nocapture | cargo run --release
+//! -p tests --example power` fills it. A test that the table does not name fails unless `UPDATE_README` is set.
+
+use crate::readme;
+
+/// The largest relative bias that a comparison that counts may leave unnoticed.
+pub const NOTICED: f64 = 0.15;
+
+/// The name of the table in the README.
+pub const TABLE: &str = "power table";
+
+/// What the comparisons of one test could have noticed.
+#[derive(Clone, Debug)]
+pub struct Power {
+    test: &'static str,
+    rows: Vec<(String, f64)>,
+}
+
+impl Power {
+    /// Of no comparisons yet; `test` is its file and name.
+    #[must_use]
+    pub fn of(test: &'static str) -> Self {
+        Self { test, rows: vec![] }
+    }
+
+    /// A comparison that rejects what is off by more than `tolerance` from `reference`; of a reference of 0, from a
+    /// natural scale of what cancels.
+    pub fn add(&mut self, label: impl Into<String>, tolerance: f64, reference: f64) {
+        self.rows.push((label.into(), tolerance / reference.abs()));
+    }
+
+    /// The comparison that notices least, NaN being the worst of all.
+    #[must_use]
+    pub fn worst(&self) -> Option<(&str, f64)> {
+        let size = |bias: f64| if bias.is_nan() { f64::INFINITY } else { bias };
+        let worst = self.rows.iter().max_by(|a, b| size(a.1).total_cmp(&size(b.1)));
+        worst.map(|(label, bias)| (label.as_str(), size(*bias)))
+    }
+
+    /// Prints the row of the README's table.
+    ///
+    /// # Panics
+    /// If nothing was compared, if some comparison could not have noticed a bias of [`NOTICED`], or if the README's
+    /// table lacks this test.
+    pub fn finish(self) {
+        let (label, bias) = self.worst().unwrap_or_else(|| panic!("{} compares nothing", self.test));
+        let label = label.replace('|', "/");
+        println!("power | {} | {} | {:.1} % | {label} |", self.test, self.rows.len(), 100.0 * bias);
+        let weak: Vec<_> = self.rows.iter().filter(|(_, bias)| !(*bias <= NOTICED)).collect();
+        assert!(weak.is_empty(), "{} would not notice a bias of {NOTICED}: {weak:?}", self.test);
+        readme::names(TABLE, self.test);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_worst_comparison_is_told() {
+        let mut power = Power::of("power::tests");
+        assert_eq!(power.worst(), None);
+        power.add("fair", 0.1, 2.0);
+        power.add("fair, of the other sign", 0.1, -1.0);
+        assert_eq!(power.worst(), Some(("fair, of the other sign", 0.1)));
+        power.add("nothing", 0.0, 0.0);
+        assert_eq!(power.worst(), Some(("nothing", f64::INFINITY)));
+    }
+
+    #[test]
+    #[should_panic(expected = "would not notice")]
+    fn a_weak_comparison_is_a_failure() {
+        let mut power = Power::of("power::tests");
+        power.add("fair", 0.1, 2.0);
+        power.add("weak", 0.16, 1.0);
+        power.finish();
+    }
+
+    #[test]
+    #[should_panic(expected = "compares nothing")]
+    fn a_test_without_comparisons_is_a_failure() {
+        Power::of("power::tests").finish();
+    }
+}
