@@ -272,6 +272,12 @@ pub enum SceneProblem {
         /// The version, or nothing.
         found: String,
     },
+    /// A file that includes itself, or one that does.
+    #[error("{} includes itself, at once or by way of the files between", path.display())]
+    Cycle {
+        /// The file.
+        path: PathBuf,
+    },
     /// Elements nested without end, or too many.
     #[error("more than {limit} {what}")]
     Limit {

@@ -171,7 +171,7 @@ impl Document {
         variables: Variables,
         open: Open<'_>,
     ) -> Result<Self, Error> {
-        let mut builder = Builder { variables, open, elements: 0 };
+        let mut builder = Builder { variables, open, elements: 0, opened: vec![] };
         let root = builder.file(bytes, path, 0)?;
         if root.tag != "scene" {
             return Err(root.error(SceneProblem::Tag {
@@ -210,6 +210,8 @@ struct Builder<'a> {
     variables: Variables,
     open: Open<'a>,
     elements: usize,
+    /// The file that is read, after those that include it.
+    opened: Vec<PathBuf>,
 }
 
 impl Builder<'_> {
@@ -223,7 +225,9 @@ impl Builder<'_> {
             .map_err(|source| Error::Xml { path: path.to_path_buf(), source })?;
         let mut lines = Lines { text, offset: 0, line: 1, column: 1 };
         let file = Arc::from(path);
+        self.opened.push(path.to_path_buf());
         let root = self.element(xml.root_element(), &file, &mut lines, includes, 0)?;
+        self.opened.pop();
         let version = root.attribute("version").unwrap_or_default();
         if version.split('.').next() != Some("3") {
             return Err(root.error(SceneProblem::Version { found: excerpt(version) }));
@@ -294,6 +298,9 @@ impl Builder<'_> {
             return Err(element.error(problem));
         }
         let path = element.beside(element.required("filename")?);
+        if self.opened.contains(&path) {
+            return Err(element.error(SceneProblem::Cycle { path }));
+        }
         let bytes = element.open(&path, self.open)?;
         let mut root = self.file(&bytes, &path, includes + 1).map_err(|error| element.referenced(error))?;
         if root.tag == "scene" {

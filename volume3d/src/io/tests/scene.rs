@@ -50,6 +50,9 @@ pub(super) fn open(path: &Path) -> std::io::Result<Vec<u8>> {
                 .into())
         }
         Some("dir/loop.xml") => Ok("<scene version='3.0.0'><include filename='loop.xml'/></scene>".into()),
+        Some("dir/there.xml") => Ok("<scene version='3.0.0'><include filename='back.xml'/></scene>".into()),
+        Some("dir/back.xml") => Ok("<scene version='3.0.0'><include filename='there.xml'/></scene>".into()),
+        Some("dir/box.xml") => Ok("<scene version='3.0.0'><shape type='cube'/></scene>".into()),
         Some("dir/old.xml") => Ok("<scene version='0.6.0'/>".into()),
         _ => Err(IoError::from(ErrorKind::NotFound)),
     }
