@@ -272,6 +272,23 @@ pub enum SceneProblem {
         /// The version, or nothing.
         found: String,
     },
+    /// A clipping plane of the camera that cuts something in view.
+    #[error(
+        "{name}=\"{value}\" cuts off shape \"{shape}\", which the film has in view at a distance of {} along the \
+         optical axis; clipping is not supported: remove from the scene what is not to be seen, or leave {name} out \
+         to see it",
+        rounded(*distance)
+    )]
+    Clip {
+        /// "near_clip" or "far_clip".
+        name: &'static str,
+        /// Its value.
+        value: String,
+        /// The shape of which most is cut.
+        shape: String,
+        /// The distance of its nearest or farthest point in view, along the optical axis.
+        distance: f64,
+    },
     /// A file that includes itself, or one that does.
     #[error("{} includes itself, at once or by way of the files between", path.display())]
     Cycle {
@@ -450,6 +467,11 @@ pub enum ArrayProblem {
         /// How many there are.
         found: usize,
     },
+}
+
+/// A number with four digits that count, for a message.
+fn rounded(x: f64) -> f64 {
+    format!("{x:.3e}").parse().unwrap_or(x)
 }
 
 /// The beginning of a text, for a message.

@@ -25,7 +25,8 @@
 //! - Without given normals, OBJ vertices of one `v` share a normal even where their `vt` differ; in Mitsuba a
 //!   seam of texture coordinates is a crease.
 //! - Films see what is beyond their border, as with `sample_border`, whether it is set or not.
-//! - `near_clip` and `far_clip` are checked but clip nothing.
+//! - `near_clip` and `far_clip` cut nothing. A scene of which they would cut something that the film has in view is
+//!   refused. Where they are not given there are none; Mitsuba then cuts at 0.01 and at 10000.
 //! - Of the samplers and of `mis_compensation`, `compensate`, `component_format` and the like, which change noise
 //!   or storage and not what is computed, all values are accepted and ignored.
 //! - The `prb`, `_reparam` and `_projective` integrators stand for the images they render, those of `path` (with
@@ -34,6 +35,7 @@
 //! [`Light::Directional`]: crate::scene::Light::Directional
 
 mod bsdf;
+mod clip;
 mod element;
 mod emitter;
 mod object;

@@ -4,6 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::element::{Document, Element, Open};
 use super::object::{Ids, Object};
+use super::sensor::Sensor;
 use super::{emitter, sensor};
 use crate::io::{Error, SceneProblem};
 use crate::scene::{Description, Environment, Integrator, Light, Material, Shape, Texture};
@@ -52,7 +53,8 @@ impl<'a> Reader<'a> {
             None => Integrator::default(),
         };
         let Some(element) = scene.at_most_one("<sensor>")? else { return Err(scene.missing("a <sensor>")) };
-        let (camera, film, samples) = sensor::sensor(&Object::new(element, &self.ids)?, &self.ids)?;
+        let Sensor { camera, clips, film, samples } =
+            sensor::sensor(&Object::new(element, &self.ids)?, &self.ids)?;
 
         for element in scene.nested("<texture>") {
             self.texture(element)?;
@@ -67,6 +69,7 @@ impl<'a> Reader<'a> {
             emitter::light(&mut self, element)?;
         }
         scene.finish()?;
+        clips.check(&camera, &film, &self.shapes)?;
 
         let Self { textures, materials, shapes, lights, environment, .. } = self;
         Ok(Description {

@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 
+use super::clip::Clips;
 use super::object::{Ids, Object};
 use super::transform;
 use crate::io::{Error, SceneProblem};
@@ -20,8 +21,16 @@ const FILM_35MM: (f64, f64) = (36.0, 24.0);
 /// `max_depth` of Mitsuba's differentiating integrators, where none is given.
 const DEFAULT_PRB_DEPTH: usize = 6;
 
-/// The camera, its film and the samples per pixel.
-pub(super) fn sensor<'a>(object: &Object<'a>, ids: &Ids<'a>) -> Result<(Camera, Film, usize), Error> {
+/// What a sensor says.
+pub(super) struct Sensor<'a> {
+    pub(super) camera: Camera,
+    pub(super) clips: Clips<'a>,
+    pub(super) film: Film,
+    /// Samples per pixel.
+    pub(super) samples: usize,
+}
+
+pub(super) fn sensor<'a>(object: &Object<'a>, ids: &Ids<'a>) -> Result<Sensor<'a>, Error> {
     if object.plugin != "perspective" {
         return Err(object.unknown_plugin("sensor", "perspective"));
     }
@@ -33,23 +42,14 @@ pub(super) fn sensor<'a>(object: &Object<'a>, ids: &Ids<'a>) -> Result<(Camera, 
         Some(element) => sampler(&Object::new(element, ids)?)?,
         None => DEFAULT_SAMPLES as usize,
     };
-    let camera = camera(object, film.width as f64 / film.height as f64)?;
+    let (camera, clips) = camera(object, film.width as f64 / film.height as f64)?;
     object.finish()?;
-    Ok((camera, film, samples))
+    Ok(Sensor { camera, clips, film, samples })
 }
 
-fn camera(object: &Object<'_>, aspect: f64) -> Result<Camera, Error> {
+fn camera<'a>(object: &Object<'a>, aspect: f64) -> Result<(Camera, Clips<'a>), Error> {
     let field_of_view = field_of_view(object, aspect)?;
-    let (near, far) = (object.positive("near_clip")?, object.positive("far_clip")?);
-    if let (Some(near), Some(far)) = (near, far)
-        && near >= far
-    {
-        return Err(object.element.bad_value(
-            "far_clip",
-            &far.to_string(),
-            "a number greater than near_clip",
-        ));
-    }
+    let clips = Clips::read(object)?;
     for name in ["principal_point_offset_x", "principal_point_offset_y"] {
         object.float_where(name, "0, as a camera that is not centred is not supported", |x| x == 0.0)?;
     }
@@ -61,7 +61,8 @@ fn camera(object: &Object<'_>, aspect: f64) -> Result<Camera, Error> {
         None => (DAffine3::IDENTITY.matrix3, DVec3::ZERO),
     };
     // Mitsuba's x axis points to the left of the image.
-    Ok(Camera { origin, right: -frame.x_axis, up: frame.y_axis, forward: frame.z_axis, field_of_view })
+    let (right, up, forward) = (-frame.x_axis, frame.y_axis, frame.z_axis);
+    Ok((Camera { origin, right, up, forward, field_of_view }, clips))
 }
 
 /// The horizontal field of view in radians, with `aspect` the film's width by its height.

@@ -1,5 +1,6 @@
 //! Tests of the readers and writers.
 
+mod clip;
 mod files;
 mod fuzz;
 mod image;

@@ -429,7 +429,7 @@ fn plugins() {
         (inside("float name='near_clip' value='-1'/>"), "near_clip=\"-1\": expected a number greater than 0"),
         (
             inside("float name='near_clip' value='2'/><float name='far_clip' value='1'/>"),
-            "dir/s.xml:1:24: far_clip=\"1\": expected a number greater than near_clip",
+            "dir/s.xml:2:36: far_clip=\"1\": expected a number greater than near_clip",
         ),
         (
             inside("float name='principal_point_offset_x' value='.1'/>"),

@@ -1,0 +1,166 @@
+//! The clipping planes of a camera, by which nothing is cut.
+//!
+//! A plane would end surfaces in a jump of the image that belongs to no edge of a mesh. No such jump is modelled:
+//! where a plane cuts off nothing that the film has in view it has no effect, and elsewhere the scene is refused. Only
+//! what the camera itself may see counts, as mirrors and later bounces are not cut. Whether something else hides it
+//! is not looked at.
+
+use glam::DVec3;
+
+use super::element::Element;
+use super::object::Object;
+use crate::io::{Error, SceneProblem};
+use crate::scene::{Camera, Film, Filter, Shape};
+
+/// What covers less of the film, in pixels², only touches it: rounding leaves as much.
+const TOUCHES: f64 = 1e-9;
+
+/// The planes that a sensor gives, `near_clip` first.
+#[derive(Debug)]
+pub(super) struct Clips<'a>([Option<Clip<'a>>; 2]);
+
+/// A plane across the optical axis.
+#[derive(Debug)]
+struct Clip<'a> {
+    name: &'static str,
+    element: &'a Element,
+    distance: f64,
+    /// 1 if it cuts what is farther away, −1 if it cuts what is nearer.
+    sign: f64,
+}
+
+impl<'a> Clips<'a> {
+    pub(super) fn read(object: &Object<'a>) -> Result<Self, Error> {
+        let plane = |name, sign| {
+            let distance = object.positive(name)?;
+            let clip = |(element, distance)| Clip { name, element, distance, sign };
+            Ok::<_, Error>(object.parameter(name).zip(distance).map(clip))
+        };
+        let planes = [plane("near_clip", -1.0)?, plane("far_clip", 1.0)?];
+        match &planes {
+            [Some(near), Some(far)] if near.distance >= far.distance => {
+                Err(far.element.bad_value(far.name, far.value(), "a number greater than near_clip"))
+            }
+            _ => Ok(Self(planes)),
+        }
+    }
+
+    /// Refuses a scene of which a plane cuts something in view.
+    pub(super) fn check(&self, camera: &Camera, film: &Film, shapes: &[Shape]) -> Result<(), Error> {
+        let view = View::new(camera, film);
+        self.0.iter().flatten().try_for_each(|clip| clip.check(&view, shapes))
+    }
+}
+
+impl Clip<'_> {
+    fn value(&self) -> &str {
+        self.element.attribute("value").unwrap_or_default()
+    }
+
+    /// Names the shape of which most is cut.
+    fn check(&self, view: &View<'_>, shapes: &[Shape]) -> Result<(), Error> {
+        let mut worst: Option<(f64, &Shape)> = None;
+        for shape in shapes {
+            let positions = shape.mesh.positions();
+            for triangle in shape.mesh.triangles() {
+                let corners = triangle.map(|k| view.local(positions[k as usize]));
+                let Some(excess) = view.excess(corners, self.distance, self.sign) else { continue };
+                if worst.is_none_or(|(most, _)| excess > most) {
+                    worst = Some((excess, shape));
+                }
+            }
+        }
+        let Some((excess, shape)) = worst else { return Ok(()) };
+        Err(self.element.error(SceneProblem::Clip {
+            name: self.name,
+            value: self.value().to_owned(),
+            shape: shape.id.clone(),
+            distance: self.distance + self.sign * excess,
+        }))
+    }
+}
+
+/// What the pixels of a film take in, in the frame of the camera: x to the right, y up, z into the scene.
+struct View<'a> {
+    camera: &'a Camera,
+    /// x ≥ left · z and so on.
+    left: f64,
+    right: f64,
+    bottom: f64,
+    top: f64,
+    /// The size of a pixel at z = 1.
+    pixel: f64,
+}
+
+impl<'a> View<'a> {
+    fn new(camera: &'a Camera, film: &Film) -> Self {
+        let [width, height] = [film.width, film.height].map(|n| n as f64);
+        let pixel = 2.0 * (0.5 * camera.field_of_view).tan() / width;
+        // How far a filter reaches beyond the border of its pixel.
+        let margin = match film.filter {
+            Filter::Box => 0.0,
+            Filter::Tent { radius } => radius - 0.5,
+            Filter::Gaussian { deviation } => 4.0 * deviation - 0.5,
+        };
+        let (x, y, w, h) = match film.crop {
+            Some(crop) => (crop.x as f64, crop.y as f64, crop.width as f64, crop.height as f64),
+            None => (0.0, 0.0, width, height),
+        };
+        Self {
+            camera,
+            left: (x - margin - 0.5 * width) * pixel,
+            right: (x + w + margin - 0.5 * width) * pixel,
+            bottom: (0.5 * height - y - h - margin) * pixel,
+            top: (0.5 * height - y + margin) * pixel,
+            pixel,
+        }
+    }
+
+    fn local(&self, point: DVec3) -> DVec3 {
+        let Camera { origin, right, up, forward, .. } = self.camera;
+        let offset = point - *origin;
+        DVec3::new(offset.dot(*right), offset.dot(*up), offset.dot(*forward))
+    }
+
+    /// How far what is in view of a triangle goes beyond a plane, if it does.
+    fn excess(&self, corners: [DVec3; 3], distance: f64, sign: f64) -> Option<f64> {
+        let beyond = |p: DVec3| sign * (p.z - distance);
+        if corners.iter().all(|&p| beyond(p) <= 0.0) {
+            return None;
+        }
+        let mut polygon = corners.to_vec();
+        clip(&mut polygon, beyond);
+        clip(&mut polygon, |p| p.z);
+        clip(&mut polygon, |p| p.x - self.left * p.z);
+        clip(&mut polygon, |p| self.right * p.z - p.x);
+        clip(&mut polygon, |p| p.y - self.bottom * p.z);
+        clip(&mut polygon, |p| self.top * p.z - p.y);
+        let excess = polygon.iter().map(|&p| beyond(p)).fold(0.0, f64::max);
+        (self.area(&polygon) > TOUCHES && excess > 0.0).then_some(excess)
+    }
+
+    /// The pixels² that a polygon in view covers.
+    fn area(&self, polygon: &[DVec3]) -> f64 {
+        // Only a corner at the pinhole itself is not in front, of a polygon seen from its edge.
+        let seen = |p: &DVec3| p.truncate() / (self.pixel * p.z.max(f64::MIN_POSITIVE));
+        let Some(first) = polygon.first().map(seen) else { return 0.0 };
+        let pairs = polygon.iter().zip(polygon.iter().skip(1));
+        let twice: f64 = pairs.map(|(a, b)| (seen(a) - first).perp_dot(seen(b) - first)).sum();
+        0.5 * twice.abs()
+    }
+}
+
+/// Cuts off a convex polygon where `inside`, which is affine, is negative (Sutherland and Hodgman).
+fn clip(polygon: &mut Vec<DVec3>, inside: impl Fn(DVec3) -> f64) {
+    let corners = std::mem::take(polygon);
+    for (i, &b) in corners.iter().enumerate() {
+        let a = corners[(i + corners.len() - 1) % corners.len()];
+        let (at_a, at_b) = (inside(a), inside(b));
+        if (at_a < 0.0) != (at_b < 0.0) {
+            polygon.push(a + (b - a) * (at_a / (at_a - at_b)));
+        }
+        if at_b >= 0.0 {
+            polygon.push(b);
+        }
+    }
+}
