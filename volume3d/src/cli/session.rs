@@ -93,6 +93,9 @@ fn check_memory(path: &Path, scene: &Scene) -> anyhow::Result<()> {
             gib(MOST_MEMORY)
         );
     }
+    // No command keeps less of a pixel than its colour.
+    let colours = Vec::<[f64; 3]>::new().try_reserve_exact(width * height);
+    colours.map_err(|error| anyhow!("{}: an image of {width} × {height} pixels: {error}", path.display()))?;
     Ok(())
 }
 

@@ -45,6 +45,16 @@ impl fmt::Display for Place {
     }
 }
 
+/// Memory that cannot be had.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{what} would take {bytes} bytes of memory, which cannot be had")]
+pub struct MemoryError {
+    /// What it is for.
+    pub what: &'static str,
+    /// How much.
+    pub bytes: usize,
+}
+
 /// A file that cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -309,6 +319,9 @@ pub enum SceneProblem {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshProblem {
+    /// There is no room for it in memory.
+    #[error(transparent)]
+    Memory(#[from] MemoryError),
     /// Something else than what the format demands.
     #[error("expected {expected}, found \"{found}\"")]
     Expected {
@@ -374,6 +387,9 @@ pub enum MeshProblem {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImageProblem {
+    /// There is no room for it in memory.
+    #[error(transparent)]
+    Memory(#[from] MemoryError),
     /// The file cannot be decoded or encoded.
     #[error("{0}")]
     Codec(#[from] image::ImageError),
@@ -441,6 +457,9 @@ pub enum ImageProblem {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ArrayProblem {
+    /// There is no room for it in memory.
+    #[error(transparent)]
+    Memory(#[from] MemoryError),
     /// The file is no NPY file, or one of an unknown version.
     #[error("not an NPY file of version 1, 2 or 3")]
     Magic,

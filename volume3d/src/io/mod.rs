@@ -16,6 +16,7 @@ mod files;
 #[doc(hidden)]
 pub mod fuzz;
 mod image;
+mod memory;
 mod mitsuba;
 mod npy;
 mod obj;
@@ -27,7 +28,7 @@ mod tests;
 
 use std::path::Path;
 
-pub use self::error::{ArrayProblem, At, Error, ImageProblem, MeshProblem, Place, SceneProblem};
+pub use self::error::{ArrayProblem, At, Error, ImageProblem, MemoryError, MeshProblem, Place, SceneProblem};
 pub use self::image::{
     Image, load_image, read_exr, read_image, signed_colour, signed_range, write_exr, write_png,
     write_signed_png,

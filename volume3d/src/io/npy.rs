@@ -5,6 +5,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
+use super::memory::with_room;
 use super::{ArrayProblem, Error, Image, files};
 
 /// Numbers with a shape, the last index running fastest.
@@ -137,7 +138,9 @@ fn parse(bytes: &[u8]) -> Result<Array, ArrayProblem> {
             _ => f64::NAN,
         }
     };
-    Ok(Array { values: data.chunks_exact(size).map(number).collect(), shape })
+    let mut values = with_room(data.len() / size, "the array")?;
+    values.extend(data.chunks_exact(size).map(number));
+    Ok(Array { values, shape })
 }
 
 /// The header's text and the data after it.

@@ -8,6 +8,7 @@ use glam::DVec3;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use super::{Image, MAX_PIXELS, MAX_PIXELS_PER_BYTE, check_size, error, from_srgb};
+use crate::io::memory::with_room;
 use crate::io::{Error, ImageProblem, files};
 
 /// Reads a PNG, OpenEXR or Radiance HDR image for use as a texture.
@@ -87,17 +88,23 @@ fn decode(bytes: &[u8], raw: bool) -> Result<Image, ImageProblem> {
     if is_exr {
         check_exr(bytes)?;
     }
+    let mut pixels: Vec<DVec3> = with_room(width * height, "the pixels")?;
+    // The decoder and the conversion below end the program where there is no room: it is looked for before.
+    let converted = (width * height).saturating_mul(size_of::<[f32; 3]>());
+    let decoded = usize::try_from(decoder.total_bytes()).unwrap_or(usize::MAX);
+    drop(with_room::<u8>(decoded.saturating_add(converted), "decoding the pixels")?);
     let image = DynamicImage::from_decoder(decoder)?;
     let is_linear = raw || matches!(image, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
     let linear = |x: f64| if is_linear { x } else { from_srgb(x) };
-    let pixels: Vec<DVec3> = match image {
+    match image {
         DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
-            image.into_rgb32f().pixels().map(|p| DVec3::from_array(p.0.map(f64::from))).collect()
+            pixels.extend(image.into_rgb32f().pixels().map(|p| DVec3::from_array(p.0.map(f64::from))));
         }
         // Exact for 8 bits as well: x · 257/65535 = x/255.
-        _ => (image.into_rgb16().pixels())
-            .map(|p| DVec3::from_array(p.0.map(|x| linear(f64::from(x) / 65535.0))))
-            .collect(),
-    };
+        _ => {
+            let pixel = |x: u16| linear(f64::from(x) / 65535.0);
+            pixels.extend(image.into_rgb16().pixels().map(|p| DVec3::from_array(p.0.map(pixel))));
+        }
+    }
     Ok(Image { width, height, pixels })
 }

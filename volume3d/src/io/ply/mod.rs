@@ -14,8 +14,9 @@ use glam::{DVec2, DVec3};
 
 use self::body::{Ascii, Binary, Body};
 use self::header::{Element, Encoding, Header, Property};
+use super::memory::{reserve, with_room};
 use super::soup::{Soup, fan};
-use super::{At, Error, MeshProblem, Place};
+use super::{At, Error, MemoryError, MeshProblem, Place};
 use crate::geometry::{Attribute, Mesh};
 
 pub use self::write::write_ply;
@@ -93,9 +94,10 @@ fn vertices<B: Body>(element: &Element, body: &mut B, soup: &mut Soup) -> Result
     let has_uvs = all(6..8, "vertex properties u and v (both or none)")?;
 
     let count = room(element, body);
-    let mut normals = Vec::with_capacity(if has_normals { count } else { 0 });
-    let mut uvs = Vec::with_capacity(if has_uvs { count } else { 0 });
-    soup.positions.reserve(count);
+    let memory = |error: MemoryError| (At::Whole, error.into());
+    let mut normals = with_room(if has_normals { count } else { 0 }, "the normals").map_err(memory)?;
+    let mut uvs = with_room(if has_uvs { count } else { 0 }, "the texture coordinates").map_err(memory)?;
+    reserve(&mut soup.positions, count, "the vertices").map_err(memory)?;
     for index in 0..element.count {
         let mut values = [0.0; 8];
         body.begin(&element.name, index);
@@ -121,7 +123,8 @@ fn vertices<B: Body>(element: &Element, body: &mut B, soup: &mut Soup) -> Result
 
 fn faces<B: Body>(element: &Element, body: &mut B, soup: &mut Soup) -> Result<(), Failure> {
     // A face has at least a length of one byte and three indices of one byte.
-    soup.triangles.reserve(element.count.min(body.remaining() / 4));
+    let count = element.count.min(body.remaining() / 4);
+    reserve(&mut soup.triangles, count, "the triangles").map_err(|error| (At::Whole, error.into()))?;
     let mut corners = vec![];
     for index in 0..element.count {
         body.begin(&element.name, index);

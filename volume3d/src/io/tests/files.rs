@@ -1,6 +1,8 @@
 //! What readers and writers have in common.
 
 use super::{here, message};
+use crate::io::MeshProblem;
+use crate::io::memory::with_room;
 use crate::io::{Array, Error, Image, Precision, load_mesh, load_scene, read_npy, write_npy, write_png};
 
 #[test]
@@ -57,4 +59,13 @@ fn written_files_have_ordinary_permissions() {
     std::fs::write(&other, "").unwrap();
     let mode = |path| std::fs::metadata(path).unwrap().permissions().mode();
     assert_eq!(mode(&ours), mode(&other));
+}
+
+#[test]
+fn memory_that_cannot_be_had_is_an_error() {
+    let error = with_room::<[f64; 3]>(1 << 57, "the vertices").unwrap_err();
+    let expected = "the vertices would take 3458764513820540928 bytes of memory, which cannot be had";
+    assert_eq!(error.to_string(), expected);
+    assert_eq!(MeshProblem::from(error).to_string(), expected);
+    assert!(with_room::<u64>(usize::MAX, "numbers").is_err());
 }

@@ -154,6 +154,18 @@ fn exr_tiles_larger_than_the_file_are_refused() {
     assert_eq!(found, "a.exr: 64×1048576 pixels are announced, which the file is too short for");
 }
 
+/// A header of some bytes makes no room for ten thousand million pixels.
+#[test]
+fn a_header_that_lies_is_refused() {
+    let mut bytes = vec![];
+    let mut writer = png::Encoder::new(&mut bytes, 100_000, 100_000).write_header().unwrap();
+    writer.write_chunk(png::chunk::IDAT, &[0]).unwrap();
+    drop(writer);
+    let found = message(read_image(&bytes, here("a.png"), false));
+    let expected = "a.png: 100000×100000 pixels; expected at least 1×1 and at most 268435456 in all";
+    assert_eq!(found, expected);
+}
+
 #[test]
 fn errors() {
     let bad = Image { width: 2, height: 2, pixels: vec![DVec3::ZERO; 3] };
