@@ -13,7 +13,7 @@ use tests::space::worlds::{CrossingMoving, LitCrossingKind, LitCrossingMoving};
 use volume3d::gradient::{EdgeSampling, Field, WarpedArea};
 
 /// The crossing rests in the world; a plate moves before it, or the camera moves.
-static AT_REST: LazyLock<Vec<Sized>> = LazyLock::new(|| coverage(&CrossingMoving::AT_REST, 12));
+static AT_REST: LazyLock<Vec<Sized>> = LazyLock::new(|| coverage(&CrossingMoving::AT_REST, 14));
 /// The crossing moves.
 static MOVING: LazyLock<Vec<Sized>> = LazyLock::new(|| coverage(&CrossingMoving::MOVING, 5));
 /// Where the camera moves, alone or with everything. These the multilevel rays resolve: where a plate
