@@ -10,7 +10,7 @@ use crate::geometry::Mesh;
 use crate::scene::{Camera, Description, Environment, Film, Filter, Integrator, Light, Material, Scene};
 
 /// Independent runs of statistical tests.
-const RUNS: u64 = 2048;
+const SHARED_RUNS: u64 = 2048;
 
 /// The mean of independent runs, and its standard error.
 fn statistics(values: &[f64]) -> (f64, f64) {
@@ -233,7 +233,7 @@ fn an_image_and_a_gradient_of_one_seed_are_independent() {
     };
     let plain = |seed| render(&scene, 1, seed, &none).unwrap().pixels;
     let slopes = |image: &dyn Fn(u64) -> Vec<DVec3>| -> Vec<f64> {
-        (0..RUNS).map(|seed| slope(seed, &image(seed))).collect()
+        (0..SHARED_RUNS).map(|seed| slope(seed, &image(seed))).collect()
     };
     let (mean, error) = statistics(&slopes(&plain));
     let (control, noise) = statistics(&slopes(&shared));
