@@ -231,7 +231,7 @@ impl Verdict {
                 this.zeros += 1;
                 let bare = exact == 0.0 && error == rounding;
                 let noise = [if bare { 0.0 } else { error / scale }, if bare { 0.0 } else { slack / scale }];
-                if !(noise[0] <= this.noise.0[0]) {
+                if noise[0].is_nan() || noise[0] > this.noise.0[0] {
                     this.noise = (noise, k.label().to_owned());
                 }
                 continue;

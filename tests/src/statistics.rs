@@ -10,8 +10,7 @@ use std::fmt::Write as _;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// |z| above this rejects: the threshold of every statistical test of the suite, which makes no more
-/// than 12,000 comparisons (4,624 on random scenes of the plane, below 5,000 in flat worlds, below 1,000
-/// on circle, sphere, discs and implicit shapes), for a false-alarm rate of 10⁻⁶ of all of them
+/// than 12,000 comparisons, thorough ones included, for a false-alarm rate of 10⁻⁶ of all of them
 /// together.
 #[must_use]
 pub fn suite_threshold() -> f64 {

@@ -140,7 +140,7 @@ fn growth<D: Domain>(centre: D::Vector, angle: f64) -> impl Fn(D::Vector) -> D::
 fn growing_sphere<D: Domain<Vector = DVec3>>(warp: &Warp, kappa: f64) -> (Moments, f64) {
     let cap = Cap { centre: DVec3::Z, angle: 0.9, weight: DVec3::new(-0.3, 1.0, 0.5) };
     let exact = std::f64::consts::PI * 1.8_f64.sin() * cap.weight.z;
-    let moments = mean(samples(), 4, |rng| {
+    let moments = mean(1 << 19, 4, |rng| {
         let (z, phi) = (2.0 * open01(rng) - 1.0, std::f64::consts::TAU * open01(rng));
         let r = (1.0 - z * z).sqrt();
         let u = DVec3::new(r * phi.cos(), r * phi.sin(), z);
@@ -153,7 +153,7 @@ fn growing_sphere<D: Domain<Vector = DVec3>>(warp: &Warp, kappa: f64) -> (Moment
 fn growing_circle<D: Domain<Vector = DVec2>>(warp: &Warp, kappa: f64) -> (Moments, f64) {
     let cap = Cap { centre: DVec2::X, angle: 0.9, weight: DVec2::new(0.5, 1.0) };
     let exact = 2.0 * 0.9_f64.cos() * cap.weight.x;
-    let moments = mean(samples(), 5, |rng| {
+    let moments = mean(1 << 19, 5, |rng| {
         let u = DVec2::from_angle(std::f64::consts::TAU * open01(rng));
         sample::<D>(&cap, growth::<D>(cap.centre, cap.angle), warp, kappa, u, std::f64::consts::TAU, rng)
     });

@@ -6,6 +6,7 @@
 
 use std::sync::LazyLock;
 
+use flatland::random::{open01, stream};
 use flatland::warp::{Adaptive, AuxiliaryPoints, Debias, Warp, Weighting};
 use glam::DVec3;
 use tests::campaign::{Estimate, Verdict};
@@ -178,6 +179,38 @@ fn stated_standard_errors_are_what_repetitions_show() {
     let mut power = Power::of("space_coverage::stated_standard_errors_are_what_repetitions_show");
     power.add("ratio of the errors", tolerance, 1.0);
     power.finish();
+}
+
+/// The largest share that one of some numbers has of their spread, Σ (x − mean)²: 10% in the mean of 64 normal deviates,
+/// and most of it under tails without a variance, however many there are.
+fn largest_share(numbers: &[f64]) -> f64 {
+    let mean = numbers.iter().sum::<f64>() / numbers.len() as f64;
+    let squares: Vec<f64> = numbers.iter().map(|x| (x - mean).powi(2)).collect();
+    squares.iter().copied().fold(0.0, f64::max) / squares.iter().sum::<f64>()
+}
+
+/// The default field's variance is finite here: no run of 64 carries much of their spread, in the median over scenes.
+#[test]
+fn no_run_carries_the_spread() {
+    let median = |mut shares: Vec<f64>| {
+        shares.retain(|share| share.is_finite());
+        shares.sort_by(f64::total_cmp);
+        shares[shares.len() / 2]
+    };
+    let runs = |k: &Known| -> Vec<f64> {
+        let run = |seed| k.weighted(&k.run(&WarpedArea { seed, ..warped() }).gradient);
+        (0..64).map(run).collect()
+    };
+    let found = median(GENERIC.iter().step_by(2).map(|k| largest_share(&runs(k))).collect());
+    // The control: u^-½, whose variance is just infinite, and 1/u, which has no mean.
+    let heavy = |power: f64| {
+        let one =
+            |seed| (0..64).map(move |i| open01(&mut stream(seed, &[i])).powf(power)).collect::<Vec<_>>();
+        median((0..30).map(|seed| largest_share(&one(seed))).collect())
+    };
+    let [half, one] = [heavy(-0.5), heavy(-1.0)];
+    println!("largest share of 64 runs, median: {found:.3}; of heavy tails {half:.3} and {one:.3}");
+    assert!(found < 0.2 && half > 0.2 && one > 0.5, "{found} {half} {one}");
 }
 
 /// Where the camera turns or zooms all that is seen moves alike, and velocities jump nowhere: the control that is

@@ -558,7 +558,7 @@ fn awkward_places() {
     // With how many times the runs of differences, and how many the samples: in the shell everything is lit by
     // everything, and a lamp that touches the floor is near its own border.
     let places = [
-        ("lamp on the floor", touching, 1, 4),
+        ("lamp on the floor", touching, 2, 8),
         ("along the floor", along, 1, 1),
         ("camera in a shell", inside, 4, 1),
     ];

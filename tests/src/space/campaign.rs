@@ -58,7 +58,14 @@ pub fn directed(derivative: &[DVec3]) -> Vec<DVec3> {
 }
 
 impl Known {
-    fn new(moving: Moving, derivative: &[DVec3], error: &[f64], image: &[DVec3], label: String) -> Self {
+    /// With the weights of [`directed`].
+    pub(crate) fn new(
+        moving: Moving,
+        derivative: &[DVec3],
+        error: &[f64],
+        image: &[DVec3],
+        label: String,
+    ) -> Self {
         let weights = directed(derivative);
         let exact = weights.iter().zip(derivative).map(|(w, d)| w.dot(*d)).sum();
         let error = weights.iter().zip(error).map(|(w, e)| w.abs().element_sum() * e).sum();

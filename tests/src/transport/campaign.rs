@@ -98,7 +98,7 @@ pub fn known(kinds: &[Kind], movings: &[Moving], per_kind: u64, bounces: usize) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::Verdict;
+    use crate::campaign::{Limits, Verdict};
 
     /// A method that is exact but for noise passes, and one that is biased does not.
     #[test]
@@ -112,8 +112,9 @@ mod tests {
                 Estimate { mean: factor * k.exact + noise, standard_error: 0.01 * k.exact.abs() }
             })
         };
-        assert!(noisy(1.0).passes(5.0));
-        assert!(!noisy(0.9).passes(5.0) && !noisy(-1.0).passes(5.0) && !noisy(0.0).passes(5.0));
+        let limits = Limits::both(5.0);
+        assert!(noisy(1.0).passes(limits));
+        assert!([0.9, -1.0, 0.0].into_iter().all(|factor| !noisy(factor).passes(limits)));
     }
 
     #[test]

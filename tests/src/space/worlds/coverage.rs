@@ -231,7 +231,8 @@ impl Stage {
         self.camera.origin + depth * self.camera.direction(u)
     }
 
-    /// A depth at which a body of up to 0.6 of that is wholly behind another.
+    /// A depth at which a body of up to 0.6 of that is wholly behind another. This is what keeps bodies apart: the curves
+    /// along which they would pass through one another have no exact reference here.
     fn behind(&self, body: &Body) -> f64 {
         let far = (body.centre - self.camera.origin).dot(self.camera.forward) + body.radius;
         1.05 * far / (1.0 - 0.6)
