@@ -128,6 +128,7 @@ impl Scene {
 }
 
 /// What a pair of triangles gives.
+#[expect(clippy::large_enum_variant, reason = "nearly all are crossings, and they live briefly")]
 enum Found {
     Crossing(Crossing),
     Overlap([u32; 2]),
