@@ -93,8 +93,14 @@ impl<'s> Paths<'s> {
 
     /// Whether anything is in the way between the distances `near` and `far`, the latter less rounding.
     pub(crate) fn blocked(&self, origin: DVec3, direction: DVec3, near: f64, far: f64) -> bool {
-        let far = far * (1.0 - SHORT);
+        let far = self.short_of(far);
         self.scene.accelerator.occluded(&Ray { origin, direction, near, far, from: None })
+    }
+
+    /// Where a ray to a point ends: before the point by a part of the way, and by what rounding of coordinates may move
+    /// the point.
+    fn short_of(&self, distance: f64) -> f64 {
+        distance * (1.0 - SHORT) - self.near
     }
 
     /// Many rays from one origin.
@@ -247,7 +253,7 @@ impl<'s> Paths<'s> {
         if shading.normal.value().dot(direction) <= 0.0 {
             return zero;
         }
-        let far = towards.distance * (1.0 - SHORT);
+        let far = self.short_of(towards.distance);
         let ray = Ray { origin: x, direction, near: self.near, far, from: Some(point.triangle) };
         if self.scene.accelerator.occluded(&ray) {
             return zero;
@@ -436,7 +442,7 @@ impl<'s> Paths<'s> {
         if shading.normal.value().dot(direction) <= 0.0 {
             return None;
         }
-        let far = distance * (1.0 - SHORT);
+        let far = self.short_of(distance);
         let ray = Ray { origin: x, direction, near: self.near, far, from: Some(point.triangle) };
         if self.scene.accelerator.occluded(&ray) {
             return None;
