@@ -20,7 +20,7 @@ use volume3d::gradient::{EdgeSampling, Field, Progress, Wanted, WarpedArea};
 
 /// Scenes of each kind.
 fn per_kind() -> u64 {
-    pick(12, 36)
+    pick(6, 18)
 }
 
 /// Nothing degenerate about them.
@@ -28,7 +28,7 @@ static GENERIC: LazyLock<Vec<Known>> = LazyLock::new(|| coverage(&CoverageKind::
 
 /// Worlds a million times smaller, larger or farther from the origin.
 static FAR: LazyLock<Vec<Known>> = LazyLock::new(|| {
-    coverage(&[CoverageKind::Small, CoverageKind::Large, CoverageKind::FarFromOrigin], pick(14, 36))
+    coverage(&[CoverageKind::Small, CoverageKind::Large, CoverageKind::FarFromOrigin], pick(8, 18))
 });
 
 /// Samples a pixel in each of [`REPETITIONS`] runs: one in each of a run's groups.
@@ -219,7 +219,7 @@ fn no_run_carries_the_spread() {
 fn the_direct_field_is_unbiased_where_nothing_passes_before_anything() {
     let mut power =
         Power::of("space_coverage::the_direct_field_is_unbiased_where_nothing_passes_before_anything");
-    let known = coverage(&CoverageKind::GENERIC, pick(48, 96));
+    let known = coverage(&CoverageKind::GENERIC, pick(24, 48));
     let turns = |k: &Known| {
         k.change.positions.iter().all(|v| *v == DVec3::ZERO) && k.change.camera.translation == DVec3::ZERO
     };

@@ -58,11 +58,11 @@
 //!
 //! | method | bias |
 //! |---|---|
-//! | [`gradient::WarpedArea`] with [`Outlines`](gradient::Field::Outlines) | none, but where surfaces pass through one another, see below; with [`flips`](gradient::WarpedArea::flips) 0, jumps of interpolated normals |
+//! | [`gradient::WarpedArea`] with [`Outlines`](gradient::Field::Outlines) | none; with [`flips`](gradient::WarpedArea::flips) 0, jumps of interpolated normals |
 //! | with auxiliary rays and a multilevel or roulette [`Debias`](flatland::warp::Debias) | the same |
 //! | with a fixed number of auxiliary rays | falls with that number; gradients come out too small |
 //! | with `warps: false` | the interior term alone: no silhouette, no shadow moves |
-//! | [`gradient::EdgeSampling`] | none, but where surfaces pass through one another, see below |
+//! | [`gradient::EdgeSampling`] | none |
 //! | [`gradient::Rotation`] | wherever edges in one kernel move differently, and by the jumps of interpolated normals |
 //! | [`gradient::FiniteDifference`] | ~ step² |
 //!
@@ -72,8 +72,17 @@
 //! below the other's. Edge sampling samples both curves, from wherever they are seen. Warped area
 //! samples the first with the speed that the warp leaves, v − V; the second consists of edges that its field follows.
 //!
-//! Surfaces that pass through one another jump along a curve that is no edge of a mesh. Finite differences see it, no
-//! other method does.
+//! Surfaces that pass through one another jump along a curve that is no edge of a mesh. The first geometric gradient of a
+//! scene looks for such crossings, by a query of the hierarchy with itself that is decided exactly, and every method
+//! follows them like edges ([`scene::Scene::crossing_shapes`] counts them). The query takes about 0.1 s for 10⁵ triangles and
+//! 2 s for 10⁶ on two cores (`cargo bench --bench crossing`), some 10 bytes a triangle while it runs, and
+//! 300 bytes for every pair of triangles that cross. Auxiliary rays look at the crossings of the triangle they hit one
+//! by one.
+//!
+//! Where surfaces cover one another in one plane, as a lamp drawn exactly on a ceiling, rounding decides which is seen:
+//! they may slide over one another, but where they part no derivative exists, and
+//! [`scene::Scene::parted_shapes`] tells. The same holds where jumps of different velocities coincide along a whole
+//! curve: the two one-sided derivatives differ, and what is found is one of them or between them.
 //!
 //! What moves in an ideal mirror, or under a point or parallel light, has no unbiased estimate by any warp here, and is
 //! refused: [`gradient::Unsupported`].
