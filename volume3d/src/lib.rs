@@ -75,9 +75,8 @@
 //! Surfaces that pass through one another jump along a curve that is no edge of a mesh. The first geometric gradient of a
 //! scene looks for such crossings, by a query of the hierarchy with itself that is decided exactly, and every method
 //! follows them like edges ([`scene::Scene::crossing_shapes`] counts them). The query takes about 0.1 s for 10⁵ triangles and
-//! 2 s for 10⁶ on two cores (`cargo bench --bench crossing`), some 10 bytes a triangle while it runs, and
-//! 300 bytes for every pair of triangles that cross. Auxiliary rays look at the crossings of the triangle they hit one
-//! by one.
+//! 2 s for 10⁶ on two cores (`cargo bench --bench crossing`), and about 300 bytes are kept for every pair of triangles that
+//! cross. Auxiliary rays look at the crossings of the triangle they hit one by one.
 //!
 //! Where surfaces cover one another in one plane, as a lamp drawn exactly on a ceiling, rounding decides which is seen:
 //! they may slide over one another, but where they part no derivative exists, and
