@@ -8,6 +8,7 @@ use flatland::plane::exact::ExactError;
 use flatland::plane::{Film, Filter, Image};
 use flatland::warp::{Debias, Warp};
 use glam::DVec3;
+use rayon::prelude::*;
 use tests::scenes::{self, Case, Kind};
 
 /// Between samples that are equal but for rounding, relative to their size.
@@ -41,8 +42,8 @@ fn dot_test(method: &impl Method, case: &Case) -> Result<f64, EstimatorError> {
 
 #[test]
 fn reverse_is_the_transpose_of_forward() {
-    let mut worst = 0.0_f64;
-    for case in cases() {
+    let error = |case: Case| {
+        let mut worst = 0.0_f64;
         let warps = [Warp::default(), Warp::original(6)];
         let mut errors: Vec<_> = warps
             .into_iter()
@@ -60,7 +61,9 @@ fn reverse_is_the_transpose_of_forward() {
             assert!(error < ROUNDING, "off by {error:e} on {}", case.label);
             worst = worst.max(error);
         }
-    }
+        worst
+    };
+    let worst = cases().into_par_iter().map(error).reduce(|| 0.0, f64::max);
     println!("worst relative difference {worst:.1e}");
 }
 
@@ -138,7 +141,7 @@ fn bias_falls_with_the_number_of_auxiliary_rays() {
         ("default", |rays| Warp { debias: Debias::Consistent { rays }, ..Warp::default() }),
     ] {
         let rays = [4_usize, 8, 16, 32];
-        let bias = rays.map(|n| {
+        let bias = rays.into_par_iter().map(|n| {
             let method = WarpedArea { samples: 400_000, warp: of(n), seed: 9, ..WarpedArea::default() };
             let g = method.forward(&scene, &motion, &film).expect("valid");
             let error = g.standard_error.pixel(0, 0).x / exact.abs();
@@ -146,7 +149,9 @@ fn bias_falls_with_the_number_of_auxiliary_rays() {
             println!("{name}, N' = {n}: bias {:.2}% ± {:.2}%", 100.0 * bias, 100.0 * error);
             bias
         });
-        let rate = regression_slope(&rays.map(|n| (n as f64).ln()), &bias.map(f64::ln));
+        let bias: Vec<f64> = bias.collect();
+        let [x, y] = [rays.map(|n| (n as f64).ln()).to_vec(), bias.iter().map(|b| b.ln()).collect()];
+        let rate = regression_slope(&x, &y);
         println!("{name}: bias falls as N'^{rate:.2}");
         assert!(bias.windows(2).all(|w| w[1] < w[0]), "{name}: {bias:?}");
         assert!(rate < -0.8, "{name}: N'^{rate}");

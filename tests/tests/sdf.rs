@@ -136,6 +136,10 @@ fn consistent_fields_give_the_derivative_of_smooth_shapes() {
     let filters = [AngularFilter::Tent, AngularFilter::Box];
     for filter in filters {
         for (name, shape) in [("disc", disc(3.0, 0.2, 1.0)), ("pair", pair(0.5))] {
+            if !thorough() && (name, filter) == ("pair", AngularFilter::Box) {
+                // A filter and a shape by themselves have to do.
+                continue;
+            }
             let case = Case::new(shape, SHADING, filter);
             let label = |field: &str| format!("{name}, {filter:?}, {field}");
             let harmonic = {

@@ -20,7 +20,7 @@ use volume3d::gradient::{EdgeSampling, Field, Progress, Wanted, WarpedArea};
 
 /// Scenes of each kind.
 fn per_kind() -> u64 {
-    pick(6, 18)
+    pick(4, 18)
 }
 
 /// Nothing degenerate about them.
@@ -28,7 +28,7 @@ static GENERIC: LazyLock<Vec<Known>> = LazyLock::new(|| coverage(&CoverageKind::
 
 /// Worlds a million times smaller, larger or farther from the origin.
 static FAR: LazyLock<Vec<Known>> = LazyLock::new(|| {
-    coverage(&[CoverageKind::Small, CoverageKind::Large, CoverageKind::FarFromOrigin], pick(8, 18))
+    coverage(&[CoverageKind::Small, CoverageKind::Large, CoverageKind::FarFromOrigin], pick(6, 18))
 });
 
 /// Samples a pixel in each of [`REPETITIONS`] runs: one in each of a run's groups.
@@ -201,7 +201,7 @@ fn no_run_carries_the_spread() {
         let run = |seed| k.weighted(&k.run(&WarpedArea { seed, ..warped() }).gradient);
         (0..64).map(run).collect()
     };
-    let found = median(GENERIC.iter().step_by(2).map(|k| largest_share(&runs(k))).collect());
+    let found = median(GENERIC.iter().step_by(pick(6, 2)).map(|k| largest_share(&runs(k))).collect());
     // The control: u^-½, whose variance is just infinite, and 1/u, which has no mean.
     let heavy = |power: f64| {
         let one =
@@ -231,7 +231,7 @@ fn the_direct_field_is_unbiased_where_nothing_passes_before_anything() {
 
 #[test]
 fn controls_are_rejected() {
-    let some = &coverage(&CoverageKind::GENERIC, pick(4, 16))[..];
+    let some = &coverage(&CoverageKind::GENERIC, pick(2, 16))[..];
     let own = |factor: f64| {
         move |k: &Known, half| {
             let e = k.estimate(half, &warped());

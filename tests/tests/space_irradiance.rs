@@ -26,7 +26,7 @@ use volume3d::gradient::{EdgeSampling, Field, Progress, Wanted, WarpedArea};
 /// Grounds in whose pixels penumbras lie.
 static PENUMBRAS: LazyLock<Vec<Known>> = LazyLock::new(|| {
     let all = DirectKind::ALL.into_iter().flat_map(|kind| {
-        (0..pick(12, 24)).map(move |i| {
+        (0..pick(8, 24)).map(move |i| {
             let moving = DirectMoving::ALL[i as usize % DirectMoving::ALL.len()];
             DirectKnobs { moving, ..DirectKnobs::random(71_000 + i, kind) }
         })
@@ -237,7 +237,7 @@ fn reverse_mode_is_the_transpose() {
 #[test]
 fn controls_are_rejected() {
     // Those with occluders, without which nothing jumps but what is sampled as light.
-    let (first, count) = (POINTS.len() / 3, POINTS.len() / 6);
+    let (first, count) = (POINTS.len() / 3, POINTS.len() / pick(12, 6));
     let some: &[Known] = &POINTS[first..first + count];
     let own = |factor: f64| {
         move |k: &Known, half| {

@@ -223,7 +223,7 @@ fn a_white_furnace() {
         accept(
             &mut power,
             &known(scene(), by_albedo, sum * rate, &format!("furnace by albedo, {bounces}")),
-            &warped(64),
+            &warped(pick(16, 64)),
         );
         let mut by_emission = Change::still(&scene());
         by_emission.radiance.fill(DVec3::ONE);
@@ -231,7 +231,7 @@ fn a_white_furnace() {
         accept(
             &mut power,
             &known(scene(), by_emission, sum * rate, &format!("furnace by emission, {bounces}")),
-            &warped(64),
+            &warped(pick(16, 64)),
         );
         if bounces > 1 {
             // Concave corners make the noise of what moves there too large to say anything.
@@ -244,7 +244,7 @@ fn a_white_furnace() {
         accept(
             &mut power,
             &known(scene(), moves, 0.0, &format!("furnace that moves, {bounces}")),
-            &warped(64),
+            &warped(pick(16, 64)),
         );
     }
     power.finish();
@@ -311,7 +311,7 @@ fn terms_of_cube(k: &Known) -> [[Estimate; 2]; 2] {
                 pick: &(dyn Fn(&Terms) -> &Vec<DVec3> + Sync)| {
         repeated(k, |seed| k.weighted(pick(&of(seed).expect("valid").terms.expect("asked for"))))
     };
-    let area = |seed| WarpedArea { seed, ..warped(16) }.forward_terms(&k.scene, &k.change, none);
+    let area = |seed| WarpedArea { seed, ..warped(pick(9, 16)) }.forward_terms(&k.scene, &k.change, none);
     let edges = |seed| {
         let method = EdgeSampling { samples: 2, primary: 16, secondary: 16, seed };
         method.forward_terms(&k.scene, &k.change, none)

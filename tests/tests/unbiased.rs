@@ -36,8 +36,10 @@ const KINDS: [Kind; 11] = [
 ];
 
 static KNOWN: LazyLock<Vec<Known>> = LazyLock::new(|| known(&KINDS, pick(10, 24)));
+/// Some of them, for fields that take long.
+static HALF: LazyLock<Vec<Known>> = LazyLock::new(|| known(&KINDS, pick(5, 24)));
 /// Some of them, for what is far off.
-static SOME: LazyLock<Vec<Known>> = LazyLock::new(|| known(&KINDS, pick(3, 8)));
+static SOME: LazyLock<Vec<Known>> = LazyLock::new(|| known(&KINDS, pick(2, 8)));
 
 fn limits() -> Limits {
     Limits::both(suite_threshold())
@@ -80,7 +82,7 @@ fn warped_area_in_depth() {
             Known::new(Case { scene: scene.clone(), motion, film, label: format!("{filter:?}") })
         })
         .collect();
-    let method = |seed| WarpedArea { samples: 200_000, ..warped(Warp::default(), seed) };
+    let method = |seed| WarpedArea { samples: pick(40_000, 200_000), ..warped(Warp::default(), seed) };
     let mut power = Power::of("unbiased::warped_area_in_depth");
     Verdict::of(&deep, |k, seed| k.run(&method(seed))).accept(&mut power, "in depth", limits());
     power.finish();
@@ -105,7 +107,11 @@ fn warped_area_with_other_warps() {
     let points = [AuxiliaryPoints::Stratified, AuxiliaryPoints::Independent];
     for &points in &points[..pick(1, 2)] {
         let warp = Warp { points, ..Warp::default() };
-        accept(&mut power, &format!("warped area, {points:?}"), |seed| warped(warp, seed));
+        let samples = pick(SAMPLES / 2, SAMPLES);
+        accept(&mut power, &format!("warped area, {points:?}"), |seed| WarpedArea {
+            samples,
+            ..warped(warp, seed)
+        });
     }
     if thorough() {
         let debias = Debias::Multilevel { rays: 8, first: 0.5, ratio: 0.4 };
@@ -154,17 +160,17 @@ fn with_field(
 }
 
 fn integral(seed: u64) -> AreaIntegral {
-    AreaIntegral { samples: SAMPLES, form: Form::Area, control_variate: true, seed }
+    AreaIntegral { samples: pick(SAMPLES / 2, SAMPLES), form: Form::Area, control_variate: true, seed }
 }
 
 #[test]
 fn fields_that_know_all_silhouettes() {
     let mut power = Power::of("unbiased::fields_that_know_all_silhouettes");
-    let oracle = Verdict::of(&KNOWN, |k, seed| {
+    let oracle = Verdict::of(&HALF, |k, seed| {
         with_field(k, |a, scene, v, film| integral(seed).forward(scene, v, film, &a.oracle(v)))
     });
     oracle.accept(&mut power, "oracle field", limits());
-    let harmonic = Verdict::of(&KNOWN, |k, seed| {
+    let harmonic = Verdict::of(&HALF, |k, seed| {
         with_field(k, |a, scene, v, film| {
             integral(seed).forward(scene, v, film, &a.harmonic(v, 1e-7 * film.pixel()))
         })

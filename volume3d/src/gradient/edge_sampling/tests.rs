@@ -18,7 +18,12 @@ fn the_edge_of_a_square_moves_its_area() {
         let mut change = Change::still(&scene);
         change.scale(&scene, 0, DVec3::new(0.05, -0.02, -3.0), 1.0);
         let found = total(|seed| {
-            let method = EdgeSampling { samples: 8, primary: 400, seed, ..EdgeSampling::default() };
+            let method = EdgeSampling {
+                samples: 8,
+                primary: if thorough() { 400 } else { 40 },
+                seed,
+                ..EdgeSampling::default()
+            };
             method.forward(&scene, &change, &Progress::none()).unwrap().gradient
         });
         // Gaussians cut off are no partition of unity: their sum over pixels is 1 to about a thousandth.
@@ -134,7 +139,11 @@ fn surfaces_turn_their_other_side_to_one_another() {
     for (name, scene, moves) in &cases[..count] {
         let (change, none) = (moves(scene), Progress::none());
         let differences = total(|seed| {
-            let method = super::super::FiniteDifference { samples: 8192, step: 4e-2, seed: 50 + seed };
+            let method = super::super::FiniteDifference {
+                samples: if thorough() { 8192 } else { 6144 },
+                step: 4e-2,
+                seed: 50 + seed,
+            };
             method.forward(scene, &change, &none).unwrap().gradient
         });
         let samples = 192 * more;

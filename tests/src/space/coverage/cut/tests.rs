@@ -3,6 +3,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::*;
+use crate::effort::pick;
 use crate::oracle;
 use crate::space::worlds::{
     CoverageCase, CoverageKind, CoverageKnobs, CrossingKind, CrossingKnobs, CrossingMoving,
@@ -63,14 +64,14 @@ fn denial(case: &CoverageCase, derivative: &Image) -> f64 {
 #[test]
 fn derivatives_are_limits_of_differences() {
     let (excess, label) =
-        worst(cases(0..2), |case| denial(case, &cut(case).derivative().expect("a derivative")));
+        worst(cases(0..pick(1, 2)), |case| denial(case, &cut(case).derivative().expect("a derivative")));
     println!("worst: {excess:.3} of what is allowed, {label}");
     assert!(excess < 1.0, "{excess} of what is allowed, {label}");
 }
 
 #[test]
 fn wrong_derivatives_are_denied() {
-    for knobs in cases(0..1).into_iter().step_by(2) {
+    for knobs in cases(0..1).into_iter().step_by(pick(5, 2)) {
         let case = knobs.build();
         let exact = cut(&case).derivative().expect("a derivative");
         for factor in [0.0, -1.0, 1.0 + 1e-6] {

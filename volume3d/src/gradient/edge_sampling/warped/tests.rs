@@ -94,7 +94,7 @@ fn differences(scene: &Scene, change: &Change) -> (f64, f64) {
     total(|seed| {
         // Their noise falls with the root of the step, and their error grows with its square: in these units it is
         // less than a thousandth.
-        let samples = if thorough() { 16384 } else { 2048 };
+        let samples = if thorough() { 16384 } else { 1024 };
         let method = FiniteDifference { samples, step: 2e-2, seed: 50 + seed };
         method.forward(scene, change, &Progress::none()).unwrap().gradient
     })
@@ -102,7 +102,12 @@ fn differences(scene: &Scene, change: &Change) -> (f64, f64) {
 
 fn warped(scene: &Scene, change: &Change, field: Field, flips: usize) -> (f64, f64) {
     total(|seed| {
-        let samples = if thorough() { 2048 } else { 256 };
+        // Auxiliary rays are less noisy, and slower.
+        let samples = match field {
+            _ if thorough() => 2048,
+            Field::AuxiliaryRays => 96,
+            _ => 192,
+        };
         let method = WarpedArea { samples, field, flips, seed, ..WarpedArea::default() };
         method.forward(scene, change, &Progress::none()).unwrap().gradient
     })
