@@ -10,7 +10,7 @@ use flatland::random::{open01, stream};
 use flatland::warp::{Adaptive, AuxiliaryPoints, Debias, Warp, Weighting};
 use glam::DVec3;
 use tests::campaign::{Estimate, Verdict};
-use tests::effort::{pick, thorough};
+use tests::effort::pick;
 use tests::power::Power;
 use tests::space::campaign::{Known, REPETITIONS, accept, coverage, limits, pulled, reject};
 use tests::space::worlds::CoverageKind;
@@ -25,6 +25,10 @@ fn per_kind() -> u64 {
 
 /// Nothing degenerate about them.
 static GENERIC: LazyLock<Vec<Known>> = LazyLock::new(|| coverage(&CoverageKind::GENERIC, per_kind()));
+
+/// As many as auxiliary rays are traced in. In one scene of thirty their errors have tails so heavy that it would decide:
+/// more samples of few scenes say more.
+static FEW: LazyLock<Vec<Known>> = LazyLock::new(|| coverage(&CoverageKind::GENERIC, 4));
 
 /// Worlds a million times smaller, larger or farther from the origin.
 static FAR: LazyLock<Vec<Known>> = LazyLock::new(|| {
@@ -70,21 +74,9 @@ fn other_warps_are_unbiased() {
     let mut power = Power::of("space_coverage::other_warps_are_unbiased");
     let warp = WarpedArea::default().warp;
     let points = AuxiliaryPoints::Stratified;
-    accept(&mut power, "stratified points", &GENERIC, &with(Warp { points, ..warp }));
-    accept(
-        &mut power,
-        "adaptive rays",
-        &GENERIC,
-        &with(Warp { adaptive: Some(Adaptive::default()), ..warp }),
-    );
-    if thorough() {
-        // Its variance is infinite: no single scene's error is normal, the regression over all of them has to do, and
-        // takes longer than all else here.
-        let debias = Debias::RussianRoulette { rays: 8, tail: 1.5 };
-        let roulette = with(Warp { debias, ..Warp::default() });
-        let v = Verdict::of(&GENERIC, |k, half| k.estimate(half, &roulette));
-        v.accept(&mut power, "Russian roulette", limits().slope_alone());
-    }
+    let longer = |warp| WarpedArea { samples: pick(1, 8) * SAMPLES, ..with(warp) };
+    accept(&mut power, "stratified points", &FEW, &longer(Warp { points, ..warp }));
+    accept(&mut power, "adaptive rays", &FEW, &longer(Warp { adaptive: Some(Adaptive::default()), ..warp }));
     power.finish();
 }
 
@@ -158,7 +150,7 @@ fn magnitude(gradient: &volume3d::gradient::Change, change: &volume3d::gradient:
 #[test]
 fn stated_standard_errors_are_what_repetitions_show() {
     let mut ratios = Moments::new();
-    for k in GENERIC.iter().step_by(2) {
+    for k in GENERIC.iter() {
         let runs: Vec<_> = (0..REPETITIONS)
             .map(|seed| k.run(&WarpedArea { samples: 32, seed, ..WarpedArea::default() }))
             .collect();

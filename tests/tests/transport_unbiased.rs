@@ -27,6 +27,10 @@ use tests::transport::worlds::{Case, Kind, Moving};
 /// Light scattered once.
 static ONCE: LazyLock<Vec<Known>> = LazyLock::new(|| known(&Kind::GENERIC, &Moving::ALL, pick(10, 24), 1));
 
+/// As many for the harmonic field, whose slope between two jumps is one over their distance: where they nearly coincide
+/// no affordable number of samples tells a zero. More samples of few worlds say more.
+static FEW: LazyLock<Vec<Known>> = LazyLock::new(|| known(&Kind::GENERIC, &Moving::ALL, 10, 1));
+
 /// Others of them, for what is far off.
 static SOME: LazyLock<Vec<Known>> = LazyLock::new(|| known(&Kind::GENERIC, &Moving::ALL, pick(3, 12), 1));
 
@@ -80,7 +84,8 @@ fn total(k: &Known, method: &impl Method) -> Estimate {
     let found = run(k, method);
     let estimate = k.estimate(&found.total(), &found.standard_error);
     // The reference's own error must not count.
-    assert!(k.error <= 0.2 * estimate.standard_error.max(1e-6 * k.exact.abs()), "{:e} {estimate:?}", k.error);
+    let least = (1e-6 * k.exact.abs()).max(1e-9 * k.scale);
+    assert!(k.error <= 0.2 * estimate.standard_error.max(least), "{:e} {estimate:?}", k.error);
     estimate
 }
 
@@ -277,8 +282,12 @@ fn russian_roulette() {
 #[test]
 fn the_harmonic_field() {
     let mut power = Power::of("transport_unbiased::the_harmonic_field");
-    let harmonic = |seed, paths| WarpedArea { construction: Construction::Harmonic, ..warped(seed, paths) };
-    accept(&mut power, "harmonic field", &ONCE, harmonic);
+    let harmonic = |seed, paths| WarpedArea {
+        samples: pick(1, 4) * SAMPLES,
+        construction: Construction::Harmonic,
+        ..warped(seed, paths)
+    };
+    accept(&mut power, "harmonic field", &FEW, harmonic);
     accept(&mut power, "harmonic field, two bounces", &TWICE, harmonic);
     power.finish();
 }

@@ -80,7 +80,7 @@ impl Known {
     #[must_use]
     pub fn of_coverage(case: &CoverageCase, crop: Option<Crop>) -> Self {
         let CoverageCase { mesh, camera, motion, filter, label } = case;
-        let projected = ProjectedScene::new(mesh, camera, motion, *filter);
+        let projected = ProjectedScene::cut(mesh, camera, motion, *filter);
         let both = projected.and_then(|p| Ok((p.derivative()?, p.image()?)));
         let (derivative, image) = both.unwrap_or_else(|e| panic!("{e}\n{label}"));
         let whole = Crop { x: 0, y: 0, width: camera.width, height: camera.height };

@@ -8,7 +8,7 @@ use crate::space::worlds::{self, CoverageCase, CoverageKind, CoverageKnobs};
 
 fn projected(case: &CoverageCase) -> ProjectedScene {
     let CoverageCase { mesh, camera, motion, filter, label } = case;
-    ProjectedScene::new(mesh, camera, motion, *filter).unwrap_or_else(|e| panic!("{e}\n{label}"))
+    ProjectedScene::cut(mesh, camera, motion, *filter).unwrap_or_else(|e| panic!("{e}\n{label}"))
 }
 
 fn derivative(case: &CoverageCase) -> Image {
@@ -195,8 +195,9 @@ fn the_normal_velocity_of_a_projected_edge_is_linear_along_it() {
 
 #[test]
 fn the_vertex_gradient_is_the_transpose_of_the_derivative() {
-    for seed in 0..6 {
-        let mut case = CoverageKnobs::random(seed, CoverageKind::Shells).build();
+    let shells = (0..20).map(|seed| CoverageKnobs::random(seed, CoverageKind::Shells).build());
+    let apart = |case: &CoverageCase| crossings(&case.mesh, &case.motion).expect("valid").is_empty();
+    for mut case in shells.filter(apart).take(6) {
         case.motion.camera = CameraMotion::default();
         let vector = |k: usize| DVec3::new(k as f64, 2.0 * k as f64, 3.0 * k as f64);
         let wave = |k: usize| vector(k).map(f64::sin) * case.camera.pixels_per_slope().recip();

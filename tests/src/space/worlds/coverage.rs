@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 use super::dice::Dice;
 use super::moves::Affine;
 use super::solids::Solid;
-use crate::space::coverage::{Camera, Mesh, Motion};
+use crate::space::coverage::{Camera, Mesh, Motion, ProjectedScene};
 
 /// A mesh, a camera and what θ does to them.
 #[derive(Clone, Debug)]
@@ -35,7 +35,7 @@ pub enum CoverageKind {
     Quad,
     /// A closed convex mesh of up to 20 triangles, every one of its own radiance.
     Solid,
-    /// Two or three things behind each other, overlapping.
+    /// Two or three things behind each other or in each other's place, where they may pass through one another.
     Shells,
     /// Something large about a point of the film's border.
     Border,
@@ -134,9 +134,20 @@ impl CoverageKnobs {
     }
 
     /// The case with these knobs: the same on every machine and in every thread.
+    ///
+    /// # Panics
+    /// If a hundred attempts have no exact reference, which is a mistake in this file.
     #[must_use]
     pub fn build(&self) -> CoverageCase {
-        let mut stage = Stage::new(Dice::new(self.seed, self.kind as u64));
+        let purpose = |attempt: u64| 10_000 * attempt + self.kind as u64;
+        let case = (0..100).find_map(|attempt| self.attempt(Dice::new(self.seed, purpose(attempt))));
+        case.unwrap_or_else(|| panic!("no case for {self:?}"))
+    }
+
+    /// Things whose places are drawn by themselves may hide each other in a ring, or a motion may bend the plane of two
+    /// triangles that something passes through: then there is no reference, and another attempt is made.
+    fn attempt(&self, dice: Dice) -> Option<CoverageCase> {
+        let mut stage = Stage::new(dice);
         stage.furnish(self.kind);
         let mut motion =
             Motion { positions: vec![DVec3::ZERO; stage.mesh.positions.len()], ..Motion::default() };
@@ -151,7 +162,8 @@ impl CoverageKnobs {
         motion.positions.iter_mut().for_each(|v| *v *= unit);
         camera.origin = unit * camera.origin + place;
         motion.camera.origin *= unit;
-        CoverageCase { mesh, camera, motion, filter: self.filter, label: format!("{self:?}") }
+        ProjectedScene::cut(&mesh, &camera, &motion, self.filter).ok()?.derivative().ok()?;
+        Some(CoverageCase { mesh, camera, motion, filter: self.filter, label: format!("{self:?}") })
     }
 }
 
@@ -198,15 +210,14 @@ impl Stage {
             | CoverageKind::Large
             | CoverageKind::FarFromOrigin => {
                 let count = self.dice.count(2, 3);
-                self.behind_each_other(count);
+                self.among_each_other(count);
             }
             CoverageKind::Border => self.at_border(depth),
             CoverageKind::Sliver => self.sliver(depth),
             CoverageKind::Grazing => self.grazing(depth),
         }
-        // Behind those two, if there is room.
         if matches!(kind, CoverageKind::Sliver | CoverageKind::Grazing) && self.dice.chance(0.7) {
-            let depth = self.behind(&self.bodies[0].clone());
+            let depth = self.next_depth();
             self.solid(depth);
         }
     }
@@ -231,11 +242,15 @@ impl Stage {
         self.camera.origin + depth * self.camera.direction(u)
     }
 
-    /// A depth at which a body of up to 0.6 of that is wholly behind another. This is what keeps bodies apart: the curves
-    /// along which they would pass through one another have no exact reference here.
-    fn behind(&self, body: &Body) -> f64 {
-        let far = (body.centre - self.camera.origin).dot(self.camera.forward) + body.radius;
-        1.05 * far / (1.0 - 0.6)
+    /// A depth for what follows the last body: about its own, or so far behind it that a body of up to 0.6 of the depth
+    /// is wholly behind it.
+    fn next_depth(&mut self) -> f64 {
+        let Body { centre, radius, .. } = self.bodies[self.bodies.len() - 1];
+        let depth = (centre - self.camera.origin).dot(self.camera.forward);
+        if self.dice.chance(0.5) {
+            return depth + 0.5 * self.dice.between(-radius, radius);
+        }
+        1.05 * (depth + radius) / (1.0 - 0.6) * self.dice.between(1.0, 1.5)
     }
 
     fn add(&mut self, centre: DVec3, radius: f64, corners: Vec<DVec3>, triangles: &[[usize; 3]]) {
@@ -296,7 +311,7 @@ impl Stage {
         self.add(centre, radius, corners, &solid.triangles);
     }
 
-    fn behind_each_other(&mut self, count: usize) {
+    fn among_each_other(&mut self, count: usize) {
         let mut depth = self.dice.between(1.5, 2.5);
         for _ in 0..count {
             match self.dice.count(0, 3) {
@@ -304,7 +319,7 @@ impl Stage {
                 1 => self.flat(depth, 4),
                 _ => self.solid(depth),
             }
-            depth = self.behind(&self.bodies[self.bodies.len() - 1].clone()) * self.dice.between(1.0, 1.5);
+            depth = self.next_depth();
         }
     }
 
