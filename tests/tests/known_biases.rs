@@ -7,7 +7,7 @@ use flatland::transport::fields::Construction;
 use flatland::transport::{self, Camera, Change, Paths, World};
 use flatland::warp::{BoundaryFunction, Debias, Warp, Weighting};
 use glam::{DVec2, DVec3};
-use tests::effort::pick;
+use tests::effort::thorough;
 use tests::power::Power;
 use tests::statistics::suite_threshold;
 
@@ -136,7 +136,12 @@ fn rotation_is_biased_on_a_turning_disc_in_a_flat_world() {
         leaked(&mut power, name, &pixels, &grown)
     };
     let rotation = worst("in a flat world, rotation", Construction::Followed { candidates: 4 }, 64_000);
-    let warped = worst("in a flat world, warped area", Construction::default(), pick(330_000, 900_000));
+    // Its tails are heavy: it takes long to tell a zero.
+    let warped = if thorough() {
+        worst("in a flat world, warped area", Construction::default(), 900_000)
+    } else {
+        worst("in a flat world, harmonic field", Construction::Harmonic, 16_000)
+    };
     power.finish();
     assert!(rotation > suite_threshold() && warped < suite_threshold(), "{rotation} {warped}");
 }

@@ -145,6 +145,9 @@ fn what_does_not_cross_stays_whole() {
         for seed in 0..4 {
             let case = CoverageKnobs::random(seed, kind).build();
             let CoverageCase { mesh, camera, motion, filter, .. } = &case;
+            if !crossings(mesh, motion).expect("valid").is_empty() {
+                continue;
+            }
             let whole = ProjectedScene::new(mesh, camera, motion, *filter).expect("an order");
             let (a, b) = (whole.derivative().expect("one"), cut(&case).derivative().expect("one"));
             assert!(largest(&a.zip(&b, |a, b| a - b)) < 1e-12 * (1.0 + largest(&a)), "{}", case.label);

@@ -5,7 +5,7 @@
 //! the edges of the face itself, which are silhouettes from within its plane, and fields follow these.
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 use flatland::warp::Warp;
 use glam::DVec3;
