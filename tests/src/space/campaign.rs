@@ -163,7 +163,7 @@ impl Reference for Known {
 /// If one was not.
 #[must_use]
 pub fn pulled(found: impl Into<Gradient>) -> Change {
-    let Gradient { change, non_finite } = found.into();
+    let Gradient { change, non_finite, .. } = found.into();
     assert!(non_finite.is_empty(), "{non_finite:?}");
     change
 }

@@ -6,7 +6,7 @@ use std::time::Instant;
 use clap::Args;
 use clap::error::ErrorKind;
 
-use volume3d::gradient::{Contribution, GradientImage, Regions, Source};
+use volume3d::gradient::{Contribution, Regions, Source};
 
 use super::info::overlap;
 use super::method::MethodOptions;
@@ -29,8 +29,8 @@ use super::{Outcome, Report, reverse, usage};
 /// derivatives before ideal mirrors and under lights without extent are refused, as no warp sees their jumps; --method
 /// finite-difference takes them.
 ///
-/// A WARNING is printed where one sample carries 2% of the sum of |gradient| or more, and 256 times its share: then
-/// tails are heavy, as in penumbrae of small lights, and standard errors too small more often than not.
+/// A WARNING is printed where one sample carries 2% of the sum of |gradient| or more (of pixels, or in reverse of
+/// positions), and 256 times its share: then tails are heavy, as in penumbrae of small lights, and standard errors too small more often than not.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub(super) struct Options {
@@ -200,9 +200,8 @@ pub(super) fn totals(regions: &Regions) -> String {
     format!("total: red {red}, green {green}, blue {blue}; together {sum:.4e} ± {sum_error:.1e}\n")
 }
 
-/// A warning, if one sample has much of the result.
-fn outlier(result: &GradientImage) -> String {
-    let Some(largest) = result.outlier() else { return String::new() };
+/// A warning of one sample that has a share of the sum of |gradient|.
+pub(super) fn outlier(largest: Contribution, share: f64) -> String {
     let Contribution { column, row, sample, source, .. } = largest;
     let what = match source {
         Source::Path => "path",
@@ -211,7 +210,7 @@ fn outlier(result: &GradientImage) -> String {
     format!(
         "WARNING: one sample carries {:.1}% of the sum of |gradient|: {what} {sample} at column {column}, row {row}. Tails \
          are heavy, and errors larger than stated: try another --seed, more --spp, and another --method or --field\n",
-        100.0 * result.largest_share()
+        100.0 * share
     )
 }
 
@@ -245,7 +244,7 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     if options.method.is_interior() && change.is_geometric() {
         text += INTERIOR;
     }
-    text += &outlier(&result);
+    text += &result.outlier().map(|largest| outlier(largest, result.largest_share())).unwrap_or_default();
     for parted in scene.parted_shapes(&change.positions) {
         text += &format!("WARNING: {}\n", overlap(scene.description(), &parted));
     }

@@ -57,6 +57,9 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     if request.method.is_interior() && wanted.is_geometric() {
         text += super::gradient::INTERIOR;
     }
+    let outlier =
+        gradient.outlier().map(|largest| super::gradient::outlier(largest, gradient.largest_share()));
+    text += &outlier.unwrap_or_default();
     for (parameter, path) in located.iter().zip(&paths) {
         let array = parameter.pick(scene, &gradient.change);
         let size = array.values.iter().map(|x| x * x).sum::<f64>().sqrt();

@@ -1,4 +1,4 @@
-//! The sample that contributes most to a gradient image: heavy tails are seen while they are drawn.
+//! The sample that contributes most to a gradient: heavy tails are seen while they are drawn.
 
 use super::result::NonFinite;
 
@@ -11,7 +11,12 @@ pub enum Source {
     Jump,
 }
 
-/// What one sample contributes to a gradient image.
+/// A sample with at least this part of Σ |gradient| counts as an outlier,
+const OUTLIER_SHARE: f64 = 0.02;
+/// if it has at least so many times the part of one sample of as many that are alike.
+const OUTLIER_EXCESS: f64 = 256.0;
+
+/// What one sample contributes to a gradient.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contribution {
     /// The column of its cell in the image; −1 and the width are beside it.
@@ -20,11 +25,12 @@ pub struct Contribution {
     pub row: isize,
     /// The sample's number, among those of its cell or its jump.
     pub sample: usize,
-    /// How many samples there are in all.
+    /// How many samples there are in all; in reverse mode, how many contribute anything.
     pub among: usize,
     /// What it was drawn of.
     pub source: Source,
-    /// Σ |·| over pixels and channels of its part of the mean over samples.
+    /// Σ |·| over pixels and channels of its part of the mean over samples; in reverse mode, over coordinates of
+    /// positions.
     pub amount: f64,
 }
 
@@ -41,5 +47,20 @@ impl Contribution {
         {
             *kept = Some(other);
         }
+    }
+
+    /// The larger of two, among the samples of both.
+    pub(super) fn merge(kept: &mut Option<Self>, other: Option<Self>) {
+        let among = |one: Option<Self>| one.map_or(0, |c| c.among);
+        let both = among(*kept) + among(other);
+        Self::keep_larger(kept, other);
+        if let Some(kept) = kept {
+            kept.among = both;
+        }
+    }
+
+    /// Itself, if tails are heavy: it has a large share of a whole.
+    pub(super) fn if_outlier(self, share: f64) -> Option<Self> {
+        (share >= OUTLIER_SHARE && share * self.among as f64 >= OUTLIER_EXCESS).then_some(self)
     }
 }

@@ -18,6 +18,7 @@
 //! [`WarpedArea::forward`], along any change: it does not depend on what changes, and along
 //! [`Change::still`] it costs little more than [`render`].
 
+mod accumulator;
 mod auxiliary;
 mod change;
 mod contribution;

@@ -58,11 +58,6 @@ pub struct GradientImage {
     pub largest: Option<Contribution>,
 }
 
-/// A sample with at least this part of Σ |gradient| counts as an outlier,
-const OUTLIER_SHARE: f64 = 0.02;
-/// if it has at least so many times the part of one sample of as many that are alike.
-const OUTLIER_EXCESS: f64 = 256.0;
-
 impl GradientImage {
     /// What the largest contribution of one sample is of Σ |gradient| over pixels and channels; 0 if nothing changes.
     #[must_use]
@@ -80,8 +75,7 @@ impl GradientImage {
     /// Without an outlier tails may still be heavy: what is rare may not have happened yet.
     #[must_use]
     pub fn outlier(&self) -> Option<Contribution> {
-        let share = self.largest_share();
-        self.largest.filter(|l| share >= OUTLIER_SHARE && share * l.among as f64 >= OUTLIER_EXCESS)
+        self.largest.and_then(|largest| largest.if_outlier(self.largest_share()))
     }
 }
 
@@ -92,11 +86,38 @@ pub struct Gradient {
     pub change: Change,
     /// Samples that were not finite.
     pub non_finite: Vec<NonFinite>,
+    /// The sample that contributes most to the derivatives by positions; nothing if none does. What a sample adds through
+    /// normals that are computed from positions does not count.
+    pub largest: Option<Contribution>,
+}
+
+impl Gradient {
+    /// What the largest contribution of one sample is of Σ |gradient| over the coordinates of all positions; 0 if there is
+    /// none.
+    #[must_use]
+    pub fn largest_share(&self) -> f64 {
+        let whole: f64 = self.change.positions.iter().map(|g| g.abs().element_sum()).sum();
+        self.largest.filter(|l| l.amount > 0.0).map_or(0.0, |l| l.amount / whole)
+    }
+
+    /// The largest contribution, if it is 2 % of Σ |gradient| or more, and 256 times what one of as many equal samples
+    /// would have: tails are heavy, see [`GradientImage::outlier`].
+    #[must_use]
+    pub fn outlier(&self) -> Option<Contribution> {
+        self.largest.and_then(|largest| largest.if_outlier(self.largest_share()))
+    }
+
+    /// Adds another part.
+    pub(super) fn absorb(&mut self, part: Self) {
+        self.change.add(&part.change);
+        self.non_finite.extend(part.non_finite);
+        Contribution::merge(&mut self.largest, part.largest);
+    }
 }
 
 impl From<Change> for Gradient {
     fn from(change: Change) -> Self {
-        Self { change, non_finite: vec![] }
+        Self { change, non_finite: vec![], largest: None }
     }
 }
 

@@ -5,6 +5,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::calculus::{Calculus, Frame, Tape};
+use crate::gradient::accumulator::Accumulator;
 use crate::gradient::contribution::{Contribution, Source};
 use crate::gradient::film::FilmPlane;
 use crate::gradient::forward::Forward;
@@ -12,7 +13,7 @@ use crate::gradient::groups::GROUPS;
 use crate::gradient::motion::Motion;
 use crate::gradient::regions::{RegionSums, Regions};
 use crate::gradient::reverse::{Inputs, Recorded, Reverse};
-use crate::gradient::{Change, Gradient, NonFinite, Progress, Stopped, Wanted};
+use crate::gradient::{Gradient, NonFinite, Progress, Stopped, Wanted};
 use crate::path::Sequence;
 use crate::scene::Scene;
 
@@ -294,14 +295,7 @@ impl<'s> Driver<'s> {
     ) -> Result<(), Stopped> {
         progress.start(GROUPS * self.chunks());
         for group in 0..GROUPS {
-            self.gather(
-                progress,
-                |number| chunk(group, number),
-                |part| {
-                    gradient.change.add(&part.change);
-                    gradient.non_finite.extend(part.non_finite);
-                },
-            )?;
+            self.gather(progress, |number| chunk(group, number), |part| gradient.absorb(part))?;
         }
         Ok(())
     }
@@ -315,7 +309,7 @@ impl<'s> Driver<'s> {
         chunk: usize,
         progress: &Progress,
     ) -> Gradient {
-        let mut part = Gradient::from(Change::still(self.scene));
+        let mut part = Accumulator::new(self.scene);
         let mut tape = Tape::new();
         let mut adjoints = vec![];
         let scale = self.scale();
@@ -332,7 +326,7 @@ impl<'s> Driver<'s> {
                 self.pull(&mut reverse, &crossing, (adjoint, scale), address, &mut adjoints, &mut part);
             }
         }
-        part
+        part.gradient
     }
 
     /// What one crossing adds to the gradient, where the mean over samples is `scale` times their sum.
@@ -343,10 +337,10 @@ impl<'s> Driver<'s> {
         (adjoint, scale): (&[DVec3], f64),
         address: Address,
         adjoints: &mut Vec<f64>,
-        part: &mut Gradient,
+        part: &mut Accumulator,
     ) {
         let mut sum = 0.0;
-        self.splat(crossing.at, address, crossing.light, &mut part.non_finite, |pixel, weight| {
+        self.splat(crossing.at, address, crossing.light, &mut part.gradient.non_finite, |pixel, weight| {
             sum += weight * adjoint[pixel].dot(crossing.light);
         });
         if sum == 0.0 {
@@ -356,9 +350,13 @@ impl<'s> Driver<'s> {
         // Once without a sink: what is not finite must not reach the sums.
         let mut finite = true;
         reverse.tape.sweep(&outputs, adjoints, |_, a, _| finite &= a.iter().all(|a| a.is_finite()));
-        finite = finite && reverse.sweep_if_finite(&outputs, adjoints, &mut part.change);
-        if !finite && let Some((i, j)) = self.film.cell(crossing.at) {
-            part.non_finite.push(self.located((i, j), address));
+        finite = finite && reverse.sweep_if_finite(&outputs, adjoints, part);
+        let Some(cell) = self.film.cell(crossing.at) else { return };
+        let at = self.located(cell, address);
+        if finite {
+            part.end_sample(at, Source::Jump);
+        } else {
+            part.gradient.non_finite.push(at);
         }
     }
 

@@ -149,8 +149,7 @@ impl EdgeSampling {
         each_boundary(scene, &moving, &mut sums)?;
         let mut boundary = sums.gradient;
         boundary.change.pull_normals(scene, wanted);
-        gradient.change.add(&boundary.change);
-        gradient.non_finite.extend(boundary.non_finite);
+        gradient.absorb(boundary);
         Ok(gradient)
     }
 

@@ -5,7 +5,9 @@ use rayon::prelude::*;
 
 use super::job::{Job, Partner};
 use crate::calculus::{Number, Rgb, Tape};
+use crate::gradient::accumulator::Accumulator;
 use crate::gradient::auxiliary::MovingBounds;
+use crate::gradient::contribution::Source;
 use crate::gradient::driver::waves;
 use crate::gradient::result::Gradient;
 use crate::gradient::reverse::{Inputs, Recorded, Reverse, Sink};
@@ -38,10 +40,7 @@ impl Job<'_> {
             if progress.stopped() {
                 return Err(Stopped);
             }
-            for part in parts {
-                gradient.change.add(&part.change);
-                gradient.non_finite.extend(part.non_finite);
-            }
+            parts.into_iter().for_each(|part| gradient.absorb(part));
         }
         Ok(gradient)
     }
@@ -55,13 +54,13 @@ impl Job<'_> {
         progress: &Progress,
     ) -> Gradient {
         let scene = self.paths.scene;
-        let mut part = Gradient::from(Change::still(scene));
+        let mut part = Accumulator::new(scene);
         let (mut tape, mut adjoints) = (Tape::new(), vec![]);
         let mut auxiliary = self.auxiliary(bounds);
         for i in 0..self.columns() {
             for sample in 0..self.method.samples {
                 if progress.stopped() {
-                    return part;
+                    return part.gradient;
                 }
                 let place = (i, j, sample);
                 let mut finite = true;
@@ -71,9 +70,8 @@ impl Job<'_> {
                     }
                     tape.clear();
                     let mut reverse = Reverse::new(scene, inputs, &tape, auxiliary.take(), self.film);
-                    let change = &mut part.change;
                     finite &=
-                        self.reverse_sample(&mut reverse, place, partner, adjoint, &mut adjoints, change);
+                        self.reverse_sample(&mut reverse, place, partner, adjoint, &mut adjoints, &mut part);
                     auxiliary = reverse.auxiliary.take();
                 }
                 if self.film.is_box() && self.method.warps {
@@ -82,16 +80,17 @@ impl Job<'_> {
                     }
                     tape.clear();
                     let mut reverse = Reverse::new(scene, inputs, &tape, auxiliary.take(), self.film);
-                    finite &=
-                        self.reverse_edge(&mut reverse, place, adjoint, &mut adjoints, &mut part.change);
+                    finite &= self.reverse_edge(&mut reverse, place, adjoint, &mut adjoints, &mut part);
                     auxiliary = reverse.auxiliary.take();
                 }
+                let at = self.film.located(i, j, sample);
+                part.end_sample(at, Source::Path);
                 if !finite {
-                    part.non_finite.push(self.film.located(i, j, sample));
+                    part.gradient.non_finite.push(at);
                 }
             }
         }
-        part
+        part.gradient
     }
 
     /// Whether the sample was finite; if not, it is left out.
@@ -155,19 +154,5 @@ impl Job<'_> {
             sum += adjoint[y * self.film.columns + x].dot(light);
         });
         reverse.sweep_if_finite(&[(across, sum / self.method.samples as f64)], adjoints, sink)
-    }
-}
-
-impl Sink for Change {
-    fn position(&mut self, index: u32, covector: DVec3) {
-        self.positions[index as usize] += covector;
-    }
-
-    fn normal(&mut self, index: u32, covector: DVec3) {
-        self.normals[index as usize] += covector;
-    }
-
-    fn rest(&mut self) -> &mut Change {
-        self
     }
 }

@@ -16,12 +16,13 @@ use super::flips::Flips;
 use super::inner_flips::InnerFlips;
 use super::{FLIP_AUXILIARY, Moving, add};
 use crate::calculus::{Number, Tape};
+use crate::gradient::accumulator::Accumulator;
 use crate::gradient::auxiliary::{Auxiliary, Construction, MovingBounds};
 use crate::gradient::forward::Forward;
 use crate::gradient::motion::Motion;
 use crate::gradient::outline::Tree;
 use crate::gradient::reverse::{Inputs, Reverse};
-use crate::gradient::{Change, Gradient, GradientImage, Progress, Stopped, Wanted};
+use crate::gradient::{Gradient, GradientImage, Progress, Stopped, Wanted};
 use crate::path::Paths;
 
 /// The boundary terms of flips along a warp.
@@ -174,7 +175,7 @@ impl<C: Curve> Part<'_, C> {
     ) -> Gradient {
         let Self { flipped, driver, curve } = self;
         let scene = driver.scene;
-        let mut part = Gradient::from(Change::still(scene));
+        let mut part = Accumulator::new(scene);
         let (mut tape, mut adjoints, mut places) = (Tape::new(), vec![], vec![]);
         for address in driver.addresses(group, chunk) {
             if progress.stopped() {
@@ -197,6 +198,6 @@ impl<C: Curve> Part<'_, C> {
                 }
             }
         }
-        part
+        part.gradient
     }
 }

@@ -6,7 +6,7 @@ use super::super::horizon::Horizon;
 use super::*;
 use crate::geometry::{Attribute, Mesh, Normals};
 use crate::gradient::tests::{Comparisons, at, film, terms, thorough, total};
-use crate::gradient::{Field, FiniteDifference, WarpedArea};
+use crate::gradient::{Change, Field, FiniteDifference, WarpedArea};
 use crate::path::Kernels;
 use crate::scene::{Camera, Description, Environment, Filter, Integrator, Material, Scene};
 
