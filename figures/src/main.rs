@@ -6,6 +6,7 @@ mod gallery;
 mod output;
 mod peers;
 mod plot;
+mod ratio;
 mod space;
 
 use std::path::PathBuf;

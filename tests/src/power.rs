@@ -6,8 +6,9 @@
 //!
 //! Every statistical test prints one line, `power | test | comparisons | smallest bias | where`, which are the rows of
 //! the README's table of power: `UPDATE_README=1 cargo test --release --workspace -- --nocapture | cargo run --release
-//! -p tests --example power` fills it. A test that the table does not name fails unless `UPDATE_README` is set.
+//! -p tests --example power` fills it. A quick test that the table does not name fails unless `UPDATE_README` is set.
 
+use crate::effort::thorough;
 use crate::readme;
 
 /// The largest relative bias that a comparison that counts may leave unnoticed.
@@ -55,7 +56,10 @@ impl Power {
         assert!(weak.is_empty(), "{} would not notice a bias of {NOTICED}: {weak:?}", self.test);
         let label = label.replace('|', "/");
         println!("power | {} | {} | {:.1} % | {label} |", self.test, self.rows.len(), 100.0 * bias);
-        readme::names(TABLE, self.test);
+        // The table is that of the quick tests: some are thorough or nothing.
+        if !thorough() {
+            readme::names(TABLE, self.test);
+        }
     }
 }
 

@@ -15,8 +15,6 @@ mod specular;
 mod trade;
 mod transport;
 
-pub(crate) use common::Ratio;
-
 use crate::context::Context;
 use crate::gallery::Section;
 

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::figures::Ratio;
+use crate::ratio::Ratio;
 
 /// A gradient image that is nearly right.
 #[derive(Clone, Debug)]

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::{Camera, CameraChange, Material, World};
+use super::{Camera, CameraChange, Material, Shape, World, WorldError};
 use crate::plane::MaterialPoint;
 
 /// A rate of change of every parameter there is: as the direction θ of a derivative, or as a
@@ -83,6 +83,28 @@ pub enum ChangeError {
         /// Which.
         what: String,
     },
+}
+
+impl World {
+    /// The world in which everything has changed by `theta` times a change, linearly. The camera's
+    /// part is for [`Change::camera`].
+    ///
+    /// # Errors
+    /// A [`WorldError`] where that is no world.
+    ///
+    /// # Panics
+    /// If the change was made for another world.
+    pub fn displaced(&self, change: &Change, theta: f64) -> Result<Self, WorldError> {
+        let displaced = |(i, shape): (usize, &Shape)| {
+            let velocities = &change.vertices[self.vertices_of(i)];
+            let points = shape.points().iter().zip(velocities).map(|(p, v)| *p + theta * *v);
+            let mut material = *shape.material();
+            change.materials[i].displace(&mut material, theta);
+            if shape.is_closed() { Shape::closed(points, material) } else { Shape::open(points, material) }
+        };
+        let shapes = self.shapes().iter().enumerate().map(displaced).collect();
+        Self::new(self.environment() + theta * change.environment, shapes)
+    }
 }
 
 impl Change {

@@ -3,7 +3,6 @@
 use glam::DVec2;
 
 use super::Material;
-use super::change::Change;
 use crate::plane::{Aabb, BoxTree, MaterialPoint, Meeting};
 
 /// A polyline, open or closed, of one material.
@@ -357,24 +356,6 @@ impl World {
     #[must_use]
     pub fn origin(&self, hit: &Hit) -> Origin {
         Origin { point: self.point(hit), segment: Some(hit.segment) }
-    }
-
-    /// The world in which everything has changed by `theta` times a change, linearly. The camera's
-    /// part is for [`Change::camera`].
-    ///
-    /// # Errors
-    /// A [`WorldError`] where that is no world.
-    ///
-    /// # Panics
-    /// If the change was made for another world.
-    pub fn displaced(&self, change: &Change, theta: f64) -> Result<Self, WorldError> {
-        let mut shapes = self.shapes.clone();
-        for (i, shape) in shapes.iter_mut().enumerate() {
-            let velocities = &change.vertices[self.vertices_of(i)];
-            shape.points.iter_mut().zip(velocities).for_each(|(p, v)| *p += theta * *v);
-            change.materials[i].displace(&mut shape.material, theta);
-        }
-        Self::new(self.environment + theta * change.environment, shapes)
     }
 
     fn check_disjoint(&self, boxes: &[Aabb]) -> Result<(), WorldError> {

@@ -17,8 +17,8 @@ use super::extent;
 use super::gradient::step;
 use super::method::{Estimator, MethodOptions};
 use super::movement::{Moves, change};
-use super::render::samples;
 use super::session::{Bar, RunOptions, SceneOptions, located, silent, stop_if_asked};
+use super::spp::samples;
 use super::{Outcome, Report, usage};
 
 /// Validates a gradient: the method against central finite differences, at several steps.

@@ -5,16 +5,16 @@ use std::time::Instant;
 
 use clap::Args;
 use clap::error::ErrorKind;
-
-use volume3d::gradient::{Contribution, Regions, Source};
+use volume3d::gradient::Regions;
 
 use super::info::overlap;
 use super::method::MethodOptions;
 use super::movement::{Moves, change};
 use super::output::{Output, Pixels, check_distinct};
 use super::parameter::Parameter;
-use super::render::{check_error_exists, root_mean_square, samples};
 use super::session::{Bar, RunOptions, SceneOptions, located, stop_if_asked};
+use super::spp::{check_error_exists, samples};
+use super::summary::{INTERIOR, outlier, root_mean_square, totals};
 use super::{Outcome, Report, reverse, usage};
 
 /// Differentiates an image along a change (--move), or a loss by parameters (--adjoint with --wrt).
@@ -101,10 +101,6 @@ Examples:
   volume3d gradient scene.xml --move camera:rotate:0,1,0 -o gradient.exr --terms part
   volume3d gradient scene.xml --adjoint adjoint.exr --wrt box.vertex_positions -o gradient.npy";
 
-/// What is said where the interior term is not the whole.
-pub(super) const INTERIOR: &str = "WARNING: the interior term alone is biased where silhouettes, shadows or borders of \
-    lights move, and under point and parallel lights all shadows stand still\n";
-
 /// A step of finite differences.
 pub(super) fn step(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|h: &f64| *h > 0.0 && h.is_finite());
@@ -189,29 +185,6 @@ impl Outputs {
             .chain(terms);
         all.map(Output::path).collect()
     }
-}
-
-/// The sum of all pixels by channel, and of all of them.
-pub(super) fn totals(regions: &Regions) -> String {
-    let Regions { total, total_error, sum_error, .. } = regions;
-    let channel = |c: usize| format!("{:.4e} ± {:.1e}", total[c], total_error[c]);
-    let (red, green, blue) = (channel(0), channel(1), channel(2));
-    let sum = total.element_sum();
-    format!("total: red {red}, green {green}, blue {blue}; together {sum:.4e} ± {sum_error:.1e}\n")
-}
-
-/// A warning of one sample that has a share of the sum of |gradient|.
-pub(super) fn outlier(largest: Contribution, share: f64) -> String {
-    let Contribution { column, row, sample, source, .. } = largest;
-    let what = match source {
-        Source::Path => "path",
-        Source::Jump => "sample of a jump",
-    };
-    format!(
-        "WARNING: one sample carries {:.1}% of the sum of |gradient|: {what} {sample} at column {column}, row {row}. Tails \
-         are heavy, and errors larger than stated: try another --seed, more --spp, and another --method or --field\n",
-        100.0 * share
-    )
 }
 
 fn forward(options: &Options) -> anyhow::Result<Report> {

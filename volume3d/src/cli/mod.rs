@@ -14,6 +14,8 @@ mod parameter;
 mod render;
 mod reverse;
 mod session;
+mod spp;
+mod summary;
 
 use std::io::Write;
 use std::process::ExitCode;

@@ -3,14 +3,13 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::bail;
 use clap::Args;
-use glam::DVec3;
 use volume3d::gradient::render;
 
-use super::gradient::totals;
 use super::output::{Output, Pixels, check_distinct};
 use super::session::{Bar, RunOptions, SceneOptions, located, stop_if_asked};
+use super::spp::{check_error_exists, samples};
+use super::summary::totals;
 use super::{Outcome, Report};
 
 /// Renders a scene.
@@ -41,28 +40,6 @@ pub(super) struct Options {
     spp: Option<usize>,
     #[command(flatten)]
     run: RunOptions,
-}
-
-/// The most samples a pixel: what a day will not see the end of.
-const MAX_SAMPLES: usize = 1 << 30;
-
-/// A number of samples a pixel.
-pub(super) fn samples(text: &str) -> Result<usize, String> {
-    let number = text.parse().ok().filter(|n| (1..=MAX_SAMPLES).contains(n));
-    number.ok_or_else(|| format!("expected a whole number from 1 to {MAX_SAMPLES}"))
-}
-
-/// One sample has no spread.
-pub(super) fn check_error_exists(path: Option<&PathBuf>, samples: usize) -> anyhow::Result<()> {
-    if path.is_some() && samples < 2 {
-        bail!("--stderr needs at least 2 samples a pixel, not {samples}; raise --spp");
-    }
-    Ok(())
-}
-
-/// √ mean of squares over all pixels and channels.
-pub(super) fn root_mean_square(pixels: &[DVec3]) -> f64 {
-    (pixels.iter().map(|p| p.length_squared()).sum::<f64>() / (3 * pixels.len()) as f64).sqrt()
 }
 
 pub(super) fn run(options: &Options) -> anyhow::Result<Report> {

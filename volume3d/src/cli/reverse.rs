@@ -13,6 +13,7 @@ use super::method::MethodOptions;
 use super::output::{check_array, check_distinct};
 use super::parameter::{Located, Parameter};
 use super::session::{Bar, RunOptions, SceneOptions, located as located_samples, stop_if_asked};
+use super::summary::{INTERIOR, outlier};
 use super::{Outcome, Report};
 
 /// The options of `volume3d gradient` that reverse mode heeds.
@@ -55,11 +56,10 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     let mut text = format!("{} × {} pixels, {samples} spp, {seconds:.2} s\n", adjoint.width, adjoint.height);
     text += &located_samples(&gradient.non_finite);
     if request.method.is_interior() && wanted.is_geometric() {
-        text += super::gradient::INTERIOR;
+        text += INTERIOR;
     }
-    let outlier =
-        gradient.outlier().map(|largest| super::gradient::outlier(largest, gradient.largest_share()));
-    text += &outlier.unwrap_or_default();
+    let heavy = gradient.outlier().map(|largest| outlier(largest, gradient.largest_share()));
+    text += &heavy.unwrap_or_default();
     for (parameter, path) in located.iter().zip(&paths) {
         let array = parameter.pick(scene, &gradient.change);
         let size = array.values.iter().map(|x| x * x).sum::<f64>().sqrt();

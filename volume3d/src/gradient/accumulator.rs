@@ -4,7 +4,8 @@ use glam::DVec3;
 
 use super::Change;
 use super::contribution::{Contribution, Source};
-use super::result::{Gradient, NonFinite};
+use super::non_finite::NonFinite;
+use super::result::Gradient;
 use super::reverse::Sink;
 use crate::scene::Scene;
 

@@ -7,7 +7,9 @@ use flatland::warp::{Bundle, Domain, Plane, Stencil, Warp};
 use glam::{DVec2, DVec3};
 
 use super::film::FilmPlane;
-use super::outline::{Cone, Edge, HalfSpace, Outline, Pole, Reach, Silhouettes, Subject, Tree, View, WIDEST};
+use super::outline::{
+    Cone, Edge, HalfSpace, Outline, Pole, Reach, SceneEdges, Silhouettes, Subject, View, WIDEST,
+};
 use super::rigid::{Following, Rigid, Warping};
 use super::seen::Seen;
 use super::warps::{DirectionWarp, FilmWarp};
@@ -96,7 +98,7 @@ pub(crate) struct Auxiliary<'s> {
     pub(crate) moving: &'s MovingBounds,
     pub(crate) construction: Construction,
     /// The edges of the scene, for fields that are made of them.
-    pub(crate) edges: Option<&'s Tree>,
+    pub(crate) edges: Option<&'s SceneEdges>,
     pub(crate) rng: Stream,
     /// How many rays have been traced.
     pub(crate) rays: u64,
@@ -120,7 +122,7 @@ impl<'s> Auxiliary<'s> {
         warp: &'s Warp,
         moving: &'s MovingBounds,
         construction: Construction,
-        edges: Option<&'s Tree>,
+        edges: Option<&'s SceneEdges>,
         rng: Stream,
     ) -> Self {
         Self {

@@ -1,6 +1,6 @@
 //! The sample that contributes most to a gradient: heavy tails are seen while they are drawn.
 
-use super::result::NonFinite;
+use super::non_finite::NonFinite;
 
 /// What a sample was drawn of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,11 +1,13 @@
 //! Rows of cells, computed side by side and summed in order.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::contribution::{Contribution, Source};
 use super::film::FilmPlane;
+use super::non_finite::NonFinite;
 use super::progress::{Progress, Stopped};
-use super::result::NonFinite;
+use super::result::{GradientImage, Terms};
 use super::strip::{Sheet, Strip};
 
 /// Rows are computed in groups of this many: enough to keep many threads busy, few enough that memory does not grow
@@ -97,4 +99,49 @@ pub(super) fn over_film<const K: usize, W>(
         largest.among = rows * (film.columns + 2 * film.reach) * samples;
     }
     Ok(sums)
+}
+
+/// Quantities of a sample: radiance, total derivative, and with three lanes the terms.
+pub(super) fn quantities<const N: usize, const K: usize>(value: DVec3, channels: [[f64; N]; 3]) -> [f64; K] {
+    let mut q = [0.0; K];
+    for c in 0..3 {
+        q[c] = value[c];
+        q[3 + c] = channels[c].iter().sum();
+        if N > 1 {
+            for l in 0..N {
+                q[6 + 3 * l + c] = channels[c][l];
+            }
+        }
+    }
+    q
+}
+
+/// What sums over a film mean.
+pub(super) fn finish<const N: usize, const K: usize>(
+    film: &FilmPlane,
+    sums: Sums<K>,
+    samples: usize,
+) -> GradientImage {
+    let Sums { sheet, rays, non_finite, largest } = sums;
+    let pick = |table: &[[f64; K]], at: usize| -> Vec<DVec3> {
+        table.iter().map(|q| DVec3::new(q[at], q[at + 1], q[at + 2])).collect()
+    };
+    let root = |v: Vec<DVec3>| -> Vec<DVec3> { v.into_iter().map(|v| v.map(f64::sqrt)).collect() };
+    GradientImage {
+        width: film.columns,
+        height: film.rows,
+        image: pick(&sheet.mean, 0),
+        image_error: root(pick(&sheet.variance, 0)),
+        gradient: pick(&sheet.mean, 3),
+        standard_error: root(pick(&sheet.variance, 3)),
+        regions: sheet.regions.finish(samples),
+        terms: (N == 3).then(|| Terms {
+            interior: pick(&sheet.mean, 6),
+            primary: pick(&sheet.mean, 9),
+            secondary: pick(&sheet.mean, 12),
+        }),
+        auxiliary_rays: rays,
+        non_finite,
+        largest,
+    }
 }

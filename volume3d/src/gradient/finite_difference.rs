@@ -3,12 +3,12 @@
 use glam::DVec3;
 
 use super::change::Change;
-use super::driver::{CellSink, Sums, over_film};
+use super::driver::{CellSink, Sums, finish, over_film};
 use super::error::GradientError;
 use super::film::FilmPlane;
 use super::groups::numbers;
 use super::progress::Progress;
-use super::result::{GradientImage, finish};
+use super::result::GradientImage;
 
 use super::DIFFERENCE_PATH;
 use crate::path::{Kernels, Paths, Plain};

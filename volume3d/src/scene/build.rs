@@ -6,95 +6,10 @@ use glam::{DVec2, DVec3};
 
 use super::Description;
 use super::crossing::Crossings;
+use super::error::SceneError;
 use super::normals::VertexNormals;
+use super::triangle::{NONE, Triangle};
 use crate::geometry::{Accelerator, Edges, Normals};
-
-/// What is wrong with a description.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum SceneError {
-    /// Two things of one kind have the same name.
-    #[error("two {what}s are called `{id}`")]
-    Duplicate {
-        /// "shape", "material", "texture" or "light".
-        what: &'static str,
-        /// The name.
-        id: String,
-    },
-    /// An index points nowhere.
-    #[error("`{id}` refers to {what} {index}, but there are only {count}")]
-    Missing {
-        /// Who refers.
-        id: String,
-        /// "material" or "texture".
-        what: &'static str,
-        /// The index.
-        index: usize,
-        /// How many there are.
-        count: usize,
-    },
-    /// A number is out of its range.
-    #[error("{what} of `{id}` is {value}, but must be {range}")]
-    Range {
-        /// Whose it is.
-        id: String,
-        /// What it is.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// What it may be.
-        range: &'static str,
-    },
-    /// A texture has not as many texels as its size says.
-    #[error("texture `{id}` is {width} x {height}, but has {texels} texels")]
-    Texels {
-        /// Its name.
-        id: String,
-        /// Columns.
-        width: usize,
-        /// Rows.
-        height: usize,
-        /// How many texels there are.
-        texels: usize,
-    },
-    /// A surface has a texture but no texture coordinates.
-    #[error("shape `{id}` has a textured material, but no texture coordinates")]
-    NoCoordinates {
-        /// The shape.
-        id: String,
-    },
-    /// The camera's frame is not orthonormal.
-    #[error("the camera's right, up and forward are not orthonormal")]
-    Frame,
-    /// The film or its crop has no pixels, or the crop leaves the film.
-    #[error("the film of {width} x {height} pixels has no pixels in its crop window")]
-    Film {
-        /// Columns of the film.
-        width: usize,
-        /// Rows of the film.
-        height: usize,
-    },
-    /// More vertices or triangles in all than 32 bits count.
-    #[error("the scene has {count} vertices or triangles, more than 2^32 - 2")]
-    TooLarge {
-        /// How many there are.
-        count: usize,
-    },
-}
-
-/// No normal, or no texture coordinate.
-pub(crate) const NONE: u32 = u32::MAX;
-
-/// A triangle of the scene, by indices into the scene's tables.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Triangle {
-    pub(crate) positions: [u32; 3],
-    /// [`NONE`] where the face's own normal shades.
-    pub(crate) normals: [u32; 3],
-    /// [`NONE`] where there are no texture coordinates.
-    pub(crate) uvs: [u32; 3],
-    pub(crate) shape: u32,
-}
 
 /// A scene: a checked description, and what tracing and shading need.
 #[derive(Debug)]

@@ -9,8 +9,9 @@ use flatland::warp::Circle as Directions;
 use glam::DVec2;
 
 use super::world::{REACH, World};
-use crate::figures::common::{Ratio, seed_of};
+use crate::figures::common::seed_of;
 use crate::plot::number;
+use crate::ratio::Ratio;
 
 /// One set of parameters.
 pub(super) struct Setting {

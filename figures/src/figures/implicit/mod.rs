@@ -10,10 +10,10 @@ use self::ablation::{Setting, Steepness};
 use self::page::Shown;
 use self::world::{Coarseness, Curve, World};
 use crate::context::Context;
-use crate::figures::common::Ratio;
 use crate::gallery::{Picture, Placement, Section, formula};
 use crate::output::{Table, write_csv, write_png};
 use crate::plot::number;
+use crate::ratio::Ratio;
 
 const PICTURE: &str = "figure9_implicit.png";
 const FIELDS: &str = "figure9_fields.csv";

@@ -10,8 +10,8 @@ use volume3d::scene::Scene;
 
 use super::scene::{Light, bunny};
 use crate::context::Context;
-use crate::figures::Ratio;
 use crate::figures::common::seed_of;
+use crate::ratio::Ratio;
 use crate::space::{Reference, Runs};
 
 /// Independent runs of each method: their spread is the error of everything that is said about it.

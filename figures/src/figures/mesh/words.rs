@@ -1,10 +1,10 @@
 //! What the picture says, in words and numbers.
 
 use super::study::{Agreement, Part, Study};
-use crate::figures::Ratio;
 use crate::gallery::{Picture, Placement, Section, formula};
 use crate::output::{Cell, Table};
 use crate::plot::number;
+use crate::ratio::Ratio;
 
 pub(super) const PICTURE: &str = "figure11_mesh.png";
 pub(super) const DATA: &str = "figure11_terms.csv";

@@ -5,8 +5,8 @@ use volume3d::gradient::render;
 
 use super::scene::Setting;
 use crate::context::Context;
-use crate::figures::Ratio;
 use crate::figures::common::seed_of;
+use crate::ratio::Ratio;
 use crate::space::{Clock, METHODS, Measured, Method, Reference, Runs, Task};
 
 /// The method whose many samples are the reference: it is unbiased, and its samples have light tails.

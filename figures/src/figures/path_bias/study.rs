@@ -6,11 +6,12 @@ use flatland::warp::{Debias, Warp};
 
 use super::worlds::{PIXELS, Setting};
 use crate::context::Context;
-use crate::figures::common::{KNOWN, Ratio, SETTLED, seed_of};
+use crate::figures::common::{KNOWN, SETTLED, seed_of};
 use crate::figures::trade::bias::{Curve, Series, consistent};
 use crate::figures::trade::debias::name;
 use crate::figures::trade::regression::{Bias, regress};
 use crate::plot::{Color, Marker, Palette};
+use crate::ratio::Ratio;
 
 /// Independent runs of every estimate.
 pub(super) const RUNS: usize = 8;

@@ -1,12 +1,13 @@
 //! What figure 10 says, with its numbers.
 
 use super::study::{GROWTH, LEVELS, RAYS, RUNS, Scheme, Study, TAIL};
-use crate::figures::common::{KNOWN, Ratio, SETTLED};
+use crate::figures::common::{KNOWN, SETTLED};
 use crate::figures::trade::bias::{Curve, SETTLED as FITTED};
 use crate::figures::trade::regression::Bias;
 use crate::gallery::{Placement, escape, formula};
 use crate::output::{Cell, Table};
 use crate::plot::number;
+use crate::ratio::Ratio;
 
 pub(super) const CAPTION: &str = "Orange: lamps. Orange-red arrows: how the occluder moves. Bars: standard errors from \
     independent runs. Blue: the original’s weight. Orange-red: the default weight. Squares: unbiased \

@@ -5,7 +5,7 @@ use flatland::warp::{Debias, Warp};
 
 use super::target::{KAPPA, Spread, Target, seed_of};
 use crate::context::Context;
-pub(super) use crate::figures::common::Ratio;
+pub(super) use crate::ratio::Ratio;
 
 /// Rays of the consistent estimator that the schemes are compared with.
 pub(super) const RAYS: usize = 16;

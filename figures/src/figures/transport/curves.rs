@@ -5,13 +5,11 @@ use flatland::transport::Terms;
 use glam::DVec2;
 
 use super::study::{Comparison, Entry, Study, WARPED};
-use super::text::measured;
+use super::text::{BAND, measured};
 use super::world::gray;
 use crate::figures::common::largest;
 use crate::plot::{Align, Axes, Axis, Canvas, Color, Height, Legend, Palette, Pen, Rect, Style, TextStyle};
 
-/// Standard errors on either side that a band shows.
-pub(super) const BAND: f64 = 2.0;
 const STRIP: f64 = 20.0;
 /// Names and colours of the terms.
 const TERMS: [(&str, Color); 3] =

@@ -2,14 +2,17 @@
 
 use flatland::transport::Terms;
 
-use super::curves::BAND;
 use super::fans::{DrawnPath, RAYS, REACH};
 use super::study::{CONSISTENT, Comparison, EDGES, Entry, FIXED, STEP, Study, WARPED};
 use crate::context::Context;
-use crate::figures::common::{Ratio, largest};
+use crate::figures::common::largest;
 use crate::gallery::{Placement, formula};
 use crate::output::{Cell, Table, write_csv};
 use crate::plot::number;
+use crate::ratio::Ratio;
+
+/// Standard errors on either side that a band shows.
+pub(super) const BAND: f64 = 2.0;
 
 /// The part of the largest derivative below which one is negligible.
 const NEGLIGIBLE: f64 = 0.05;

@@ -2,12 +2,13 @@
 //! edges are points, the vertices of the world.
 
 use super::driver::{self, LinearMethod, Streams, View};
+use super::jumps::{EdgeChoice, jump_radiance};
+use super::kernels::Kernels;
 use super::sweep::{EdgePicker, Sweep, first_ray};
-use super::warped_area::Kernels;
 use super::{Gradient, GradientImage, Method, PathError};
 use crate::random::{Stream, open01};
 use crate::transport::fields::{Construction, Jump, jumps_on_film};
-use crate::transport::{Camera, Change, Covector, Origin, Paths, Terms, World, both_sides};
+use crate::transport::{Camera, Change, Covector, Origin, Paths, Terms, World};
 
 /// Interior by path tracing, jumps by sampling one vertex for the film and one at every surface, with
 /// what is seen on both sides of it.
@@ -21,16 +22,6 @@ pub struct EdgeSampling {
     pub choice: EdgeChoice,
     /// Seed.
     pub seed: u64,
-}
-
-/// How a vertex is picked at a surface.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum EdgeChoice {
-    /// All alike.
-    Uniform,
-    /// By f cos φ/r towards it, which takes a look at every vertex.
-    #[default]
-    Importance,
 }
 
 impl Default for EdgeSampling {
@@ -142,22 +133,4 @@ impl EdgeSampling {
         covectors.push(Covector::Camera(Terms { primary, ..Terms::default() }));
         rays
     }
-}
-
-/// L⁻ − L⁺ across the direction of a vertex: an unbiased estimate; `None` if it is hidden.
-pub(super) fn jump_radiance(
-    world: &World,
-    paths: &Paths,
-    origin: Origin,
-    vertex: usize,
-    rng: &mut Stream,
-) -> Option<(f64, u64)> {
-    let direction = (world.vertex(vertex) - origin.point).normalize();
-    let sides = both_sides(world, origin, vertex)?;
-    let [before, after] = sides.map(|seen| {
-        let path = paths.follow(world, seen, direction, Default::default(), rng);
-        (path.radiance(world), path.rays)
-    });
-    // One more ray found out that the vertex is visible.
-    Some((before.0 - after.0, before.1 + after.1 + 1))
 }

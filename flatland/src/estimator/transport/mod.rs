@@ -16,15 +16,21 @@
 
 mod driver;
 mod edge_sampling;
+mod fault;
 mod finite_difference;
+mod jumps;
+mod kernels;
 mod sweep;
 #[cfg(test)]
 mod tests;
 mod warped_area;
 
-pub use edge_sampling::{EdgeChoice, EdgeSampling};
+pub use edge_sampling::EdgeSampling;
+pub use fault::Fault;
 pub use finite_difference::FiniteDifference;
-pub use warped_area::{Fault, Kernels, WarpedArea};
+pub use jumps::EdgeChoice;
+pub use kernels::Kernels;
+pub use warped_area::WarpedArea;
 
 use crate::transport::{Camera, CameraError, Change, ChangeError, Terms, World, WorldError};
 use crate::warp::WarpError;

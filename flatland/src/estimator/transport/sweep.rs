@@ -12,8 +12,9 @@
 
 use glam::DVec2;
 
-use super::edge_sampling::{EdgeChoice, jump_radiance};
-use super::warped_area::{Fault, Kernels};
+use super::fault::Fault;
+use super::jumps::{EdgeChoice, jump_radiance};
+use super::kernels::Kernels;
 use crate::plane::MaterialPoint;
 use crate::random::{Stream, open01};
 use crate::transport::fields::{Construction, LinearField};

@@ -1,12 +1,14 @@
 //! Warped-area sampling along paths (Bangaru, Li and Durand 2020), with any construction of the field.
 
 use super::driver::{self, CONTROL, LinearMethod, Streams, View};
+use super::fault::Fault;
+use super::kernels::Kernels;
 use super::sweep::{Sweep, first_ray, scatter_field};
 use super::{Gradient, GradientImage, Method, PathError};
 use crate::plane::Filter;
 use crate::random::stream;
 use crate::transport::fields::Construction;
-use crate::transport::{Camera, CameraChange, Change, Covector, Material, Origin, Paths, Terms, World};
+use crate::transport::{Camera, CameraChange, Change, Covector, Origin, Paths, Terms, World};
 use crate::warp::{WarpError, Weighting};
 
 /// A warp at every bounce: on the film, and on the circle of directions at every surface, for
@@ -33,47 +35,6 @@ pub struct WarpedArea {
     pub fault: Option<Fault>,
     /// Seed.
     pub seed: u64,
-}
-
-/// A mistake that makes the gradient wrong, as a negative control.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
-    /// No warp of the directions at this surface of the path and at all after it; 0 is the first.
-    NoWarpFrom {
-        /// The surface.
-        surface: usize,
-    },
-    /// The densities of directions are differentiated along with the integrand.
-    AttachedDensity,
-}
-
-/// How the concentration κ of an auxiliary kernel follows from the place. A kernel wider than what is
-/// between two jumps resolves them slowly; one much narrower makes V steep.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Kernels {
-    /// On the film, in 1/pixel²: 44 is a width of 0.15 pixels.
-    pub film: f64,
-    /// The least κ at a surface: 20 is a width of κ^−½ = 0.22 radians.
-    pub surface: f64,
-    /// How many kernel widths a lobe's width or an emitter's subtended angle holds at least, up to 10⁶.
-    /// Between 0.3 and 6 the variance hardly changes.
-    pub relative: f64,
-}
-
-impl Default for Kernels {
-    fn default() -> Self {
-        Self { film: 44.0, surface: 20.0, relative: 2.0 }
-    }
-}
-
-impl Kernels {
-    /// κ at a surface, for the light of an emitter that subtends an angle or for scattered light.
-    pub(super) fn surface(&self, material: &Material, subtended: Option<f64>) -> f64 {
-        let lobe = material.gloss.filter(|g| g.strength > 0.0).map_or(f64::INFINITY, |g| g.width);
-        let width = lobe.min(subtended.unwrap_or(f64::INFINITY));
-        // Directions are no finer than rounding.
-        (self.relative / width.max(f64::EPSILON)).powi(2).max(self.surface)
-    }
 }
 
 impl Default for WarpedArea {

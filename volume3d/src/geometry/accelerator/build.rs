@@ -9,6 +9,7 @@ use glam::Vec3A;
 use rayon::prelude::*;
 
 use super::collapse::Plan;
+use super::lanes::WIDTH;
 
 /// Bins of an axis.
 const BINS: usize = 16;
@@ -60,13 +61,37 @@ pub(super) struct Binary {
     first: u32,
     count: u32,
     pub(super) halves: Option<Box<[Binary; 2]>>,
-    pub(super) plan: Plan,
+    plan: Plan,
 }
 
 impl Binary {
     /// Places in the array of references.
     pub(super) fn range(&self) -> Range<usize> {
         self.first as usize..(self.first + self.count) as usize
+    }
+
+    /// Whether its triangles are one leaf.
+    pub(super) fn is_leaf(&self) -> bool {
+        self.plan.is_leaf()
+    }
+
+    /// The children of a node of the wide hierarchy, at most eight.
+    pub(super) fn children(&self) -> Vec<&Self> {
+        let mut children = Vec::with_capacity(WIDTH);
+        self.gather(WIDTH, &mut children);
+        children
+    }
+
+    fn gather<'a>(&'a self, count: usize, children: &mut Vec<&'a Self>) {
+        let share = self.plan.share(count);
+        match &self.halves {
+            Some(halves) if share > 0 => {
+                halves[0].gather(share, children);
+                halves[1].gather(count - share, children);
+            }
+            _ if count > 1 => self.gather(count - 1, children),
+            _ => children.push(self),
+        }
     }
 }
 
@@ -141,7 +166,7 @@ fn divide(references: &mut [Reference], first: usize, extent: Extent, depth: usi
         };
         Box::new([left, right])
     });
-    let plan = Plan::new(bounds.area(), count, halves.as_deref());
+    let plan = Plan::new(bounds.area(), count, halves.as_ref().map(|h| h.each_ref().map(|half| &half.plan)));
     Binary { bounds, first: first as u32, count: count as u32, halves, plan }
 }
 

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::frame::Fan;
 use super::lanes::{Lanes, Task, next};
-use super::packet::{PACKET, Packet, PacketTraversal};
+use super::packet::{Limits, PACKET, Packet, PacketTraversal};
 use super::watertight::{Shears, longest_axis};
 use super::{Accelerator, Hit, Ray};
 
@@ -114,12 +114,4 @@ impl Bundle<'_> {
         }
         accelerator.alone(self, directions, members, hits);
     }
-}
-
-/// What the rays of a bundle share besides their origin.
-#[derive(Clone, Copy)]
-pub(super) struct Limits {
-    pub(super) near: f64,
-    pub(super) far: f64,
-    pub(super) from: Option<u32>,
 }

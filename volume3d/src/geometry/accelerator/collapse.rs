@@ -5,7 +5,6 @@
 //! is a leaf, if the triangles are few, or a node whose eight children are divided between n's halves; more are
 //! divided between the halves as they come. Costs are surfaces: chances to be met by a ray.
 
-use super::build::Binary;
 use super::lanes::WIDTH;
 
 /// Time of a leaf's eight triangles over that of a node's eight boxes.
@@ -24,11 +23,11 @@ pub(super) struct Plan {
 
 impl Plan {
     /// The plan of a node with half the surface `area` from those of its halves.
-    pub(super) fn new(area: f32, count: usize, halves: Option<&[Binary; 2]>) -> Self {
+    pub(super) fn new(area: f32, count: usize, halves: Option<[&Self; 2]>) -> Self {
         let leaf_cost = if count <= WIDTH { LEAF_COST * area } else { f32::INFINITY };
         let mut plan = Self { costs: [leaf_cost; WIDTH - 1], shares: [0; WIDTH], leaf: true };
         let Some([left, right]) = halves else { return plan };
-        let (left, right) = (&left.plan.costs, &right.plan.costs);
+        let (left, right) = (&left.costs, &right.costs);
         // D(n, j): the least cost of j children divided between the halves, and the left one's share.
         let divided = |children: usize| {
             let choices =
@@ -47,30 +46,14 @@ impl Plan {
         }
         plan
     }
-}
 
-impl Binary {
-    /// Whether its triangles are one leaf.
+    /// Whether the node's triangles are one leaf.
     pub(super) fn is_leaf(&self) -> bool {
-        self.plan.leaf
+        self.leaf
     }
 
-    /// The children of a node of the wide hierarchy, at most eight.
-    pub(super) fn children(&self) -> Vec<&Self> {
-        let mut children = Vec::with_capacity(WIDTH);
-        self.gather(WIDTH, &mut children);
-        children
-    }
-
-    fn gather<'a>(&'a self, count: usize, children: &mut Vec<&'a Self>) {
-        let share = usize::from(self.plan.shares[count - 1]);
-        match &self.halves {
-            Some(halves) if share > 0 => {
-                halves[0].gather(share, children);
-                halves[1].gather(count - share, children);
-            }
-            _ if count > 1 => self.gather(count - 1, children),
-            _ => children.push(self),
-        }
+    /// How many of so many children the first half gets; 0 where fewer children are as good.
+    pub(super) fn share(&self, children: usize) -> usize {
+        self.shares[children - 1].into()
     }
 }

@@ -8,7 +8,6 @@
 //!
 //! So eight triangles are first tried against the whole fan, and each that remains against eight rays at a time.
 
-use super::bundle::Limits;
 use super::frame::{Fan, FanAxis};
 use super::lanes::{Lanes, Row, Steps, Task, WIDTH, next};
 use super::traverse::{Grid, PENDING, Pending, Stack, edge, size};
@@ -28,6 +27,14 @@ const EDGE_SHARE: f32 = 3.0;
 
 /// The terms of second order, over e²: 2 · 1.25², and 3 for each of 6 coordinates computed too small by e.
 const EDGE_FLOOR: f32 = 24.0;
+
+/// What the rays of a bundle share besides their origin.
+#[derive(Clone, Copy)]
+pub(super) struct Limits {
+    pub(super) near: f64,
+    pub(super) far: f64,
+    pub(super) from: Option<u32>,
+}
 
 /// The best of every ray so far.
 pub(super) struct Packet {

@@ -10,7 +10,8 @@ use std::collections::VecDeque;
 
 use glam::DVec3;
 
-use super::tree::{Cone, Edge, Tree};
+use super::edge::{Cone, Edge};
+use super::tree::Tree;
 use crate::geometry::FLAT;
 use crate::scene::{NONE, Scene};
 

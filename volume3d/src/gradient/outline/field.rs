@@ -6,7 +6,8 @@ use flatland::warp::Field;
 use glam::DVec3;
 
 use super::arc::{Arc, Graded, Moments, Reach};
-use super::tree::{Cone, Edge, HalfSpace, Tree};
+use super::edge::{Cone, Edge, HalfSpace};
+use super::scene_edges::SceneEdges;
 use crate::Sphere;
 use crate::gradient::seen::{Followed, Seen};
 use crate::scene::{Scene, Span};
@@ -84,7 +85,7 @@ impl Outline {
     /// The field at u; nothing if no arc is near.
     pub(crate) fn new(
         scene: &Scene,
-        tree: &Tree,
+        tree: &SceneEdges,
         silhouettes: Silhouettes<'_>,
         view: &View<'_>,
         u: DVec3,

@@ -67,13 +67,16 @@
 //! ([`flips`](crate::gradient::WarpedArea::flips)).
 
 mod arc;
+mod edge;
 mod faces;
 mod field;
 mod node;
 #[cfg(test)]
 mod scan;
+mod scene_edges;
 mod tree;
 
 pub(crate) use arc::{Reach, WIDEST};
+pub(crate) use edge::{Cone, Edge, HalfSpace};
 pub(crate) use field::{Outline, Pole, Silhouettes, Subject, View};
-pub(crate) use tree::{Cone, Edge, HalfSpace, Tree};
+pub(crate) use scene_edges::SceneEdges;

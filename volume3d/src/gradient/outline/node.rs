@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::tree::{Cone, Edge};
+use super::edge::{Cone, Edge};
 
 /// Children of a node.
 pub(super) const WIDTH: usize = 8;
@@ -196,7 +196,7 @@ mod tests {
     use flatland::random::{Stream, open01, stream};
 
     use super::super::arc::Reach;
-    use super::super::tree::HalfSpace;
+    use super::super::edge::HalfSpace;
     use super::*;
     use crate::scene::{NONE, Span};
 

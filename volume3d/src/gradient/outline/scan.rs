@@ -7,8 +7,9 @@
 use flatland::random::{Stream, open01, stream};
 use glam::{DMat3, DVec3};
 
+use super::edge::Edge;
 use super::faces::Faces;
-use super::tree::{Edge, Tree, edges};
+use super::scene_edges::{SceneEdges, edges};
 use super::{HalfSpace, Outline, Reach, Silhouettes, Subject, View};
 use crate::geometry::{Mesh, Ray};
 use crate::scene::{Camera, Description, Film, Filter, Material, Scene, Span};
@@ -143,7 +144,7 @@ fn seen(scene: &Scene, direction: DVec3) -> Option<u32> {
 }
 
 /// V as it is for camera rays.
-fn field(scene: &Scene, tree: &Tree, velocities: &[DVec3], u: DVec3, triangle: Option<u32>) -> DVec3 {
+fn field(scene: &Scene, tree: &SceneEdges, velocities: &[DVec3], u: DVec3, triangle: Option<u32>) -> DVec3 {
     let plane = triangle.map(|t| {
         let [a, b, c] =
             scene.triangles[tree.plane(t) as usize].positions.map(|i| scene.positions[i as usize]);
@@ -186,7 +187,7 @@ fn halved(scene: &Scene, at: impl Fn(f64) -> DVec3, [mut low, mut high]: [f64; 2
 ///
 /// Along a curve V may jump: it is the velocity of a part of an edge before a plane, as if the ends of that part kept
 /// their places on the edge.
-fn scan(scene: &Scene, tree: &Tree) -> (f64, usize, f64) {
+fn scan(scene: &Scene, tree: &SceneEdges) -> (f64, usize, f64) {
     let mut rng = stream(77, &[]);
     let velocities: Vec<DVec3> = scene.positions.iter().map(|_| random(&mut rng)).collect();
     let (mut worst, mut met, mut largest) = (0.0_f64, 0, 0.0_f64);
@@ -216,16 +217,16 @@ fn scan(scene: &Scene, tree: &Tree) -> (f64, usize, f64) {
 }
 
 /// Without crossings.
-fn uncrossed(scene: &Scene) -> Tree {
+fn uncrossed(scene: &Scene) -> SceneEdges {
     let faces = Faces::grow(scene);
     let kept = |e: &Edge| matches!(e.span, Span::Edge(_));
-    Tree::assemble(edges(scene, &faces).into_iter().filter(kept).collect(), faces)
+    SceneEdges::assemble(edges(scene, &faces).into_iter().filter(kept).collect(), faces)
 }
 
 /// With the edges of triangles for those of faces, and seams for jumps.
-fn faceless(scene: &Scene) -> Tree {
+fn faceless(scene: &Scene) -> SceneEdges {
     let faces: Vec<u32> = (0..scene.triangles.len() as u32).collect();
-    Tree::assemble(edges(scene, &faces).into_iter().map(|e| Edge { seam: false, ..e }).collect(), faces)
+    SceneEdges::assemble(edges(scene, &faces).into_iter().map(|e| Edge { seam: false, ..e }).collect(), faces)
 }
 
 #[test]
@@ -234,7 +235,7 @@ fn the_field_is_the_same_from_both_sides_of_every_curve() {
     let mut failures = vec![];
     for kind in kinds() {
         let scene = scene(&kind);
-        let (jump, met, largest) = scan(&scene, &Tree::new(&scene));
+        let (jump, met, largest) = scan(&scene, &SceneEdges::new(&scene));
         let [open, split] = [uncrossed(&scene), faceless(&scene)].map(|tree| scan(&scene, &tree).0);
         println!("{:44} {met:6} {jump:9.1e} {open:11.1e} {split:11.1e}", kind.name);
         let right = jump < TOLERANCE && met > 50 && largest > 0.05;

@@ -7,14 +7,13 @@ use super::WarpedArea;
 use crate::calculus::{Dual, Frame, Number, Rgb};
 use crate::geometry::Hit;
 use crate::gradient::auxiliary::{Auxiliary, Construction, MovingBounds};
-use crate::gradient::driver::{CellSink, over_film};
+use crate::gradient::driver::{CellSink, finish, over_film, quantities};
 use crate::gradient::edge_sampling::Flipped;
 use crate::gradient::film::FilmPlane;
 use crate::gradient::forward::Forward;
 use crate::gradient::groups::{numbers, split_numbers};
 use crate::gradient::motion::Motion;
-use crate::gradient::outline::Tree;
-use crate::gradient::result::{finish, quantities};
+use crate::gradient::outline::SceneEdges;
 use crate::gradient::{
     AUXILIARY, EDGE, EDGE_AUXILIARY, GRADIENT_PATH, GradientImage, Progress, SPLIT, Stopped,
 };
@@ -27,7 +26,7 @@ pub(super) struct Job<'s> {
     pub(super) film: FilmPlane,
     pub(super) baseline: Vec<DVec3>,
     pub(super) construction: Construction,
-    pub(super) edges: Option<Tree>,
+    pub(super) edges: Option<SceneEdges>,
 }
 
 /// A sample of the film, or its reflection through the centre of its cell.

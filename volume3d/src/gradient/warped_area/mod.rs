@@ -20,7 +20,7 @@ use super::change::{Change, Wanted, supports_change, supports_wanted};
 use super::error::GradientError;
 use super::film::FilmPlane;
 use super::motion::Motion;
-use super::outline::Tree;
+use super::outline::SceneEdges;
 use super::primal::primal;
 use super::progress::Progress;
 use super::result::{Gradient, GradientImage};
@@ -240,7 +240,7 @@ impl WarpedArea {
         };
         let film = FilmPlane::new(scene);
         let outlined = matches!(construction, Construction::Outlined { .. });
-        let edges = (outlined && geometric && self.warps).then(|| Tree::new(scene));
+        let edges = (outlined && geometric && self.warps).then(|| SceneEdges::new(scene));
         Ok(Job { method: self, paths, film, baseline, construction, edges })
     }
 

@@ -40,6 +40,7 @@ mod element;
 mod emitter;
 mod object;
 mod reader;
+mod scene;
 mod sensor;
 mod shape;
 mod texture;

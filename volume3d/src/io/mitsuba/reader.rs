@@ -1,17 +1,15 @@
-//! The scene as a whole.
+//! What has been read of a scene.
 
 use std::collections::{HashMap, HashSet};
 
 use super::element::{Document, Element, Open};
-use super::object::{Ids, Object};
-use super::sensor::Sensor;
-use super::{emitter, sensor};
+use super::object::Ids;
 use crate::io::{Error, SceneProblem};
-use crate::scene::{Description, Environment, Integrator, Light, Material, Shape, Texture};
+use crate::scene::{Environment, Light, Material, Shape, Texture};
 
 /// What has been read so far. Materials and textures may be shared: they are found again by their element.
 pub(super) struct Reader<'a> {
-    document: &'a Document,
+    pub(super) document: &'a Document,
     pub(super) open: Open<'a>,
     pub(super) ids: Ids<'a>,
     names: HashSet<String>,
@@ -42,47 +40,6 @@ impl<'a> Reader<'a> {
             lights: vec![],
             environment: None,
         }
-    }
-
-    pub(super) fn read(mut self) -> Result<Description, Error> {
-        self.ids = self.document.by_id()?;
-        let scene = Object::with_plugin(&self.document.root, "", &self.ids)?;
-
-        let integrator = match scene.at_most_one("<integrator>")? {
-            Some(element) => sensor::integrator(&Object::new(element, &self.ids)?)?,
-            None => Integrator::default(),
-        };
-        let Some(element) = scene.at_most_one("<sensor>")? else { return Err(scene.missing("a <sensor>")) };
-        let Sensor { camera, clips, film, samples } =
-            sensor::sensor(&Object::new(element, &self.ids)?, &self.ids)?;
-
-        for element in scene.nested("<texture>") {
-            self.texture(element)?;
-        }
-        for element in scene.nested("<bsdf>") {
-            self.material(element)?;
-        }
-        for element in scene.nested("<shape>") {
-            self.shape(element)?;
-        }
-        for element in scene.nested("<emitter>") {
-            emitter::light(&mut self, element)?;
-        }
-        scene.finish()?;
-        clips.check(&camera, &film, &self.shapes)?;
-
-        let Self { textures, materials, shapes, lights, environment, .. } = self;
-        Ok(Description {
-            camera,
-            film,
-            integrator,
-            samples,
-            textures,
-            materials,
-            shapes,
-            lights,
-            environment,
-        })
     }
 
     /// The id of an element, or a name that nothing else has.

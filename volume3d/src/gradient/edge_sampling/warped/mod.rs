@@ -20,7 +20,7 @@ use crate::gradient::accumulator::Accumulator;
 use crate::gradient::auxiliary::{Auxiliary, Construction, MovingBounds};
 use crate::gradient::forward::Forward;
 use crate::gradient::motion::Motion;
-use crate::gradient::outline::Tree;
+use crate::gradient::outline::SceneEdges;
 use crate::gradient::reverse::{Inputs, Reverse};
 use crate::gradient::{Gradient, GradientImage, Progress, Stopped, Wanted};
 use crate::path::Paths;
@@ -33,7 +33,7 @@ pub(in crate::gradient) struct Flipped<'j> {
     pub(in crate::gradient) paths: &'j Paths<'j>,
     pub(in crate::gradient) warp: &'j Warp,
     pub(in crate::gradient) construction: Construction,
-    pub(in crate::gradient) edges: Option<&'j Tree>,
+    pub(in crate::gradient) edges: Option<&'j SceneEdges>,
     /// Samples of each kind of curve, a pixel on average.
     pub(in crate::gradient) samples: usize,
     pub(in crate::gradient) seed: u64,

@@ -1,0 +1,105 @@
+//! All edges of a scene, and those of them near a direction at which what is seen may jump.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::edge::{Cone, Edge};
+use super::faces::Faces;
+use super::tree::Tree;
+use crate::scene::{NONE, Scene, Span};
+
+/// The edges of a scene and the faces that they bound.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SceneEdges {
+    tree: Tree,
+    faces: Faces,
+}
+
+impl SceneEdges {
+    /// Of a scene's edges and crossings.
+    pub(crate) fn new(scene: &Scene) -> Self {
+        let faces = Faces::grow(scene);
+        let edges = edges(scene, &faces);
+        Self::assemble(edges, faces)
+    }
+
+    /// Of edges, and the first triangle of each triangle's face.
+    pub(super) fn assemble(edges: Vec<Edge>, faces: Vec<u32>) -> Self {
+        let (edges, flat): (Vec<Edge>, Vec<Edge>) = edges.into_iter().partition(|e| !is_flat(e.normals));
+        let tree = Tree::new(edges, flat);
+        let faces = Faces::new(faces, tree.edges());
+        Self { tree, faces }
+    }
+
+    /// The triangle whose plane is that of a triangle's face.
+    pub(crate) fn plane(&self, triangle: u32) -> u32 {
+        self.faces.plane(triangle)
+    }
+
+    /// Calls with every edge of the border of a triangle's face that is no silhouette and may be within the cone.
+    pub(crate) fn for_each_of_face(&self, triangle: u32, cone: &Cone<'_>, f: impl FnMut(&Edge)) {
+        self.faces.for_each(self.tree.edges(), triangle, cone, f);
+    }
+
+    /// Calls with every silhouette of the scene that may be within the cone, and before all its planes.
+    pub(crate) fn for_each(&self, cone: &Cone<'_>, mut f: impl FnMut(&Edge)) {
+        self.tree.visit(cone, |edge| {
+            if edge.is_silhouette(cone) {
+                f(edge);
+            }
+        });
+    }
+}
+
+/// Every edge once, in the order of their ends, and every crossing; but not the edges between triangles of one face, if
+/// nothing jumps there and they are silhouettes from nowhere.
+pub(super) fn edges(scene: &Scene, first: &[u32]) -> Vec<Edge> {
+    // Edges with a triangle's side each, and whether it runs along them from the lower index to the higher.
+    let mut sides: Vec<([u32; 2], (u32, u8), bool)> = Vec::with_capacity(3 * scene.triangles.len());
+    for (t, triangle) in scene.triangles.iter().enumerate() {
+        for k in 0..3 {
+            let [a, b] = [triangle.positions[k], triangle.positions[(k + 1) % 3]];
+            sides.push(([a.min(b), a.max(b)], (t as u32, k as u8), a < b));
+        }
+    }
+    sides.par_sort_unstable();
+    let normal = |t: u32| {
+        let [a, b, c] = scene.triangles[t as usize].positions.map(|i| scene.positions[i as usize]);
+        (b - a).cross(c - a).normalize_or_zero()
+    };
+    sides
+        .chunk_by(|a, b| a.0 == b.0)
+        .map(|sides| {
+            let ends = sides[0].0;
+            let (normals, faces, seam) = match *sides {
+                [(_, (s, k), along), (_, (t, _), other)] if along != other => {
+                    let faces = [s, t].map(|t| first[t as usize]);
+                    ([normal(s), normal(t)], faces, !scene.edges.jumps(s, k as usize))
+                }
+                _ => ([DVec3::ZERO; 2], [NONE; 2], false),
+            };
+            let places = ends.map(|i| scene.positions[i as usize]);
+            // Within a face it is a silhouette at most.
+            let faces = if seam && faces[0] == faces[1] { [NONE; 2] } else { faces };
+            Edge { span: Span::Edge(ends), places, normals, faces, seam }
+        })
+        .filter(|e| e.places[0] != e.places[1] && !(is_flat(e.normals) && e.faces == [NONE; 2]))
+        .chain(crossings(scene))
+        .collect()
+}
+
+/// Every crossing.
+fn crossings(scene: &Scene) -> impl Iterator<Item = Edge> {
+    scene.crossings().all().iter().zip(0..).map(|(crossing, index)| Edge {
+        span: Span::Crossing(index),
+        places: crossing.places,
+        normals: [DVec3::ZERO; 2],
+        faces: [NONE; 2],
+        seam: false,
+    })
+}
+
+/// Whether an edge continues a plane so exactly that it is a silhouette from nowhere but in that plane.
+fn is_flat([m, n]: [DVec3; 2]) -> bool {
+    m == n && m != DVec3::ZERO
+}

@@ -1,0 +1,74 @@
+//! What a description may be refused for.
+
+/// What is wrong with a description.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// Two things of one kind have the same name.
+    #[error("two {what}s are called `{id}`")]
+    Duplicate {
+        /// "shape", "material", "texture" or "light".
+        what: &'static str,
+        /// The name.
+        id: String,
+    },
+    /// An index points nowhere.
+    #[error("`{id}` refers to {what} {index}, but there are only {count}")]
+    Missing {
+        /// Who refers.
+        id: String,
+        /// "material" or "texture".
+        what: &'static str,
+        /// The index.
+        index: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// A number is out of its range.
+    #[error("{what} of `{id}` is {value}, but must be {range}")]
+    Range {
+        /// Whose it is.
+        id: String,
+        /// What it is.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it may be.
+        range: &'static str,
+    },
+    /// A texture has not as many texels as its size says.
+    #[error("texture `{id}` is {width} x {height}, but has {texels} texels")]
+    Texels {
+        /// Its name.
+        id: String,
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+        /// How many texels there are.
+        texels: usize,
+    },
+    /// A surface has a texture but no texture coordinates.
+    #[error("shape `{id}` has a textured material, but no texture coordinates")]
+    NoCoordinates {
+        /// The shape.
+        id: String,
+    },
+    /// The camera's frame is not orthonormal.
+    #[error("the camera's right, up and forward are not orthonormal")]
+    Frame,
+    /// The film or its crop has no pixels, or the crop leaves the film.
+    #[error("the film of {width} x {height} pixels has no pixels in its crop window")]
+    Film {
+        /// Columns of the film.
+        width: usize,
+        /// Rows of the film.
+        height: usize,
+    },
+    /// More vertices or triangles in all than 32 bits count.
+    #[error("the scene has {count} vertices or triangles, more than 2^32 - 2")]
+    TooLarge {
+        /// How many there are.
+        count: usize,
+    },
+}
