@@ -1,11 +1,9 @@
 //! Meshes and the tracing of rays.
 
 mod accelerator;
-mod edges;
 mod meeting;
 mod mesh;
 
 pub use accelerator::{Accelerator, Hit, Ray};
-pub(crate) use edges::{Edges, FLAT, Jumps, Nearest};
 pub(crate) use meeting::{End, Meeting, meeting};
 pub use mesh::{Attribute, Mesh, MeshError, Normals};

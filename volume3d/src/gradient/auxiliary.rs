@@ -7,6 +7,7 @@ use flatland::warp::{Bundle, Domain, Plane, Stencil, Warp};
 use glam::{DVec2, DVec3};
 
 use super::film::FilmPlane;
+use super::nearest_jump::{Jumps, Nearest, nearest_jump};
 use super::outline::{
     Cone, Edge, HalfSpace, Outline, Pole, Reach, SceneEdges, Silhouettes, Subject, View, WIDEST,
 };
@@ -15,7 +16,7 @@ use super::seen::Seen;
 use super::warps::{DirectionWarp, FilmWarp};
 use crate::Sphere;
 use crate::calculus::{Kernel, Sees};
-use crate::geometry::{Hit, Jumps, Nearest};
+use crate::geometry::Hit;
 use crate::path::{Paths, SHORT};
 use crate::scene::Scene;
 
@@ -183,9 +184,8 @@ impl<'s> Auxiliary<'s> {
         let (face, rounding) = (self.upward(from, normal), self.paths.rounding());
         let sight = |direction: DVec3, hit: Option<Hit>| {
             let hit = hit.filter(|h| normal.dot(direction) > 0.0 && counts(sees, x, direction, h.distance));
-            let nearest = hit.map_or(NOWHERE, |h| {
-                scene.edges.nearest_jump(scene, h.triangle, x, direction, h.distance, jumps)
-            });
+            let nearest =
+                hit.map_or(NOWHERE, |h| nearest_jump(scene, h.triangle, x, direction, h.distance, jumps));
             // With shading normals rays may go below the face, and leave the solid at once through the next one: what
             // they see ends at the face's horizon.
             let height = face.dot(direction);
@@ -284,8 +284,8 @@ impl<'s> Auxiliary<'s> {
         let bundle: Bundle<Plane> = self.warp.bundle(u, kappa, &mut self.rng);
         let sight = |direction: DVec3, hit: Option<Hit>| {
             let nearest = hit.map_or(NOWHERE, |h| {
-                let (edges, jumps) = (&scene.edges, Jumps::Radiance);
-                edges.nearest_jump(scene, h.triangle, camera.origin, direction, h.distance, jumps)
+                let jumps = Jumps::Radiance;
+                nearest_jump(scene, h.triangle, camera.origin, direction, h.distance, jumps)
             });
             let distance = film.scale(camera, direction) * nearest.angle;
             let seen = Seen::by_ray(scene, hit, direction, 1.0);

@@ -31,6 +31,7 @@ mod finite_difference;
 mod forward;
 mod groups;
 mod motion;
+mod nearest_jump;
 mod non_finite;
 mod outline;
 mod primal;

@@ -3,8 +3,9 @@
 use flatland::warp::Domain as _;
 use glam::DVec3;
 
+use super::nearest_jump::Nearest;
 use crate::Sphere;
-use crate::geometry::{Hit, Nearest};
+use crate::geometry::Hit;
 use crate::scene::Scene;
 
 /// A point that a warp follows: what an auxiliary ray hit, or a point of a curve.
@@ -92,7 +93,7 @@ impl Followed {
             Self::Nothing => DVec3::ZERO,
             Self::Corners(corners) => corners.iter().map(|&(i, weight)| weight * velocity(i)).sum(),
             Self::Crossing { index, along } => {
-                scene.crossings().get(*index).velocity(scene, *along, velocity)
+                scene.crossings().get(*index).velocity(&scene.triangles, *along, velocity)
             }
         }
     }
@@ -103,7 +104,7 @@ impl Followed {
             Self::Nothing => {}
             Self::Corners(corners) => corners.iter().for_each(|&(i, weight)| add(i, weight * covector)),
             Self::Crossing { index, along } => {
-                scene.crossings().get(*index).scatter(scene, *along, covector, add);
+                scene.crossings().get(*index).scatter(&scene.triangles, *along, covector, add);
             }
         }
     }

@@ -4,12 +4,13 @@ use std::sync::OnceLock;
 
 use glam::{DVec2, DVec3};
 
-use super::Description;
+use super::adjacency::{Adjacency, Shading};
 use super::crossing::Crossings;
 use super::error::SceneError;
 use super::normals::VertexNormals;
-use super::triangle::{NONE, Triangle};
-use crate::geometry::{Accelerator, Edges, Normals};
+use super::triangle::{NONE, Tables, Triangle};
+use super::{Description, Reflectance, Shape};
+use crate::geometry::{Accelerator, Normals};
 
 /// A scene: a checked description, and what tracing and shading need.
 #[derive(Debug)]
@@ -28,7 +29,7 @@ pub struct Scene {
     pub(crate) first_triangle: Vec<u32>,
     pub(crate) first_normal: Vec<u32>,
     pub(crate) accelerator: Accelerator,
-    pub(crate) edges: Edges,
+    pub(crate) adjacency: Adjacency,
     /// Found when they are first asked for: an image needs none.
     crossings: OnceLock<Crossings>,
 }
@@ -84,7 +85,15 @@ impl Scene {
         vertex_normals.compute(&positions, &mut normals);
         let corners: Vec<[u32; 3]> = triangles.iter().map(|t| t.positions).collect();
         let accelerator = Accelerator::build(&positions, &corners);
-        let mut scene = Self {
+        let is_textured = |shape: &Shape| {
+            let bsdf = &description.materials[shape.material].bsdf;
+            matches!(bsdf.reflectance(), Reflectance::Texture(_))
+        };
+        let textured: Vec<bool> = description.shapes.iter().map(is_textured).collect();
+        let tables = Tables { positions: &positions, triangles: &triangles };
+        let shading = Shading { normals: &normals, uvs: &uvs, textured: &textured };
+        let adjacency = Adjacency::build(tables, shading);
+        Self {
             description,
             positions,
             triangles,
@@ -95,11 +104,9 @@ impl Scene {
             first_triangle,
             first_normal,
             accelerator,
-            edges: Edges::default(),
+            adjacency,
             crossings: OnceLock::new(),
-        };
-        scene.edges = Edges::build(&scene);
-        scene
+        }
     }
 
     /// What the scene is made of.
@@ -126,9 +133,14 @@ impl Scene {
         self.first_position[shape] as usize..self.first_position[shape + 1] as usize
     }
 
+    /// Where the triangles are.
+    pub(crate) fn tables(&self) -> Tables<'_> {
+        Tables { positions: &self.positions, triangles: &self.triangles }
+    }
+
     /// The curves along which surfaces pass through one another.
     pub(crate) fn crossings(&self) -> &Crossings {
-        self.crossings.get_or_init(|| Crossings::build(self))
+        self.crossings.get_or_init(|| Crossings::build(self.tables(), &self.adjacency, &self.accelerator))
     }
 
     pub(crate) fn normal_range(&self, shape: usize) -> std::ops::Range<usize> {

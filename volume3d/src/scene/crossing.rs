@@ -22,13 +22,12 @@
 //! which do not cross; 0.08 s for two crossing spheres of 163,840. It keeps the segments and nothing else: the peak memory
 //! of `volume3d info` is that of loading the meshes, 76 MB for 163,840 triangles and 1.4 GB for 2.6 million.
 
-use std::collections::BTreeMap;
-
 use glam::DVec3;
 
-use super::{Scene, Triangle};
+use super::adjacency::Adjacency;
+use super::triangle::{Tables, Triangle};
 use crate::calculus::{Calculus, Number, Vec3};
-use crate::geometry::{End, Meeting, meeting};
+use crate::geometry::{Accelerator, End, Meeting, meeting};
 
 /// A segment along which two triangles pass through one another.
 #[derive(Clone, Copy, Debug)]
@@ -47,27 +46,6 @@ pub(crate) struct Crossing {
     pub(crate) continued: Option<u32>,
 }
 
-/// Two shapes, or one with itself, that pass through one another.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct CrossingCount {
-    /// The shapes, by their indices.
-    pub shapes: [usize; 2],
-    /// In how many segments, each of one pair of triangles.
-    pub segments: usize,
-}
-
-/// Two shapes, or one with itself, of which triangles cover parts of one plane. Which of them is seen there is for
-/// rounding to decide, and how the image changes as they part has no answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Overlap {
-    /// The shapes, by their indices.
-    pub shapes: [usize; 2],
-    /// How many pairs of triangles.
-    pub pairs: usize,
-    /// One pair, by indices among the triangles of each shape.
-    pub example: [usize; 2],
-}
-
 /// All crossings of a scene.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Crossings {
@@ -79,59 +57,6 @@ pub(crate) struct Crossings {
     overlaps: Vec<[u32; 2]>,
 }
 
-impl Scene {
-    /// The pairs of shapes that pass through one another, and in how many segments. Their curves are followed like edges;
-    /// the first call looks for them, as the first geometric gradient does.
-    #[must_use]
-    pub fn crossing_shapes(&self) -> Vec<CrossingCount> {
-        let mut counts = BTreeMap::<[u32; 2], usize>::new();
-        for crossing in self.crossings().all() {
-            *counts.entry(crossing.shapes(self)).or_default() += 1;
-        }
-        let count = |(shapes, segments): ([u32; 2], usize)| CrossingCount {
-            shapes: shapes.map(|s| s as usize),
-            segments,
-        };
-        counts.into_iter().map(count).collect()
-    }
-
-    /// The pairs of shapes of which triangles cover parts of one plane.
-    #[must_use]
-    pub fn overlapping_shapes(&self) -> Vec<Overlap> {
-        self.overlaps(|_| true)
-    }
-
-    /// Those that a motion of positions parts, or turns out of their common plane: what is seen there is for rounding to
-    /// decide, before and after, and no derivative exists.
-    #[must_use]
-    pub fn parted_shapes(&self, velocities: &[DVec3]) -> Vec<Overlap> {
-        self.overlaps(|pair| {
-            let triangles = pair.map(|t| self.triangles[t as usize].positions);
-            let [plane, other] = triangles.map(|t| t.map(|i| self.positions[i as usize]));
-            let normal = (plane[1] - plane[0]).cross(plane[2] - plane[0]).normalize_or_zero();
-            let [under, over] = triangles.map(|t| t.map(|i| normal.dot(velocities[i as usize])));
-            (0..3).any(|k| {
-                let weights = barycentric(&plane, other[k]);
-                let below: f64 = (0..3).map(|i| weights[i] * under[i]).sum();
-                let size = over[k].abs() + (0..3).map(|i| (weights[i] * under[i]).abs()).sum::<f64>();
-                (over[k] - below).abs() > 1e-9 * size
-            })
-        })
-    }
-
-    fn overlaps(&self, counts: impl Fn([u32; 2]) -> bool) -> Vec<Overlap> {
-        let mut overlaps = BTreeMap::<[u32; 2], Overlap>::new();
-        for &pair in self.crossings().overlaps.iter().filter(|pair| counts(**pair)) {
-            let shapes = pair.map(|t| self.triangles[t as usize].shape);
-            let local = |k: usize| (pair[k] - self.first_triangle[shapes[k] as usize]) as usize;
-            let none =
-                Overlap { shapes: shapes.map(|s| s as usize), pairs: 0, example: [local(0), local(1)] };
-            overlaps.entry(shapes).or_insert(none).pairs += 1;
-        }
-        overlaps.into_values().collect()
-    }
-}
-
 /// What a pair of triangles gives.
 #[expect(clippy::large_enum_variant, reason = "nearly all are crossings, and they live briefly")]
 enum Found {
@@ -141,11 +66,11 @@ enum Found {
 
 impl Crossings {
     /// By a query of the hierarchy with itself.
-    pub(crate) fn build(scene: &Scene) -> Self {
-        let corners: Vec<[u32; 3]> = scene.triangles.iter().map(|t| t.positions).collect();
-        let mut found = scene
-            .accelerator
-            .each_pair(&scene.positions, &corners, |s, t, found| found.extend(Found::of(scene, s, t)));
+    pub(super) fn build(tables: Tables<'_>, adjacency: &Adjacency, accelerator: &Accelerator) -> Self {
+        let corners: Vec<[u32; 3]> = tables.triangles.iter().map(|t| t.positions).collect();
+        let mut found = accelerator.each_pair(tables.positions, &corners, |s, t, found| {
+            found.extend(Found::of(tables, adjacency, s, t));
+        });
         let key = |f: &Found| match f {
             Found::Crossing(c) => c.triangles,
             Found::Overlap(pair) => *pair,
@@ -158,7 +83,7 @@ impl Crossings {
                 Found::Overlap(pair) => crossings.overlaps.push(pair),
             }
         }
-        crossings.index(scene.triangles.len());
+        crossings.index(tables.triangles.len());
         crossings
     }
 
@@ -183,6 +108,11 @@ impl Crossings {
         &self.all
     }
 
+    /// Pairs of triangles that cover parts of one plane.
+    pub(super) fn overlaps(&self) -> &[[u32; 2]] {
+        &self.overlaps
+    }
+
     pub(crate) fn get(&self, index: u32) -> &Crossing {
         &self.all[index as usize]
     }
@@ -197,11 +127,10 @@ impl Crossings {
 }
 
 impl Found {
-    fn of(scene: &Scene, s: u32, t: u32) -> Option<Self> {
+    fn of(tables: Tables<'_>, adjacency: &Adjacency, s: u32, t: u32) -> Option<Self> {
         let pair = [s, t];
-        let triangles = pair.map(|t| &scene.triangles[t as usize]);
-        let corners = triangles.map(|t| t.positions.map(|i| scene.positions[i as usize]));
-        if shares_edge(triangles) {
+        let corners = pair.map(|t| tables.corners(t));
+        if shares_edge(pair.map(|t| &tables.triangles[t as usize])) {
             // Neighbours meet in their edge, unless one lies upon the other.
             return (is_folded(&corners) && meeting(&corners) == Meeting::Overlap)
                 .then_some(Self::Overlap(pair));
@@ -210,7 +139,10 @@ impl Found {
             Meeting::Apart => None,
             Meeting::Overlap => Some(Self::Overlap(pair)),
             Meeting::Through(ends) => Crossing::new(pair, &corners, ends, None).map(Self::Crossing),
-            Meeting::Along { which, edge } => passes_along(scene, pair, &corners, which, edge),
+            Meeting::Along { which, edge } => {
+                let other = adjacency.continued(pair[which], edge)?;
+                passes_along((other, tables.corners(other)), pair, &corners, which, edge)
+            }
         }
     }
 }
@@ -228,17 +160,15 @@ fn is_folded(corners: &[[DVec3; 3]; 2]) -> bool {
 /// An edge of one triangle lies in the other: surfaces pass through one another there if what continues the first one
 /// beyond its edge is on the other side. Either of the two finds it, and the lower one tells.
 fn passes_along(
-    scene: &Scene,
+    (other, beyond): (u32, [DVec3; 3]),
     pair: [u32; 2],
     corners: &[[DVec3; 3]; 2],
     which: usize,
     edge: usize,
 ) -> Option<Found> {
     let (own, plane) = (pair[which], corners[1 - which]);
-    let other = scene.edges.continued(own, edge)?;
     let normal = (plane[1] - plane[0]).cross(plane[2] - plane[0]);
     let [p, q] = [corners[which][edge], corners[which][(edge + 1) % 3]];
-    let beyond = scene.triangles[other as usize].positions.map(|i| scene.positions[i as usize]);
     let third = |corners: [DVec3; 3]| corners.into_iter().find(|x| *x != p && *x != q);
     let [h, g] = [third(corners[which])?, third(beyond)?].map(|x| normal.dot(x - p));
     if own > other || h * g >= 0.0 {
@@ -303,8 +233,8 @@ impl Crossing {
     }
 
     /// The shapes of both triangles, the lower first.
-    pub(crate) fn shapes(&self, scene: &Scene) -> [u32; 2] {
-        let [s, t] = self.triangles.map(|t| scene.triangles[t as usize].shape);
+    pub(crate) fn shapes(&self, triangles: &[Triangle]) -> [u32; 2] {
+        let [s, t] = self.triangles.map(|t| triangles[t as usize].shape);
         [s.min(t), s.max(t)]
     }
 
@@ -315,10 +245,15 @@ impl Crossing {
     }
 
     /// The velocity of one of its points, from those of positions.
-    pub(crate) fn velocity(&self, scene: &Scene, along: f64, velocity: impl Fn(u32) -> DVec3) -> DVec3 {
+    pub(crate) fn velocity(
+        &self,
+        triangles: &[Triangle],
+        along: f64,
+        velocity: impl Fn(u32) -> DVec3,
+    ) -> DVec3 {
         let mut sum = DVec3::ZERO;
         for which in 0..2 {
-            let corners = scene.triangles[self.triangles[which] as usize].positions;
+            let corners = triangles[self.triangles[which] as usize].positions;
             let weights = self.weights(which, along);
             let material: DVec3 = (0..3).map(|k| weights[k] * velocity(corners[k])).sum();
             sum += self.duals[which] * self.normals[which].dot(material);
@@ -330,13 +265,13 @@ impl Crossing {
     /// The transpose: what a covector of that velocity gives to each position's.
     pub(crate) fn scatter(
         &self,
-        scene: &Scene,
+        triangles: &[Triangle],
         along: f64,
         covector: DVec3,
         mut add: impl FnMut(u32, DVec3),
     ) {
         for which in 0..2 {
-            let corners = scene.triangles[self.triangles[which] as usize].positions;
+            let corners = triangles[self.triangles[which] as usize].positions;
             let weights = self.weights(which, along);
             let material = self.normals[which] * self.duals[which].dot(covector)
                 + 0.5 * self.along * self.along.dot(covector);
@@ -347,16 +282,16 @@ impl Crossing {
     }
 
     /// One of its points, with the derivative that its velocity is.
-    pub(crate) fn point<C: Calculus>(&self, scene: &Scene, along: f64, calculus: &C) -> Vec3<C::Number> {
+    pub(super) fn point<C: Calculus>(&self, tables: Tables<'_>, along: f64, calculus: &C) -> Vec3<C::Number> {
         let constant = |x: f64| C::Number::constant(x);
         let place = self.places[0] + along * (self.places[1] - self.places[0]);
         let mut point = Vec3::constant(place);
         for which in 0..2 {
-            let corners = scene.triangles[self.triangles[which] as usize].positions;
+            let corners = tables.triangles[self.triangles[which] as usize].positions;
             let weights = self.weights(which, along);
             let mut material = Vec3::constant(DVec3::ZERO);
             for k in 0..3 {
-                let still = Vec3::constant(scene.positions[corners[k] as usize]);
+                let still = Vec3::constant(tables.positions[corners[k] as usize]);
                 material = material + (calculus.position(corners[k]) - still) * constant(weights[k]);
             }
             let across = Vec3::constant(self.normals[which]).dot(material);
@@ -368,7 +303,7 @@ impl Crossing {
 }
 
 /// Of a point in the plane of a triangle.
-fn barycentric([a, b, c]: &[DVec3; 3], x: DVec3) -> [f64; 3] {
+pub(super) fn barycentric([a, b, c]: &[DVec3; 3], x: DVec3) -> [f64; 3] {
     let cross = (b - a).cross(c - a);
     let area = cross.length_squared();
     let second = (x - a).cross(c - a).dot(cross) / area;
@@ -383,7 +318,7 @@ mod tests {
 
     use super::*;
     use crate::geometry::Mesh;
-    use crate::scene::{Camera, Description, Film, Filter, Material};
+    use crate::scene::{Camera, Description, Film, Filter, Material, Scene};
 
     fn random(rng: &mut Stream) -> DVec3 {
         DVec3::from_array(std::array::from_fn(|_| 2.0 * open01(rng) - 1.0))
@@ -441,7 +376,7 @@ mod tests {
         for crossing in scene.crossings().all() {
             let along = open01(&mut rng);
             let place = crossing.places[0].lerp(crossing.places[1], along);
-            let velocity = crossing.velocity(&scene, along, |i| rates[i as usize]);
+            let velocity = crossing.velocity(&scene.triangles, along, |i| rates[i as usize]);
             for t in crossing.triangles {
                 let height = |side: f64| {
                     let [a, b, c] = scene.triangles[t as usize].positions.map(|i| moved(i, side));
@@ -467,15 +402,15 @@ mod tests {
         let rates: Vec<DVec3> = scene.positions.iter().map(|_| random(&mut rng)).collect();
         for crossing in scene.crossings().all() {
             let (along, covector) = (open01(&mut rng), random(&mut rng));
-            let velocity = crossing.velocity(&scene, along, |i| rates[i as usize]);
+            let velocity = crossing.velocity(&scene.triangles, along, |i| rates[i as usize]);
             let (mut back, mut size) = (0.0, 0.0);
-            crossing.scatter(&scene, along, covector, |i, c| {
+            crossing.scatter(&scene.triangles, along, covector, |i, c| {
                 back += c.dot(rates[i as usize]);
                 size += c.length();
             });
             assert!((velocity.dot(covector) - back).abs() <= 1e-13 * size);
             let common = random(&mut rng);
-            let error = crossing.velocity(&scene, along, |_| common).distance(common);
+            let error = crossing.velocity(&scene.triangles, along, |_| common).distance(common);
             assert!(error < 1e-12 * (1.0 + size), "{error}");
         }
     }

@@ -1,9 +1,11 @@
 //! Scenes: what they are made of, and what rendering needs of them.
 
+mod adjacency;
 mod build;
 mod camera;
 mod check;
 mod crossing;
+mod crossing_shapes;
 mod description;
 mod error;
 mod light;
@@ -13,9 +15,10 @@ mod span;
 mod texture;
 mod triangle;
 
+pub(crate) use adjacency::{Beyond, FLAT};
 pub use build::Scene;
 pub use camera::{Camera, Crop, Film, Filter};
-pub use crossing::{CrossingCount, Overlap};
+pub use crossing_shapes::{CrossingCount, Overlap};
 pub use description::{Description, Integrator, Shape};
 pub use error::SceneError;
 pub use light::{Environment, Light};

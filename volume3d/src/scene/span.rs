@@ -30,7 +30,7 @@ impl Span {
                 let [p, q] = ends.map(|i| calculus.position(i));
                 p * C::Number::constant(1.0 - along) + q * C::Number::constant(along)
             }
-            Self::Crossing(index) => scene.crossings().get(index).point(scene, along, calculus),
+            Self::Crossing(index) => scene.crossings().get(index).point(scene.tables(), along, calculus),
         }
     }
 }

@@ -1,5 +1,7 @@
 //! The triangles of a scene's table.
 
+use glam::DVec3;
+
 /// No normal, or no texture coordinate.
 pub(crate) const NONE: u32 = u32::MAX;
 
@@ -12,4 +14,18 @@ pub(crate) struct Triangle {
     /// [`NONE`] where there are no texture coordinates.
     pub(crate) uvs: [u32; 3],
     pub(crate) shape: u32,
+}
+
+/// Where the triangles of a scene are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tables<'s> {
+    pub(crate) positions: &'s [DVec3],
+    pub(crate) triangles: &'s [Triangle],
+}
+
+impl Tables<'_> {
+    /// The corners of a triangle.
+    pub(crate) fn corners(self, triangle: u32) -> [DVec3; 3] {
+        self.triangles[triangle as usize].positions.map(|i| self.positions[i as usize])
+    }
 }

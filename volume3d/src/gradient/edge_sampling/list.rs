@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use crate::geometry::FLAT as COPLANAR;
+use crate::scene::FLAT as COPLANAR;
 use crate::scene::{Reflectance, Scene, Span};
 
 /// Two faces at a smaller angle are one plane, to rounding.
@@ -62,7 +62,7 @@ impl EdgeList {
                 list.edges.push(Edge {
                     span: Span::Edge(ends),
                     shapes: [scene.triangles[triangle as usize].shape; 2],
-                    jump: scene.edges.jumps(triangle, k),
+                    jump: scene.adjacency.jumps(triangle, k),
                     first: list.faces.len() as u32,
                     count: group.len() as u32,
                     first_there,
@@ -96,7 +96,7 @@ impl EdgeList {
             let first = self.faces.len() as u32;
             self.edges.push(Edge {
                 span: Span::Crossing(index),
-                shapes: crossing.shapes(scene),
+                shapes: crossing.shapes(&scene.triangles),
                 jump: true,
                 first,
                 count: 2,

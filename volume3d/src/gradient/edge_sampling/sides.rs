@@ -70,6 +70,6 @@ fn is_between(paths: &Paths<'_>, origin: DVec3, [before, behind]: [DVec3; 2], tr
     let p = corners(paths.scene, triangle).map(|p| p - origin);
     (0..3).any(|k| {
         let plane = p[k].cross(p[(k + 1) % 3]);
-        paths.scene.edges.jumps(triangle, k) && plane.dot(before) * plane.dot(behind) <= 0.0
+        paths.scene.adjacency.jumps(triangle, k) && plane.dot(before) * plane.dot(behind) <= 0.0
     })
 }

@@ -12,8 +12,7 @@ use glam::DVec3;
 
 use super::edge::{Cone, Edge};
 use super::tree::Tree;
-use crate::geometry::FLAT;
-use crate::scene::{NONE, Scene};
+use crate::scene::{FLAT, NONE, Scene};
 
 /// Corners no farther from a face's plane than this part of the scene are in it: half of what is taken for before a
 /// plane, so that nothing is lost which bounds some other triangle of the face than the first.
@@ -52,7 +51,7 @@ impl Faces {
             first[seed as usize] = seed;
             open.push_back(seed);
             while let Some(t) = open.pop_front() {
-                for other in (0..3).filter_map(|k| scene.edges.smooth(t, k)) {
+                for other in (0..3).filter_map(|k| scene.adjacency.smooth(t, k)) {
                     let p = corners(other);
                     let in_plane = p.iter().all(|p| up.dot(*p - plane[0]).abs() <= THICK * size);
                     if first[other as usize] == NONE && in_plane && normal(p).distance(up) <= FLAT {

@@ -179,7 +179,7 @@ impl Subject {
                 !ends.iter().all(|&i| own.contains(&(i as usize)))
             }
             (Self::CoverOf(light), Span::Crossing(index)) => {
-                scene.crossings().get(index).shapes(scene).contains(&light)
+                scene.crossings().get(index).shapes(&scene.triangles).contains(&light)
             }
         }
     }

@@ -74,7 +74,7 @@ pub(super) fn edges(scene: &Scene, first: &[u32]) -> Vec<Edge> {
             let (normals, faces, seam) = match *sides {
                 [(_, (s, k), along), (_, (t, _), other)] if along != other => {
                     let faces = [s, t].map(|t| first[t as usize]);
-                    ([normal(s), normal(t)], faces, !scene.edges.jumps(s, k as usize))
+                    ([normal(s), normal(t)], faces, !scene.adjacency.jumps(s, k as usize))
                 }
                 _ => ([DVec3::ZERO; 2], [NONE; 2], false),
             };

@@ -1,0 +1,102 @@
+//! How near a hit is to a jump of what is seen: what the boundary functions of auxiliary rays are made of.
+
+use glam::DVec3;
+
+use crate::scene::{Beyond, Scene};
+
+/// What must not jump within a field.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Jumps {
+    /// The radiance that is seen: borders, silhouettes, creases and crossings.
+    Radiance,
+    /// What covers what: borders and silhouettes; and crossings with a light, if it is one that is covered.
+    Visibility {
+        /// Its shape.
+        light: Option<u32>,
+    },
+}
+
+/// The nearest jump to a hit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Nearest {
+    /// A lower estimate of the angle to it.
+    pub(crate) angle: f64,
+    /// If it is a crossing, which, and how far along it.
+    pub(crate) crossing: Option<(u32, f64)>,
+}
+
+/// A lower estimate of the angle, seen from `origin`, between a hit and the nearest jump of what is seen.
+/// It vanishes on every jump that bounds the hit surface.
+///
+/// For edges of the hit triangle it is the angle to their great circles. The silhouette of a smooth
+/// surface farther away than one triangle is estimated from the cosine c = |n·ω| as that of a sphere with
+/// the surface's smallest radius of curvature r: r c²/(2 t). Crossings are looked at one by one.
+pub(crate) fn nearest_jump(
+    scene: &Scene,
+    triangle: u32,
+    origin: DVec3,
+    direction: DVec3,
+    distance: f64,
+    jumps: Jumps,
+) -> Nearest {
+    let corners = scene.triangles[triangle as usize].positions;
+    let p = corners.map(|i| scene.positions[i as usize] - origin);
+    let normal = (p[1] - p[0]).cross(p[2] - p[0]);
+    let facing = normal.dot(p[0]);
+    let radius = scene.adjacency.radius(triangle);
+    let mut nearest = f64::INFINITY;
+    if radius.is_finite() {
+        let cosine_squared = normal.dot(direction).powi(2) / normal.length_squared();
+        nearest = 0.5 * radius * cosine_squared / distance;
+    }
+    for (k, beyond) in scene.adjacency.beyond(triangle).into_iter().enumerate() {
+        let jumps_here = match beyond {
+            Beyond::Border => true,
+            Beyond::Crease(_) if jumps == Jumps::Radiance => true,
+            Beyond::Crease(other) | Beyond::Smooth(other) => facing * facing_of(scene, other, origin) <= 0.0,
+        };
+        if jumps_here {
+            let plane = p[k].cross(p[(k + 1) % 3]);
+            nearest = nearest.min((plane.dot(direction) / plane.length()).abs());
+        }
+    }
+    let mut found = Nearest { angle: nearest, crossing: None };
+    for &index in scene.crossings().of(triangle) {
+        let crossing = scene.crossings().get(index);
+        let counts = match jumps {
+            Jumps::Radiance => true,
+            Jumps::Visibility { light } => {
+                light.is_some_and(|l| crossing.shapes(&scene.triangles).contains(&l))
+            }
+        };
+        if counts {
+            let (angle, along) = angle_to(crossing.places.map(|p| p - origin), direction, found.angle);
+            if angle < found.angle {
+                found = Nearest { angle, crossing: Some((index, along)) };
+            }
+        }
+    }
+    found
+}
+
+/// The angle, in terms of its sine or chord, between a direction and a segment as seen from the origin, and the place on
+/// the segment that is nearest; or no less than `limit`.
+fn angle_to([p, q]: [DVec3; 2], direction: DVec3, limit: f64) -> (f64, f64) {
+    let pole = p.cross(q).normalize_or_zero();
+    let height = pole.dot(direction);
+    if height.abs() >= limit {
+        return (f64::INFINITY, 0.0);
+    }
+    let [after, before] = [pole.dot(p.cross(direction)), pole.dot(direction.cross(q))];
+    if after > 0.0 && before > 0.0 {
+        return (height.abs(), after / (after + before));
+    }
+    let [a, b] = [p, q].map(|end| end.normalize_or_zero().distance(direction));
+    if a < b { (a, 0.0) } else { (b, 1.0) }
+}
+
+/// Positive where a point is behind a triangle, negative where it is before it.
+fn facing_of(scene: &Scene, triangle: u32, origin: DVec3) -> f64 {
+    let [a, b, c] = scene.triangles[triangle as usize].positions.map(|i| scene.positions[i as usize]);
+    (b - a).cross(c - a).dot(a - origin)
+}

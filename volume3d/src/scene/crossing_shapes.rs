@@ -1,0 +1,82 @@
+//! Which shapes pass through one another, and which cover one another.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use super::Scene;
+use super::crossing::barycentric;
+
+/// Two shapes, or one with itself, that pass through one another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CrossingCount {
+    /// The shapes, by their indices.
+    pub shapes: [usize; 2],
+    /// In how many segments, each of one pair of triangles.
+    pub segments: usize,
+}
+
+/// Two shapes, or one with itself, of which triangles cover parts of one plane. Which of them is seen there is for
+/// rounding to decide, and how the image changes as they part has no answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Overlap {
+    /// The shapes, by their indices.
+    pub shapes: [usize; 2],
+    /// How many pairs of triangles.
+    pub pairs: usize,
+    /// One pair, by indices among the triangles of each shape.
+    pub example: [usize; 2],
+}
+
+impl Scene {
+    /// The pairs of shapes that pass through one another, and in how many segments. Their curves are followed like edges;
+    /// the first call looks for them, as the first geometric gradient does.
+    #[must_use]
+    pub fn crossing_shapes(&self) -> Vec<CrossingCount> {
+        let mut counts = BTreeMap::<[u32; 2], usize>::new();
+        for crossing in self.crossings().all() {
+            *counts.entry(crossing.shapes(&self.triangles)).or_default() += 1;
+        }
+        let count = |(shapes, segments): ([u32; 2], usize)| CrossingCount {
+            shapes: shapes.map(|s| s as usize),
+            segments,
+        };
+        counts.into_iter().map(count).collect()
+    }
+
+    /// The pairs of shapes of which triangles cover parts of one plane.
+    #[must_use]
+    pub fn overlapping_shapes(&self) -> Vec<Overlap> {
+        self.overlaps(|_| true)
+    }
+
+    /// Those that a motion of positions parts, or turns out of their common plane: what is seen there is for rounding to
+    /// decide, before and after, and no derivative exists.
+    #[must_use]
+    pub fn parted_shapes(&self, velocities: &[DVec3]) -> Vec<Overlap> {
+        self.overlaps(|pair| {
+            let triangles = pair.map(|t| self.triangles[t as usize].positions);
+            let [plane, other] = triangles.map(|t| t.map(|i| self.positions[i as usize]));
+            let normal = (plane[1] - plane[0]).cross(plane[2] - plane[0]).normalize_or_zero();
+            let [under, over] = triangles.map(|t| t.map(|i| normal.dot(velocities[i as usize])));
+            (0..3).any(|k| {
+                let weights = barycentric(&plane, other[k]);
+                let below: f64 = (0..3).map(|i| weights[i] * under[i]).sum();
+                let size = over[k].abs() + (0..3).map(|i| (weights[i] * under[i]).abs()).sum::<f64>();
+                (over[k] - below).abs() > 1e-9 * size
+            })
+        })
+    }
+
+    fn overlaps(&self, counts: impl Fn([u32; 2]) -> bool) -> Vec<Overlap> {
+        let mut overlaps = BTreeMap::<[u32; 2], Overlap>::new();
+        for &pair in self.crossings().overlaps().iter().filter(|pair| counts(**pair)) {
+            let shapes = pair.map(|t| self.triangles[t as usize].shape);
+            let local = |k: usize| (pair[k] - self.first_triangle[shapes[k] as usize]) as usize;
+            let none =
+                Overlap { shapes: shapes.map(|s| s as usize), pairs: 0, example: [local(0), local(1)] };
+            overlaps.entry(shapes).or_insert(none).pairs += 1;
+        }
+        overlaps.into_values().collect()
+    }
+}
