@@ -183,12 +183,6 @@ impl Film {
         self.filter.profile(u - self.centre(i))
     }
 
-    /// h'(u) of pixel i.
-    #[must_use]
-    pub fn filter_slope(&self, i: usize, u: f64) -> f64 {
-        self.filter.profile_slope(u - self.centre(i))
-    }
-
     /// The parts [u₀, u₁] of pixel i's support on which its filter is smooth.
     pub fn cells(&self, i: usize) -> impl Iterator<Item = [f64; 2]> + use<> {
         let centre = self.centre(i);

@@ -42,7 +42,8 @@ impl Rotation {
     /// The derivative of every pixel along a change.
     ///
     /// # Errors
-    /// [`GradientError`], for what cannot be differentiated and bad parameters.
+    /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
+    /// `Change` if the change is of another scene, `Samples` and `Warp` for parameters out of their range, and `Stopped`.
     pub fn forward(
         &self,
         scene: &Scene,
@@ -55,7 +56,8 @@ impl Rotation {
     /// The same, with interior, primary and secondary term apart.
     ///
     /// # Errors
-    /// [`GradientError`], for what cannot be differentiated and bad parameters.
+    /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
+    /// `Change` if the change is of another scene, `Samples` and `Warp` for parameters out of their range, and `Stopped`.
     pub fn forward_terms(
         &self,
         scene: &Scene,
@@ -68,7 +70,9 @@ impl Rotation {
     /// The transpose of [`forward`](Self::forward).
     ///
     /// # Errors
-    /// [`GradientError`], for what cannot be differentiated and bad parameters.
+    /// [`GradientError`]: `Unsupported` where geometry is wanted before ideal mirrors or under lights without extent,
+    /// `Adjoint` if the adjoint has not the film's size, `Samples` and `Warp` for parameters out of their range, and
+    /// `Stopped`.
     pub fn reverse(
         &self,
         scene: &Scene,

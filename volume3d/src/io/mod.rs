@@ -6,7 +6,7 @@
 //!
 //! | what | read | written |
 //! |---|---|---|
-//! | scenes | Mitsuba 3 XML: [`load_scene`] | |
+//! | scenes | Mitsuba 3 XML, of which [`mitsuba`] says what is understood: [`load_scene`] | |
 //! | meshes | OBJ, PLY, also gzipped: [`load_mesh`] | PLY: [`write_ply`] |
 //! | images | PNG, OpenEXR, Radiance HDR: [`load_image`], [`read_exr`] | OpenEXR, PNG: [`write_exr`], [`write_png`], [`write_signed_png`] |
 //! | arrays | NPY: [`read_npy`] | NPY: [`write_npy`] |
@@ -17,7 +17,7 @@ mod files;
 pub mod fuzz;
 mod image;
 mod memory;
-mod mitsuba;
+pub mod mitsuba;
 mod npy;
 mod obj;
 mod ply;

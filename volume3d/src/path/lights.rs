@@ -33,8 +33,9 @@ pub(crate) struct Lights {
     entries: Vec<Entry>,
     /// For each shape its place in `entries`, or none.
     of_shape: Vec<Option<u32>>,
+    /// The shapes that emit.
     areas: Vec<Area>,
-    /// For each shape that emits, its place in `areas`.
+    /// How directions of the environment's map are drawn, if it has one.
     map: Option<MapSampler>,
 }
 

@@ -106,7 +106,8 @@ impl WarpedArea {
     /// The derivative of every pixel along a change.
     ///
     /// # Errors
-    /// [`GradientError`], for what cannot be differentiated and bad parameters.
+    /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
+    /// `Change` if the change is of another scene, `Samples` and `Warp` for parameters out of their range, and `Stopped`.
     pub fn forward(
         &self,
         scene: &Scene,
@@ -119,7 +120,8 @@ impl WarpedArea {
     /// The same, with interior, primary and secondary term apart.
     ///
     /// # Errors
-    /// [`GradientError`], for what cannot be differentiated and bad parameters.
+    /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
+    /// `Change` if the change is of another scene, `Samples` and `Warp` for parameters out of their range, and `Stopped`.
     pub fn forward_terms(
         &self,
         scene: &Scene,
@@ -135,7 +137,9 @@ impl WarpedArea {
     /// themselves.)
     ///
     /// # Errors
-    /// [`GradientError`], for what cannot be differentiated and bad parameters.
+    /// [`GradientError`]: `Unsupported` where geometry is wanted before ideal mirrors or under lights without extent,
+    /// `Adjoint` if the adjoint has not the film's size, `Samples` and `Warp` for parameters out of their range, and
+    /// `Stopped`.
     pub fn reverse(
         &self,
         scene: &Scene,
