@@ -20,6 +20,7 @@
 
 mod accumulator;
 mod auxiliary;
+mod boundary;
 mod change;
 mod contribution;
 mod displaced;

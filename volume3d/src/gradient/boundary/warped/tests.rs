@@ -24,7 +24,7 @@ fn description(camera: Camera, depth: usize) -> (Description, usize) {
 
 /// A wall that sees no lamp, but a lit sheet beside it with normals bent as those of a bulge; and a second wall, if it
 /// is deep enough, to reflect the light again.
-pub(in crate::gradient::edge_sampling) fn sheet(depth: usize) -> Scene {
+pub(in crate::gradient::boundary) fn sheet(depth: usize) -> Scene {
     let camera = Camera::look_at(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, DVec3::Y, 0.3);
     let (mut d, white) = description(camera, depth);
     d.add_shape("wall", Mesh::rectangle().transformed(&at(0.0, 0.0, 0.0, 2.0)), white);
@@ -81,7 +81,7 @@ fn moved(scene: &Scene, shape: usize, shift: DVec3, turn: DVec3) -> Change {
 }
 
 /// The normals of the sheet alone turn.
-pub(in crate::gradient::edge_sampling) fn bent(scene: &Scene) -> Change {
+pub(in crate::gradient::boundary) fn bent(scene: &Scene) -> Change {
     let mut change = Change::still(scene);
     let range = scene.normal_range(1);
     for (rate, n) in change.normals[range.clone()].iter_mut().zip(&scene.normals[range]) {

@@ -19,18 +19,18 @@ use crate::scene::Scene;
 
 /// One point of a jump, as seen on the film.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Crossing<T> {
-    pub(super) at: DVec2,
+pub(in crate::gradient) struct Crossing<T> {
+    pub(in crate::gradient) at: DVec2,
     /// The difference of light over the density of the sample.
-    pub(super) light: DVec3,
+    pub(in crate::gradient) light: DVec3,
     /// A number whose derivative is the jump's normal velocity, from the side before to the side behind.
-    pub(super) speed: T,
+    pub(in crate::gradient) speed: T,
 }
 
 /// Which sample.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Address {
-    pub(super) seed: u64,
+pub(in crate::gradient) struct Address {
+    pub(in crate::gradient) seed: u64,
     group: usize,
     /// Its place in the group, and how many there are.
     index: usize,
@@ -39,23 +39,23 @@ pub(super) struct Address {
 
 impl Address {
     /// The numbers of a sample: samples of a group are stratified together, and groups are independent.
-    pub(super) fn numbers(&self, purpose: u64) -> Sequence {
+    pub(in crate::gradient) fn numbers(&self, purpose: u64) -> Sequence {
         Sequence::new(self.seed, &[purpose, self.group as u64], self.index)
     }
 
     /// A stream of random numbers that belong to the sample alone.
-    pub(super) fn stream(&self, purpose: u64) -> Stream {
+    pub(in crate::gradient) fn stream(&self, purpose: u64) -> Stream {
         stream(self.seed, &[purpose, self.group as u64, self.index as u64])
     }
 
     /// The sample's place in (0, 1), systematically.
-    pub(super) fn fraction(&self, numbers: &mut Sequence) -> f64 {
+    pub(in crate::gradient) fn fraction(&self, numbers: &mut Sequence) -> f64 {
         (self.index as f64 + numbers.one()) / self.count as f64
     }
 }
 
 /// An integral over jumps.
-pub(super) trait Boundary: Sync {
+pub(in crate::gradient) trait Boundary: Sync {
     /// Whether there is nothing to sample.
     fn is_empty(&self) -> bool;
 
@@ -71,25 +71,25 @@ pub(super) trait Boundary: Sync {
 
 /// Mean and variance of that mean, by pixel.
 #[derive(Clone, Debug)]
-pub(super) struct Estimate {
-    pub(super) mean: Vec<DVec3>,
-    pub(super) variance: Vec<DVec3>,
-    pub(super) regions: Regions,
+pub(in crate::gradient) struct Estimate {
+    pub(in crate::gradient) mean: Vec<DVec3>,
+    pub(in crate::gradient) variance: Vec<DVec3>,
+    pub(in crate::gradient) regions: Regions,
     /// Auxiliary rays.
-    pub(super) rays: u64,
-    pub(super) non_finite: Vec<NonFinite>,
+    pub(in crate::gradient) rays: u64,
+    pub(in crate::gradient) non_finite: Vec<NonFinite>,
     /// The sample that adds most.
-    pub(super) largest: Option<Contribution>,
+    pub(in crate::gradient) largest: Option<Contribution>,
 }
 
 /// What a chunk of samples adds to the film: amounts by pixel.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Splats {
-    pub(super) amounts: Vec<(u32, DVec3)>,
-    pub(super) rays: u64,
-    pub(super) non_finite: Vec<NonFinite>,
+pub(in crate::gradient) struct Splats {
+    pub(in crate::gradient) amounts: Vec<(u32, DVec3)>,
+    pub(in crate::gradient) rays: u64,
+    pub(in crate::gradient) non_finite: Vec<NonFinite>,
     /// The sample that adds most.
-    pub(super) largest: Option<Contribution>,
+    pub(in crate::gradient) largest: Option<Contribution>,
 }
 
 /// Samples that are computed together, one after the other.
@@ -100,17 +100,17 @@ const WAVE: usize = 32;
 
 /// How a boundary is summed.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Driver<'s> {
-    pub(super) scene: &'s Scene,
-    pub(super) film: FilmPlane,
-    pub(super) seed: u64,
+pub(in crate::gradient) struct Driver<'s> {
+    pub(in crate::gradient) scene: &'s Scene,
+    pub(in crate::gradient) film: FilmPlane,
+    pub(in crate::gradient) seed: u64,
     /// Samples in a group.
     count: usize,
 }
 
 impl<'s> Driver<'s> {
     /// At least `samples` samples in all.
-    pub(super) fn new(scene: &'s Scene, seed: u64, samples: usize) -> Self {
+    pub(in crate::gradient) fn new(scene: &'s Scene, seed: u64, samples: usize) -> Self {
         Self { scene, film: FilmPlane::new(scene), seed, count: samples.div_ceil(GROUPS).max(1) }
     }
 
@@ -118,7 +118,7 @@ impl<'s> Driver<'s> {
         self.count.div_ceil(CHUNK)
     }
 
-    pub(super) fn addresses(self, group: usize, chunk: usize) -> impl Iterator<Item = Address> {
+    pub(in crate::gradient) fn addresses(self, group: usize, chunk: usize) -> impl Iterator<Item = Address> {
         let last = (CHUNK * (chunk + 1)).min(self.count);
         (CHUNK * chunk..last).map(move |index| Address { seed: self.seed, group, index, count: self.count })
     }
@@ -148,7 +148,7 @@ impl<'s> Driver<'s> {
     }
 
     /// The derivative of every pixel along a change.
-    pub(super) fn forward(
+    pub(in crate::gradient) fn forward(
         &self,
         boundary: &impl Boundary,
         motion: &Motion<'_>,
@@ -158,7 +158,7 @@ impl<'s> Driver<'s> {
     }
 
     /// The mean over samples, and its variance by that of the groups' means, of what chunks of groups add.
-    pub(super) fn estimate(
+    pub(in crate::gradient) fn estimate(
         &self,
         progress: &Progress,
         chunk: impl Fn(usize, usize) -> Splats + Sync,
@@ -230,7 +230,13 @@ impl<'s> Driver<'s> {
     }
 
     /// Adds an amount to every pixel a film point reaches.
-    pub(super) fn splat_into(&self, splats: &mut Splats, at: DVec2, address: Address, amount: DVec3) {
+    pub(in crate::gradient) fn splat_into(
+        &self,
+        splats: &mut Splats,
+        at: DVec2,
+        address: Address,
+        amount: DVec3,
+    ) {
         let Splats { amounts, non_finite, largest, .. } = splats;
         let mut sum = 0.0;
         self.splat(at, address, amount, non_finite, |pixel, weight| {
@@ -272,7 +278,7 @@ impl<'s> Driver<'s> {
     }
 
     /// The transpose: adds to the derivative of Σ adjoint · I by every wanted parameter.
-    pub(super) fn reverse(
+    pub(in crate::gradient) fn reverse(
         &self,
         boundary: &impl Boundary,
         adjoint: &[DVec3],
@@ -287,7 +293,7 @@ impl<'s> Driver<'s> {
     }
 
     /// Adds what chunks of groups add to a gradient.
-    pub(super) fn collect(
+    pub(in crate::gradient) fn collect(
         &self,
         progress: &Progress,
         gradient: &mut Gradient,
@@ -330,7 +336,7 @@ impl<'s> Driver<'s> {
     }
 
     /// What one crossing adds to the gradient, where the mean over samples is `scale` times their sum.
-    pub(super) fn pull<'t>(
+    pub(in crate::gradient) fn pull<'t>(
         &self,
         reverse: &mut Reverse<'_, 't>,
         crossing: &Crossing<Recorded<'t>>,
@@ -361,7 +367,7 @@ impl<'s> Driver<'s> {
     }
 
     /// What each sample counts in the mean of all.
-    pub(super) fn scale(&self) -> f64 {
+    pub(in crate::gradient) fn scale(&self) -> f64 {
         1.0 / (GROUPS * self.count) as f64
     }
 

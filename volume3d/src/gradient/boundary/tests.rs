@@ -7,6 +7,7 @@ use super::*;
 use crate::geometry::Mesh;
 use crate::gradient::tests::{Comparisons, at, down, film, filters, random_change, rate_of_square, room};
 use crate::gradient::tests::{square, terms, thorough, total, up};
+use crate::gradient::{Change, EdgeSampling, Gradient, Progress, Wanted};
 use crate::scene::{Camera, Description, Filter, Integrator, Material};
 use flatland::random::{open01, stream};
 

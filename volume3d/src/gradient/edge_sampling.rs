@@ -1,59 +1,13 @@
 //! Monte Carlo edge sampling (Li, Aittala, Durand and Lehtinen 2018): the interior term by path tracing, the
 //! boundary terms by sampling edges.
 
-mod carried;
-mod curve;
-mod driver;
-mod emitters;
-mod flips;
-mod horizon;
-mod inner_flips;
-mod list;
-mod primary;
-mod secondary;
-mod sensor;
-mod sides;
-mod table;
-#[cfg(test)]
-mod tests;
-mod walk;
-mod warped;
-mod wedge;
-
 use glam::DVec3;
 
-use self::driver::{Boundary, Driver, Estimate};
-use self::emitters::Emitters;
-use self::flips::Flips;
-use self::horizon::Horizon;
-use self::inner_flips::InnerFlips;
-use self::list::EdgeList;
-use self::primary::Primary;
-use self::secondary::{Light, Secondary};
-pub(super) use self::warped::Flipped;
+use super::boundary::{Boundary, Driver, Moving, Take, Term, add, each_boundary};
 use super::change::{supports_change, supports_wanted};
-use super::contribution::Contribution;
 use super::motion::Motion;
 use super::{Change, Gradient, GradientError, GradientImage, Progress, Stopped, Terms, Wanted, WarpedArea};
-use crate::path::{Kernels, Paths};
 use crate::scene::Scene;
-
-/// Streams of random numbers, beside those of the interior term.
-const PRIMARY_EDGE: u64 = 16;
-const LIT_EDGE: u64 = 17;
-const REST_EDGE: u64 = 18;
-const EMITTER_EDGE: u64 = 19;
-const BACKWARDS: u64 = 20;
-const HORIZON: u64 = 21;
-const BEYOND_HORIZON: u64 = 22;
-const FLIP: u64 = 23;
-const INNER_FLIP: u64 = 24;
-const BEFORE_FLIP: u64 = 25;
-const FLIP_AUXILIARY: u64 = 26;
-
-/// What stands still is at most this part of all samples of jumps seen from shading points, where other things move:
-/// it counts only where the shading point moves.
-const STILL: f64 = 0.2;
 
 /// Derivatives by sampling edges.
 ///
@@ -79,13 +33,6 @@ impl Default for EdgeSampling {
     fn default() -> Self {
         Self { samples: 16, primary: 16, secondary: 16, seed: 0 }
     }
-}
-
-/// What moves, or is wanted: the shapes, and the camera.
-#[derive(Clone, Debug)]
-struct Moving {
-    shapes: Vec<bool>,
-    camera: bool,
 }
 
 impl EdgeSampling {
@@ -167,7 +114,7 @@ impl EdgeSampling {
         }
     }
 
-    fn driver<'s>(&self, scene: &'s Scene, term: Term) -> Driver<'s> {
+    pub(super) fn driver<'s>(&self, scene: &'s Scene, term: Term) -> Driver<'s> {
         let (width, height) = scene.size();
         let samples = if term == Term::Primary { self.primary } else { self.secondary };
         Driver::new(scene, self.seed, samples * width * height)
@@ -179,70 +126,6 @@ impl EdgeSampling {
             None => Ok(()),
         }
     }
-}
-
-impl Moving {
-    /// As if everything did.
-    fn everything(scene: &Scene) -> Self {
-        Self { shapes: vec![true; scene.description.shapes.len()], camera: true }
-    }
-
-    /// What moves or turns its normals.
-    fn of(scene: &Scene, motion: &Motion<'_>) -> Self {
-        let turns = |s: usize| motion.normals[scene.normal_range(s)].iter().any(|n| *n != DVec3::ZERO);
-        let shapes = motion.moves.iter().enumerate().map(|(s, moves)| *moves || turns(s)).collect();
-        Self { shapes, camera: motion.camera_moves }
-    }
-
-    fn anything(&self) -> bool {
-        self.camera || self.shapes.iter().any(|&s| s)
-    }
-
-    /// Whether any of some shapes moves.
-    fn has_any(&self, shapes: [u32; 2]) -> bool {
-        shapes.iter().any(|&s| self.shapes[s as usize])
-    }
-
-    /// Scales the weights of what stands still down to a part of what moves, if something does.
-    fn limit_still(&self, weights: &mut [f64], part: f64, moves: impl Fn(usize) -> bool) {
-        let sum = |moving: bool| -> f64 {
-            weights.iter().enumerate().filter(|&(i, _)| moves(i) == moving).map(|(_, w)| w).sum()
-        };
-        let (moving, still) = (sum(true), sum(false));
-        if moving > 0.0 && still > part * moving && !self.camera {
-            let factor = part * moving / still;
-            weights.iter_mut().enumerate().filter(|&(i, _)| !moves(i)).for_each(|(_, w)| *w *= factor);
-        }
-    }
-}
-
-/// Which term a boundary belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Term {
-    Primary,
-    Secondary,
-}
-
-/// What is done with every boundary there is.
-trait Take {
-    fn take(&mut self, term: Term, boundary: &impl Boundary) -> Result<(), Stopped>;
-}
-
-/// Hands over all boundaries of a scene, one after the other.
-fn each_boundary(scene: &Scene, moving: &Moving, taker: &mut impl Take) -> Result<(), Stopped> {
-    if !moving.anything() {
-        return Ok(());
-    }
-    let paths = Paths::new(scene, Kernels::default());
-    let list = EdgeList::new(scene);
-    taker.take(Term::Primary, &Primary::new(&paths, &list, moving))?;
-    taker.take(Term::Primary, &Flips::new(&paths, moving))?;
-    for light in [Light::Emitted, Light::Rest] {
-        taker.take(Term::Secondary, &Secondary::new(&paths, &list, moving, light))?;
-    }
-    taker.take(Term::Secondary, &Emitters::new(&paths, &list, moving))?;
-    taker.take(Term::Secondary, &Horizon::new(&paths, moving))?;
-    taker.take(Term::Secondary, &InnerFlips::new(&paths, moving))
 }
 
 /// Forward mode: the image so far.
@@ -286,20 +169,4 @@ impl Take for Sums<'_> {
         let driver = self.method.driver(self.scene, term);
         driver.reverse(boundary, self.adjoint, self.wanted, self.progress, &mut self.gradient)
     }
-}
-
-/// Adds an estimate to the whole and to a term, if terms are kept apart.
-fn add(image: &mut GradientImage, mut term: Option<&mut Vec<DVec3>>, estimate: Estimate) {
-    for (i, (mean, variance)) in estimate.mean.iter().zip(&estimate.variance).enumerate() {
-        if let Some(term) = &mut term {
-            term[i] += *mean;
-        }
-        image.gradient[i] += *mean;
-        let error = image.standard_error[i];
-        image.standard_error[i] = (error * error + *variance).map(f64::sqrt);
-    }
-    image.regions.add(&estimate.regions);
-    image.auxiliary_rays += estimate.rays;
-    image.non_finite.extend(estimate.non_finite);
-    Contribution::keep_larger(&mut image.largest, estimate.largest);
 }
