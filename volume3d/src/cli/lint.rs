@@ -1,8 +1,6 @@
 //! What may surprise in a mesh.
 
-use std::collections::HashMap;
-
-use volume3d::geometry::Mesh;
+use volume3d::geometry::{Edges, Mesh};
 
 /// Counts of what is legal, but often not meant.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -26,27 +24,23 @@ impl Lint {
         let (positions, sources) = (mesh.positions(), mesh.sources());
         let mut lint = Self { duplicated: sources.len().saturating_sub(positions.len()), ..Self::default() };
         let mut used = vec![false; positions.len()];
-        // Of every edge, how many triangles run along it from the smaller index to the larger, and back.
-        let mut edges: HashMap<[u32; 2], [usize; 2]> = HashMap::new();
+        // A triangle without area bounds nothing, so its edges do not count.
+        let mut bounding = vec![];
         for &corners in mesh.triangles() {
             corners.iter().for_each(|&i| used[i as usize] = true);
             let [a, b, c] = corners.map(|i| positions[i as usize]);
             if (b - a).cross(c - a).length_squared() == 0.0 {
-                // It bounds nothing, so its edges do not count.
                 lint.zero_area += 1;
-                continue;
-            }
-            for k in 0..3 {
-                let [a, b] = [corners[k], corners[(k + 1) % 3]];
-                edges.entry([a.min(b), a.max(b)]).or_default()[usize::from(a > b)] += 1;
+            } else {
+                bounding.push(corners);
             }
         }
         lint.unused = used.iter().filter(|u| !**u).count();
-        for [there, back] in edges.into_values() {
-            match (there, back) {
-                (1, 1) => {}
-                (1, 0) | (0, 1) => lint.borders += 1,
-                (2, 0) | (0, 2) => lint.turned += 1,
+        for sides in Edges::of(bounding.into_iter()).iter() {
+            match sides {
+                [_] => lint.borders += 1,
+                [a, b] if a.ascending == b.ascending => lint.turned += 1,
+                [_, _] => {}
                 _ => lint.non_manifold += 1,
             }
         }

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::bsdf::Sampled;
 use crate::calculus::Sees;
+use crate::geometry::Edges;
 use crate::scene::{Environment, Light, Scene};
 
 /// What next-event estimation can choose.
@@ -330,8 +331,7 @@ impl Border {
         let normal = face_normal(scene, first);
         let corner = scene.positions[scene.triangles[triangles.start].positions[0] as usize];
         let offset = normal.dot(corner);
-        let mut sides = std::collections::BTreeMap::<[u32; 2], Vec<[u32; 3]>>::new();
-        for t in triangles {
+        for t in triangles.clone() {
             let corners = scene.triangles[t].positions;
             let height = |i: u32| {
                 let p = scene.positions[i as usize];
@@ -340,15 +340,15 @@ impl Border {
             if corners.into_iter().any(height) || (face_normal(scene, t as u32) - normal).length() > FLAT {
                 return None;
             }
-            for k in 0..3 {
-                let [a, b, c] = [corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]];
-                sides.entry([a.min(b), a.max(b)]).or_default().push([a, b, c]);
-            }
         }
         let (mut edges, mut cumulative, mut sum) = (vec![], vec![], 0.0);
-        for side in sides.into_values() {
-            match side.as_slice() {
-                &[[a, b, c]] => {
+        let triangles = &scene.triangles[triangles];
+        for sides in Edges::of(triangles.iter().map(|t| t.positions)).iter() {
+            match sides {
+                [side] => {
+                    let mut corners = triangles[side.triangle as usize].positions;
+                    corners.rotate_left(side.corner as usize);
+                    let [a, b, c] = corners;
                     sum += scene.positions[a as usize].distance(scene.positions[b as usize]);
                     edges.push([a, b, c]);
                     cumulative.push(sum);

@@ -1,10 +1,9 @@
 //! What lies beyond the edges of triangles, and whether what is seen jumps there.
 
-use std::collections::HashMap;
-
 use glam::{DVec2, DVec3};
 
 use super::triangle::{NONE, Tables, Triangle};
+use crate::geometry::{Edges, HalfEdge};
 
 /// What lies beyond an edge of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,28 +39,21 @@ pub(crate) struct Adjacency {
 
 impl Adjacency {
     pub(super) fn build(tables: Tables<'_>, shading: Shading<'_>) -> Self {
-        let mut sides: HashMap<[u32; 2], Vec<(u32, u8)>> = HashMap::with_capacity(tables.triangles.len() * 2);
-        for (t, triangle) in tables.triangles.iter().enumerate() {
-            for k in 0..3 {
-                let [a, b] = edge(triangle, k);
-                sides.entry([a.min(b), a.max(b)]).or_default().push((t as u32, k as u8));
-            }
-        }
         let mut beyond = vec![[Beyond::Border; 3]; tables.triangles.len()];
         let mut radius = vec![f64::INFINITY; tables.triangles.len()];
-        for pair in sides.values() {
-            let &[(s, i), (t, j)] = pair.as_slice() else { continue };
-            let (i, j) = (i as usize, j as usize);
-            if !surface_continues(tables, (s, i), (t, j)) {
+        for sides in Edges::of(tables.triangles.iter().map(|t| t.positions)).iter() {
+            let [first, second] = sides else { continue };
+            let [s, t] = [first.triangle, second.triangle];
+            if !surface_continues(tables, first, second) {
                 continue;
             }
-            let kind = if shading_continues(tables, shading, (s, i), (t, j)) {
+            let kind = if shading_continues(tables, shading, first, second) {
                 Beyond::Smooth
             } else {
                 Beyond::Crease
             };
-            beyond[s as usize][i] = kind(t);
-            beyond[t as usize][j] = kind(s);
+            beyond[s as usize][first.corner as usize] = kind(t);
+            beyond[t as usize][second.corner as usize] = kind(s);
             let r = radius_across(tables, s, t);
             for face in [s, t] {
                 radius[face as usize] = radius[face as usize].min(r);
@@ -102,40 +94,32 @@ impl Adjacency {
     }
 }
 
-fn edge(triangle: &Triangle, k: usize) -> [u32; 2] {
-    [triangle.positions[k], triangle.positions[(k + 1) % 3]]
-}
-
 /// Whether the surface goes on across an edge: the two must run along it in opposite senses, or front and back
 /// meet in it.
-fn surface_continues(tables: Tables<'_>, (s, i): (u32, usize), (t, j): (u32, usize)) -> bool {
-    let (s, t) = (&tables.triangles[s as usize], &tables.triangles[t as usize]);
-    edge(s, i) != edge(t, j) && s.shape == t.shape
+fn surface_continues(tables: Tables<'_>, first: &HalfEdge, second: &HalfEdge) -> bool {
+    let [s, t] = [first, second].map(|side| tables.triangles[side.triangle as usize].shape);
+    first.ascending != second.ascending && s == t
 }
 
 /// Whether normals and texture go on across an edge.
-fn shading_continues(
-    tables: Tables<'_>,
-    shading: Shading<'_>,
-    (first, i): (u32, usize),
-    (second, j): (u32, usize),
-) -> bool {
-    let (s, t) = (&tables.triangles[first as usize], &tables.triangles[second as usize]);
-    let ends = |triangle: &Triangle, table: [u32; 3], k: usize| {
-        let flipped = edge(triangle, k)[0] > edge(triangle, k)[1];
+fn shading_continues(tables: Tables<'_>, shading: Shading<'_>, first: &HalfEdge, second: &HalfEdge) -> bool {
+    let triangle = |side: &HalfEdge| &tables.triangles[side.triangle as usize];
+    // Of a table of the triangle's corners, what is at the ends of the edge, in the edge's order.
+    let ends = |side: &HalfEdge, table: fn(&Triangle) -> [u32; 3]| {
+        let (table, k) = (table(triangle(side)), side.corner as usize);
         let [a, b] = [table[k], table[(k + 1) % 3]];
-        if flipped { [b, a] } else { [a, b] }
+        if side.ascending { [a, b] } else { [b, a] }
     };
-    let same_uv = !shading.textured[s.shape as usize] || {
-        let at = |triangle: &Triangle, k| ends(triangle, triangle.uvs, k).map(|n| shading.uvs[n as usize]);
-        at(s, i) == at(t, j)
+    let same_uv = !shading.textured[triangle(first).shape as usize] || {
+        let at = |side| ends(side, |t| t.uvs).map(|n| shading.uvs[n as usize]);
+        at(first) == at(second)
     };
-    let same_normals = if s.normals[0] == NONE {
-        coplanar(tables.corners(first), tables.corners(second))
+    let same_normals = if triangle(first).normals[0] == NONE {
+        coplanar(tables.corners(first.triangle), tables.corners(second.triangle))
     } else {
-        let at = |triangle: &Triangle, k| ends(triangle, triangle.normals, k);
+        let at = |side| ends(side, |t| t.normals);
         let value = |n: [u32; 2]| n.map(|n| shading.normals[n as usize]);
-        at(s, i) == at(t, j) || value(at(s, i)) == value(at(t, j))
+        at(first) == at(second) || value(at(first)) == value(at(second))
     };
     same_uv && same_normals
 }

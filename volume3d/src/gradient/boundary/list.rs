@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
+use crate::geometry::Edges;
 use crate::scene::FLAT as COPLANAR;
 use crate::scene::{Reflectance, Scene, Span};
 
@@ -43,34 +44,30 @@ pub(super) struct EdgeList {
 impl EdgeList {
     pub(super) fn new(scene: &Scene) -> Self {
         let places = places(scene);
-        let ordered = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
-        let mut sides = Vec::with_capacity(3 * scene.triangles.len());
-        for (t, triangle) in scene.triangles.iter().enumerate() {
-            for k in 0..3 {
-                let ends = [triangle.positions[k], triangle.positions[(k + 1) % 3]];
-                let place = ordered(ends.map(|i| places[i as usize]));
-                sides.push((place, ordered(ends), t as u32, k));
-            }
-        }
-        sides.sort_unstable();
         let mut list = Self::default();
         let place = Curve::new(scene);
-        for there in sides.chunk_by(|a, b| a.0 == b.0) {
+        let at_places = scene.triangles.iter().map(|t| t.positions.map(|i| places[i as usize]));
+        for there in Edges::of(at_places).iter() {
             let (first_there, count_there) = (list.faces.len() as u32, there.len() as u32);
-            for group in there.chunk_by(|a, b| a.1 == b.1) {
-                let (_, ends, triangle, k) = group[0];
+            // Each shape has the place's edge once, and its triangles are together.
+            let shape = |triangle: u32| scene.triangles[triangle as usize].shape;
+            for group in there.chunk_by(|a, b| shape(a.triangle) == shape(b.triangle)) {
+                let (triangle, k) = (group[0].triangle, group[0].corner as usize);
+                let corners = scene.triangles[triangle as usize].positions;
+                let [a, b] = [corners[k], corners[(k + 1) % 3]];
                 list.edges.push(Edge {
-                    span: Span::Edge(ends),
-                    shapes: [scene.triangles[triangle as usize].shape; 2],
+                    span: Span::Edge([a.min(b), a.max(b)]),
+                    shapes: [shape(triangle); 2],
                     jump: scene.adjacency.jumps(triangle, k),
                     first: list.faces.len() as u32,
                     count: group.len() as u32,
                     first_there,
                     count_there,
                 });
-                list.faces.extend(group.iter().map(|&(_, _, triangle, k)| Face {
-                    triangle,
-                    opposite: scene.triangles[triangle as usize].positions[(k + 2) % 3],
+                list.faces.extend(group.iter().map(|side| Face {
+                    triangle: side.triangle,
+                    opposite: scene.triangles[side.triangle as usize].positions
+                        [(side.corner as usize + 2) % 3],
                 }));
             }
         }

@@ -1,11 +1,11 @@
 //! All edges of a scene, and those of them near a direction at which what is seen may jump.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::edge::{Cone, Edge};
 use super::faces::Faces;
 use super::tree::Tree;
+use crate::geometry::Edges;
 use crate::scene::{NONE, Scene, Span};
 
 /// The edges of a scene and the faces that they bound.
@@ -54,27 +54,19 @@ impl SceneEdges {
 /// Every edge once, in the order of their ends, and every crossing; but not the edges between triangles of one face, if
 /// nothing jumps there and they are silhouettes from nowhere.
 pub(super) fn edges(scene: &Scene, first: &[u32]) -> Vec<Edge> {
-    // Edges with a triangle's side each, and whether it runs along them from the lower index to the higher.
-    let mut sides: Vec<([u32; 2], (u32, u8), bool)> = Vec::with_capacity(3 * scene.triangles.len());
-    for (t, triangle) in scene.triangles.iter().enumerate() {
-        for k in 0..3 {
-            let [a, b] = [triangle.positions[k], triangle.positions[(k + 1) % 3]];
-            sides.push(([a.min(b), a.max(b)], (t as u32, k as u8), a < b));
-        }
-    }
-    sides.par_sort_unstable();
     let normal = |t: u32| {
         let [a, b, c] = scene.triangles[t as usize].positions.map(|i| scene.positions[i as usize]);
         (b - a).cross(c - a).normalize_or_zero()
     };
-    sides
-        .chunk_by(|a, b| a.0 == b.0)
+    Edges::of(scene.triangles.iter().map(|t| t.positions))
+        .iter()
         .map(|sides| {
-            let ends = sides[0].0;
-            let (normals, faces, seam) = match *sides {
-                [(_, (s, k), along), (_, (t, _), other)] if along != other => {
+            let ends = sides[0].ends;
+            let (normals, faces, seam) = match sides {
+                [a, b] if a.ascending != b.ascending => {
+                    let [s, t] = [a.triangle, b.triangle];
                     let faces = [s, t].map(|t| first[t as usize]);
-                    ([normal(s), normal(t)], faces, !scene.adjacency.jumps(s, k as usize))
+                    ([normal(s), normal(t)], faces, !scene.adjacency.jumps(s, a.corner as usize))
                 }
                 _ => ([DVec3::ZERO; 2], [NONE; 2], false),
             };

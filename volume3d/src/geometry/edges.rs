@@ -1,0 +1,66 @@
+//! The edges of a mesh, each with the triangles that meet in it.
+
+use rayon::prelude::*;
+
+/// A side of a triangle: half of an edge that two triangles share.
+///
+/// They are ordered by edge, then by triangle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct HalfEdge {
+    /// Both ends, the lower index first.
+    pub ends: [u32; 2],
+    /// The triangle.
+    pub triangle: u32,
+    /// The corner k at which the side begins; it ends at corner k + 1.
+    pub corner: u32,
+    /// Whether the triangle runs along the side from the lower index to the higher. Two triangles that face the same way
+    /// run along their common edge in opposite senses.
+    pub ascending: bool,
+}
+
+/// The adjacency of triangles: all half-edges, those of one edge together.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Edges {
+    sides: Vec<HalfEdge>,
+}
+
+impl Edges {
+    /// Of triangles, by the indices of their corners, in time O(n log n).
+    ///
+    /// A triangle with a corner twice has an edge whose ends are the same.
+    #[must_use]
+    pub fn of(triangles: impl ExactSizeIterator<Item = [u32; 3]>) -> Self {
+        let mut sides = Vec::with_capacity(3 * triangles.len());
+        for (triangle, corners) in (0..).zip(triangles) {
+            for corner in 0..3 {
+                let [a, b] = [corners[corner], corners[(corner + 1) % 3]];
+                let ends = [a.min(b), a.max(b)];
+                sides.push(HalfEdge { ends, triangle, corner: corner as u32, ascending: a < b });
+            }
+        }
+        sides.par_sort_unstable();
+        Self { sides }
+    }
+
+    /// The half-edges of every edge, in the order of their ends.
+    pub fn iter(&self) -> impl Iterator<Item = &[HalfEdge]> {
+        self.sides.chunk_by(|a, b| a.ends == b.ends)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_triangles_of_a_square_share_their_diagonal_in_opposite_senses() {
+        let edges = Edges::of([[0, 1, 2], [0, 2, 3]].into_iter());
+        let counts: Vec<_> = edges.iter().map(|sides| (sides[0].ends, sides.len())).collect();
+        assert_eq!(counts, [([0, 1], 1), ([0, 2], 2), ([0, 3], 1), ([1, 2], 1), ([2, 3], 1)]);
+        let diagonal = edges.iter().nth(1).unwrap();
+        assert_eq!(
+            diagonal.iter().map(|s| (s.triangle, s.corner, s.ascending)).collect::<Vec<_>>(),
+            [(0, 2, false), (1, 0, true)]
+        );
+    }
+}
