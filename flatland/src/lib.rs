@@ -14,6 +14,8 @@
 //!
 //! - [`warp`]: the machinery that turns auxiliary points into (V, ∇·V) and its transpose,
 //!   written once for the plane, the circle and (in `volume3d`) the sphere.
+//! - [`boundary`]: what a field that is not boundary consistent leaves over: the residual theorem, of which edge
+//!   sampling is the case V = 0.
 //! - [`plane`]: polygons over the image plane, where every integral above is known exactly.
 //! - [`transport`]: flat worlds in which light is scattered, over the directions of a circle, and
 //!   their exact images and derivatives.
@@ -45,6 +47,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod boundary;
 mod dual;
 pub mod estimator;
 pub mod plane;

@@ -6,11 +6,14 @@
 
 use std::sync::LazyLock;
 
-use flatland::estimator::{AreaIntegral, EdgeSampling, Form, GradientImage, Method, Rotation, WarpedArea};
+use flatland::estimator::{
+    AreaIntegral, BoundaryIntegral, EdgeSampling, Form, GradientImage, Method, Rotation, WarpedArea,
+};
 use flatland::plane::exact::Arrangement;
 use flatland::plane::fields::DirectField;
 use flatland::plane::{Film, Filter, Image, Motion, Polygon, Scene, Shade, Shape};
-use flatland::warp::{AuxiliaryPoints, BoundaryFunction, Debias, Warp, Weighting};
+use flatland::random::Stream;
+use flatland::warp::{AuxiliaryPoints, BoundaryFunction, Debias, Field, Plane, Warp, WarpField, Weighting};
 use glam::{DVec2, DVec3};
 use tests::campaign::{Estimate, Known, Limits, Verdict, known};
 use tests::effort::{pick, thorough};
@@ -182,6 +185,43 @@ fn fields_that_know_all_silhouettes() {
     });
     harmonic.accept(&mut power, "harmonic field", limits());
     power.finish();
+}
+
+/// A smooth field that knows nothing of the scene, V(u) = a + A u: a translation, a turn and a stretch at once.
+struct Affine;
+
+impl WarpField<Plane> for Affine {
+    fn at(&self, u: DVec2, _: &mut Stream) -> (Field<DVec2>, u64) {
+        let value = DVec2::new(0.3 + 0.10 * u.x - 0.05 * u.y, -0.2 + 0.08 * u.x + 0.06 * u.y);
+        (Field { value, divergence: 0.16 }, 0)
+    }
+}
+
+/// The residual theorem: the area integral of *any* continuous field with the boundary integral of what it leaves is the
+/// derivative; without that it is not.
+#[test]
+fn any_continuous_field_with_its_residual() {
+    let mut power = Power::of("unbiased::any_continuous_field_with_its_residual");
+    // Edge sampling takes no scenes whose visible edges coincide.
+    let some = known(&[Kind::Generic, Kind::TJunction, Kind::SharedVertex, Kind::Touching], pick(12, 48));
+    let area = |k: &Known, seed| {
+        with_field(k, |_, scene, v, film| {
+            AreaIntegral { samples: 3 * SAMPLES, ..integral(seed) }.forward(scene, v, film, &Affine)
+        })
+    };
+    let whole = Verdict::of(&some, |k, seed| {
+        let rest = with_field(k, |_, scene, v, film| {
+            BoundaryIntegral { samples: 3 * SAMPLES, seed: !seed }.forward(scene, v, film, &Affine)
+        });
+        let area = area(k, seed);
+        Estimate {
+            mean: area.mean + rest.mean,
+            standard_error: area.standard_error.hypot(rest.standard_error),
+        }
+    });
+    whole.accept(&mut power, "an affine field and its residual", limits());
+    power.finish();
+    Verdict::of(&some, area).reject("an affine field alone", limits());
 }
 
 #[test]

@@ -1,13 +1,13 @@
 //! Edge sampling (Li, Aittala, Durand and Lehtinen 2018), for the image plane.
 
-use glam::{DVec2, DVec3};
-
+use super::edge_points::PixelEdges;
 use super::linear::{self, Covectors, LinearMethod, View};
 use super::{EstimatorError, GradientImage, Method, VertexGradient};
-use crate::plane::{Edge, EdgeTree, Film, Image, MaterialPoint, Motion, Scene};
-use crate::random::{Stream, open01};
+use crate::plane::{EdgeTree, Film, Image, MaterialPoint, Motion, Scene};
+use crate::random::Stream;
 
-/// dI/dθ = ∫ h ∂f/∂θ du + ∮ h Δf (v·ν) dl, with the boundary term sampled on the edges.
+/// dI/dθ = ∫ h ∂f/∂θ du + ∮ h Δf (v·ν) dl, with the boundary term sampled on the edges: the residual of V = 0 (see
+/// [`boundary`](crate::boundary)).
 ///
 /// Edges are chosen by the length of their part inside the pixel's support, whether they can be
 /// seen or not; a sampled point counts if nothing above covers it. That occlusion test, and the
@@ -43,20 +43,6 @@ impl Method for EdgeSampling {
     }
 }
 
-/// The edges of one pixel's support, with the cumulative length of their parts inside.
-pub(super) struct PixelEdges {
-    centre: DVec2,
-    parts: Vec<Part>,
-}
-
-struct Part {
-    edge: Edge,
-    /// The part inside, as parameters along the edge.
-    range: (f64, f64),
-    /// The length of all parts up to and including this one.
-    cumulative: f64,
-}
-
 impl LinearMethod for EdgeSampling {
     type Prepared = EdgeTree;
     type Pixel = PixelEdges;
@@ -74,14 +60,7 @@ impl LinearMethod for EdgeSampling {
     }
 
     fn pixel(&self, view: &View<'_, EdgeTree>, x: usize, y: usize) -> PixelEdges {
-        let centre = view.film.centre(x, y);
-        let mut parts = vec![];
-        let mut cumulative = 0.0;
-        view.prepared.inside(view.scene, view.film.support(centre), |&edge, range| {
-            cumulative += edge.length * (range.1 - range.0);
-            parts.push(Part { edge, range, cumulative });
-        });
-        PixelEdges { centre, parts }
+        PixelEdges::new(&view.prepared, view.scene, view.film, view.film.centre(x, y))
     }
 
     fn sample(
@@ -92,26 +71,15 @@ impl LinearMethod for EdgeSampling {
         mut emit: impl FnMut(&MaterialPoint, &Covectors),
     ) -> u64 {
         let (scene, film) = (view.scene, view.film);
-        let s = film.sample(pixel.centre, rng);
+        let s = film.sample(pixel.centre(), rng);
         let hit = scene.hit(s.u);
         if let (Some(hit), Some(g)) = (&hit, scene.material_gradient(hit.as_ref(), s.u)) {
             emit(hit.point(), &g.map(|g| -s.value * g));
         }
-        let Some(length) = pixel.parts.last().map(|part| part.cumulative) else { return 1 };
-        let at = open01(rng) * length;
-        let part =
-            &pixel.parts[pixel.parts.partition_point(|p| p.cumulative < at).min(pixel.parts.len() - 1)];
-        let t = part.range.0 + open01(rng) * (part.range.1 - part.range.0);
-        let edge = &part.edge;
-        let [p, q] = edge.vertices.map(|v| scene.vertices()[v]);
-        let u = p.lerp(q, t);
-        if scene.is_covered(u, edge.shape) {
-            return 2;
+        let (point, rays) = pixel.draw(scene, film, rng);
+        if let Some(point) = point {
+            emit(&point.material, &point.jump.to_array().map(|f| f * point.outward));
         }
-        let below = scene.hit_below(u, edge.shape);
-        let jump: DVec3 = scene.shape_value(edge.shape, u) - scene.value(below.as_ref(), u);
-        let covector = film.filter_value(pixel.centre, u) * length * edge.outward;
-        emit(&MaterialPoint::on_edge(edge.vertices, t), &jump.to_array().map(|f| f * covector));
-        3
+        1 + rays
     }
 }

@@ -15,6 +15,8 @@
 //! its transpose.
 
 mod area_integral;
+mod boundary_integral;
+mod edge_points;
 mod edge_sampling;
 mod exact;
 mod finite_difference;
@@ -24,6 +26,7 @@ pub mod transport;
 mod warped_area;
 
 pub use area_integral::{AreaIntegral, Form};
+pub use boundary_integral::BoundaryIntegral;
 pub use edge_sampling::EdgeSampling;
 pub use exact::Exact;
 pub use finite_difference::FiniteDifference;

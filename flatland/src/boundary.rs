@@ -1,0 +1,37 @@
+//! The residual theorem: what a warp field leaves to the boundary.
+//!
+//! Let f(u; θ) be smooth but for jumps on curves Γ that move with velocity v, and let V be **any** field that is
+//! continuous and vanishes where the domain ends, or f does. Then
+//!
+//! ```text
+//! d/dθ ∫ f du = ∫ ∂f/∂θ + ∇·(V f) du + ∮_Γ Δf (v − V)·ν dl,
+//! ```
+//!
+//! where ν is the normal of Γ and Δf the value of f on the side that ν leaves less that on the side it enters.
+//!
+//! *Proof.* By the Reynolds transport theorem the derivative is ∫ ∂f/∂θ du + ∮ Δf v·ν dl. By the divergence theorem in
+//! each set in which f is smooth, ∫ ∇·(V f) du = ∮ Δf V·ν dl, because V is the same on both sides of Γ. Their
+//! difference is what the theorem says. ∎
+//!
+//! Both families of methods are cases of it:
+//!
+//! | V | residual | method |
+//! |---|---|---|
+//! | 0 | Δf v·ν, all of it | edge sampling (Li, Aittala, Durand and Lehtinen 2018) |
+//! | V·ν = v·ν on Γ: boundary consistent | 0 | warped-area sampling (Bangaru, Li and Durand 2020) |
+//! | any other | what is left | both at once, and unbiased as well |
+//!
+//! So a field need not follow every jump: those that it does not follow, sign changes of interpolated normals or the
+//! borders of emitters in space, are sampled as curves with what speed the field leaves them. In the plane
+//! [`BoundaryIntegral`](crate::estimator::BoundaryIntegral) samples the residual of any field.
+
+use crate::warp::Vector;
+
+/// (v − V)·ν: the speed of a jump across itself beyond that of the field.
+///
+/// `velocity` v is that of the jump, of which only the part along the unit normal `normal` ν matters; `field` is V at the
+/// same point.
+#[must_use]
+pub fn residual_speed<V: Vector>(velocity: V, field: V, normal: V) -> f64 {
+    (velocity - field).dot(normal)
+}
