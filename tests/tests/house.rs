@@ -236,3 +236,21 @@ fn a_circle_is_found_through_what_is_handed_on() {
     assert_eq!(found.len(), 2, "{found:?}");
     assert!(found.iter().any(|c| c.contains("a uses super::Deep")), "{found:?}");
 }
+
+/// The map names files that exist: `crate/…` between backticks.
+#[test]
+fn the_map_is_true() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
+    let mut places = 0;
+    for page in ["ARCHITECTURE.md", "CONTRIBUTING.md"] {
+        let text = std::fs::read_to_string(root.join(page)).expect("a page");
+        for named in text.split('`').skip(1).step_by(2) {
+            let crates = ["flatland/", "volume3d/", "tests/", "figures/"];
+            if crates.iter().any(|c| named.starts_with(c)) && !named.contains(char::is_whitespace) {
+                assert!(root.join(named).exists(), "{page} names {named}");
+                places += 1;
+            }
+        }
+    }
+    assert!(places > 20, "{places} places");
+}
