@@ -9,7 +9,7 @@ use flatland::plane::Filter;
 use flatland::random::{open01, stream};
 use flatland::transport::exact::{Exact, Radiosity};
 use flatland::transport::fields::Construction;
-use flatland::transport::{Camera, Change, Film, Material, Origin, Paths, Shape, World};
+use flatland::transport::{Camera, Film, Material, Origin, Paths, Shape, Tangent, World};
 use glam::DVec2;
 
 fn p(x: f64, y: f64) -> DVec2 {
@@ -17,7 +17,7 @@ fn p(x: f64, y: f64) -> DVec2 {
 }
 
 /// A closed room with a light and a disc of `sides` segments in its middle.
-fn room(sides: usize) -> (World, Camera, Change) {
+fn room(sides: usize) -> (World, Camera, Tangent) {
     let corner = |i: usize| {
         let t = std::f64::consts::TAU * i as f64 / sides as f64;
         p(-0.5, 1.1) + 0.4 * DVec2::from_angle(t)
@@ -31,7 +31,7 @@ fn room(sides: usize) -> (World, Camera, Change) {
     let world = World::new(0.0, shapes).expect("a world");
     let film = Film { pixels: 16, filter: Filter::Tent };
     let camera = Camera { position: p(1.3, 1.5), angle: -2.4, field_of_view: 1.2, film };
-    let change = Change::translate(&world, [2], p(1.0, 0.5));
+    let change = Tangent::translate(&world, [2], p(1.0, 0.5));
     (world, camera, change)
 }
 

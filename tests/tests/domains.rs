@@ -16,8 +16,8 @@ struct Flat<D>(std::marker::PhantomData<D>);
 impl<D: Domain> Domain for Flat<D> {
     type Vector = D::Vector;
     const CURVATURE: f64 = 0.0;
-    fn draw(u: D::Vector, kappa: f64, focus: f64, xi: [f64; 2]) -> Draw<D::Vector> {
-        D::draw(u, kappa, focus, xi)
+    fn draw(u: D::Vector, kappa: f64, radial_exponent: f64, xi: [f64; 2]) -> Draw<D::Vector> {
+        D::draw(u, kappa, radial_exponent, xi)
     }
     fn reflect(u: D::Vector, draw: &Draw<D::Vector>) -> Draw<D::Vector> {
         D::reflect(u, draw)

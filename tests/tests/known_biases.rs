@@ -4,7 +4,7 @@ use flatland::estimator::transport::{Method as _, WarpedArea as PathWarpedArea};
 use flatland::estimator::{Exact, Method, Rotation, WarpedArea};
 use flatland::plane::{Film, Filter, Image, Motion, Polygon, Scene, Shade, Shape};
 use flatland::transport::fields::Construction;
-use flatland::transport::{self, Camera, Change, Paths, World};
+use flatland::transport::{self, Camera, Paths, Tangent, World};
 use flatland::warp::{BoundaryFunction, Debias, Warp, Weighting};
 use glam::{DVec2, DVec3};
 use tests::effort::thorough;
@@ -119,11 +119,11 @@ fn rotation_is_biased_on_a_turning_disc_in_a_flat_world() {
     let world = World::new(0.0, vec![disc]).expect("a world");
     let film = transport::Film { pixels: 8, filter: Filter::Tent };
     let camera = Camera { position: DVec2::new(0.0, 4.0), angle: -1.5, field_of_view: 0.8, film };
-    let change = Change::rotate(&world, [0], DVec2::ZERO);
+    let change = Tangent::rotate(&world, [0], DVec2::ZERO);
     let paths = Paths { bounces: 0, ..Paths::default() };
     let exact = transport::exact::Exact { bounces: 0, ..Default::default() };
     let exact = exact.gradient(&world, &camera, &change).expect("differentiable").pixels;
-    let grows = Change::moving(&world, [0], |p| p);
+    let grows = Tangent::moving(&world, [0], |p| p);
     let integral = transport::exact::Exact { bounces: 0, ..Default::default() };
     let grown = integral.gradient(&world, &camera, &grows).expect("differentiable").pixels;
     let grown: Vec<f64> = grown.iter().map(|terms| terms.total()).collect();
@@ -152,7 +152,7 @@ fn the_gaussian_field_loses_about_half_of_every_silhouette() {
     let exact = Exact.forward(&scene, &motion, &film()).expect("differentiable").mean;
     let attenuation = |rays| {
         let debias = Debias::Consistent { rays };
-        let warp = Warp { weighting: Weighting::Gaussian, focus: 1.0, debias, ..Warp::default() };
+        let warp = Warp { weighting: Weighting::Gaussian, radial_exponent: 1.0, debias, ..Warp::default() };
         let method = WarpedArea { samples: 2000, warp, ..WarpedArea::default() };
         slope(&method.forward(&scene, &motion, &film()).expect("valid").mean, &exact)
     };

@@ -16,7 +16,7 @@ use tests::space::campaign::{Known, REPETITIONS, accept, coverage, limits, pulle
 use tests::space::worlds::CoverageKind;
 use tests::statistics::{Moments, suite_threshold};
 use volume3d::Kernels;
-use volume3d::gradient::{EdgeSampling, Field, Progress, Wanted, WarpedArea};
+use volume3d::gradient::{ActiveParameters, EdgeSampling, Field, Progress, WarpedArea};
 
 /// Scenes of each kind.
 fn per_kind() -> u64 {
@@ -54,9 +54,10 @@ fn direct() -> WarpedArea {
     let kernels = Kernels { film: 1e16, ..Kernels::default() };
     let debias = Debias::Consistent { rays: 2 };
     let points = AuxiliaryPoints::Antithetic;
-    let pair = Warp { weighting: Weighting::Gaussian, points, focus: 1.0, debias, ..Warp::default() };
+    let pair =
+        Warp { weighting: Weighting::Gaussian, points, radial_exponent: 1.0, debias, ..Warp::default() };
     // What is subtracted integrates to nothing only if V is continuous.
-    WarpedArea { kernels, baseline: 0, ..with(pair) }
+    WarpedArea { kernels, control_variate: 0, ..with(pair) }
 }
 
 #[test]
@@ -65,7 +66,7 @@ fn warped_area_is_unbiased() {
     accept(&mut power, "warped area", &GENERIC, &warped());
     accept(&mut power, "small, large and far", &FAR, &warped());
     // Without the image that is subtracted samples are noisier.
-    accept(&mut power, "no baseline", &GENERIC, &WarpedArea { baseline: 0, ..warped() });
+    accept(&mut power, "no control variate", &GENERIC, &WarpedArea { control_variate: 0, ..warped() });
     power.finish();
 }
 
@@ -123,9 +124,9 @@ fn transposes(materials: bool) {
         let scale: f64 =
             k.weights.iter().zip(&image.gradient).map(|(w, g)| (*w * *g).abs().element_sum()).sum();
         let materials = vec![materials; k.scene.description().materials.len()];
-        let wanted = Wanted { materials, ..Wanted::everything(&k.scene) };
+        let active = ActiveParameters { materials, ..ActiveParameters::everything(&k.scene) };
         let reverse =
-            pulled(method.reverse(&k.scene, &k.weights, &wanted, &Progress::none()).expect("valid"));
+            pulled(method.reverse(&k.scene, &k.weights, &active, &Progress::none()).expect("valid"));
         // Sums over parameters may cancel: rounding is measured against their absolute values.
         let error = (reverse.dot(&k.change) - forward).abs() / scale.max(magnitude(&reverse, &k.change));
         assert!(error < 1e-9, "{forward} {} {}", reverse.dot(&k.change), k.label);
@@ -135,7 +136,7 @@ fn transposes(materials: bool) {
 }
 
 /// Σ |gradient · rate| over positions and camera.
-fn magnitude(gradient: &volume3d::gradient::Change, change: &volume3d::gradient::Change) -> f64 {
+fn magnitude(gradient: &volume3d::gradient::Tangent, change: &volume3d::gradient::Tangent) -> f64 {
     let positions = gradient.positions.iter().zip(&change.positions);
     let camera = [
         (gradient.camera.translation, change.camera.translation),
@@ -234,7 +235,7 @@ fn controls_are_rejected() {
     let still = WarpedArea { warps: false, ..warped() };
     reject("interior only", some, |k, half| k.estimate(half, &still));
     reject("direct field", some, |k, half| k.estimate(half, &direct()));
-    let gaussian = with(Warp { weighting: Weighting::Gaussian, focus: 1.0, ..Warp::default() });
+    let gaussian = with(Warp { weighting: Weighting::Gaussian, radial_exponent: 1.0, ..Warp::default() });
     reject("Gaussian weights", some, |k, half| k.estimate(half, &gaussian));
     for rays in [2, 4] {
         let few = with(Warp { debias: Debias::Consistent { rays }, ..Warp::default() });

@@ -21,7 +21,7 @@ use tests::space::irradiance::{World, irradiance};
 use tests::space::worlds::{
     DirectKind, DirectKnobs, DirectMoving, IrradianceCase, IrradianceKind, IrradianceKnobs, IrradianceMoving,
 };
-use volume3d::gradient::{EdgeSampling, Field, Progress, Wanted, WarpedArea};
+use volume3d::gradient::{ActiveParameters, EdgeSampling, Field, Progress, WarpedArea};
 
 /// Grounds in whose pixels penumbras lie.
 static PENUMBRAS: LazyLock<Vec<Known>> = LazyLock::new(|| {
@@ -223,9 +223,9 @@ fn reverse_mode_is_the_transpose() {
         let forward = k.weighted(&image.gradient);
         // Black surfaces of which the reflectance is wanted are followed farther.
         let materials = vec![false; k.scene.description().materials.len()];
-        let wanted = Wanted { materials, ..Wanted::everything(&k.scene) };
+        let active = ActiveParameters { materials, ..ActiveParameters::everything(&k.scene) };
         let reverse =
-            pulled(method.reverse(&k.scene, &k.weights, &wanted, &Progress::none()).expect("valid"));
+            pulled(method.reverse(&k.scene, &k.weights, &active, &Progress::none()).expect("valid"));
         let pairs = reverse.positions.iter().zip(&k.change.positions);
         let scale: f64 = pairs.map(|(g, r)| (*g * *r).abs().element_sum()).sum();
         let error = (reverse.dot(&k.change) - forward).abs() / scale.max(forward.abs()).max(1e-3);
@@ -266,7 +266,7 @@ fn controls_are_rejected() {
     let whole =
         Verdict::of(some, |k, half| terms(k, half, &|t, i| t.interior[i] + t.primary[i] + t.secondary[i]));
     assert!(whole.passes(limits()), "{whole:?}");
-    let gaussian = with(Warp { weighting: Weighting::Gaussian, focus: 1.0, ..Warp::default() });
+    let gaussian = with(Warp { weighting: Weighting::Gaussian, radial_exponent: 1.0, ..Warp::default() });
     reject("Gaussian weights", some, |k, half| k.estimate(half, &gaussian));
     for rays in [2, 4] {
         let few = with(Warp { debias: Debias::Consistent { rays }, ..Warp::default() });

@@ -17,7 +17,7 @@ use tests::space::scenes::Stage;
 use tests::statistics::Moments;
 use volume3d::geometry::{Attribute, Mesh};
 use volume3d::gradient::{
-    CameraChange, Change, EdgeSampling, Field, FiniteDifference, GradientError, GradientImage, Progress,
+    CameraTangent, EdgeSampling, Field, FiniteDifference, GradientError, GradientImage, Progress, Tangent,
     Terms, WarpedArea, render,
 };
 use volume3d::scene::{
@@ -50,7 +50,7 @@ fn cube(centre: DVec3, half: f64, turn: DQuat) -> Mesh {
 }
 
 /// A scene whose derivative is known. Where that is 0, errors are measured by the image, as if it changed by itself.
-fn known(scene: Scene, change: Change, exact: f64, label: &str) -> Known {
+fn known(scene: Scene, change: Tangent, exact: f64, label: &str) -> Known {
     let (width, height) = scene.size();
     let weights = weights(width * height);
     let label = label.to_owned();
@@ -136,9 +136,9 @@ fn court(filter: Filter, scale: f64, place: DVec3) -> Description {
 }
 
 /// The block grows and turns, at a speed of the scene's size.
-fn block_moves(scene: &Scene, scale: f64, place: DVec3) -> Change {
+fn block_moves(scene: &Scene, scale: f64, place: DVec3) -> Tangent {
     let centre = place + scale * DVec3::new(-0.2, 0.65, 0.1);
-    let mut change = Change::still(scene);
+    let mut change = Tangent::still(scene);
     change.rotate(scene, 1, centre, DVec3::new(0.3, 0.7, -0.4));
     change.scale(scene, 1, centre, 1.0);
     change
@@ -155,7 +155,7 @@ fn a_lit_plane_slides_under_itself() {
         d.environment = sky(DVec3::new(1.0, 2.0, 3.0));
         let scene = Scene::new(d).expect("a scene");
         for turns in [false, true] {
-            let mut change = Change::still(&scene);
+            let mut change = Tangent::still(&scene);
             if turns {
                 change.rotate(&scene, 0, DVec3::new(0.2, 0.0, 0.1), DVec3::Y);
             } else {
@@ -174,14 +174,14 @@ fn everything_moves_together() {
     let mut power = Power::of("space_known::everything_moves_together");
     for filter in FILTERS {
         let scene = Scene::new(court(filter, 1.0, DVec3::ZERO)).expect("a scene");
-        let mut change = Change::still(&scene);
+        let mut change = Tangent::still(&scene);
         let (velocity, turn) = (DVec3::new(0.2, -0.1, 0.3), DVec3::new(0.1, 0.5, -0.2));
         for shape in 0..3 {
             change.rotate(&scene, shape, DVec3::ZERO, turn);
             change.translate(&scene, shape, velocity);
         }
         let translation = velocity + turn.cross(scene.description().camera.origin);
-        change.camera = CameraChange { translation, rotation: turn, field_of_view: 0.0 };
+        change.camera = CameraTangent { translation, rotation: turn, field_of_view: 0.0 };
         accept(&mut power, &known(scene, change, 0.0, &format!("moved as one, {filter:?}")), &warped(32));
     }
     power.finish();
@@ -217,7 +217,7 @@ fn a_white_furnace() {
             // Eight groups of samples: Student's distribution with seven degrees of freedom.
             assert!(z < 30.0 && error.x < 0.01 * level, "{} ± {} for {level}", pixel.x, error.x);
         }
-        let mut by_albedo = Change::still(&scene());
+        let mut by_albedo = Tangent::still(&scene());
         by_albedo.reflectance[0] = DVec3::ONE;
         let rate: f64 = (1..=bounces as i32).map(|j| emission * f64::from(j) * albedo.powi(j - 1)).sum();
         accept(
@@ -225,7 +225,7 @@ fn a_white_furnace() {
             &known(scene(), by_albedo, sum * rate, &format!("furnace by albedo, {bounces}")),
             &warped(pick(16, 64)),
         );
-        let mut by_emission = Change::still(&scene());
+        let mut by_emission = Tangent::still(&scene());
         by_emission.radiance.fill(DVec3::ONE);
         let rate = furnace_up_to(albedo, 1.0, bounces as i32);
         accept(
@@ -237,7 +237,7 @@ fn a_white_furnace() {
             // Concave corners make the noise of what moves there too large to say anything.
             continue;
         }
-        let mut moves = Change::still(&scene());
+        let mut moves = Tangent::still(&scene());
         moves.rotate(&scene(), 1, DVec3::new(1.2, 0.5, 0.1), DVec3::new(1.0, 0.5, 0.3));
         moves.scale(&scene(), 0, DVec3::new(0.3, 0.2, 0.1), 0.3);
         moves.camera.rotation = DVec3::new(0.1, 0.2, 0.3);
@@ -262,10 +262,10 @@ fn a_sky_over_a_floor() {
     d.environment = sky(radiance);
     let scene = || Scene::new(d.clone()).expect("a scene");
     let total: DVec3 = weights(9).into_iter().sum();
-    let mut by_sky = Change::still(&scene());
+    let mut by_sky = Tangent::still(&scene());
     by_sky.environment = DVec3::ONE;
     accept(&mut power, &known(scene(), by_sky, total.dot(albedo), "floor by its sky"), &warped(64));
-    let mut by_albedo = Change::still(&scene());
+    let mut by_albedo = Tangent::still(&scene());
     by_albedo.reflectance[grey] = DVec3::ONE;
     accept(&mut power, &known(scene(), by_albedo, total.dot(radiance), "floor by its albedo"), &warped(64));
     power.finish();
@@ -449,7 +449,7 @@ fn a_floor_under_a_point_of_light() {
     let tilts = (radiance(0.0, h, at) - radiance(0.0, -h, at)) / (2.0 * h);
     let lamp =
         (radiance(0.0, 0.0, at + h * DVec3::ONE) - radiance(0.0, 0.0, at - h * DVec3::ONE)) / (2.0 * h);
-    let still = Change::still(&scene());
+    let still = Tangent::still(&scene());
     let mut changes = [(still.clone(), rises), (still.clone(), tilts), (still, lamp)];
     changes[0].0.translate(&scene(), 0, DVec3::Y);
     changes[1].0.rotate(&scene(), 0, DVec3::ZERO, DVec3::Z);
@@ -481,7 +481,7 @@ fn a_floor_under_a_lobe_of_light() {
             kappa: 15.0,
         });
         let scene = Scene::new(d).expect("a scene");
-        let mut change = Change::still(&scene);
+        let mut change = Tangent::still(&scene);
         change.rotate(&scene, 0, DVec3::ZERO, DVec3::new(0.5, 0.0, 0.8));
         change.translate(&scene, 0, DVec3::new(0.0, 0.3, 0.0));
         change.camera.rotation = DVec3::new(0.1, 0.0, 0.05);
@@ -499,7 +499,7 @@ fn a_floor_under_a_lobe_of_light() {
 fn bits_do_not_depend_on_threads() {
     let scene = Scene::new(court(Filter::Gaussian { deviation: 0.5 }, 1.0, DVec3::ZERO)).expect("a scene");
     let change = block_moves(&scene, 1.0, DVec3::ZERO);
-    let wanted = volume3d::gradient::Wanted::everything(&scene);
+    let active = volume3d::gradient::ActiveParameters::everything(&scene);
     let adjoint = weights(16);
     let at = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
@@ -507,7 +507,7 @@ fn bits_do_not_depend_on_threads() {
             let method = WarpedArea { seed: 5, ..warped(16) };
             let none = Progress::none();
             let forward = method.forward_terms(&scene, &change, &none).expect("valid");
-            let reverse = pulled(method.reverse(&scene, &adjoint, &wanted, &none).expect("valid"));
+            let reverse = pulled(method.reverse(&scene, &adjoint, &active, &none).expect("valid"));
             (forward, reverse, render(&scene, 16, 5, &none).expect("not stopped"))
         })
     };

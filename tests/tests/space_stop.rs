@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 use glam::{DAffine3, DVec3};
 use volume3d::geometry::Mesh;
 use volume3d::gradient::{
-    Change, EdgeSampling, FiniteDifference, GradientError, Progress, Rotation, Wanted, WarpedArea, render,
+    ActiveParameters, EdgeSampling, FiniteDifference, GradientError, Progress, Rotation, Tangent, WarpedArea,
+    render,
 };
 use volume3d::scene::{Camera, Description, Film, Filter, Integrator, Material, Scene};
 
@@ -37,14 +38,14 @@ const MANY: usize = 1 << 22;
 const AFTER: Duration = Duration::from_millis(100);
 const PATIENCE: Duration = Duration::from_millis(900);
 
-type Run = fn(&Scene, &Change, &Progress) -> bool;
+type Run = fn(&Scene, &Tangent, &Progress) -> bool;
 
 fn is_stop<T>(result: &Result<T, GradientError>) -> bool {
     matches!(result, Err(GradientError::Stopped(_)))
 }
 
 fn warped() -> WarpedArea {
-    WarpedArea { samples: MANY, baseline: 0, ..WarpedArea::default() }
+    WarpedArea { samples: MANY, control_variate: 0, ..WarpedArea::default() }
 }
 
 fn rotation() -> Rotation {
@@ -63,20 +64,24 @@ const METHODS: [(&str, Run); 9] = [
         is_stop(&FiniteDifference { samples: 4 * MANY, ..FiniteDifference::default() }.forward(s, c, p))
     }),
     ("edges forward", |s, c, p| is_stop(&edges().forward(s, c, p))),
-    ("edges reverse", |s, _, p| is_stop(&edges().reverse(s, &ADJOINT, &Wanted::everything(s), p))),
+    ("edges reverse", |s, _, p| is_stop(&edges().reverse(s, &ADJOINT, &ActiveParameters::everything(s), p))),
     ("interior of edge sampling", |s, c, p| {
         is_stop(&EdgeSampling { samples: 4 * MANY, ..EdgeSampling::default() }.forward(s, c, p))
     }),
     ("warped area forward", |s, c, p| is_stop(&warped().forward(s, c, p))),
-    ("warped area reverse", |s, _, p| is_stop(&warped().reverse(s, &ADJOINT, &Wanted::everything(s), p))),
+    ("warped area reverse", |s, _, p| {
+        is_stop(&warped().reverse(s, &ADJOINT, &ActiveParameters::everything(s), p))
+    }),
     ("rotation forward", |s, c, p| is_stop(&rotation().forward(s, c, p))),
-    ("rotation reverse", |s, _, p| is_stop(&rotation().reverse(s, &ADJOINT, &Wanted::everything(s), p))),
+    ("rotation reverse", |s, _, p| {
+        is_stop(&rotation().reverse(s, &ADJOINT, &ActiveParameters::everything(s), p))
+    }),
 ];
 
 #[test]
 fn every_method_stops_within_a_cell() {
     let scene = scene();
-    let mut change = Change::still(&scene);
+    let mut change = Tangent::still(&scene);
     change.translate(&scene, 1, DVec3::new(0.5, 0.3, 0.1));
     let mut failures = vec![];
     for (name, run) in METHODS {

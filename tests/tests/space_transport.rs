@@ -20,7 +20,8 @@ use tests::space::campaign::{Known, directed, pulled, student, weights};
 use tests::statistics::Moments;
 use volume3d::geometry::Mesh;
 use volume3d::gradient::{
-    CameraChange, Change, EdgeSampling, FiniteDifference, GradientImage, Progress, Wanted, WarpedArea, render,
+    ActiveParameters, CameraTangent, EdgeSampling, FiniteDifference, GradientImage, Progress, Tangent,
+    WarpedArea, render,
 };
 use volume3d::scene::{
     Bsdf, Camera, Description, Environment, Film, Filter, Integrator, Light, Material, Microfacets,
@@ -94,9 +95,9 @@ fn court(depth: usize, floor: Material, thing: Option<Mesh>) -> Description {
     d
 }
 
-fn known(d: Description, moves: impl Fn(&Scene, &mut Change), label: &str) -> Known {
+fn known(d: Description, moves: impl Fn(&Scene, &mut Tangent), label: &str) -> Known {
     let scene = Scene::new(d).expect("a scene");
-    let mut change = Change::still(&scene);
+    let mut change = Tangent::still(&scene);
     moves(&scene, &mut change);
     let (width, height) = scene.size();
     let weights = weights(width * height);
@@ -289,7 +290,7 @@ fn compare(power: &mut Power, k: Known, step: f64, runs: Runs, controls: &[Contr
 fn direct_light() {
     let mut power = Power::of("space_transport::direct_light");
     let grey = || Material::diffuse("floor", DVec3::splat(0.6));
-    let fall = |scene: &Scene, change: &mut Change| {
+    let fall = |scene: &Scene, change: &mut Tangent| {
         change.translate(scene, 1, DVec3::new(0.1, 0.2, 0.1));
         change.scale(scene, 1, DVec3::new(0.1, 0.8, -0.3), 1.0);
     };
@@ -300,7 +301,7 @@ fn direct_light() {
         RUNS.times([1, 1, 1]),
         ALL,
     );
-    let turn = |scene: &Scene, change: &mut Change| {
+    let turn = |scene: &Scene, change: &mut Tangent| {
         change.rotate(scene, 2, DVec3::new(0.4, 2.2, -0.6), DVec3::new(0.4, 0.5, -0.6));
         change.scale(scene, 2, DVec3::new(0.2, 2.0, -0.6), 0.5);
     };
@@ -311,7 +312,7 @@ fn direct_light() {
         RUNS.times([1, 1, 1]),
         &[Control::Biased],
     );
-    let floor = |scene: &Scene, change: &mut Change| {
+    let floor = |scene: &Scene, change: &mut Tangent| {
         change.translate(scene, 0, DVec3::new(0.2, 0.5, -0.4));
         change.rotate(scene, 0, DVec3::ZERO, DVec3::new(0.3, 0.0, 0.2));
     };
@@ -332,7 +333,7 @@ fn two_sided_surfaces_from_behind() {
     let behind = plate(DVec3::new(0.1, 0.5, -0.1), DVec3::new(0.1, -1.0, -0.3), 0.3);
     let mut d = court(3, Material::diffuse("floor", DVec3::splat(0.6)), Some(behind));
     d.camera = Camera::look_at(DVec3::new(0.0, 1.2, 1.6), DVec3::new(0.1, 0.3, -0.1), DVec3::Y, 0.7);
-    let fall = |scene: &Scene, change: &mut Change| {
+    let fall = |scene: &Scene, change: &mut Tangent| {
         change.translate(scene, 1, DVec3::new(0.3, 0.4, 0.1));
         change.rotate(scene, 1, DVec3::new(0.1, 0.5, -0.1), DVec3::new(0.5, 0.2, 0.3));
     };
@@ -348,7 +349,7 @@ fn a_flat_shaded_body() {
     let flat = Mesh::new(flat.positions().to_vec(), flat.triangles().to_vec()).expect("a mesh");
     let mut d = court(2, Material::diffuse("floor", DVec3::splat(0.3)), Some(flat));
     d.camera = Camera::look_at(DVec3::new(0.0, 1.2, 1.6), DVec3::new(0.05, 0.6, -0.2), DVec3::Y, 0.6);
-    let turn = |scene: &Scene, change: &mut Change| {
+    let turn = |scene: &Scene, change: &mut Tangent| {
         change.rotate(scene, 1, DVec3::new(0.05, 0.7, -0.2), DVec3::new(0.5, 1.0, 0.2));
         change.translate(scene, 1, DVec3::new(0.2, 0.1, 0.1));
     };
@@ -369,7 +370,7 @@ fn light_scattered_several_times() {
     d.shapes[2].radiance = Some(DVec3::splat(20.0));
     d.add_shape("ceiling", plate(DVec3::new(0.0, 2.6, 0.0), DVec3::NEG_Y, 3.0), white);
     d.add_shape("wall", plate(DVec3::new(0.0, 1.3, -2.5), DVec3::Z, 3.0), white);
-    let fall = |scene: &Scene, change: &mut Change| {
+    let fall = |scene: &Scene, change: &mut Tangent| {
         change.scale(scene, 1, DVec3::new(0.1, 0.45, -0.3), 1.0);
     };
     compare(&mut power, known(d, fall, &format!("{bounces} bounces")), 6e-2, RUNS.times([4, 3, 12]), FILM);
@@ -385,7 +386,7 @@ fn glossy_reflection() {
             continue;
         }
         let d = court(2, conductor("metal", alpha), None);
-        let fall = |scene: &Scene, change: &mut Change| {
+        let fall = |scene: &Scene, change: &mut Tangent| {
             change.scale(scene, 1, DVec3::new(0.1, 0.8, -0.3), 1.0);
             change.scale(scene, 2, DVec3::new(0.2, 2.0, -0.6), -0.5);
         };
@@ -401,7 +402,7 @@ fn a_smooth_sphere() {
     let mut power = Power::of("space_transport::a_smooth_sphere");
     let thing = Some(sphere(DVec3::new(0.05, 0.7, -0.2), 0.3));
     let d = court(2, Material::diffuse("floor", DVec3::splat(0.6)), thing.clone());
-    let fall = |scene: &Scene, change: &mut Change| {
+    let fall = |scene: &Scene, change: &mut Tangent| {
         change.scale(scene, 1, DVec3::new(0.05, 0.7, -0.2), 1.0);
     };
     compare(&mut power, known(d, fall, "shadow of a sphere"), 3e-2, RUNS.times([1, 1, 1]), ALL);
@@ -411,7 +412,7 @@ fn a_smooth_sphere() {
     }
     let mut d = court(2, Material::diffuse("floor", DVec3::splat(0.1)), thing);
     d.camera = Camera::look_at(DVec3::new(0.0, 1.2, 1.6), DVec3::new(0.05, 0.7, -0.2), DVec3::Y, 0.5);
-    let grow = |scene: &Scene, change: &mut Change| {
+    let grow = |scene: &Scene, change: &mut Tangent| {
         change.scale(scene, 1, DVec3::new(0.05, 0.7, -0.2), 0.5);
         change.translate(scene, 1, DVec3::new(0.2, 0.1, 0.1));
     };
@@ -430,7 +431,7 @@ fn a_smooth_cube() {
     let cube = Mesh::cube().smooth().transformed(&(turned * DAffine3::from_scale(DVec3::splat(0.25))));
     let mut d = court(3, Material::diffuse("floor", DVec3::splat(0.6)), Some(cube));
     d.camera = Camera::look_at(DVec3::new(0.0, 1.2, 1.6), DVec3::new(0.05, 0.3, -0.2), DVec3::Y, 0.5);
-    let turn = |scene: &Scene, change: &mut Change| {
+    let turn = |scene: &Scene, change: &mut Tangent| {
         change.rotate(scene, 1, DVec3::new(0.05, 0.4, -0.2), DVec3::new(0.5, 1.0, 0.2));
         change.scale(scene, 1, DVec3::new(0.05, 0.4, -0.2), 0.5);
     };
@@ -478,10 +479,10 @@ fn everything(sun: f64) -> Description {
     d
 }
 
-fn random_change(scene: &Scene, seed: u64) -> Change {
+fn random_tangent(scene: &Scene, seed: u64) -> Tangent {
     let mut rng = stream(seed, &[]);
     let mut random = || DVec3::from_array(std::array::from_fn(|_| open01(&mut rng) - 0.5));
-    let mut change = Change::still(scene);
+    let mut change = Tangent::still(scene);
     change.positions.iter_mut().for_each(|p| *p = random());
     change.reflectance.iter_mut().for_each(|p| *p = random());
     change.roughness.iter_mut().for_each(|p| *p = random().x);
@@ -490,7 +491,7 @@ fn random_change(scene: &Scene, seed: u64) -> Change {
     change.intensity.iter_mut().for_each(|p| *p = random());
     change.pose.iter_mut().for_each(|p| *p = random());
     change.environment_rotation = random();
-    change.camera = CameraChange { translation: random(), rotation: random(), field_of_view: random().x };
+    change.camera = CameraTangent { translation: random(), rotation: random(), field_of_view: random().x };
     change
 }
 
@@ -511,24 +512,24 @@ fn transposes(filters: &[Filter]) {
         let mut d = everything(20.0);
         d.film.filter = filter;
         let scene = Scene::new(d).expect("a scene");
-        let all = random_change(&scene, seed as u64);
-        let still = Change::still(&scene);
+        let all = random_tangent(&scene, seed as u64);
+        let still = Tangent::still(&scene);
         let families = [
             ("all", all.clone()),
-            ("positions", Change { positions: all.positions.clone(), ..still.clone() }),
-            ("camera", Change { camera: all.camera, ..still.clone() }),
-            ("reflectance", Change { reflectance: all.reflectance.clone(), ..still.clone() }),
-            ("roughness", Change { roughness: all.roughness.clone(), ..still.clone() }),
-            ("texels", Change { texels: all.texels.clone(), ..still.clone() }),
-            ("radiance", Change { radiance: all.radiance.clone(), ..still.clone() }),
-            ("intensity", Change { intensity: all.intensity.clone(), ..still.clone() }),
-            ("pose", Change { pose: all.pose.clone(), ..still.clone() }),
-            ("environment's rotation", Change { environment_rotation: all.environment_rotation, ..still }),
+            ("positions", Tangent { positions: all.positions.clone(), ..still.clone() }),
+            ("camera", Tangent { camera: all.camera, ..still.clone() }),
+            ("reflectance", Tangent { reflectance: all.reflectance.clone(), ..still.clone() }),
+            ("roughness", Tangent { roughness: all.roughness.clone(), ..still.clone() }),
+            ("texels", Tangent { texels: all.texels.clone(), ..still.clone() }),
+            ("radiance", Tangent { radiance: all.radiance.clone(), ..still.clone() }),
+            ("intensity", Tangent { intensity: all.intensity.clone(), ..still.clone() }),
+            ("pose", Tangent { pose: all.pose.clone(), ..still.clone() }),
+            ("environment's rotation", Tangent { environment_rotation: all.environment_rotation, ..still }),
         ];
         let adjoint = weights(36);
         let method = WarpedArea { samples: 4, seed: 2, ..WarpedArea::default() };
-        let wanted = Wanted::everything(&scene);
-        let gradient = pulled(method.reverse(&scene, &adjoint, &wanted, &Progress::none()).expect("valid"));
+        let active = ActiveParameters::everything(&scene);
+        let gradient = pulled(method.reverse(&scene, &adjoint, &active, &Progress::none()).expect("valid"));
         for (name, change) in families {
             let image = method.forward(&scene, &change, &Progress::none()).expect("valid");
             assert!(image.non_finite.is_empty());
@@ -554,7 +555,7 @@ fn parameters_that_are_not_geometry() {
         d
     };
     /// A name, a step of differences, how many times the runs, the rate and the displacement.
-    type Parameter = (&'static str, f64, u64, fn(&mut Change), fn(&mut Description, f64));
+    type Parameter = (&'static str, f64, u64, fn(&mut Tangent), fn(&mut Description, f64));
     // Of radiance and irradiance the image is a linear function: a step may be as long as it likes. Those of
     // the last two are off by up to a percent.
     let edits: [Parameter; 5] = [

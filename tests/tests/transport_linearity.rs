@@ -3,7 +3,7 @@
 
 use flatland::estimator::transport::{EdgeSampling, Method, WarpedArea};
 use flatland::transport::fields::Construction;
-use flatland::transport::{Change, Paths};
+use flatland::transport::{Paths, Tangent};
 use flatland::warp::{Debias, Warp};
 use tests::transport::worlds::{Case, Kind, Knobs, Moving};
 
@@ -20,7 +20,8 @@ fn dot_test(method: &impl Method, case: &Case) -> f64 {
     let products: Vec<f64> = adjoint.iter().zip(forward.total()).map(|(a, g)| a * g).collect();
     let gradient = reverse.total();
     let terms = reverse.mean.to_array();
-    let absolute = |c: &Change| c.values().zip(case.change.values()).map(|(g, t)| (g * t).abs()).sum::<f64>();
+    let absolute =
+        |c: &Tangent| c.values().zip(case.change.values()).map(|(g, t)| (g * t).abs()).sum::<f64>();
     let size = products.iter().map(|p| p.abs()).sum::<f64>() + terms.iter().map(absolute).sum::<f64>();
     (products.iter().sum::<f64>() - gradient.dot(&case.change)).abs() / size.max(f64::MIN_POSITIVE)
 }

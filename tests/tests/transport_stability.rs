@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use flatland::estimator::transport::{EdgeSampling, Method, WarpedArea};
 use flatland::plane::Filter;
 use flatland::transport::exact::{Exact, Radiosity};
-use flatland::transport::{Camera, Change, Film, Material, Paths, Shape, World};
+use flatland::transport::{Camera, Film, Material, Paths, Shape, Tangent, World};
 use glam::DVec2;
 use tests::readme;
 use tests::transport::oracle;
@@ -47,7 +47,7 @@ const SCENE: Scene = Scene {
 };
 
 impl Scene {
-    fn build(self) -> (World, Camera, Change) {
+    fn build(self) -> (World, Camera, Tangent) {
         let s = self.scale;
         let [middle, half] = self.light;
         // The same power whatever its length.
@@ -64,9 +64,9 @@ impl Scene {
         let film = Film { pixels: 5, filter: Filter::Tent };
         let camera = Camera { position: s * self.eye, angle: -1.4, field_of_view: 1.0, film };
         let change = match self.moves {
-            Moves::Floor => Change::rotate(&world, [0], s * p(0.0, 0.0)),
-            Moves::Light => Change::rotate(&world, [1], s * p(0.0, 1.0)),
-            Moves::Block => Change::rotate(&world, [2], s * p(0.0, 1.5)),
+            Moves::Floor => Tangent::rotate(&world, [0], s * p(0.0, 0.0)),
+            Moves::Light => Tangent::rotate(&world, [1], s * p(0.0, 1.0)),
+            Moves::Block => Tangent::rotate(&world, [2], s * p(0.0, 1.5)),
         };
         (world, camera, change)
     }
@@ -89,7 +89,7 @@ fn power(x: f64) -> String {
 /// standard error; `held` to all of it where nothing is too small for samples to find.
 fn found(
     method: &impl Method,
-    (world, camera, change): &(World, Camera, Change),
+    (world, camera, change): &(World, Camera, Tangent),
     exact: &[f64],
     held: bool,
 ) -> String {
@@ -116,7 +116,7 @@ const LONG_PATHS: usize = 10_000;
 fn both(
     samples: usize,
     paths: Paths,
-    all: &(World, Camera, Change),
+    all: &(World, Camera, Tangent),
     exact: &[f64],
     held: bool,
 ) -> [String; 2] {
@@ -152,7 +152,7 @@ fn many_bounces() -> Row {
     let world = World::new(0.0, shapes).expect("a world");
     let film = Film { pixels: 5, filter: Filter::Tent };
     let camera = Camera { position: p(1.3, 1.5), angle: -2.2, field_of_view: 1.2, film };
-    let change = Change::translate(&world, [1], p(1.0, -0.5));
+    let change = Tangent::translate(&world, [1], p(1.0, -0.5));
     let radiosity = Radiosity { bounces: Some(32), ..Radiosity::default() };
     let [_, solved] = radiosity.gradient(&world, &camera, &change).expect("diffuse");
     let scale = solved.scales.iter().copied().fold(0.0, f64::max);

@@ -12,7 +12,7 @@ use flatland::estimator::transport::{
 use flatland::plane::Filter;
 use flatland::transport::exact::Exact;
 use flatland::transport::fields::Construction;
-use flatland::transport::{Camera, CameraChange, Change, Film, Material, Paths, Shape, World};
+use flatland::transport::{Camera, CameraTangent, Film, Material, Paths, Shape, Tangent, World};
 use flatland::warp::{AuxiliaryPoints, Debias, Warp, Weighting};
 use glam::DVec2;
 use rayon::prelude::*;
@@ -48,13 +48,13 @@ static SMOOTH: LazyLock<Vec<Known>> = LazyLock::new(|| {
         let world = world.expect("a world");
         let film = Film { pixels: 4, filter };
         let camera = Camera { position: p(-1.0, 0.7), angle: -0.5, field_of_view: 0.5, film };
-        let moves = CameraChange { position: p(0.3, 0.8), ..CameraChange::default() };
-        let turns = CameraChange { angle: 1.0, field_of_view: 0.3, ..CameraChange::default() };
+        let moves = CameraTangent { position: p(0.3, 0.8), ..CameraTangent::default() };
+        let turns = CameraTangent { angle: 1.0, field_of_view: 0.3, ..CameraTangent::default() };
         let changes = [
-            Change::rotate(&world, [0], p(0.0, 0.0)),
-            Change::moving(&world, [0], |p| DVec2::new(0.0, 0.1 * p.x + 0.5)),
-            Change::of_camera(&world, moves),
-            Change::of_camera(&world, turns),
+            Tangent::rotate(&world, [0], p(0.0, 0.0)),
+            Tangent::moving(&world, [0], |p| DVec2::new(0.0, 0.1 * p.x + 0.5)),
+            Tangent::of_camera(&world, moves),
+            Tangent::of_camera(&world, turns),
         ];
         for (i, change) in changes.into_iter().enumerate() {
             let label = format!("floor alone, lobe {width}, {filter:?}, change {i}");
@@ -410,7 +410,7 @@ fn controls_are_rejected() {
     };
     reject("direct field", &SOME, constructed(Construction::Direct));
     reject("rotation", &SOME, constructed(Construction::Followed { candidates: 4 }));
-    let gaussian = Warp { weighting: Weighting::Gaussian, focus: 1.0, ..Warp::one_dimensional() };
+    let gaussian = Warp { weighting: Weighting::Gaussian, radial_exponent: 1.0, ..Warp::one_dimensional() };
     reject("Gaussian field", &SOME, constructed(Construction::Auxiliary(gaussian)));
     let few = Warp { debias: Debias::Consistent { rays: 2 }, ..Warp::one_dimensional() };
     reject("2 rays as they are", &SOME, constructed(Construction::Local(few)));
@@ -433,7 +433,7 @@ fn a_shadow_seen_by_reflection() {
     let world = World::new(0.0, shapes).expect("a world");
     let film = Film { pixels: 1, filter: Filter::Tent };
     let camera = Camera { position: p(0.4, 1.6), angle: -0.87, field_of_view: 0.3, film };
-    let change = Change::scale(&world, [4], p(2.3, 2.25));
+    let change = Tangent::scale(&world, [4], p(2.3, 2.25));
     let case = Case { world, camera, change, label: "a shadow seen by reflection".to_owned() };
     let known = [Known::new(case, 2)];
     assert!(known[0].error < 1e-3 * known[0].exact.abs(), "{:e}", known[0].error);

@@ -211,7 +211,7 @@ fn controls_are_rejected() {
     let gaussian = Warp {
         weighting: Weighting::Gaussian,
         debias: Debias::Consistent { rays: 16 },
-        focus: 1.0,
+        radial_exponent: 1.0,
         ..Warp::default()
     };
     reject("Gaussian weights", |k, seed| k.run(&warped(gaussian, seed)));

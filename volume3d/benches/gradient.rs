@@ -11,7 +11,7 @@ use glam::{DAffine3, DVec3};
 use icosphere::icosphere;
 use volume3d::geometry::Mesh;
 use volume3d::gradient::{
-    Change, EdgeSampling, Field, FiniteDifference, Progress, Rotation, Wanted, WarpedArea, render,
+    ActiveParameters, EdgeSampling, Field, FiniteDifference, Progress, Rotation, Tangent, WarpedArea, render,
 };
 use volume3d::scene::{Camera, Description, Film, Filter, Integrator, Material, Scene};
 
@@ -21,7 +21,7 @@ const SAMPLES: usize = 16;
 const LEVELS: usize = 3;
 
 /// The scene and the change: the sphere turns about an axis beside it, so that its silhouette and its shadow move.
-fn turning_sphere() -> (Scene, Change) {
+fn turning_sphere() -> (Scene, Tangent) {
     let camera = Camera::look_at(DVec3::new(0.0, 2.5, 6.0), DVec3::new(0.0, 0.6, 0.0), DVec3::Y, 0.7);
     let film = Film { width: SIDE, height: SIDE, crop: None, filter: Filter::Tent { radius: 1.0 } };
     let mut description = Description::new(camera, film);
@@ -38,7 +38,7 @@ fn turning_sphere() -> (Scene, Change) {
         DAffine3::from_translation(4.0 * DVec3::Y) * DAffine3::from_rotation_x(std::f64::consts::FRAC_PI_2);
     description.add_emitter("lamp", Mesh::rectangle().transformed(&above), DVec3::splat(8.0));
     let scene = Scene::new(description).expect("a scene");
-    let mut change = Change::still(&scene);
+    let mut change = Tangent::still(&scene);
     change.rotate(&scene, sphere, DVec3::ZERO, DVec3::Z);
     (scene, change)
 }
@@ -49,7 +49,7 @@ fn forward(c: &mut Criterion) {
     group.sample_size(10);
     let warped = WarpedArea { samples: SAMPLES, ..WarpedArea::default() };
     let rays = WarpedArea { field: Field::AuxiliaryRays, ..warped.clone() };
-    for (name, method) in [("warped area, outlines", &warped), ("warped area, auxiliary rays", &rays)] {
+    for (name, method) in [("warped area, silhouettes", &warped), ("warped area, auxiliary rays", &rays)] {
         group.bench_function(name, |b| {
             b.iter(|| method.forward(&scene, &change, &Progress::none()).expect("valid"));
         });
@@ -73,12 +73,12 @@ fn forward(c: &mut Criterion) {
 fn reverse(c: &mut Criterion) {
     let (scene, _) = turning_sphere();
     let adjoint = vec![DVec3::ONE; SIDE * SIDE];
-    let mut wanted = Wanted::nothing(&scene);
-    wanted.shapes[scene.shape("sphere").expect("a sphere")] = true;
+    let mut active = ActiveParameters::nothing(&scene);
+    active.shapes[scene.shape("sphere").expect("a sphere")] = true;
     let method = WarpedArea { samples: SAMPLES, ..WarpedArea::default() };
     let mut group = c.benchmark_group("reverse");
-    group.sample_size(10).bench_function("warped area, outlines", |b| {
-        b.iter(|| method.reverse(&scene, &adjoint, &wanted, &Progress::none()).expect("valid"));
+    group.sample_size(10).bench_function("warped area, silhouettes", |b| {
+        b.iter(|| method.reverse(&scene, &adjoint, &active, &Progress::none()).expect("valid"));
     });
 }
 

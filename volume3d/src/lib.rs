@@ -3,7 +3,7 @@
 //!
 //! Fields of [auxiliary rays](gradient::Field::AuxiliaryRays) are those of [`flatland::warp`], with one more
 //! [`Domain`](flatland::warp::Domain), the [sphere](Sphere) of directions: weights, stencils and debiasing are
-//! unchanged, on the film and at every bounce. The default field, of [outlines](gradient::Field::Outlines), shares with them
+//! unchanged, on the film and at every bounce. The default field, of [silhouettes](gradient::Field::SilhouetteMean), shares with them
 //! nothing but types: it lists the edges of meshes once and takes their exact mean. Beside either field the borders of
 //! flat emitters and the sign changes of shading normals are sampled as edge sampling does. `flatland::sdf`, implicit shapes, is
 //! not yet used in space.
@@ -13,7 +13,7 @@
 //! ```
 //! use glam::{DAffine3, DVec3};
 //! use volume3d::geometry::Mesh;
-//! use volume3d::gradient::{Change, Progress, WarpedArea};
+//! use volume3d::gradient::{Tangent, Progress, WarpedArea};
 //! use volume3d::scene::{Camera, Description, Film, Filter, Integrator, Material, Scene};
 //!
 //! let camera = Camera::look_at(DVec3::new(0.0, 1.5, 4.0), DVec3::new(0.0, 0.5, 0.0), DVec3::Y, 0.7);
@@ -30,7 +30,7 @@
 //! let scene = Scene::new(description)?;
 //!
 //! // How does every pixel change when the block moves to the right? Its silhouette and its shadow move with it.
-//! let mut change = Change::still(&scene);
+//! let mut change = Tangent::still(&scene);
 //! change.translate(&scene, block, DVec3::X);
 //! let result = WarpedArea::default().forward(&scene, &change, &Progress::none())?;
 //! assert_eq!(result.gradient.len(), 16 * 16);
@@ -58,7 +58,7 @@
 //!
 //! | method | bias |
 //! |---|---|
-//! | [`gradient::WarpedArea`] with [`Outlines`](gradient::Field::Outlines) | none; with [`flips`](gradient::WarpedArea::flips) 0, jumps of interpolated normals |
+//! | [`gradient::WarpedArea`] with [`SilhouetteMean`](gradient::Field::SilhouetteMean) | none; with [`sign_changes`](gradient::WarpedArea::sign_changes) 0, jumps of interpolated normals |
 //! | with auxiliary rays and a multilevel or roulette [`Debias`](flatland::warp::Debias) | the same |
 //! | with a fixed number of auxiliary rays | falls with that number; gradients come out too small |
 //! | with `warps: false` | the interior term alone: no silhouette, no shadow moves |

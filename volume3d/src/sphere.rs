@@ -15,15 +15,15 @@ impl Domain for Sphere {
 
     /// For von Mises–Fisher, x = κ(1 − u·u') has the distribution function
     /// (1 − e⁻ˣ)/(1 − e^−2κ). Its power a is inverted by 1 − e⁻ˣ = ξ₀^(1/a) (1 − e^−2κ).
-    fn draw(u: DVec3, kappa: f64, focus: f64, [a, b]: [f64; 2]) -> Draw<DVec3> {
-        let within = a.powf(1.0 / focus) * -(-2.0 * kappa).exp_m1();
+    fn draw(u: DVec3, kappa: f64, radial_exponent: f64, [a, b]: [f64; 2]) -> Draw<DVec3> {
+        let within = a.powf(1.0 / radial_exponent) * -(-2.0 * kappa).exp_m1();
         let exponent = -(-within).ln_1p();
         // 1 − cos φ is carried instead of cos φ: at κ = 10¹² the latter would be rounding noise.
         let versine = (exponent / kappa).min(2.0);
         let (s, t) = u.any_orthonormal_pair();
         let (sin, cos) = (TAU * b).sin_cos();
         let tangent = (versine * (2.0 - versine)).sqrt() * (cos * s + sin * t);
-        let log_density = (focus - 1.0) * within.ln() - exponent;
+        let log_density = (radial_exponent - 1.0) * within.ln() - exponent;
         // u cos φ = u − u (1 − cos φ)
         Draw { point: u - versine * u + tangent, tangent, exponent, log_density }
     }
@@ -47,12 +47,12 @@ mod tests {
     fn draws_weighted_by_their_density_are_von_mises_fisher() {
         // E[u·u'] = coth κ − 1/κ.
         for kappa in [0.1, 1.0, 20.0, 1e12_f64] {
-            for focus in [1.0, 0.4] {
+            for radial_exponent in [1.0, 0.4] {
                 let u = DVec3::new(0.2, -0.5, 0.7).normalize();
                 let mut rng = stream(1, &[]);
                 let (mut sum, mut mass) = (0.0, 0.0);
                 for _ in 0..400_000 {
-                    let d = Sphere::draw(u, kappa, focus, [open01(&mut rng), open01(&mut rng)]);
+                    let d = Sphere::draw(u, kappa, radial_exponent, [open01(&mut rng), open01(&mut rng)]);
                     assert!((d.point.length() - 1.0).abs() < 1e-14);
                     assert!(d.exponent > 0.0 && d.tangent.dot(u).abs() < 1e-15);
                     let w = (-d.exponent - d.log_density).exp();
@@ -61,7 +61,11 @@ mod tests {
                 }
                 let expected = kappa * (1.0 - 1.0 / kappa.tanh()) + 1.0;
                 let expected = if kappa > 1e6 { 1.0 } else { expected };
-                assert!((sum / mass - expected).abs() < 0.015 * expected, "{kappa} {focus} {}", sum / mass);
+                assert!(
+                    (sum / mass - expected).abs() < 0.015 * expected,
+                    "{kappa} {radial_exponent} {}",
+                    sum / mass
+                );
             }
         }
     }

@@ -1,6 +1,6 @@
 //! How flat worlds are drawn.
 
-use flatland::transport::{Camera, Change, Shape, World};
+use flatland::transport::{Camera, Shape, Tangent, World};
 use glam::DVec2;
 
 use crate::plot::{Align, Canvas, Color, Height, Palette, Pen, TextStyle, View};
@@ -48,7 +48,7 @@ pub(crate) fn draw_motion(
     canvas: &mut Canvas,
     view: &View,
     world: &World,
-    (shape, change): (usize, &Change),
+    (shape, change): (usize, &Tangent),
     scale: f64,
 ) {
     for (vertex, point) in world.vertices_of(shape).zip(world.shapes()[shape].points()) {

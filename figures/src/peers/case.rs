@@ -7,7 +7,7 @@ use anyhow::{Context as _, bail, ensure};
 use clap::ValueEnum;
 use glam::DVec3;
 use serde_json::Value;
-use volume3d::gradient::Change;
+use volume3d::gradient::Tangent;
 use volume3d::io::{load_scene, read_npy};
 use volume3d::scene::{Filter, Scene};
 
@@ -96,7 +96,7 @@ impl Group {
 /// Everything a measurement needs.
 pub(super) struct Case {
     pub(super) scene: Scene,
-    pub(super) change: Change,
+    pub(super) change: Tangent,
     /// The step that suits finite differences.
     pub(super) step: f64,
     pub(super) reference: Reference,
@@ -153,7 +153,7 @@ fn pixels(path: &Path, (width, height): (usize, usize)) -> anyhow::Result<Vec<DV
 
 /// The change that θ means, and the step of finite differences: p' = p + θ·axis, or a right-handed rotation by θ
 /// radians about the axis through the centre.
-fn parameter(text: &str, scene: &Scene) -> anyhow::Result<(Change, f64)> {
+fn parameter(text: &str, scene: &Scene) -> anyhow::Result<(Tangent, f64)> {
     let theta: Value = serde_json::from_str(text)?;
     let vector = |key: &str| -> anyhow::Result<DVec3> {
         let numbers = theta[key].as_array().filter(|a| a.len() == 3);
@@ -165,7 +165,7 @@ fn parameter(text: &str, scene: &Scene) -> anyhow::Result<(Change, f64)> {
     let axis = vector("axis")?;
     ensure!(axis != DVec3::ZERO, "“axis” is zero");
     let meshes = theta["meshes"].as_array().filter(|m| !m.is_empty()).context("“meshes” must name shapes")?;
-    let mut change = Change::still(scene);
+    let mut change = Tangent::still(scene);
     for mesh in meshes {
         let name = mesh.as_str().context("“meshes” must name shapes")?;
         let shape = scene.shape(name).with_context(|| format!("the scene has no shape “{name}”"))?;
@@ -201,11 +201,11 @@ mod tests {
         let scene = tiny_scene();
         let text = r#"{"kind": "rotate", "axis": [0, 2, 0], "center": [1, 0, 0], "meshes": ["block"], "fd_step": 0.01}"#;
         let (change, step) = parameter(text, &scene).unwrap();
-        let mut expected = Change::still(&scene);
+        let mut expected = Tangent::still(&scene);
         expected.rotate(&scene, scene.shape("block").unwrap(), DVec3::X, DVec3::Y);
         assert_eq!((change, step), (expected, 0.01));
         let translated = text.replace("rotate", "translate").replace("[1, 0, 0]", "null");
-        let mut expected = Change::still(&scene);
+        let mut expected = Tangent::still(&scene);
         expected.translate(&scene, scene.shape("block").unwrap(), 2.0 * DVec3::Y);
         assert_eq!(parameter(&translated, &scene).unwrap().0, expected);
         for (from, to, words) in [

@@ -60,7 +60,7 @@ fn folder() -> tempfile::TempDir {
     };
     let scene = volume3d::io::load_scene(&at("cube_scene/cube_scene.xml")).unwrap();
     let scene = Scene::new(scene).unwrap();
-    let mut change = volume3d::gradient::Change::still(&scene);
+    let mut change = volume3d::gradient::Tangent::still(&scene);
     change.translate(&scene, 0, DVec3::X);
     let edges = Method::of_key("edge-sampling").unwrap();
     let task = Task { scene: &scene, change: &change, samples: 256, step: 0.01, seed: 5 };

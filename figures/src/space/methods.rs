@@ -3,7 +3,7 @@
 use flatland::warp::{Debias, Warp};
 use volume3d::Kernels;
 use volume3d::gradient::{
-    Change, EdgeSampling, Field, FiniteDifference, GradientError, GradientImage, Progress, Rotation,
+    EdgeSampling, Field, FiniteDifference, GradientError, GradientImage, Progress, Rotation, Tangent,
     WarpedArea,
 };
 use volume3d::scene::Scene;
@@ -14,7 +14,7 @@ use crate::plot::{Color, Palette};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Task<'a> {
     pub(crate) scene: &'a Scene,
-    pub(crate) change: &'a Change,
+    pub(crate) change: &'a Tangent,
     /// Samples a pixel.
     pub(crate) samples: usize,
     /// The step of finite differences, in units of the change's parameter.

@@ -67,7 +67,7 @@ pub struct FilmSample {
 /// The velocity of a film coordinate, or of a direction, per unit of each of the camera's
 /// parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct CameraChange {
+pub struct CameraTangent {
     /// Per unit of the position.
     pub position: DVec2,
     /// Per radian of the angle.
@@ -133,7 +133,7 @@ impl Camera {
     /// du/dθ of the point seen at u at the distance t along ω(u): the covector of the point's
     /// velocity, and that of the camera's own change. A point at infinity has t = ∞.
     #[must_use]
-    pub fn film_rate(&self, u: f64, distance: f64) -> (DVec2, CameraChange) {
+    pub fn film_rate(&self, u: f64, distance: f64) -> (DVec2, CameraTangent) {
         let ([a, b], tan, half) = (self.axes(), self.half_width(), self.half_film());
         // With q = s T = (d·b)/(d·a): q̇ = (ḋ·b − q ḋ·a)/(d·a), d·a = t/√(1 + q²).
         let q = (u / half - 1.0) * tan;
@@ -142,13 +142,13 @@ impl Camera {
         let angle = -half / tan * stretch;
         // Ṫ = (1 + T²)/2 per radian.
         let field_of_view = -half * q * 0.5 * (1.0 + tan * tan) / (tan * tan);
-        (point, CameraChange { position: -point, angle, field_of_view })
+        (point, CameraTangent { position: -point, angle, field_of_view })
     }
 
     /// The derivative of [`film_rate`](Self::film_rate) by u, along points whose distance changes by
     /// `slope` per unit of u.
     #[must_use]
-    pub fn film_rate_slope(&self, u: f64, distance: f64, slope: f64) -> (DVec2, CameraChange) {
+    pub fn film_rate_slope(&self, u: f64, distance: f64, slope: f64) -> (DVec2, CameraTangent) {
         let ([a, b], tan, half) = (self.axes(), self.half_width(), self.half_film());
         let (q, dq) = ((u / half - 1.0) * tan, tan / half);
         let root = (1.0 + q * q).sqrt();
@@ -156,17 +156,17 @@ impl Camera {
         let point =
             -dq * root * scale * a + (b - q * a) * (scale * (q * dq / root - root * slope / distance));
         let field_of_view = -0.5 * (1.0 + tan * tan) / tan;
-        (point, CameraChange { position: -point, angle: -2.0 * q, field_of_view })
+        (point, CameraTangent { position: -point, angle: -2.0 * q, field_of_view })
     }
 
     /// dψ/dθ of the angle ψ of the direction ω(u): per unit of u̇, and of the camera's own change.
     #[must_use]
-    pub fn direction_rate(&self, u: f64) -> (f64, CameraChange) {
+    pub fn direction_rate(&self, u: f64) -> (f64, CameraTangent) {
         let (tan, half) = (self.half_width(), self.half_film());
         let s = u / half - 1.0;
         let stretch = 1.0 + s * s * tan * tan;
         let field_of_view = s * 0.5 * (1.0 + tan * tan) / stretch;
-        (tan / (half * stretch), CameraChange { position: DVec2::ZERO, angle: 1.0, field_of_view })
+        (tan / (half * stretch), CameraTangent { position: DVec2::ZERO, angle: 1.0, field_of_view })
     }
 }
 
@@ -200,7 +200,7 @@ impl Film {
     }
 }
 
-impl CameraChange {
+impl CameraTangent {
     /// The rate at which something changes when the camera changes by `change`.
     #[must_use]
     pub fn dot(&self, change: &Self) -> f64 {
@@ -226,7 +226,7 @@ mod tests {
         Camera { position: DVec2::new(0.3, -0.2), angle: 0.7, field_of_view: 1.1, film }
     }
 
-    fn moved(h: f64, change: &CameraChange) -> Camera {
+    fn moved(h: f64, change: &CameraTangent) -> Camera {
         let mut camera = camera();
         camera.position += h * change.position;
         camera.angle += h * change.angle;
@@ -247,10 +247,10 @@ mod tests {
     #[test]
     fn rates_are_derivatives() {
         let changes = [
-            CameraChange { position: DVec2::X, ..CameraChange::default() },
-            CameraChange { position: DVec2::Y, ..CameraChange::default() },
-            CameraChange { angle: 1.0, ..CameraChange::default() },
-            CameraChange { field_of_view: 1.0, ..CameraChange::default() },
+            CameraTangent { position: DVec2::X, ..CameraTangent::default() },
+            CameraTangent { position: DVec2::Y, ..CameraTangent::default() },
+            CameraTangent { angle: 1.0, ..CameraTangent::default() },
+            CameraTangent { field_of_view: 1.0, ..CameraTangent::default() },
         ];
         let (h, u, t) = (1e-6, 8.3, 2.5);
         let camera = camera();

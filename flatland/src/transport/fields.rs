@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec2;
 
-use super::{Camera, CameraChange, Gloss, Hit, Origin, World};
+use super::{Camera, CameraTangent, Gloss, Hit, Origin, World};
 use crate::plane::MaterialPoint;
 use crate::random::{Stream, open01};
 use crate::warp::{Circle, Line, Warp};
@@ -53,7 +53,7 @@ pub struct LinearField {
     /// The material points with their coefficients.
     pub terms: Vec<FieldTerm>,
     /// The coefficients of the camera's rates in V and in ∇·V; only on the film.
-    pub camera: [CameraChange; 2],
+    pub camera: [CameraTangent; 2],
     /// How many rays it took.
     pub rays: u64,
 }
@@ -72,7 +72,7 @@ pub struct FieldTerm {
 impl LinearField {
     /// V and ∇·V, given the velocity of every vertex, of the origin, and of the camera.
     #[must_use]
-    pub fn at(&self, vertices: &[DVec2], origin: DVec2, camera: &CameraChange) -> [f64; 2] {
+    pub fn at(&self, vertices: &[DVec2], origin: DVec2, camera: &CameraTangent) -> [f64; 2] {
         let mut sum = self.camera.map(|c| c.dot(camera));
         for term in &self.terms {
             let relative = term.point.velocity(vertices) - origin;
@@ -88,7 +88,7 @@ impl LinearField {
         self.terms.push(FieldTerm { point, value, divergence });
     }
 
-    fn push_camera(&mut self, rate: &CameraChange, weight: f64, divergence: f64) {
+    fn push_camera(&mut self, rate: &CameraTangent, weight: f64, divergence: f64) {
         self.camera[0].add(weight, rate);
         self.camera[1].add(divergence, rate);
     }
@@ -244,8 +244,8 @@ fn push_on_film(
 }
 
 /// The camera's position enters as the velocity of the origin.
-fn without_position(rate: CameraChange) -> CameraChange {
-    CameraChange { position: DVec2::ZERO, ..rate }
+fn without_position(rate: CameraTangent) -> CameraTangent {
+    CameraTangent { position: DVec2::ZERO, ..rate }
 }
 
 /// The velocity of what is seen and its derivative, dV/dψ of V(ψ) = τ·(ẏ − ẋ)/r.
@@ -333,7 +333,7 @@ pub(crate) struct Jump {
     pub(crate) at: f64,
     pub(crate) vertex: usize,
     pub(crate) rate: DVec2,
-    pub(crate) camera: CameraChange,
+    pub(crate) camera: CameraTangent,
 }
 
 /// All vertices visible from a point, by angle. The ends of its own segment are not: they lie on the
@@ -347,7 +347,7 @@ pub(crate) fn jumps_around(world: &World, origin: Origin) -> Vec<Jump> {
         .map(|(vertex, p)| {
             let d = p - origin.point;
             let rate = d.perp() / d.length_squared();
-            Jump { at: d.to_angle(), vertex, rate, camera: CameraChange::default() }
+            Jump { at: d.to_angle(), vertex, rate, camera: CameraTangent::default() }
         })
         .collect();
     jumps.sort_by(|a, b| a.at.total_cmp(&b.at));
@@ -413,9 +413,9 @@ mod tests {
     use super::*;
     use crate::plane::Filter;
     use crate::random::stream;
-    use crate::transport::{Change, Film, Material, Shape};
+    use crate::transport::{Film, Material, Shape, Tangent};
 
-    fn world() -> (World, Camera, Change) {
+    fn world() -> (World, Camera, Tangent) {
         let p = DVec2::new;
         let shapes = vec![
             Shape::open([p(-3.0, 0.0), p(3.0, 0.3)], Material::diffuse(0.5)),
@@ -424,8 +424,8 @@ mod tests {
         let world = World::new(0.0, shapes).expect("a world");
         let film = Film { pixels: 6, filter: Filter::Tent };
         let camera = Camera { position: p(0.3, 3.0), angle: -1.6, field_of_view: 1.4, film };
-        let mut change = Change::moving(&world, [0, 1], |p| DVec2::new(0.3 * p.y + 0.1, p.x * p.x - 0.4));
-        change.camera = CameraChange { position: p(0.2, -0.5), angle: 0.7, field_of_view: -0.4 };
+        let mut change = Tangent::moving(&world, [0, 1], |p| DVec2::new(0.3 * p.y + 0.1, p.x * p.x - 0.4));
+        change.camera = CameraTangent { position: p(0.2, -0.5), angle: 0.7, field_of_view: -0.4 };
         (world, camera, change)
     }
 
@@ -437,7 +437,7 @@ mod tests {
         let (origin, moves) = (Origin::free(camera.position), change.camera.position);
         let direction = DVec2::from_angle(-2.1 + 0.2 * at);
         let around = construction.around(&world, origin, direction, 20.0, &mut rng);
-        let still = CameraChange::default();
+        let still = CameraTangent::default();
         [film.at(&change.vertices, moves, &change.camera), around.at(&change.vertices, moves, &still)]
     }
 
@@ -488,7 +488,7 @@ mod tests {
                 let mut rng = stream(2, &[i]);
                 let direction = DVec2::from_angle(angle);
                 let field = construction.around(&world, origin, direction, 20.0, &mut rng);
-                let at = field.at(&change.vertices, change.camera.position, &CameraChange::default());
+                let at = field.at(&change.vertices, change.camera.position, &CameraTangent::default());
                 sum = [sum[0] + at[0] / 2e5, sum[1] + at[1] / 2e5];
             }
             sum

@@ -10,11 +10,10 @@
 //!
 //! over the half circle of directions on ω_o's side, and y the point first met in direction ω_i.
 //!
-//! A [`Change`] says how vertices, materials, environment and camera depend on θ, and has the shape
+//! A [`Tangent`] says how vertices, materials, environment and camera depend on θ, and has the shape
 //! of the gradient as well.
 
 mod camera;
-mod change;
 mod emitters;
 pub mod exact;
 pub mod fields;
@@ -22,14 +21,15 @@ mod material;
 mod path;
 mod scattering;
 mod sides;
+mod tangent;
 mod world;
 
-pub use camera::{Camera, CameraChange, CameraError, Film, FilmSample};
-pub(crate) use change::Covector;
-pub use change::{Change, ChangeError, MaterialChange, Terms};
+pub use camera::{Camera, CameraError, CameraTangent, Film, FilmSample};
 pub use material::{Gloss, Material};
+pub(crate) use path::{ActiveParameters, Light, Path, Vertex, path_stream};
 pub use path::{ImageError, LEAST_SURVIVAL, Paths};
-pub(crate) use path::{Light, Path, Vertex, Wanted, path_stream};
 pub(crate) use scattering::Scattering;
 pub(crate) use sides::both_sides;
+pub(crate) use tangent::Covector;
+pub use tangent::{MaterialTangent, Tangent, TangentError, Terms};
 pub use world::{Hit, Origin, Segment, Shape, World, WorldError};

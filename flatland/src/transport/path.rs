@@ -43,7 +43,7 @@ pub enum ImageError {
 
 /// What else than the value a path is traced for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Wanted {
+pub(crate) struct ActiveParameters {
     /// Whether anything moves.
     pub(crate) geometry: bool,
     /// Whether materials change. A black surface then scatters nothing, but might.
@@ -111,10 +111,10 @@ impl Paths {
         world: &'a World,
         origin: Origin,
         direction: DVec2,
-        wanted: Wanted,
+        active: ActiveParameters,
         rng: &mut Stream,
     ) -> Path<'a> {
-        self.follow(world, world.trace(origin, direction), direction, wanted, rng)
+        self.follow(world, world.trace(origin, direction), direction, active, rng)
     }
 
     /// Traces a path whose first ray is known to see `seen`.
@@ -123,7 +123,7 @@ impl Paths {
         world: &'a World,
         mut seen: Option<Hit>,
         mut direction: DVec2,
-        wanted: Wanted,
+        active: ActiveParameters,
         rng: &mut Stream,
     ) -> Path<'a> {
         let mut path = Path { vertices: vec![], scattered: vec![], rays: 1 };
@@ -144,7 +144,7 @@ impl Paths {
                 emitter: None,
                 continuation: None,
             };
-            if bounce < self.bounces && (world.material(hit.segment).scatters() || wanted.materials) {
+            if bounce < self.bounces && (world.material(hit.segment).scatters() || active.materials) {
                 path.rays += self.scatter(world, &mut vertex, bounce, rng);
             }
             let next = vertex.continuation.map(|c| (vertex.origin, c.direction));
@@ -194,7 +194,7 @@ impl Paths {
         direction: DVec2,
         rng: &mut Stream,
     ) -> (f64, u64) {
-        let path = self.trace(world, origin, direction, Wanted::default(), rng);
+        let path = self.trace(world, origin, direction, ActiveParameters::default(), rng);
         (path.radiance(world), path.rays)
     }
 

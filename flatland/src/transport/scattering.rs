@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 
 use glam::DVec2;
 
-use super::{Material, MaterialChange};
+use super::{Material, MaterialTangent};
 
 /// The part of the diffuse samples that is uniform over the half circle. Drawn by the cosine alone,
 /// the slope of the cosine, divided by the density, would have infinite variance at grazing angles:
@@ -31,7 +31,7 @@ pub(crate) struct Slopes {
     /// By the angle of the normal.
     pub(crate) normal: f64,
     /// By the material's parameters.
-    pub(crate) material: MaterialChange,
+    pub(crate) material: MaterialTangent,
 }
 
 impl Slopes {
@@ -63,7 +63,7 @@ impl Scattering<'_> {
     /// The slopes of f cos φ.
     pub(crate) fn slopes(&self, incoming: DVec2) -> Slopes {
         let cosine = self.normal.dot(incoming).max(0.0);
-        let mut material = MaterialChange { reflectance: 0.5 * cosine, ..MaterialChange::default() };
+        let mut material = MaterialTangent { reflectance: 0.5 * cosine, ..MaterialTangent::default() };
         let mut by_alpha = 0.0;
         if let Some(gloss) = self.material.gloss {
             let alpha = self.alpha(incoming);

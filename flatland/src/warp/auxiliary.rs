@@ -34,7 +34,7 @@ impl AuxiliaryPoints {
         self,
         u: D::Vector,
         kappa: f64,
-        focus: f64,
+        radial_exponent: f64,
         count: usize,
         rng: &mut impl Rng,
         draws: &mut Vec<Draw<D::Vector>>,
@@ -44,13 +44,13 @@ impl AuxiliaryPoints {
             Self::Independent => {
                 for _ in 0..count {
                     let xi = [open01(rng), open01(rng)];
-                    draws.push(D::draw(u, kappa, focus, xi));
+                    draws.push(D::draw(u, kappa, radial_exponent, xi));
                 }
             }
             Self::Antithetic => {
                 for i in 0..pairs {
                     let xi = [open01(rng), open01(rng)];
-                    push_pair::<D>(u, D::draw(u, kappa, focus, xi), 2 * i + 1 < count, draws);
+                    push_pair::<D>(u, D::draw(u, kappa, radial_exponent, xi), 2 * i + 1 < count, draws);
                 }
             }
             Self::Stratified => {
@@ -64,7 +64,7 @@ impl AuxiliaryPoints {
                     let half_turn = (angle as f64 + open01(rng)) * width * 0.5;
                     // Which of the two comes first must be fair where only one is used.
                     let angle = half_turn + if rng.random() { 0.5 } else { 0.0 };
-                    let draw = D::draw(u, kappa, focus, [radius, angle]);
+                    let draw = D::draw(u, kappa, radial_exponent, [radius, angle]);
                     push_pair::<D>(u, draw, 2 * i + 1 < count, draws);
                 }
             }

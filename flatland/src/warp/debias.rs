@@ -40,7 +40,7 @@ pub enum Debias {
     /// Cost is finite when ratio < 1/2, variance when E|Δ_l|² falls faster than `ratio` from level
     /// to level. It falls as 4⁻ˡ where u is far from boundaries, for any γ. The strip along a
     /// silhouette that m rays cannot resolve narrows as m^−1/(3a) for B ~ s and γ = 3, as
-    /// m^−1/(2a) for B ~ s² and γ = 3/2, with a the focus, and E|Δ_l|² with it: the variance is finite when
+    /// m^−1/(2a) for B ~ s² and γ = 3/2, with a the radial exponent, and E|Δ_l|² with it: the variance is finite when
     /// 2^−1/(3a), respectively 2^−1/(2a), is below `ratio`. So it is for the default; spread as
     /// the kernel (a = 1), points need `ratio` > 0.79 or 0.71, which no finite cost allows. Where
     /// silhouettes of *different* motions meet in a

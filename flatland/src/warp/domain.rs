@@ -63,7 +63,7 @@ pub struct Draw<V> {
     /// x = κ|u−u'|²/2 on the line and in the plane, κ(1 − u·u') on the circle and the sphere: D = eˣ − 1. Always
     /// positive.
     pub exponent: f64,
-    /// ln p(u') up to a constant, the same for all draws with the same κ and focus.
+    /// ln p(u') up to a constant, the same for all draws with the same κ and radial exponent.
     pub log_density: f64,
 }
 
@@ -82,10 +82,10 @@ pub trait Domain {
     /// Draws u' around u, for a kernel e⁻ˣ of concentration κ. `xi` are uniform in (0, 1), and
     /// possibly stratified.
     ///
-    /// `focus` a ∈ [0.1, 1] is the power by which the distribution function of the distance is
+    /// `radial_exponent` a ∈ [0.1, 1] is the power by which the distribution function of the distance is
     /// raised: at 1 points spread as the kernel does; below, they crowd around u, with density
     /// ∝ |u−u'|^−n(1−a) there.
-    fn draw(u: Self::Vector, kappa: f64, focus: f64, xi: [f64; 2]) -> Draw<Self::Vector>;
+    fn draw(u: Self::Vector, kappa: f64, radial_exponent: f64, xi: [f64; 2]) -> Draw<Self::Vector>;
 
     /// The antithetic partner of a draw: its reflection through u.
     #[must_use]
@@ -106,11 +106,11 @@ impl Domain for Plane {
 
     /// Box–Muller: for N(u, I/κ), x = κ|u−u'|²/2 has the distribution function 1 − e⁻ˣ. Its power
     /// a is inverted by 1 − e⁻ˣ = ξ₀^(1/a).
-    fn draw(u: DVec2, kappa: f64, focus: f64, [a, b]: [f64; 2]) -> Draw<DVec2> {
-        let within = a.powf(1.0 / focus);
+    fn draw(u: DVec2, kappa: f64, radial_exponent: f64, [a, b]: [f64; 2]) -> Draw<DVec2> {
+        let within = a.powf(1.0 / radial_exponent);
         let exponent = -(-within).ln_1p();
         let tangent = (2.0 * exponent / kappa).sqrt() * DVec2::from_angle(TAU * b);
-        let log_density = (focus - 1.0) * within.ln() - exponent;
+        let log_density = (radial_exponent - 1.0) * within.ln() - exponent;
         Draw { point: u + tangent, tangent, exponent, log_density }
     }
 
@@ -133,12 +133,12 @@ impl Domain for Line {
 
     /// With x = κ|u − u'|²/2, the distance has the distribution function (1 − e⁻ˣ)^(a/2): at a = 1
     /// nearly that of the normal kernel, whose own has no elementary inverse, with the same tails.
-    fn draw(u: f64, kappa: f64, focus: f64, [a, b]: [f64; 2]) -> Draw<f64> {
-        // At the smallest focus the power of the smallest ξ underflows.
-        let within = a.powf(2.0 / focus).max(f64::MIN_POSITIVE);
+    fn draw(u: f64, kappa: f64, radial_exponent: f64, [a, b]: [f64; 2]) -> Draw<f64> {
+        // At the smallest radial exponent the power of the smallest ξ underflows.
+        let within = a.powf(2.0 / radial_exponent).max(f64::MIN_POSITIVE);
         let exponent = -(-within).ln_1p();
         let tangent = (2.0 * exponent / kappa).sqrt().copysign(b - 0.5);
-        let log_density = (0.5 * focus - 1.0) * within.ln() - exponent + 0.5 * exponent.ln();
+        let log_density = (0.5 * radial_exponent - 1.0) * within.ln() - exponent + 0.5 * exponent.ln();
         Draw { point: u + tangent, tangent, exponent, log_density }
     }
 
@@ -163,15 +163,15 @@ impl Domain for Circle {
     /// without a density that vanishes at the antipode. y ≤ 4κ, hence the distribution function
     /// ((1 − e⁻ʸ)/(1 − e^−4κ))^(a/2). 1 − cos φ is carried instead of cos φ: at κ = 10¹² the latter
     /// would be rounding noise.
-    fn draw(u: DVec2, kappa: f64, focus: f64, [a, b]: [f64; 2]) -> Draw<DVec2> {
-        let within = a.powf(2.0 / focus).max(f64::MIN_POSITIVE);
+    fn draw(u: DVec2, kappa: f64, radial_exponent: f64, [a, b]: [f64; 2]) -> Draw<DVec2> {
+        let within = a.powf(2.0 / radial_exponent).max(f64::MIN_POSITIVE);
         let y = -(within * (-4.0 * kappa).exp_m1()).ln_1p();
         // sin²(φ/4) and sin²(φ/2)
         let quarter = (y / (8.0 * kappa)).min(0.5);
         let half = 4.0 * quarter * (1.0 - quarter);
         let sine = 2.0 * half.sqrt() * (1.0 - 2.0 * quarter);
         let tangent = sine.copysign(b - 0.5) * u.perp();
-        let log_density = (0.5 * focus - 1.0) * within.ln() - y + 0.5 * half.ln();
+        let log_density = (0.5 * radial_exponent - 1.0) * within.ln() - y + 0.5 * half.ln();
         // u cos φ = u − u (1 − cos φ)
         let versine = 2.0 * half;
         Draw { point: u - versine * u + tangent, tangent, exponent: kappa * versine, log_density }
@@ -192,12 +192,16 @@ mod tests {
     use crate::random::{open01, stream};
 
     /// Σ g(x)/p over draws, over the same with g = 1: the mean of g under the kernel e⁻ˣ.
-    fn kernel_mean<D: Domain<Vector = DVec2>>(kappa: f64, focus: f64, g: impl Fn(f64) -> f64) -> f64 {
+    fn kernel_mean<D: Domain<Vector = DVec2>>(
+        kappa: f64,
+        radial_exponent: f64,
+        g: impl Fn(f64) -> f64,
+    ) -> f64 {
         let u = DVec2::from_angle(0.7);
         let mut rng = stream(2, &[]);
         let (mut sum, mut mass) = (0.0, 0.0);
         for _ in 0..400_000 {
-            let d = D::draw(u, kappa, focus, [open01(&mut rng), open01(&mut rng)]);
+            let d = D::draw(u, kappa, radial_exponent, [open01(&mut rng), open01(&mut rng)]);
             assert!(d.exponent > 0.0 && d.log_density.is_finite());
             let w = (-d.exponent - d.log_density).exp();
             sum += w * g(d.exponent);
@@ -208,32 +212,38 @@ mod tests {
 
     #[test]
     fn draws_weighted_by_their_density_are_the_kernel() {
-        for focus in [1.0, 0.5, 0.25] {
+        for radial_exponent in [1.0, 0.5, 0.25] {
             // Plane: x is exponential of mean 1.
-            assert!((kernel_mean::<Plane>(7.0, focus, |x| x) - 1.0).abs() < 0.02, "{focus}");
+            assert!(
+                (kernel_mean::<Plane>(7.0, radial_exponent, |x| x) - 1.0).abs() < 0.02,
+                "{radial_exponent}"
+            );
             // Circle: E[cos φ] = I₁(κ)/I₀(κ) (Abramowitz and Stegun 9.6); far out, x is a
             // gamma variable of mean 1/2.
             for (kappa, cosine) in [(1.0, 0.446_389_965_9), (2.0, 0.697_774_658_0), (10.0, 0.948_599_825_9)] {
-                let mean = kernel_mean::<Circle>(kappa, focus, |x| 1.0 - x / kappa);
-                assert!((mean - cosine).abs() < 0.01, "{focus} {kappa} {mean}");
+                let mean = kernel_mean::<Circle>(kappa, radial_exponent, |x| 1.0 - x / kappa);
+                assert!((mean - cosine).abs() < 0.01, "{radial_exponent} {kappa} {mean}");
             }
-            assert!((kernel_mean::<Circle>(1e12, focus, |x| x) - 0.5).abs() < 0.01, "{focus}");
+            assert!(
+                (kernel_mean::<Circle>(1e12, radial_exponent, |x| x) - 0.5).abs() < 0.01,
+                "{radial_exponent}"
+            );
         }
     }
 
     #[test]
     fn draws_on_the_line_weighted_by_their_density_are_normal() {
-        for focus in [1.0, 0.5, 0.25] {
+        for radial_exponent in [1.0, 0.5, 0.25] {
             let mut rng = stream(3, &[]);
             let (mut sum, mut mass) = (0.0, 0.0);
             for _ in 0..400_000 {
-                let d = Line::draw(0.7, 9.0, focus, [open01(&mut rng), open01(&mut rng)]);
+                let d = Line::draw(0.7, 9.0, radial_exponent, [open01(&mut rng), open01(&mut rng)]);
                 assert!((d.exponent - 4.5 * d.tangent * d.tangent).abs() <= 1e-14 * d.exponent);
                 let w = (-d.exponent - d.log_density).exp();
                 sum += w * (d.point - 0.7).powi(2);
                 mass += w;
             }
-            assert!((sum / mass - 1.0 / 9.0).abs() < 2e-3, "{focus} {}", sum / mass);
+            assert!((sum / mass - 1.0 / 9.0).abs() < 2e-3, "{radial_exponent} {}", sum / mass);
         }
     }
 

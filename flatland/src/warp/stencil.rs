@@ -40,7 +40,7 @@ pub struct Warp {
     pub points: AuxiliaryPoints,
     /// How they crowd around u: 1 spreads them as the kernel does, as the paper; below, a larger
     /// part comes close, where the weight of a boundary is decided. The field is the same.
-    pub focus: f64,
+    pub radial_exponent: f64,
     /// How many of them, and what is done about the bias.
     pub debias: Debias,
     /// Whether their number depends on what the first ones see. Off, unless asked for: a consistent estimate becomes
@@ -53,7 +53,7 @@ impl Default for Warp {
         Self {
             weighting: Weighting::default(),
             points: AuxiliaryPoints::default(),
-            focus: 0.3,
+            radial_exponent: 0.3,
             debias: Debias::default(),
             adaptive: None,
         }
@@ -82,11 +82,11 @@ pub enum WarpError {
         /// κ.
         kappa: f64,
     },
-    /// The focus must be in [0.1, 1]: below, distances underflow.
-    #[error("the focus {focus} is not in [0.1, 1]")]
-    Focus {
-        /// The focus.
-        focus: f64,
+    /// The radial exponent must be in [0.1, 1]: below, distances underflow.
+    #[error("the radial exponent {radial_exponent} is not in [0.1, 1]")]
+    RadialExponent {
+        /// The radial exponent.
+        radial_exponent: f64,
     },
     /// A debiasing scheme with no finite cost or no rays.
     #[error("{what}")]
@@ -181,7 +181,7 @@ impl Warp {
                 boundary: BoundaryFunction::KernelScaled { scale: 0.6 },
             },
             points: AuxiliaryPoints::Antithetic,
-            focus: 1.0,
+            radial_exponent: 1.0,
             debias: Debias::Consistent { rays },
             adaptive: None,
         }
@@ -197,7 +197,7 @@ impl Warp {
         Self {
             weighting: Weighting::BoundaryAware { gamma: 1.0, boundary: BoundaryFunction::default() },
             points: AuxiliaryPoints::Stratified,
-            focus: 0.5,
+            radial_exponent: 0.5,
             debias: Debias::Multilevel { rays: 8, first: 0.15, ratio: 0.3 },
             adaptive: None,
         }
@@ -229,8 +229,8 @@ impl Warp {
                 return Err(WarpError::Scale { scale: boundary.scale() });
             }
         }
-        if !(self.focus >= 0.1 && self.focus <= 1.0) {
-            return Err(WarpError::Focus { focus: self.focus });
+        if !(self.radial_exponent >= 0.1 && self.radial_exponent <= 1.0) {
+            return Err(WarpError::RadialExponent { radial_exponent: self.radial_exponent });
         }
         let adaptive = self.adaptive.map_or(Ok(()), Adaptive::check);
         self.debias.check().and(adaptive).map_err(|what| WarpError::Debias { what })
@@ -278,7 +278,7 @@ impl Warp {
         let plan = demand.as_ref().map_or_else(|| self.debias.plan(rng), Demand::pilot);
         let mut draws = Vec::with_capacity(plan.rays * plan.batches);
         for _ in 0..plan.batches {
-            self.points.draw::<D>(u, kappa, self.focus, plan.rays, rng, &mut draws);
+            self.points.draw::<D>(u, kappa, self.radial_exponent, plan.rays, rng, &mut draws);
         }
         Bundle { point: u, plan, fresh: draws.len(), draws, demand }
     }
@@ -304,7 +304,14 @@ impl Warp {
         assert_eq!(relative.len(), bundle.fresh, "one distance for every new point");
         let Some(more) = demand.hear(&relative, rng) else { return false };
         for _ in 0..more.batches {
-            self.points.draw::<D>(bundle.point, kappa, self.focus, more.rays, rng, &mut bundle.draws);
+            self.points.draw::<D>(
+                bundle.point,
+                kappa,
+                self.radial_exponent,
+                more.rays,
+                rng,
+                &mut bundle.draws,
+            );
         }
         bundle.fresh = more.rays * more.batches;
         true
@@ -466,7 +473,7 @@ mod tests {
             let stencil = warp.stencil::<D, _>(u, kappa, &mut stream(1, &[]), |p| (p, boundary(p)));
             // The same draws once more, for their densities.
             let mut draws = vec![];
-            warp.points.draw::<D>(u, kappa, warp.focus, 10, &mut stream(1, &[]), &mut draws);
+            warp.points.draw::<D>(u, kappa, warp.radial_exponent, 10, &mut stream(1, &[]), &mut draws);
             let value = |at: DVec2| {
                 let scale = 0.4 * kappa.sqrt();
                 let (mut z, mut a) = (0.0, DVec2::ZERO);

@@ -9,7 +9,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};
-use volume3d::gradient::{Change, Gradient, GradientImage, Progress, WarpedArea};
+use volume3d::gradient::{Gradient, GradientImage, Progress, Tangent, WarpedArea};
 use volume3d::scene::{Crop, Scene};
 
 use super::coverage::ProjectedScene;
@@ -29,7 +29,7 @@ pub struct Known {
     /// The scene.
     pub scene: Scene,
     /// What moves.
-    pub change: Change,
+    pub change: Tangent,
     /// One weight per pixel and channel.
     pub weights: Vec<DVec3>,
     /// Σ weight · dI/dθ.
@@ -162,8 +162,8 @@ impl Reference for Known {
 /// # Panics
 /// If one was not.
 #[must_use]
-pub fn pulled(found: impl Into<Gradient>) -> Change {
-    let Gradient { change, non_finite, .. } = found.into();
+pub fn pulled(found: impl Into<Gradient>) -> Tangent {
+    let Gradient { by_parameter: change, non_finite, .. } = found.into();
     assert!(non_finite.is_empty(), "{non_finite:?}");
     change
 }

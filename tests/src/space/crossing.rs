@@ -4,7 +4,7 @@
 use flatland::plane::Filter;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use volume3d::gradient::{Change, EdgeSampling, Gradient, Progress, Wanted, WarpedArea};
+use volume3d::gradient::{ActiveParameters, EdgeSampling, Gradient, Progress, Tangent, WarpedArea};
 
 use super::campaign::Known;
 use super::coverage::{Camera, CameraMotion, Mesh, Motion, ProjectedScene};
@@ -55,35 +55,39 @@ impl Sampler {
         const SEED: u64 = 11;
         let image = self.gradient(known, SEED);
         let scale: f64 = known.weights.iter().zip(&image).map(|(w, g)| (*w * *g).abs().element_sum()).sum();
-        let (wanted, progress) = (moving(known), Progress::none());
+        let (active, progress) = (moving(known), Progress::none());
         let found = match self {
             Self::Warped(method) => {
                 let method = WarpedArea { seed: SEED, ..method.clone() };
-                method.reverse(&known.scene, &known.weights, &wanted, &progress)
+                method.reverse(&known.scene, &known.weights, &active, &progress)
             }
             Self::Edges(method) => {
                 let method = EdgeSampling { seed: SEED, ..method.clone() };
-                method.reverse(&known.scene, &known.weights, &wanted, &progress)
+                method.reverse(&known.scene, &known.weights, &active, &progress)
             }
         };
-        let Gradient { change, .. } = found.unwrap_or_else(|e| panic!("{e}\n{}", known.label));
+        let Gradient { by_parameter: change, .. } = found.unwrap_or_else(|e| panic!("{e}\n{}", known.label));
         let error = (change.dot(&known.change) - known.weighted(&image)).abs();
         error / scale.max(magnitude(&change, &known.change))
     }
 }
 
 /// What moves: edge sampling draws from the edges of that alone.
-fn moving(known: &Known) -> Wanted {
+fn moving(known: &Known) -> ActiveParameters {
     let Known { scene, change, .. } = known;
     let moves = |shape: usize| change.positions_of(scene, shape).iter().any(|v| *v != DVec3::ZERO);
     let shapes = (0..scene.description().shapes.len()).map(moves).collect();
     let camera = &change.camera;
     let turns = camera.translation != DVec3::ZERO || camera.rotation != DVec3::ZERO;
-    Wanted { shapes, camera: turns || camera.field_of_view != 0.0, ..Wanted::everything(scene) }
+    ActiveParameters {
+        shapes,
+        camera: turns || camera.field_of_view != 0.0,
+        ..ActiveParameters::everything(scene)
+    }
 }
 
 /// Σ |gradient · rate| over positions and camera.
-fn magnitude(gradient: &Change, change: &Change) -> f64 {
+fn magnitude(gradient: &Tangent, change: &Tangent) -> f64 {
     let positions = gradient.positions.iter().zip(&change.positions);
     let (g, r) = (&gradient.camera, &change.camera);
     let camera = [(g.translation, r.translation), (g.rotation, r.rotation)];

@@ -3,7 +3,7 @@
 use flatland::plane;
 use glam::DVec3;
 use volume3d::geometry::Mesh;
-use volume3d::gradient::{CameraChange, Change};
+use volume3d::gradient::{CameraTangent, Tangent};
 use volume3d::scene::{
     Camera, Crop, Description, Environment, Film, Filter, Integrator, Material, Scene, Shape,
 };
@@ -23,7 +23,7 @@ pub struct Moving {
     /// The scene.
     pub scene: Scene,
     /// Its derivative with respect to θ.
-    pub change: Change,
+    pub change: Tangent,
 }
 
 /// A scene under construction whose vertices have velocities.
@@ -32,7 +32,7 @@ pub struct Stage {
     /// What there is so far.
     pub description: Description,
     velocities: Vec<Vec<DVec3>>,
-    camera: CameraChange,
+    camera: CameraTangent,
 }
 
 impl Stage {
@@ -49,7 +49,7 @@ impl Stage {
         let camera = Camera { origin, right, up, forward, field_of_view };
         let mut description = Description::new(camera, film);
         description.integrator = Integrator { max_depth: Some(2), rr_depth: 100 };
-        let camera = CameraChange {
+        let camera = CameraTangent {
             translation: motion.origin,
             rotation: motion.angular,
             field_of_view: motion.field_of_view,
@@ -93,7 +93,7 @@ impl Stage {
     #[must_use]
     pub fn finish(self) -> Moving {
         let scene = Scene::new(self.description).expect("a scene");
-        let mut change = Change::still(&scene);
+        let mut change = Tangent::still(&scene);
         for (shape, velocities) in self.velocities.iter().enumerate() {
             change.positions_of_mut(&scene, shape).copy_from_slice(velocities);
         }

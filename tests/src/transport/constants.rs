@@ -1,7 +1,7 @@
 //! Worlds whose pixels and derivatives are known by an argument, without computing them.
 
 use flatland::plane::Filter;
-use flatland::transport::{Camera, CameraChange, Change, Film, Gloss, Material, Shape, World};
+use flatland::transport::{Camera, CameraTangent, Film, Gloss, Material, Shape, Tangent, World};
 use glam::DVec2;
 
 use super::worlds::{Case, Kind, Knobs};
@@ -60,16 +60,16 @@ fn furnaces(filter: Filter, bounces: usize) -> Vec<Constant> {
     let world = World::new(0.0, vec![room, block]).expect("a world");
     let camera = camera(p(-0.4, 0.1), 0.1, 1.0, filter);
     let [sum, slope] = geometric(reflectance, bounces);
-    let mut by_material = Change::none(&world);
+    let mut by_material = Tangent::none(&world);
     for m in &mut by_material.materials {
         (m.reflectance, m.emission) = (0.3, -0.8);
     }
-    let eye = CameraChange { position: p(0.4, -1.0), angle: 0.3, field_of_view: 0.5 };
+    let eye = CameraTangent { position: p(0.4, -1.0), angle: 0.3, field_of_view: 0.5 };
     [
-        ("a block moves", Change::translate(&world, [1], p(0.7, 0.4)), 0.0),
-        ("a block turns", Change::rotate(&world, [1], p(0.5, 0.0)), 0.0),
-        ("the walls move", Change::scale(&world, [0], p(0.1, 0.0)), 0.0),
-        ("the camera moves", Change::of_camera(&world, eye), 0.0),
+        ("a block moves", Tangent::translate(&world, [1], p(0.7, 0.4)), 0.0),
+        ("a block turns", Tangent::rotate(&world, [1], p(0.5, 0.0)), 0.0),
+        ("the walls move", Tangent::scale(&world, [0], p(0.1, 0.0)), 0.0),
+        ("the camera moves", Tangent::of_camera(&world, eye), 0.0),
         ("the material changes", by_material, 0.3 * emission * slope - 0.8 * sum),
     ]
     .map(|(what, change, derivative)| Constant {
@@ -91,11 +91,11 @@ fn alone_under_a_sky(filter: Filter, bounces: usize) -> Vec<Constant> {
     let world = World::new(sky, vec![ground]).expect("a world");
     let camera = camera(p(0.2, 1.0), -1.4, 0.7, filter);
     let reflected = if bounces == 0 { 0.0 } else { 1.0 };
-    let mut by_sky = Change { environment: 0.7, ..Change::none(&world) };
+    let mut by_sky = Tangent { environment: 0.7, ..Tangent::none(&world) };
     by_sky.materials[0].reflectance = 0.2;
     [
-        ("it moves", Change::translate(&world, [0], p(0.7, 0.4)), 0.0),
-        ("it turns", Change::rotate(&world, [0], p(0.5, 0.0)), 0.0),
+        ("it moves", Tangent::translate(&world, [0], p(0.7, 0.4)), 0.0),
+        ("it turns", Tangent::rotate(&world, [0], p(0.5, 0.0)), 0.0),
         ("the sky brightens", by_sky, (0.7 * reflectance + 0.2 * sky) * reflected),
     ]
     .map(|(what, change, derivative)| Constant {
@@ -121,7 +121,7 @@ fn sliding_under_itself(filter: Filter, bounces: usize) -> Constant {
     let light = Shape::open([p(-2.0, 3.0), p(-0.5, 3.5)], Material::emitter(2.0));
     let world = World::new(0.3, vec![line, light]).expect("a world");
     let camera = camera(p(0.2, 2.0), -1.4, 0.7, filter);
-    let change = Change::translate(&world, [0], p(2.0, 1.0));
+    let change = Tangent::translate(&world, [0], p(2.0, 1.0));
     let label = format!("sliding under itself, {filter:?}");
     Constant { case: Case { world, camera, change, label }, bounces, value: None, derivative: 0.0 }
 }
@@ -132,7 +132,7 @@ fn turning_in_the_furnace(filter: Filter, bounces: usize) -> Constant {
     let disc = Shape::closed((0..24).map(corner), Material::emitter(1.3));
     let world = World::new(1.3, vec![disc]).expect("a world");
     let camera = camera(p(-1.4, 0.2), -0.1, 1.2, filter);
-    let change = Change::rotate(&world, [0], DVec2::ZERO);
+    let change = Tangent::rotate(&world, [0], DVec2::ZERO);
     let label = format!("a disc that turns, {filter:?}");
     Constant { case: Case { world, camera, change, label }, bounces, value: Some(1.3), derivative: 0.0 }
 }
@@ -144,18 +144,18 @@ fn moved_as_one(filter: Filter, bounces: usize) -> Vec<Constant> {
     for (seed, kind) in [(1, Kind::Shadows), (2, Kind::Glossy), (3, Kind::Glowing), (4, Kind::Room)] {
         let Case { world, camera, label, .. } = knobs(seed, kind).build();
         let (every, centre) = (0..world.shapes().len(), p(0.3, 0.8));
-        let (arm, none) = (camera.position - centre, CameraChange::default());
+        let (arm, none) = (camera.position - centre, CameraTangent::default());
         let direction = p(0.8, -0.5);
-        let eye = |camera: CameraChange| Change::of_camera(&world, camera);
+        let eye = |camera: CameraTangent| Tangent::of_camera(&world, camera);
         let changes = [
-            Change::translate(&world, every.clone(), direction)
-                .and(&eye(CameraChange { position: direction, ..none })),
-            Change::rotate(&world, every.clone(), centre).and(&eye(CameraChange {
+            Tangent::translate(&world, every.clone(), direction)
+                .and(&eye(CameraTangent { position: direction, ..none })),
+            Tangent::rotate(&world, every.clone(), centre).and(&eye(CameraTangent {
                 position: arm.perp(),
                 angle: 1.0,
                 ..none
             })),
-            Change::scale(&world, every, centre).and(&eye(CameraChange { position: arm, ..none })),
+            Tangent::scale(&world, every, centre).and(&eye(CameraTangent { position: arm, ..none })),
         ];
         for (what, change) in ["translated", "turned", "scaled"].into_iter().zip(changes) {
             let label = format!("{what} as one: {label}");

@@ -8,7 +8,7 @@ use clap::error::ErrorKind;
 use flatland::random::stream;
 use glam::DVec3;
 use rand::Rng;
-use volume3d::gradient::{Change, FiniteDifference, GradientError};
+use volume3d::gradient::{FiniteDifference, GradientError, Tangent};
 use volume3d::io::{Image, signed_range};
 use volume3d::scene::Scene;
 
@@ -82,7 +82,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     options.run.begin()?;
     let loaded = options.scene.load()?;
     let change = change(&loaded.scene, &options.moves.moves)?;
-    if change == Change::still(&loaded.scene) {
+    if change == Tangent::still(&loaded.scene) {
         let text = "NOTHING CHANGES: all rates of --move are 0, or their sum is\n".to_owned();
         return Ok(Report { text, outcome: Outcome::Bad });
     }
@@ -111,7 +111,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
 struct Check<'a> {
     options: &'a Options,
     scene: &'a Scene,
-    change: &'a Change,
+    change: &'a Tangent,
     /// Samples a pixel of one run.
     samples: usize,
     bar: Bar,
@@ -119,7 +119,7 @@ struct Check<'a> {
 }
 
 impl<'a> Check<'a> {
-    fn new(options: &'a Options, scene: &'a Scene, change: &'a Change, estimates: usize) -> Self {
+    fn new(options: &'a Options, scene: &'a Scene, change: &'a Tangent, estimates: usize) -> Self {
         let samples = options.spp.div_ceil(RUNS);
         let bar = Bar::new(estimates * RUNS, "check");
         Self { options, scene, change, samples, bar, messages: String::new() }

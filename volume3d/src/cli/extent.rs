@@ -1,7 +1,7 @@
 //! Steps of finite differences that suit a scene and a change.
 
 use glam::DVec3;
-use volume3d::gradient::{CameraChange, Change};
+use volume3d::gradient::{CameraTangent, Tangent};
 use volume3d::scene::Scene;
 
 /// Fractions of the scene's size, of a radian, or of a unit of radiance or reflectance, by which the fastest
@@ -9,10 +9,10 @@ use volume3d::scene::Scene;
 const FRACTIONS: [f64; 4] = [1e-2, 3e-3, 1e-3, 3e-4];
 
 /// Steps from large to small, at which no parameter moves by more than [`FRACTIONS`] of its scale.
-pub(super) fn steps(scene: &Scene, change: &Change) -> Vec<f64> {
+pub(super) fn steps(scene: &Scene, change: &Tangent) -> Vec<f64> {
     let fastest = |rates: &[DVec3]| rates.iter().map(|r| r.length()).fold(0.0, f64::max);
     let size = size(scene);
-    let CameraChange { translation, rotation, field_of_view } = change.camera;
+    let CameraTangent { translation, rotation, field_of_view } = change.camera;
     let rates = [
         fastest(&change.positions) / size,
         translation.length() / size,

@@ -6,8 +6,8 @@ use clap::{Args, ValueEnum};
 use flatland::warp::{Adaptive, Debias, Warp};
 use glam::DVec3;
 use volume3d::gradient::{
-    Change, EdgeSampling, Field, FiniteDifference, Gradient, GradientError, GradientImage, Progress,
-    Rotation, Wanted, WarpedArea,
+    ActiveParameters, EdgeSampling, Field, FiniteDifference, Gradient, GradientError, GradientImage,
+    Progress, Rotation, Tangent, WarpedArea,
 };
 use volume3d::scene::Scene;
 
@@ -18,7 +18,7 @@ pub(super) struct MethodOptions {
     /// How the derivative is estimated.
     #[arg(long, value_enum, default_value = "warped-area")]
     method: Method,
-    /// Warped area: what its field is made of [default: outlines; rays if --debias, --aux or
+    /// Warped area: what its field is made of [default: silhouette-mean; rays if --debias, --aux or
     /// --adaptive is given].
     #[arg(long, value_enum)]
     field: Option<FieldKind>,
@@ -55,7 +55,7 @@ pub(super) enum Method {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum FieldKind {
     /// The edges near a direction, averaged exactly: no auxiliary rays.
-    Outlines,
+    SilhouetteMean,
     /// What auxiliary rays hit, as in the paper.
     Rays,
 }
@@ -100,7 +100,7 @@ impl MethodOptions {
         if self.method != Method::WarpedArea && (rays || self.field.is_some()) {
             return conflict("--field, --debias, --aux and --adaptive belong to --method warped-area");
         }
-        if self.field == Some(FieldKind::Outlines) && rays {
+        if self.field == Some(FieldKind::SilhouetteMean) && rays {
             return conflict("--debias, --aux and --adaptive belong to --field rays");
         }
         if self.adaptive && self.debias == Some(Bias::Roulette) {
@@ -158,7 +158,7 @@ impl Estimator {
     pub(super) fn forward(
         &self,
         scene: &Scene,
-        change: &Change,
+        change: &Tangent,
         terms: bool,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
@@ -173,18 +173,18 @@ impl Estimator {
         }
     }
 
-    /// The derivative of Σ adjoint · image by every wanted parameter.
+    /// The derivative of Σ adjoint · image by every active parameter.
     pub(super) fn reverse(
         &self,
         scene: &Scene,
         adjoint: &[DVec3],
-        wanted: &Wanted,
+        active: &ActiveParameters,
         progress: &Progress,
     ) -> anyhow::Result<Gradient> {
         match self {
-            Self::WarpedArea(method) => Ok(method.reverse(scene, adjoint, wanted, progress)?),
-            Self::EdgeSampling(method) => Ok(method.reverse(scene, adjoint, wanted, progress)?),
-            Self::Rotation(method) => Ok(method.reverse(scene, adjoint, wanted, progress)?),
+            Self::WarpedArea(method) => Ok(method.reverse(scene, adjoint, active, progress)?),
+            Self::EdgeSampling(method) => Ok(method.reverse(scene, adjoint, active, progress)?),
+            Self::Rotation(method) => Ok(method.reverse(scene, adjoint, active, progress)?),
             Self::FiniteDifference(_) => bail!("finite differences have no reverse mode"),
         }
     }

@@ -5,7 +5,7 @@ use std::str::FromStr;
 use anyhow::{anyhow, bail};
 use clap::Args;
 use glam::DVec3;
-use volume3d::gradient::Change;
+use volume3d::gradient::Tangent;
 use volume3d::scene::{Bsdf, Environment, Light, Reflectance, Scene};
 
 use super::names;
@@ -128,14 +128,14 @@ fn vector(text: &str) -> Result<DVec3, String> {
 }
 
 /// The sum of all motions.
-pub(super) fn change(scene: &Scene, moves: &[Move]) -> anyhow::Result<Change> {
-    let mut change = Change::still(scene);
+pub(super) fn change(scene: &Scene, moves: &[Move]) -> anyhow::Result<Tangent> {
+    let mut change = Tangent::still(scene);
     moves.iter().try_for_each(|m| m.add_to(scene, &mut change))?;
     Ok(change)
 }
 
 impl Move {
-    fn add_to(&self, scene: &Scene, change: &mut Change) -> anyhow::Result<()> {
+    fn add_to(&self, scene: &Scene, change: &mut Tangent) -> anyhow::Result<()> {
         let shape = || shape(scene, &self.what);
         match self.how {
             How::Translate(velocity) => change.translate(scene, shape()?, velocity),

@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use glam::DVec3;
-use volume3d::gradient::{Change, Wanted};
+use volume3d::gradient::{ActiveParameters, Tangent};
 use volume3d::io::Array;
 use volume3d::scene::{Reflectance, Scene};
 
@@ -120,22 +120,22 @@ impl Parameter {
 
 impl Located {
     /// Asks for it.
-    pub(super) fn want(self, wanted: &mut Wanted) {
+    pub(super) fn want(self, active: &mut ActiveParameters) {
         match self {
-            Self::Positions { shape } => wanted.shapes[shape] = true,
-            Self::Radiance { .. } | Self::Environment | Self::Light { .. } => wanted.lights = true,
+            Self::Positions { shape } => active.shapes[shape] = true,
+            Self::Radiance { .. } | Self::Environment | Self::Light { .. } => active.lights = true,
             Self::Reflectance { material }
             | Self::Roughness { material }
             | Self::Texture { material, .. } => {
-                wanted.materials[material] = true;
+                active.materials[material] = true;
             }
-            Self::CameraTranslation | Self::CameraRotation | Self::CameraFieldOfView => wanted.camera = true,
+            Self::CameraTranslation | Self::CameraRotation | Self::CameraFieldOfView => active.camera = true,
         }
     }
 
     /// Its part of a gradient. Of vertex positions, every vertex of the file has the derivative by the place it
     /// is at: where a file has several vertices at one place, they move together, and each has the whole.
-    pub(super) fn pick(self, scene: &Scene, gradient: &Change) -> Array {
+    pub(super) fn pick(self, scene: &Scene, gradient: &Tangent) -> Array {
         let d = scene.description();
         let flat = |vectors: &[DVec3]| vectors.iter().flat_map(DVec3::to_array).collect::<Vec<f64>>();
         let vector = |v: DVec3| Array { shape: vec![3], values: flat(&[v]) };

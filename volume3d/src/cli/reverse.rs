@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{anyhow, bail};
-use volume3d::gradient::Wanted;
+use volume3d::gradient::ActiveParameters;
 use volume3d::io::{Image, Precision, read_exr, read_npy, write_npy};
 use volume3d::scene::{Overlap, Scene};
 
@@ -41,27 +41,27 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     check_size(request.adjoint, &adjoint, scene)?;
     let located =
         request.parameters.iter().map(|p| p.locate(scene)).collect::<anyhow::Result<Vec<Located>>>()?;
-    let mut wanted = Wanted::nothing(scene);
-    located.iter().for_each(|parameter| parameter.want(&mut wanted));
+    let mut active = ActiveParameters::nothing(scene);
+    located.iter().for_each(|parameter| parameter.want(&mut active));
 
     let samples = request.samples.unwrap_or(scene.description().samples);
     let start = Instant::now();
     let estimator = request.method.estimator(samples, request.run.seed, None);
     let bar = Bar::new(0, "reverse");
-    let gradient = estimator.reverse(scene, &adjoint.pixels, &wanted, &bar.progress())?;
+    let gradient = estimator.reverse(scene, &adjoint.pixels, &active, &bar.progress())?;
     drop(bar);
     let seconds = start.elapsed().as_secs_f64();
     stop_if_asked()?;
 
     let mut text = format!("{} × {} pixels, {samples} spp, {seconds:.2} s\n", adjoint.width, adjoint.height);
     text += &located_samples(&gradient.non_finite);
-    if request.method.is_interior() && wanted.is_geometric() {
+    if request.method.is_interior() && active.is_geometric() {
         text += INTERIOR;
     }
     let heavy = gradient.outlier().map(|largest| outlier(largest, gradient.largest_share()));
     text += &heavy.unwrap_or_default();
     for (parameter, path) in located.iter().zip(&paths) {
-        let array = parameter.pick(scene, &gradient.change);
+        let array = parameter.pick(scene, &gradient.by_parameter);
         let size = array.values.iter().map(|x| x * x).sum::<f64>().sqrt();
         write_npy(path, &array, Precision::Double)?;
         if !size.is_finite() {
@@ -69,7 +69,7 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
         }
         text += &format!("wrote {}, shape {:?}, norm {size:.3e}\n", path.display(), array.shape);
     }
-    let moves = |o: &Overlap| o.shapes.iter().any(|&s| wanted.shapes[s]);
+    let moves = |o: &Overlap| o.shapes.iter().any(|&s| active.shapes[s]);
     for parted in scene.overlapping_shapes().iter().filter(|o| moves(o)) {
         text += &format!("WARNING: {}\n", overlap(scene.description(), parted));
     }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Change;
+use super::Tangent;
 use super::contribution::{Contribution, Source};
 use super::non_finite::NonFinite;
 use super::result::Gradient;
@@ -19,7 +19,7 @@ pub(super) struct Accumulator {
 impl Accumulator {
     /// Of nothing yet.
     pub(super) fn new(scene: &Scene) -> Self {
-        Self { gradient: Change::still(scene).into(), touched: vec![] }
+        Self { gradient: Tangent::still(scene).into(), touched: vec![] }
     }
 
     /// Ends a sample, and keeps it if none before it has contributed more: Σ |·| of what it has added to each position,
@@ -47,16 +47,16 @@ fn net(touched: &mut [(u32, DVec3)]) -> f64 {
 
 impl Sink for Accumulator {
     fn position(&mut self, index: u32, covector: DVec3) {
-        self.gradient.change.positions[index as usize] += covector;
+        self.gradient.by_parameter.positions[index as usize] += covector;
         self.touched.push((index, covector));
     }
 
     fn normal(&mut self, index: u32, covector: DVec3) {
-        self.gradient.change.normals[index as usize] += covector;
+        self.gradient.by_parameter.normals[index as usize] += covector;
     }
 
-    fn rest(&mut self) -> &mut Change {
-        &mut self.gradient.change
+    fn rest(&mut self) -> &mut Tangent {
+        &mut self.gradient.by_parameter
     }
 }
 

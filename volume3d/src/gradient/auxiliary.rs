@@ -1,4 +1,4 @@
-//! Warps at a point: from what auxiliary rays hit, or from the outlines near by.
+//! Warps at a point: from what auxiliary rays hit, or from the silhouettes near by.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -7,15 +7,16 @@ use flatland::warp::{Bundle, Domain, Plane, Stencil, Warp};
 use glam::{DVec2, DVec3};
 
 use super::film::FilmPlane;
+use super::followed::FollowedPoint;
 use super::nearest_jump::{Jumps, Nearest, nearest_jump};
-use super::outline::{
-    Cone, Edge, HalfSpace, Outline, Pole, Reach, SceneEdges, Silhouettes, Subject, View, WIDEST,
+use super::rigid_motion::{Rigid, RigidMotion, Warping};
+use super::silhouette_mean::{
+    AngularSupport, Cone, Edge, HalfSpace, Pole, SceneEdges, SilhouetteMean, Silhouettes, Subject, View,
+    WIDEST,
 };
-use super::rigid::{Following, Rigid, Warping};
-use super::seen::Seen;
 use super::warps::{DirectionWarp, FilmWarp};
 use crate::Sphere;
-use crate::calculus::{Kernel, Sees};
+use crate::calculus::{Kernel, VisibilityDomain};
 use crate::geometry::Hit;
 use crate::path::{Paths, SHORT};
 use crate::scene::Scene;
@@ -56,7 +57,7 @@ impl MovingBounds {
     }
 
     /// Whether anything that moves may be seen within the reach of a direction.
-    pub(crate) fn may_be_near(&self, origin: DVec3, direction: DVec3, reach: Reach) -> bool {
+    pub(crate) fn may_be_near(&self, origin: DVec3, direction: DVec3, reach: AngularSupport) -> bool {
         self.boxes.iter().any(|&(low, high)| {
             let way = 0.5 * (low + high) - origin;
             let (distance, radius) = (way.length(), 0.5 * (high - low).length());
@@ -83,8 +84,8 @@ impl MovingBounds {
 /// Where the velocities that make a field come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Construction {
-    /// The outlines near a direction: within so many pixels on the film, so many widths of the kernel elsewhere.
-    Outlined { film: f64, lobe: f64 },
+    /// The silhouettes near a direction: within so many pixels on the film, so many widths of the kernel elsewhere.
+    SilhouetteMean { film: f64, lobe: f64 },
     /// Weighted with regard to boundaries; velocities fade away from jumps, or do not.
     Weighted { fades: bool },
     /// One rigid motion per kernel, that of the nearest of so many points.
@@ -150,13 +151,16 @@ impl<'s> Auxiliary<'s> {
         x_moves: bool,
     ) -> Option<DirectionWarp> {
         let kappa = kernel.kappa;
-        if let Construction::Outlined { lobe, .. } = self.construction {
-            let reach = Reach::new(lobe / kappa.sqrt());
-            return self.outline_on_sphere(x, direction, kernel, reach, x_moves).map(DirectionWarp::Outline);
+        if let Construction::SilhouetteMean { lobe, .. } = self.construction {
+            let reach = AngularSupport::new(lobe / kappa.sqrt());
+            return self
+                .silhouettes_on_sphere(x, direction, kernel, reach, x_moves)
+                .map(DirectionWarp::SilhouetteMean);
         }
         if let Construction::Followed { candidates } = self.construction {
             // As for weights: what is below the horizon is inside a solid, and arbitrarily near.
-            let keep = |d: DVec3, distance| kernel.normal.dot(d) > 0.0 && counts(kernel.sees, x, d, distance);
+            let keep =
+                |d: DVec3, distance| kernel.normal.dot(d) > 0.0 && counts(kernel.domain, x, d, distance);
             let warping =
                 self.follow::<Sphere>(x, Some(from), direction, kappa, candidates, x_moves, |d| d, keep);
             return warping.map(DirectionWarp::Rays);
@@ -172,18 +176,18 @@ impl<'s> Auxiliary<'s> {
         kernel: Kernel,
         x_moves: bool,
     ) -> Option<DirectionWarp> {
-        let Kernel { kappa, normal, sees, .. } = kernel;
+        let Kernel { kappa, normal, domain, .. } = kernel;
         let (scene, warp) = (self.paths.scene, self.warp);
         let fades = self.construction == Construction::Weighted { fades: true };
-        let jumps = match sees {
-            Sees::Radiance => Jumps::Radiance,
-            Sees::Beyond => Jumps::Visibility { light: None },
-            Sees::Before { shape, .. } => Jumps::Visibility { light: Some(shape) },
+        let jumps = match domain {
+            VisibilityDomain::Radiance => Jumps::Radiance,
+            VisibilityDomain::Distant => Jumps::Visibility { light: None },
+            VisibilityDomain::BeforePlane { shape, .. } => Jumps::Visibility { light: Some(shape) },
         };
         let bundle: Bundle<Sphere> = warp.bundle(direction, kappa, &mut self.rng);
         let (face, rounding) = (self.upward(from, normal), self.paths.rounding());
         let sight = |direction: DVec3, hit: Option<Hit>| {
-            let hit = hit.filter(|h| normal.dot(direction) > 0.0 && counts(sees, x, direction, h.distance));
+            let hit = hit.filter(|h| normal.dot(direction) > 0.0 && counts(domain, x, direction, h.distance));
             let nearest =
                 hit.map_or(NOWHERE, |h| nearest_jump(scene, h.triangle, x, direction, h.distance, jumps));
             // With shading normals rays may go below the face, and leave the solid at once through the next one: what
@@ -194,12 +198,12 @@ impl<'s> Auxiliary<'s> {
             let below = height < 0.0 && hit.is_some_and(own);
             let distance = if below { nearest.angle.min(-height) } else { nearest.angle };
             let nearness = warp.nearness(distance, kappa);
-            let seen = Seen::by_ray(scene, hit, direction, if fades { nearness } else { 1.0 });
+            let seen = FollowedPoint::by_ray(scene, hit, direction, if fades { nearness } else { 1.0 });
             // The directions of edges this near are known to rounding over their distance.
             let tolerance = 1e-6 * height.abs() + 10.0 * rounding / seen.distance;
             let ends_at_horizon = (distance - height.abs()).abs() <= tolerance;
             let seen = if ends_at_horizon { seen } else { seen.or_crossing(nearest, nearness) };
-            (Seen { horizon: ends_at_horizon.then_some(face), ..seen }, distance)
+            (FollowedPoint { horizon: ends_at_horizon.then_some(face), ..seen }, distance)
         };
         let stencil = self.weighted(bundle, kappa, x, Some(from), x_moves, |d| d, sight)?;
         Some(DirectionWarp::Rays(Warping::Weighted(stencil)))
@@ -219,9 +223,9 @@ impl<'s> Auxiliary<'s> {
         from: Option<u32>,
         origin_moves: bool,
         ray: impl Fn(D::Vector) -> DVec3,
-        sight: impl Fn(DVec3, Option<Hit>) -> (Seen, f64),
-    ) -> Option<Stencil<D, Seen>> {
-        let mut seen: Vec<(Seen, f64)> = vec![];
+        sight: impl Fn(DVec3, Option<Hit>) -> (FollowedPoint, f64),
+    ) -> Option<Stencil<D, FollowedPoint>> {
+        let mut seen: Vec<(FollowedPoint, f64)> = vec![];
         let mut matters: Vec<bool> = vec![];
         loop {
             // Rays that no one has needed yet are traced with the next ones, if those are needed.
@@ -258,11 +262,12 @@ impl<'s> Auxiliary<'s> {
         let ray = |p: DVec2| film.direction(&frame, [p.x, p.y]).value();
         let origin = camera.origin;
         match self.construction {
-            Construction::Outlined { film: radius, .. } => {
-                let reach = Reach::new(radius * film.pixel_angle());
+            Construction::SilhouetteMean { film: radius, .. } => {
+                let reach = AngularSupport::new(radius * film.pixel_angle());
                 let direction = ray(u);
-                let outline = self.outline_on_film(origin, direction, reach, triangle, camera_moves)?;
-                Some(FilmWarp::Outline(outline, direction))
+                let silhouettes =
+                    self.silhouettes_on_film(origin, direction, reach, triangle, camera_moves)?;
+                Some(FilmWarp::SilhouetteMean(silhouettes, direction))
             }
             Construction::Followed { candidates } => self
                 .follow::<Plane>(origin, None, u, kappa, candidates, camera_moves, ray, |_, _| true)
@@ -288,21 +293,21 @@ impl<'s> Auxiliary<'s> {
                 nearest_jump(scene, h.triangle, camera.origin, direction, h.distance, jumps)
             });
             let distance = film.scale(camera, direction) * nearest.angle;
-            let seen = Seen::by_ray(scene, hit, direction, 1.0);
+            let seen = FollowedPoint::by_ray(scene, hit, direction, 1.0);
             (seen.or_crossing(nearest, warp.nearness(distance, kappa)), distance)
         };
         let stencil = self.weighted(bundle, kappa, camera.origin, None, camera_moves, ray, sight)?;
         Some(FilmWarp::Rays(Warping::Weighted(stencil)))
     }
 
-    fn outline_on_film(
+    fn silhouettes_on_film(
         &mut self,
         origin: DVec3,
         direction: DVec3,
-        reach: Reach,
+        reach: AngularSupport,
         triangle: Option<u32>,
         camera_moves: bool,
-    ) -> Option<Outline> {
+    ) -> Option<SilhouetteMean> {
         if !camera_moves && !self.moving.may_be_near(origin, direction, reach) {
             return None;
         }
@@ -311,11 +316,11 @@ impl<'s> Auxiliary<'s> {
         let front = triangle.map(|t| self.front(tree.plane(t), origin));
         let subject = Subject::Radiance(triangle);
         let view = View { origin, planes: front.as_slice(), subject, rounding: self.paths.rounding() };
-        Outline::new(scene, tree, Silhouettes::Listed(&self.near.edges), &view, direction, reach)
+        SilhouetteMean::new(scene, tree, Silhouettes::Listed(&self.near.edges), &view, direction, reach)
     }
 
     /// Samples of one pixel look along nearly one direction: silhouettes around it are looked up once for them all.
-    fn gather(&mut self, origin: DVec3, direction: DVec3, reach: Reach) -> Option<()> {
+    fn gather(&mut self, origin: DVec3, direction: DVec3, reach: AngularSupport) -> Option<()> {
         let tree = self.edges?;
         let moved = (direction - self.near.direction).length();
         // Angles are at most π/2 times their chords, of which these are small.
@@ -323,7 +328,7 @@ impl<'s> Auxiliary<'s> {
             let margin = 2.0 * reach.versine.sqrt();
             // A cap that would be too wide is looked up for each direction.
             let margin = if reach.angle + FRAC_PI_2 * margin > WIDEST { 0.0 } else { margin };
-            let wide = Reach::new(reach.angle + FRAC_PI_2 * margin);
+            let wide = AngularSupport::new(reach.angle + FRAC_PI_2 * margin);
             let cone =
                 Cone { origin, axis: direction, reach: wide, planes: &[], rounding: self.paths.rounding() };
             self.near.edges.clear();
@@ -333,27 +338,27 @@ impl<'s> Auxiliary<'s> {
         Some(())
     }
 
-    fn outline_on_sphere(
+    fn silhouettes_on_sphere(
         &self,
         x: DVec3,
         direction: DVec3,
         kernel: Kernel,
-        reach: Reach,
+        reach: AngularSupport,
         x_moves: bool,
-    ) -> Option<Outline> {
+    ) -> Option<SilhouetteMean> {
         if !x_moves && !self.moving.may_be_near(x, direction, reach) {
             return None;
         }
         // What lies in the plane of the horizon is not above it.
         let horizon = HalfSpace { normal: kernel.normal, point: x, slack: -self.paths.rounding() };
         let (scene, tree) = (self.paths.scene, self.edges?);
-        let (subject, plane) = match kernel.sees {
-            Sees::Beyond => (Subject::Cover, None),
-            Sees::Radiance => {
+        let (subject, plane) = match kernel.domain {
+            VisibilityDomain::Distant => (Subject::Cover, None),
+            VisibilityDomain::Radiance => {
                 let front = kernel.triangle.map(|t| self.front(tree.plane(t), x));
                 (Subject::Radiance(kernel.triangle), front)
             }
-            Sees::Before { normal, offset, shape } => {
+            VisibilityDomain::BeforePlane { normal, offset, shape } => {
                 // Hardly more than rounding: the border of the light's own back, a little behind it, moves with it, and
                 // a field that followed it would have to turn between it and what hides the border.
                 let slack = 1e4 * self.paths.rounding();
@@ -364,7 +369,7 @@ impl<'s> Auxiliary<'s> {
         let planes = [horizon, plane.unwrap_or(horizon)];
         let planes = &planes[..1 + usize::from(plane.is_some())];
         let view = View { origin: x, planes, subject, rounding: self.paths.rounding() };
-        Outline::new(scene, tree, Silhouettes::All, &view, direction, reach)
+        SilhouetteMean::new(scene, tree, Silhouettes::All, &view, direction, reach)
     }
 
     /// The side of a triangle's plane on which the viewer is.
@@ -418,9 +423,9 @@ impl<'s> Auxiliary<'s> {
         let nearest = (0..candidates).filter_map(|i| Some((i, self.hits[i]?)));
         let nearest = nearest.filter(|(i, hit)| keep(self.directions[*i], hit.distance));
         let (i, hit) = nearest.min_by(|a, b| a.1.distance.total_cmp(&b.1.distance))?;
-        let seen = Seen::by_ray(self.paths.scene, Some(hit), self.directions[i], 1.0);
+        let seen = FollowedPoint::by_ray(self.paths.scene, Some(hit), self.directions[i], 1.0);
         let slope = D::project(u, centre - u) * kappa;
-        Some(Warping::Followed(Following { point: u, at: points[i], seen, slope }))
+        Some(Warping::Followed(RigidMotion { point: u, at: points[i], seen, slope }))
     }
 
     fn trace(&mut self, origin: DVec3, from: Option<u32>, origin_moves: bool) -> bool {
@@ -437,10 +442,10 @@ impl<'s> Auxiliary<'s> {
 const NOWHERE: Nearest = Nearest { angle: f64::INFINITY, crossing: None };
 
 /// Whether a hit hides what the integrand is about: whether it lies before the plane of a flat light.
-fn counts(sees: Sees, x: DVec3, direction: DVec3, distance: f64) -> bool {
-    match sees {
-        Sees::Radiance | Sees::Beyond => true,
-        Sees::Before { normal, offset, .. } => {
+fn counts(domain: VisibilityDomain, x: DVec3, direction: DVec3, distance: f64) -> bool {
+    match domain {
+        VisibilityDomain::Radiance | VisibilityDomain::Distant => true,
+        VisibilityDomain::BeforePlane { normal, offset, .. } => {
             // Before the light n·y > d. The light's own plane must not hide it.
             let height = normal.dot(x) - offset;
             normal.dot(direction) * distance + height > SHORT * height

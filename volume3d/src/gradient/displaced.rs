@@ -2,11 +2,11 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-use super::Change;
+use super::Tangent;
 use crate::geometry::Normals;
 use crate::scene::{Bsdf, Description, Environment, Light, Reflectance, Scene, SceneError};
 
-impl Change {
+impl Tangent {
     /// The scene at parameters θ + `step` · change. Positions move in straight lines, what turns turns.
     ///
     /// # Errors

@@ -5,23 +5,23 @@ use rayon::prelude::*;
 
 use super::contribution::{Contribution, Source};
 use super::film::FilmPlane;
+use super::film_accumulator::{FilmAccumulator, RowSums};
 use super::non_finite::NonFinite;
 use super::progress::{Progress, Stopped};
 use super::result::{GradientImage, Terms};
-use super::strip::{Sheet, Strip};
 
 /// Rows are computed in groups of this many: enough to keep many threads busy, few enough that memory does not grow
 /// with the image. Sums do not depend on threads.
 const WAVE: usize = 64;
 
 /// Rows of cells in groups that are computed together.
-pub(super) fn waves(rows: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
+pub(super) fn row_blocks(rows: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
     (0..rows).step_by(WAVE).map(move |start| start..(start + WAVE).min(rows))
 }
 
 /// The sums over a film.
 pub(super) struct Sums<const K: usize> {
-    pub(super) sheet: Sheet<K>,
+    pub(super) accumulator: FilmAccumulator<K>,
     /// Auxiliary rays.
     pub(super) rays: u64,
     pub(super) non_finite: Vec<NonFinite>,
@@ -31,7 +31,7 @@ pub(super) struct Sums<const K: usize> {
 
 /// Where the samples of a cell go.
 pub(super) struct CellSink<'a, const K: usize> {
-    pub(super) strip: &'a mut Strip<K>,
+    pub(super) row_sums: &'a mut RowSums<K>,
     pub(super) non_finite: &'a mut Vec<NonFinite>,
     largest: &'a mut Option<Contribution>,
     progress: &'a Progress,
@@ -59,21 +59,22 @@ pub(super) fn over_film<const K: usize, W>(
     cell: impl Fn(&mut W, (usize, usize), CellSink<'_, K>) + Sync,
     rays: impl Fn(&W) -> u64 + Sync,
 ) -> Result<Sums<K>, Stopped> {
-    let mut sums = Sums { sheet: Sheet::new(film, samples), rays: 0, non_finite: vec![], largest: None };
+    let mut sums =
+        Sums { accumulator: FilmAccumulator::new(film, samples), rays: 0, non_finite: vec![], largest: None };
     let rows = film.rows + 2 * film.reach;
     progress.start(rows);
-    for wave in waves(rows) {
-        let parts: Vec<_> = wave
+    for block in row_blocks(rows) {
+        let parts: Vec<_> = block
             .into_par_iter()
             .map(|j| {
                 let mut worker = begin();
-                let (mut strip, mut non_finite, mut largest) = (Strip::new(film, samples), vec![], None);
+                let (mut row_sums, mut non_finite, mut largest) = (RowSums::new(film, samples), vec![], None);
                 for i in 0..film.columns + 2 * film.reach {
                     if progress.stopped() {
                         break;
                     }
                     let sink = CellSink {
-                        strip: &mut strip,
+                        row_sums: &mut row_sums,
                         non_finite: &mut non_finite,
                         largest: &mut largest,
                         progress,
@@ -81,14 +82,14 @@ pub(super) fn over_film<const K: usize, W>(
                     cell(&mut worker, (i, j), sink);
                 }
                 progress.advance();
-                (strip, non_finite, largest, rays(&worker))
+                (row_sums, non_finite, largest, rays(&worker))
             })
             .collect();
         if progress.stopped() {
             return Err(Stopped);
         }
-        for (strip, non_finite, largest, rays) in parts {
-            sums.sheet.absorb(&strip);
+        for (row_sums, non_finite, largest, rays) in parts {
+            sums.accumulator.absorb(&row_sums);
             sums.non_finite.extend(non_finite);
             Contribution::keep_larger(&mut sums.largest, largest);
             sums.rays += rays;
@@ -122,7 +123,7 @@ pub(super) fn finish<const N: usize, const K: usize>(
     sums: Sums<K>,
     samples: usize,
 ) -> GradientImage {
-    let Sums { sheet, rays, non_finite, largest } = sums;
+    let Sums { accumulator, rays, non_finite, largest } = sums;
     let pick = |table: &[[f64; K]], at: usize| -> Vec<DVec3> {
         table.iter().map(|q| DVec3::new(q[at], q[at + 1], q[at + 2])).collect()
     };
@@ -130,15 +131,15 @@ pub(super) fn finish<const N: usize, const K: usize>(
     GradientImage {
         width: film.columns,
         height: film.rows,
-        image: pick(&sheet.mean, 0),
-        image_error: root(pick(&sheet.variance, 0)),
-        gradient: pick(&sheet.mean, 3),
-        standard_error: root(pick(&sheet.variance, 3)),
-        regions: sheet.regions.finish(samples),
+        image: pick(&accumulator.mean, 0),
+        image_error: root(pick(&accumulator.variance, 0)),
+        gradient: pick(&accumulator.mean, 3),
+        standard_error: root(pick(&accumulator.variance, 3)),
+        regions: accumulator.regions.finish(samples),
         terms: (N == 3).then(|| Terms {
-            interior: pick(&sheet.mean, 6),
-            primary: pick(&sheet.mean, 9),
-            secondary: pick(&sheet.mean, 12),
+            interior: pick(&accumulator.mean, 6),
+            primary: pick(&accumulator.mean, 9),
+            secondary: pick(&accumulator.mean, 12),
         }),
         auxiliary_rays: rays,
         non_finite,

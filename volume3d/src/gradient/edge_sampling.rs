@@ -4,9 +4,11 @@
 use glam::DVec3;
 
 use super::boundary::{Boundary, Driver, Moving, Take, Term, add, each_boundary};
-use super::change::{supports_change, supports_wanted};
 use super::motion::Motion;
-use super::{Change, Gradient, GradientError, GradientImage, Progress, Stopped, Terms, Wanted, WarpedArea};
+use super::tangent::{supports_active, supports_tangent};
+use super::{
+    ActiveParameters, Gradient, GradientError, GradientImage, Progress, Stopped, Tangent, Terms, WarpedArea,
+};
 use crate::scene::Scene;
 
 /// Derivatives by sampling edges.
@@ -40,11 +42,11 @@ impl EdgeSampling {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Change` if the change is of another scene, `Samples` and `Warp` for parameters out of their range, and `Stopped`.
+    /// `Tangent` if the change is of another scene, `Samples` and `Warp` for parameters out of their range, and `Stopped`.
     pub fn forward(
         &self,
         scene: &Scene,
-        change: &Change,
+        change: &Tangent,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
         let mut image = self.forward_terms(scene, change, progress)?;
@@ -56,14 +58,14 @@ impl EdgeSampling {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Change` if the change is of another scene, `Samples` and `Warp` for parameters out of their range, and `Stopped`.
+    /// `Tangent` if the change is of another scene, `Samples` and `Warp` for parameters out of their range, and `Stopped`.
     pub fn forward_terms(
         &self,
         scene: &Scene,
-        change: &Change,
+        change: &Tangent,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
-        supports_change(scene, change)?;
+        supports_tangent(scene, change)?;
         self.check(change.is_geometric())?;
         let image = self.interior().forward(scene, change, progress)?;
         let motion = Motion::new(scene, change);
@@ -77,29 +79,29 @@ impl EdgeSampling {
         Ok(image)
     }
 
-    /// Σ over pixels and channels of adjoint · dI/dθ, for every wanted parameter θ at once: the transpose of
-    /// [`forward`](Self::forward), with the same random numbers if the wanted shapes are those that move.
+    /// Σ over pixels and channels of adjoint · dI/dθ, for every active parameter θ at once: the transpose of
+    /// [`forward`](Self::forward), with the same random numbers if the active shapes are those that move.
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` where geometry is wanted before ideal mirrors or under lights without extent,
+    /// [`GradientError`]: `Unsupported` where geometry is active before ideal mirrors or under lights without extent,
     /// `Adjoint` if the adjoint has not the film's size, `Samples` and `Warp` for parameters out of their range, and
     /// `Stopped`.
     pub fn reverse(
         &self,
         scene: &Scene,
         adjoint: &[DVec3],
-        wanted: &Wanted,
+        active: &ActiveParameters,
         progress: &Progress,
     ) -> Result<Gradient, GradientError> {
-        supports_wanted(scene, wanted)?;
-        self.check(wanted.is_geometric())?;
-        let mut gradient = self.interior().reverse(scene, adjoint, wanted, progress)?;
-        let moving = Moving { shapes: wanted.shapes.clone(), camera: wanted.camera };
-        let boundary = Change::still(scene).into();
-        let mut sums = Sums { method: self, scene, adjoint, wanted, progress, gradient: boundary };
+        supports_active(scene, active)?;
+        self.check(active.is_geometric())?;
+        let mut gradient = self.interior().reverse(scene, adjoint, active, progress)?;
+        let moving = Moving { shapes: active.shapes.clone(), camera: active.camera };
+        let boundary = Tangent::still(scene).into();
+        let mut sums = Sums { method: self, scene, adjoint, active, progress, gradient: boundary };
         each_boundary(scene, &moving, &mut sums)?;
         let mut boundary = sums.gradient;
-        boundary.change.pull_normals(scene, wanted);
+        boundary.by_parameter.pull_normals(scene, active);
         gradient.absorb(boundary);
         Ok(gradient)
     }
@@ -107,7 +109,7 @@ impl EdgeSampling {
     fn interior(&self) -> WarpedArea {
         WarpedArea {
             samples: self.samples,
-            baseline: 0,
+            control_variate: 0,
             warps: false,
             seed: self.seed,
             ..WarpedArea::default()
@@ -156,7 +158,7 @@ struct Sums<'a> {
     method: &'a EdgeSampling,
     scene: &'a Scene,
     adjoint: &'a [DVec3],
-    wanted: &'a Wanted,
+    active: &'a ActiveParameters,
     progress: &'a Progress,
     gradient: Gradient,
 }
@@ -167,6 +169,6 @@ impl Take for Sums<'_> {
             return Ok(());
         }
         let driver = self.method.driver(self.scene, term);
-        driver.reverse(boundary, self.adjoint, self.wanted, self.progress, &mut self.gradient)
+        driver.reverse(boundary, self.adjoint, self.active, self.progress, &mut self.gradient)
     }
 }

@@ -2,8 +2,8 @@
 
 use flatland::warp::WarpError;
 
-use super::change::Unsupported;
 use super::progress::Stopped;
+use super::tangent::Unsupported;
 use crate::scene::SceneError;
 
 /// Why there is no gradient.
@@ -28,7 +28,7 @@ pub enum GradientError {
     },
     /// A change belongs to another scene.
     #[error("the change is not one of this scene: its tables have other sizes")]
-    Change,
+    Tangent,
     /// No samples.
     #[error("at least {least} samples a pixel are needed, not {samples}")]
     Samples {
@@ -37,8 +37,8 @@ pub enum GradientError {
         /// How many there must be.
         least: usize,
     },
-    /// A field of outlines with a reach that is not positive.
-    #[error("the reach of outlines, {name}, must be positive and finite, not {reach}")]
+    /// A field of silhouettes with a reach that is not positive.
+    #[error("the reach of silhouettes, {name}, must be positive and finite, not {reach}")]
     Reach {
         /// Which reach: film or lobe.
         name: &'static str,

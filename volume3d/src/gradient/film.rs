@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use crate::calculus::{Frame, Number, Vec3};
-use crate::gradient::{CameraChange, NonFinite};
+use crate::gradient::{CameraTangent, NonFinite};
 use crate::scene::{Camera, Filter, Scene};
 
 /// The image plane in pixels, x to the right and y down from the top left corner of the whole film.
@@ -192,7 +192,7 @@ pub(crate) struct FilmVelocity {
 
 impl FilmVelocity {
     /// u̇ = J (relative − ω × direction) + zoom ḟov, with relative = (ẋ − ȯ)/distance.
-    pub(crate) fn of(&self, relative: DVec3, camera: &CameraChange) -> DVec2 {
+    pub(crate) fn of(&self, relative: DVec3, camera: &CameraTangent) -> DVec2 {
         let apparent = relative - camera.rotation.cross(self.direction);
         self.across(apparent) + self.zoom * camera.field_of_view
     }

@@ -2,13 +2,13 @@
 
 use glam::DVec3;
 
-use super::change::Change;
 use super::driver::{CellSink, Sums, finish, over_film};
 use super::error::GradientError;
 use super::film::FilmPlane;
 use super::groups::numbers;
 use super::progress::Progress;
 use super::result::GradientImage;
+use super::tangent::Tangent;
 
 use super::DIFFERENCE_PATH;
 use crate::path::{Kernels, Paths, Plain};
@@ -43,11 +43,11 @@ impl FiniteDifference {
     pub fn forward(
         &self,
         scene: &Scene,
-        change: &Change,
+        change: &Tangent,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
         if !change.fits(scene) {
-            return Err(GradientError::Change);
+            return Err(GradientError::Tangent);
         }
         if self.samples == 0 {
             return Err(GradientError::Samples { samples: 0, least: 1 });
@@ -99,7 +99,7 @@ impl FiniteDifference {
             film.for_each_pixel(i, j, |_, b, x, y| {
                 let weight = film.weight([u.x, u.y], x, y);
                 let (value, rate) = (weight * mean, weight * difference);
-                sink.strip.add(sample, b, x, &[value.x, value.y, value.z, rate.x, rate.y, rate.z]);
+                sink.row_sums.add(sample, b, x, &[value.x, value.y, value.z, rate.x, rate.y, rate.z]);
                 amount += rate.abs().element_sum();
             });
             sink.contributed(film.located(i, j, sample), amount);

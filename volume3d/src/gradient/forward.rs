@@ -5,8 +5,8 @@ use glam::{DVec2, DVec3};
 
 use super::auxiliary::Auxiliary;
 use super::film::FilmPlane;
+use super::followed::FollowedPoint;
 use super::motion::Motion;
-use super::seen::Seen;
 use crate::calculus::{Calculus, Dual, Frame, Kernel, Number, Rgb, Vec3, Warped};
 use crate::scene::{Environment, Scene};
 
@@ -50,7 +50,7 @@ fn lane<const N: usize>(v: Vec3<Dual<N>>, lane: usize) -> DVec3 {
 }
 
 impl<const N: usize> Forward<'_, N> {
-    fn velocity(&self, seen: &Seen) -> DVec3 {
+    fn velocity(&self, seen: &FollowedPoint) -> DVec3 {
         seen.followed.velocity(self.scene, |i| self.motion.change.positions[i as usize])
     }
 

@@ -16,40 +16,39 @@
 //!
 //! Whoever wants an image that is the same bit for bit with derivatives and without takes it from
 //! [`WarpedArea::forward`], along any change: it does not depend on what changes, and along
-//! [`Change::still`] it costs little more than [`render`].
+//! [`Tangent::still`] it costs little more than [`render`].
 
 mod accumulator;
 mod auxiliary;
 mod boundary;
-mod change;
 mod contribution;
 mod displaced;
 mod driver;
 mod edge_sampling;
 mod error;
 mod film;
+mod film_accumulator;
 mod finite_difference;
+mod followed;
 mod forward;
 mod groups;
 mod motion;
 mod nearest_jump;
 mod non_finite;
-mod outline;
 mod primal;
 mod progress;
 mod regions;
 mod result;
 mod reverse;
-mod rigid;
+mod rigid_motion;
 mod rotation;
-mod seen;
-mod strip;
+mod silhouette_mean;
+mod tangent;
 #[cfg(test)]
 mod tests;
 mod warped_area;
 mod warps;
 
-pub use change::{CameraChange, Change, Unsupported, Wanted};
 pub use contribution::{Contribution, Source};
 pub use edge_sampling::EdgeSampling;
 pub use error::GradientError;
@@ -60,6 +59,7 @@ pub use progress::{Progress, Stopped};
 pub use regions::Regions;
 pub use result::{Gradient, GradientImage, Image, Terms};
 pub use rotation::Rotation;
+pub use tangent::{ActiveParameters, CameraTangent, Tangent, Unsupported};
 pub use warped_area::{Field, WarpedArea};
 
 /// Streams of random numbers, by what they are for. The paths of an image, of a gradient and of finite differences are
@@ -73,4 +73,4 @@ const EDGE: u64 = 2;
 const EDGE_AUXILIARY: u64 = 3;
 const SPLIT: u64 = 4;
 /// Mixed into the seed of the image that is subtracted, which must not depend on the samples.
-const BASELINE: u64 = 0x9E37_79B9_7F4A_7C15;
+const CONTROL_VARIATE: u64 = 0x9E37_79B9_7F4A_7C15;

@@ -2,14 +2,14 @@
 
 use glam::DVec3;
 
-use super::Change;
+use super::Tangent;
 use super::auxiliary::MovingBounds;
 use crate::scene::Scene;
 
 /// A change and what follows from it.
 #[derive(Clone, Debug)]
 pub(crate) struct Motion<'c> {
-    pub(crate) change: &'c Change,
+    pub(crate) change: &'c Tangent,
     /// Of every shading normal, computed ones included.
     pub(crate) normals: Vec<DVec3>,
     /// Whether each shape moves.
@@ -19,14 +19,14 @@ pub(crate) struct Motion<'c> {
 }
 
 impl<'c> Motion<'c> {
-    pub(crate) fn new(scene: &Scene, change: &'c Change) -> Self {
+    pub(crate) fn new(scene: &Scene, change: &'c Tangent) -> Self {
         let mut normals = change.normals.clone();
         scene.vertex_normals.tangent(&scene.positions, &change.positions, &mut normals);
         let moves: Vec<bool> = (0..scene.description.shapes.len())
             .map(|s| change.positions[scene.position_range(s)].iter().any(|v| *v != DVec3::ZERO))
             .collect();
         let bounds = MovingBounds::new(scene, &moves);
-        let camera_moves = change.camera != super::CameraChange::default();
+        let camera_moves = change.camera != super::CameraTangent::default();
         Self { change, normals, moves, bounds, camera_moves }
     }
 }

@@ -36,13 +36,13 @@ pub(super) fn primal(
     let cell = |(): &mut (), place, sink: CellSink<'_, 3>| {
         sample_cell(paths, &film, place, samples, seed, sink);
     };
-    let Sums { sheet, non_finite, .. } = over_film(&film, samples, progress, || (), cell, |()| 0)?;
+    let Sums { accumulator, non_finite, .. } = over_film(&film, samples, progress, || (), cell, |()| 0)?;
     Ok(Image {
         width: film.columns,
         height: film.rows,
-        pixels: sheet.mean.iter().map(|&m| DVec3::from_array(m)).collect(),
-        standard_error: sheet.variance.iter().map(|v| DVec3::from_array(v.map(f64::sqrt))).collect(),
-        regions: sheet.regions.finish(samples),
+        pixels: accumulator.mean.iter().map(|&m| DVec3::from_array(m)).collect(),
+        standard_error: accumulator.variance.iter().map(|v| DVec3::from_array(v.map(f64::sqrt))).collect(),
+        regions: accumulator.regions.finish(samples),
         non_finite,
     })
 }
@@ -82,7 +82,7 @@ fn sample_cell(
                 continue;
             }
             film.for_each_pixel(i, j, |_, b, x, y| {
-                sink.strip.add(sample, b, x, &(film.weight([u.x, u.y], x, y) * radiance).to_array());
+                sink.row_sums.add(sample, b, x, &(film.weight([u.x, u.y], x, y) * radiance).to_array());
             });
         }
     }

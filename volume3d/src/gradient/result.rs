@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Change;
+use super::Tangent;
 use super::contribution::Contribution;
 use super::non_finite::NonFinite;
 use super::regions::Regions;
@@ -70,8 +70,8 @@ impl GradientImage {
 /// The derivative of one number by every parameter: what reverse mode returns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gradient {
-    /// By every parameter that was wanted; 0 by the others.
-    pub change: Change,
+    /// By every parameter that was active; 0 by the others.
+    pub by_parameter: Tangent,
     /// Samples that were not finite.
     pub non_finite: Vec<NonFinite>,
     /// The sample that contributes most to the derivatives by positions; nothing if none does. What a sample adds through
@@ -84,7 +84,7 @@ impl Gradient {
     /// none.
     #[must_use]
     pub fn largest_share(&self) -> f64 {
-        let whole: f64 = self.change.positions.iter().map(|g| g.abs().element_sum()).sum();
+        let whole: f64 = self.by_parameter.positions.iter().map(|g| g.abs().element_sum()).sum();
         self.largest.filter(|l| l.amount > 0.0).map_or(0.0, |l| l.amount / whole)
     }
 
@@ -97,15 +97,15 @@ impl Gradient {
 
     /// Adds another part.
     pub(super) fn absorb(&mut self, part: Self) {
-        self.change.add(&part.change);
+        self.by_parameter.add(&part.by_parameter);
         self.non_finite.extend(part.non_finite);
         Contribution::merge(&mut self.largest, part.largest);
     }
 }
 
-impl From<Change> for Gradient {
-    fn from(change: Change) -> Self {
-        Self { change, non_finite: vec![], largest: None }
+impl From<Tangent> for Gradient {
+    fn from(by_parameter: Tangent) -> Self {
+        Self { by_parameter, non_finite: vec![], largest: None }
     }
 }
 

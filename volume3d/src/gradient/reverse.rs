@@ -7,9 +7,9 @@ use glam::{DVec2, DVec3};
 
 use super::auxiliary::Auxiliary;
 use super::film::FilmPlane;
-use super::seen::Seen;
+use super::followed::FollowedPoint;
 use super::warps::{DirectionWarp, FilmWarp};
-use super::{Change, Wanted};
+use super::{ActiveParameters, Tangent};
 use crate::calculus::{Adjoints, Calculus, Frame, Kernel, Number, Rgb, Tape, Variable, Vec3, Warped};
 use crate::scene::{Environment, Light, Scene};
 
@@ -47,23 +47,23 @@ struct BounceWarp<'t> {
 /// Which parameters are inputs.
 #[derive(Debug)]
 pub(crate) struct Inputs {
-    pub(crate) wanted: Wanted,
+    pub(crate) active: ActiveParameters,
     /// For every shape.
     pub(crate) textures: Vec<bool>,
-    /// For every position, whether it is wanted.
+    /// For every position, whether it is active.
     pub(crate) positions: Vec<bool>,
     pub(crate) normals: Vec<bool>,
 }
 
 impl Inputs {
-    pub(crate) fn new(scene: &Scene, wanted: &Wanted) -> Self {
+    pub(crate) fn new(scene: &Scene, active: &ActiveParameters) -> Self {
         let mut positions = vec![false; scene.positions.len()];
         let mut normals = vec![false; scene.normals.len()];
-        for shape in (0..wanted.shapes.len()).filter(|&s| wanted.shapes[s]) {
+        for shape in (0..active.shapes.len()).filter(|&s| active.shapes[s]) {
             positions[scene.position_range(shape)].fill(true);
             normals[scene.normal_range(shape)].fill(true);
         }
-        Self { wanted: wanted.clone(), textures: wanted.textures(scene), positions, normals }
+        Self { active: active.clone(), textures: active.textures(scene), positions, normals }
     }
 }
 
@@ -85,7 +85,7 @@ pub(crate) trait Sink {
     fn position(&mut self, index: u32, covector: DVec3);
     fn normal(&mut self, index: u32, covector: DVec3);
     /// Everything there is little of.
-    fn rest(&mut self) -> &mut Change;
+    fn rest(&mut self) -> &mut Tangent;
 }
 
 impl<'s, 't> Reverse<'s, 't> {
@@ -108,8 +108,8 @@ impl<'s, 't> Reverse<'s, 't> {
         }
     }
 
-    fn vector(&self, id: Input, value: DVec3, wanted: bool) -> Vec3<Recorded<'t>> {
-        if wanted {
+    fn vector(&self, id: Input, value: DVec3, active: bool) -> Vec3<Recorded<'t>> {
+        if active {
             let [x, y, z] = self.tape.inputs(id, value.to_array());
             Vec3::new(x, y, z)
         } else {
@@ -117,8 +117,8 @@ impl<'s, 't> Reverse<'s, 't> {
         }
     }
 
-    fn rgb(&self, id: Input, value: DVec3, wanted: bool) -> Rgb<Recorded<'t>> {
-        let Vec3 { x, y, z } = self.vector(id, value, wanted);
+    fn rgb(&self, id: Input, value: DVec3, active: bool) -> Rgb<Recorded<'t>> {
+        let Vec3 { x, y, z } = self.vector(id, value, active);
         Rgb([x, y, z])
     }
 
@@ -127,7 +127,7 @@ impl<'s, 't> Reverse<'s, 't> {
         let camera = &self.scene.description.camera;
         let still = self.film.frame(camera);
         let constant = |v: Vec3<f64>| Vec3::constant(v.value());
-        if !self.inputs.wanted.camera {
+        if !self.inputs.active.camera {
             return Frame {
                 origin: constant(still.origin),
                 right: constant(still.right),
@@ -159,7 +159,7 @@ impl<'s, 't> Reverse<'s, 't> {
     ) -> ([Recorded<'t>; 2], Recorded<'t>) {
         let constant = Recorded::constant;
         let still = ([constant(u.x), constant(u.y)], constant(1.0));
-        let moves = self.inputs.wanted.camera;
+        let moves = self.inputs.active.camera;
         let Some(auxiliary) = &mut self.auxiliary else { return still };
         let Some(warp) = auxiliary.on_film(&self.film, u, kappa, triangle, moves) else { return still };
         self.finite &= warp.is_finite();
@@ -241,7 +241,7 @@ impl<'s, 't> Reverse<'s, 't> {
                 self.scatter_hit(seen, relative / seen.distance, sink);
                 translation = -relative / seen.distance;
             }
-            if self.inputs.wanted.camera {
+            if self.inputs.active.camera {
                 let camera = &mut sink.rest().camera;
                 camera.translation += translation;
                 camera.rotation += rotation;
@@ -250,7 +250,7 @@ impl<'s, 't> Reverse<'s, 't> {
         });
     }
 
-    fn scatter_hit(&self, seen: &Seen, covector: DVec3, sink: &mut impl Sink) {
+    fn scatter_hit(&self, seen: &FollowedPoint, covector: DVec3, sink: &mut impl Sink) {
         seen.followed.scatter(self.scene, covector, |i, covector| {
             if self.inputs.positions[i as usize] {
                 sink.position(i, covector);
@@ -273,7 +273,7 @@ impl<'t> Calculus for Reverse<'_, 't> {
     }
 
     fn reflectance(&self, material: usize, value: DVec3) -> Rgb<Recorded<'t>> {
-        self.rgb(Input::Reflectance(material as u32), value, self.inputs.wanted.materials[material])
+        self.rgb(Input::Reflectance(material as u32), value, self.inputs.active.materials[material])
     }
 
     fn texel(&self, texture: usize, index: usize) -> Rgb<Recorded<'t>> {
@@ -282,7 +282,7 @@ impl<'t> Calculus for Reverse<'_, 't> {
     }
 
     fn roughness(&self, material: usize, value: f64) -> Recorded<'t> {
-        if self.inputs.wanted.materials[material] {
+        if self.inputs.active.materials[material] {
             self.tape.inputs(Input::Roughness(material as u32), [value])[0]
         } else {
             Recorded::constant(value)
@@ -290,39 +290,39 @@ impl<'t> Calculus for Reverse<'_, 't> {
     }
 
     fn radiance(&self, shape: usize, value: DVec3) -> Rgb<Recorded<'t>> {
-        self.rgb(Input::Radiance(shape as u32), value, self.inputs.wanted.lights)
+        self.rgb(Input::Radiance(shape as u32), value, self.inputs.active.lights)
     }
 
     fn intensity(&self, light: usize, value: DVec3) -> Rgb<Recorded<'t>> {
-        self.rgb(Input::Intensity(light as u32), value, self.inputs.wanted.lights)
+        self.rgb(Input::Intensity(light as u32), value, self.inputs.active.lights)
     }
 
     fn place(&self, light: usize, value: DVec3) -> Vec3<Recorded<'t>> {
-        let wanted = self.inputs.wanted.poses;
+        let active = self.inputs.active.poses;
         match self.scene.description.lights[light] {
-            Light::Point { .. } => self.vector(Input::Pose(light as u32), value, wanted),
+            Light::Point { .. } => self.vector(Input::Pose(light as u32), value, active),
             Light::Directional { .. } => {
-                let turn = self.vector(Input::Pose(light as u32), DVec3::ZERO, wanted);
+                let turn = self.vector(Input::Pose(light as u32), DVec3::ZERO, active);
                 Vec3::constant(value) + turn.cross(Vec3::constant(value))
             }
         }
     }
 
     fn environment(&self, value: DVec3) -> Rgb<Recorded<'t>> {
-        self.rgb(Input::Environment, value, self.inputs.wanted.lights)
+        self.rgb(Input::Environment, value, self.inputs.active.lights)
     }
 
     fn environment_direction(&self, direction: Vec3<Recorded<'t>>) -> Vec3<Recorded<'t>> {
         let Some(Environment::Map { to_world, .. }) = &self.scene.description.environment else {
             return direction;
         };
-        let turn = self.vector(Input::EnvironmentRotation, DVec3::ZERO, self.inputs.wanted.poses);
+        let turn = self.vector(Input::EnvironmentRotation, DVec3::ZERO, self.inputs.active.poses);
         let axis = |a: DVec3| (Vec3::constant(a) + turn.cross(Vec3::constant(a))).dot(direction);
         Vec3::new(axis(to_world.x_axis), axis(to_world.y_axis), axis(to_world.z_axis))
     }
 
     fn wants_black(&self, material: usize) -> bool {
-        self.inputs.wanted.materials[material]
+        self.inputs.active.materials[material]
     }
 
     fn beside(&mut self) -> Option<f64> {

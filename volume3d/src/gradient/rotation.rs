@@ -3,10 +3,10 @@
 use glam::DVec3;
 
 use super::auxiliary::Construction;
-use super::change::{Change, Wanted};
 use super::error::GradientError;
 use super::progress::Progress;
 use super::result::{Gradient, GradientImage};
+use super::tangent::{ActiveParameters, Tangent};
 use super::warped_area::WarpedArea;
 use crate::path::Kernels;
 use crate::scene::Scene;
@@ -23,7 +23,7 @@ pub struct Rotation {
     /// Samples a pixel.
     pub samples: usize,
     /// Samples a pixel of the image that is subtracted as a control variate, as for [`WarpedArea`].
-    pub baseline: usize,
+    pub control_variate: usize,
     /// Points from which the one to follow is chosen.
     pub candidates: usize,
     /// Concentrations. The wider the kernel, the larger the bias; the narrower, the larger the variance.
@@ -34,7 +34,7 @@ pub struct Rotation {
 
 impl Default for Rotation {
     fn default() -> Self {
-        Self { samples: 16, baseline: 4, candidates: 4, kernels: Kernels::default(), seed: 0 }
+        Self { samples: 16, control_variate: 4, candidates: 4, kernels: Kernels::default(), seed: 0 }
     }
 }
 
@@ -43,11 +43,11 @@ impl Rotation {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Change` if the change is of another scene, `Samples` and `Warp` for parameters out of their range, and `Stopped`.
+    /// `Tangent` if the change is of another scene, `Samples` and `Warp` for parameters out of their range, and `Stopped`.
     pub fn forward(
         &self,
         scene: &Scene,
-        change: &Change,
+        change: &Tangent,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
         self.area().image::<1, 6>(scene, change, self.construction(), progress)
@@ -57,11 +57,11 @@ impl Rotation {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Change` if the change is of another scene, `Samples` and `Warp` for parameters out of their range, and `Stopped`.
+    /// `Tangent` if the change is of another scene, `Samples` and `Warp` for parameters out of their range, and `Stopped`.
     pub fn forward_terms(
         &self,
         scene: &Scene,
-        change: &Change,
+        change: &Tangent,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
         self.area().image::<3, 15>(scene, change, self.construction(), progress)
@@ -70,17 +70,17 @@ impl Rotation {
     /// The transpose of [`forward`](Self::forward).
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` where geometry is wanted before ideal mirrors or under lights without extent,
+    /// [`GradientError`]: `Unsupported` where geometry is active before ideal mirrors or under lights without extent,
     /// `Adjoint` if the adjoint has not the film's size, `Samples` and `Warp` for parameters out of their range, and
     /// `Stopped`.
     pub fn reverse(
         &self,
         scene: &Scene,
         adjoint: &[DVec3],
-        wanted: &Wanted,
+        active: &ActiveParameters,
         progress: &Progress,
     ) -> Result<Gradient, GradientError> {
-        self.area().pull(scene, adjoint, wanted, self.construction(), progress)
+        self.area().pull(scene, adjoint, active, self.construction(), progress)
     }
 
     fn construction(&self) -> Construction {
@@ -88,7 +88,7 @@ impl Rotation {
     }
 
     fn area(&self) -> WarpedArea {
-        let Self { samples, baseline, kernels, seed, .. } = *self;
-        WarpedArea { samples, baseline, kernels, seed, ..WarpedArea::default() }
+        let Self { samples, control_variate, kernels, seed, .. } = *self;
+        WarpedArea { samples, control_variate, kernels, seed, ..WarpedArea::default() }
     }
 }

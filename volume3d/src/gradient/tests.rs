@@ -76,16 +76,16 @@ pub(super) fn down() -> DAffine3 {
     DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2)
 }
 
-pub(super) fn random_change(scene: &Scene, seed: u64) -> Change {
+pub(super) fn random_tangent(scene: &Scene, seed: u64) -> Tangent {
     let mut rng = stream(seed, &[]);
     let mut random = || DVec3::from_array(std::array::from_fn(|_| open01(&mut rng) - 0.5));
-    let mut change = Change::still(scene);
+    let mut change = Tangent::still(scene);
     change.positions.iter_mut().for_each(|p| *p = random());
     change.reflectance.iter_mut().for_each(|p| *p = random());
     change.roughness.iter_mut().for_each(|p| *p = random().x);
     change.radiance.iter_mut().for_each(|p| *p = random());
     change.environment = random();
-    change.camera = CameraChange { translation: random(), rotation: random(), field_of_view: random().x };
+    change.camera = CameraTangent { translation: random(), rotation: random(), field_of_view: random().x };
     change
 }
 
@@ -186,7 +186,7 @@ fn the_edge_of_a_square_moves_its_area() {
     let mut comparisons = Comparisons::of("the_edge_of_a_square_moves_its_area");
     for filter in filters() {
         let scene = square(filter);
-        let mut change = Change::still(&scene);
+        let mut change = Tangent::still(&scene);
         change.scale(&scene, 0, DVec3::new(0.05, -0.02, -3.0), 1.0);
         let found = total(|seed| {
             let method = WarpedArea { samples: 16, seed, ..WarpedArea::default() };
@@ -204,10 +204,10 @@ fn the_edge_of_a_square_moves_its_area() {
 fn the_image_is_that_without_derivatives_bit_for_bit() {
     for filter in filters() {
         let scene = room(filter);
-        let change = random_change(&scene, 1);
+        let change = random_tangent(&scene, 1);
         let method = WarpedArea { samples: 3, seed: 7, ..WarpedArea::default() };
         let with = method.forward_terms(&scene, &change, &Progress::none()).unwrap();
-        let without = method.forward(&scene, &Change::still(&scene), &Progress::none()).unwrap();
+        let without = method.forward(&scene, &Tangent::still(&scene), &Progress::none()).unwrap();
         assert_eq!(with.image, without.image);
         assert!(without.image.iter().any(|p| p.x > 0.0));
     }
@@ -219,17 +219,17 @@ fn the_image_is_that_without_derivatives_bit_for_bit() {
 fn an_image_and_a_gradient_of_one_seed_are_independent() {
     let scene = room(Filter::Tent { radius: 1.0 });
     let none = Progress::none();
-    let mut wanted = Wanted::nothing(&scene);
-    wanted.materials[0] = true;
+    let mut active = ActiveParameters::nothing(&scene);
+    active.materials[0] = true;
     let slope = |seed: u64, image: &[DVec3]| {
         let target = render(&scene, 1, seed + 10_000, &none).unwrap();
         let adjoint: Vec<DVec3> = image.iter().zip(&target.pixels).map(|(i, t)| 2.0 * (*i - *t)).collect();
         let method = WarpedArea { samples: 1, seed, ..WarpedArea::default() };
-        method.reverse(&scene, &adjoint, &wanted, &none).unwrap().change.reflectance[0].element_sum()
+        method.reverse(&scene, &adjoint, &active, &none).unwrap().by_parameter.reflectance[0].element_sum()
     };
     let shared = |seed| {
         let method = WarpedArea { samples: 1, seed, ..WarpedArea::default() };
-        method.forward(&scene, &Change::still(&scene), &none).unwrap().image
+        method.forward(&scene, &Tangent::still(&scene), &none).unwrap().image
     };
     let plain = |seed| render(&scene, 1, seed, &none).unwrap().pixels;
     let slopes = |image: &dyn Fn(u64) -> Vec<DVec3>| -> Vec<f64> {
@@ -244,7 +244,7 @@ fn an_image_and_a_gradient_of_one_seed_are_independent() {
 
 /// A block of smooth normals, whose faces are far from them: many directions that its points shade are below their
 /// faces, and auxiliary rays there leave the block at once, through the next face. Points slide over it as the film's
-/// warp moves them. Debiased rays must find what outlines find, with errors of the same size.
+/// warp moves them. Debiased rays must find what silhouettes find, with errors of the same size.
 #[test]
 fn rays_below_a_face_do_no_harm() {
     let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 0.7);
@@ -256,7 +256,7 @@ fn rays_below_a_face_do_no_harm() {
     let radiance = DVec3::new(0.6, 1.0, 0.8);
     d.environment = Some(Environment::Constant { id: "sky".to_owned(), radiance });
     let scene = Scene::new(d).unwrap();
-    let mut change = Change::still(&scene);
+    let mut change = Tangent::still(&scene);
     change.translate(&scene, 0, DVec3::X);
     let totals = |method: &WarpedArea| {
         let runs: Vec<f64> = (0..32)
@@ -271,7 +271,7 @@ fn rays_below_a_face_do_no_harm() {
     let (exact, error) = totals(&WarpedArea::default());
     let (rays, noise) = totals(&WarpedArea { field: Field::AuxiliaryRays, ..WarpedArea::default() });
     println!(
-        "outlines {exact} ± {error}, rays {rays} ± {noise}; sees a bias of {}",
+        "silhouettes {exact} ± {error}, rays {rays} ± {noise}; sees a bias of {}",
         8.0 * error.hypot(noise)
     );
     assert!((exact - rays).abs() < 4.0 * error.hypot(noise), "{exact} ± {error}, {rays} ± {noise}");
@@ -286,7 +286,7 @@ fn errors_of_totals_are_the_scatter_over_seeds() {
     d.film = film(12, Filter::Tent { radius: 1.0 });
     d.integrator.max_depth = Some(2);
     let scene = Scene::new(d).unwrap();
-    let (mut white, mut moves) = (Change::still(&scene), Change::still(&scene));
+    let (mut white, mut moves) = (Tangent::still(&scene), Tangent::still(&scene));
     white.reflectance[0] = DVec3::ONE;
     moves.translate(&scene, 2, DVec3::X);
     let none = Progress::none();
@@ -328,7 +328,7 @@ fn errors_of_totals_are_the_scatter_over_seeds() {
 #[test]
 fn an_outlier_is_one_sample_of_many_with_much_of_the_result() {
     let scene = square(Filter::Box);
-    let mut change = Change::still(&scene);
+    let mut change = Tangent::still(&scene);
     change.translate(&scene, 0, DVec3::X);
     let method = WarpedArea { samples: 16, ..WarpedArea::default() };
     let mut image = method.forward(&scene, &change, &Progress::none()).unwrap();
@@ -348,7 +348,7 @@ fn an_outlier_is_one_sample_of_many_with_much_of_the_result() {
 fn forward_and_reverse_are_transposes() {
     for (k, filter) in filters().into_iter().enumerate() {
         let scene = room(filter);
-        let change = random_change(&scene, k as u64);
+        let change = random_tangent(&scene, k as u64);
         let mut rng = stream(5, &[]);
         let adjoint: Vec<DVec3> =
             (0..36).map(|_| DVec3::from_array(std::array::from_fn(|_| open01(&mut rng) - 0.5))).collect();
@@ -364,15 +364,15 @@ fn forward_and_reverse_are_transposes() {
             let method = WarpedArea { samples: 4, ..method };
             let image = method.forward(&scene, &change, &Progress::none()).unwrap();
             let terms = method.forward_terms(&scene, &change, &Progress::none()).unwrap();
-            let wanted = Wanted::everything(&scene);
-            let gradient = method.reverse(&scene, &adjoint, &wanted, &Progress::none()).unwrap().change;
+            let active = ActiveParameters::everything(&scene);
+            let gradient = method.reverse(&scene, &adjoint, &active, &Progress::none()).unwrap().by_parameter;
             let pair = |g: &[DVec3]| g.iter().zip(&adjoint).map(|(a, b)| a.dot(*b)).sum::<f64>();
             let (forward, reverse) = (pair(&image.gradient), gradient.dot(&change));
             let split = pair(&terms.gradient);
             assert!((forward - reverse).abs() < 1e-9 * forward.abs().max(1.0), "{forward} {reverse}");
             let rotation = Rotation { samples: 4, ..Rotation::default() };
             let rotated = rotation.forward(&scene, &change, &Progress::none()).unwrap();
-            let pulled = rotation.reverse(&scene, &adjoint, &wanted, &Progress::none()).unwrap().change;
+            let pulled = rotation.reverse(&scene, &adjoint, &active, &Progress::none()).unwrap().by_parameter;
             let (a, b) = (pair(&rotated.gradient), pulled.dot(&change));
             assert!((a - b).abs() < 1e-9 * a.abs().max(1.0), "rotation: {a} {b}");
             assert!((forward - split).abs() < 1e-9 * forward.abs().max(1.0), "{forward} {split}");
@@ -415,31 +415,31 @@ fn what_no_warp_sees_is_refused() {
         specular_reflectance: crate::scene::Reflectance::Constant(DVec3::ONE),
     };
     let mirror = Scene::new(d).unwrap();
-    let refuses = |scene: &Scene, change: &Change, wanted: &Wanted, unsupported: &Unsupported| {
+    let refuses = |scene: &Scene, change: &Tangent, active: &ActiveParameters, unsupported: &Unsupported| {
         let (adjoint, none) = (vec![DVec3::ONE; 16], Progress::none());
         let (warped, edges) = (WarpedArea::default(), EdgeSampling::default());
         let found = [
             warped.forward(scene, change, &none).err(),
             edges.forward(scene, change, &none).err(),
-            warped.reverse(scene, &adjoint, wanted, &none).err(),
-            edges.reverse(scene, &adjoint, wanted, &none).err(),
+            warped.reverse(scene, &adjoint, active, &none).err(),
+            edges.reverse(scene, &adjoint, active, &none).err(),
         ];
         for error in found {
             assert_eq!(error, Some(GradientError::Unsupported(unsupported.clone())));
         }
     };
-    let (mut moves, mut shape) = (Change::still(&mirror), Wanted::nothing(&mirror));
+    let (mut moves, mut shape) = (Tangent::still(&mirror), ActiveParameters::nothing(&mirror));
     moves.translate(&mirror, 0, DVec3::Y);
     shape.shapes[0] = true;
     let reflects = Unsupported::Mirror { shape: "floor".to_owned(), material: "grey".to_owned() };
     refuses(&mirror, &moves, &shape, &reflects);
-    let (mut poses, mut wanted) = (Change::still(&lit), Wanted::nothing(&lit));
+    let (mut poses, mut active) = (Tangent::still(&lit), ActiveParameters::nothing(&lit));
     poses.pose[0] = DVec3::X;
-    wanted.poses = true;
-    refuses(&lit, &poses, &wanted, &Unsupported::Delta { light: "bulb".to_owned() });
+    active.poses = true;
+    refuses(&lit, &poses, &active, &Unsupported::Delta { light: "bulb".to_owned() });
     // Its intensity moves no shadow.
-    wanted.poses = false;
-    wanted.lights = true;
-    let result = WarpedArea::default().reverse(&lit, &[DVec3::ONE; 16], &wanted, &Progress::none());
-    assert!(result.is_ok_and(|g| g.change.intensity[0].min_element() > 0.0));
+    active.poses = false;
+    active.lights = true;
+    let result = WarpedArea::default().reverse(&lit, &[DVec3::ONE; 16], &active, &Progress::none());
+    assert!(result.is_ok_and(|g| g.by_parameter.intensity[0].min_element() > 0.0));
 }

@@ -3,11 +3,11 @@
 use flatland::warp::{Field, Plane};
 use glam::{DVec2, DVec3};
 
-use super::CameraChange;
+use super::CameraTangent;
 use super::film::FilmPlane;
-use super::outline::Outline;
-use super::rigid::Warping;
-use super::seen::Seen;
+use super::followed::FollowedPoint;
+use super::rigid_motion::Warping;
+use super::silhouette_mean::SilhouetteMean;
 use crate::Sphere;
 use crate::scene::Camera;
 
@@ -17,7 +17,7 @@ pub(crate) enum DirectionWarp {
     /// From what auxiliary rays see.
     Rays(Warping<Sphere>),
     /// From the edges near by.
-    Outline(Outline),
+    SilhouetteMean(SilhouetteMean),
 }
 
 impl DirectionWarp {
@@ -25,23 +25,23 @@ impl DirectionWarp {
     pub(crate) fn is_finite(&self) -> bool {
         match self {
             Self::Rays(_) => true,
-            Self::Outline(outline) => outline.is_finite(),
+            Self::SilhouetteMean(silhouettes) => silhouettes.is_finite(),
         }
     }
 
     /// The field, from the angular velocity of each point that is followed.
-    pub(crate) fn field(&self, velocity: impl FnMut(&Seen) -> DVec3) -> Field<DVec3> {
+    pub(crate) fn field(&self, velocity: impl FnMut(&FollowedPoint) -> DVec3) -> Field<DVec3> {
         match self {
             Self::Rays(warping) => warping.field(velocity),
-            Self::Outline(outline) => outline.field(velocity),
+            Self::SilhouetteMean(silhouettes) => silhouettes.field(velocity),
         }
     }
 
     /// The transpose: hands each point its covector in a·V + b ∇·V.
-    pub(crate) fn scatter(&self, a: DVec3, b: f64, add: impl FnMut(&Seen, DVec3)) {
+    pub(crate) fn scatter(&self, a: DVec3, b: f64, add: impl FnMut(&FollowedPoint, DVec3)) {
         match self {
             Self::Rays(warping) => warping.scatter(a, b, add),
-            Self::Outline(outline) => outline.scatter(a, b, add),
+            Self::SilhouetteMean(silhouettes) => silhouettes.scatter(a, b, add),
         }
     }
 }
@@ -53,7 +53,7 @@ pub(crate) enum FilmWarp {
     Rays(Warping<Plane>),
     /// From the edges near by, on directions. With j ∝ 1/cos³ θ the area of the film a steradian,
     /// ∇·V on the film is ∇·(j V)/j on directions.
-    Outline(Outline, DVec3),
+    SilhouetteMean(SilhouetteMean, DVec3),
 }
 
 /// What a covector gives to (ẋ − ȯ)/distance, and to the rates of the camera's rotation and field of view.
@@ -64,7 +64,7 @@ impl FilmWarp {
     pub(crate) fn is_finite(&self) -> bool {
         match self {
             Self::Rays(_) => true,
-            Self::Outline(outline, _) => outline.is_finite(),
+            Self::SilhouetteMean(silhouettes, _) => silhouettes.is_finite(),
         }
     }
 
@@ -73,16 +73,16 @@ impl FilmWarp {
         &self,
         film: &FilmPlane,
         camera: &Camera,
-        change: &CameraChange,
-        mut relative: impl FnMut(&Seen) -> DVec3,
+        change: &CameraTangent,
+        mut relative: impl FnMut(&FollowedPoint) -> DVec3,
     ) -> Field<DVec2> {
         match self {
             Self::Rays(warping) => warping.field(|seen| {
                 let relative = relative(seen);
                 film.velocity(camera, seen.direction).of(relative, change)
             }),
-            Self::Outline(outline, direction) => {
-                let field = outline.field(|seen| {
+            Self::SilhouetteMean(silhouettes, direction) => {
+                let field = silhouettes.field(|seen| {
                     let zoom = film.zoom(camera, seen.direction) * change.field_of_view;
                     relative(seen) - change.rotation.cross(seen.direction) + zoom
                 });
@@ -102,17 +102,17 @@ impl FilmWarp {
         camera: &Camera,
         a: DVec2,
         b: f64,
-        mut add: impl FnMut(&Seen, Covectors),
+        mut add: impl FnMut(&FollowedPoint, Covectors),
     ) {
         match self {
             Self::Rays(warping) => {
                 warping
                     .scatter(a, b, |seen, c| add(seen, film.velocity(camera, seen.direction).transpose(c)));
             }
-            Self::Outline(outline, direction) => {
+            Self::SilhouetteMean(silhouettes, direction) => {
                 let (across, ..) = film.velocity(camera, *direction).transpose(a);
                 let tilt = camera.forward * (3.0 * b / camera.forward.dot(*direction));
-                outline.scatter(across - tilt, b, |seen, c| {
+                silhouettes.scatter(across - tilt, b, |seen, c| {
                     let rotation = -seen.direction.cross(c);
                     add(seen, (c, rotation, film.zoom(camera, seen.direction).dot(c)));
                 });

@@ -5,10 +5,10 @@ use glam::DVec3;
 
 use super::bsdf::Shading;
 use super::escape::distant;
-use super::lights::{LightId, Lights, Towards};
+use super::lights::{LightId, LightSample, Lights};
 use super::sequence::Sequence;
 use super::surface::SurfacePoint;
-use crate::calculus::{Calculus, Kernel, Number, Rgb, Sees, Vec3, Warped};
+use crate::calculus::{Calculus, Kernel, Number, Rgb, Vec3, VisibilityDomain, Warped};
 use crate::geometry::{Hit, Ray};
 use crate::scene::{Environment, Light, Scene};
 
@@ -245,7 +245,7 @@ impl<'s> Paths<'s> {
         calculus: &mut C,
         point: &SurfacePoint<C::Number>,
         shading: &Shading<'_, C::Number>,
-        towards: &Towards,
+        towards: &LightSample,
     ) -> Rgb<C::Number> {
         let zero = Rgb::constant(DVec3::ZERO);
         let x = point.position.value();
@@ -281,7 +281,7 @@ impl<'s> Paths<'s> {
         calculus: &C,
         point: &SurfacePoint<C::Number>,
         shading: &Shading<'_, C::Number>,
-        towards: &Towards,
+        towards: &LightSample,
     ) -> Rgb<C::Number> {
         let LightId::Light(index) = towards.id else { return Rgb::constant(DVec3::ZERO) };
         let index = index as usize;
@@ -342,7 +342,7 @@ impl<'s> Paths<'s> {
         }
         let kernel = Kernel {
             kappa: self.kernels.surface.max(shading.concentration()),
-            sees: if goes_on { Sees::Radiance } else { Sees::Beyond },
+            domain: if goes_on { VisibilityDomain::Radiance } else { VisibilityDomain::Distant },
             normal: shading.normal.value(),
             triangle: hit.map(|h| h.triangle),
         };
@@ -409,16 +409,18 @@ impl<'s> Paths<'s> {
             LightId::Shape(shape) => {
                 let angle = self.lights.half_angle(shape, x);
                 let kappa = least.max((self.kernels.relative / angle).powi(2));
-                Kernel { kappa, sees: self.lights.sees(shape), normal, triangle }
+                Kernel { kappa, domain: self.lights.domain(shape), normal, triangle }
             }
             LightId::Light(index) => match &self.scene.description.lights[index as usize] {
                 Light::Directional { kappa, .. } if kappa.is_finite() => {
                     let kappa = least.max(0.5 * self.kernels.relative.powi(2) * kappa);
-                    Kernel { kappa, sees: Sees::Beyond, normal, triangle }
+                    Kernel { kappa, domain: VisibilityDomain::Distant, normal, triangle }
                 }
-                _ => Kernel { kappa: least, sees: Sees::Beyond, normal, triangle },
+                _ => Kernel { kappa: least, domain: VisibilityDomain::Distant, normal, triangle },
             },
-            LightId::Environment => Kernel { kappa: least, sees: Sees::Beyond, normal, triangle },
+            LightId::Environment => {
+                Kernel { kappa: least, domain: VisibilityDomain::Distant, normal, triangle }
+            }
         }
     }
 

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use super::bsdf::Sampled;
-use crate::calculus::Sees;
+use crate::calculus::VisibilityDomain;
 use crate::scene::{Environment, Light, Scene};
 
 /// What next-event estimation can choose.
@@ -78,7 +78,7 @@ pub(crate) struct BorderPoint {
 
 /// A direction towards a light.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Towards {
+pub(crate) struct LightSample {
     pub(crate) id: LightId,
     pub(crate) sampled: Sampled,
     /// How far a shadow ray must be free, and which triangle it then reaches.
@@ -141,7 +141,7 @@ impl Lights {
     }
 
     /// A direction from x towards some light; `None` if there is no light, or it shows x its back.
-    pub(crate) fn sample(&self, scene: &Scene, x: DVec3, [choice, a, b]: [f64; 3]) -> Option<Towards> {
+    pub(crate) fn sample(&self, scene: &Scene, x: DVec3, [choice, a, b]: [f64; 3]) -> Option<LightSample> {
         let mut rest = choice;
         let last = self.entries.len().checked_sub(1)?;
         let mut chosen = last;
@@ -155,7 +155,7 @@ impl Lights {
         let Entry { id, probability } = self.entries[chosen];
         // What is left of the choice is uniform again.
         let again = (rest / probability).clamp(0.0, 1.0 - f64::EPSILON);
-        let towards = |direction, density: f64, distance, delta| Towards {
+        let towards = |direction, density: f64, distance, delta| LightSample {
             id,
             sampled: Sampled { direction, density: density * probability },
             distance,
@@ -175,8 +175,10 @@ impl Lights {
                     return None;
                 }
                 let density = squared / (cosine * area.whole());
-                let towards =
-                    Towards { triangle: Some(y.triangle), ..towards(direction, density, distance, false) };
+                let towards = LightSample {
+                    triangle: Some(y.triangle),
+                    ..towards(direction, density, distance, false)
+                };
                 Some(towards).filter(|_| density.is_finite())
             }
             LightId::Light(light) => match &scene.description.lights[light as usize] {
@@ -242,10 +244,12 @@ impl Lights {
     }
 
     /// What hides an emitter: if it is flat, what lies before its plane, else everything.
-    pub(crate) fn sees(&self, shape: u32) -> Sees {
+    pub(crate) fn domain(&self, shape: u32) -> VisibilityDomain {
         match self.area(shape).and_then(|a| a.border.as_ref()) {
-            Some(border) => Sees::Before { normal: border.normal, offset: border.offset, shape },
-            None => Sees::Radiance,
+            Some(border) => {
+                VisibilityDomain::BeforePlane { normal: border.normal, offset: border.offset, shape }
+            }
+            None => VisibilityDomain::Radiance,
         }
     }
 

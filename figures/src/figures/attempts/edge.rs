@@ -103,8 +103,8 @@ pub(super) fn profiles(edge: &Edge, places: &[f64], estimates: usize, seed: u64)
     let default = Warp::default();
     let gaussian = Warp { weighting: Weighting::Gaussian, ..default };
     let [quadratic, linear] = Weight::both();
-    // A focus of 1/6 lets the levels of a linear B converge as fast as those of a quadratic one.
-    let original = Warp { weighting: linear.weighting(), focus: 1.0 / 6.0, ..default };
+    // A radial exponent of 1/6 lets the levels of a linear B converge as fast as those of a quadratic one.
+    let original = Warp { weighting: linear.weighting(), radial_exponent: 1.0 / 6.0, ..default };
     let named = |weight: &Weight| format!("attempt 3: boundary-aware, γ = {}, {}", weight.gamma, weight.name);
     vec![
         profile("attempt 1: direct", &DirectField { scene, velocities }, places, 1, seed),

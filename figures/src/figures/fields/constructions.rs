@@ -48,8 +48,8 @@ pub(super) fn all<'a>(
         let field = |warp| -> Box<dyn WarpField<Plane> + 'a> {
             Box::new(AuxiliaryField { scene, velocities, warp, kappa })
         };
-        // Close to a silhouette the levels converge fast enough for a finite variance up to a focus of 1/4.
-        let unbiased = Warp { weighting, focus: 0.2, ..Warp::default() };
+        // Close to a silhouette the levels converge fast enough for a finite variance up to a radial exponent of 1/4.
+        let unbiased = Warp { weighting, radial_exponent: 0.2, ..Warp::default() };
         let points = AuxiliaryPoints::Stratified;
         let many = Warp { points, debias: Debias::Consistent { rays: effort.rays }, ..unbiased };
         Construction { name, summary, picture: (field(many), 1), measured: (field(unbiased), effort.repeats) }

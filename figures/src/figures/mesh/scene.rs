@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::Context as _;
 use glam::{DAffine3, DMat3, DVec3};
 use volume3d::geometry::{Mesh, Normals};
-use volume3d::gradient::Change;
+use volume3d::gradient::Tangent;
 use volume3d::io::read_obj;
 use volume3d::scene::{Camera, Description, Film, Filter, Integrator, Material, Scene};
 
@@ -32,7 +32,7 @@ pub(super) enum Light {
 
 /// The scene on a film of `side`×`side` pixels, and its change: the bunny turns about its
 /// vertical axis, to the right as one looks at it from above, by θ radians.
-pub(super) fn bunny(side: usize, light: Light) -> anyhow::Result<(Scene, Change)> {
+pub(super) fn bunny(side: usize, light: Light) -> anyhow::Result<(Scene, Tangent)> {
     let eye = DVec3::new(0.3, 1.3, 3.4);
     let camera = Camera::look_at(eye, DVec3::new(-0.08, 0.44, 0.0), DVec3::Y, 0.44);
     let film = Film { width: side, height: side, crop: None, filter: Filter::Tent { radius: 1.0 } };
@@ -51,7 +51,7 @@ pub(super) fn bunny(side: usize, light: Light) -> anyhow::Result<(Scene, Change)
         Mesh::rectangle().transformed(&DAffine3::from_mat3_translation(place, DVec3::new(1.0, 2.2, 0.9)));
     room.add_emitter("lamp", lamp, DVec3::new(62.0, 58.0, 52.0));
     let scene = Scene::new(room)?;
-    let mut change = Change::still(&scene);
+    let mut change = Tangent::still(&scene);
     change.rotate(&scene, bunny, DVec3::ZERO, DVec3::Y);
     Ok((scene, change))
 }

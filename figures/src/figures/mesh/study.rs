@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 use volume3d::gradient::{
-    Change, EdgeSampling, FiniteDifference, GradientError, GradientImage, Progress, WarpedArea, render,
+    EdgeSampling, FiniteDifference, GradientError, GradientImage, Progress, Tangent, WarpedArea, render,
 };
 use volume3d::scene::Scene;
 
@@ -81,7 +81,7 @@ pub(super) struct Study {
     pub(super) differences: Differences,
 }
 
-type Estimate<'a> = &'a dyn Fn(&Scene, &Change, u64, &Progress) -> Result<GradientImage, GradientError>;
+type Estimate<'a> = &'a dyn Fn(&Scene, &Tangent, u64, &Progress) -> Result<GradientImage, GradientError>;
 
 impl Study {
     pub(super) fn new(context: &Context) -> anyhow::Result<Self> {
@@ -137,7 +137,7 @@ fn apart(
     Ok(Apart { samples: samples * RUNS as usize, seconds: start.elapsed().as_secs_f64(), parts })
 }
 
-fn differences(context: &Context, scene: &Scene, change: &Change, step: f64) -> anyhow::Result<Differences> {
+fn differences(context: &Context, scene: &Scene, change: &Tangent, step: f64) -> anyhow::Result<Differences> {
     let start = Instant::now();
     let samples = context.spend(48, 1024);
     let runs = (0..RUNS).map(|run| {

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use flatland::random::{Stream, open01, stream};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use volume3d::geometry::Mesh;
-use volume3d::gradient::Change;
+use volume3d::gradient::Tangent;
 use volume3d::scene::{Camera, Description, Film, Filter, Integrator, Material, Scene};
 
 /// How many cylinders, of how many sides, radius and height.
@@ -25,7 +25,7 @@ const SPREAD: f64 = 1.0;
 pub(super) struct Setting {
     pub(super) name: &'static str,
     pub(super) scene: Scene,
-    pub(super) change: Change,
+    pub(super) change: Tangent,
     /// Radians by which what is a unit away from the axis moves one pixel.
     pub(super) pixel: f64,
 }
@@ -80,7 +80,7 @@ impl Setting {
         let lamp = DAffine3::from_mat3_translation(down, DVec3::new(1.5, 5.0, 1.5));
         description.add_emitter("lamp", Mesh::rectangle().transformed(&lamp), DVec3::splat(48.0));
         let scene = Scene::new(description)?;
-        let mut change = Change::still(&scene);
+        let mut change = Tangent::still(&scene);
         change.rotate(&scene, shape, DVec3::ZERO, DVec3::Y);
         Ok(Self { name, scene, change, pixel })
     }

@@ -2,7 +2,7 @@
 
 use flatland::plane::Filter;
 use flatland::transport::exact::{Exact, Radiosity};
-use flatland::transport::{Camera, Change, Film, Material, Paths, Shape, Terms, World};
+use flatland::transport::{Camera, Film, Material, Paths, Shape, Tangent, Terms, World};
 use glam::DVec2;
 
 /// Pixels of the film.
@@ -17,7 +17,7 @@ pub(super) struct Setting {
     pub(super) name: &'static str,
     pub(super) world: World,
     pub(super) camera: Camera,
-    pub(super) change: Change,
+    pub(super) change: Tangent,
     pub(super) paths: Paths,
     /// dI/dθ of every pixel.
     pub(super) reference: Vec<f64>,
@@ -45,9 +45,9 @@ fn relative(errors: &[f64], values: &[f64]) -> f64 {
 }
 
 /// The occluder moves and turns.
-fn motion(world: &World, centre: DVec2) -> Change {
-    let turn = Change::rotate(world, [OCCLUDER], centre);
-    Change::translate(world, [OCCLUDER], p(1.0, 0.3)).and(&turn)
+fn motion(world: &World, centre: DVec2) -> Tangent {
+    let turn = Tangent::rotate(world, [OCCLUDER], centre);
+    Tangent::translate(world, [OCCLUDER], p(1.0, 0.3)).and(&turn)
 }
 
 impl Setting {

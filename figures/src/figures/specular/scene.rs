@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use flatland::plane::Filter;
 use flatland::transport::exact::Exact;
-use flatland::transport::{Camera, Change, Film, Material, Shape, Terms, World};
+use flatland::transport::{Camera, Film, Material, Shape, Tangent, Terms, World};
 use glam::DVec2;
 
 /// Pixels of the film.
@@ -43,7 +43,7 @@ impl Lighting {
 pub(super) struct Scene {
     pub(super) world: World,
     pub(super) camera: Camera,
-    pub(super) change: Change,
+    pub(super) change: Tangent,
     /// dI/dθ of every pixel.
     pub(super) exact: Vec<f64>,
 }
@@ -90,9 +90,9 @@ fn camera() -> Camera {
 }
 
 /// The object moves and turns.
-fn motion(world: &World) -> Change {
-    let turn = Change::rotate(world, [OBJECT], CENTRE);
-    Change::translate(world, [OBJECT], DVec2::new(1.0, 0.3)).and(&turn)
+fn motion(world: &World) -> Tangent {
+    let turn = Tangent::rotate(world, [OBJECT], CENTRE);
+    Tangent::translate(world, [OBJECT], DVec2::new(1.0, 0.3)).and(&turn)
 }
 
 #[cfg(test)]

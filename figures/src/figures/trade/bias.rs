@@ -65,7 +65,12 @@ fn weights() -> Vec<Series> {
     let series = |name, color, marker, warp| Series { name, color, marker, warp };
     vec![
         series("original: linear B, γ = 3", Palette::BLUE, Marker::Circle, original),
-        series("the same, focus 0.3", Palette::SKY, Marker::Square, Warp { focus: 0.3, ..original }),
+        series(
+            "the same, radial exponent 0.3",
+            Palette::SKY,
+            Marker::Square,
+            Warp { radial_exponent: 0.3, ..original },
+        ),
         series("default: B ~ s², γ = 3/2", Palette::VERMILION, Marker::Diamond, Warp::default()),
         series(
             "B = 2s, blind to κ",
@@ -139,7 +144,7 @@ pub(super) fn against_gamma(context: &Context, target: &Target) -> anyhow::Resul
     let mut out = vec![];
     for rays in RAYS_OF_GAMMA {
         for gamma in [0.5, 0.75, 1.0, 1.25, BOUND, 2.0, 3.0, 4.0, 6.0] {
-            let warp = Warp { focus: 0.3, ..Warp::original(rays) };
+            let warp = Warp { radial_exponent: 0.3, ..Warp::original(rays) };
             let warp = with(BoundaryFunction::KernelScaled { scale: 0.6 }, gamma, warp);
             let seed = seed_of(context.seed(), &[5, 3, rays as u64, gamma.to_bits()]);
             let bias = target.bias(Kernel { warp, kappa: KAPPA }, batches, seed);

@@ -58,7 +58,7 @@ impl Results {
         for point in &self.gamma {
             table.row([
                 "gamma".into(),
-                "linear B, focus 0.3".into(),
+                "linear B, radial exponent 0.3".into(),
                 (point.rays as f64).into(),
                 KAPPA.into(),
                 point.gamma.into(),

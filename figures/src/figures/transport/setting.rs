@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use flatland::plane::Filter;
-use flatland::transport::{Camera, Change, Film, Hit, Material, Origin, Shape, World};
+use flatland::transport::{Camera, Film, Hit, Material, Origin, Shape, Tangent, World};
 use glam::DVec2;
 
 use crate::plot::{Color, Palette};
@@ -27,7 +27,7 @@ pub(super) const PIVOT: DVec2 = DVec2::new(4.9, 3.4);
 pub(super) struct Setting {
     pub(super) world: World,
     pub(super) camera: Camera,
-    pub(super) change: Change,
+    pub(super) change: Tangent,
 }
 
 impl Setting {
@@ -45,7 +45,7 @@ impl Setting {
         let world = World::new(0.15, shapes)?;
         let film = Film { pixels: PIXELS, filter: Filter::Tent };
         let camera = Camera { position: DVec2::new(0.7, 3.4), angle: -0.48, field_of_view: 1.0, film };
-        let change = Change::rotate(&world, [OCCLUDER], PIVOT);
+        let change = Tangent::rotate(&world, [OCCLUDER], PIVOT);
         Ok(Self { world, camera, change })
     }
 

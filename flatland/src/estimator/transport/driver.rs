@@ -4,14 +4,14 @@ use rayon::prelude::*;
 
 use super::{Gradient, GradientImage, PathError};
 use crate::random::{Stream, stream};
-use crate::transport::{Camera, Change, Covector, Terms, Wanted, World, path_stream};
+use crate::transport::{ActiveParameters, Camera, Covector, Tangent, Terms, World, path_stream};
 
 /// A world before its camera, and what of it is to be differentiated.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View<'a> {
     pub(super) world: &'a World,
     pub(super) camera: &'a Camera,
-    pub(super) wanted: Wanted,
+    pub(super) active: ActiveParameters,
 }
 
 /// The streams of one sample: the path's, which is the image's own, the auxiliary rays', and that of
@@ -74,15 +74,15 @@ pub(super) fn forward<M: LinearMethod>(
     method: &M,
     world: &World,
     camera: &Camera,
-    change: &Change,
+    change: &Tangent,
 ) -> Result<GradientImage, PathError> {
     check(method, camera)?;
     change.check(world)?;
-    let wanted = Wanted {
+    let active = ActiveParameters {
         geometry: change.is_geometric(),
         materials: change.materials.iter().any(|m| *m != Default::default()),
     };
-    let view = View { world, camera, wanted };
+    let view = View { world, camera, active };
     let pixels: Vec<PixelMoments> = (0..camera.film.pixels)
         .into_par_iter()
         .map(|pixel| {
@@ -171,11 +171,11 @@ pub(super) fn reverse<M: LinearMethod>(
     if adjoint.len() != camera.film.pixels {
         return Err(PathError::AdjointSize { expected: camera.film.pixels, found: adjoint.len() });
     }
-    let view = View { world, camera, wanted: Wanted { geometry: true, materials: true } };
+    let view = View { world, camera, active: ActiveParameters { geometry: true, materials: true } };
     let batches = BATCHES.min(method.samples());
     let parts: Vec<Batch> =
         (0..batches).into_par_iter().map(|batch| Batch::run(method, &view, adjoint, batch)).collect();
-    let none = Change::none(world);
+    let none = Tangent::none(world);
     let mut mean = Terms { interior: none.clone(), primary: none.clone(), secondary: none.clone() };
     for part in &parts {
         mean.interior.add(1.0, &part.gradient.interior);
@@ -192,8 +192,8 @@ pub(super) fn reverse<M: LinearMethod>(
 }
 
 /// Each batch estimates its share of the gradient; shares differ by one sample at most.
-fn standard_error(samples: usize, parts: &[Batch], mean: &Terms<Change>, mut out: Change) -> Change {
-    let sum = |t: &Terms<Change>| t.interior.clone().and(&t.primary).and(&t.secondary);
+fn standard_error(samples: usize, parts: &[Batch], mean: &Terms<Tangent>, mut out: Tangent) -> Tangent {
+    let sum = |t: &Terms<Tangent>| t.interior.clone().and(&t.primary).and(&t.secondary);
     let total = sum(mean);
     let mut squares = vec![0.0; total.values().count()];
     for (batch, part) in parts.iter().enumerate() {
@@ -210,14 +210,14 @@ fn standard_error(samples: usize, parts: &[Batch], mean: &Terms<Change>, mut out
 }
 
 struct Batch {
-    gradient: Terms<Change>,
+    gradient: Terms<Tangent>,
     rays: u64,
     non_finite: Vec<(usize, usize)>,
 }
 
 impl Batch {
     fn run<M: LinearMethod>(method: &M, view: &View<'_>, adjoint: &[f64], batch: usize) -> Self {
-        let none = Change::none(view.world);
+        let none = Tangent::none(view.world);
         let gradient = Terms { interior: none.clone(), primary: none.clone(), secondary: none };
         let mut this = Self { gradient, rays: 0, non_finite: vec![] };
         let step = BATCHES.min(method.samples());

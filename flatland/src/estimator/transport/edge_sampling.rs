@@ -8,7 +8,7 @@ use super::sweep::{EdgePicker, Sweep, first_ray};
 use super::{Gradient, GradientImage, Method, PathError};
 use crate::random::{Stream, open01};
 use crate::transport::fields::{Construction, Jump, jumps_on_film};
-use crate::transport::{Camera, Change, Covector, Origin, Paths, Terms, World};
+use crate::transport::{Camera, Covector, Origin, Paths, Tangent, Terms, World};
 
 /// Interior by path tracing, jumps by sampling one vertex for the film and one at every surface, with
 /// what is seen on both sides of it.
@@ -35,7 +35,7 @@ impl Method for EdgeSampling {
         "edge sampling"
     }
 
-    fn forward(&self, world: &World, camera: &Camera, change: &Change) -> Result<GradientImage, PathError> {
+    fn forward(&self, world: &World, camera: &Camera, change: &Tangent) -> Result<GradientImage, PathError> {
         driver::forward(self, world, camera, change)
     }
 
@@ -66,7 +66,7 @@ impl LinearMethod for EdgeSampling {
     }
 
     fn pixel(&self, view: &View<'_>, pixel: usize) -> Pixel {
-        let mut jumps = if view.wanted.geometry { jumps_on_film(view.world, view.camera) } else { vec![] };
+        let mut jumps = if view.active.geometry { jumps_on_film(view.world, view.camera) } else { vec![] };
         let film = view.camera.film;
         jumps.retain(|j| film.filter_value(pixel, j.at) > 0.0);
         Pixel { index: pixel, jumps }
@@ -79,23 +79,23 @@ impl LinearMethod for EdgeSampling {
         streams: &mut Streams,
         covectors: &mut Vec<Covector>,
     ) -> u64 {
-        let View { world, camera, wanted } = *view;
+        let View { world, camera, active } = *view;
         let sample = camera.film.sample(pixel.index, &mut streams.path);
         let origin = Origin::free(camera.position);
-        let path = self.paths.trace(world, origin, camera.direction(sample.u), wanted, &mut streams.path);
+        let path = self.paths.trace(world, origin, camera.direction(sample.u), active, &mut streams.path);
         let mut sweep = Sweep {
             world,
             construction: &Construction::Still,
             kernels: &Kernels::default(),
             edges: Some(EdgePicker { paths: self.paths, choice: self.choice }),
             fault: None,
-            geometry: wanted.geometry,
+            geometry: active.geometry,
             rng: &mut streams.auxiliary,
             covectors,
             rays: path.rays,
         };
         let arrival = sweep.path(&path, sample.value);
-        if wanted.geometry {
+        if active.geometry {
             if let Some(first) = path.vertices.first() {
                 first_ray(&mut sweep, camera, sample.u, first, arrival);
             }
@@ -128,7 +128,7 @@ impl EdgeSampling {
         let weight = count as f64 * view.camera.film.filter_value(pixel.index, jump.at) * difference;
         let point = crate::plane::MaterialPoint::vertex(jump.vertex);
         covectors.push(Covector::Point(point, Terms { primary: weight * jump.rate, ..Terms::default() }));
-        let mut primary = crate::transport::CameraChange::default();
+        let mut primary = crate::transport::CameraTangent::default();
         primary.add(weight, &jump.camera);
         covectors.push(Covector::Camera(Terms { primary, ..Terms::default() }));
         rays

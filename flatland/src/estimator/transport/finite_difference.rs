@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::driver::Moments;
 use super::{Gradient, GradientImage, Method, PathError};
-use crate::transport::{Camera, Change, Origin, Paths, Terms, World, path_stream};
+use crate::transport::{Camera, Origin, Paths, Tangent, Terms, World, path_stream};
 
 /// (I(θ + h) − I(θ − h))/2h, the same random numbers on both sides. Where there is no world on one side,
 /// because an albedo or a radiance would be negative, say, it is (I(θ ± h) − I(θ))/±h.
@@ -34,7 +34,7 @@ impl Method for FiniteDifference {
         "finite differences"
     }
 
-    fn forward(&self, world: &World, camera: &Camera, change: &Change) -> Result<GradientImage, PathError> {
+    fn forward(&self, world: &World, camera: &Camera, change: &Tangent) -> Result<GradientImage, PathError> {
         camera.check()?;
         change.check(world)?;
         if !(self.step > 0.0 && self.step.is_finite()) {
@@ -95,7 +95,7 @@ impl Method for FiniteDifference {
         if adjoint.len() != camera.film.pixels {
             return Err(PathError::AdjointSize { expected: camera.film.pixels, found: adjoint.len() });
         }
-        let none = Change::none(world);
+        let none = Tangent::none(world);
         let (mut values, mut errors) = (vec![], vec![]);
         let (mut rays, mut non_finite) = (0, vec![]);
         for parameter in 0..none.values().count() {

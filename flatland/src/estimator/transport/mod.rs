@@ -32,7 +32,7 @@ pub use jumps::EdgeChoice;
 pub use kernels::Kernels;
 pub use warped_area::WarpedArea;
 
-use crate::transport::{Camera, CameraError, Change, ChangeError, Terms, World, WorldError};
+use crate::transport::{Camera, CameraError, Tangent, TangentError, Terms, World, WorldError};
 use crate::warp::WarpError;
 
 /// A gradient that cannot be estimated.
@@ -44,7 +44,7 @@ pub enum PathError {
     Camera(#[from] CameraError),
     /// The change does not fit the world.
     #[error(transparent)]
-    Change(#[from] ChangeError),
+    Tangent(#[from] TangentError),
     /// The warp's parameters are out of range.
     #[error(transparent)]
     Warp(#[from] WarpError),
@@ -112,10 +112,10 @@ impl GradientImage {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gradient {
     /// The estimate, term by term.
-    pub mean: Terms<Change>,
+    pub mean: Terms<Tangent>,
     /// The standard error of the sum of the terms, parameter by parameter, from independent batches;
     /// NaN from a single one.
-    pub standard_error: Change,
+    pub standard_error: Tangent,
     /// How many rays were traced.
     pub rays: u64,
     /// The samples that were not finite, as (pixel, sample). They count as 0, and the mean is then
@@ -126,7 +126,7 @@ pub struct Gradient {
 impl Gradient {
     /// The gradient.
     #[must_use]
-    pub fn total(&self) -> Change {
+    pub fn total(&self) -> Tangent {
         self.mean.interior.clone().and(&self.mean.primary).and(&self.mean.secondary)
     }
 }
@@ -140,7 +140,7 @@ pub trait Method: Sync {
     ///
     /// # Errors
     /// A [`PathError`] that names the parameter.
-    fn forward(&self, world: &World, camera: &Camera, change: &Change) -> Result<GradientImage, PathError>;
+    fn forward(&self, world: &World, camera: &Camera, change: &Tangent) -> Result<GradientImage, PathError>;
 
     /// dL/dp of every parameter, for the loss whose adjoint image is ∂L/∂I.
     ///

@@ -19,7 +19,7 @@ use crate::plane::MaterialPoint;
 use crate::random::{Stream, open01};
 use crate::transport::fields::{Construction, LinearField};
 use crate::transport::{
-    Camera, CameraChange, Covector, Light, MaterialChange, Path, Paths, Scattering, Terms, Vertex, World,
+    Camera, CameraTangent, Covector, Light, MaterialTangent, Path, Paths, Scattering, Terms, Vertex, World,
 };
 
 /// A number or covector by whether a warp of a direction lies between it and the path's value.
@@ -205,7 +205,7 @@ impl Sweep<'_, '_> {
                 slopes.attached(scattering.density_slopes(*direction), *weight, scattering.value(*direction));
         }
         let segment = &self.world.segments()[vertex.hit.segment];
-        let mut material = MaterialChange::default();
+        let mut material = MaterialTangent::default();
         material.add(*gain, &slopes.material);
         self.covectors.push(Covector::Material(segment.shape, material));
         if !self.geometry {
@@ -320,7 +320,7 @@ impl Sweep<'_, '_> {
 
     fn emission(&mut self, segment: usize, weight: f64) {
         let shape = self.world.segments()[segment].shape;
-        let change = MaterialChange { emission: weight, ..MaterialChange::default() };
+        let change = MaterialTangent { emission: weight, ..MaterialTangent::default() };
         self.covectors.push(Covector::Material(shape, change));
     }
 }
@@ -356,7 +356,7 @@ pub(super) fn first_ray(
     let turning = |position: DVec2, angle: f64| angle + vertex.hit.distance * tangent.dot(position);
     let (per_u, rate) = camera.direction_rate(u);
     let covector = |position: DVec2, angle: f64| {
-        let mut c = CameraChange { position, ..CameraChange::default() };
+        let mut c = CameraTangent { position, ..CameraTangent::default() };
         c.add(turning(position, angle), &rate);
         c
     };

@@ -6,7 +6,7 @@ use glam::DVec2;
 use super::*;
 use crate::plane::Filter;
 use crate::transport::fields::Construction;
-use crate::transport::{CameraChange, Film, ImageError, Material, MaterialChange, Paths, Shape};
+use crate::transport::{CameraTangent, Film, ImageError, Material, MaterialTangent, Paths, Shape};
 
 fn p(x: f64, y: f64) -> DVec2 {
     DVec2::new(x, y)
@@ -34,21 +34,21 @@ fn glossy() -> Material {
     Material { reflectance: 0.1, ..Material::glossy(0.7, 0.15) }
 }
 
-fn changes(world: &World) -> Vec<Change> {
-    let camera = |camera| Change::of_camera(world, camera);
+fn changes(world: &World) -> Vec<Tangent> {
+    let camera = |camera| Tangent::of_camera(world, camera);
     let last = world.shapes().len() - 1;
-    let mut material = Change::none(world);
+    let mut material = Tangent::none(world);
     material.materials[0] =
-        MaterialChange { reflectance: 1.0, gloss_strength: 0.4, gloss_width: 0.1, emission: 0.0 };
+        MaterialTangent { reflectance: 1.0, gloss_strength: 0.4, gloss_width: 0.1, emission: 0.0 };
     material.materials[1].emission = 0.5;
     material.environment = 0.7;
     vec![
-        Change::translate(world, [0], p(0.3, 1.0)),
-        Change::rotate(world, [0], p(0.0, 0.0)),
-        Change::translate(world, [1], p(1.0, 0.4)),
-        Change::rotate(world, [last], p(0.0, 1.0)),
-        camera(CameraChange { position: p(1.0, 0.5), ..CameraChange::default() }),
-        camera(CameraChange { angle: 1.0, field_of_view: 0.5, ..CameraChange::default() }),
+        Tangent::translate(world, [0], p(0.3, 1.0)),
+        Tangent::rotate(world, [0], p(0.0, 0.0)),
+        Tangent::translate(world, [1], p(1.0, 0.4)),
+        Tangent::rotate(world, [last], p(0.0, 1.0)),
+        camera(CameraTangent { position: p(1.0, 0.5), ..CameraTangent::default() }),
+        camera(CameraTangent { angle: 1.0, field_of_view: 0.5, ..CameraTangent::default() }),
         material,
     ]
 }
@@ -93,7 +93,7 @@ fn the_primal_is_the_same_with_and_without_a_gradient() {
     let world = World::new(1.0, shapes).expect("a world");
     let paths = Paths { bounces: 3, ..Paths::default() };
     let image = paths.image(&world, &camera(Filter::Tent), 50, 3).expect("valid");
-    let change = Change { environment: 1.0, ..Change::none(&world) };
+    let change = Tangent { environment: 1.0, ..Tangent::none(&world) };
     let method = WarpedArea { samples: 50, paths, seed: 3, ..WarpedArea::default() };
     let gradient = method.forward(&world, &camera(Filter::Tent), &change).expect("valid");
     for ([mean, _], total) in image.iter().zip(gradient.total()) {
@@ -116,7 +116,7 @@ fn appearance_traces_no_auxiliary_ray() {
 #[test]
 fn bad_parameters_are_named() {
     let world = world(glossy(), false);
-    let (camera, change) = (camera(Filter::Box), Change::none(&world));
+    let (camera, change) = (camera(Filter::Box), Tangent::none(&world));
     let run = |m: WarpedArea| m.forward(&world, &camera, &change).expect_err("bad");
     let good = WarpedArea::default();
     assert_eq!(run(WarpedArea { samples: 0, ..good }), PathError::NoSamples);
@@ -131,8 +131,8 @@ fn bad_parameters_are_named() {
     let image = |camera, samples| Paths::default().image(&world, camera, samples, 0);
     assert!(matches!(image(&wide, 1), Err(ImageError::Camera(_))));
     assert_eq!(image(&camera, 0), Err(ImageError::NoSamples));
-    let other = Change { vertices: vec![], ..change.clone() };
-    assert!(matches!(good.forward(&world, &camera, &other), Err(PathError::Change(_))));
+    let other = Tangent { vertices: vec![], ..change.clone() };
+    assert!(matches!(good.forward(&world, &camera, &other), Err(PathError::Tangent(_))));
     assert!(matches!(good.reverse(&world, &camera, &[1.0]), Err(PathError::AdjointSize { .. })));
     let difference = FiniteDifference { step: 0.0, ..FiniteDifference::default() };
     assert_eq!(difference.forward(&world, &camera, &change), Err(PathError::Step { step: 0.0 }));
@@ -146,7 +146,7 @@ fn finite_differences_in_reverse_are_those_of_every_parameter() {
     let method = FiniteDifference { samples: 50, step: 1e-3, ..FiniteDifference::default() };
     let adjoint = [0.3, -1.0, 0.7];
     let reverse = method.reverse(&world, &camera, &adjoint).expect("valid").total();
-    let mut change = Change::none(&world);
+    let mut change = Tangent::none(&world);
     change.materials[0].emission = 1.0;
     let forward = method.forward(&world, &camera, &change).expect("valid").total();
     let expected: f64 = forward.iter().zip(adjoint).map(|(g, a)| g * a).sum();

@@ -8,7 +8,7 @@ use super::{Gradient, GradientImage, Method, PathError};
 use crate::plane::Filter;
 use crate::random::stream;
 use crate::transport::fields::Construction;
-use crate::transport::{Camera, CameraChange, Change, Covector, Origin, Paths, Terms, World};
+use crate::transport::{Camera, CameraTangent, Covector, Origin, Paths, Tangent, Terms, World};
 use crate::warp::{WarpError, Weighting};
 
 /// A warp at every bounce: on the film, and on the circle of directions at every surface, for
@@ -64,7 +64,7 @@ impl Method for WarpedArea {
         }
     }
 
-    fn forward(&self, world: &World, camera: &Camera, change: &Change) -> Result<GradientImage, PathError> {
+    fn forward(&self, world: &World, camera: &Camera, change: &Tangent) -> Result<GradientImage, PathError> {
         driver::forward(self, world, camera, change)
     }
 
@@ -112,7 +112,7 @@ impl LinearMethod for WarpedArea {
     fn pixel(&self, view: &View<'_>, pixel: usize) -> Pixel {
         let film = view.camera.film;
         let mut sum = 0.0;
-        if view.wanted.geometry {
+        if view.active.geometry {
             for i in 0..CONTROLS {
                 // Any constant would do that does not depend on the samples.
                 let mut rng = stream(self.seed, &[pixel as u64, i as u64, CONTROL]);
@@ -133,23 +133,23 @@ impl LinearMethod for WarpedArea {
         streams: &mut Streams,
         covectors: &mut Vec<Covector>,
     ) -> u64 {
-        let View { world, camera, wanted } = *view;
+        let View { world, camera, active } = *view;
         let sample = camera.film.sample(pixel.index, &mut streams.path);
         let origin = Origin::free(camera.position);
-        let path = self.paths.trace(world, origin, camera.direction(sample.u), wanted, &mut streams.path);
+        let path = self.paths.trace(world, origin, camera.direction(sample.u), active, &mut streams.path);
         let mut sweep = Sweep {
             world,
             construction: &self.construction,
             kernels: &self.kernels,
             edges: None,
             fault: self.fault,
-            geometry: wanted.geometry,
+            geometry: active.geometry,
             rng: &mut streams.auxiliary,
             covectors,
             rays: path.rays,
         };
         let arrival = sweep.path(&path, sample.value);
-        if wanted.geometry {
+        if active.geometry {
             let per_u =
                 path.vertices.first().map_or(0.0, |v| first_ray(&mut sweep, camera, sample.u, v, arrival));
             let excess = path.radiance(world) - pixel.control;
@@ -171,7 +171,7 @@ impl WarpedArea {
         let origin = scatter_field(&field, a, b, |point, primary| {
             sweep.covectors.push(Covector::Point(point, Terms { primary, ..Terms::default() }));
         });
-        let mut primary = CameraChange { position: -origin, ..CameraChange::default() };
+        let mut primary = CameraTangent { position: -origin, ..CameraTangent::default() };
         primary.add(a, &field.camera[0]);
         primary.add(b, &field.camera[1]);
         sweep.covectors.push(Covector::Camera(Terms { primary, ..Terms::default() }));

@@ -22,7 +22,7 @@ use glam::DVec2;
 
 use super::lobe::LobeArc;
 use super::visible::{End, Interval, View};
-use crate::transport::{Change, Material, MaterialChange, World};
+use crate::transport::{Material, MaterialTangent, Tangent, World};
 
 /// A point of a surface seen from one side.
 #[derive(Clone, Debug)]
@@ -97,7 +97,7 @@ impl<'a> Surface<'a> {
     }
 
     /// L_e and its derivative.
-    pub(super) fn emission(&self, change: &Change) -> (f64, f64) {
+    pub(super) fn emission(&self, change: &Tangent) -> (f64, f64) {
         (self.material.emission, change.materials[self.shape].emission)
     }
 
@@ -119,7 +119,7 @@ impl<'a> Surface<'a> {
     /// # Panics
     /// If the change was made for another world.
     #[must_use]
-    pub fn rate(&self, change: &Change, motion: &SurfaceMotion) -> RadianceRate {
+    pub fn rate(&self, change: &Tangent, motion: &SurfaceMotion) -> RadianceRate {
         let own = &change.materials[self.shape];
         let mut rate = RadianceRate { interior: own.emission, boundary: 0.0, magnitude: own.emission.abs() };
         for interval in &self.intervals {
@@ -150,7 +150,7 @@ impl<'a> Surface<'a> {
         (0.5 * self.material.reflectance + gloss) * end.cos
     }
 
-    fn scattered(&self, interval: &Interval, rates: Option<(&MaterialChange, &SurfaceMotion)>) -> Scattered {
+    fn scattered(&self, interval: &Interval, rates: Option<(&MaterialTangent, &SurfaceMotion)>) -> Scattered {
         let mut total = self.diffuse(interval, rates);
         if self.material.gloss.is_some() {
             let glossy = self.glossy(interval, rates);
@@ -161,7 +161,7 @@ impl<'a> Surface<'a> {
         total
     }
 
-    fn diffuse(&self, interval: &Interval, rates: Option<(&MaterialChange, &SurfaceMotion)>) -> Scattered {
+    fn diffuse(&self, interval: &Interval, rates: Option<(&MaterialTangent, &SurfaceMotion)>) -> Scattered {
         let half = 0.5 * self.material.reflectance;
         let sine = sine_difference(interval);
         let (mut rate, mut magnitude) = (0.0, 0.0);
@@ -174,7 +174,7 @@ impl<'a> Surface<'a> {
         Scattered { value: half * sine, rate, magnitude }
     }
 
-    fn glossy(&self, interval: &Interval, rates: Option<(&MaterialChange, &SurfaceMotion)>) -> Scattered {
+    fn glossy(&self, interval: &Interval, rates: Option<(&MaterialTangent, &SurfaceMotion)>) -> Scattered {
         let Some(gloss) = &self.material.gloss else { return Scattered::default() };
         let arc = LobeArc::new(gloss, interval.start.angle + self.outgoing, interval.width);
         let (sin_o, cos_o) = self.outgoing.sin_cos();
@@ -201,7 +201,7 @@ impl<'a> Surface<'a> {
 
 /// Whether a segment scatters light, or does so with θ: a black surface that gets lighter scatters
 /// nothing, and has a derivative.
-pub(super) fn may_scatter(world: &World, change: &Change, segment: usize) -> bool {
+pub(super) fn may_scatter(world: &World, change: &Tangent, segment: usize) -> bool {
     let material = world.material(segment);
     let rate = &change.materials[world.segments()[segment].shape];
     material.scatters() || rate.reflectance != 0.0 || (material.gloss.is_some() && rate.gloss_strength != 0.0)
@@ -212,13 +212,13 @@ pub(super) fn emitted(world: &World, seen: Option<usize>) -> f64 {
     seen.map_or(world.environment(), |i| world.material(i).emission)
 }
 
-fn emitted_rate(world: &World, change: &Change, interval: &Interval) -> f64 {
+fn emitted_rate(world: &World, change: &Tangent, interval: &Interval) -> f64 {
     let of = |i: usize| change.materials[world.segments()[i].shape].emission;
     interval.seen.map_or(change.environment, of)
 }
 
 /// ψ̇ of an end of an interval: τ·(v̇ − ẋ)/r; 0 at the ends of the half circle, where f cos φ is 0.
-pub(super) fn turn(view: &View, end: &End, change: &Change, velocity: DVec2) -> f64 {
+pub(super) fn turn(view: &View, end: &End, change: &Tangent, velocity: DVec2) -> f64 {
     let Some(vertex) = end.vertex else { return 0.0 };
     if end.cos == 0.0 {
         return 0.0;
@@ -227,7 +227,7 @@ pub(super) fn turn(view: &View, end: &End, change: &Change, velocity: DVec2) -> 
 }
 
 /// (|v̇| + |ẋ|)/r: what the rounding of [`turn`] is relative to.
-fn turn_magnitude(end: &End, change: &Change, velocity: DVec2) -> f64 {
+fn turn_magnitude(end: &End, change: &Tangent, velocity: DVec2) -> f64 {
     match end.vertex {
         Some(vertex) if end.cos != 0.0 => {
             (change.vertices[vertex].length() + velocity.length()) / end.distance

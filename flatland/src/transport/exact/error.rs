@@ -1,6 +1,6 @@
 //! What has no exact answer.
 
-use crate::transport::{CameraError, ChangeError};
+use crate::transport::{CameraError, TangentError};
 
 /// An exact image or derivative that cannot be had.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -11,7 +11,7 @@ pub enum ExactError {
     Camera(#[from] CameraError),
     /// The change does not fit the world.
     #[error(transparent)]
-    Change(#[from] ChangeError),
+    Tangent(#[from] TangentError),
     /// The tolerance is not in [10⁻¹⁴, 1).
     #[error("the tolerance {tolerance} is not in [1e-14, 1)")]
     Tolerance {

@@ -6,7 +6,7 @@ use super::critical::{critical_points, graded_points, mirror_points};
 use super::error::ExactError;
 use super::visible::View;
 use crate::plane::Filter;
-use crate::transport::{Camera, Change, World};
+use crate::transport::{Camera, Tangent, World};
 
 /// How near, in parts of the film, two film coordinates must be to be one: some rounding errors.
 const SAME: f64 = 16.0 * f64::EPSILON;
@@ -112,7 +112,7 @@ impl Partition {
         &self,
         world: &World,
         camera: &Camera,
-        change: &Change,
+        change: &Tangent,
     ) -> Result<(), ExactError> {
         let vertices: Vec<DVec2> = world.vertices().collect();
         let places: Vec<Option<f64>> = vertices.iter().map(|p| camera.project(*p)).collect();
@@ -182,7 +182,7 @@ fn same(camera: &Camera, u: f64, v: f64) -> bool {
 }
 
 /// u̇ of a vertex.
-pub(super) fn film_rate(camera: &Camera, change: &Change, vertex: usize, u: f64, distance: f64) -> f64 {
+pub(super) fn film_rate(camera: &Camera, change: &Tangent, vertex: usize, u: f64, distance: f64) -> f64 {
     let (point, own) = camera.film_rate(u, distance);
     point.dot(change.vertices[vertex]) + own.dot(&change.camera)
 }

@@ -6,7 +6,7 @@ use super::direct::{Surface, SurfaceMotion, emitted, may_scatter};
 use super::error::ExactError;
 use super::partition::{Jump, Partition, Seen, film_rate};
 use super::quadrature::{Quadrature, adaptive};
-use crate::transport::{Camera, Change, Terms, World};
+use crate::transport::{Camera, Tangent, Terms, World};
 
 /// The exact image of a world and its exact derivative, for light that is scattered at most once.
 ///
@@ -18,7 +18,7 @@ use crate::transport::{Camera, Change, Terms, World};
 /// ```
 /// use flatland::plane::Filter;
 /// use flatland::transport::exact::Exact;
-/// use flatland::transport::{Camera, Change, Film, Material, Shape, World};
+/// use flatland::transport::{Camera, Tangent, Film, Material, Shape, World};
 /// use glam::DVec2;
 ///
 /// let floor = Shape::open([DVec2::new(-5.0, 0.0), DVec2::new(5.0, 0.0)], Material::diffuse(0.8));
@@ -28,7 +28,7 @@ use crate::transport::{Camera, Change, Terms, World};
 /// let camera = Camera { position: DVec2::new(3.0, 2.5), angle: -2.4, field_of_view: 0.9, film };
 /// let exact = Exact::default();
 /// let image = exact.image(&world, &camera)?;
-/// let lifted = Change::translate(&world, [1], DVec2::Y);
+/// let lifted = Tangent::translate(&world, [1], DVec2::Y);
 /// let slope = exact.gradient(&world, &camera, &lifted)?;
 /// let step = 1e-5;
 /// let above = exact.image(&world.displaced(&lifted, step)?, &camera)?;
@@ -105,7 +105,7 @@ impl Exact {
         &self,
         world: &World,
         camera: &Camera,
-        change: &Change,
+        change: &Tangent,
     ) -> Result<Integrated<Terms<f64>>, ExactError> {
         change.check(world)?;
         let film = self.prepare(world, camera, |i| may_scatter(world, change, i))?;
@@ -187,7 +187,7 @@ impl FilmIntegral<'_> {
     }
 
     /// The interior and the secondary term at u, and their scale.
-    fn rate(&self, u: f64, change: &Change) -> ([f64; 2], f64) {
+    fn rate(&self, u: f64, change: &Tangent) -> ([f64; 2], f64) {
         let Some(segment) = self.partition.stretch(u).seen else {
             return ([change.environment, 0.0], change.environment.abs());
         };
@@ -202,7 +202,7 @@ impl FilmIntegral<'_> {
     }
 
     /// (L⁻ − L⁺) u̇ of a jump over the film.
-    fn step(&self, jump: &Jump, change: &Change) -> f64 {
+    fn step(&self, jump: &Jump, change: &Tangent) -> f64 {
         let rate = film_rate(self.camera, change, jump.vertex, jump.u, jump.distance);
         if rate == 0.0 {
             return 0.0;
@@ -220,7 +220,7 @@ pub(super) fn motion_of_seen(
     camera: &Camera,
     u: f64,
     seen: &Seen,
-    change: &Change,
+    change: &Tangent,
 ) -> SurfaceMotion {
     let Seen { segment, s, distance, direction } = *seen;
     let own = &world.segments()[segment];

@@ -22,7 +22,7 @@ mod scene;
 mod term;
 mod vector;
 
-use flatland::transport::{Camera, Change, World};
+use flatland::transport::{Camera, Tangent, World};
 
 use adaptive::Precision;
 use events::Events;
@@ -62,7 +62,7 @@ const INNER: Precision = Precision { relative: 1e-8, halvings: 30, pieces: 500 }
 /// # Panics
 /// If the change was made for another world.
 #[must_use]
-pub fn image(world: &World, camera: &Camera, change: &Change, bounces: usize) -> Vec<PixelOracle> {
+pub fn image(world: &World, camera: &Camera, change: &Tangent, bounces: usize) -> Vec<PixelOracle> {
     change.check(world).expect("the change fits its world");
     let scene = Scene::new(world, camera, change);
     let events = if bounces == 0 { Events::none(&scene) } else { Events::new(&scene) };

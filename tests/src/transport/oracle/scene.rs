@@ -1,6 +1,6 @@
 //! A world and its camera in dual numbers, and what is seen in it, by brute force.
 
-use flatland::transport::{Camera, Change, Material, MaterialChange, World};
+use flatland::transport::{Camera, Material, MaterialTangent, Tangent, World};
 use glam::DVec2;
 use num_dual::{Dual64, DualNum};
 
@@ -46,7 +46,7 @@ pub(super) struct Eye {
 }
 
 impl Surface {
-    fn new(material: &Material, change: &MaterialChange) -> Self {
+    fn new(material: &Material, change: &MaterialTangent) -> Self {
         Self {
             reflectance: Dual64::new(material.reflectance, change.reflectance),
             emission: Dual64::new(material.emission, change.emission),
@@ -69,7 +69,7 @@ pub(super) fn is_nothing(x: Dual64) -> bool {
 }
 
 impl Eye {
-    fn new(camera: &Camera, change: &Change) -> Self {
+    fn new(camera: &Camera, change: &Tangent) -> Self {
         let angle = Dual64::new(camera.angle, change.camera.angle);
         let axis = Vector { x: angle.cos(), y: angle.sin() };
         Self {
@@ -99,7 +99,7 @@ impl Eye {
 }
 
 impl Scene {
-    pub(super) fn new(world: &World, camera: &Camera, change: &Change) -> Self {
+    pub(super) fn new(world: &World, camera: &Camera, change: &Tangent) -> Self {
         let vertices: Vec<Vector> =
             world.vertices().zip(&change.vertices).map(|(p, v)| Vector::moving(p, *v)).collect();
         let line = |segment: &flatland::transport::Segment| {

@@ -1,7 +1,7 @@
 //! The oracle against closed forms and against central differences of itself.
 
 use flatland::plane::Filter;
-use flatland::transport::{Camera, Change, Film, Material, Shape, World};
+use flatland::transport::{Camera, Film, Material, Shape, Tangent, World};
 use glam::DVec2;
 use rayon::prelude::*;
 
@@ -15,7 +15,7 @@ fn difference(case: &Case, bounces: usize, step: f64) -> Option<Vec<f64>> {
     let values = |theta: f64| {
         let world = case.world.displaced(&case.change, theta).ok()?;
         let camera: Camera = case.change.displaced_camera(&case.camera, theta);
-        let pixels = image(&world, &camera, &Change::none(&world), bounces);
+        let pixels = image(&world, &camera, &Tangent::none(&world), bounces);
         Some(pixels.into_iter().map(|p| p.value).collect::<Vec<_>>())
     };
     let (minus, now, plus, far) = (values(-step), values(0.0)?, values(step)?, values(2.0 * step)?);
@@ -109,7 +109,7 @@ fn a_narrow_pixel_is_a_ray() {
     let (position, angle) = (DVec2::new(0.4, 1.0), -0.5 * std::f64::consts::PI);
     let camera = Camera { position, angle, field_of_view: 1e-6, film };
     let velocity = DVec2::new(0.6, -0.3);
-    let change = Change::translate(&world, [1], velocity);
+    let change = Tangent::translate(&world, [1], velocity);
     let pixel = image(&world, &camera, &change, 1)[0];
     // At (0.4, 0): sin φ = d_x/|d|, and its derivative is d_y (d × ḋ)/|d|³ turned.
     let sine = |v: DVec2| (v - DVec2::new(0.4, 0.0)).x / v.distance(DVec2::new(0.4, 0.0));

@@ -1,31 +1,31 @@
 //! What θ does to a world.
 
-use flatland::transport::{CameraChange, Change, World};
+use flatland::transport::{CameraTangent, Tangent, World};
 
 use super::Moving;
 use super::dice::Dice;
 
 /// A change of the kind `moving` of a world as large as `unit`.
-pub(super) fn draw(dice: &mut Dice, moving: Moving, world: &World, unit: f64) -> Change {
+pub(super) fn draw(dice: &mut Dice, moving: Moving, world: &World, unit: f64) -> Tangent {
     let shapes: Vec<usize> = (0..world.shapes().len()).filter(|_| dice.chance(0.5)).collect();
     // At least one.
     let shapes = if shapes.is_empty() { vec![dice.count(0, world.shapes().len() - 1)] } else { shapes };
-    let camera = |camera: CameraChange| Change::of_camera(world, camera);
-    let none = CameraChange::default();
+    let camera = |camera: CameraTangent| Tangent::of_camera(world, camera);
+    let none = CameraTangent::default();
     match moving {
-        Moving::Translate => Change::translate(world, shapes, dice.vector(unit)),
-        Moving::Rotate => Change::rotate(world, shapes, dice.vector(unit)),
-        Moving::Scale => Change::scale(world, shapes, dice.vector(unit)),
+        Moving::Translate => Tangent::translate(world, shapes, dice.vector(unit)),
+        Moving::Rotate => Tangent::rotate(world, shapes, dice.vector(unit)),
+        Moving::Scale => Tangent::scale(world, shapes, dice.vector(unit)),
         Moving::Vertex => {
-            let mut change = Change::none(world);
+            let mut change = Tangent::none(world);
             change.vertices[dice.count(0, world.vertex_count() - 1)] = dice.vector(unit);
             change
         }
-        Moving::CameraPosition => camera(CameraChange { position: dice.vector(unit), ..none }),
-        Moving::CameraAngle => camera(CameraChange { angle: dice.sign(), ..none }),
-        Moving::FieldOfView => camera(CameraChange { field_of_view: dice.sign(), ..none }),
+        Moving::CameraPosition => camera(CameraTangent { position: dice.vector(unit), ..none }),
+        Moving::CameraAngle => camera(CameraTangent { angle: dice.sign(), ..none }),
+        Moving::FieldOfView => camera(CameraTangent { field_of_view: dice.sign(), ..none }),
         Moving::Material => {
-            let mut change = Change::none(world);
+            let mut change = Tangent::none(world);
             for (material, shape) in change.materials.iter_mut().zip(world.shapes()) {
                 // Relative, and a narrow lobe has little room; but what scatters nothing may begin to.
                 let now = shape.material();
@@ -38,9 +38,9 @@ pub(super) fn draw(dice: &mut Dice, moving: Moving, world: &World, unit: f64) ->
             }
             change
         }
-        Moving::Environment => Change { environment: 1.0, ..Change::none(world) },
+        Moving::Environment => Tangent { environment: 1.0, ..Tangent::none(world) },
         Moving::Mixed => {
-            let mut sum = Change::none(world);
+            let mut sum = Tangent::none(world);
             for part in Moving::ALL.into_iter().filter(|part| *part != Moving::Mixed) {
                 sum.add(dice.between(-1.0, 1.0), &draw(dice, part, world, unit));
             }

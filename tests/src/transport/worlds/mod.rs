@@ -8,7 +8,7 @@ mod dice;
 mod scenes;
 
 use flatland::plane::Filter;
-use flatland::transport::{Camera, Change, Film, Shape, World};
+use flatland::transport::{Camera, Film, Shape, Tangent, World};
 
 use dice::Dice;
 use scenes::Arrangement;
@@ -21,7 +21,7 @@ pub struct Case {
     /// 4 to 12 pixels.
     pub camera: Camera,
     /// What θ does to both.
-    pub change: Change,
+    pub change: Tangent,
     /// The knobs, in words: what a failing test should print.
     pub label: String,
 }

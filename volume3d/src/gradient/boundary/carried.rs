@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::curve::Eye;
 use super::sensor::{Sensor, Vertex};
-use crate::calculus::{Calculus, Kernel, Sees, Vec3};
+use crate::calculus::{Calculus, Kernel, Vec3, VisibilityDomain};
 use crate::path::{Paths, Plain, SurfacePoint};
 
 /// The last of a path's shading points, and the direction from it to the vertex that is next. `vertices` are the
@@ -43,7 +43,7 @@ fn kernel(paths: &Paths<'_>, viewer: DVec3, vertex: &Vertex, next: &Vertex) -> O
     let shading = point.shading(paths.scene, &plain)?;
     Some(Kernel {
         kappa: paths.kernels.surface.max(shading.concentration()),
-        sees: Sees::Radiance,
+        domain: VisibilityDomain::Radiance,
         normal: shading.normal.value(),
         triangle: Some(next.triangle),
     })

@@ -12,7 +12,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::driver::{Address, Boundary, Crossing};
+use super::driver::{Address, Boundary, BoundarySample};
 use crate::calculus::{Calculus, Frame, Number};
 
 /// Where a path begins, in numbers.
@@ -68,7 +68,7 @@ impl<T: Curve> Boundary for T {
         calculus: &mut C,
         frame: &Frame<C::Number>,
         address: Address,
-        found: &mut Vec<Crossing<C::Number>>,
+        found: &mut Vec<BoundarySample<C::Number>>,
     ) {
         let mut places = vec![];
         self.draw(address, &mut places);
@@ -77,7 +77,7 @@ impl<T: Curve> Boundary for T {
             if light != DVec3::ZERO {
                 let (at, _) = self.film(place);
                 let speed = self.speed(calculus, &Eye::still(frame, at), place);
-                found.push(Crossing { at, light, speed });
+                found.push(BoundarySample { at, light, speed });
             }
         }
     }

@@ -13,13 +13,13 @@ use crate::gradient::groups::GROUPS;
 use crate::gradient::motion::Motion;
 use crate::gradient::regions::{RegionSums, Regions};
 use crate::gradient::reverse::{Inputs, Recorded, Reverse};
-use crate::gradient::{Gradient, NonFinite, Progress, Stopped, Wanted};
+use crate::gradient::{ActiveParameters, Gradient, NonFinite, Progress, Stopped};
 use crate::path::Sequence;
 use crate::scene::Scene;
 
 /// One point of a jump, as seen on the film.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::gradient) struct Crossing<T> {
+pub(in crate::gradient) struct BoundarySample<T> {
     pub(in crate::gradient) at: DVec2,
     /// The difference of light over the density of the sample.
     pub(in crate::gradient) light: DVec3,
@@ -65,7 +65,7 @@ pub(in crate::gradient) trait Boundary: Sync {
         calculus: &mut C,
         frame: &Frame<C::Number>,
         address: Address,
-        found: &mut Vec<Crossing<C::Number>>,
+        found: &mut Vec<BoundarySample<C::Number>>,
     );
 }
 
@@ -277,16 +277,16 @@ impl<'s> Driver<'s> {
         });
     }
 
-    /// The transpose: adds to the derivative of Σ adjoint · I by every wanted parameter.
+    /// The transpose: adds to the derivative of Σ adjoint · I by every active parameter.
     pub(in crate::gradient) fn reverse(
         &self,
         boundary: &impl Boundary,
         adjoint: &[DVec3],
-        wanted: &Wanted,
+        active: &ActiveParameters,
         progress: &Progress,
         gradient: &mut Gradient,
     ) -> Result<(), Stopped> {
-        let inputs = Inputs::new(self.scene, wanted);
+        let inputs = Inputs::new(self.scene, active);
         self.collect(progress, gradient, |group, chunk| {
             self.reverse_chunk(boundary, adjoint, &inputs, group, chunk, progress)
         })
@@ -339,7 +339,7 @@ impl<'s> Driver<'s> {
     pub(in crate::gradient) fn pull<'t>(
         &self,
         reverse: &mut Reverse<'_, 't>,
-        crossing: &Crossing<Recorded<'t>>,
+        crossing: &BoundarySample<Recorded<'t>>,
         (adjoint, scale): (&[DVec3], f64),
         address: Address,
         adjoints: &mut Vec<f64>,

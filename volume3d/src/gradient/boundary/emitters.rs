@@ -6,9 +6,9 @@
 
 use glam::DVec3;
 
-use super::driver::{Address, Boundary, Crossing};
+use super::driver::{Address, Boundary, BoundarySample};
 use super::list::EdgeList;
-use super::sensor::{Chain, Sensor};
+use super::sensor::{CameraSubpath, Sensor};
 use super::sides::{ASIDE, look_past};
 use super::table::Table;
 use super::walk::Walk;
@@ -53,10 +53,10 @@ impl<'a> Emitters<'a> {
         &self,
         calculus: &C,
         frame: &Frame<C::Number>,
-        chain: &Chain<'_>,
+        chain: &CameraSubpath<'_>,
         shading: &Shading<'_, f64>,
         numbers: &mut Sequence,
-    ) -> Option<Crossing<C::Number>> {
+    ) -> Option<BoundarySample<C::Number>> {
         let paths = self.walk.sensor.paths;
         let scene = paths.scene;
         let chosen = self.table.at(numbers.one());
@@ -87,7 +87,7 @@ impl<'a> Emitters<'a> {
         }
         let point = edge.span.point(scene, chosen.rest, calculus);
         let relative = point - self.walk.sensor.position(calculus, frame, chain);
-        Some(Crossing { at: chain.at, light, speed: Vec3::constant(normal).dot(relative) })
+        Some(BoundarySample { at: chain.at, light, speed: Vec3::constant(normal).dot(relative) })
     }
 }
 
@@ -101,7 +101,7 @@ impl Boundary for Emitters<'_> {
         calculus: &mut C,
         frame: &Frame<C::Number>,
         address: Address,
-        found: &mut Vec<Crossing<C::Number>>,
+        found: &mut Vec<BoundarySample<C::Number>>,
     ) {
         let mut numbers = address.numbers(EMITTER_EDGE);
         self.walk.each(&mut numbers, |chain, shading, numbers| {

@@ -8,9 +8,9 @@
 
 use glam::DVec3;
 
-use super::driver::{Address, Boundary, Crossing};
+use super::driver::{Address, Boundary, BoundarySample};
 use super::list::corners;
-use super::sensor::{Chain, Sensor};
+use super::sensor::{CameraSubpath, Sensor};
 use super::sides::ASIDE;
 use super::table::Table;
 use super::walk::Walk;
@@ -91,10 +91,10 @@ impl<'a> Horizon<'a> {
     fn look<C: Calculus>(
         &self,
         calculus: &C,
-        chain: &Chain<'_>,
+        chain: &CameraSubpath<'_>,
         shading: &Shading<'_, f64>,
         numbers: (&mut Sequence, &Sequence),
-        found: &mut Vec<Crossing<C::Number>>,
+        found: &mut Vec<BoundarySample<C::Number>>,
     ) {
         let scene = self.walk.sensor.paths.scene;
         let x = chain.vertices[0];
@@ -117,12 +117,18 @@ impl<'a> Horizon<'a> {
             let [p, q, r] = triangle.positions.map(|i| calculus.position(i));
             let turning = (q - p).cross(r - p).normalized();
             let speed = -turning.dot(Vec3::constant(drawn.direction));
-            found.push(Crossing { at: chain.at, light, speed });
+            found.push(BoundarySample { at: chain.at, light, speed });
         }
     }
 
     /// The light below the horizon less that above it.
-    fn difference(&self, chain: &Chain<'_>, normal: DVec3, drawn: &Drawn, numbers: &Sequence) -> DVec3 {
+    fn difference(
+        &self,
+        chain: &CameraSubpath<'_>,
+        normal: DVec3,
+        drawn: &Drawn,
+        numbers: &Sequence,
+    ) -> DVec3 {
         let paths = self.walk.sensor.paths;
         let (x, direction) = (chain.vertices[0], drawn.direction);
         let emits = |hit: Hit| match drawn.emitter {
@@ -158,7 +164,7 @@ impl Boundary for Horizon<'_> {
         calculus: &mut C,
         _: &Frame<C::Number>,
         address: Address,
-        found: &mut Vec<Crossing<C::Number>>,
+        found: &mut Vec<BoundarySample<C::Number>>,
     ) {
         let mut numbers = address.numbers(HORIZON);
         let beyond = address.numbers(BEYOND_HORIZON);

@@ -8,14 +8,14 @@ mod carried;
 mod curve;
 mod driver;
 mod emitters;
-mod flips;
 mod horizon;
-mod inner_flips;
+mod inner_sign_changes;
 mod list;
 mod primary;
 mod secondary;
 mod sensor;
 mod sides;
+mod sign_changes;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -27,13 +27,13 @@ use glam::DVec3;
 
 pub(super) use self::driver::{Boundary, Driver, Estimate};
 use self::emitters::Emitters;
-use self::flips::Flips;
 use self::horizon::Horizon;
-use self::inner_flips::InnerFlips;
+use self::inner_sign_changes::InnerFlips;
 use self::list::EdgeList;
 use self::primary::Primary;
 use self::secondary::{Light, Secondary};
-pub(super) use self::warped::Flipped;
+use self::sign_changes::Flips;
+pub(super) use self::warped::SignChanges;
 use super::contribution::Contribution;
 use super::motion::Motion;
 use super::{GradientImage, Stopped};
@@ -57,7 +57,7 @@ const FLIP_AUXILIARY: u64 = 26;
 /// it counts only where the shading point moves.
 const STILL: f64 = 0.2;
 
-/// What moves, or is wanted: the shapes, and the camera.
+/// What moves, or is active: the shapes, and the camera.
 #[derive(Clone, Debug)]
 pub(super) struct Moving {
     pub(super) shapes: Vec<bool>,

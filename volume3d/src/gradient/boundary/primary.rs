@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::driver::{Address, Boundary, Crossing};
+use super::driver::{Address, Boundary, BoundarySample};
 use super::list::{Edge, EdgeList};
 use super::sides::look_past;
 use super::table::Table;
@@ -145,7 +145,7 @@ impl Boundary for Primary<'_> {
         calculus: &mut C,
         frame: &Frame<C::Number>,
         address: Address,
-        found: &mut Vec<Crossing<C::Number>>,
+        found: &mut Vec<BoundarySample<C::Number>>,
     ) {
         let scene = self.paths.scene;
         let mut numbers = address.numbers(PRIMARY_EDGE);
@@ -175,7 +175,7 @@ impl Boundary for Primary<'_> {
         }
         let point = edge.span.point(scene, s, calculus);
         let [x, y] = self.film.project(frame, point);
-        found.push(Crossing {
+        found.push(BoundarySample {
             at: u,
             light: (before - behind) * (sides.share * length / chosen.probability),
             speed: x * normal.x + y * normal.y,

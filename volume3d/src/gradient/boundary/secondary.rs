@@ -18,9 +18,9 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::driver::{Address, Boundary, Crossing};
+use super::driver::{Address, Boundary, BoundarySample};
 use super::list::{Edge, EdgeList};
-use super::sensor::{Chain, Sensor, Vertex};
+use super::sensor::{CameraSubpath, Sensor, Vertex};
 use super::sides::{ASIDE, Sides, look_past};
 use super::table::Table;
 use super::wedge::{Aimed, Targets, Wedge};
@@ -295,7 +295,7 @@ impl Boundary for Secondary<'_> {
         calculus: &mut C,
         frame: &Frame<C::Number>,
         address: Address,
-        found: &mut Vec<Crossing<C::Number>>,
+        found: &mut Vec<BoundarySample<C::Number>>,
     ) {
         let paths = self.sensor.paths;
         let scene = paths.scene;
@@ -338,18 +338,24 @@ impl Boundary for Secondary<'_> {
         // Chains and what is seen beyond the edge must not share random numbers.
         let mut backwards = address.numbers(BACKWARDS);
         let mut sides: Option<Option<Sides>> = None;
-        self.sensor.each_chain(start, drawn.direction, self.longest, &mut backwards, |chain: Chain<'_>| {
-            let Some(sides) = sides.get_or_insert_with(|| self.sides(&segment)) else { return };
-            let depth = chain.vertices.len() + 1;
-            let difference = self.difference(&segment, sides, drawn.aim, depth, &numbers);
-            let light = difference * chain.weight * scale;
-            if light == DVec3::ZERO {
-                return;
-            }
-            let point = edge.span.point(scene, segment.along, calculus);
-            let relative = point - self.sensor.position(calculus, frame, &chain);
-            let speed = Vec3::constant(segment.normal).dot(relative);
-            found.push(Crossing { at: chain.at, light, speed });
-        });
+        self.sensor.each_chain(
+            start,
+            drawn.direction,
+            self.longest,
+            &mut backwards,
+            |chain: CameraSubpath<'_>| {
+                let Some(sides) = sides.get_or_insert_with(|| self.sides(&segment)) else { return };
+                let depth = chain.vertices.len() + 1;
+                let difference = self.difference(&segment, sides, drawn.aim, depth, &numbers);
+                let light = difference * chain.weight * scale;
+                if light == DVec3::ZERO {
+                    return;
+                }
+                let point = edge.span.point(scene, segment.along, calculus);
+                let relative = point - self.sensor.position(calculus, frame, &chain);
+                let speed = Vec3::constant(segment.normal).dot(relative);
+                found.push(BoundarySample { at: chain.at, light, speed });
+            },
+        );
     }
 }

@@ -33,7 +33,7 @@ pub(super) struct Sensor<'a> {
 
 /// A path from the camera to a shading point.
 #[derive(Clone, Debug)]
-pub(super) struct Chain<'v> {
+pub(super) struct CameraSubpath<'v> {
     pub(super) at: DVec2,
     /// The shading points, the last of the path first.
     pub(super) vertices: &'v [Vertex],
@@ -82,14 +82,14 @@ impl<'a> Sensor<'a> {
         mut towards: DVec3,
         longest: usize,
         numbers: &mut Sequence,
-        mut f: impl FnMut(Chain<'_>),
+        mut f: impl FnMut(CameraSubpath<'_>),
     ) {
         let mut vertices = vec![last];
         let mut throughput = DVec3::ONE;
         loop {
             let vertex = vertices[vertices.len() - 1];
             if let Some((at, weight)) = self.connect(&vertex, towards) {
-                f(Chain { at, vertices: &vertices, weight: throughput * weight });
+                f(CameraSubpath { at, vertices: &vertices, weight: throughput * weight });
             }
             if vertices.len() >= longest {
                 return;
@@ -167,7 +167,7 @@ impl<'a> Sensor<'a> {
         &self,
         calculus: &C,
         frame: &Frame<C::Number>,
-        chain: &Chain<'_>,
+        chain: &CameraSubpath<'_>,
     ) -> Vec3<C::Number> {
         let scene = self.paths.scene;
         let number = C::Number::constant;

@@ -5,9 +5,9 @@ use glam::DVec3;
 use super::warped::tests::{bent, sheet};
 use super::*;
 use crate::geometry::Mesh;
-use crate::gradient::tests::{Comparisons, at, down, film, filters, random_change, rate_of_square, room};
+use crate::gradient::tests::{Comparisons, at, down, film, filters, random_tangent, rate_of_square, room};
 use crate::gradient::tests::{square, terms, thorough, total, up};
-use crate::gradient::{Change, EdgeSampling, Gradient, Progress, Wanted};
+use crate::gradient::{ActiveParameters, EdgeSampling, Gradient, Progress, Tangent};
 use crate::scene::{Camera, Description, Filter, Integrator, Material};
 use flatland::random::{open01, stream};
 
@@ -16,7 +16,7 @@ fn the_edge_of_a_square_moves_its_area() {
     let mut comparisons = Comparisons::of("edge_sampling::the_edge_of_a_square_moves_its_area");
     for filter in filters() {
         let scene = square(filter);
-        let mut change = Change::still(&scene);
+        let mut change = Tangent::still(&scene);
         change.scale(&scene, 0, DVec3::new(0.05, -0.02, -3.0), 1.0);
         let found = total(|seed| {
             let method = EdgeSampling {
@@ -59,7 +59,7 @@ fn leaf() -> Mesh {
 fn forward_and_reverse_are_transposes() {
     for filter in filters() {
         for scene in [room(filter), square(filter)] {
-            let mut change = random_change(&scene, 3);
+            let mut change = random_tangent(&scene, 3);
             change.normals.fill(DVec3::ZERO);
             let mut rng = stream(5, &[]);
             let pixels = scene.size().0 * scene.size().1;
@@ -67,17 +67,17 @@ fn forward_and_reverse_are_transposes() {
             let adjoint: Vec<DVec3> = (0..pixels).map(|_| random()).collect();
             let method = EdgeSampling { samples: 4, primary: 4, secondary: 20, seed: 0 };
             let image = method.forward(&scene, &change, &Progress::none()).unwrap();
-            let wanted = Wanted::everything(&scene);
-            let gradient = method.reverse(&scene, &adjoint, &wanted, &Progress::none()).unwrap();
+            let active = ActiveParameters::everything(&scene);
+            let gradient = method.reverse(&scene, &adjoint, &active, &Progress::none()).unwrap();
             let forward: f64 = image.gradient.iter().zip(&adjoint).map(|(a, b)| a.dot(*b)).sum();
-            let reverse = gradient.change.dot(&change);
+            let reverse = gradient.by_parameter.dot(&change);
             assert!((forward - reverse).abs() < 1e-9 * forward.abs().max(1.0), "{forward} {reverse}");
         }
     }
 }
 
 /// A wall that sees no lamp but a lit sheet whose normals turn, against central differences; and what is found without
-/// these flips is rejected. Where the wall or the sheet moves, terms cancel so that no affordable number of samples shows
+/// these sign changes is rejected. Where the wall or the sheet moves, terms cancel so that no affordable number of samples shows
 /// 15 %: warped area, which samples the same curves, is tested there.
 #[test]
 fn surfaces_turn_their_other_side_to_one_another() {
@@ -95,15 +95,15 @@ fn surfaces_turn_their_other_side_to_one_another() {
     let motion = Motion::new(&scene, &change);
     let moving = Moving::of(&scene, &motion);
     let paths = Paths::new(&scene, Kernels::default());
-    let flips = total(|seed| {
+    let sign_changes = total(|seed| {
         let driver = method(seed).driver(&scene, Term::Secondary);
         driver.forward(&InnerFlips::new(&paths, &moving), &motion, &none).unwrap().mean
     });
     let mut comparisons = Comparisons::of("edge_sampling::surfaces_turn_their_other_side_to_one_another");
     // The error of differences grows with the square of their step: in these units it is less than 4 thousandths.
     comparisons.add("normals turn".to_owned(), edges, differences, 4e-3 * scale, scale);
-    let without = (edges.0 - flips.0, edges.1.hypot(flips.1));
-    comparisons.reject("normals turn, without inner flips", without, differences);
+    let without = (edges.0 - sign_changes.0, edges.1.hypot(sign_changes.1));
+    comparisons.reject("normals turn, without inner sign changes", without, differences);
     comparisons.finish();
 }
 
@@ -113,7 +113,7 @@ fn samples_that_are_not_finite_are_reported() {
     let mut d = shadow(Filter::Tent { radius: 1.0 }, leaf(), 2).description().clone();
     d.shapes[2].radiance = Some(DVec3::splat(0.9 * f64::MAX));
     let scene = Scene::new(d).unwrap();
-    let mut change = Change::still(&scene);
+    let mut change = Tangent::still(&scene);
     change.translate(&scene, 1, DVec3::new(0.7, 0.3, -0.4));
     let method = EdgeSampling { samples: 4, primary: 16, secondary: 64, seed: 0 };
     let motion = Motion::new(&scene, &change);
@@ -123,12 +123,12 @@ fn samples_that_are_not_finite_are_reported() {
     let driver = method.driver(&scene, Term::Secondary);
     let forward = driver.forward(&part, &motion, &Progress::none()).unwrap();
     assert!(!forward.non_finite.is_empty() && forward.mean.iter().all(|g| g.is_finite()));
-    let mut gradient = Gradient::from(Change::still(&scene));
-    let mut wanted = Wanted::nothing(&scene);
-    wanted.shapes[1] = true;
-    driver.reverse(&part, &[DVec3::ONE; 36], &wanted, &Progress::none(), &mut gradient).unwrap();
+    let mut gradient = Gradient::from(Tangent::still(&scene));
+    let mut active = ActiveParameters::nothing(&scene);
+    active.shapes[1] = true;
+    driver.reverse(&part, &[DVec3::ONE; 36], &active, &Progress::none(), &mut gradient).unwrap();
     assert_eq!(gradient.non_finite, forward.non_finite);
-    assert!(gradient.change.positions.iter().all(|g| g.is_finite()));
+    assert!(gradient.by_parameter.positions.iter().all(|g| g.is_finite()));
     let whole = method.forward(&scene, &change, &Progress::none()).unwrap();
     assert!(whole.non_finite.len() >= forward.non_finite.len());
 }

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::Moving;
 use super::list::{corners, reflects};
-use super::sensor::{Chain, Sensor, Vertex};
+use super::sensor::{CameraSubpath, Sensor, Vertex};
 use super::table::Table;
 use crate::calculus::{Number, Rgb, Vec3};
 use crate::geometry::Hit;
@@ -81,7 +81,7 @@ impl<'a> Walk<'a> {
     pub(super) fn each(
         &self,
         numbers: &mut Sequence,
-        f: impl FnMut(&Chain<'_>, &Shading<'_, f64>, &mut Sequence),
+        f: impl FnMut(&CameraSubpath<'_>, &Shading<'_, f64>, &mut Sequence),
     ) {
         if let Some((at, hit, area)) = self.begin(numbers) {
             self.follow(at, hit, DVec3::splat(area), numbers, f);
@@ -94,7 +94,7 @@ impl<'a> Walk<'a> {
         hit: Hit,
         mut throughput: DVec3,
         numbers: &mut Sequence,
-        mut f: impl FnMut(&Chain<'_>, &Shading<'_, f64>, &mut Sequence),
+        mut f: impl FnMut(&CameraSubpath<'_>, &Shading<'_, f64>, &mut Sequence),
     ) {
         let Sensor { paths, film, frame } = self.sensor;
         let scene = paths.scene;
@@ -109,7 +109,7 @@ impl<'a> Walk<'a> {
             let Some(shading) = point.shading(scene, &plain) else { return };
             origin = point.position.value();
             vertices.insert(0, Vertex { position: origin, triangle: hit.triangle });
-            f(&Chain { at, vertices: &vertices, weight: throughput }, &shading, numbers);
+            f(&CameraSubpath { at, vertices: &vertices, weight: throughput }, &shading, numbers);
             if vertices.len() >= self.longest {
                 return;
             }

@@ -7,13 +7,13 @@ use super::WarpedArea;
 use crate::calculus::{Dual, Frame, Number, Rgb};
 use crate::geometry::Hit;
 use crate::gradient::auxiliary::{Auxiliary, Construction, MovingBounds};
-use crate::gradient::boundary::Flipped;
+use crate::gradient::boundary::SignChanges;
 use crate::gradient::driver::{CellSink, finish, over_film, quantities};
 use crate::gradient::film::FilmPlane;
 use crate::gradient::forward::Forward;
 use crate::gradient::groups::{numbers, split_numbers};
 use crate::gradient::motion::Motion;
-use crate::gradient::outline::SceneEdges;
+use crate::gradient::silhouette_mean::SceneEdges;
 use crate::gradient::{
     AUXILIARY, EDGE, EDGE_AUXILIARY, GRADIENT_PATH, GradientImage, Progress, SPLIT, Stopped,
 };
@@ -24,7 +24,7 @@ pub(super) struct Job<'s> {
     pub(super) method: &'s WarpedArea,
     pub(super) paths: Paths<'s>,
     pub(super) film: FilmPlane,
-    pub(super) baseline: Vec<DVec3>,
+    pub(super) control_variate: Vec<DVec3>,
     pub(super) construction: Construction,
     pub(super) edges: Option<SceneEdges>,
 }
@@ -54,8 +54,12 @@ impl Job<'_> {
         self.film.columns + 2 * self.film.reach
     }
 
-    pub(super) fn baseline(&self, x: usize, y: usize) -> DVec3 {
-        if self.method.baseline == 0 { DVec3::ZERO } else { self.baseline[y * self.film.columns + x] }
+    pub(super) fn control_variate(&self, x: usize, y: usize) -> DVec3 {
+        if self.method.control_variate == 0 {
+            DVec3::ZERO
+        } else {
+            self.control_variate[y * self.film.columns + x]
+        }
     }
 
     pub(super) fn auxiliary<'a>(&'a self, bounds: &'a MovingBounds) -> Option<Auxiliary<'a>> {
@@ -67,11 +71,11 @@ impl Job<'_> {
     }
 
     /// The boundary terms that go with the warp.
-    pub(super) fn flipped(&self) -> Flipped<'_> {
+    pub(super) fn sign_changes(&self) -> SignChanges<'_> {
         let Self { method, paths, construction, edges, .. } = self;
         let edges = edges.as_ref();
-        let (samples, seed) = (method.flips, method.seed);
-        Flipped { paths, warp: &method.warp, construction: *construction, edges, samples, seed }
+        let (samples, seed) = (method.sign_changes, method.seed);
+        SignChanges { paths, warp: &method.warp, construction: *construction, edges, samples, seed }
     }
 
     /// The derivative of every pixel, but for those.
@@ -168,13 +172,13 @@ impl Job<'_> {
         let mut amount = 0.0;
         film.for_each_pixel(i, j, |_, b, x, y| {
             let weight = film.weight(point, x, y) * share;
-            let level = self.baseline(x, y);
+            let level = self.control_variate(x, y);
             let weighted = weight * jacobian;
             let channels: [[f64; N]; 3] = std::array::from_fn(|c| {
                 (Dual::new(carried[c] - level[c], radiance[c].tangent) * weighted).tangent
             });
             amount += channels.iter().map(|c| c.iter().sum::<f64>().abs()).sum::<f64>();
-            sink.strip.add(sample, b, x, &quantities::<N, K>(value * weight.value, channels));
+            sink.row_sums.add(sample, b, x, &quantities::<N, K>(value * weight.value, channels));
         });
         sink.contributed(film.located(i, j, sample), amount);
     }
@@ -205,10 +209,10 @@ impl Job<'_> {
         }
         let mut amount = 0.0;
         self.for_each_side(i, j, vertical, |_, b, x, y, sign| {
-            let light = (radiance - self.baseline(x, y)) * sign;
+            let light = (radiance - self.control_variate(x, y)) * sign;
             amount += light.abs().element_sum() * across.tangent.iter().sum::<f64>().abs();
             let channels: [[f64; N]; 3] = std::array::from_fn(|c| across.tangent.map(|v| light[c] * v));
-            sink.strip.add(sample, b, x, &quantities::<N, K>(DVec3::ZERO, channels));
+            sink.row_sums.add(sample, b, x, &quantities::<N, K>(DVec3::ZERO, channels));
         });
         sink.contributed(film.located(i, j, sample), amount);
     }

@@ -14,23 +14,23 @@ use glam::DVec3;
 use self::job::Job;
 pub use field::Field;
 
-use super::BASELINE;
+use super::CONTROL_VARIATE;
 use super::auxiliary::Construction;
-use super::change::{Change, Wanted, supports_change, supports_wanted};
 use super::error::GradientError;
 use super::film::FilmPlane;
 use super::motion::Motion;
-use super::outline::SceneEdges;
 use super::primal::primal;
 use super::progress::Progress;
 use super::result::{Gradient, GradientImage};
+use super::silhouette_mean::SceneEdges;
+use super::tangent::{ActiveParameters, Tangent, supports_active, supports_tangent};
 use crate::path::{Kernels, Paths};
 use crate::scene::Scene;
 
 /// Warped-area sampling (Bangaru, Li and Durand 2020) along paths.
 ///
 /// # Heavy tails
-/// In the penumbra of a small light the outlines of the light and of what hides it, which move differently, meet in every
+/// In the penumbra of a small light the silhouettes of the light and of what hides it, which move differently, meet in every
 /// direction, and ∇·V is large there. [`EdgeSampling`](super::EdgeSampling) has no such trouble. On a strip of penumbra of
 /// a ball of radius 0.2 at distance 6, where the exact total is −1.76, 16 runs of 1,024 samples a pixel gave, at equal
 /// time (1.1 s and 1.0 s a run on a shared machine), −1.77 ± 0.25 by this method and −1.77 ± 0.09 by edge sampling: 8
@@ -39,19 +39,19 @@ use crate::scene::Scene;
 /// Debiased [auxiliary rays](Field::AuxiliaryRays) have long tails besides, whatever the kernel: a rare level counts for much
 /// when it is drawn, and near a corner of a room, where shading points slide along a wall beside another, what rays
 /// hit is as near as the corner and its angular velocity as large. Where
-/// [`GradientImage::outlier`] tells of one sample with much of the result, take the outlines, or edge sampling.
+/// [`GradientImage::outlier`] tells of one sample with much of the result, take the silhouettes, or edge sampling.
 #[derive(Clone, Debug)]
 pub struct WarpedArea {
     /// Samples a pixel.
     pub samples: usize,
     /// Samples a pixel of the image that is subtracted as a control variate: ∫ ∇·(h V) du = 0, so radiance may
     /// be counted from any level that does not depend on the samples. 0 subtracts nothing.
-    pub baseline: usize,
+    pub control_variate: usize,
     /// What velocities its field is made of.
     pub field: Field,
     /// Auxiliary rays and their weights, on the film and on directions alike, for [`Field::AuxiliaryRays`].
     pub warp: Warp,
-    /// The concentrations of auxiliary rays, and with them the reach of outlines on directions.
+    /// The concentrations of auxiliary rays, and with them the reach of silhouettes on directions.
     pub kernels: Kernels,
     /// How many paths, at least one, tell the radiance that the film's warp carries from one pixel to another, where
     /// it does. Only the first of them carries derivatives.
@@ -67,7 +67,7 @@ pub struct WarpedArea {
     /// other side: on the film, and as many seen from shading points. No field follows these jumps; what they move
     /// beyond it is a boundary term, and sampled. 0 leaves it out, which is **biased** wherever there are such
     /// curves. Scenes without shading normals cost nothing.
-    pub flips: usize,
+    pub sign_changes: usize,
     /// False leaves out the warp, and with it primary and secondary term: the interior term alone.
     pub warps: bool,
     /// The seed of everything random.
@@ -78,14 +78,14 @@ impl Default for WarpedArea {
     fn default() -> Self {
         Self {
             samples: 16,
-            baseline: 4,
+            control_variate: 4,
             field: Field::default(),
-            warp: Warp { debias: DEBIAS, focus: FOCUS, ..Warp::default() },
+            warp: Warp { debias: DEBIAS, radial_exponent: RADIAL_EXPONENT, ..Warp::default() },
             kernels: Kernels::default(),
             splitting: 8,
             fades: true,
             antithetic: false,
-            flips: 4,
+            sign_changes: 4,
             warps: true,
             seed: 0,
         }
@@ -97,21 +97,21 @@ impl Default for WarpedArea {
 const DEBIAS: Debias = Debias::Multilevel { rays: 16, first: 0.1, ratio: 0.35 };
 
 /// How auxiliary rays crowd around what they serve. The strip along a silhouette that m rays cannot resolve narrows by
-/// 2^−1/(2a) from level to level, with a the focus, and what a level counts for grows by 1/ratio. So the estimate
+/// 2^−1/(2a) from level to level, with a the radial exponent, and what a level counts for grows by 1/ratio. So the estimate
 /// exceeds x with probability ~ x^−t, t = 1 + ln 2/(2a ln(1/ratio)): 2.1 for the plane's a = 0.3, whose variance is
 /// finite on paper alone, and 2.7 for this.
-const FOCUS: f64 = 0.2;
+const RADIAL_EXPONENT: f64 = 0.2;
 
 impl WarpedArea {
     /// The derivative of every pixel along a change.
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Change` if the change is of another scene, `Samples` and `Warp` for parameters out of their range, and `Stopped`.
+    /// `Tangent` if the change is of another scene, `Samples` and `Warp` for parameters out of their range, and `Stopped`.
     pub fn forward(
         &self,
         scene: &Scene,
-        change: &Change,
+        change: &Tangent,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
         self.whole::<1, 6>(scene, change, progress)
@@ -121,39 +121,39 @@ impl WarpedArea {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Change` if the change is of another scene, `Samples` and `Warp` for parameters out of their range, and `Stopped`.
+    /// `Tangent` if the change is of another scene, `Samples` and `Warp` for parameters out of their range, and `Stopped`.
     pub fn forward_terms(
         &self,
         scene: &Scene,
-        change: &Change,
+        change: &Tangent,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
         self.whole::<3, 15>(scene, change, progress)
     }
 
-    /// Σ over pixels and channels of adjoint · dI/dθ, for every wanted parameter θ at once: the transpose of
+    /// Σ over pixels and channels of adjoint · dI/dθ, for every active parameter θ at once: the transpose of
     /// [`forward`](Self::forward), with the same random numbers. (Not if auxiliary rays
     /// [adapt](flatland::warp::Adaptive): then what moves decides how many there are, and both are unbiased by
     /// themselves.)
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` where geometry is wanted before ideal mirrors or under lights without extent,
+    /// [`GradientError`]: `Unsupported` where geometry is active before ideal mirrors or under lights without extent,
     /// `Adjoint` if the adjoint has not the film's size, `Samples` and `Warp` for parameters out of their range, and
     /// `Stopped`.
     pub fn reverse(
         &self,
         scene: &Scene,
         adjoint: &[DVec3],
-        wanted: &Wanted,
+        active: &ActiveParameters,
         progress: &Progress,
     ) -> Result<Gradient, GradientError> {
-        self.check_reverse(scene, adjoint, wanted)?;
-        let job = self.job(scene, self.construction(), wanted.is_geometric(), progress)?;
-        let mut gradient = job.reverse(adjoint, wanted, progress)?;
-        if self.flips > 0 && self.warps && wanted.is_geometric() {
-            job.flipped().reverse(adjoint, wanted, progress, &mut gradient)?;
+        self.check_reverse(scene, adjoint, active)?;
+        let job = self.job(scene, self.construction(), active.is_geometric(), progress)?;
+        let mut gradient = job.reverse(adjoint, active, progress)?;
+        if self.sign_changes > 0 && self.warps && active.is_geometric() {
+            job.sign_changes().reverse(adjoint, active, progress, &mut gradient)?;
         }
-        gradient.change.pull_normals(scene, wanted);
+        gradient.by_parameter.pull_normals(scene, active);
         Ok(gradient)
     }
 
@@ -161,22 +161,22 @@ impl WarpedArea {
     fn whole<const N: usize, const K: usize>(
         &self,
         scene: &Scene,
-        change: &Change,
+        change: &Tangent,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
         self.check_forward(scene, change)?;
         let job = self.job(scene, self.construction(), change.is_geometric(), progress)?;
         let motion = Motion::new(scene, change);
         let mut image = job.forward::<N, K>(&motion, progress)?;
-        if self.flips > 0 && self.warps && change.is_geometric() {
-            job.flipped().forward(&motion, progress, &mut image)?;
+        if self.sign_changes > 0 && self.warps && change.is_geometric() {
+            job.sign_changes().forward(&motion, progress, &mut image)?;
         }
         Ok(image)
     }
 
     fn construction(&self) -> Construction {
         match self.field {
-            Field::Outlines { film, lobe } => Construction::Outlined { film, lobe },
+            Field::SilhouetteMean { film, lobe } => Construction::SilhouetteMean { film, lobe },
             Field::AuxiliaryRays => Construction::Weighted { fades: self.fades },
         }
     }
@@ -185,34 +185,39 @@ impl WarpedArea {
         &self,
         scene: &Scene,
         adjoint: &[DVec3],
-        wanted: &Wanted,
+        active: &ActiveParameters,
         construction: Construction,
         progress: &Progress,
     ) -> Result<Gradient, GradientError> {
-        self.check_reverse(scene, adjoint, wanted)?;
-        let job = self.job(scene, construction, wanted.is_geometric(), progress)?;
-        let mut gradient = job.reverse(adjoint, wanted, progress)?;
-        gradient.change.pull_normals(scene, wanted);
+        self.check_reverse(scene, adjoint, active)?;
+        let job = self.job(scene, construction, active.is_geometric(), progress)?;
+        let mut gradient = job.reverse(adjoint, active, progress)?;
+        gradient.by_parameter.pull_normals(scene, active);
         Ok(gradient)
     }
 
-    fn check_forward(&self, scene: &Scene, change: &Change) -> Result<(), GradientError> {
+    fn check_forward(&self, scene: &Scene, change: &Tangent) -> Result<(), GradientError> {
         if !change.fits(scene) {
-            return Err(GradientError::Change);
+            return Err(GradientError::Tangent);
         }
         if self.warps {
-            supports_change(scene, change)?;
+            supports_tangent(scene, change)?;
         }
         self.check()
     }
 
-    fn check_reverse(&self, scene: &Scene, adjoint: &[DVec3], wanted: &Wanted) -> Result<(), GradientError> {
+    fn check_reverse(
+        &self,
+        scene: &Scene,
+        adjoint: &[DVec3],
+        active: &ActiveParameters,
+    ) -> Result<(), GradientError> {
         let (width, height) = scene.size();
         if adjoint.len() != width * height {
             return Err(GradientError::Adjoint { found: adjoint.len(), width, height });
         }
         if self.warps {
-            supports_wanted(scene, wanted)?;
+            supports_active(scene, active)?;
         }
         self.check()
     }
@@ -238,20 +243,20 @@ impl WarpedArea {
         progress: &Progress,
     ) -> Result<Job<'s>, GradientError> {
         let paths = Paths::new(scene, self.kernels);
-        let baseline = match self.baseline {
+        let control_variate = match self.control_variate {
             0 => vec![],
-            samples => primal(&paths, samples, self.seed ^ BASELINE, progress)?.pixels,
+            samples => primal(&paths, samples, self.seed ^ CONTROL_VARIATE, progress)?.pixels,
         };
         let film = FilmPlane::new(scene);
-        let outlined = matches!(construction, Construction::Outlined { .. });
-        let edges = (outlined && geometric && self.warps).then(|| SceneEdges::new(scene));
-        Ok(Job { method: self, paths, film, baseline, construction, edges })
+        let by_silhouettes = matches!(construction, Construction::SilhouetteMean { .. });
+        let edges = (by_silhouettes && geometric && self.warps).then(|| SceneEdges::new(scene));
+        Ok(Job { method: self, paths, film, control_variate, construction, edges })
     }
 
     pub(super) fn image<const N: usize, const K: usize>(
         &self,
         scene: &Scene,
-        change: &Change,
+        change: &Tangent,
         construction: Construction,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {

@@ -8,28 +8,30 @@ use crate::calculus::{Number, Rgb, Tape};
 use crate::gradient::accumulator::Accumulator;
 use crate::gradient::auxiliary::MovingBounds;
 use crate::gradient::contribution::Source;
-use crate::gradient::driver::waves;
+use crate::gradient::driver::row_blocks;
 use crate::gradient::result::Gradient;
 use crate::gradient::reverse::{Inputs, Recorded, Reverse, Sink};
-use crate::gradient::{AUXILIARY, Change, EDGE, EDGE_AUXILIARY, GRADIENT_PATH, Progress, Stopped, Wanted};
+use crate::gradient::{
+    AUXILIARY, ActiveParameters, EDGE, EDGE_AUXILIARY, GRADIENT_PATH, Progress, Stopped, Tangent,
+};
 
 impl Job<'_> {
-    /// The derivative by every wanted parameter, but for the boundary terms that go with the warp; normals that are
+    /// The derivative by every active parameter, but for the boundary terms that go with the warp; normals that are
     /// computed from positions are yet to be pulled back.
     pub(super) fn reverse(
         &self,
         adjoint: &[DVec3],
-        wanted: &Wanted,
+        active: &ActiveParameters,
         progress: &Progress,
     ) -> Result<Gradient, Stopped> {
         let scene = self.paths.scene;
-        let inputs = Inputs::new(scene, wanted);
-        let bounds = MovingBounds::new(scene, &wanted.shapes);
+        let inputs = Inputs::new(scene, active);
+        let bounds = MovingBounds::new(scene, &active.shapes);
         let rows = self.rows();
         progress.start(rows);
-        let mut gradient = Gradient::from(Change::still(scene));
-        for wave in waves(rows) {
-            let parts: Vec<Gradient> = wave
+        let mut gradient = Gradient::from(Tangent::still(scene));
+        for block in row_blocks(rows) {
+            let parts: Vec<Gradient> = block
                 .into_par_iter()
                 .map(|j| {
                     let part = self.reverse_row(j, adjoint, &inputs, &bounds, progress);
@@ -120,7 +122,7 @@ impl Job<'_> {
         let mut sum = Recorded::constant(0.0);
         film.for_each_pixel(i, j, |_, _, x, y| {
             let weight = film.weight(point, x, y);
-            let (delta, level) = (adjoint[y * film.columns + x], self.baseline(x, y));
+            let (delta, level) = (adjoint[y * film.columns + x], self.control_variate(x, y));
             for c in 0..3 {
                 let more = Recorded::constant(carried[c] - value[c] - level[c]);
                 sum = sum + weight * (radiance[c] + more) * delta[c];
@@ -150,7 +152,7 @@ impl Job<'_> {
         let radiance = self.still_radiance(u, hit, &mut numbers);
         let mut sum = 0.0;
         self.for_each_side(i, j, vertical, |_, _, x, y, sign| {
-            let light = (radiance - self.baseline(x, y)) * sign;
+            let light = (radiance - self.control_variate(x, y)) * sign;
             sum += adjoint[y * self.film.columns + x].dot(light);
         });
         reverse.sweep_if_finite(&[(across, sum / self.method.samples as f64)], adjoints, sink)

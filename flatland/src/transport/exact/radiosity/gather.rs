@@ -9,7 +9,7 @@ use super::panels::{NODES, Panels, Rule, Side};
 use crate::dual::Dual;
 use crate::transport::exact::direct::{Surface, SurfaceMotion, may_scatter, turn};
 use crate::transport::exact::visible::{End, Interval};
-use crate::transport::{Change, World};
+use crate::transport::{Tangent, World};
 
 /// A piece of directions is halved while the distance varies by more than this over it: the
 /// parameter of the point that is seen must be a smooth function of the angle.
@@ -26,7 +26,7 @@ pub(super) type Row = Vec<(usize, Dual)>;
 /// What a point gathers from: its surface, and how that moves.
 pub(super) struct Gather<'a> {
     pub(super) world: &'a World,
-    pub(super) change: &'a Change,
+    pub(super) change: &'a Tangent,
     pub(super) surface: Surface<'a>,
     /// The segment that the surface is of.
     pub(super) segment: usize,

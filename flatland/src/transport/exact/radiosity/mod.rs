@@ -31,7 +31,7 @@ use super::partition::{Jump, Partition, Seen, film_rate};
 use super::pixels::{Integrated, motion_of_seen};
 use super::quadrature::adaptive;
 use crate::dual::Dual;
-use crate::transport::{Camera, Change, World};
+use crate::transport::{Camera, Tangent, World};
 use gather::{Gather, Mesh, Row};
 use panels::{Fineness, Panels, Rule, Side};
 use solve::{Solved, solve};
@@ -88,7 +88,7 @@ impl Radiosity {
         &self,
         world: &World,
         camera: &Camera,
-        change: &Change,
+        change: &Tangent,
     ) -> Result<[Integrated<f64>; 2], ExactError> {
         self.check(world, camera, change)?;
         let partition =
@@ -118,11 +118,11 @@ impl Radiosity {
     /// # Errors
     /// As of [`gradient`](Self::gradient).
     pub fn image(&self, world: &World, camera: &Camera) -> Result<Integrated<f64>, ExactError> {
-        let [image, _] = self.gradient(world, camera, &Change::none(world))?;
+        let [image, _] = self.gradient(world, camera, &Tangent::none(world))?;
         Ok(image)
     }
 
-    fn check(&self, world: &World, camera: &Camera, change: &Change) -> Result<(), ExactError> {
+    fn check(&self, world: &World, camera: &Camera, change: &Tangent) -> Result<(), ExactError> {
         camera.check()?;
         change.check(world)?;
         let Self { parts, tolerance, .. } = *self;
@@ -145,7 +145,7 @@ impl Radiosity {
 }
 
 /// The sides from which light reaches what the camera sees directly.
-fn sides_on_film(world: &World, camera: &Camera, change: &Change, partition: &Partition) -> Vec<Side> {
+fn sides_on_film(world: &World, camera: &Camera, change: &Tangent, partition: &Partition) -> Vec<Side> {
     let mut sides = vec![];
     for stretch in &partition.stretches {
         let Some(segment) = stretch.seen.filter(|i| may_scatter(world, change, *i)) else { continue };
@@ -168,7 +168,7 @@ struct Solution {
 impl Solution {
     fn new(
         world: &World,
-        change: &Change,
+        change: &Tangent,
         seen: &[Side],
         bounces: Option<usize>,
         fineness: Fineness,
@@ -199,7 +199,7 @@ impl Solution {
     fn reach<'a>(
         &mut self,
         world: &'a World,
-        change: &'a Change,
+        change: &'a Tangent,
         seen: &[Side],
         fineness: Fineness,
     ) -> Vec<Gather<'a>> {
@@ -271,7 +271,7 @@ fn emission(node: &Gather) -> Dual {
 }
 
 /// A node, which moves with its material.
-fn node<'a>(world: &'a World, change: &'a Change, (segment, side): Side, s: f64) -> Gather<'a> {
+fn node<'a>(world: &'a World, change: &'a Tangent, (segment, side): Side, s: f64) -> Gather<'a> {
     let own = &world.segments()[segment];
     let normal = if side { own.normal() } else { -own.normal() };
     let ends = own.turning_rate().into_iter().zip(own.vertices);
@@ -285,7 +285,7 @@ fn node<'a>(world: &'a World, change: &'a Change, (segment, side): Side, s: f64)
 
 fn gather<'a>(
     world: &'a World,
-    change: &'a Change,
+    change: &'a Tangent,
     surface: Surface<'a>,
     segment: usize,
     motion: SurfaceMotion,
@@ -299,7 +299,7 @@ fn gather<'a>(
 struct FilmIntegral<'a> {
     world: &'a World,
     camera: &'a Camera,
-    change: &'a Change,
+    change: &'a Tangent,
     partition: &'a Partition,
     solution: Solution,
     bounces: Option<usize>,

@@ -28,7 +28,7 @@ fn an_emitter_of_length_1e_12() {
         let surface = Surface::new(&world, 0, s, DVec2::Y);
         assert!(relative(surface.irradiance(), expected) < 1e-14, "{s}");
         // Its derivative is the difference of two numbers of size 10¹²: 16 digits of those.
-        let change = Change::translate(&world, [1], DVec2::X);
+        let change = Tangent::translate(&world, [1], DVec2::X);
         let rate = surface.rate(&change, &SurfaceMotion::default());
         let expected = 0.25 * 3.0 * 4.0 * x / r.powi(5);
         assert!((rate.boundary - expected).abs() < 1e-15 * rate.magnitude, "{rate:?} {expected}");
@@ -91,7 +91,7 @@ fn a_lobe_as_narrow_as_a_mirror() {
     for width in [1e-3, 1e-4, 1e-5, 1e-6] {
         let world = World::new(0.0, vec![floor(Material::glossy(strength, width)), lamp(0.2, 0.6, 1.3, 2.0)]);
         let world = world.expect("a world");
-        let change = Change::translate(&world, [1], DVec2::new(1.0, 0.5));
+        let change = Tangent::translate(&world, [1], DVec2::new(1.0, 0.5));
         let gradient = Exact::default().gradient(&world, &camera, &change).expect("a gradient");
         // In the limit, the lamp's mirror image is seen through the floor.
         let ends = [(0.2, -1.0), (0.6, 1.0)].map(|(x, sign)| {

@@ -29,7 +29,7 @@ fn a_black_surface_that_gets_lighter() {
             false => Material::diffuse(x),
         };
         let [black, white] = [0.0, 1.0].map(|x| floor_and_lamp(of(x)));
-        let mut change = Change::none(&black);
+        let mut change = Tangent::none(&black);
         if glossy {
             change.materials[0].gloss_strength = 1.0;
         } else {
@@ -61,7 +61,7 @@ fn a_black_surface_that_gets_lighter_out_of_view() {
         shapes.push(Shape::open([p(1.5, 0.1), p(1.5, 2.0)], Material::diffuse(wall)));
         World::new(0.0, shapes).expect("a world")
     };
-    let mut change = Change::none(&world(0.0));
+    let mut change = Tangent::none(&world(0.0));
     change.materials[2].reflectance = 1.0;
     let radiosity = Radiosity { bounces: Some(2), parts: 1, tolerance: 1e-10 };
     let [_, found] = radiosity.gradient(&world(0.0), &camera(), &change).expect("a gradient");
@@ -83,7 +83,7 @@ fn an_almost_white_room() {
         // What the two roundings leave.
         let expected = absorbed / (1.0 - material.reflectance);
         let room = World::new(0.0, vec![Shape::closed(corners, material)]).expect("a world");
-        let mut change = Change::none(&room);
+        let mut change = Tangent::none(&room);
         change.materials[0].reflectance = absorbed;
         let radiosity = Radiosity { parts: 1, ..Radiosity::default() };
         for result in radiosity.gradient(&room, &camera, &change).expect("solved") {

@@ -10,7 +10,9 @@ use glam::DVec2;
 
 use crate::plane::Filter;
 use crate::random::{Stream, open01, stream};
-use crate::transport::{Camera, CameraChange, Change, Film, Gloss, Material, MaterialChange, Shape, World};
+use crate::transport::{
+    Camera, CameraTangent, Film, Gloss, Material, MaterialTangent, Shape, Tangent, World,
+};
 
 fn between(rng: &mut Stream, low: f64, high: f64) -> f64 {
     low + (high - low) * open01(rng)
@@ -66,26 +68,26 @@ fn random_camera(rng: &mut Stream, filter: Filter) -> Camera {
     Camera { position, angle, field_of_view: between(rng, 0.6, 1.6), film: Film { pixels: 6, filter } }
 }
 
-fn random_vertices(rng: &mut Stream, world: &World) -> Change {
-    let mut change = Change::none(world);
+fn random_vertices(rng: &mut Stream, world: &World) -> Tangent {
+    let mut change = Tangent::none(world);
     change.vertices.iter_mut().for_each(|v| *v = point(rng, 1.0));
     change
 }
 
-fn random_camera_change(rng: &mut Stream, world: &World) -> Change {
+fn random_camera_tangent(rng: &mut Stream, world: &World) -> Tangent {
     let position = point(rng, 1.0);
     let (angle, field_of_view) = (between(rng, -0.5, 0.5), between(rng, -0.5, 0.5));
-    Change::of_camera(world, CameraChange { position, angle, field_of_view })
+    Tangent::of_camera(world, CameraTangent { position, angle, field_of_view })
 }
 
-fn random_materials(rng: &mut Stream, world: &World) -> Change {
-    let mut change = Change::none(world);
+fn random_materials(rng: &mut Stream, world: &World) -> Tangent {
+    let mut change = Tangent::none(world);
     for (material, shape) in change.materials.iter_mut().zip(world.shapes()) {
         let rate = |rng: &mut Stream| between(rng, -1.0, 1.0);
         // Darkness cannot get darker: the difference quotient needs both sides.
         let emission = if shape.material().emission > 0.0 { rate(rng) } else { 0.0 };
         let width = shape.material().gloss.map_or(0.0, |g| g.width) * rate(rng);
-        *material = MaterialChange {
+        *material = MaterialTangent {
             reflectance: rate(rng),
             emission,
             gloss_strength: rate(rng),

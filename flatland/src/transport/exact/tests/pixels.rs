@@ -40,10 +40,10 @@ fn compare_with_differences(i: u64) -> Vec<Compared> {
     let camera = random_camera(&mut rng, filter(i));
     let changes = [
         random_vertices(&mut rng, &world),
-        random_camera_change(&mut rng, &world),
+        random_camera_tangent(&mut rng, &world),
         random_materials(&mut rng, &world),
     ];
-    let compared = |(kind, change): (usize, &Change)| {
+    let compared = |(kind, change): (usize, &Tangent)| {
         let exact = Exact { bounces: usize::from(!i.is_multiple_of(7)), ..EXACT };
         let gradient = exact.gradient(&world, &camera, change).expect("differentiable");
         let image = |h: f64| {
@@ -67,7 +67,7 @@ fn the_error_estimate_holds() {
         let mut rng = stream(6, &[i]);
         let world = random_world(&mut rng, 6, true);
         let camera = random_camera(&mut rng, filter(i));
-        let change = random_vertices(&mut rng, &world).and(&random_camera_change(&mut rng, &world));
+        let change = random_vertices(&mut rng, &world).and(&random_camera_tangent(&mut rng, &world));
         let at = |tolerance| {
             Exact { bounces: 1, tolerance }.gradient(&world, &camera, &change).expect("a gradient")
         };
@@ -89,12 +89,12 @@ fn moving_everything_changes_nothing() {
         let camera = random_camera(&mut rng, filter(i));
         let all = 0..world.shapes().len();
         let shift = point(&mut rng, 1.0);
-        let translation = Change::translate(&world, all.clone(), shift)
-            .and(&Change::of_camera(&world, CameraChange { position: shift, ..CameraChange::default() }));
-        let turned = CameraChange { position: camera.position.perp(), angle: 1.0, field_of_view: 0.0 };
-        let rotation = Change::rotate(&world, all, DVec2::ZERO).and(&Change::of_camera(&world, turned));
-        let away = CameraChange { position: camera.position, ..CameraChange::default() };
-        let mut scaling = Change::of_camera(&world, away);
+        let translation = Tangent::translate(&world, all.clone(), shift)
+            .and(&Tangent::of_camera(&world, CameraTangent { position: shift, ..CameraTangent::default() }));
+        let turned = CameraTangent { position: camera.position.perp(), angle: 1.0, field_of_view: 0.0 };
+        let rotation = Tangent::rotate(&world, all, DVec2::ZERO).and(&Tangent::of_camera(&world, turned));
+        let away = CameraTangent { position: camera.position, ..CameraTangent::default() };
+        let mut scaling = Tangent::of_camera(&world, away);
         scaling.vertices = world.vertices().collect();
         for change in [translation, rotation, scaling] {
             let gradient = EXACT.gradient(&world, &camera, &change).expect("a gradient");
@@ -119,16 +119,16 @@ fn what_has_no_derivative_is_refused() {
         field_of_view: 1.0,
         film: Film { pixels: 8, filter },
     };
-    let change = Change::translate(&world, [0], DVec2::Y);
+    let change = Tangent::translate(&world, [0], DVec2::Y);
     let refused = EXACT.gradient(&world, &camera(Filter::Box), &change);
     assert!(matches!(refused, Err(ExactError::PixelEdge { vertex: 0, .. })), "{refused:?}");
     EXACT.gradient(&world, &camera(Filter::Tent), &change).expect("the tent does not jump");
-    let along = Change::translate(&world, [0], DVec2::X);
+    let along = Tangent::translate(&world, [0], DVec2::X);
     EXACT.gradient(&world, &camera(Filter::Tent), &along).expect("differentiable");
     // Seen edge-on.
     let thin = Shape::open([DVec2::new(1.0, 0.0), DVec2::new(2.0, 0.0)], Material::emitter(1.0));
     let world = World::new(0.0, vec![thin]).expect("a world");
-    let turning = Change::rotate(&world, [0], DVec2::X);
+    let turning = Tangent::rotate(&world, [0], DVec2::X);
     let refused = EXACT.gradient(&world, &camera(Filter::Tent), &turning);
     assert!(matches!(refused, Err(ExactError::Coincide { vertices: [0, 1], .. })), "{refused:?}");
     let on = Camera { position: DVec2::new(1.5, 0.0), ..camera(Filter::Tent) };

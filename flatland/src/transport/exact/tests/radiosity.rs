@@ -40,7 +40,7 @@ fn white_furnace() {
 fn the_white_furnace_has_no_derivative() {
     let room = room(0.6, 0.4);
     let mut rng = stream(23, &[]);
-    let change = random_vertices(&mut rng, &room).and(&random_camera_change(&mut rng, &room));
+    let change = random_vertices(&mut rng, &room).and(&random_camera_tangent(&mut rng, &room));
     let [_, slopes] = Radiosity::default().gradient(&room, &camera(4), &change).expect("a gradient");
     for slope in &slopes.pixels {
         assert!(slope.abs() < 1e-11, "{slope:e}");
@@ -114,7 +114,7 @@ fn a_room_with_one_bright_wall() {
     let block = Shape::closed(block, Material::diffuse(0.8));
     let world = World::new(0.25, vec![dark, bright, block]).expect("a world");
     let change =
-        Change::rotate(&world, [2], DVec2::new(0.0, -0.4)).and(&Change::translate(&world, [1], DVec2::Y));
+        Tangent::rotate(&world, [2], DVec2::new(0.0, -0.4)).and(&Tangent::translate(&world, [1], DVec2::Y));
     let camera = camera(4);
     let largest =
         |i: &Integrated<f64>| i.errors.iter().zip(&i.scales).map(|(e, s)| e / s).fold(0.0, f64::max);
@@ -153,8 +153,8 @@ fn a_corner_that_moves_over_the_film() {
     let lamp = Shape::open(lamp, Material::emitter(2.0));
     let walls = room(0.7, 0.0).shapes()[0].clone();
     let world = World::new(0.0, vec![walls, lamp]).expect("a world");
-    let turning = CameraChange { position: DVec2::new(0.5, 0.25), angle: 1.0, field_of_view: 0.0 };
-    let change = Change::of_camera(&world, turning).and(&Change::scale(&world, [0], DVec2::ZERO));
+    let turning = CameraTangent { position: DVec2::new(0.5, 0.25), angle: 1.0, field_of_view: 0.0 };
+    let change = Tangent::of_camera(&world, turning).and(&Tangent::scale(&world, [0], DVec2::ZERO));
     // Two corners each: at all four, for which end of which segment a corner is differs.
     for angle in [1.78, 4.6] {
         let camera = Camera { angle, ..camera(2) };
@@ -200,7 +200,7 @@ fn derivatives_agree_with_differences() {
         let mut rng = stream(22, &[i]);
         let world = random_world(&mut rng, 4, false);
         let camera = random_camera(&mut rng, Filter::Tent);
-        let change = random_vertices(&mut rng, &world).and(&random_camera_change(&mut rng, &world));
+        let change = random_vertices(&mut rng, &world).and(&random_camera_tangent(&mut rng, &world));
         // One part: differences test the derivative of the discretised solution, however coarse.
         let radiosity = Radiosity { parts: 1, ..Radiosity::default() };
         let [image, slopes] = radiosity.gradient(&world, &camera, &change).expect("radiosity");

@@ -11,25 +11,25 @@ use flatland::warp::Warp;
 use glam::DVec3;
 
 use super::curve::{Curve, Eye};
-use super::driver::{Address, Crossing, Driver, Estimate, Splats};
-use super::flips::Flips;
-use super::inner_flips::InnerFlips;
+use super::driver::{Address, BoundarySample, Driver, Estimate, Splats};
+use super::inner_sign_changes::InnerFlips;
+use super::sign_changes::Flips;
 use super::{FLIP_AUXILIARY, Moving, add};
 use crate::calculus::{Number, Tape};
 use crate::gradient::accumulator::Accumulator;
 use crate::gradient::auxiliary::{Auxiliary, Construction, MovingBounds};
 use crate::gradient::forward::Forward;
 use crate::gradient::motion::Motion;
-use crate::gradient::outline::SceneEdges;
 use crate::gradient::reverse::{Inputs, Reverse};
-use crate::gradient::{Gradient, GradientImage, Progress, Stopped, Wanted};
+use crate::gradient::silhouette_mean::SceneEdges;
+use crate::gradient::{ActiveParameters, Gradient, GradientImage, Progress, Stopped};
 use crate::path::Paths;
 
-/// The boundary terms of flips along a warp.
+/// The boundary terms of sign changes along a warp.
 ///
 /// Samples do not depend on what moves: forward and reverse mode are one linear map and its transpose.
 #[derive(Debug)]
-pub(in crate::gradient) struct Flipped<'j> {
+pub(in crate::gradient) struct SignChanges<'j> {
     pub(in crate::gradient) paths: &'j Paths<'j>,
     pub(in crate::gradient) warp: &'j Warp,
     pub(in crate::gradient) construction: Construction,
@@ -41,12 +41,12 @@ pub(in crate::gradient) struct Flipped<'j> {
 
 /// One kind of curve, and the driver of its samples.
 struct Part<'p, C> {
-    flipped: &'p Flipped<'p>,
+    sign_changes: &'p SignChanges<'p>,
     driver: Driver<'p>,
     curve: &'p C,
 }
 
-impl Flipped<'_> {
+impl SignChanges<'_> {
     /// Adds the terms to a gradient image.
     pub(in crate::gradient) fn forward(
         &self,
@@ -59,14 +59,14 @@ impl Flipped<'_> {
         }
         let moving = Moving::everything(self.paths.scene);
         let mut terms = image.terms.take();
-        let flips = Flips::new(self.paths, &moving);
-        if !Curve::is_empty(&flips) {
-            let estimate = self.part(&flips).forward(motion, progress)?;
+        let sign_changes = Flips::new(self.paths, &moving);
+        if !Curve::is_empty(&sign_changes) {
+            let estimate = self.part(&sign_changes).forward(motion, progress)?;
             add(image, terms.as_mut().map(|t| &mut t.primary), estimate);
         }
-        let flips = InnerFlips::new(self.paths, &moving);
-        if !Curve::is_empty(&flips) {
-            let estimate = self.part(&flips).forward(motion, progress)?;
+        let sign_changes = InnerFlips::new(self.paths, &moving);
+        if !Curve::is_empty(&sign_changes) {
+            let estimate = self.part(&sign_changes).forward(motion, progress)?;
             add(image, terms.as_mut().map(|t| &mut t.secondary), estimate);
         }
         image.terms = terms;
@@ -77,7 +77,7 @@ impl Flipped<'_> {
     pub(in crate::gradient) fn reverse(
         &self,
         adjoint: &[DVec3],
-        wanted: &Wanted,
+        active: &ActiveParameters,
         progress: &Progress,
         gradient: &mut Gradient,
     ) -> Result<(), Stopped> {
@@ -85,13 +85,13 @@ impl Flipped<'_> {
             return Ok(());
         }
         let moving = Moving::everything(self.paths.scene);
-        let flips = Flips::new(self.paths, &moving);
-        if !Curve::is_empty(&flips) {
-            self.part(&flips).reverse(adjoint, wanted, progress, gradient)?;
+        let sign_changes = Flips::new(self.paths, &moving);
+        if !Curve::is_empty(&sign_changes) {
+            self.part(&sign_changes).reverse(adjoint, active, progress, gradient)?;
         }
-        let flips = InnerFlips::new(self.paths, &moving);
-        if !Curve::is_empty(&flips) {
-            self.part(&flips).reverse(adjoint, wanted, progress, gradient)?;
+        let sign_changes = InnerFlips::new(self.paths, &moving);
+        if !Curve::is_empty(&sign_changes) {
+            self.part(&sign_changes).reverse(adjoint, active, progress, gradient)?;
         }
         Ok(())
     }
@@ -104,7 +104,11 @@ impl Flipped<'_> {
     fn part<'p, C: Curve>(&'p self, curve: &'p C) -> Part<'p, C> {
         let scene = self.paths.scene;
         let (width, height) = scene.size();
-        Part { flipped: self, driver: Driver::new(scene, self.seed, self.samples * width * height), curve }
+        Part {
+            sign_changes: self,
+            driver: Driver::new(scene, self.seed, self.samples * width * height),
+            curve,
+        }
     }
 
     fn auxiliary<'a>(&'a self, bounds: &'a MovingBounds, address: Address) -> Auxiliary<'a> {
@@ -124,7 +128,7 @@ impl<C: Curve> Part<'_, C> {
     }
 
     fn forward_chunk(&self, motion: &Motion<'_>, group: usize, chunk: usize, progress: &Progress) -> Splats {
-        let Self { flipped, driver, curve } = self;
+        let Self { sign_changes, driver, curve } = self;
         let scene = driver.scene;
         let (mut splats, mut places) = (Splats::default(), vec![]);
         let mut forward = Forward::<1> { scene, motion, auxiliary: None };
@@ -136,9 +140,9 @@ impl<C: Curve> Part<'_, C> {
             places.clear();
             curve.draw(address, &mut places);
             for place in &places {
-                forward.auxiliary = Some(flipped.auxiliary(&motion.bounds, address));
+                forward.auxiliary = Some(sign_changes.auxiliary(&motion.bounds, address));
                 let (u, seen) = curve.film(place);
-                let (at, _) = forward.film_warp(&driver.film, u, flipped.kappa(), Some(seen));
+                let (at, _) = forward.film_warp(&driver.film, u, sign_changes.kappa(), Some(seen));
                 let speed = curve.speed(&mut forward, &Eye { frame, at, warps: true }, place);
                 splats.rays += forward.auxiliary.as_ref().map_or(0, |a| a.rays);
                 if !speed.is_still() {
@@ -153,13 +157,13 @@ impl<C: Curve> Part<'_, C> {
     fn reverse(
         &self,
         adjoint: &[DVec3],
-        wanted: &Wanted,
+        active: &ActiveParameters,
         progress: &Progress,
         gradient: &mut Gradient,
     ) -> Result<(), Stopped> {
         let scene = self.driver.scene;
-        let inputs = Inputs::new(scene, wanted);
-        let bounds = MovingBounds::new(scene, &wanted.shapes);
+        let inputs = Inputs::new(scene, active);
+        let bounds = MovingBounds::new(scene, &active.shapes);
         self.driver.collect(progress, gradient, |group, chunk| {
             self.reverse_chunk(adjoint, (&inputs, &bounds), group, chunk, progress)
         })
@@ -173,7 +177,7 @@ impl<C: Curve> Part<'_, C> {
         chunk: usize,
         progress: &Progress,
     ) -> Gradient {
-        let Self { flipped, driver, curve } = self;
+        let Self { sign_changes, driver, curve } = self;
         let scene = driver.scene;
         let mut part = Accumulator::new(scene);
         let (mut tape, mut adjoints, mut places) = (Tape::new(), vec![], vec![]);
@@ -185,14 +189,14 @@ impl<C: Curve> Part<'_, C> {
             curve.draw(address, &mut places);
             for place in &places {
                 tape.clear();
-                let auxiliary = flipped.auxiliary(bounds, address);
+                let auxiliary = sign_changes.auxiliary(bounds, address);
                 let mut reverse = Reverse::new(scene, inputs, &tape, Some(auxiliary), driver.film);
                 let frame = &reverse.frame();
                 let (u, seen) = curve.film(place);
-                let (at, _) = reverse.film_warp(u, flipped.kappa(), Some(seen));
+                let (at, _) = reverse.film_warp(u, sign_changes.kappa(), Some(seen));
                 let speed = curve.speed(&mut reverse, &Eye { frame, at, warps: true }, place);
                 if !speed.is_still() {
-                    let crossing = Crossing { at: u, light: curve.light(place), speed };
+                    let crossing = BoundarySample { at: u, light: curve.light(place), speed };
                     let weights = (adjoint, driver.scale());
                     driver.pull(&mut reverse, &crossing, weights, address, &mut adjoints, &mut part);
                 }

@@ -6,7 +6,7 @@ use super::super::horizon::Horizon;
 use super::*;
 use crate::geometry::{Attribute, Mesh, Normals};
 use crate::gradient::tests::{Comparisons, at, film, terms, thorough, total};
-use crate::gradient::{Change, Field, FiniteDifference, WarpedArea};
+use crate::gradient::{Field, FiniteDifference, Tangent, WarpedArea};
 use crate::path::Kernels;
 use crate::scene::{Camera, Description, Environment, Filter, Integrator, Material, Scene};
 
@@ -71,8 +71,8 @@ fn top() -> Scene {
     Scene::new(d).unwrap()
 }
 
-fn moved(scene: &Scene, shape: usize, shift: DVec3, turn: DVec3) -> Change {
-    let mut change = Change::still(scene);
+fn moved(scene: &Scene, shape: usize, shift: DVec3, turn: DVec3) -> Tangent {
+    let mut change = Tangent::still(scene);
     change.translate(scene, shape, shift);
     let corners = scene.description().shapes[shape].mesh.positions();
     let centre = corners.iter().sum::<DVec3>() / corners.len() as f64;
@@ -81,8 +81,8 @@ fn moved(scene: &Scene, shape: usize, shift: DVec3, turn: DVec3) -> Change {
 }
 
 /// The normals of the sheet alone turn.
-pub(in crate::gradient::boundary) fn bent(scene: &Scene) -> Change {
-    let mut change = Change::still(scene);
+pub(in crate::gradient::boundary) fn bent(scene: &Scene) -> Tangent {
+    let mut change = Tangent::still(scene);
     let range = scene.normal_range(1);
     for (rate, n) in change.normals[range.clone()].iter_mut().zip(&scene.normals[range]) {
         *rate = DVec3::new(0.2, 1.0, 0.1).cross(*n);
@@ -90,7 +90,7 @@ pub(in crate::gradient::boundary) fn bent(scene: &Scene) -> Change {
     change
 }
 
-fn differences(scene: &Scene, change: &Change) -> (f64, f64) {
+fn differences(scene: &Scene, change: &Tangent) -> (f64, f64) {
     total(|seed| {
         // Their noise falls with the root of the step, and their error grows with its square: in these units it is
         // less than a thousandth.
@@ -100,7 +100,7 @@ fn differences(scene: &Scene, change: &Change) -> (f64, f64) {
     })
 }
 
-fn warped(scene: &Scene, change: &Change, field: Field, flips: usize) -> (f64, f64) {
+fn warped(scene: &Scene, change: &Tangent, field: Field, sign_changes: usize) -> (f64, f64) {
     total(|seed| {
         // Auxiliary rays are less noisy, and slower.
         let samples = match field {
@@ -108,13 +108,13 @@ fn warped(scene: &Scene, change: &Change, field: Field, flips: usize) -> (f64, f
             Field::AuxiliaryRays => 96,
             _ => 192,
         };
-        let method = WarpedArea { samples, field, flips, seed, ..WarpedArea::default() };
+        let method = WarpedArea { samples, field, sign_changes, seed, ..WarpedArea::default() };
         method.forward(scene, change, &Progress::none()).unwrap().gradient
     })
 }
 
 /// A field that reaches so far differs from zero on most of a curve.
-const WIDE: Field = Field::Outlines { film: 20.0, lobe: 4.0 };
+const WIDE: Field = Field::SilhouetteMean { film: 20.0, lobe: 4.0 };
 
 #[test]
 fn sides_that_turn_are_found() {
@@ -122,7 +122,7 @@ fn sides_that_turn_are_found() {
     let shift = DVec3::new(0.2, 0.5, -0.3);
     let turn = DVec3::new(0.3, 1.0, 0.2);
     // Where the wall moves a wide field happens to follow the curve: what is to be seen is that nothing is counted
-    // twice, and without flips nothing is missed.
+    // twice, and without sign changes nothing is missed.
     let cases = [
         ("a leaf moves before a sheet", &view, moved(&view, 1, shift, DVec3::ZERO), true),
         ("a sheet in view turns", &view, moved(&view, 0, shift, turn), true),
@@ -142,7 +142,7 @@ fn sides_that_turn_are_found() {
             comparisons.add(format!("{name}, {field:?}"), found, expected, 1e-3 * scale, scale);
         }
         if *missed {
-            comparisons.reject(&format!("{name}, no flips"), warped(scene, change, WIDE, 0), expected);
+            comparisons.reject(&format!("{name}, no sign changes"), warped(scene, change, WIDE, 0), expected);
         }
     }
     comparisons.finish();
@@ -151,7 +151,7 @@ fn sides_that_turn_are_found() {
 /// Warped area samples no horizon: the plane of a face is where its own edges are seen from within, and fields follow
 /// edges. Edge sampling's term is no small part of the whole.
 #[test]
-fn horizons_are_outlines() {
+fn horizons_are_silhouettes() {
     let scene = top();
     let change = moved(&scene, 0, DVec3::ZERO, DVec3::new(0.1, 0.2, 1.0));
     let expected = differences(&scene, &change);
@@ -163,7 +163,7 @@ fn horizons_are_outlines() {
         let driver = Driver::new(&scene, seed, 9 * 256);
         driver.forward(&horizon, &motion, &Progress::none()).unwrap().mean
     });
-    let mut comparisons = Comparisons::of("warped::horizons_are_outlines");
+    let mut comparisons = Comparisons::of("warped::horizons_are_silhouettes");
     for field in [Field::default(), WIDE, Field::AuxiliaryRays] {
         let found = warped(&scene, &change, field, 64);
         comparisons.add(format!("{field:?}"), found, expected, 1e-3 * expected.0.abs(), expected.0);
@@ -187,8 +187,8 @@ fn terms_are_kept_apart() {
         [(view(), 0, [true, false]), (sheet(3), 1, [false, true]), (flat, 0, [false; 2])]
     {
         let change = moved(&scene, shape, DVec3::ZERO, turn);
-        let [without, with] = [0, 4].map(|flips| {
-            let method = WarpedArea { samples: 16, flips, ..WarpedArea::default() };
+        let [without, with] = [0, 4].map(|sign_changes| {
+            let method = WarpedArea { samples: 16, sign_changes, ..WarpedArea::default() };
             method.forward_terms(&scene, &change, &Progress::none()).unwrap()
         });
         let [before, after] = [&without, &with].map(|image| image.terms.as_ref().unwrap());

@@ -195,7 +195,7 @@ fn single(v: DVec3) -> [f32; 3] {
 mod tests {
     use flatland::random::{Stream, open01, stream};
 
-    use super::super::arc::Reach;
+    use super::super::arc::AngularSupport;
     use super::super::edge::HalfSpace;
     use super::*;
     use crate::scene::{NONE, Span};
@@ -253,7 +253,7 @@ mod tests {
                 let cone = Cone {
                     origin,
                     axis,
-                    reach: Reach::new(10_f64.powf(-4.0 * open01(&mut rng))),
+                    reach: AngularSupport::new(10_f64.powf(-4.0 * open01(&mut rng))),
                     planes: &[plane][..trial % 2],
                     rounding: 1e-13 * scale,
                 };

@@ -2,26 +2,26 @@
 
 use glam::DVec2;
 
-use super::{Camera, CameraChange, Material, Shape, World, WorldError};
+use super::{Camera, CameraTangent, Material, Shape, World, WorldError};
 use crate::plane::MaterialPoint;
 
 /// A rate of change of every parameter there is: as the direction θ of a derivative, or as a
 /// gradient.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Change {
+pub struct Tangent {
     /// Of every vertex.
     pub vertices: Vec<DVec2>,
     /// Of every shape's material.
-    pub materials: Vec<MaterialChange>,
+    pub materials: Vec<MaterialTangent>,
     /// Of the environment's radiance.
     pub environment: f64,
     /// Of the camera.
-    pub camera: CameraChange,
+    pub camera: CameraTangent,
 }
 
 /// A rate of change of a [`Material`]'s parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct MaterialChange {
+pub struct MaterialTangent {
     /// Of ρ.
     pub reflectance: f64,
     /// Of the emitted radiance.
@@ -66,7 +66,7 @@ impl<T: std::ops::Add<Output = T>> Terms<T> {
 /// A change that does not fit its world.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum ChangeError {
+pub enum TangentError {
     /// The change has another number of vertices or shapes than the world.
     #[error("a change of {vertices} vertices and {shapes} shapes for a world of {expected:?}")]
     Size {
@@ -87,14 +87,14 @@ pub enum ChangeError {
 
 impl World {
     /// The world in which everything has changed by `theta` times a change, linearly. The camera's
-    /// part is for [`Change::camera`].
+    /// part is for [`Tangent::camera`].
     ///
     /// # Errors
     /// A [`WorldError`] where that is no world.
     ///
     /// # Panics
     /// If the change was made for another world.
-    pub fn displaced(&self, change: &Change, theta: f64) -> Result<Self, WorldError> {
+    pub fn displaced(&self, change: &Tangent, theta: f64) -> Result<Self, WorldError> {
         let displaced = |(i, shape): (usize, &Shape)| {
             let velocities = &change.vertices[self.vertices_of(i)];
             let points = shape.points().iter().zip(velocities).map(|(p, v)| *p + theta * *v);
@@ -107,13 +107,13 @@ impl World {
     }
 }
 
-impl Change {
+impl Tangent {
     /// No change of a world.
     #[must_use]
     pub fn none(world: &World) -> Self {
         Self {
             vertices: vec![DVec2::ZERO; world.vertex_count()],
-            materials: vec![MaterialChange::default(); world.shapes().len()],
+            materials: vec![MaterialTangent::default(); world.shapes().len()],
             ..Self::default()
         }
     }
@@ -166,7 +166,7 @@ impl Change {
 
     /// A change of the camera alone.
     #[must_use]
-    pub fn of_camera(world: &World, camera: CameraChange) -> Self {
+    pub fn of_camera(world: &World, camera: CameraTangent) -> Self {
         Self { camera, ..Self::none(world) }
     }
 
@@ -208,11 +208,11 @@ impl Change {
 
     /// All rates, in a fixed order: for statistics over gradients.
     pub fn values(&self) -> impl Iterator<Item = f64> + '_ {
-        let CameraChange { position, angle, field_of_view } = self.camera;
+        let CameraTangent { position, angle, field_of_view } = self.camera;
         self.vertices
             .iter()
             .flat_map(DVec2::to_array)
-            .chain(self.materials.iter().flat_map(MaterialChange::to_array))
+            .chain(self.materials.iter().flat_map(MaterialTangent::to_array))
             .chain([self.environment, position.x, position.y, angle, field_of_view])
     }
 
@@ -227,7 +227,7 @@ impl Change {
                 .into_iter()
                 .for_each(&mut f);
         }
-        let CameraChange { position, angle, field_of_view } = &mut self.camera;
+        let CameraTangent { position, angle, field_of_view } = &mut self.camera;
         [&mut self.environment, &mut position.x, &mut position.y, angle, field_of_view]
             .into_iter()
             .for_each(f);
@@ -236,7 +236,7 @@ impl Change {
     /// Whether anything moves. If nothing does, no auxiliary ray is traced.
     #[must_use]
     pub fn is_geometric(&self) -> bool {
-        self.vertices.iter().any(|v| *v != DVec2::ZERO) || self.camera != CameraChange::default()
+        self.vertices.iter().any(|v| *v != DVec2::ZERO) || self.camera != CameraTangent::default()
     }
 
     /// The camera changed by `theta` times this.
@@ -253,14 +253,14 @@ impl Change {
     /// Checks that it fits a world.
     ///
     /// # Errors
-    /// A [`ChangeError`] that says what does not.
-    pub fn check(&self, world: &World) -> Result<(), ChangeError> {
+    /// A [`TangentError`] that says what does not.
+    pub fn check(&self, world: &World) -> Result<(), TangentError> {
         let expected = (world.vertex_count(), world.shapes().len());
         let (vertices, shapes) = (self.vertices.len(), self.materials.len());
         if (vertices, shapes) != expected {
-            return Err(ChangeError::Size { vertices, shapes, expected });
+            return Err(TangentError::Size { vertices, shapes, expected });
         }
-        let fail = |what: String| Err(ChangeError::NotFinite { what });
+        let fail = |what: String| Err(TangentError::NotFinite { what });
         if let Some(v) = self.vertices.iter().position(|v| !v.is_finite()) {
             return fail(format!("of vertex {v}"));
         }
@@ -297,9 +297,9 @@ pub(crate) enum Covector {
     /// Of a material point.
     Point(MaterialPoint, Terms<DVec2>),
     /// Of the camera.
-    Camera(Terms<CameraChange>),
+    Camera(Terms<CameraTangent>),
     /// Of a shape's material.
-    Material(usize, MaterialChange),
+    Material(usize, MaterialTangent),
     /// Of the environment.
     Environment(f64),
 }
@@ -319,7 +319,7 @@ impl Covector {
     }
 
     /// Adds `factor` times this to the gradient of each term.
-    pub(crate) fn scatter(&self, factor: f64, gradient: &mut Terms<Change>) {
+    pub(crate) fn scatter(&self, factor: f64, gradient: &mut Terms<Tangent>) {
         let Terms { interior, primary, secondary } = gradient;
         match self {
             Self::Point(point, terms) => {
@@ -336,7 +336,7 @@ impl Covector {
     }
 }
 
-impl MaterialChange {
+impl MaterialTangent {
     /// The rates in order.
     #[must_use]
     pub fn to_array(&self) -> [f64; 4] {

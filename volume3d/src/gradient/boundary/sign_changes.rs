@@ -44,16 +44,17 @@ pub(super) struct Flips<'a> {
 impl<'a> Flips<'a> {
     pub(super) fn new(paths: &'a Paths<'a>, moving: &Moving) -> Self {
         let scene = paths.scene;
-        let mut flips = Self { sensor: Sensor::new(paths), candidates: vec![], table: Table::default() };
+        let mut sign_changes =
+            Self { sensor: Sensor::new(paths), candidates: vec![], table: Table::default() };
         for (t, triangle) in scene.triangles.iter().enumerate() {
             let moves = moving.camera || moving.shapes[triangle.shape as usize];
             if moves && triangle.normals[0] != NONE {
-                flips.candidates.extend(flips.candidate(t as u32));
+                sign_changes.candidates.extend(sign_changes.candidate(t as u32));
             }
         }
         let size = |c: &Candidate| (c.high - c.low).element_sum();
-        flips.table = Table::new(flips.candidates.iter().map(size));
-        flips
+        sign_changes.table = Table::new(sign_changes.candidates.iter().map(size));
+        sign_changes
     }
 
     fn normals(&self, triangle: u32) -> [DVec3; 3] {

@@ -3,7 +3,7 @@
 use flatland::warp::{Domain, Field, Plane, Stencil};
 use glam::{DVec2, DVec3};
 
-use super::seen::Seen;
+use super::followed::FollowedPoint;
 use crate::Sphere;
 
 /// A domain whose kernels can be carried along with one of their points.
@@ -42,11 +42,11 @@ impl Rigid for Sphere {
 /// The integral is spread over kernels, ∫ f = ∫∫ f(u) k(μ, u) dμ du, and each kernel moves rigidly. A rigid motion has
 /// no divergence, but k is part of the integrand: ∇_u k·V/k stands where ∇·V does.
 #[derive(Clone, Debug)]
-pub(crate) struct Following<D: Domain> {
+pub(crate) struct RigidMotion<D: Domain> {
     pub(crate) point: D::Vector,
     /// Where the point that is followed is seen, and what it is.
     pub(crate) at: D::Vector,
-    pub(crate) seen: Seen,
+    pub(crate) seen: FollowedPoint,
     /// ∇_u k/k.
     pub(crate) slope: D::Vector,
 }
@@ -55,17 +55,17 @@ pub(crate) struct Following<D: Domain> {
 #[derive(Clone, Debug)]
 pub(crate) enum Warping<D: Domain> {
     /// The mean of velocities, weighted with regard to boundaries.
-    Weighted(Stencil<D, Seen>),
+    Weighted(Stencil<D, FollowedPoint>),
     /// One rigid motion.
-    Followed(Following<D>),
+    Followed(RigidMotion<D>),
 }
 
 impl<D: Rigid> Warping<D> {
     /// The field, from the velocity of each hit.
-    pub(crate) fn field(&self, mut velocity: impl FnMut(&Seen) -> D::Vector) -> Field<D::Vector> {
+    pub(crate) fn field(&self, mut velocity: impl FnMut(&FollowedPoint) -> D::Vector) -> Field<D::Vector> {
         match self {
             Self::Weighted(stencil) => stencil.field(velocity),
-            Self::Followed(Following { point, at, seen, slope }) => {
+            Self::Followed(RigidMotion { point, at, seen, slope }) => {
                 use flatland::warp::Vector as _;
                 let value = D::carry(*point, *at, velocity(seen));
                 Field { value, divergence: slope.dot(value) }
@@ -74,10 +74,10 @@ impl<D: Rigid> Warping<D> {
     }
 
     /// The transpose: hands each hit its covector in a·V + b ∇·V.
-    pub(crate) fn scatter(&self, a: D::Vector, b: f64, mut add: impl FnMut(&Seen, D::Vector)) {
+    pub(crate) fn scatter(&self, a: D::Vector, b: f64, mut add: impl FnMut(&FollowedPoint, D::Vector)) {
         match self {
             Self::Weighted(stencil) => stencil.scatter(a, b, add),
-            Self::Followed(Following { point, at, seen, slope }) => {
+            Self::Followed(RigidMotion { point, at, seen, slope }) => {
                 add(seen, D::carry_back(*point, *at, a + *slope * b));
             }
         }

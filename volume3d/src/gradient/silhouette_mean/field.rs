@@ -5,11 +5,11 @@ use std::f64::consts::TAU;
 use flatland::warp::Field;
 use glam::DVec3;
 
-use super::arc::{Arc, Graded, Moments, Reach};
+use super::arc::{AngularSupport, Arc, Graded, Moments};
 use super::edge::{Cone, Edge, HalfSpace};
 use super::scene_edges::SceneEdges;
 use crate::Sphere;
-use crate::gradient::seen::{Followed, Seen};
+use crate::gradient::followed::{Followed, FollowedPoint};
 use crate::scene::{Scene, Span};
 use flatland::warp::Domain as _;
 
@@ -48,7 +48,7 @@ pub(crate) struct View<'p> {
 
 /// V and ∇·V at a direction, from the velocities of ends of arcs.
 #[derive(Clone, Debug)]
-pub(crate) struct Outline {
+pub(crate) struct SilhouetteMean {
     point: DVec3,
     pieces: Vec<Piece>,
     /// 1/(∫ K + 2π/R), and that times the gradient of what it is one over.
@@ -71,7 +71,7 @@ struct Piece {
 
 /// The end of an arc, with its part of the field.
 struct End {
-    seen: Seen,
+    seen: FollowedPoint,
     /// V is the sum of this times the velocity, projected.
     part: f64,
     /// ∇·V is the sum of this dotted with the velocity.
@@ -81,7 +81,7 @@ struct End {
 /// Pieces for which there is room at first.
 const ROOM: usize = 16;
 
-impl Outline {
+impl SilhouetteMean {
     /// The field at u; nothing if no arc is near.
     pub(crate) fn new(
         scene: &Scene,
@@ -89,7 +89,7 @@ impl Outline {
         silhouettes: Silhouettes<'_>,
         view: &View<'_>,
         u: DVec3,
-        reach: Reach,
+        reach: AngularSupport,
     ) -> Option<Self> {
         let mut pieces = Vec::with_capacity(ROOM);
         let mut add = |edge: &Edge, pole: Pole, seam: bool| {
@@ -116,7 +116,7 @@ impl Outline {
         Self::mean(pieces, u, reach)
     }
 
-    fn mean(pieces: Vec<Piece>, u: DVec3, reach: Reach) -> Option<Self> {
+    fn mean(pieces: Vec<Piece>, u: DVec3, reach: AngularSupport) -> Option<Self> {
         if pieces.is_empty() {
             return None;
         }
@@ -149,7 +149,7 @@ impl Outline {
     }
 
     /// V and ∇·V.
-    pub(crate) fn field(&self, mut velocity: impl FnMut(&Seen) -> DVec3) -> Field<DVec3> {
+    pub(crate) fn field(&self, mut velocity: impl FnMut(&FollowedPoint) -> DVec3) -> Field<DVec3> {
         let (mut value, mut divergence) = (DVec3::ZERO, 0.0);
         for end in self.ends() {
             let v = velocity(&end.seen);
@@ -160,7 +160,7 @@ impl Outline {
     }
 
     /// The transpose: hands each end its covector in a·V + b ∇·V.
-    pub(crate) fn scatter(&self, a: DVec3, b: f64, mut add: impl FnMut(&Seen, DVec3)) {
+    pub(crate) fn scatter(&self, a: DVec3, b: f64, mut add: impl FnMut(&FollowedPoint, DVec3)) {
         let a = Sphere::project(self.point, a);
         for end in self.ends() {
             add(&end.seen, end.part * a + b * end.divergence);
@@ -194,7 +194,7 @@ const YIELDS: f64 = 0.05;
 /// Seams count the less, the nearer a jump is: by the factor 1/(1 + ∫ K/K₀), where the integral is over all jumps, and K₀
 /// what one gives that is a part of the reach away. Where there is a jump it diverges, and V is that of the jump alone;
 /// on a seam that is only near one, V is still that of the seam.
-fn yield_to_jumps(pieces: &mut [Piece], reach: Reach) {
+fn yield_to_jumps(pieces: &mut [Piece], reach: AngularSupport) {
     if pieces.iter().all(|p| !p.seam) || pieces.iter().all(|p| p.seam) {
         return;
     }
@@ -213,7 +213,7 @@ fn yield_to_jumps(pieces: &mut [Piece], reach: Reach) {
 }
 
 impl Piece {
-    fn seen(&self, end: usize) -> Seen {
+    fn seen(&self, end: usize) -> FollowedPoint {
         let along = self.along[end];
         let followed = match self.span {
             Span::Edge([first, last]) => {
@@ -222,7 +222,7 @@ impl Piece {
             Span::Crossing(index) => Followed::Crossing { index, along },
         };
         let (direction, distance) = (self.directions[end], self.distances[end]);
-        Seen { followed, direction, distance, nearness: 1.0, horizon: None }
+        FollowedPoint { followed, direction, distance, nearness: 1.0, horizon: None }
     }
 }
 
@@ -238,7 +238,7 @@ impl Pole {
 }
 
 /// The part of an edge before all planes, as an arc around u.
-fn piece(edge: &Edge, Pole(pole): Pole, view: &View<'_>, u: DVec3, reach: Reach) -> Option<Piece> {
+fn piece(edge: &Edge, Pole(pole): Pole, view: &View<'_>, u: DVec3, reach: AngularSupport) -> Option<Piece> {
     let places = edge.places;
     // Most edges end here: the whole great circle is out of reach, or there is none.
     let within = u.dot(pole).abs() < reach.sine;

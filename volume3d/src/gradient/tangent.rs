@@ -6,7 +6,7 @@ use crate::scene::{Bsdf, Light, Reflectance, Scene};
 
 /// Rates of the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct CameraChange {
+pub struct CameraTangent {
     /// Of its origin, scene units.
     pub translation: DVec3,
     /// Angular velocity about its origin, radians.
@@ -21,16 +21,16 @@ pub struct CameraChange {
 /// Built by adding up motions:
 ///
 /// ```no_run
-/// # use volume3d::{gradient::Change, scene::Scene};
+/// # use volume3d::{gradient::Tangent, scene::Scene};
 /// # use glam::DVec3;
 /// # fn f(scene: &Scene) {
-/// let mut change = Change::still(scene);
+/// let mut change = Tangent::still(scene);
 /// change.translate(scene, 0, DVec3::X);
 /// change.camera.rotation += DVec3::Y;
 /// # }
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Change {
+pub struct Tangent {
     /// Of every position of every shape, one shape after the other.
     pub positions: Vec<DVec3>,
     /// Of every shading normal, in the same order. Those that follow from positions are not parameters: theirs
@@ -53,10 +53,10 @@ pub struct Change {
     /// The angular velocity of an environment map.
     pub environment_rotation: DVec3,
     /// Of the camera.
-    pub camera: CameraChange,
+    pub camera: CameraTangent,
 }
 
-impl Change {
+impl Tangent {
     /// No change at all.
     #[must_use]
     pub fn still(scene: &Scene) -> Self {
@@ -72,7 +72,7 @@ impl Change {
             pose: vec![DVec3::ZERO; d.lights.len()],
             environment: DVec3::ZERO,
             environment_rotation: DVec3::ZERO,
-            camera: CameraChange::default(),
+            camera: CameraTangent::default(),
         }
     }
 
@@ -168,7 +168,7 @@ impl Change {
     }
 
     /// Hands the covectors of computed normals on to the positions they follow from.
-    pub(crate) fn pull_normals(&mut self, scene: &Scene, wanted: &Wanted) {
+    pub(crate) fn pull_normals(&mut self, scene: &Scene, active: &ActiveParameters) {
         scene.vertex_normals.transpose(&scene.positions, &self.normals, &mut self.positions);
         for (shape, description) in scene.description.shapes.iter().enumerate() {
             let given = matches!(description.mesh.normals(), crate::geometry::Normals::Given(_));
@@ -176,7 +176,7 @@ impl Change {
                 self.normals[scene.normal_range(shape)].fill(DVec3::ZERO);
             }
             debug_assert!(
-                wanted.shapes[shape] || self.positions_of(scene, shape).iter().all(|p| *p == DVec3::ZERO)
+                active.shapes[shape] || self.positions_of(scene, shape).iter().all(|p| *p == DVec3::ZERO)
             );
         }
     }
@@ -185,13 +185,13 @@ impl Change {
     #[must_use]
     pub fn is_geometric(&self) -> bool {
         let any = |rates: &[DVec3]| rates.iter().any(|r| *r != DVec3::ZERO);
-        any(&self.positions) || any(&self.normals) || self.camera != CameraChange::default()
+        any(&self.positions) || any(&self.normals) || self.camera != CameraTangent::default()
     }
 }
 
 /// Which parameters a reverse sweep must report.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Wanted {
+pub struct ActiveParameters {
     /// For every shape, whether its positions (and given normals).
     pub shapes: Vec<bool>,
     /// For every material, whether its reflectance, texture and roughness.
@@ -204,7 +204,7 @@ pub struct Wanted {
     pub camera: bool,
 }
 
-impl Wanted {
+impl ActiveParameters {
     /// Nothing yet.
     #[must_use]
     pub fn nothing(scene: &Scene) -> Self {
@@ -231,27 +231,27 @@ impl Wanted {
         }
     }
 
-    /// Whether anything wanted moves geometry.
+    /// Whether anything active moves geometry.
     #[must_use]
     pub fn is_geometric(&self) -> bool {
         self.camera || self.shapes.iter().any(|&s| s)
     }
 
-    /// For every texture, whether its texels are wanted.
+    /// For every texture, whether its texels are active.
     pub(crate) fn textures(&self, scene: &Scene) -> Vec<bool> {
         let d = scene.description();
-        let mut wanted = vec![false; d.textures.len()];
+        let mut active = vec![false; d.textures.len()];
         for (material, _) in d.materials.iter().zip(&self.materials).filter(|(_, w)| **w) {
             if let Reflectance::Texture(texture) = material.bsdf.reflectance() {
-                wanted[*texture] = true;
+                active[*texture] = true;
             }
         }
         if self.lights
             && let Some(crate::scene::Environment::Map { texture, .. }) = d.environment
         {
-            wanted[texture] = true;
+            active[texture] = true;
         }
-        wanted
+        active
     }
 }
 
@@ -288,7 +288,7 @@ pub enum Unsupported {
 }
 
 /// Refuses a change of which a part would be silently lost.
-pub(crate) fn supports_change(scene: &Scene, change: &Change) -> Result<(), Unsupported> {
+pub(crate) fn supports_tangent(scene: &Scene, change: &Tangent) -> Result<(), Unsupported> {
     if change.is_geometric() {
         supports_geometry(scene)?;
     }
@@ -297,11 +297,11 @@ pub(crate) fn supports_change(scene: &Scene, change: &Change) -> Result<(), Unsu
 }
 
 /// Refuses parameters that would be told a part of their derivative.
-pub(crate) fn supports_wanted(scene: &Scene, wanted: &Wanted) -> Result<(), Unsupported> {
-    if wanted.is_geometric() {
+pub(crate) fn supports_active(scene: &Scene, active: &ActiveParameters) -> Result<(), Unsupported> {
+    if active.is_geometric() {
         supports_geometry(scene)?;
     }
-    if wanted.poses { casts_soft_shadows(&scene.description().lights) } else { Ok(()) }
+    if active.poses { casts_soft_shadows(&scene.description().lights) } else { Ok(()) }
 }
 
 fn supports_geometry(scene: &Scene) -> Result<(), Unsupported> {

@@ -1,4 +1,4 @@
-//! A warp field from the outlines near a direction.
+//! A warp field from the silhouettes near a direction.
 //!
 //! What is seen along the directions u from a point jumps on arcs: where the surface that is seen ends, turns away, or is
 //! hidden. A mean of the velocities of their points,
@@ -64,7 +64,7 @@
 //! so that its square has a logarithmically infinite mean; and between jumps a gap g apart that part, ∇·V ~ Δv/g.
 //!
 //! Jumps within faces with interpolated normals are no arcs of S: they are boundary terms beside the field
-//! ([`flips`](crate::gradient::WarpedArea::flips)).
+//! ([`sign_changes`](crate::gradient::WarpedArea::sign_changes)).
 
 mod arc;
 mod edge;
@@ -76,7 +76,7 @@ mod scan;
 mod scene_edges;
 mod tree;
 
-pub(crate) use arc::{Reach, WIDEST};
+pub(crate) use arc::{AngularSupport, WIDEST};
 pub(crate) use edge::{Cone, Edge, HalfSpace};
-pub(crate) use field::{Outline, Pole, Silhouettes, Subject, View};
+pub(crate) use field::{Pole, SilhouetteMean, Silhouettes, Subject, View};
 pub(crate) use scene_edges::SceneEdges;

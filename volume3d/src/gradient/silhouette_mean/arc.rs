@@ -7,14 +7,14 @@ use glam::DVec3;
 /// Edges farther away from a direction have no part in its field. The kernel falls to 0 there without a jump, so the
 /// radius may be any, but must be the same for all directions of one integral.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Reach {
+pub(crate) struct AngularSupport {
     pub(crate) angle: f64,
     pub(crate) cosine: f64,
     pub(crate) sine: f64,
     pub(crate) versine: f64,
 }
 
-impl Reach {
+impl AngularSupport {
     /// Of a cap with this angular radius, at most [`WIDEST`].
     pub(crate) fn new(angle: f64) -> Self {
         let angle = angle.min(WIDEST);
@@ -81,7 +81,7 @@ impl Arc {
     ///
     /// With c the length of the projection of u on the plane of the arc and ψ the angle from it, u·b = c cos ψ, and
     /// everything is elementary in τ = tan(ψ/2).
-    pub(crate) fn moments(&self, u: DVec3, reach: Reach) -> Option<Moments> {
+    pub(crate) fn moments(&self, u: DVec3, reach: AngularSupport) -> Option<Moments> {
         let s = u.dot(self.pole);
         let s = s.abs().max(ROUNDING).copysign(s);
         let squared = s * s;
@@ -245,7 +245,7 @@ mod tests {
     }
 
     /// The definition, by the midpoint rule: ∫ K, and the parts of both ends.
-    fn by_quadrature(arc: &Arc, u: DVec3, reach: Reach) -> [f64; 3] {
+    fn by_quadrature(arc: &Arc, u: DVec3, reach: AngularSupport) -> [f64; 3] {
         let [a, b] = arc.ends;
         let whole = a.cross(b).length().atan2(a.dot(b));
         let n = 100_000;
@@ -276,7 +276,7 @@ mod tests {
             if u.dot(arc.pole).abs() < 0.02 {
                 continue;
             }
-            let reach = Reach::new(0.2 + open01(&mut rng));
+            let reach = AngularSupport::new(0.2 + open01(&mut rng));
             let expected = by_quadrature(&arc, u, reach);
             let found = arc.moments(u, reach).map_or([0.0; 3], |m| values(&m));
             met += usize::from(found[0] > 0.0);
@@ -293,7 +293,7 @@ mod tests {
         for _ in 0..2000 {
             let (a, b, u) = (unit(&mut rng), unit(&mut rng), unit(&mut rng));
             let arc = arc(a, b);
-            let reach = Reach::new(0.3 + open01(&mut rng));
+            let reach = AngularSupport::new(0.3 + open01(&mut rng));
             let s = u.dot(arc.pole);
             if s.abs() < 1e-3 {
                 continue;
@@ -323,7 +323,7 @@ mod tests {
             let (mut whole, mut slope) = (600.0, DVec3::ZERO);
             let moments = [0, 1, 2].map(|i| {
                 let side = arc(corners[i], corners[(i + 1) % 3]);
-                side.moments(u, Reach::new(0.01)).expect("it is within reach")
+                side.moments(u, AngularSupport::new(0.01)).expect("it is within reach")
             });
             for m in &moments {
                 whole += m.whole.value;
@@ -352,7 +352,7 @@ mod tests {
     #[test]
     fn on_an_arc_everything_is_finite() {
         let arc = arc(DVec3::X, DVec3::Y);
-        let m = arc.moments(DVec3::new(0.6, 0.8, 0.0), Reach::new(0.5)).expect("it is within reach");
+        let m = arc.moments(DVec3::new(0.6, 0.8, 0.0), AngularSupport::new(0.5)).expect("it is within reach");
         let ends = m.ends.map(|e| e.value / m.whole.value);
         assert!(m.whole.gradient.is_finite() && m.ends.iter().all(|e| e.gradient.is_finite()));
         assert!((ends[0] - 0.6).abs() < 1e-12 && (ends[1] - 0.8).abs() < 1e-12, "{ends:?}");
@@ -366,7 +366,7 @@ mod tests {
         let on_circle = (along - along.dot(arc.pole) * arc.pole).normalize();
         let at = |height: f64| {
             let u = (on_circle + height * arc.pole).normalize();
-            let m = arc.moments(u, Reach::new(1.0)).expect("it is within reach");
+            let m = arc.moments(u, AngularSupport::new(1.0)).expect("it is within reach");
             m.ends.map(|e| e.gradient)
         };
         let reference = at(1e-5);

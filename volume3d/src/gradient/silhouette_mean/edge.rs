@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::arc::Reach;
+use super::arc::AngularSupport;
 use crate::scene::Span;
 
 /// An edge with what decides whether it is a silhouette.
@@ -34,7 +34,7 @@ impl Edge {
 pub(crate) struct Cone<'p> {
     pub(crate) origin: DVec3,
     pub(crate) axis: DVec3,
-    pub(crate) reach: Reach,
+    pub(crate) reach: AngularSupport,
     pub(crate) planes: &'p [HalfSpace],
     /// A viewer this near to a plane is within it.
     pub(crate) rounding: f64,

@@ -10,7 +10,7 @@ use crate::scene::Scene;
 
 /// A point that a warp follows: what an auxiliary ray hit, or a point of a curve.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Seen {
+pub(crate) struct FollowedPoint {
     pub(crate) followed: Followed,
     /// How far away it is.
     pub(crate) distance: f64,
@@ -41,7 +41,7 @@ pub(crate) enum Followed {
     },
 }
 
-impl Seen {
+impl FollowedPoint {
     /// What a ray hit, or did not.
     pub(crate) fn by_ray(scene: &Scene, hit: Option<Hit>, direction: DVec3, nearness: f64) -> Self {
         let followed = hit.map_or(Followed::Nothing, |h| {

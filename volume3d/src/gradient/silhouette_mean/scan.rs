@@ -10,7 +10,7 @@ use glam::{DMat3, DVec3};
 use super::edge::Edge;
 use super::faces::Faces;
 use super::scene_edges::{SceneEdges, edges};
-use super::{HalfSpace, Outline, Reach, Silhouettes, Subject, View};
+use super::{AngularSupport, HalfSpace, SilhouetteMean, Silhouettes, Subject, View};
 use crate::geometry::{Mesh, Ray};
 use crate::scene::{Camera, Description, Film, Filter, Material, Scene, Span};
 
@@ -158,9 +158,9 @@ fn field(scene: &Scene, tree: &SceneEdges, velocities: &[DVec3], u: DVec3, trian
         subject: Subject::Radiance(triangle),
         rounding: 6e-13,
     };
-    let outline = Outline::new(scene, tree, Silhouettes::All, &view, u, Reach::new(0.2));
-    outline.map_or(DVec3::ZERO, |outline| {
-        outline
+    let silhouettes = SilhouetteMean::new(scene, tree, Silhouettes::All, &view, u, AngularSupport::new(0.2));
+    silhouettes.map_or(DVec3::ZERO, |silhouettes| {
+        silhouettes
             .field(|seen| {
                 let velocity = seen.followed.velocity(scene, |i| velocities[i as usize]);
                 (velocity - velocity.dot(seen.direction) * seen.direction) / seen.distance

@@ -11,7 +11,7 @@ use super::regions::RegionSums;
 /// What the samples of one row of cells add to the rows of pixels they reach: sums of K quantities, one for each
 /// group of samples.
 #[derive(Clone, Debug)]
-pub(crate) struct Strip<const K: usize> {
+pub(crate) struct RowSums<const K: usize> {
     columns: usize,
     groups: usize,
     samples: usize,
@@ -20,7 +20,7 @@ pub(crate) struct Strip<const K: usize> {
     sums: Vec<[f64; K]>,
 }
 
-impl<const K: usize> Strip<K> {
+impl<const K: usize> RowSums<K> {
     pub(crate) fn new(film: &FilmPlane, samples: usize) -> Self {
         let groups = groups(samples);
         let size = (2 * film.reach + 1) * film.columns * groups;
@@ -38,20 +38,20 @@ impl<const K: usize> Strip<K> {
 
 /// The whole image: the mean of each quantity and the variance of that mean.
 ///
-/// Strips come in order, and a row is complete when the last strip that reaches it has come: only the rows under
+/// Row sums come in order, and a row is complete when the last row sums that reach it have come: only the rows under
 /// way are kept by groups.
 #[derive(Clone, Debug)]
-pub(crate) struct Sheet<const K: usize> {
+pub(crate) struct FilmAccumulator<const K: usize> {
     pub(crate) mean: Vec<[f64; K]>,
     pub(crate) variance: Vec<[f64; K]>,
     /// Of the derivative, or of the image if there is none.
     pub(crate) regions: RegionSums,
     open: VecDeque<Vec<[f64; K]>>,
-    /// Strips yet to come before the first open row is one of the image.
+    /// Row sums yet to come before the first open row is one of the image.
     before: usize,
 }
 
-impl<const K: usize> Sheet<K> {
+impl<const K: usize> FilmAccumulator<K> {
     /// Where radiance, and after it its derivative, are among the quantities.
     const REGARDED: usize = if K > 3 { 3 } else { 0 };
 
@@ -60,13 +60,13 @@ impl<const K: usize> Sheet<K> {
         Self { mean: vec![], variance: vec![], regions, open: VecDeque::new(), before: 2 * film.reach }
     }
 
-    /// Adds the next strip.
-    pub(crate) fn absorb(&mut self, strip: &Strip<K>) {
-        let row = strip.columns * strip.groups;
-        while self.open.len() < 2 * strip.reach + 1 {
+    /// Adds the next row sums.
+    pub(crate) fn absorb(&mut self, row_sums: &RowSums<K>) {
+        let row = row_sums.columns * row_sums.groups;
+        while self.open.len() < 2 * row_sums.reach + 1 {
             self.open.push_back(vec![[0.0; K]; row]);
         }
-        for (open, added) in self.open.iter_mut().zip(strip.sums.chunks(row)) {
+        for (open, added) in self.open.iter_mut().zip(row_sums.sums.chunks(row)) {
             for (sum, more) in open.iter_mut().zip(added) {
                 for k in 0..K {
                     sum[k] += more[k];
@@ -78,13 +78,13 @@ impl<const K: usize> Sheet<K> {
             self.before -= 1;
             return;
         }
-        let y = self.mean.len() / strip.columns;
-        for (x, sums) in complete.chunks(strip.groups).enumerate() {
+        let y = self.mean.len() / row_sums.columns;
+        for (x, sums) in complete.chunks(row_sums.groups).enumerate() {
             for (group, sum) in sums.iter().enumerate() {
                 let at = |c: usize| sum[Self::REGARDED + c];
                 self.regions.add((x, y), group, DVec3::new(at(0), at(1), at(2)));
             }
-            let (mean, variance) = statistics(sums, strip.samples);
+            let (mean, variance) = statistics(sums, row_sums.samples);
             self.mean.push(mean);
             self.variance.push(variance);
         }

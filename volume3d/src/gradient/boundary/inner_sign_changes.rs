@@ -1,6 +1,6 @@
 //! Where a two-sided surface turns its other side to an earlier point of a path.
 //!
-//! As on the film (see [`flips`](super::flips)), the radiance that leaves a point x of a surface towards a point y
+//! As on the film (see [`sign_changes`](super::sign_changes)), the radiance that leaves a point x of a surface towards a point y
 //! jumps where G = n_s(x)·d = 0, with n_s the interpolated normal and d the direction from x to y. At y the
 //! boundary term is an integral over the curve G = 0 on the sphere of directions ω = −d, whose normal velocity is
 //! −Ġ/|∇_ω G|, Ġ at fixed ω. With Dirac's δ and over all points y it is
@@ -23,7 +23,7 @@ use super::carried::carried;
 use super::curve::{Curve, Eye};
 use super::driver::Address;
 use super::list::{corners, reflects};
-use super::sensor::{Chain, Sensor, Vertex};
+use super::sensor::{CameraSubpath, Sensor, Vertex};
 use super::table::Table;
 use super::{BEFORE_FLIP, INNER_FLIP, Moving, STILL};
 use crate::calculus::{Calculus, Vec3};
@@ -166,10 +166,16 @@ impl Curve for InnerFlips<'_> {
         // |n_x·d| dA, over the density of points and angles.
         let scale = 0.5 * (b - a).cross(c - a).dot(turn.towards).abs() * TAU / chosen.probability;
         let mut backwards = address.numbers(BEFORE_FLIP);
-        self.sensor.each_chain(start, -turn.towards, self.longest, &mut backwards, |chain: Chain<'_>| {
-            let (vertices, weight) = (chain.vertices.to_vec(), chain.weight * scale);
-            places.push(Seen { turn, at: chain.at, vertices, weight, numbers: numbers.clone() });
-        });
+        self.sensor.each_chain(
+            start,
+            -turn.towards,
+            self.longest,
+            &mut backwards,
+            |chain: CameraSubpath<'_>| {
+                let (vertices, weight) = (chain.vertices.to_vec(), chain.weight * scale);
+                places.push(Seen { turn, at: chain.at, vertices, weight, numbers: numbers.clone() });
+            },
+        );
     }
 
     fn film(&self, place: &Seen) -> (DVec2, u32) {
