@@ -14,6 +14,15 @@ pub(crate) struct Frame<T> {
     pub(crate) focal: T,
 }
 
+/// How a camera moves: numbers of value 0, of which the derivatives count.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CameraMotion<T> {
+    pub(crate) translation: Vec3<T>,
+    /// About the world's axes through its origin.
+    pub(crate) rotation: Vec3<T>,
+    pub(crate) field_of_view: T,
+}
+
 /// A direction ω + ε V(ω) and the Jacobian 1 + ε ∇·V(ω) of the change of variables it belongs to.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Warped<T> {
@@ -79,14 +88,17 @@ pub(crate) trait Calculus {
     /// The irradiance or intensity of a light, with its value at hand.
     fn intensity(&self, light: usize, value: DVec3) -> Rgb<Self::Number>;
 
-    /// The position of a point light, or minus the direction of a directional one.
-    fn place(&self, light: usize, value: DVec3) -> Vec3<Self::Number>;
+    /// How a point light is shifted, or a directional one turned, in numbers of value 0; nothing if it stands still.
+    fn pose(&self, light: usize) -> Option<Vec3<Self::Number>>;
 
     /// The radiance of a constant environment, or the colour that scales a map.
     fn environment(&self, value: DVec3) -> Rgb<Self::Number>;
 
-    /// A direction of the world in the environment map's frame.
-    fn environment_direction(&self, direction: Vec3<Self::Number>) -> Vec3<Self::Number>;
+    /// How the environment map is turned, in numbers of value 0; nothing if it stands still.
+    fn environment_turn(&self) -> Option<Vec3<Self::Number>>;
+
+    /// How the camera moves; nothing if it stands still.
+    fn camera(&self) -> Option<CameraMotion<Self::Number>>;
 
     /// Whether a surface that reflects nothing must be followed all the same, because its reflectance is a
     /// parameter.

@@ -5,7 +5,7 @@ mod number;
 mod tape;
 mod vector;
 
-pub(crate) use context::{Calculus, Frame, Kernel, Sees, Warped};
+pub(crate) use context::{Calculus, CameraMotion, Frame, Kernel, Sees, Warped};
 pub(crate) use number::{Dual, Number};
 pub(crate) use tape::{Adjoints, Tape, Variable};
 pub(crate) use vector::{Rgb, Vec3};

@@ -39,6 +39,12 @@ impl<T: Number> Vec3<T> {
         )
     }
 
+    /// A constant vector after a turn ω: v + ω × v.
+    pub(crate) fn turned(v: DVec3, turn: Option<Self>) -> Self {
+        let v = Self::constant(v);
+        turn.map_or(v, |turn| v + turn.cross(v))
+    }
+
     pub(crate) fn normalized(self) -> Self {
         self * (T::constant(1.0) / self.dot(self).sqrt())
     }

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::calculus::{Frame, Number, Vec3};
+use crate::calculus::{Calculus, Frame, Number, Vec3};
 use crate::gradient::{CameraTangent, NonFinite};
 use crate::scene::{Camera, Filter, Scene};
 
@@ -108,6 +108,20 @@ impl FilmPlane {
             up: Vec3::constant(camera.up),
             forward: Vec3::constant(camera.forward),
             focal: self.focal,
+        }
+    }
+
+    /// The frame of the camera in numbers.
+    pub(crate) fn moving_frame<C: Calculus>(&self, camera: &Camera, calculus: &C) -> Frame<C::Number> {
+        let motion = calculus.camera();
+        let turned = |axis: DVec3| Vec3::turned(axis, motion.map(|m| m.rotation));
+        let (origin, focal) = (Vec3::constant(camera.origin), C::Number::constant(self.focal));
+        Frame {
+            origin: motion.map_or(origin, |m| origin + m.translation),
+            right: turned(camera.right),
+            up: turned(camera.up),
+            forward: turned(camera.forward),
+            focal: motion.map_or(focal, |m| focal + m.field_of_view * self.focal_rate(camera)),
         }
     }
 

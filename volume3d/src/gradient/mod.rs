@@ -22,6 +22,7 @@ mod accumulator;
 mod auxiliary;
 mod boundary;
 mod contribution;
+mod differential;
 mod displaced;
 mod driver;
 mod edge_sampling;

@@ -1,17 +1,16 @@
 //! Reverse mode: numbers that record themselves, and the scatter of their adjoints to parameters.
 
-use std::cell::RefCell;
-
-use flatland::random::open01;
+use flatland::random::{Stream, open01};
 use glam::{DVec2, DVec3};
 
 use super::auxiliary::Auxiliary;
+use super::differential::{Differential, FilmPoint};
 use super::film::FilmPlane;
 use super::followed::FollowedPoint;
 use super::warps::{DirectionWarp, FilmWarp};
 use super::{ActiveParameters, Tangent};
-use crate::calculus::{Adjoints, Calculus, Frame, Kernel, Number, Rgb, Tape, Variable, Vec3, Warped};
-use crate::scene::{Environment, Light, Scene};
+use crate::calculus::{Adjoints, Calculus, CameraMotion, Kernel, Number, Rgb, Tape, Variable, Vec3, Warped};
+use crate::scene::Scene;
 
 /// What the inputs of a tape are.
 #[derive(Clone, Copy, Debug)]
@@ -72,10 +71,10 @@ pub(crate) struct Reverse<'s, 't> {
     pub(crate) scene: &'s Scene,
     pub(crate) inputs: &'s Inputs,
     pub(crate) tape: &'t Tape<Input>,
-    pub(crate) auxiliary: Option<Auxiliary<'s>>,
+    auxiliary: Option<&'t mut Auxiliary<'s>>,
     pub(crate) film: FilmPlane,
     film_warp: Option<FilmWarp>,
-    warps: RefCell<Vec<BounceWarp<'t>>>,
+    warps: Vec<BounceWarp<'t>>,
     /// Whether all warps on the tape have finite coefficients.
     finite: bool,
 }
@@ -93,19 +92,10 @@ impl<'s, 't> Reverse<'s, 't> {
         scene: &'s Scene,
         inputs: &'s Inputs,
         tape: &'t Tape<Input>,
-        auxiliary: Option<Auxiliary<'s>>,
+        auxiliary: Option<&'t mut Auxiliary<'s>>,
         film: FilmPlane,
     ) -> Self {
-        Self {
-            scene,
-            inputs,
-            tape,
-            auxiliary,
-            film,
-            film_warp: None,
-            warps: RefCell::default(),
-            finite: true,
-        }
+        Self { scene, inputs, tape, auxiliary, film, film_warp: None, warps: vec![], finite: true }
     }
 
     fn vector(&self, id: Input, value: DVec3, active: bool) -> Vec3<Recorded<'t>> {
@@ -117,82 +107,36 @@ impl<'s, 't> Reverse<'s, 't> {
         }
     }
 
+    /// The pose of a light, if poses are active.
+    fn turn(&self, id: Input) -> Option<Vec3<Recorded<'t>>> {
+        self.inputs.active.poses.then(|| self.vector(id, DVec3::ZERO, true))
+    }
+
     fn rgb(&self, id: Input, value: DVec3, active: bool) -> Rgb<Recorded<'t>> {
         let Vec3 { x, y, z } = self.vector(id, value, active);
         Rgb([x, y, z])
     }
 
-    /// The camera's frame.
-    pub(crate) fn frame(&self) -> Frame<Recorded<'t>> {
-        let camera = &self.scene.description.camera;
-        let still = self.film.frame(camera);
-        let constant = |v: Vec3<f64>| Vec3::constant(v.value());
-        if !self.inputs.active.camera {
-            return Frame {
-                origin: constant(still.origin),
-                right: constant(still.right),
-                up: constant(still.up),
-                forward: constant(still.forward),
-                focal: Recorded::constant(still.focal),
-            };
-        }
-        let [ox, oy, oz, wx, wy, wz, zoom] =
-            self.tape.inputs(Input::Camera, [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        let shift = Vec3::new(ox, oy, oz);
-        let turn = Vec3::new(wx, wy, wz);
-        let turned = |axis: DVec3| Vec3::constant(axis) + turn.cross(Vec3::constant(axis));
-        Frame {
-            origin: Vec3::constant(camera.origin) + shift,
-            right: turned(camera.right),
-            up: turned(camera.up),
-            forward: turned(camera.forward),
-            focal: Recorded::constant(still.focal) + zoom * self.film.focal_rate(camera),
-        }
-    }
-
-    /// The warp at a point of the film, at which a triangle or nothing is seen.
-    pub(crate) fn film_warp(
-        &mut self,
-        u: DVec2,
-        kappa: f64,
-        triangle: Option<u32>,
-    ) -> ([Recorded<'t>; 2], Recorded<'t>) {
-        let constant = Recorded::constant;
-        let still = ([constant(u.x), constant(u.y)], constant(1.0));
-        let moves = self.inputs.active.camera;
-        let Some(auxiliary) = &mut self.auxiliary else { return still };
-        let Some(warp) = auxiliary.on_film(&self.film, u, kappa, triangle, moves) else { return still };
-        self.finite &= warp.is_finite();
-        self.film_warp = Some(warp);
-        let [x, y, jacobian] = self.tape.inputs(Input::FilmWarp, [u.x, u.y, 1.0]);
-        ([x, y], jacobian)
-    }
-
-    /// Sweeps if all that is swept is finite, and says whether it is.
+    /// Sweeps backwards from the outputs if all that is swept is finite, and says whether it is.
     pub(crate) fn sweep_if_finite(
-        &mut self,
+        &self,
         outputs: &[(Recorded<'t>, f64)],
         adjoints: &mut Vec<f64>,
         sink: &mut impl Sink,
     ) -> bool {
         let finite = outputs.iter().all(|(output, adjoint)| (output.value() * adjoint).is_finite());
-        let finite = std::mem::replace(&mut self.finite, true) && finite;
+        let finite = self.finite && finite;
         if finite {
-            self.sweep(outputs, adjoints, sink);
+            self.tape.sweep(outputs, adjoints, |id, a, earlier| self.scatter(id, a, earlier, sink));
         }
         finite
     }
 
-    /// Sweeps backwards from the outputs, and empties the tape's records of warps.
-    pub(crate) fn sweep(
-        &mut self,
-        outputs: &[(Recorded<'t>, f64)],
-        adjoints: &mut Vec<f64>,
-        sink: &mut impl Sink,
-    ) {
-        self.tape.sweep(outputs, adjoints, |id, a, earlier| self.scatter(id, a, earlier, sink));
+    /// Forgets all warps: what has been recorded with them is swept no more.
+    pub(crate) fn forget_warps(&mut self) {
         self.film_warp = None;
-        self.warps.get_mut().clear();
+        self.warps.clear();
+        self.finite = true;
     }
 
     fn scatter(&self, id: Input, a: &[f64], earlier: &mut Adjoints<'_>, sink: &mut impl Sink) {
@@ -216,8 +160,7 @@ impl<'s, 't> Reverse<'s, 't> {
             }
             Input::FilmWarp => self.scatter_film(DVec2::new(a[0], a[1]), a[2], sink),
             Input::Warp(record) => {
-                let warps = self.warps.borrow();
-                let BounceWarp { warping, origin } = &warps[record as usize];
+                let BounceWarp { warping, origin } = &self.warps[record as usize];
                 warping.scatter(vector(), a[3], |seen, covector| {
                     if seen.followed.is_nothing() {
                         return;
@@ -259,6 +202,24 @@ impl<'s, 't> Reverse<'s, 't> {
     }
 }
 
+impl<'t> Differential for Reverse<'_, 't> {
+    fn film_warp(&mut self, u: DVec2, triangle: Option<u32>) -> FilmPoint<Recorded<'t>> {
+        let constant = Recorded::constant;
+        let still = FilmPoint { at: [constant(u.x), constant(u.y)], jacobian: constant(1.0) };
+        let moves = self.inputs.active.camera;
+        let Some(auxiliary) = &mut self.auxiliary else { return still };
+        let Some(warp) = auxiliary.on_film(&self.film, u, triangle, moves) else { return still };
+        self.finite &= warp.is_finite();
+        self.film_warp = Some(warp);
+        let [x, y, jacobian] = self.tape.inputs(Input::FilmWarp, [u.x, u.y, 1.0]);
+        FilmPoint { at: [x, y], jacobian }
+    }
+
+    fn rng(&mut self) -> Option<&mut Stream> {
+        self.auxiliary.as_mut().map(|a| &mut a.rng)
+    }
+}
+
 impl<'t> Calculus for Reverse<'_, 't> {
     type Number = Recorded<'t>;
 
@@ -297,28 +258,23 @@ impl<'t> Calculus for Reverse<'_, 't> {
         self.rgb(Input::Intensity(light as u32), value, self.inputs.active.lights)
     }
 
-    fn place(&self, light: usize, value: DVec3) -> Vec3<Recorded<'t>> {
-        let active = self.inputs.active.poses;
-        match self.scene.description.lights[light] {
-            Light::Point { .. } => self.vector(Input::Pose(light as u32), value, active),
-            Light::Directional { .. } => {
-                let turn = self.vector(Input::Pose(light as u32), DVec3::ZERO, active);
-                Vec3::constant(value) + turn.cross(Vec3::constant(value))
-            }
-        }
+    fn pose(&self, light: usize) -> Option<Vec3<Recorded<'t>>> {
+        self.turn(Input::Pose(light as u32))
     }
 
     fn environment(&self, value: DVec3) -> Rgb<Recorded<'t>> {
         self.rgb(Input::Environment, value, self.inputs.active.lights)
     }
 
-    fn environment_direction(&self, direction: Vec3<Recorded<'t>>) -> Vec3<Recorded<'t>> {
-        let Some(Environment::Map { to_world, .. }) = &self.scene.description.environment else {
-            return direction;
-        };
-        let turn = self.vector(Input::EnvironmentRotation, DVec3::ZERO, self.inputs.active.poses);
-        let axis = |a: DVec3| (Vec3::constant(a) + turn.cross(Vec3::constant(a))).dot(direction);
-        Vec3::new(axis(to_world.x_axis), axis(to_world.y_axis), axis(to_world.z_axis))
+    fn environment_turn(&self) -> Option<Vec3<Recorded<'t>>> {
+        self.turn(Input::EnvironmentRotation)
+    }
+
+    fn camera(&self) -> Option<CameraMotion<Recorded<'t>>> {
+        self.inputs.active.camera.then(|| {
+            let [x, y, z, a, b, c, field_of_view] = self.tape.inputs(Input::Camera, [0.0; 7]);
+            CameraMotion { translation: Vec3::new(x, y, z), rotation: Vec3::new(a, b, c), field_of_view }
+        })
     }
 
     fn wants_black(&self, material: usize) -> bool {
@@ -342,9 +298,8 @@ impl<'t> Calculus for Reverse<'_, 't> {
         let stencil = auxiliary.on_sphere(origin.value(), from, direction, kernel, moves);
         let Some(stencil) = stencil else { return constant() };
         self.finite &= stencil.is_finite();
-        let warps = self.warps.get_mut();
-        warps.push(BounceWarp { warping: stencil, origin });
-        let id = Input::Warp(warps.len() as u32 - 1);
+        self.warps.push(BounceWarp { warping: stencil, origin });
+        let id = Input::Warp(self.warps.len() as u32 - 1);
         let [x, y, z, jacobian] = self.tape.inputs(id, [direction.x, direction.y, direction.z, 1.0]);
         Warped { direction: Vec3::new(x, y, z), jacobian }
     }

@@ -288,11 +288,13 @@ impl<'s> Paths<'s> {
         let weight = C::Number::constant(1.0 / towards.sampled.density);
         match &self.scene.description.lights[index] {
             Light::Directional { direction, irradiance, .. } => {
-                let direction = calculus.place(index, -*direction);
+                let direction = Vec3::turned(-*direction, calculus.pose(index));
                 shading.evaluate(direction) * calculus.intensity(index, *irradiance) * weight
             }
             Light::Point { position, intensity, .. } => {
-                let way = calculus.place(index, *position) - point.position;
+                let place = Vec3::constant(*position);
+                let place = calculus.pose(index).map_or(place, |shift| place + shift);
+                let way = place - point.position;
                 let falloff = C::Number::constant(1.0) / way.dot(way);
                 shading.evaluate(way.normalized())
                     * calculus.intensity(index, *intensity)

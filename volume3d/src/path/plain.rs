@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use crate::calculus::{Calculus, Kernel, Rgb, Vec3, Warped};
-use crate::scene::{Environment, Scene};
+use crate::calculus::{Calculus, CameraMotion, Kernel, Rgb, Vec3, Warped};
+use crate::scene::Scene;
 
 /// The primal's calculus.
 #[derive(Clone, Copy, Debug)]
@@ -42,19 +42,20 @@ impl Calculus for Plain<'_> {
         Rgb::constant(value)
     }
 
-    fn place(&self, _: usize, value: DVec3) -> Vec3<f64> {
-        Vec3::constant(value)
+    fn pose(&self, _: usize) -> Option<Vec3<f64>> {
+        None
     }
 
     fn environment(&self, value: DVec3) -> Rgb<f64> {
         Rgb::constant(value)
     }
 
-    fn environment_direction(&self, direction: Vec3<f64>) -> Vec3<f64> {
-        let Some(Environment::Map { to_world, .. }) = &self.scene.description.environment else {
-            return direction;
-        };
-        Vec3::constant(to_world.transpose() * direction.value())
+    fn environment_turn(&self) -> Option<Vec3<f64>> {
+        None
+    }
+
+    fn camera(&self) -> Option<CameraMotion<f64>> {
+        None
     }
 
     fn wants_black(&self, _: usize) -> bool {

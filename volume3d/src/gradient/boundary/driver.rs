@@ -4,9 +4,11 @@ use flatland::random::{Stream, stream};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::calculus::{Calculus, Frame, Tape};
+use crate::calculus::{Frame, Tape};
 use crate::gradient::accumulator::Accumulator;
+use crate::gradient::auxiliary::{Auxiliary, MovingBounds};
 use crate::gradient::contribution::{Contribution, Source};
+use crate::gradient::differential::Differential;
 use crate::gradient::film::FilmPlane;
 use crate::gradient::forward::Forward;
 use crate::gradient::groups::GROUPS;
@@ -59,13 +61,18 @@ pub(in crate::gradient) trait Boundary: Sync {
     /// Whether there is nothing to sample.
     fn is_empty(&self) -> bool;
 
-    /// Adds what one sample finds, such that the mean over samples is the integral.
-    fn sample<C: Calculus>(
+    /// The warps along which speeds are counted; none where all of a jump's motion counts.
+    fn auxiliary<'a>(&'a self, _: &'a MovingBounds) -> Option<Auxiliary<'a>> {
+        None
+    }
+
+    /// Hands over what one sample finds, one after the other, such that the mean over samples is the integral.
+    fn sample<C: Differential>(
         &self,
         calculus: &mut C,
         frame: &Frame<C::Number>,
         address: Address,
-        found: &mut Vec<BoundarySample<C::Number>>,
+        found: &mut impl FnMut(&mut C, BoundarySample<C::Number>),
     );
 }
 
@@ -84,12 +91,12 @@ pub(in crate::gradient) struct Estimate {
 
 /// What a chunk of samples adds to the film: amounts by pixel.
 #[derive(Clone, Debug, Default)]
-pub(in crate::gradient) struct Splats {
-    pub(in crate::gradient) amounts: Vec<(u32, DVec3)>,
-    pub(in crate::gradient) rays: u64,
-    pub(in crate::gradient) non_finite: Vec<NonFinite>,
+struct Splats {
+    amounts: Vec<(u32, DVec3)>,
+    rays: u64,
+    non_finite: Vec<NonFinite>,
     /// The sample that adds most.
-    pub(in crate::gradient) largest: Option<Contribution>,
+    largest: Option<Contribution>,
 }
 
 /// Samples that are computed together, one after the other.
@@ -118,7 +125,7 @@ impl<'s> Driver<'s> {
         self.count.div_ceil(CHUNK)
     }
 
-    pub(in crate::gradient) fn addresses(self, group: usize, chunk: usize) -> impl Iterator<Item = Address> {
+    fn addresses(self, group: usize, chunk: usize) -> impl Iterator<Item = Address> {
         let last = (CHUNK * (chunk + 1)).min(self.count);
         (CHUNK * chunk..last).map(move |index| Address { seed: self.seed, group, index, count: self.count })
     }
@@ -147,21 +154,12 @@ impl<'s> Driver<'s> {
         Ok(())
     }
 
-    /// The derivative of every pixel along a change.
+    /// The derivative of every pixel along a change: the mean over samples, and its variance by that of the groups' means.
     pub(in crate::gradient) fn forward(
         &self,
         boundary: &impl Boundary,
         motion: &Motion<'_>,
         progress: &Progress,
-    ) -> Result<Estimate, Stopped> {
-        self.estimate(progress, |group, chunk| self.forward_chunk(boundary, motion, group, chunk, progress))
-    }
-
-    /// The mean over samples, and its variance by that of the groups' means, of what chunks of groups add.
-    pub(in crate::gradient) fn estimate(
-        &self,
-        progress: &Progress,
-        chunk: impl Fn(usize, usize) -> Splats + Sync,
     ) -> Result<Estimate, Stopped> {
         let pixels = self.film.columns * self.film.rows;
         let (mut mean, mut squares) = (vec![DVec3::ZERO; pixels], vec![DVec3::ZERO; pixels]);
@@ -173,7 +171,7 @@ impl<'s> Driver<'s> {
             sum.fill(DVec3::ZERO);
             self.gather(
                 progress,
-                |number| chunk(group, number),
+                |number| self.forward_chunk(boundary, motion, (group, number), progress),
                 |part| {
                     for (pixel, amount) in part.amounts {
                         sum[pixel as usize] += amount;
@@ -208,35 +206,27 @@ impl<'s> Driver<'s> {
         &self,
         boundary: &impl Boundary,
         motion: &Motion<'_>,
-        group: usize,
-        chunk: usize,
+        (group, chunk): (usize, usize),
         progress: &Progress,
     ) -> Splats {
-        let mut forward = Forward::<1> { scene: self.scene, motion, auxiliary: None };
-        let frame = forward.frame(&self.film);
-        let (mut splats, mut found) = (Splats::default(), vec![]);
+        let auxiliary = boundary.auxiliary(&motion.bounds);
+        let mut forward = Forward::<1> { scene: self.scene, film: self.film, motion, auxiliary };
+        let frame = self.film.moving_frame(&self.scene.description.camera, &forward);
+        let mut splats = Splats::default();
         for address in self.addresses(group, chunk) {
             if progress.stopped() {
                 break;
             }
-            found.clear();
-            boundary.sample(&mut forward, &frame, address, &mut found);
-            for crossing in &found {
-                let amount = crossing.light * crossing.speed.tangent[0];
-                self.splat_into(&mut splats, crossing.at, address, amount);
-            }
+            boundary.sample(&mut forward, &frame, address, &mut |_, BoundarySample { at, light, speed }| {
+                self.splat_into(&mut splats, at, address, light * speed.tangent[0]);
+            });
         }
+        splats.rays = forward.auxiliary.as_ref().map_or(0, Auxiliary::rays);
         splats
     }
 
     /// Adds an amount to every pixel a film point reaches.
-    pub(in crate::gradient) fn splat_into(
-        &self,
-        splats: &mut Splats,
-        at: DVec2,
-        address: Address,
-        amount: DVec3,
-    ) {
+    fn splat_into(&self, splats: &mut Splats, at: DVec2, address: Address, amount: DVec3) {
         let Splats { amounts, non_finite, largest, .. } = splats;
         let mut sum = 0.0;
         self.splat(at, address, amount, non_finite, |pixel, weight| {
@@ -287,21 +277,12 @@ impl<'s> Driver<'s> {
         gradient: &mut Gradient,
     ) -> Result<(), Stopped> {
         let inputs = Inputs::new(self.scene, active);
-        self.collect(progress, gradient, |group, chunk| {
-            self.reverse_chunk(boundary, adjoint, &inputs, group, chunk, progress)
-        })
-    }
-
-    /// Adds what chunks of groups add to a gradient.
-    pub(in crate::gradient) fn collect(
-        &self,
-        progress: &Progress,
-        gradient: &mut Gradient,
-        chunk: impl Fn(usize, usize) -> Gradient + Sync,
-    ) -> Result<(), Stopped> {
+        let bounds = MovingBounds::new(self.scene, &active.shapes);
         progress.start(GROUPS * self.chunks());
         for group in 0..GROUPS {
-            self.gather(progress, |number| chunk(group, number), |part| gradient.absorb(part))?;
+            let chunk =
+                |number| self.reverse_chunk(boundary, adjoint, (&inputs, &bounds), (group, number), progress);
+            self.gather(progress, chunk, |part| gradient.absorb(part))?;
         }
         Ok(())
     }
@@ -310,37 +291,34 @@ impl<'s> Driver<'s> {
         &self,
         boundary: &impl Boundary,
         adjoint: &[DVec3],
-        inputs: &Inputs,
-        group: usize,
-        chunk: usize,
+        (inputs, bounds): (&Inputs, &MovingBounds),
+        (group, chunk): (usize, usize),
         progress: &Progress,
     ) -> Gradient {
         let mut part = Accumulator::new(self.scene);
-        let mut tape = Tape::new();
-        let mut adjoints = vec![];
-        let scale = self.scale();
+        let (mut tape, mut adjoints) = (Tape::new(), vec![]);
+        let mut auxiliary = boundary.auxiliary(bounds);
         for address in self.addresses(group, chunk) {
             if progress.stopped() {
                 break;
             }
             tape.clear();
-            let mut reverse = Reverse::new(self.scene, inputs, &tape, None, self.film);
-            let frame = reverse.frame();
-            let mut found = vec![];
-            boundary.sample(&mut reverse, &frame, address, &mut found);
-            for crossing in found {
-                self.pull(&mut reverse, &crossing, (adjoint, scale), address, &mut adjoints, &mut part);
-            }
+            let mut reverse = Reverse::new(self.scene, inputs, &tape, auxiliary.as_mut(), self.film);
+            let frame = self.film.moving_frame(&self.scene.description.camera, &reverse);
+            boundary.sample(&mut reverse, &frame, address, &mut |reverse, crossing| {
+                self.pull(reverse, &crossing, adjoint, address, &mut adjoints, &mut part);
+                reverse.forget_warps();
+            });
         }
         part.gradient
     }
 
-    /// What one crossing adds to the gradient, where the mean over samples is `scale` times their sum.
-    pub(in crate::gradient) fn pull<'t>(
+    /// What one crossing adds to the gradient.
+    fn pull<'t>(
         &self,
-        reverse: &mut Reverse<'_, 't>,
+        reverse: &Reverse<'_, 't>,
         crossing: &BoundarySample<Recorded<'t>>,
-        (adjoint, scale): (&[DVec3], f64),
+        adjoint: &[DVec3],
         address: Address,
         adjoints: &mut Vec<f64>,
         part: &mut Accumulator,
@@ -352,7 +330,7 @@ impl<'s> Driver<'s> {
         if sum == 0.0 {
             return;
         }
-        let outputs = [(crossing.speed, sum * scale)];
+        let outputs = [(crossing.speed, sum * self.scale())];
         // Once without a sink: what is not finite must not reach the sums.
         let mut finite = true;
         reverse.tape.sweep(&outputs, adjoints, |_, a, _| finite &= a.iter().all(|a| a.is_finite()));
@@ -367,7 +345,7 @@ impl<'s> Driver<'s> {
     }
 
     /// What each sample counts in the mean of all.
-    pub(in crate::gradient) fn scale(&self) -> f64 {
+    fn scale(&self) -> f64 {
         1.0 / (GROUPS * self.count) as f64
     }
 

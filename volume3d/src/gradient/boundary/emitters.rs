@@ -14,6 +14,7 @@ use super::table::Table;
 use super::walk::Walk;
 use super::{EMITTER_EDGE, Moving};
 use crate::calculus::{Calculus, Frame, Vec3};
+use crate::gradient::differential::Differential;
 use crate::path::{Paths, Sequence, Shading};
 
 /// The edges of emitters, by length.
@@ -96,16 +97,18 @@ impl Boundary for Emitters<'_> {
         self.table.total() <= 0.0
     }
 
-    fn sample<C: Calculus>(
+    fn sample<C: Differential>(
         &self,
         calculus: &mut C,
         frame: &Frame<C::Number>,
         address: Address,
-        found: &mut Vec<BoundarySample<C::Number>>,
+        found: &mut impl FnMut(&mut C, BoundarySample<C::Number>),
     ) {
         let mut numbers = address.numbers(EMITTER_EDGE);
         self.walk.each(&mut numbers, |chain, shading, numbers| {
-            found.extend(self.look(calculus, frame, chain, shading, numbers));
+            if let Some(crossing) = self.look(calculus, frame, chain, shading, numbers) {
+                found(calculus, crossing);
+            }
         });
     }
 }

@@ -8,7 +8,8 @@ use super::list::{Edge, EdgeList};
 use super::sides::look_past;
 use super::table::Table;
 use super::{Moving, PRIMARY_EDGE};
-use crate::calculus::{Calculus, Frame, Vec3};
+use crate::calculus::{Frame, Vec3};
+use crate::gradient::differential::Differential;
 use crate::gradient::film::FilmPlane;
 use crate::path::{Paths, Plain};
 
@@ -140,12 +141,12 @@ impl Boundary for Primary<'_> {
         self.table.total() <= 0.0
     }
 
-    fn sample<C: Calculus>(
+    fn sample<C: Differential>(
         &self,
         calculus: &mut C,
         frame: &Frame<C::Number>,
         address: Address,
-        found: &mut Vec<BoundarySample<C::Number>>,
+        found: &mut impl FnMut(&mut C, BoundarySample<C::Number>),
     ) {
         let scene = self.paths.scene;
         let mut numbers = address.numbers(PRIMARY_EDGE);
@@ -175,10 +176,11 @@ impl Boundary for Primary<'_> {
         }
         let point = edge.span.point(scene, s, calculus);
         let [x, y] = self.film.project(frame, point);
-        found.push(BoundarySample {
+        let crossing = BoundarySample {
             at: u,
             light: (before - behind) * (sides.share * length / chosen.probability),
             speed: x * normal.x + y * normal.y,
-        });
+        };
+        found(calculus, crossing);
     }
 }

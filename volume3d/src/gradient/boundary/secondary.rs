@@ -25,8 +25,9 @@ use super::sides::{ASIDE, Sides, look_past};
 use super::table::Table;
 use super::wedge::{Aimed, Targets, Wedge};
 use super::{BACKWARDS, LIT_EDGE, Moving, REST_EDGE, STILL};
-use crate::calculus::{Calculus, Frame, Vec3};
+use crate::calculus::{Frame, Vec3};
 use crate::geometry::Hit;
+use crate::gradient::differential::Differential;
 use crate::path::{LightId, Paths, Plain, Sequence};
 use crate::scene::Environment;
 
@@ -290,12 +291,12 @@ impl Boundary for Secondary<'_> {
         self.table.total() <= 0.0
     }
 
-    fn sample<C: Calculus>(
+    fn sample<C: Differential>(
         &self,
         calculus: &mut C,
         frame: &Frame<C::Number>,
         address: Address,
-        found: &mut Vec<BoundarySample<C::Number>>,
+        found: &mut impl FnMut(&mut C, BoundarySample<C::Number>),
     ) {
         let paths = self.sensor.paths;
         let scene = paths.scene;
@@ -354,7 +355,7 @@ impl Boundary for Secondary<'_> {
                 let point = edge.span.point(scene, segment.along, calculus);
                 let relative = point - self.sensor.position(calculus, frame, &chain);
                 let speed = Vec3::constant(segment.normal).dot(relative);
-                found.push(BoundarySample { at: chain.at, light, speed });
+                found(calculus, BoundarySample { at: chain.at, light, speed });
             },
         );
     }

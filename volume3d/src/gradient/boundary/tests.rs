@@ -96,7 +96,7 @@ fn surfaces_turn_their_other_side_to_one_another() {
     let moving = Moving::of(&scene, &motion);
     let paths = Paths::new(&scene, Kernels::default());
     let sign_changes = total(|seed| {
-        let driver = method(seed).driver(&scene, Term::Secondary);
+        let driver = method(seed).effort().driver(&scene, Term::Secondary);
         driver.forward(&InnerFlips::new(&paths, &moving), &motion, &none).unwrap().mean
     });
     let mut comparisons = Comparisons::of("edge_sampling::surfaces_turn_their_other_side_to_one_another");
@@ -120,7 +120,7 @@ fn samples_that_are_not_finite_are_reported() {
     let (paths, list, moving) =
         (Paths::new(&scene, Kernels::default()), EdgeList::new(&scene), Moving::of(&scene, &motion));
     let part = Secondary::new(&paths, &list, &moving, Light::Emitted);
-    let driver = method.driver(&scene, Term::Secondary);
+    let driver = method.effort().driver(&scene, Term::Secondary);
     let forward = driver.forward(&part, &motion, &Progress::none()).unwrap();
     assert!(!forward.non_finite.is_empty() && forward.mean.iter().all(|g| g.is_finite()));
     let mut gradient = Gradient::from(Tangent::still(&scene));

@@ -5,8 +5,9 @@
 //! is added, by samples of edge sampling.
 
 mod field;
+mod forward;
 mod job;
-mod transpose;
+mod reverse;
 
 use flatland::warp::{Debias, Warp};
 use glam::DVec3;
@@ -16,6 +17,7 @@ pub use field::Field;
 
 use super::CONTROL_VARIATE;
 use super::auxiliary::Construction;
+use super::boundary::{Effort, Gradients, Images};
 use super::error::GradientError;
 use super::film::FilmPlane;
 use super::motion::Motion;
@@ -53,16 +55,6 @@ pub struct WarpedArea {
     pub warp: Warp,
     /// The concentrations of auxiliary rays, and with them the reach of silhouettes on directions.
     pub kernels: Kernels,
-    /// How many paths, at least one, tell the radiance that the film's warp carries from one pixel to another, where
-    /// it does. Only the first of them carries derivatives.
-    pub splitting: usize,
-    /// Whether velocities of auxiliary rays on directions fade away from jumps, V_i (1 − B_i).
-    pub fades: bool,
-    /// Whether every film sample has a partner reflected through its cell's centre, with the same path numbers: the
-    /// primary antithetic samples of Bangaru et al. (2020, section 5.2), which cost as much again. As cells share
-    /// their numbers, partners are reflected through the centres of all pixels at once, and a gradient of the filter
-    /// that is odd cancels the noise they share.
-    pub antithetic: bool,
     /// Samples, a pixel on average, of the curves within faces on which a surface with shading normals turns its
     /// other side: on the film, and as many seen from shading points. No field follows these jumps; what they move
     /// beyond it is a boundary term, and sampled. 0 leaves it out, which is **biased** wherever there are such
@@ -82,9 +74,6 @@ impl Default for WarpedArea {
             field: Field::default(),
             warp: Warp { debias: DEBIAS, radial_exponent: RADIAL_EXPONENT, ..Warp::default() },
             kernels: Kernels::default(),
-            splitting: 8,
-            fades: true,
-            antithetic: false,
             sign_changes: 4,
             warps: true,
             seed: 0,
@@ -151,7 +140,8 @@ impl WarpedArea {
         let job = self.job(scene, self.construction(), active.is_geometric(), progress)?;
         let mut gradient = job.reverse(adjoint, active, progress)?;
         if self.sign_changes > 0 && self.warps && active.is_geometric() {
-            job.sign_changes().reverse(adjoint, active, progress, &mut gradient)?;
+            let (effort, gradient) = (self.effort(), &mut gradient);
+            job.sign_changes().each(&mut Gradients { effort, scene, adjoint, active, progress, gradient })?;
         }
         gradient.by_parameter.pull_normals(scene, active);
         Ok(gradient)
@@ -169,15 +159,21 @@ impl WarpedArea {
         let motion = Motion::new(scene, change);
         let mut image = job.forward::<N, K>(&motion, progress)?;
         if self.sign_changes > 0 && self.warps && change.is_geometric() {
-            job.sign_changes().forward(&motion, progress, &mut image)?;
+            let (effort, motion, image) = (self.effort(), &motion, &mut image);
+            job.sign_changes().each(&mut Images { effort, scene, motion, progress, image })?;
         }
         Ok(image)
+    }
+
+    /// Of the boundary terms that go with the warp.
+    fn effort(&self) -> Effort {
+        Effort { primary: self.sign_changes, secondary: self.sign_changes, seed: self.seed }
     }
 
     fn construction(&self) -> Construction {
         match self.field {
             Field::SilhouetteMean { film, lobe } => Construction::SilhouetteMean { film, lobe },
-            Field::AuxiliaryRays => Construction::Weighted { fades: self.fades },
+            Field::AuxiliaryRays => Construction::Weighted,
         }
     }
 
@@ -226,10 +222,8 @@ impl WarpedArea {
         for kappa in [self.kernels.film, self.kernels.surface, self.kernels.relative] {
             self.warp.check(kappa)?;
         }
-        for samples in [self.samples, self.splitting] {
-            if samples < 1 {
-                return Err(GradientError::Samples { samples, least: 1 });
-            }
+        if self.samples < 1 {
+            return Err(GradientError::Samples { samples: self.samples, least: 1 });
         }
         self.field.check()?;
         Ok(())
