@@ -12,6 +12,7 @@
 //! warped-area sampling for differentiable rendering") estimates such a field from auxiliary
 //! rays alone, so that no edge ever has to be found.
 //!
+//! - [`calculus`]: numbers that carry derivatives, over which integrands are written once.
 //! - [`warp`]: the machinery that turns auxiliary points into (V, ∇·V) and its transpose,
 //!   written once for the plane, the circle and (in `volume3d`) the sphere.
 //! - [`plane`]: polygons over the image plane, where every integral above is known exactly.
@@ -45,6 +46,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod calculus;
 mod dual;
 pub mod estimator;
 pub mod plane;

@@ -16,9 +16,8 @@ use super::silhouette_mean::{
 };
 use super::warps::{DirectionWarp, FilmWarp};
 use crate::Sphere;
-use crate::calculus::{Kernel, VisibilityDomain};
 use crate::geometry::Hit;
-use crate::path::{Paths, SHORT};
+use crate::path::{Kernel, Paths, SHORT, VisibilityDomain};
 use crate::scene::Scene;
 
 /// Boxes around everything that moves. A bundle that misses them all sees no motion, and need not be traced if

@@ -3,7 +3,7 @@
 use flatland::random::Stream;
 use glam::DVec2;
 
-use crate::calculus::Calculus;
+use crate::path::Calculus;
 
 /// A point of the film u + ε V(u), and the Jacobian 1 + ε ∇·V(u) of the change of variables it belongs to.
 #[derive(Clone, Copy, Debug)]

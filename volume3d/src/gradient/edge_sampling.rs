@@ -3,6 +3,7 @@
 
 use glam::DVec3;
 
+use super::accumulator::Sums;
 use super::boundary::{Effort, Gradients, Images, Moving, each_boundary};
 use super::motion::Motion;
 use super::tangent::{supports_active, supports_tangent};
@@ -94,12 +95,10 @@ impl EdgeSampling {
         self.check(active.is_geometric())?;
         let mut gradient = self.interior().reverse(scene, adjoint, active, progress)?;
         let moving = Moving { shapes: active.shapes.clone(), camera: active.camera };
-        let mut boundary = Tangent::still(scene).into();
-        let (effort, sum) = (self.effort(), &mut boundary);
-        let mut sums = Gradients { effort, scene, adjoint, active, progress, gradient: sum };
-        each_boundary(scene, &moving, &mut sums)?;
-        boundary.by_parameter.pull_normals(scene, active);
-        gradient.absorb(boundary);
+        let (effort, mut sums) = (self.effort(), Sums::new(scene));
+        let mut gradients = Gradients { effort, scene, adjoint, active, progress, sums: &mut sums };
+        each_boundary(scene, &moving, &mut gradients)?;
+        gradient.absorb(sums.finish(scene, active));
         Ok(gradient)
     }
 

@@ -1,9 +1,10 @@
 //! The film: where samples fall, what they weigh, and how points of space move on it.
 
+use flatland::calculus::{Number, Vec3};
 use glam::{DVec2, DVec3};
 
-use crate::calculus::{Calculus, Frame, Number, Vec3};
 use crate::gradient::{CameraTangent, NonFinite};
+use crate::path::{Calculus, Frame};
 use crate::scene::{Camera, Filter, Scene};
 
 /// The image plane in pixels, x to the right and y down from the top left corner of the whole film.
@@ -52,6 +53,11 @@ impl FilmPlane {
     pub(crate) fn point(&self, i: usize, j: usize, within: [f64; 2]) -> DVec2 {
         let reach = self.reach as f64;
         self.corner + DVec2::new(i as f64 - reach + within[0], j as f64 - reach + within[1])
+    }
+
+    /// Columns and rows of cells that samples fall into.
+    pub(crate) fn cells(&self) -> (usize, usize) {
+        (self.columns + 2 * self.reach, self.rows + 2 * self.reach)
     }
 
     /// Whether samples of a cell reach any pixel.
@@ -163,8 +169,8 @@ impl FilmPlane {
     pub(crate) fn cell(&self, u: DVec2) -> Option<(usize, usize)> {
         let at = (u - self.corner).floor() + self.reach as f64;
         let (i, j) = (at.x as usize, at.y as usize);
-        let inside =
-            at.min_element() >= 0.0 && i < self.columns + 2 * self.reach && j < self.rows + 2 * self.reach;
+        let (columns, rows) = self.cells();
+        let inside = at.min_element() >= 0.0 && i < columns && j < rows;
         (inside && self.cell_counts(i, j)).then_some((i, j))
     }
 

@@ -1,5 +1,6 @@
 //! Forward mode: numbers with the derivative along one change.
 
+use flatland::calculus::{Dual, Number, Rgb, Vec3};
 use flatland::random::{Stream, open01};
 use glam::{DVec2, DVec3};
 
@@ -9,7 +10,7 @@ use super::differential::{Differential, FilmPoint};
 use super::film::FilmPlane;
 use super::followed::FollowedPoint;
 use super::motion::Motion;
-use crate::calculus::{Calculus, CameraMotion, Dual, Kernel, Number, Rgb, Vec3, Warped};
+use crate::path::{Calculus, CameraMotion, Kernel, Warped};
 use crate::scene::Scene;
 
 /// Which part of a derivative a tangent is. With three lanes the terms are kept apart:

@@ -36,6 +36,7 @@ mod groups;
 mod motion;
 mod nearest_jump;
 mod non_finite;
+mod parts;
 mod primal;
 mod progress;
 mod regions;
@@ -43,6 +44,7 @@ mod result;
 mod reverse;
 mod rigid_motion;
 mod rotation;
+mod rows;
 mod silhouette_mean;
 mod tangent;
 #[cfg(test)]

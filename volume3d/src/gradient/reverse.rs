@@ -1,30 +1,25 @@
 //! Reverse mode: numbers that record themselves, and the scatter of their adjoints to parameters.
 
+use flatland::calculus::{Adjoints, Number, Rgb, Tape, Variable, Vec3};
 use flatland::random::{Stream, open01};
 use glam::{DVec2, DVec3};
 
+use super::ActiveParameters;
+use super::accumulator::Accumulator;
 use super::auxiliary::Auxiliary;
 use super::differential::{Differential, FilmPoint};
 use super::film::FilmPlane;
 use super::followed::FollowedPoint;
+use super::rows::Rows;
 use super::warps::{DirectionWarp, FilmWarp};
-use super::{ActiveParameters, Tangent};
-use crate::calculus::{Adjoints, Calculus, CameraMotion, Kernel, Number, Rgb, Tape, Variable, Vec3, Warped};
+use crate::path::{Calculus, CameraMotion, Kernel, Warped};
 use crate::scene::Scene;
 
 /// What the inputs of a tape are.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Input {
-    Position(u32),
-    Normal(u32),
-    Reflectance(u32),
-    Texel(u32, u32),
-    Roughness(u32),
-    Radiance(u32),
-    Intensity(u32),
-    Pose(u32),
-    Environment,
-    EnvironmentRotation,
+    /// Three numbers of a row of the table of parameters, or the first.
+    Parameter(u32),
     /// Translation, rotation and field of view.
     Camera,
     /// The film point and the Jacobian of its warp.
@@ -46,6 +41,7 @@ struct BounceWarp<'t> {
 /// Which parameters are inputs.
 #[derive(Debug)]
 pub(crate) struct Inputs {
+    pub(crate) rows: Rows,
     pub(crate) active: ActiveParameters,
     /// For every shape.
     pub(crate) textures: Vec<bool>,
@@ -62,7 +58,8 @@ impl Inputs {
             positions[scene.position_range(shape)].fill(true);
             normals[scene.normal_range(shape)].fill(true);
         }
-        Self { active: active.clone(), textures: active.textures(scene), positions, normals }
+        let rows = Rows::new(scene);
+        Self { rows, active: active.clone(), textures: active.textures(scene), positions, normals }
     }
 }
 
@@ -79,14 +76,6 @@ pub(crate) struct Reverse<'s, 't> {
     finite: bool,
 }
 
-/// Where adjoints of parameters go.
-pub(crate) trait Sink {
-    fn position(&mut self, index: u32, covector: DVec3);
-    fn normal(&mut self, index: u32, covector: DVec3);
-    /// Everything there is little of.
-    fn rest(&mut self) -> &mut Tangent;
-}
-
 impl<'s, 't> Reverse<'s, 't> {
     pub(crate) fn new(
         scene: &'s Scene,
@@ -98,9 +87,9 @@ impl<'s, 't> Reverse<'s, 't> {
         Self { scene, inputs, tape, auxiliary, film, film_warp: None, warps: vec![], finite: true }
     }
 
-    fn vector(&self, id: Input, value: DVec3, active: bool) -> Vec3<Recorded<'t>> {
+    fn vector(&self, row: u32, value: DVec3, active: bool) -> Vec3<Recorded<'t>> {
         if active {
-            let [x, y, z] = self.tape.inputs(id, value.to_array());
+            let [x, y, z] = self.tape.inputs(Input::Parameter(row), value.to_array());
             Vec3::new(x, y, z)
         } else {
             Vec3::constant(value)
@@ -108,12 +97,12 @@ impl<'s, 't> Reverse<'s, 't> {
     }
 
     /// The pose of a light, if poses are active.
-    fn turn(&self, id: Input) -> Option<Vec3<Recorded<'t>>> {
-        self.inputs.active.poses.then(|| self.vector(id, DVec3::ZERO, true))
+    fn turn(&self, row: u32) -> Option<Vec3<Recorded<'t>>> {
+        self.inputs.active.poses.then(|| self.vector(row, DVec3::ZERO, true))
     }
 
-    fn rgb(&self, id: Input, value: DVec3, active: bool) -> Rgb<Recorded<'t>> {
-        let Vec3 { x, y, z } = self.vector(id, value, active);
+    fn rgb(&self, row: u32, value: DVec3, active: bool) -> Rgb<Recorded<'t>> {
+        let Vec3 { x, y, z } = self.vector(row, value, active);
         Rgb([x, y, z])
     }
 
@@ -122,12 +111,12 @@ impl<'s, 't> Reverse<'s, 't> {
         &self,
         outputs: &[(Recorded<'t>, f64)],
         adjoints: &mut Vec<f64>,
-        sink: &mut impl Sink,
+        sums: &mut Accumulator,
     ) -> bool {
         let finite = outputs.iter().all(|(output, adjoint)| (output.value() * adjoint).is_finite());
         let finite = self.finite && finite;
         if finite {
-            self.tape.sweep(outputs, adjoints, |id, a, earlier| self.scatter(id, a, earlier, sink));
+            self.tape.sweep(outputs, adjoints, |id, a, earlier| self.scatter(id, a, earlier, sums));
         }
         finite
     }
@@ -139,26 +128,13 @@ impl<'s, 't> Reverse<'s, 't> {
         self.finite = true;
     }
 
-    fn scatter(&self, id: Input, a: &[f64], earlier: &mut Adjoints<'_>, sink: &mut impl Sink) {
-        let vector = || DVec3::new(a[0], a[1], a[2]);
+    fn scatter(&self, id: Input, a: &[f64], earlier: &mut Adjoints<'_>, sums: &mut Accumulator) {
+        let vector = || DVec3::from_slice(a);
         match id {
-            Input::Position(i) => sink.position(i, vector()),
-            Input::Normal(i) => sink.normal(i, vector()),
-            Input::Reflectance(i) => sink.rest().reflectance[i as usize] += vector(),
-            Input::Texel(t, i) => sink.rest().texels[t as usize][i as usize] += vector(),
-            Input::Roughness(i) => sink.rest().roughness[i as usize] += a[0],
-            Input::Radiance(i) => sink.rest().radiance[i as usize] += vector(),
-            Input::Intensity(i) => sink.rest().intensity[i as usize] += vector(),
-            Input::Pose(i) => sink.rest().pose[i as usize] += vector(),
-            Input::Environment => sink.rest().environment += vector(),
-            Input::EnvironmentRotation => sink.rest().environment_rotation += vector(),
-            Input::Camera => {
-                let camera = &mut sink.rest().camera;
-                camera.translation += vector();
-                camera.rotation += DVec3::new(a[3], a[4], a[5]);
-                camera.field_of_view += a[6];
-            }
-            Input::FilmWarp => self.scatter_film(DVec2::new(a[0], a[1]), a[2], sink),
+            Input::Parameter(row) if a.len() == 1 => sums.add(row, DVec3::X * a[0]),
+            Input::Parameter(row) => sums.add(row, vector()),
+            Input::Camera => self.scatter_camera(vector(), DVec3::from_slice(&a[3..]), a[6], sums),
+            Input::FilmWarp => self.scatter_film(DVec2::new(a[0], a[1]), a[2], sums),
             Input::Warp(record) => {
                 let BounceWarp { warping, origin } = &self.warps[record as usize];
                 warping.scatter(vector(), a[3], |seen, covector| {
@@ -166,7 +142,7 @@ impl<'s, 't> Reverse<'s, 't> {
                         return;
                     }
                     let c = seen.angular_transpose(covector);
-                    self.scatter_hit(seen, c, sink);
+                    self.scatter_hit(seen, c, sums);
                     earlier.add(origin.x, -c.x);
                     earlier.add(origin.y, -c.y);
                     earlier.add(origin.z, -c.z);
@@ -175,28 +151,30 @@ impl<'s, 't> Reverse<'s, 't> {
         }
     }
 
-    fn scatter_film(&self, a: DVec2, b: f64, sink: &mut impl Sink) {
+    fn scatter_film(&self, a: DVec2, b: f64, sums: &mut Accumulator) {
         let Some(warp) = &self.film_warp else { return };
         let camera = &self.scene.description.camera;
         warp.scatter(&self.film, camera, a, b, |seen, (relative, rotation, zoom)| {
             let mut translation = DVec3::ZERO;
             if !seen.followed.is_nothing() {
-                self.scatter_hit(seen, relative / seen.distance, sink);
+                self.scatter_hit(seen, relative / seen.distance, sums);
                 translation = -relative / seen.distance;
             }
             if self.inputs.active.camera {
-                let camera = &mut sink.rest().camera;
-                camera.translation += translation;
-                camera.rotation += rotation;
-                camera.field_of_view += zoom;
+                self.scatter_camera(translation, rotation, zoom, sums);
             }
         });
     }
 
-    fn scatter_hit(&self, seen: &FollowedPoint, covector: DVec3, sink: &mut impl Sink) {
+    fn scatter_camera(&self, translation: DVec3, rotation: DVec3, zoom: f64, sums: &mut Accumulator) {
+        let covectors = [translation, rotation, DVec3::X * zoom];
+        self.inputs.rows.camera().into_iter().zip(covectors).for_each(|(row, c)| sums.add(row, c));
+    }
+
+    fn scatter_hit(&self, seen: &FollowedPoint, covector: DVec3, sums: &mut Accumulator) {
         seen.followed.scatter(self.scene, covector, |i, covector| {
             if self.inputs.positions[i as usize] {
-                sink.position(i, covector);
+                sums.add(i, covector);
             }
         });
     }
@@ -225,49 +203,49 @@ impl<'t> Calculus for Reverse<'_, 't> {
 
     fn position(&self, index: u32) -> Vec3<Recorded<'t>> {
         let i = index as usize;
-        self.vector(Input::Position(index), self.scene.positions[i], self.inputs.positions[i])
+        self.vector(index, self.scene.positions[i], self.inputs.positions[i])
     }
 
     fn normal(&self, index: u32) -> Vec3<Recorded<'t>> {
         let i = index as usize;
-        self.vector(Input::Normal(index), self.scene.normals[i], self.inputs.normals[i])
+        self.vector(self.inputs.rows.normal(index), self.scene.normals[i], self.inputs.normals[i])
     }
 
     fn reflectance(&self, material: usize, value: DVec3) -> Rgb<Recorded<'t>> {
-        self.rgb(Input::Reflectance(material as u32), value, self.inputs.active.materials[material])
+        self.rgb(self.inputs.rows.reflectance(material), value, self.inputs.active.materials[material])
     }
 
     fn texel(&self, texture: usize, index: usize) -> Rgb<Recorded<'t>> {
         let value = self.scene.description.textures[texture].texels[index];
-        self.rgb(Input::Texel(texture as u32, index as u32), value, self.inputs.textures[texture])
+        self.rgb(self.inputs.rows.texel(texture, index), value, self.inputs.textures[texture])
     }
 
     fn roughness(&self, material: usize, value: f64) -> Recorded<'t> {
         if self.inputs.active.materials[material] {
-            self.tape.inputs(Input::Roughness(material as u32), [value])[0]
+            self.tape.inputs(Input::Parameter(self.inputs.rows.roughness(material)), [value])[0]
         } else {
             Recorded::constant(value)
         }
     }
 
     fn radiance(&self, shape: usize, value: DVec3) -> Rgb<Recorded<'t>> {
-        self.rgb(Input::Radiance(shape as u32), value, self.inputs.active.lights)
+        self.rgb(self.inputs.rows.radiance(shape), value, self.inputs.active.lights)
     }
 
     fn intensity(&self, light: usize, value: DVec3) -> Rgb<Recorded<'t>> {
-        self.rgb(Input::Intensity(light as u32), value, self.inputs.active.lights)
+        self.rgb(self.inputs.rows.intensity(light), value, self.inputs.active.lights)
     }
 
     fn pose(&self, light: usize) -> Option<Vec3<Recorded<'t>>> {
-        self.turn(Input::Pose(light as u32))
+        self.turn(self.inputs.rows.pose(light))
     }
 
     fn environment(&self, value: DVec3) -> Rgb<Recorded<'t>> {
-        self.rgb(Input::Environment, value, self.inputs.active.lights)
+        self.rgb(self.inputs.rows.environment(), value, self.inputs.active.lights)
     }
 
     fn environment_turn(&self) -> Option<Vec3<Recorded<'t>>> {
-        self.turn(Input::EnvironmentRotation)
+        self.turn(self.inputs.rows.environment_turn())
     }
 
     fn camera(&self) -> Option<CameraMotion<Recorded<'t>>> {
@@ -294,7 +272,7 @@ impl<'t> Calculus for Reverse<'_, 't> {
     ) -> Warped<Recorded<'t>> {
         let constant = || Warped { direction: Vec3::constant(direction), jacobian: Recorded::constant(1.0) };
         let Some(auxiliary) = &mut self.auxiliary else { return constant() };
-        let moves = origin.x.is_recorded() || origin.y.is_recorded() || origin.z.is_recorded();
+        let moves = [origin.x, origin.y, origin.z].iter().any(|x| !x.is_still());
         let stencil = auxiliary.on_sphere(origin.value(), from, direction, kernel, moves);
         let Some(stencil) = stencil else { return constant() };
         self.finite &= stencil.is_finite();

@@ -1,10 +1,11 @@
 //! What arrives from beyond the scene.
 
+use flatland::calculus::{Number, Rgb, Vec3};
 use std::f64::consts::{PI, TAU};
 
+use super::calculus::Calculus;
 use super::lights::LightId;
 use super::surface::lookup;
-use crate::calculus::{Calculus, Number, Rgb, Vec3};
 use crate::scene::{Environment, Light, Scene, Wrap};
 
 /// The radiance of one light without a surface, from a direction.

@@ -1,14 +1,15 @@
 //! A path tracer with next-event estimation and multiple importance sampling, in numbers that may carry
 //! derivatives.
 
+use flatland::calculus::{Number, Rgb, Vec3};
 use glam::DVec3;
 
 use super::bsdf::Shading;
+use super::calculus::{Calculus, Kernel, VisibilityDomain, Warped};
 use super::escape::distant;
 use super::lights::{LightId, LightSample, Lights};
 use super::sequence::Sequence;
 use super::surface::SurfacePoint;
-use crate::calculus::{Calculus, Kernel, Number, Rgb, Vec3, VisibilityDomain, Warped};
 use crate::geometry::{Hit, Ray};
 use crate::scene::{Environment, Light, Scene};
 

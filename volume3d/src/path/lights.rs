@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use super::bsdf::Sampled;
-use crate::calculus::VisibilityDomain;
+use super::calculus::VisibilityDomain;
 use crate::scene::{Environment, Light, Scene};
 
 /// What next-event estimation can choose.

@@ -1,6 +1,7 @@
 //! The path tracer: one program for the primal and, over numbers with derivatives, for gradients.
 
 mod bsdf;
+mod calculus;
 mod escape;
 mod integrator;
 mod lights;
@@ -9,6 +10,7 @@ mod sequence;
 mod surface;
 
 pub(crate) use bsdf::Shading;
+pub(crate) use calculus::{Calculus, CameraMotion, Frame, Kernel, VisibilityDomain, Warped};
 pub use integrator::Kernels;
 pub(crate) use integrator::{Paths, SHORT};
 pub(crate) use lights::LightId;

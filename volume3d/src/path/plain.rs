@@ -1,8 +1,9 @@
 //! Plain numbers: no derivative, no warp, no auxiliary ray.
 
+use flatland::calculus::{Rgb, Vec3};
 use glam::DVec3;
 
-use crate::calculus::{Calculus, CameraMotion, Kernel, Rgb, Vec3, Warped};
+use super::calculus::{Calculus, CameraMotion, Kernel, Warped};
 use crate::scene::Scene;
 
 /// The primal's calculus.

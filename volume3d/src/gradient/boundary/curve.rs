@@ -10,11 +10,12 @@
 //! V = 0 this is edge sampling's boundary term; with V a warp field's it is what warped-area sampling misses where the
 //! field does not follow the curve. One function computes G for both.
 
+use flatland::calculus::Number;
 use glam::{DVec2, DVec3};
 
 use super::driver::{Address, Boundary, BoundarySample};
-use crate::calculus::{Calculus, Frame, Number};
 use crate::gradient::differential::Differential;
+use crate::path::{Calculus, Frame};
 
 /// Where a path begins, in numbers.
 #[derive(Clone, Copy, Debug)]

@@ -1,11 +1,10 @@
 //! Sums over samples of jumps: onto the film, or, transposed, into the parameters.
 
+use flatland::calculus::Tape;
 use flatland::random::{Stream, stream};
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 
-use crate::calculus::{Frame, Tape};
-use crate::gradient::accumulator::Accumulator;
+use crate::gradient::accumulator::{Accumulator, Sums};
 use crate::gradient::auxiliary::{Auxiliary, MovingBounds};
 use crate::gradient::contribution::{Contribution, Source};
 use crate::gradient::differential::Differential;
@@ -13,10 +12,11 @@ use crate::gradient::film::FilmPlane;
 use crate::gradient::forward::Forward;
 use crate::gradient::groups::GROUPS;
 use crate::gradient::motion::Motion;
+use crate::gradient::parts::in_order;
 use crate::gradient::regions::{RegionSums, Regions};
 use crate::gradient::reverse::{Inputs, Recorded, Reverse};
-use crate::gradient::{ActiveParameters, Gradient, NonFinite, Progress, Stopped};
-use crate::path::Sequence;
+use crate::gradient::{ActiveParameters, NonFinite, Progress, Stopped};
+use crate::path::{Frame, Sequence};
 use crate::scene::Scene;
 
 /// One point of a jump, as seen on the film.
@@ -102,9 +102,6 @@ struct Splats {
 /// Samples that are computed together, one after the other.
 const CHUNK: usize = 2048;
 
-/// Chunks that may be under way at once: memory does not grow with samples.
-const WAVE: usize = 32;
-
 /// How a boundary is summed.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::gradient) struct Driver<'s> {
@@ -125,33 +122,11 @@ impl<'s> Driver<'s> {
         self.count.div_ceil(CHUNK)
     }
 
-    fn addresses(self, group: usize, chunk: usize) -> impl Iterator<Item = Address> {
+    /// The samples of a chunk, of which each group has [`chunks`](Self::chunks).
+    fn addresses(self, number: usize) -> impl Iterator<Item = Address> {
+        let (group, chunk) = (number / self.chunks(), number % self.chunks());
         let last = (CHUNK * (chunk + 1)).min(self.count);
         (CHUNK * chunk..last).map(move |index| Address { seed: self.seed, group, index, count: self.count })
-    }
-
-    /// Every chunk in parallel, and what they give in order.
-    fn gather<T: Send>(
-        &self,
-        progress: &Progress,
-        part: impl Fn(usize) -> T + Sync,
-        mut take: impl FnMut(T),
-    ) -> Result<(), Stopped> {
-        for start in (0..self.chunks()).step_by(WAVE) {
-            let parts: Vec<T> = (start..(start + WAVE).min(self.chunks()))
-                .into_par_iter()
-                .map(|chunk| {
-                    let part = part(chunk);
-                    progress.advance();
-                    part
-                })
-                .collect();
-            if progress.stopped() {
-                return Err(Stopped);
-            }
-            parts.into_iter().for_each(&mut take);
-        }
-        Ok(())
     }
 
     /// The derivative of every pixel along a change: the mean over samples, and its variance by that of the groups' means.
@@ -166,32 +141,29 @@ impl<'s> Driver<'s> {
         let (mut rays, mut non_finite, mut largest) = (0, vec![], None);
         let mut sum = vec![DVec3::ZERO; pixels];
         let mut regions = RegionSums::new(self.film.columns, self.film.rows, GROUPS);
-        progress.start(GROUPS * self.chunks());
-        for group in 0..GROUPS {
-            sum.fill(DVec3::ZERO);
-            self.gather(
-                progress,
-                |number| self.forward_chunk(boundary, motion, (group, number), progress),
-                |part| {
-                    for (pixel, amount) in part.amounts {
-                        sum[pixel as usize] += amount;
-                    }
-                    rays += part.rays;
-                    non_finite.extend(part.non_finite);
-                    Contribution::keep_larger(&mut largest, part.largest);
-                },
-            )?;
-            // Welford's running mean and sum of squared deviations.
+        let chunk = |number| self.forward_chunk(boundary, motion, number, progress);
+        in_order(GROUPS * self.chunks(), progress, chunk, |number, part| {
+            for (pixel, amount) in part.amounts {
+                sum[pixel as usize] += amount;
+            }
+            rays += part.rays;
+            non_finite.extend(part.non_finite);
+            Contribution::keep_larger(&mut largest, part.largest);
+            let (group, chunk) = (number / self.chunks(), number % self.chunks());
+            if chunk + 1 < self.chunks() {
+                return;
+            }
             for (pixel, sum) in sum.iter().enumerate() {
                 regions.add((pixel % self.film.columns, pixel / self.film.columns), group, *sum);
             }
-            for ((sum, mean), squares) in sum.iter().zip(&mut mean).zip(&mut squares) {
-                let value = *sum / self.count as f64;
+            // Welford's running mean and sum of squared deviations.
+            for ((sum, mean), squares) in sum.iter_mut().zip(&mut mean).zip(&mut squares) {
+                let value = std::mem::take(sum) / self.count as f64;
                 let before = value - *mean;
                 *mean += before / (group + 1) as f64;
                 *squares += before * (value - *mean);
             }
-        }
+        })?;
         let n = GROUPS as f64;
         let variance = squares.into_iter().map(|s| s / (n * (n - 1.0))).collect();
         if let Some(largest) = &mut largest {
@@ -206,14 +178,14 @@ impl<'s> Driver<'s> {
         &self,
         boundary: &impl Boundary,
         motion: &Motion<'_>,
-        (group, chunk): (usize, usize),
+        number: usize,
         progress: &Progress,
     ) -> Splats {
         let auxiliary = boundary.auxiliary(&motion.bounds);
         let mut forward = Forward::<1> { scene: self.scene, film: self.film, motion, auxiliary };
         let frame = self.film.moving_frame(&self.scene.description.camera, &forward);
         let mut splats = Splats::default();
-        for address in self.addresses(group, chunk) {
+        for address in self.addresses(number) {
             if progress.stopped() {
                 break;
             }
@@ -229,10 +201,16 @@ impl<'s> Driver<'s> {
     fn splat_into(&self, splats: &mut Splats, at: DVec2, address: Address, amount: DVec3) {
         let Splats { amounts, non_finite, largest, .. } = splats;
         let mut sum = 0.0;
-        self.splat(at, address, amount, non_finite, |pixel, weight| {
-            amounts.push((pixel as u32, weight * amount));
-            sum += weight * amount.abs().element_sum();
-        });
+        self.splat(
+            at,
+            address,
+            amount,
+            |at| non_finite.push(at),
+            |pixel, weight| {
+                amounts.push((pixel as u32, weight * amount));
+                sum += weight * amount.abs().element_sum();
+            },
+        );
         if sum > 0.0
             && let Some(cell) = self.film.cell(at)
         {
@@ -247,13 +225,13 @@ impl<'s> Driver<'s> {
         at: DVec2,
         address: Address,
         amount: DVec3,
-        bad: &mut Vec<NonFinite>,
+        bad: impl FnOnce(NonFinite),
         mut f: impl FnMut(usize, f64),
     ) {
         let film = &self.film;
         let Some((i, j)) = film.cell(at) else { return };
         if !amount.is_finite() {
-            bad.push(self.located((i, j), address));
+            bad(self.located((i, j), address));
             return;
         }
         if amount == DVec3::ZERO {
@@ -274,17 +252,13 @@ impl<'s> Driver<'s> {
         adjoint: &[DVec3],
         active: &ActiveParameters,
         progress: &Progress,
-        gradient: &mut Gradient,
+        sums: &mut Sums,
     ) -> Result<(), Stopped> {
         let inputs = Inputs::new(self.scene, active);
         let bounds = MovingBounds::new(self.scene, &active.shapes);
-        progress.start(GROUPS * self.chunks());
-        for group in 0..GROUPS {
-            let chunk =
-                |number| self.reverse_chunk(boundary, adjoint, (&inputs, &bounds), (group, number), progress);
-            self.gather(progress, chunk, |part| gradient.absorb(part))?;
-        }
-        Ok(())
+        sums.gather(GROUPS * self.chunks(), progress, |number, part| {
+            self.reverse_chunk(boundary, adjoint, (&inputs, &bounds), number, progress, part);
+        })
     }
 
     fn reverse_chunk(
@@ -292,13 +266,13 @@ impl<'s> Driver<'s> {
         boundary: &impl Boundary,
         adjoint: &[DVec3],
         (inputs, bounds): (&Inputs, &MovingBounds),
-        (group, chunk): (usize, usize),
+        number: usize,
         progress: &Progress,
-    ) -> Gradient {
-        let mut part = Accumulator::new(self.scene);
+        part: &mut Accumulator,
+    ) {
         let (mut tape, mut adjoints) = (Tape::new(), vec![]);
         let mut auxiliary = boundary.auxiliary(bounds);
-        for address in self.addresses(group, chunk) {
+        for address in self.addresses(number) {
             if progress.stopped() {
                 break;
             }
@@ -306,11 +280,10 @@ impl<'s> Driver<'s> {
             let mut reverse = Reverse::new(self.scene, inputs, &tape, auxiliary.as_mut(), self.film);
             let frame = self.film.moving_frame(&self.scene.description.camera, &reverse);
             boundary.sample(&mut reverse, &frame, address, &mut |reverse, crossing| {
-                self.pull(reverse, &crossing, adjoint, address, &mut adjoints, &mut part);
+                self.pull(reverse, &crossing, adjoint, address, &mut adjoints, part);
                 reverse.forget_warps();
             });
         }
-        part.gradient
     }
 
     /// What one crossing adds to the gradient.
@@ -324,7 +297,8 @@ impl<'s> Driver<'s> {
         part: &mut Accumulator,
     ) {
         let mut sum = 0.0;
-        self.splat(crossing.at, address, crossing.light, &mut part.gradient.non_finite, |pixel, weight| {
+        let bad = |at| part.leave_out(at);
+        self.splat(crossing.at, address, crossing.light, bad, |pixel, weight| {
             sum += weight * adjoint[pixel].dot(crossing.light);
         });
         if sum == 0.0 {
@@ -340,7 +314,7 @@ impl<'s> Driver<'s> {
         if finite {
             part.end_sample(at, Source::Jump);
         } else {
-            part.gradient.non_finite.push(at);
+            part.leave_out(at);
         }
     }
 

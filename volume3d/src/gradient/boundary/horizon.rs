@@ -6,6 +6,7 @@
 //! of the triangle's own edges, seen from within its plane; the directions through a point of an edge that
 //! [`secondary`](super::secondary) draws never lie in it.
 
+use flatland::calculus::Vec3;
 use glam::DVec3;
 
 use super::driver::{Address, Boundary, BoundarySample};
@@ -15,10 +16,9 @@ use super::sides::ASIDE;
 use super::table::Table;
 use super::walk::Walk;
 use super::{BEYOND_HORIZON, HORIZON, Moving};
-use crate::calculus::{Frame, Vec3};
 use crate::geometry::Hit;
 use crate::gradient::differential::Differential;
-use crate::path::{Paths, Plain, Sequence, Shading};
+use crate::path::{Frame, Paths, Plain, Sequence, Shading};
 use crate::scene::NONE;
 
 /// Horizons seen from shading points.

@@ -13,6 +13,7 @@
 //!
 //! distances cancel. One draws a point of an edge and a direction through it, and finds x.
 
+use flatland::calculus::Vec3;
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
@@ -25,10 +26,9 @@ use super::sides::{ASIDE, Sides, look_past};
 use super::table::Table;
 use super::wedge::{Aimed, Targets, Wedge};
 use super::{BACKWARDS, LIT_EDGE, Moving, REST_EDGE, STILL};
-use crate::calculus::{Frame, Vec3};
 use crate::geometry::Hit;
 use crate::gradient::differential::Differential;
-use crate::path::{LightId, Paths, Plain, Sequence};
+use crate::path::{Frame, LightId, Paths, Plain, Sequence};
 use crate::scene::Environment;
 
 /// What passes an edge.
@@ -352,7 +352,7 @@ impl Boundary for Secondary<'_> {
                 if light == DVec3::ZERO {
                     return;
                 }
-                let point = edge.span.point(scene, segment.along, calculus);
+                let point = edge.span.point(scene, segment.along, |i| calculus.position(i));
                 let relative = point - self.sensor.position(calculus, frame, &chain);
                 let speed = Vec3::constant(segment.normal).dot(relative);
                 found(calculus, BoundarySample { at: chain.at, light, speed });

@@ -4,9 +4,10 @@ use glam::DVec3;
 
 use super::driver::{Boundary, Driver, Estimate};
 use super::{Take, Term};
+use crate::gradient::accumulator::Sums;
 use crate::gradient::contribution::Contribution;
 use crate::gradient::motion::Motion;
-use crate::gradient::{ActiveParameters, Gradient, GradientImage, Progress, Stopped};
+use crate::gradient::{ActiveParameters, GradientImage, Progress, Stopped};
 use crate::scene::Scene;
 
 /// How many samples of each boundary there are, a pixel on average, and their seed.
@@ -63,14 +64,14 @@ fn add(image: &mut GradientImage, term: Term, estimate: Estimate) {
     Contribution::keep_larger(&mut image.largest, estimate.largest);
 }
 
-/// Reverse mode: a gradient to which their transposes are added. Computed normals are yet to be pulled back.
+/// Reverse mode: sums to which their transposes are added.
 pub(in crate::gradient) struct Gradients<'a> {
     pub(in crate::gradient) effort: Effort,
     pub(in crate::gradient) scene: &'a Scene,
     pub(in crate::gradient) adjoint: &'a [DVec3],
     pub(in crate::gradient) active: &'a ActiveParameters,
     pub(in crate::gradient) progress: &'a Progress,
-    pub(in crate::gradient) gradient: &'a mut Gradient,
+    pub(in crate::gradient) sums: &'a mut Sums,
 }
 
 impl Take for Gradients<'_> {
@@ -79,6 +80,6 @@ impl Take for Gradients<'_> {
             return Ok(());
         }
         let driver = self.effort.driver(self.scene, term);
-        driver.reverse(boundary, self.adjoint, self.active, self.progress, self.gradient)
+        driver.reverse(boundary, self.adjoint, self.active, self.progress, self.sums)
     }
 }

@@ -5,9 +5,10 @@ use glam::DVec3;
 use super::warped::tests::{bent, sheet};
 use super::*;
 use crate::geometry::Mesh;
+use crate::gradient::accumulator::Sums;
 use crate::gradient::tests::{Comparisons, at, down, film, filters, random_tangent, rate_of_square, room};
 use crate::gradient::tests::{square, terms, thorough, total, up};
-use crate::gradient::{ActiveParameters, EdgeSampling, Gradient, Progress, Tangent};
+use crate::gradient::{ActiveParameters, EdgeSampling, Progress, Tangent};
 use crate::scene::{Camera, Description, Filter, Integrator, Material};
 use flatland::random::{open01, stream};
 
@@ -123,10 +124,11 @@ fn samples_that_are_not_finite_are_reported() {
     let driver = method.effort().driver(&scene, Term::Secondary);
     let forward = driver.forward(&part, &motion, &Progress::none()).unwrap();
     assert!(!forward.non_finite.is_empty() && forward.mean.iter().all(|g| g.is_finite()));
-    let mut gradient = Gradient::from(Tangent::still(&scene));
+    let mut sums = Sums::new(&scene);
     let mut active = ActiveParameters::nothing(&scene);
     active.shapes[1] = true;
-    driver.reverse(&part, &[DVec3::ONE; 36], &active, &Progress::none(), &mut gradient).unwrap();
+    driver.reverse(&part, &[DVec3::ONE; 36], &active, &Progress::none(), &mut sums).unwrap();
+    let gradient = sums.finish(&scene, &active);
     assert_eq!(gradient.non_finite, forward.non_finite);
     assert!(gradient.by_parameter.positions.iter().all(|g| g.is_finite()));
     let whole = method.forward(&scene, &change, &Progress::none()).unwrap();

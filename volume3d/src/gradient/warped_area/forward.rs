@@ -1,14 +1,15 @@
 //! Samples of warped area forward: the derivatives of their numbers, by pixel.
 
+use flatland::calculus::Dual;
 use glam::DVec3;
 
 use super::job::{Job, Place};
-use crate::calculus::{Dual, Frame};
 use crate::gradient::auxiliary::Auxiliary;
 use crate::gradient::driver::{CellSink, finish, over_film, quantities};
 use crate::gradient::forward::Forward;
 use crate::gradient::motion::Motion;
 use crate::gradient::{GradientImage, Progress, Stopped};
+use crate::path::Frame;
 
 /// What one sample adds: the row of the neighbourhood, the column, and the quantities.
 type Added<const K: usize> = (usize, usize, [f64; K]);
@@ -45,9 +46,9 @@ impl Job<'_> {
                     self.add_edge(worker, place, &mut sink);
                 }
             }
+            *sink.rays = worker.calculus.auxiliary.as_ref().map_or(0, Auxiliary::rays);
         };
-        let rays = |worker: &Worker<'_, N, K>| worker.calculus.auxiliary.as_ref().map_or(0, Auxiliary::rays);
-        let sums = over_film(&film, self.method.samples, progress, begin, cell, rays)?;
+        let sums = over_film(&film, self.method.samples, progress, begin, cell)?;
         Ok(finish::<N, K>(&film, sums, self.method.samples))
     }
 

@@ -1,10 +1,10 @@
 //! One sample of warped-area sampling, over numbers.
 
+use flatland::calculus::{Number, Rgb};
 use flatland::random::{Stream, stream};
 use glam::{DVec2, DVec3};
 
 use super::WarpedArea;
-use crate::calculus::{Frame, Number, Rgb};
 use crate::geometry::Hit;
 use crate::gradient::auxiliary::{Auxiliary, Construction, MovingBounds};
 use crate::gradient::boundary::SignChanges;
@@ -13,7 +13,7 @@ use crate::gradient::film::FilmPlane;
 use crate::gradient::groups::{numbers, split_numbers};
 use crate::gradient::silhouette_mean::SceneEdges;
 use crate::gradient::{AUXILIARY, EDGE, EDGE_AUXILIARY, GRADIENT_PATH, SPLIT};
-use crate::path::{Paths, Plain, Sequence};
+use crate::path::{Frame, Paths, Plain, Sequence};
 
 /// What every sample of one gradient shares.
 pub(super) struct Job<'s> {

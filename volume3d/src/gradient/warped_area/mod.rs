@@ -16,6 +16,7 @@ use self::job::Job;
 pub use field::Field;
 
 use super::CONTROL_VARIATE;
+use super::accumulator::Sums;
 use super::auxiliary::Construction;
 use super::boundary::{Effort, Gradients, Images};
 use super::error::GradientError;
@@ -103,7 +104,7 @@ impl WarpedArea {
         change: &Tangent,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
-        self.whole::<1, 6>(scene, change, progress)
+        self.image::<1, 6>(scene, change, self.construction(), progress)
     }
 
     /// The same, with interior, primary and secondary term apart.
@@ -117,7 +118,7 @@ impl WarpedArea {
         change: &Tangent,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
-        self.whole::<3, 15>(scene, change, progress)
+        self.image::<3, 15>(scene, change, self.construction(), progress)
     }
 
     /// Σ over pixels and channels of adjoint · dI/dθ, for every active parameter θ at once: the transpose of
@@ -136,33 +137,7 @@ impl WarpedArea {
         active: &ActiveParameters,
         progress: &Progress,
     ) -> Result<Gradient, GradientError> {
-        self.check_reverse(scene, adjoint, active)?;
-        let job = self.job(scene, self.construction(), active.is_geometric(), progress)?;
-        let mut gradient = job.reverse(adjoint, active, progress)?;
-        if self.sign_changes > 0 && self.warps && active.is_geometric() {
-            let (effort, gradient) = (self.effort(), &mut gradient);
-            job.sign_changes().each(&mut Gradients { effort, scene, adjoint, active, progress, gradient })?;
-        }
-        gradient.by_parameter.pull_normals(scene, active);
-        Ok(gradient)
-    }
-
-    /// The area integral with all boundary terms.
-    fn whole<const N: usize, const K: usize>(
-        &self,
-        scene: &Scene,
-        change: &Tangent,
-        progress: &Progress,
-    ) -> Result<GradientImage, GradientError> {
-        self.check_forward(scene, change)?;
-        let job = self.job(scene, self.construction(), change.is_geometric(), progress)?;
-        let motion = Motion::new(scene, change);
-        let mut image = job.forward::<N, K>(&motion, progress)?;
-        if self.sign_changes > 0 && self.warps && change.is_geometric() {
-            let (effort, motion, image) = (self.effort(), &motion, &mut image);
-            job.sign_changes().each(&mut Images { effort, scene, motion, progress, image })?;
-        }
-        Ok(image)
+        self.pull(scene, adjoint, active, self.construction(), progress)
     }
 
     /// Of the boundary terms that go with the warp.
@@ -177,6 +152,26 @@ impl WarpedArea {
         }
     }
 
+    /// The area integral with the boundary terms that go with it, of any construction of the warp.
+    pub(super) fn image<const N: usize, const K: usize>(
+        &self,
+        scene: &Scene,
+        change: &Tangent,
+        construction: Construction,
+        progress: &Progress,
+    ) -> Result<GradientImage, GradientError> {
+        self.check_forward(scene, change)?;
+        let job = self.job(scene, construction, change.is_geometric(), progress)?;
+        let motion = &Motion::new(scene, change);
+        let mut image = job.forward::<N, K>(motion, progress)?;
+        if self.has_boundaries() && change.is_geometric() {
+            let (effort, image) = (self.effort(), &mut image);
+            job.sign_changes().each(&mut Images { effort, scene, motion, progress, image })?;
+        }
+        Ok(image)
+    }
+
+    /// Its transpose.
     pub(super) fn pull(
         &self,
         scene: &Scene,
@@ -187,9 +182,17 @@ impl WarpedArea {
     ) -> Result<Gradient, GradientError> {
         self.check_reverse(scene, adjoint, active)?;
         let job = self.job(scene, construction, active.is_geometric(), progress)?;
-        let mut gradient = job.reverse(adjoint, active, progress)?;
-        gradient.by_parameter.pull_normals(scene, active);
-        Ok(gradient)
+        let mut sums = Sums::new(scene);
+        job.reverse(adjoint, active, progress, &mut sums)?;
+        if self.has_boundaries() && active.is_geometric() {
+            let (effort, sums) = (self.effort(), &mut sums);
+            job.sign_changes().each(&mut Gradients { effort, scene, adjoint, active, progress, sums })?;
+        }
+        Ok(sums.finish(scene, active))
+    }
+
+    fn has_boundaries(&self) -> bool {
+        self.sign_changes > 0 && self.warps
     }
 
     fn check_forward(&self, scene: &Scene, change: &Tangent) -> Result<(), GradientError> {
@@ -245,18 +248,5 @@ impl WarpedArea {
         let by_silhouettes = matches!(construction, Construction::SilhouetteMean { .. });
         let edges = (by_silhouettes && geometric && self.warps).then(|| SceneEdges::new(scene));
         Ok(Job { method: self, paths, film, control_variate, construction, edges })
-    }
-
-    pub(super) fn image<const N: usize, const K: usize>(
-        &self,
-        scene: &Scene,
-        change: &Tangent,
-        construction: Construction,
-        progress: &Progress,
-    ) -> Result<GradientImage, GradientError> {
-        self.check_forward(scene, change)?;
-        let motion = Motion::new(scene, change);
-        let job = self.job(scene, construction, change.is_geometric(), progress)?;
-        Ok(job.forward::<N, K>(&motion, progress)?)
     }
 }

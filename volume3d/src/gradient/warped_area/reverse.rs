@@ -1,17 +1,14 @@
 //! The same samples in reverse: the adjoints of their numbers, by parameter.
 
+use flatland::calculus::{Number, Tape};
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::job::{Job, Place};
-use crate::calculus::{Number, Tape};
-use crate::gradient::accumulator::Accumulator;
+use crate::gradient::accumulator::{Accumulator, Sums};
 use crate::gradient::auxiliary::MovingBounds;
 use crate::gradient::contribution::Source;
-use crate::gradient::driver::row_blocks;
-use crate::gradient::result::Gradient;
 use crate::gradient::reverse::{Inputs, Recorded, Reverse};
-use crate::gradient::{ActiveParameters, Progress, Stopped, Tangent};
+use crate::gradient::{ActiveParameters, Progress, Stopped};
 
 /// What the rows share.
 struct Pull<'p> {
@@ -21,73 +18,54 @@ struct Pull<'p> {
 }
 
 impl Job<'_> {
-    /// The derivative by every active parameter, but for the boundary terms that go with the warp; normals that are
-    /// computed from positions are yet to be pulled back.
+    /// Adds the derivative by every active parameter, but for the boundary terms that go with the warp.
     pub(super) fn reverse(
         &self,
         adjoint: &[DVec3],
         active: &ActiveParameters,
         progress: &Progress,
-    ) -> Result<Gradient, Stopped> {
+        sums: &mut Sums,
+    ) -> Result<(), Stopped> {
         let scene = self.paths.scene;
         let bounds = MovingBounds::new(scene, &active.shapes);
         let pull = Pull { adjoint, inputs: Inputs::new(scene, active), bounds };
-        let rows = self.film.rows + 2 * self.film.reach;
-        progress.start(rows);
-        let mut gradient = Gradient::from(Tangent::still(scene));
-        for block in row_blocks(rows) {
-            let parts: Vec<Gradient> = block
-                .into_par_iter()
-                .map(|j| {
-                    let part = self.reverse_row(j, &pull, progress);
-                    progress.advance();
-                    part
-                })
-                .collect();
-            if progress.stopped() {
-                return Err(Stopped);
-            }
-            parts.into_iter().for_each(|part| gradient.absorb(part));
-        }
-        Ok(gradient)
+        let (_, rows) = self.film.cells();
+        sums.gather(rows, progress, |j, part| self.reverse_row(j, &pull, progress, part))
     }
 
-    fn reverse_row(&self, j: usize, pull: &Pull<'_>, progress: &Progress) -> Gradient {
-        let mut part = Accumulator::new(self.paths.scene);
+    fn reverse_row(&self, j: usize, pull: &Pull<'_>, progress: &Progress, part: &mut Accumulator) {
         let (mut tape, mut adjoints) = (Tape::new(), vec![]);
         let mut auxiliary = self.auxiliary(&pull.bounds);
-        for i in 0..self.film.columns + 2 * self.film.reach {
-            for sample in 0..self.method.samples {
-                if progress.stopped() {
-                    return part.gradient;
-                }
-                let place = (i, j, sample);
-                let mut finite = true;
-                let mut record = |edge: bool| {
-                    tape.clear();
-                    let scene = self.paths.scene;
-                    let mut reverse = Reverse::new(scene, &pull.inputs, &tape, auxiliary.as_mut(), self.film);
-                    let output = if edge {
-                        self.edge_output(&mut reverse, place, pull.adjoint)
-                    } else {
-                        Some(self.output(&mut reverse, place, pull.adjoint))
-                    };
-                    finite &= output.is_none_or(|o| reverse.sweep_if_finite(&[o], &mut adjoints, &mut part));
+        let (columns, _) = self.film.cells();
+        for (i, sample) in (0..columns).flat_map(|i| (0..self.method.samples).map(move |s| (i, s))) {
+            if progress.stopped() {
+                return;
+            }
+            let place = (i, j, sample);
+            let mut finite = true;
+            let mut record = |edge: bool| {
+                tape.clear();
+                let mut reverse =
+                    Reverse::new(self.paths.scene, &pull.inputs, &tape, auxiliary.as_mut(), self.film);
+                let output = if edge {
+                    self.edge_output(&mut reverse, place, pull.adjoint)
+                } else {
+                    Some(self.output(&mut reverse, place, pull.adjoint))
                 };
-                if self.film.cell_counts(i, j) {
-                    record(false);
-                }
-                if self.has_edges() {
-                    record(true);
-                }
-                let at = self.film.located(i, j, sample);
-                part.end_sample(at, Source::Path);
-                if !finite {
-                    part.gradient.non_finite.push(at);
-                }
+                finite &= output.is_none_or(|o| reverse.sweep_if_finite(&[o], &mut adjoints, part));
+            };
+            if self.film.cell_counts(i, j) {
+                record(false);
+            }
+            if self.has_edges() {
+                record(true);
+            }
+            let at = self.film.located(i, j, sample);
+            part.end_sample(at, Source::Path);
+            if !finite {
+                part.leave_out(at);
             }
         }
-        part.gradient
     }
 
     /// Σ over pixels and channels of adjoint times integrand, and what it counts in the mean of all samples.

@@ -7,6 +7,7 @@
 #[cfg(test)]
 pub(super) mod tests;
 
+use flatland::calculus::Number;
 use flatland::random::stream;
 use flatland::warp::Warp;
 
@@ -15,12 +16,11 @@ use super::driver::{Address, Boundary, BoundarySample};
 use super::inner_sign_changes::InnerFlips;
 use super::sign_changes::Flips;
 use super::{FLIP_AUXILIARY, Moving, Take, Term};
-use crate::calculus::{Frame, Number};
 use crate::gradient::Stopped;
 use crate::gradient::auxiliary::{Auxiliary, Construction, MovingBounds};
 use crate::gradient::differential::Differential;
 use crate::gradient::silhouette_mean::SceneEdges;
-use crate::path::Paths;
+use crate::path::{Frame, Paths};
 
 /// The boundary terms of sign changes along a warp.
 ///

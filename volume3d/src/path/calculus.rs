@@ -1,8 +1,7 @@
 //! Where the numbers of a sample come from.
 
+use flatland::calculus::{Number, Rgb, Vec3};
 use glam::DVec3;
-
-use super::{Number, Rgb, Vec3};
 
 /// A camera's frame in numbers, and its focal length in pixels.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +34,7 @@ pub(crate) struct Warped<T> {
 pub(crate) struct Kernel {
     /// The concentration of auxiliary directions.
     pub(crate) kappa: f64,
-    pub(crate) sees: Sees,
+    pub(crate) domain: VisibilityDomain,
     /// The shading normal on the viewer's side. Below its horizon nothing arrives, and what is there need not be
     /// followed: inside a solid, near its edges, it is arbitrarily near and moves arbitrarily fast.
     pub(crate) normal: DVec3,
@@ -45,14 +44,14 @@ pub(crate) struct Kernel {
 
 /// Which jumps the integrand has.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Sees {
+pub(crate) enum VisibilityDomain {
     /// Those of the radiance of everything.
     Radiance,
     /// Those of light from far beyond, which everything hides alike: its silhouettes only.
-    Beyond,
+    Distant,
     /// Those of light from a plane {y: n·y = d} with what hides it in front: silhouettes of what is nearer. The
     /// border of the light itself is not among them: that is an integral of its own.
-    Before {
+    BeforePlane {
         /// n.
         normal: DVec3,
         /// d.
