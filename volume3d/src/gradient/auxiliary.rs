@@ -144,7 +144,7 @@ impl<'s> Auxiliary<'s> {
         self.rays
     }
 
-    /// The stencil at direction ω as seen from x on a triangle; nothing where nothing seen can move.
+    /// The warp at direction ω as seen from x on a triangle; nothing where nothing seen can move.
     pub(crate) fn on_sphere(
         &mut self,
         x: DVec3,
@@ -171,6 +171,7 @@ impl<'s> Auxiliary<'s> {
         self.weighted_on_sphere(x, from, direction, kernel, x_moves)
     }
 
+    /// The same from rays around ω, with velocities that fade away from jumps, V_i (1 − B_i).
     fn weighted_on_sphere(
         &mut self,
         x: DVec3,
@@ -278,6 +279,8 @@ impl<'s> Auxiliary<'s> {
         }
     }
 
+    /// The same from rays around the film point u. On the film, where the filter is hardly wider than the kernel, velocities
+    /// do not fade.
     fn weighted_on_film(
         &mut self,
         film: &FilmPlane,

@@ -138,7 +138,8 @@ impl FilmPlane {
         (frame.forward + frame.right * a + frame.up * b).normalized()
     }
 
-    /// Pixels a radian along directions through the axis' side, f/cos θ, for a ray at angle θ to the axis.
+    /// The pixels a radian, at least, that a ray at angle θ to the camera's axis moves on the film: f/cos θ around the axis;
+    /// towards it there are 1/cos θ times as many.
     pub(crate) fn scale(&self, camera: &Camera, direction: DVec3) -> f64 {
         self.focal / direction.dot(camera.forward)
     }

@@ -1,16 +1,17 @@
 //! Forward mode: numbers with the derivative along one change.
 
 use flatland::calculus::{Dual, Number, Rgb, Vec3};
-use flatland::random::{Stream, open01};
+use flatland::random::Stream;
 use glam::{DVec2, DVec3};
 
 use super::CameraTangent;
 use super::auxiliary::Auxiliary;
+use super::border::border;
 use super::differential::{Differential, FilmPoint};
 use super::film::FilmPlane;
 use super::followed::FollowedPoint;
 use super::motion::Motion;
-use crate::path::{Calculus, CameraMotion, Kernel, Warped};
+use crate::path::{BorderSample, Calculus, CameraMotion, Kernel, Warped};
 use crate::scene::Scene;
 
 /// Which part of a derivative a tangent is. With three lanes the terms are kept apart:
@@ -154,8 +155,15 @@ impl<const N: usize> Calculus for Forward<'_, N> {
         self.motion.change.reflectance[material] != DVec3::ZERO
     }
 
-    fn beside(&mut self) -> Option<f64> {
-        self.auxiliary.as_mut().map(|a| open01(&mut a.rng))
+    fn border(
+        &mut self,
+        origin: Vec3<Dual<N>>,
+        from: u32,
+        shape: u32,
+        kernel: impl FnOnce() -> Kernel,
+    ) -> Option<BorderSample<Dual<N>>> {
+        let paths = self.auxiliary.as_ref()?.paths;
+        border(self, paths, origin, from, shape, kernel)
     }
 
     fn warp(

@@ -20,6 +20,7 @@
 
 mod accumulator;
 mod auxiliary;
+mod border;
 mod boundary;
 mod contribution;
 mod differential;

@@ -1,18 +1,19 @@
 //! Reverse mode: numbers that record themselves, and the scatter of their adjoints to parameters.
 
 use flatland::calculus::{Adjoints, Number, Rgb, Tape, Variable, Vec3};
-use flatland::random::{Stream, open01};
+use flatland::random::Stream;
 use glam::{DVec2, DVec3};
 
 use super::ActiveParameters;
 use super::accumulator::Accumulator;
 use super::auxiliary::Auxiliary;
+use super::border::border;
 use super::differential::{Differential, FilmPoint};
 use super::film::FilmPlane;
 use super::followed::FollowedPoint;
 use super::rows::Rows;
 use super::warps::{DirectionWarp, FilmWarp};
-use crate::path::{Calculus, CameraMotion, Kernel, Warped};
+use crate::path::{BorderSample, Calculus, CameraMotion, Kernel, Warped};
 use crate::scene::Scene;
 
 /// What the inputs of a tape are.
@@ -259,8 +260,15 @@ impl<'t> Calculus for Reverse<'_, 't> {
         self.inputs.active.materials[material]
     }
 
-    fn beside(&mut self) -> Option<f64> {
-        self.auxiliary.as_mut().map(|a| open01(&mut a.rng))
+    fn border(
+        &mut self,
+        origin: Vec3<Recorded<'t>>,
+        from: u32,
+        shape: u32,
+        kernel: impl FnOnce() -> Kernel,
+    ) -> Option<BorderSample<Recorded<'t>>> {
+        let paths = self.auxiliary.as_ref()?.paths;
+        border(self, paths, origin, from, shape, kernel)
     }
 
     fn warp(

@@ -29,6 +29,17 @@ pub(crate) struct Warped<T> {
     pub(crate) jacobian: T,
 }
 
+/// A point of a jump as seen from a shading point. What is reflected of `light` from there, times `speed`, is added to
+/// what arrives: it has no value, and the derivative of a boundary term.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BorderSample<T> {
+    pub(crate) direction: DVec3,
+    /// The light that jumps, over the density of the sample.
+    pub(crate) light: DVec3,
+    /// A number of value 0 whose derivative is the jump's normal velocity beyond the warp's.
+    pub(crate) speed: T,
+}
+
 /// What a warp of directions serves.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Kernel {
@@ -103,9 +114,15 @@ pub(crate) trait Calculus {
     /// parameter.
     fn wants_black(&self, material: usize) -> bool;
 
-    /// Random numbers beside those of the path, for integrals that only derivatives have; nothing if there are
-    /// no derivatives.
-    fn beside(&mut self) -> Option<f64>;
+    /// A point of the border of a flat emitter that next-event estimation has chosen, as seen from `origin` on triangle
+    /// `from`, with the kernel of the emitter's light. Nothing if there are no derivatives.
+    fn border(
+        &mut self,
+        origin: Vec3<Self::Number>,
+        from: u32,
+        shape: u32,
+        kernel: impl FnOnce() -> Kernel,
+    ) -> Option<BorderSample<Self::Number>>;
 
     /// The warp at direction ω as seen from `origin` on triangle `from`.
     fn warp(

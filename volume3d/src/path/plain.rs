@@ -3,7 +3,7 @@
 use flatland::calculus::{Rgb, Vec3};
 use glam::DVec3;
 
-use super::calculus::{Calculus, CameraMotion, Kernel, Warped};
+use super::calculus::{BorderSample, Calculus, CameraMotion, Kernel, Warped};
 use crate::scene::Scene;
 
 /// The primal's calculus.
@@ -63,7 +63,13 @@ impl Calculus for Plain<'_> {
         false
     }
 
-    fn beside(&mut self) -> Option<f64> {
+    fn border(
+        &mut self,
+        _: Vec3<f64>,
+        _: u32,
+        _: u32,
+        _: impl FnOnce() -> Kernel,
+    ) -> Option<BorderSample<f64>> {
         None
     }
 

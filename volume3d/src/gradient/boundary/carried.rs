@@ -41,10 +41,5 @@ fn kernel(paths: &Paths<'_>, viewer: DVec3, vertex: &Vertex, next: &Vertex) -> O
     let along = Vec3::constant((vertex.position - viewer).normalize());
     let point = SurfacePoint::new(paths.scene, &plain, Vec3::constant(viewer), along, vertex.triangle);
     let shading = point.shading(paths.scene, &plain)?;
-    Some(Kernel {
-        kappa: paths.kernels.surface.max(shading.concentration()),
-        domain: VisibilityDomain::Radiance,
-        normal: shading.normal.value(),
-        triangle: Some(next.triangle),
-    })
+    Some(paths.kernels.of_bounce(&shading, VisibilityDomain::Radiance, Some(next.triangle)))
 }
