@@ -47,7 +47,6 @@
 //! ```
 
 pub mod calculus;
-mod dual;
 pub mod estimator;
 pub mod plane;
 pub mod random;

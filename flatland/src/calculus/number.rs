@@ -3,6 +3,8 @@
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use glam::DVec2;
+
 /// A real number, alone or with derivatives. What is computed in `Number`s is written once, and is the
 /// primal, its derivative along a direction, or a record of itself for the reverse sweep.
 ///
@@ -44,6 +46,12 @@ pub trait Number:
         self.chain(value, value)
     }
 
+    /// |x|.
+    #[inline]
+    fn abs(self) -> Self {
+        if self.value() < 0.0 { -self } else { self }
+    }
+
     /// max(0, x).
     #[inline]
     fn positive(self) -> Self {
@@ -80,12 +88,26 @@ impl Number for f64 {
 }
 
 /// A number with its derivatives along N directions at once.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual<const N: usize> {
     /// The number.
     pub value: f64,
     /// Its derivative along each direction.
     pub tangent: [f64; N],
+}
+
+impl Dual<1> {
+    /// The coordinates of a point u that moves with velocity v.
+    pub(crate) fn path(u: DVec2, v: DVec2) -> [Self; 2] {
+        [Self::new(u.x, [v.x]), Self::new(u.y, [v.y])]
+    }
+
+    /// The derivative along the only direction.
+    #[inline]
+    #[must_use]
+    pub fn slope(self) -> f64 {
+        self.tangent[0]
+    }
 }
 
 impl<const N: usize> Dual<N> {

@@ -413,7 +413,7 @@ mod tests {
     use super::*;
     use crate::plane::Filter;
     use crate::random::stream;
-    use crate::transport::{Tangent, Film, Material, Shape};
+    use crate::transport::{Film, Material, Shape, Tangent};
 
     fn world() -> (World, Camera, Tangent) {
         let p = DVec2::new;

@@ -14,7 +14,6 @@
 //! of the gradient as well.
 
 mod camera;
-mod tangent;
 mod emitters;
 pub mod exact;
 pub mod fields;
@@ -22,14 +21,15 @@ mod material;
 mod path;
 mod scattering;
 mod sides;
+mod tangent;
 mod world;
 
-pub use camera::{Camera, CameraTangent, CameraError, Film, FilmSample};
-pub(crate) use tangent::Covector;
-pub use tangent::{Tangent, TangentError, MaterialTangent, Terms};
+pub use camera::{Camera, CameraError, CameraTangent, Film, FilmSample};
 pub use material::{Gloss, Material};
+pub(crate) use path::{ActiveParameters, Light, Path, Vertex, path_stream};
 pub use path::{ImageError, LEAST_SURVIVAL, Paths};
-pub(crate) use path::{Light, Path, Vertex, ActiveParameters, path_stream};
 pub(crate) use scattering::Scattering;
 pub(crate) use sides::both_sides;
+pub(crate) use tangent::Covector;
+pub use tangent::{MaterialTangent, Tangent, TangentError, Terms};
 pub use world::{Hit, Origin, Segment, Shape, World, WorldError};

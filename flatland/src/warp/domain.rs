@@ -192,7 +192,11 @@ mod tests {
     use crate::random::{open01, stream};
 
     /// Σ g(x)/p over draws, over the same with g = 1: the mean of g under the kernel e⁻ˣ.
-    fn kernel_mean<D: Domain<Vector = DVec2>>(kappa: f64, radial_exponent: f64, g: impl Fn(f64) -> f64) -> f64 {
+    fn kernel_mean<D: Domain<Vector = DVec2>>(
+        kappa: f64,
+        radial_exponent: f64,
+        g: impl Fn(f64) -> f64,
+    ) -> f64 {
         let u = DVec2::from_angle(0.7);
         let mut rng = stream(2, &[]);
         let (mut sum, mut mass) = (0.0, 0.0);
@@ -210,14 +214,20 @@ mod tests {
     fn draws_weighted_by_their_density_are_the_kernel() {
         for radial_exponent in [1.0, 0.5, 0.25] {
             // Plane: x is exponential of mean 1.
-            assert!((kernel_mean::<Plane>(7.0, radial_exponent, |x| x) - 1.0).abs() < 0.02, "{radial_exponent}");
+            assert!(
+                (kernel_mean::<Plane>(7.0, radial_exponent, |x| x) - 1.0).abs() < 0.02,
+                "{radial_exponent}"
+            );
             // Circle: E[cos φ] = I₁(κ)/I₀(κ) (Abramowitz and Stegun 9.6); far out, x is a
             // gamma variable of mean 1/2.
             for (kappa, cosine) in [(1.0, 0.446_389_965_9), (2.0, 0.697_774_658_0), (10.0, 0.948_599_825_9)] {
                 let mean = kernel_mean::<Circle>(kappa, radial_exponent, |x| 1.0 - x / kappa);
                 assert!((mean - cosine).abs() < 0.01, "{radial_exponent} {kappa} {mean}");
             }
-            assert!((kernel_mean::<Circle>(1e12, radial_exponent, |x| x) - 0.5).abs() < 0.01, "{radial_exponent}");
+            assert!(
+                (kernel_mean::<Circle>(1e12, radial_exponent, |x| x) - 0.5).abs() < 0.01,
+                "{radial_exponent}"
+            );
         }
     }
 

@@ -304,7 +304,14 @@ impl Warp {
         assert_eq!(relative.len(), bundle.fresh, "one distance for every new point");
         let Some(more) = demand.hear(&relative, rng) else { return false };
         for _ in 0..more.batches {
-            self.points.draw::<D>(bundle.point, kappa, self.radial_exponent, more.rays, rng, &mut bundle.draws);
+            self.points.draw::<D>(
+                bundle.point,
+                kappa,
+                self.radial_exponent,
+                more.rays,
+                rng,
+                &mut bundle.draws,
+            );
         }
         bundle.fresh = more.rays * more.batches;
         true

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::{Gradient, GradientImage, PathError};
 use crate::random::{Stream, stream};
-use crate::transport::{Camera, Tangent, Covector, Terms, ActiveParameters, World, path_stream};
+use crate::transport::{ActiveParameters, Camera, Covector, Tangent, Terms, World, path_stream};
 
 /// A world before its camera, and what of it is to be differentiated.
 #[derive(Clone, Copy, Debug)]

@@ -8,7 +8,7 @@ use super::sweep::{EdgePicker, Sweep, first_ray};
 use super::{Gradient, GradientImage, Method, PathError};
 use crate::random::{Stream, open01};
 use crate::transport::fields::{Construction, Jump, jumps_on_film};
-use crate::transport::{Camera, Tangent, Covector, Origin, Paths, Terms, World};
+use crate::transport::{Camera, Covector, Origin, Paths, Tangent, Terms, World};
 
 /// Interior by path tracing, jumps by sampling one vertex for the film and one at every surface, with
 /// what is seen on both sides of it.

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::driver::Moments;
 use super::{Gradient, GradientImage, Method, PathError};
-use crate::transport::{Camera, Tangent, Origin, Paths, Terms, World, path_stream};
+use crate::transport::{Camera, Origin, Paths, Tangent, Terms, World, path_stream};
 
 /// (I(θ + h) − I(θ − h))/2h, the same random numbers on both sides. Where there is no world on one side,
 /// because an albedo or a radiance would be negative, say, it is (I(θ ± h) − I(θ))/±h.

@@ -8,7 +8,7 @@ use super::{Gradient, GradientImage, Method, PathError};
 use crate::plane::Filter;
 use crate::random::stream;
 use crate::transport::fields::Construction;
-use crate::transport::{Camera, CameraTangent, Tangent, Covector, Origin, Paths, Terms, World};
+use crate::transport::{Camera, CameraTangent, Covector, Origin, Paths, Tangent, Terms, World};
 use crate::warp::{WarpError, Weighting};
 
 /// A warp at every bounce: on the film, and on the circle of directions at every surface, for

@@ -22,7 +22,7 @@ use glam::DVec2;
 
 use super::lobe::LobeArc;
 use super::visible::{End, Interval, View};
-use crate::transport::{Tangent, Material, MaterialTangent, World};
+use crate::transport::{Material, MaterialTangent, Tangent, World};
 
 /// A point of a surface seen from one side.
 #[derive(Clone, Debug)]

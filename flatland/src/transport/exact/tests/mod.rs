@@ -10,7 +10,9 @@ use glam::DVec2;
 
 use crate::plane::Filter;
 use crate::random::{Stream, open01, stream};
-use crate::transport::{Camera, CameraTangent, Tangent, Film, Gloss, Material, MaterialTangent, Shape, World};
+use crate::transport::{
+    Camera, CameraTangent, Film, Gloss, Material, MaterialTangent, Shape, Tangent, World,
+};
 
 fn between(rng: &mut Stream, low: f64, high: f64) -> f64 {
     low + (high - low) * open01(rng)
