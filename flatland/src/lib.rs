@@ -12,6 +12,7 @@
 //! warped-area sampling for differentiable rendering") estimates such a field from auxiliary
 //! rays alone, so that no edge ever has to be found.
 //!
+//! - [`calculus`]: numbers that carry derivatives, over which integrands are written once.
 //! - [`warp`]: the machinery that turns auxiliary points into (V, ∇·V) and its transpose,
 //!   written once for the plane, the circle and (in `volume3d`) the sphere.
 //! - [`boundary`]: what a field that is not boundary consistent leaves over: the residual theorem, of which edge
@@ -48,7 +49,7 @@
 //! ```
 
 pub mod boundary;
-mod dual;
+pub mod calculus;
 pub mod estimator;
 pub mod plane;
 pub mod random;

@@ -86,7 +86,6 @@
 //! What moves in an ideal mirror, or under a point or parallel light, has no unbiased estimate by any warp here, and is
 //! refused: [`gradient::Unsupported`].
 
-mod calculus;
 pub mod geometry;
 pub mod gradient;
 pub mod io;

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::GradientImage;
 use super::linear::{gradient_image, sample_stream};
-use crate::dual::Dual;
+use crate::calculus::{Dual, Number};
 use crate::plane::{Attachment, Film, Filter, Hit, PixelSample, Scene};
 use crate::random::{Stream, open01};
 use crate::warp::{Field, Plane, WarpField};
@@ -115,13 +115,13 @@ impl Place<'_> {
         let (scene, u, v) = (self.scene, sample.u, field.value);
         let point = Dual::path(u, v);
         let filter = self.film.filter_value_dual(self.centre, point) * (1.0 / sample.density);
-        let jacobian = Dual { value: 1.0, slope: field.divergence };
+        let jacobian = Dual::new(1.0, [field.divergence]);
         // A shade that goes along with the material sees T move relative to it.
         let carried = hit.filter(|h| scene.shapes()[h.shape()].shade().attachment() == Attachment::Material);
         let shade_point = carried.map_or(point, |h| Dual::path(u, v - h.velocity(self.velocities)));
         let shade = scene.value_dual(hit, u, shade_point);
         let value = |c: usize| (shade[c] - Dual::constant(self.control[c])) * filter * jacobian;
-        DVec3::from([0, 1, 2].map(|c| value(c).slope))
+        DVec3::from([0, 1, 2].map(|c| value(c).slope()))
     }
 }
 

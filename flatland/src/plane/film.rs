@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use rand::Rng;
 
-use crate::dual::Dual;
+use crate::calculus::{Dual, Number};
 use crate::random::open01;
 
 /// A pixel filter h, separable, of unit integral; lengths below are in pixels.
@@ -79,7 +79,7 @@ impl Filter {
         }
     }
 
-    fn profile_dual(self, x: Dual) -> Dual {
+    fn profile_dual(self, x: Dual<1>) -> Dual<1> {
         match self {
             Self::Tent if x.value.abs() < 1.0 => Dual::constant(1.0) - x.abs(),
             Self::Gaussian if x.value.abs() < 2.0 => {
@@ -249,8 +249,8 @@ impl Film {
     }
 
     /// h_p along a path, per unit area.
-    pub(crate) fn filter_value_dual(&self, centre: DVec2, [x, y]: [Dual; 2]) -> Dual {
-        let offset = |x: Dual, centre: f64| (x - Dual::constant(centre)) * (1.0 / self.pixel);
+    pub(crate) fn filter_value_dual(&self, centre: DVec2, [x, y]: [Dual<1>; 2]) -> Dual<1> {
+        let offset = |x: Dual<1>, centre: f64| (x - Dual::constant(centre)) * (1.0 / self.pixel);
         let h = self.filter.profile_dual(offset(x, centre.x)) * self.filter.profile_dual(offset(y, centre.y));
         h * (1.0 / (self.pixel * self.pixel))
     }

@@ -10,7 +10,7 @@ use super::hit::{Hit, MaterialPoint};
 use super::segments::distance_squared;
 use super::shade::{Attachment, Shade, ShadeError};
 use super::{Polygon, PolygonError, orient};
-use crate::dual::Dual;
+use crate::calculus::{Dual, Number};
 
 /// A polygon with its shade.
 #[derive(Clone, Debug)]
@@ -299,11 +299,11 @@ impl Scene {
     }
 
     /// f of a hit at u along a path through the shade's own coordinates.
-    pub(crate) fn value_dual(&self, hit: Option<&Hit>, u: DVec2, path: [Dual; 2]) -> [Dual; 3] {
+    pub(crate) fn value_dual(&self, hit: Option<&Hit>, u: DVec2, path: [Dual<1>; 2]) -> [Dual<1>; 3] {
         let Some(hit) = hit else { return self.background.to_array().map(Dual::constant) };
         let shade = &self.shapes[hit.shape()].shade;
         if shade.is_carried() && self.is_displaced {
-            let slope = self.material_jacobian(hit) * DVec2::new(path[0].slope, path[1].slope);
+            let slope = self.material_jacobian(hit) * DVec2::new(path[0].slope(), path[1].slope());
             return shade.value_dual(Dual::path(self.shade_point(shade, hit, u), slope));
         }
         shade.value_dual(path)

@@ -2,7 +2,7 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
-use crate::dual::Dual;
+use crate::calculus::{Dual, Number};
 
 /// What a shade is fixed to when its polygon moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -187,7 +187,7 @@ impl Shade {
     }
 
     /// f along a path.
-    pub(crate) fn value_dual(&self, u: [Dual; 2]) -> [Dual; 3] {
+    pub(crate) fn value_dual(&self, u: [Dual<1>; 2]) -> [Dual<1>; 3] {
         let from = |anchor: &DVec2| [u[0] - Dual::constant(anchor.x), u[1] - Dual::constant(anchor.y)];
         match &self.profile {
             Profile::Polynomial { anchor, value, gradient, hessian } => {

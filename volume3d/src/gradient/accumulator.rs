@@ -1,40 +1,138 @@
-//! The gradient that samples add to in reverse, one after the other.
+//! The sums of reverse mode: what samples add to the derivative by each parameter.
+
+use std::sync::{Mutex, PoisonError};
 
 use glam::DVec3;
 
-use super::Tangent;
 use super::contribution::{Contribution, Source};
 use super::non_finite::NonFinite;
+use super::parts::in_order;
 use super::result::Gradient;
-use super::reverse::Sink;
+use super::rows::Rows;
+use super::{ActiveParameters, Progress, Stopped};
 use crate::scene::Scene;
 
-/// A gradient, and what the current sample has added to its positions.
+/// The sums over all parts of the work.
+#[derive(Debug)]
+pub(super) struct Sums {
+    rows: Rows,
+    table: Vec<DVec3>,
+    non_finite: Vec<NonFinite>,
+    largest: Option<Contribution>,
+}
+
+/// The sums over one part, a row of the film or a chunk of samples, to which samples add one after the other.
+///
+/// It has room for every parameter, but a part touches few of them: what it hands over is sparse, and the room serves the
+/// next part. There are no more of them than threads.
 #[derive(Debug)]
 pub(super) struct Accumulator {
-    pub(super) gradient: Gradient,
-    touched: Vec<(u32, DVec3)>,
+    table: Vec<DVec3>,
+    /// The rows of the table that are not zero.
+    touched: Vec<u32>,
+    /// Rows of the table that are positions.
+    positions: u32,
+    /// What the current sample has added to positions.
+    sample: Vec<(u32, DVec3)>,
+    non_finite: Vec<NonFinite>,
+    largest: Option<Contribution>,
+}
+
+/// What a part adds in all.
+struct Part {
+    rows: Vec<(u32, DVec3)>,
+    non_finite: Vec<NonFinite>,
+    largest: Option<Contribution>,
+}
+
+impl Sums {
+    /// Of nothing yet.
+    pub(super) fn new(scene: &Scene) -> Self {
+        let rows = Rows::new(scene);
+        let table = vec![DVec3::ZERO; rows.count()];
+        Self { rows, table, non_finite: vec![], largest: None }
+    }
+
+    /// Adds so many parts, the same bit for bit at any number of threads.
+    pub(super) fn gather(
+        &mut self,
+        parts: usize,
+        progress: &Progress,
+        part: impl Fn(usize, &mut Accumulator) + Sync,
+    ) -> Result<(), Stopped> {
+        let Self { rows, table, non_finite, largest } = self;
+        let free: Mutex<Vec<Accumulator>> = Mutex::new(vec![]);
+        let free = || free.lock().unwrap_or_else(PoisonError::into_inner);
+        let compute = |number| {
+            let clean = free().pop();
+            let mut sums = clean.unwrap_or_else(|| Accumulator::new(rows));
+            part(number, &mut sums);
+            let part = sums.take();
+            free().push(sums);
+            part
+        };
+        in_order(parts, progress, compute, |_, part| {
+            part.rows.into_iter().for_each(|(row, sum)| table[row as usize] += sum);
+            non_finite.extend(part.non_finite);
+            Contribution::merge(largest, part.largest);
+        })
+    }
+
+    /// The gradient, with the covectors of computed normals handed on to positions.
+    pub(super) fn finish(self, scene: &Scene, active: &ActiveParameters) -> Gradient {
+        let mut by_parameter = self.rows.change(&self.table);
+        by_parameter.pull_normals(scene, active);
+        Gradient { by_parameter, non_finite: self.non_finite, largest: self.largest }
+    }
 }
 
 impl Accumulator {
-    /// Of nothing yet.
-    pub(super) fn new(scene: &Scene) -> Self {
-        Self { gradient: Tangent::still(scene).into(), touched: vec![] }
+    fn new(rows: &Rows) -> Self {
+        let table = vec![DVec3::ZERO; rows.count()];
+        let positions = rows.positions();
+        Self { table, touched: vec![], positions, sample: vec![], non_finite: vec![], largest: None }
+    }
+
+    /// Adds to a row of the table.
+    pub(super) fn add(&mut self, row: u32, covector: DVec3) {
+        if row < self.positions {
+            self.sample.push((row, covector));
+        }
+        let sum = &mut self.table[row as usize];
+        if *sum == DVec3::ZERO {
+            self.touched.push(row);
+        }
+        *sum += covector;
+    }
+
+    /// Reports a sample that is left out.
+    pub(super) fn leave_out(&mut self, at: NonFinite) {
+        self.non_finite.push(at);
     }
 
     /// Ends a sample, and keeps it if none before it has contributed more: Σ |·| of what it has added to each position,
     /// in which parts of opposite sign cancel.
     pub(super) fn end_sample(&mut self, at: NonFinite, source: Source) {
-        if self.touched.is_empty() {
+        if self.sample.is_empty() {
             return;
         }
-        let largest = self.gradient.largest.map_or(0.0, |largest| largest.amount);
-        let bound: f64 = self.touched.iter().map(|(_, covector)| covector.abs().element_sum()).sum();
+        let largest = self.largest.map_or(0.0, |largest| largest.amount);
+        let bound: f64 = self.sample.iter().map(|(_, covector)| covector.abs().element_sum()).sum();
         // What cannot be the largest need not be known exactly.
-        let amount = if bound > largest { net(&mut self.touched) } else { 0.0 };
+        let amount = if bound > largest { net(&mut self.sample) } else { 0.0 };
         let sample = Contribution { among: 1, ..Contribution::new(at, source, amount) };
-        Contribution::merge(&mut self.gradient.largest, Some(sample));
-        self.touched.clear();
+        Contribution::merge(&mut self.largest, Some(sample));
+        self.sample.clear();
+    }
+
+    /// Hands over what has been added, and is empty again.
+    fn take(&mut self) -> Part {
+        let Self { table, touched, .. } = self;
+        let sums = touched.drain(..).map(|row| (row, std::mem::take(&mut table[row as usize])));
+        // A sum that was zero in between is listed twice.
+        let rows = sums.filter(|(_, sum)| *sum != DVec3::ZERO).collect();
+        self.sample.clear();
+        Part { rows, non_finite: std::mem::take(&mut self.non_finite), largest: self.largest.take() }
     }
 }
 
@@ -45,46 +143,60 @@ fn net(touched: &mut [(u32, DVec3)]) -> f64 {
     by_position.map(|same| same.iter().map(|(_, c)| *c).sum::<DVec3>().abs().element_sum()).sum()
 }
 
-impl Sink for Accumulator {
-    fn position(&mut self, index: u32, covector: DVec3) {
-        self.gradient.by_parameter.positions[index as usize] += covector;
-        self.touched.push((index, covector));
-    }
-
-    fn normal(&mut self, index: u32, covector: DVec3) {
-        self.gradient.by_parameter.normals[index as usize] += covector;
-    }
-
-    fn rest(&mut self) -> &mut Tangent {
-        &mut self.gradient.by_parameter
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::gradient::tests::square;
     use crate::scene::Filter;
 
+    fn at(sample: usize) -> NonFinite {
+        NonFinite { column: 1, row: 2, sample }
+    }
+
+    fn gathered(parts: usize, part: impl Fn(usize, &mut Accumulator) + Sync) -> Gradient {
+        let scene = square(Filter::Box);
+        let mut sums = Sums::new(&scene);
+        sums.gather(parts, &Progress::none(), part).expect("nothing stops it");
+        sums.finish(&scene, &ActiveParameters::everything(&scene))
+    }
+
     #[test]
     fn the_largest_sample_is_kept_and_its_parts_cancel() {
-        let mut sums = Accumulator::new(&square(Filter::Box));
-        let at = |sample| NonFinite { column: 1, row: 2, sample };
-        for (index, covector) in [(0, DVec3::X), (1, DVec3::Y), (0, -DVec3::X)] {
-            sums.position(index, covector);
-        }
-        sums.end_sample(at(0), Source::Path);
-        sums.position(2, DVec3::new(2.0, -0.5, 0.0));
-        sums.end_sample(at(1), Source::Jump);
-        sums.position(2, DVec3::new(-2.0, 0.0, 0.0));
-        sums.end_sample(at(2), Source::Path);
-        // A sample that adds nothing does not count.
-        sums.end_sample(at(3), Source::Path);
-        let largest = sums.gradient.largest.expect("samples");
+        let gradient = gathered(1, |_, sums| {
+            for (index, covector) in [(0, DVec3::X), (1, DVec3::Y), (0, -DVec3::X)] {
+                sums.add(index, covector);
+            }
+            sums.end_sample(at(0), Source::Path);
+            sums.add(2, DVec3::new(2.0, -0.5, 0.0));
+            sums.end_sample(at(1), Source::Jump);
+            sums.add(2, DVec3::new(-2.0, 0.0, 0.0));
+            sums.end_sample(at(2), Source::Path);
+            // A sample that adds nothing does not count.
+            sums.end_sample(at(3), Source::Path);
+        });
+        let largest = gradient.largest.expect("samples");
         let expected = Contribution { among: 3, ..Contribution::new(at(1), Source::Jump, 2.5) };
         assert_eq!(largest, expected);
         // The gradient is (0, 1 ŷ, −½ ŷ): the largest sample is more than all together.
-        assert!((sums.gradient.largest_share() - 2.5 / 1.5).abs() < 1e-12);
-        assert!(sums.gradient.outlier().is_none(), "three samples have much each");
+        assert!((gradient.largest_share() - 2.5 / 1.5).abs() < 1e-12);
+        assert!(gradient.outlier().is_none(), "three samples have much each");
+    }
+
+    /// Many parts take turns in few tables, which must be empty again each time.
+    #[test]
+    fn parts_add_up_and_leave_nothing_behind() {
+        let parts = 200;
+        let gradient = gathered(parts, |part, sums| {
+            sums.add(0, DVec3::X);
+            sums.add(1, DVec3::Y);
+            sums.add(1, -DVec3::Y);
+            sums.add(1, DVec3::Z * part as f64);
+            if part % 2 == 1 {
+                sums.leave_out(at(part));
+            }
+        });
+        let (n, positions) = (parts as f64, &gradient.by_parameter.positions);
+        assert_eq!(positions[..3], [n * DVec3::X, 0.5 * n * (n - 1.0) * DVec3::Z, DVec3::ZERO]);
+        assert!(gradient.non_finite.iter().map(|bad| bad.sample).eq((1..parts).step_by(2)));
     }
 }

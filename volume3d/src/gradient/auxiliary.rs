@@ -16,9 +16,8 @@ use super::silhouette_mean::{
 };
 use super::warps::{DirectionWarp, FilmWarp};
 use crate::Sphere;
-use crate::calculus::{Kernel, VisibilityDomain};
 use crate::geometry::Hit;
-use crate::path::{Paths, SHORT};
+use crate::path::{Kernel, Paths, SHORT, VisibilityDomain};
 use crate::scene::Scene;
 
 /// Boxes around everything that moves. A bundle that misses them all sees no motion, and need not be traced if
@@ -86,8 +85,8 @@ impl MovingBounds {
 pub(crate) enum Construction {
     /// The silhouettes near a direction: within so many pixels on the film, so many widths of the kernel elsewhere.
     SilhouetteMean { film: f64, lobe: f64 },
-    /// Weighted with regard to boundaries; velocities fade away from jumps, or do not.
-    Weighted { fades: bool },
+    /// Weighted with regard to boundaries. On directions velocities fade away from jumps, V_i (1 − B_i).
+    Weighted,
     /// One rigid motion per kernel, that of the nearest of so many points.
     Followed { candidates: usize },
 }
@@ -102,8 +101,7 @@ pub(crate) struct Auxiliary<'s> {
     /// The edges of the scene, for fields that are made of them.
     pub(crate) edges: Option<&'s SceneEdges>,
     pub(crate) rng: Stream,
-    /// How many rays have been traced.
-    pub(crate) rays: u64,
+    rays: u64,
     directions: Vec<DVec3>,
     hits: Vec<Option<Hit>>,
     near: Near,
@@ -141,7 +139,12 @@ impl<'s> Auxiliary<'s> {
         }
     }
 
-    /// The stencil at direction ω as seen from x on a triangle; nothing where nothing seen can move.
+    /// How many rays have been traced.
+    pub(crate) fn rays(&self) -> u64 {
+        self.rays
+    }
+
+    /// The warp at direction ω as seen from x on a triangle; nothing where nothing seen can move.
     pub(crate) fn on_sphere(
         &mut self,
         x: DVec3,
@@ -168,6 +171,7 @@ impl<'s> Auxiliary<'s> {
         self.weighted_on_sphere(x, from, direction, kernel, x_moves)
     }
 
+    /// The same from rays around ω, with velocities that fade away from jumps, V_i (1 − B_i).
     fn weighted_on_sphere(
         &mut self,
         x: DVec3,
@@ -178,7 +182,6 @@ impl<'s> Auxiliary<'s> {
     ) -> Option<DirectionWarp> {
         let Kernel { kappa, normal, domain, .. } = kernel;
         let (scene, warp) = (self.paths.scene, self.warp);
-        let fades = self.construction == Construction::Weighted { fades: true };
         let jumps = match domain {
             VisibilityDomain::Radiance => Jumps::Radiance,
             VisibilityDomain::Distant => Jumps::Visibility { light: None },
@@ -198,7 +201,7 @@ impl<'s> Auxiliary<'s> {
             let below = height < 0.0 && hit.is_some_and(own);
             let distance = if below { nearest.angle.min(-height) } else { nearest.angle };
             let nearness = warp.nearness(distance, kappa);
-            let seen = FollowedPoint::by_ray(scene, hit, direction, if fades { nearness } else { 1.0 });
+            let seen = FollowedPoint::by_ray(scene, hit, direction, nearness);
             // The directions of edges this near are known to rounding over their distance.
             let tolerance = 1e-6 * height.abs() + 10.0 * rounding / seen.distance;
             let ends_at_horizon = (distance - height.abs()).abs() <= tolerance;
@@ -253,10 +256,10 @@ impl<'s> Auxiliary<'s> {
         &mut self,
         film: &FilmPlane,
         u: DVec2,
-        kappa: f64,
         triangle: Option<u32>,
         camera_moves: bool,
     ) -> Option<FilmWarp> {
+        let kappa = self.paths.kernels.film;
         let camera = &self.paths.scene.description.camera;
         let frame = film.frame(camera);
         let ray = |p: DVec2| film.direction(&frame, [p.x, p.y]).value();
@@ -272,10 +275,12 @@ impl<'s> Auxiliary<'s> {
             Construction::Followed { candidates } => self
                 .follow::<Plane>(origin, None, u, kappa, candidates, camera_moves, ray, |_, _| true)
                 .map(FilmWarp::Rays),
-            Construction::Weighted { .. } => self.weighted_on_film(film, u, kappa, ray, camera_moves),
+            Construction::Weighted => self.weighted_on_film(film, u, kappa, ray, camera_moves),
         }
     }
 
+    /// The same from rays around the film point u. On the film, where the filter is hardly wider than the kernel, velocities
+    /// do not fade.
     fn weighted_on_film(
         &mut self,
         film: &FilmPlane,

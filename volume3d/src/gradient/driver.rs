@@ -1,23 +1,14 @@
 //! Rows of cells, computed side by side and summed in order.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::contribution::{Contribution, Source};
 use super::film::FilmPlane;
 use super::film_accumulator::{FilmAccumulator, RowSums};
 use super::non_finite::NonFinite;
+use super::parts::in_order;
 use super::progress::{Progress, Stopped};
 use super::result::{GradientImage, Terms};
-
-/// Rows are computed in groups of this many: enough to keep many threads busy, few enough that memory does not grow
-/// with the image. Sums do not depend on threads.
-const WAVE: usize = 64;
-
-/// Rows of cells in groups that are computed together.
-pub(super) fn row_blocks(rows: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
-    (0..rows).step_by(WAVE).map(move |start| start..(start + WAVE).min(rows))
-}
 
 /// The sums over a film.
 pub(super) struct Sums<const K: usize> {
@@ -33,6 +24,8 @@ pub(super) struct Sums<const K: usize> {
 pub(super) struct CellSink<'a, const K: usize> {
     pub(super) row_sums: &'a mut RowSums<K>,
     pub(super) non_finite: &'a mut Vec<NonFinite>,
+    /// Auxiliary rays of the row.
+    pub(super) rays: &'a mut u64,
     largest: &'a mut Option<Contribution>,
     progress: &'a Progress,
 }
@@ -50,54 +43,44 @@ impl<const K: usize> CellSink<'_, K> {
     }
 }
 
-/// Computes all rows of cells. `row` begins a row and returns what computes its cells; both may keep state.
+/// Computes all rows of cells. `begin` begins a row and returns what computes its cells.
 pub(super) fn over_film<const K: usize, W>(
     film: &FilmPlane,
     samples: usize,
     progress: &Progress,
     begin: impl Fn() -> W + Sync,
     cell: impl Fn(&mut W, (usize, usize), CellSink<'_, K>) + Sync,
-    rays: impl Fn(&W) -> u64 + Sync,
 ) -> Result<Sums<K>, Stopped> {
     let mut sums =
         Sums { accumulator: FilmAccumulator::new(film, samples), rays: 0, non_finite: vec![], largest: None };
-    let rows = film.rows + 2 * film.reach;
-    progress.start(rows);
-    for block in row_blocks(rows) {
-        let parts: Vec<_> = block
-            .into_par_iter()
-            .map(|j| {
-                let mut worker = begin();
-                let (mut row_sums, mut non_finite, mut largest) = (RowSums::new(film, samples), vec![], None);
-                for i in 0..film.columns + 2 * film.reach {
-                    if progress.stopped() {
-                        break;
-                    }
-                    let sink = CellSink {
-                        row_sums: &mut row_sums,
-                        non_finite: &mut non_finite,
-                        largest: &mut largest,
-                        progress,
-                    };
-                    cell(&mut worker, (i, j), sink);
-                }
-                progress.advance();
-                (row_sums, non_finite, largest, rays(&worker))
-            })
-            .collect();
-        if progress.stopped() {
-            return Err(Stopped);
+    let (columns, rows) = film.cells();
+    let row = |j| {
+        let (mut worker, mut row_sums) = (begin(), RowSums::new(film, samples));
+        let (mut non_finite, mut largest, mut rays) = (vec![], None, 0);
+        for i in 0..columns {
+            if progress.stopped() {
+                break;
+            }
+            let sink = CellSink {
+                row_sums: &mut row_sums,
+                non_finite: &mut non_finite,
+                rays: &mut rays,
+                largest: &mut largest,
+                progress,
+            };
+            cell(&mut worker, (i, j), sink);
         }
-        for (row_sums, non_finite, largest, rays) in parts {
-            sums.accumulator.absorb(&row_sums);
-            sums.non_finite.extend(non_finite);
-            Contribution::keep_larger(&mut sums.largest, largest);
-            sums.rays += rays;
-        }
-    }
+        (row_sums, non_finite, largest, rays)
+    };
+    in_order(rows, progress, row, |_, (row_sums, non_finite, largest, rays)| {
+        sums.accumulator.absorb(&row_sums);
+        sums.non_finite.extend(non_finite);
+        Contribution::keep_larger(&mut sums.largest, largest);
+        sums.rays += rays;
+    })?;
     if let Some(largest) = &mut sums.largest {
         largest.amount /= samples as f64;
-        largest.among = rows * (film.columns + 2 * film.reach) * samples;
+        largest.among = rows * columns * samples;
     }
     Ok(sums)
 }

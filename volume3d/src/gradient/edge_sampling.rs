@@ -3,12 +3,11 @@
 
 use glam::DVec3;
 
-use super::boundary::{Boundary, Driver, Moving, Take, Term, add, each_boundary};
+use super::accumulator::Sums;
+use super::boundary::{Effort, Gradients, Images, Moving, each_boundary};
 use super::motion::Motion;
 use super::tangent::{supports_active, supports_tangent};
-use super::{
-    ActiveParameters, Gradient, GradientError, GradientImage, Progress, Stopped, Tangent, Terms, WarpedArea,
-};
+use super::{ActiveParameters, Gradient, GradientError, GradientImage, Progress, Tangent, Terms, WarpedArea};
 use crate::scene::Scene;
 
 /// Derivatives by sampling edges.
@@ -67,15 +66,14 @@ impl EdgeSampling {
     ) -> Result<GradientImage, GradientError> {
         supports_tangent(scene, change)?;
         self.check(change.is_geometric())?;
-        let image = self.interior().forward(scene, change, progress)?;
-        let motion = Motion::new(scene, change);
-        let moving = Moving::of(scene, &motion);
+        let mut image = self.interior().forward(scene, change, progress)?;
         let zero = vec![DVec3::ZERO; image.gradient.len()];
         let terms = Terms { interior: image.gradient.clone(), primary: zero.clone(), secondary: zero };
-        let mut sums = Images { method: self, scene, motion: &motion, progress, image, terms };
-        each_boundary(scene, &moving, &mut sums)?;
-        let Images { mut image, terms, .. } = sums;
         image.terms = Some(terms);
+        let motion = &Motion::new(scene, change);
+        let (effort, image_so_far) = (self.effort(), &mut image);
+        let mut images = Images { effort, scene, motion, progress, image: image_so_far };
+        each_boundary(scene, &Moving::of(scene, motion), &mut images)?;
         Ok(image)
     }
 
@@ -97,12 +95,10 @@ impl EdgeSampling {
         self.check(active.is_geometric())?;
         let mut gradient = self.interior().reverse(scene, adjoint, active, progress)?;
         let moving = Moving { shapes: active.shapes.clone(), camera: active.camera };
-        let boundary = Tangent::still(scene).into();
-        let mut sums = Sums { method: self, scene, adjoint, active, progress, gradient: boundary };
-        each_boundary(scene, &moving, &mut sums)?;
-        let mut boundary = sums.gradient;
-        boundary.by_parameter.pull_normals(scene, active);
-        gradient.absorb(boundary);
+        let (effort, mut sums) = (self.effort(), Sums::new(scene));
+        let mut gradients = Gradients { effort, scene, adjoint, active, progress, sums: &mut sums };
+        each_boundary(scene, &moving, &mut gradients)?;
+        gradient.absorb(sums.finish(scene, active));
         Ok(gradient)
     }
 
@@ -116,10 +112,8 @@ impl EdgeSampling {
         }
     }
 
-    pub(super) fn driver<'s>(&self, scene: &'s Scene, term: Term) -> Driver<'s> {
-        let (width, height) = scene.size();
-        let samples = if term == Term::Primary { self.primary } else { self.secondary };
-        Driver::new(scene, self.seed, samples * width * height)
+    pub(super) fn effort(&self) -> Effort {
+        Effort { primary: self.primary, secondary: self.secondary, seed: self.seed }
     }
 
     fn check(&self, geometric: bool) -> Result<(), GradientError> {
@@ -127,48 +121,5 @@ impl EdgeSampling {
             Some(samples) => Err(GradientError::Samples { samples, least: 1 }),
             None => Ok(()),
         }
-    }
-}
-
-/// Forward mode: the image so far.
-struct Images<'a> {
-    method: &'a EdgeSampling,
-    scene: &'a Scene,
-    motion: &'a Motion<'a>,
-    progress: &'a Progress,
-    image: GradientImage,
-    terms: Terms,
-}
-
-impl Take for Images<'_> {
-    fn take(&mut self, term: Term, boundary: &impl Boundary) -> Result<(), Stopped> {
-        if !boundary.is_empty() {
-            let estimate =
-                self.method.driver(self.scene, term).forward(boundary, self.motion, self.progress)?;
-            let Terms { primary, secondary, .. } = &mut self.terms;
-            let part = if term == Term::Primary { primary } else { secondary };
-            add(&mut self.image, Some(part), estimate);
-        }
-        Ok(())
-    }
-}
-
-/// Reverse mode: the boundary terms so far.
-struct Sums<'a> {
-    method: &'a EdgeSampling,
-    scene: &'a Scene,
-    adjoint: &'a [DVec3],
-    active: &'a ActiveParameters,
-    progress: &'a Progress,
-    gradient: Gradient,
-}
-
-impl Take for Sums<'_> {
-    fn take(&mut self, term: Term, boundary: &impl Boundary) -> Result<(), Stopped> {
-        if boundary.is_empty() {
-            return Ok(());
-        }
-        let driver = self.method.driver(self.scene, term);
-        driver.reverse(boundary, self.adjoint, self.active, self.progress, &mut self.gradient)
     }
 }

@@ -1,9 +1,10 @@
 //! The film: where samples fall, what they weigh, and how points of space move on it.
 
+use flatland::calculus::{Number, Vec3};
 use glam::{DVec2, DVec3};
 
-use crate::calculus::{Frame, Number, Vec3};
 use crate::gradient::{CameraTangent, NonFinite};
+use crate::path::{Calculus, Frame};
 use crate::scene::{Camera, Filter, Scene};
 
 /// The image plane in pixels, x to the right and y down from the top left corner of the whole film.
@@ -52,6 +53,11 @@ impl FilmPlane {
     pub(crate) fn point(&self, i: usize, j: usize, within: [f64; 2]) -> DVec2 {
         let reach = self.reach as f64;
         self.corner + DVec2::new(i as f64 - reach + within[0], j as f64 - reach + within[1])
+    }
+
+    /// Columns and rows of cells that samples fall into.
+    pub(crate) fn cells(&self) -> (usize, usize) {
+        (self.columns + 2 * self.reach, self.rows + 2 * self.reach)
     }
 
     /// Whether samples of a cell reach any pixel.
@@ -111,6 +117,20 @@ impl FilmPlane {
         }
     }
 
+    /// The frame of the camera in numbers.
+    pub(crate) fn moving_frame<C: Calculus>(&self, camera: &Camera, calculus: &C) -> Frame<C::Number> {
+        let motion = calculus.camera();
+        let turned = |axis: DVec3| Vec3::turned(axis, motion.map(|m| m.rotation));
+        let (origin, focal) = (Vec3::constant(camera.origin), C::Number::constant(self.focal));
+        Frame {
+            origin: motion.map_or(origin, |m| origin + m.translation),
+            right: turned(camera.right),
+            up: turned(camera.up),
+            forward: turned(camera.forward),
+            focal: motion.map_or(focal, |m| focal + m.field_of_view * self.focal_rate(camera)),
+        }
+    }
+
     /// The direction of the ray through a film point.
     pub(crate) fn direction<T: Number>(&self, frame: &Frame<T>, [x, y]: [T; 2]) -> Vec3<T> {
         let a = (x - T::constant(self.centre.x)) / frame.focal;
@@ -118,7 +138,8 @@ impl FilmPlane {
         (frame.forward + frame.right * a + frame.up * b).normalized()
     }
 
-    /// Pixels a radian along directions through the axis' side, f/cos θ, for a ray at angle θ to the axis.
+    /// The pixels a radian, at least, that a ray at angle θ to the camera's axis moves on the film: f/cos θ around the axis;
+    /// towards it there are 1/cos θ times as many.
     pub(crate) fn scale(&self, camera: &Camera, direction: DVec3) -> f64 {
         self.focal / direction.dot(camera.forward)
     }
@@ -149,8 +170,8 @@ impl FilmPlane {
     pub(crate) fn cell(&self, u: DVec2) -> Option<(usize, usize)> {
         let at = (u - self.corner).floor() + self.reach as f64;
         let (i, j) = (at.x as usize, at.y as usize);
-        let inside =
-            at.min_element() >= 0.0 && i < self.columns + 2 * self.reach && j < self.rows + 2 * self.reach;
+        let (columns, rows) = self.cells();
+        let inside = at.min_element() >= 0.0 && i < columns && j < rows;
         (inside && self.cell_counts(i, j)).then_some((i, j))
     }
 

@@ -60,7 +60,7 @@ impl FiniteDifference {
         let films = [&sides[0], &sides[1]].map(FilmPlane::new);
         let film = FilmPlane::new(scene);
         let cell = |(): &mut (), place, sink: CellSink<'_, 6>| self.cell(&paths, &films, place, sink);
-        let sums: Sums<6> = over_film(&film, self.samples, progress, || (), cell, |()| 0)?;
+        let sums: Sums<6> = over_film(&film, self.samples, progress, || (), cell)?;
         Ok(finish::<1, 6>(&film, sums, self.samples))
     }
 

@@ -1,14 +1,18 @@
 //! Forward mode: numbers with the derivative along one change.
 
-use flatland::random::open01;
+use flatland::calculus::{Dual, Number, Rgb, Vec3};
+use flatland::random::Stream;
 use glam::{DVec2, DVec3};
 
+use super::CameraTangent;
 use super::auxiliary::Auxiliary;
+use super::border::border;
+use super::differential::{Differential, FilmPoint};
 use super::film::FilmPlane;
 use super::followed::FollowedPoint;
 use super::motion::Motion;
-use crate::calculus::{Calculus, Dual, Frame, Kernel, Number, Rgb, Vec3, Warped};
-use crate::scene::{Environment, Scene};
+use crate::path::{BorderSample, Calculus, CameraMotion, Kernel, Warped};
+use crate::scene::Scene;
 
 /// Which part of a derivative a tangent is. With three lanes the terms are kept apart:
 ///
@@ -25,6 +29,7 @@ const SECONDARY: usize = 2;
 #[derive(Debug)]
 pub(crate) struct Forward<'s, const N: usize> {
     pub(crate) scene: &'s Scene,
+    pub(crate) film: FilmPlane,
     pub(crate) motion: &'s Motion<'s>,
     /// `None` is no warp at all: the interior term alone.
     pub(crate) auxiliary: Option<Auxiliary<'s>>,
@@ -41,6 +46,11 @@ fn moving3<const N: usize>(value: DVec3, rate: DVec3) -> Vec3<Dual<N>> {
     Vec3::new(moving(value.x, rate.x), moving(value.y, rate.y), moving(value.z, rate.z))
 }
 
+/// A vector of value 0, if it changes.
+fn turning<const N: usize>(rate: DVec3) -> Option<Vec3<Dual<N>>> {
+    (rate != DVec3::ZERO).then(|| moving3(DVec3::ZERO, rate))
+}
+
 fn moving_rgb<const N: usize>(value: DVec3, rate: DVec3) -> Rgb<Dual<N>> {
     Rgb([moving(value.x, rate.x), moving(value.y, rate.y), moving(value.z, rate.z)])
 }
@@ -53,36 +63,17 @@ impl<const N: usize> Forward<'_, N> {
     fn velocity(&self, seen: &FollowedPoint) -> DVec3 {
         seen.followed.velocity(self.scene, |i| self.motion.change.positions[i as usize])
     }
+}
 
-    /// The camera's frame.
-    pub(crate) fn frame(&self, film: &FilmPlane) -> Frame<Dual<N>> {
-        let camera = &self.scene.description.camera;
-        let change = &self.motion.change.camera;
-        let turned = |axis: DVec3| moving3(axis, change.rotation.cross(axis));
-        let still = film.frame(camera);
-        Frame {
-            origin: moving3(camera.origin, change.translation),
-            right: turned(camera.right),
-            up: turned(camera.up),
-            forward: turned(camera.forward),
-            focal: moving(still.focal, film.focal_rate(camera) * change.field_of_view),
-        }
-    }
-
-    /// The warp at a point of the film, at which a triangle or nothing is seen.
-    pub(crate) fn film_warp(
-        &mut self,
-        film: &FilmPlane,
-        u: DVec2,
-        kappa: f64,
-        triangle: Option<u32>,
-    ) -> ([Dual<N>; 2], Dual<N>) {
-        let still = ([Dual::constant(u.x), Dual::constant(u.y)], Dual::constant(1.0));
+impl<const N: usize> Differential for Forward<'_, N> {
+    fn film_warp(&mut self, u: DVec2, triangle: Option<u32>) -> FilmPoint<Dual<N>> {
+        let still =
+            FilmPoint { at: [Dual::constant(u.x), Dual::constant(u.y)], jacobian: Dual::constant(1.0) };
         let moves = self.motion.camera_moves;
         let Some(auxiliary) = &mut self.auxiliary else { return still };
-        let Some(warp) = auxiliary.on_film(film, u, kappa, triangle, moves) else { return still };
+        let Some(warp) = auxiliary.on_film(&self.film, u, triangle, moves) else { return still };
         let change = &self.motion.change.camera;
-        let field = warp.field(film, &self.scene.description.camera, change, |seen| {
+        let field = warp.field(&self.film, &self.scene.description.camera, change, |seen| {
             if seen.followed.is_nothing() {
                 return DVec3::ZERO;
             }
@@ -94,7 +85,14 @@ impl<const N: usize> Forward<'_, N> {
             tangent[at] = rate;
             Dual::new(value, tangent)
         };
-        ([along(u.x, field.value.x), along(u.y, field.value.y)], along(1.0, field.divergence))
+        FilmPoint {
+            at: [along(u.x, field.value.x), along(u.y, field.value.y)],
+            jacobian: along(1.0, field.divergence),
+        }
+    }
+
+    fn rng(&mut self) -> Option<&mut Stream> {
+        self.auxiliary.as_mut().map(|a| &mut a.rng)
     }
 }
 
@@ -132,34 +130,40 @@ impl<const N: usize> Calculus for Forward<'_, N> {
         moving_rgb(value, self.motion.change.intensity[light])
     }
 
-    fn place(&self, light: usize, value: DVec3) -> Vec3<Dual<N>> {
-        let pose = self.motion.change.pose[light];
-        let rate = match self.scene.description.lights[light] {
-            crate::scene::Light::Point { .. } => pose,
-            crate::scene::Light::Directional { .. } => pose.cross(value),
-        };
-        moving3(value, rate)
+    fn pose(&self, light: usize) -> Option<Vec3<Dual<N>>> {
+        turning(self.motion.change.pose[light])
     }
 
     fn environment(&self, value: DVec3) -> Rgb<Dual<N>> {
         moving_rgb(value, self.motion.change.environment)
     }
 
-    fn environment_direction(&self, direction: Vec3<Dual<N>>) -> Vec3<Dual<N>> {
-        let Some(Environment::Map { to_world, .. }) = &self.scene.description.environment else {
-            return direction;
-        };
-        let w = self.motion.change.environment_rotation;
-        let axis = |a: DVec3| moving3::<N>(a, w.cross(a)).dot(direction);
-        Vec3::new(axis(to_world.x_axis), axis(to_world.y_axis), axis(to_world.z_axis))
+    fn environment_turn(&self) -> Option<Vec3<Dual<N>>> {
+        turning(self.motion.change.environment_rotation)
+    }
+
+    fn camera(&self) -> Option<CameraMotion<Dual<N>>> {
+        let CameraTangent { translation, rotation, field_of_view } = self.motion.change.camera;
+        self.motion.camera_moves.then(|| CameraMotion {
+            translation: moving3(DVec3::ZERO, translation),
+            rotation: moving3(DVec3::ZERO, rotation),
+            field_of_view: moving(0.0, field_of_view),
+        })
     }
 
     fn wants_black(&self, material: usize) -> bool {
         self.motion.change.reflectance[material] != DVec3::ZERO
     }
 
-    fn beside(&mut self) -> Option<f64> {
-        self.auxiliary.as_mut().map(|a| open01(&mut a.rng))
+    fn border(
+        &mut self,
+        origin: Vec3<Dual<N>>,
+        from: u32,
+        shape: u32,
+        kernel: impl FnOnce() -> Kernel,
+    ) -> Option<BorderSample<Dual<N>>> {
+        let paths = self.auxiliary.as_ref()?.paths;
+        border(self, paths, origin, from, shape, kernel)
     }
 
     fn warp(

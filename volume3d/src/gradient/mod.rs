@@ -20,8 +20,10 @@
 
 mod accumulator;
 mod auxiliary;
+mod border;
 mod boundary;
 mod contribution;
+mod differential;
 mod displaced;
 mod driver;
 mod edge_sampling;
@@ -35,6 +37,7 @@ mod groups;
 mod motion;
 mod nearest_jump;
 mod non_finite;
+mod parts;
 mod primal;
 mod progress;
 mod regions;
@@ -42,6 +45,7 @@ mod result;
 mod reverse;
 mod rigid_motion;
 mod rotation;
+mod rows;
 mod silhouette_mean;
 mod tangent;
 #[cfg(test)]

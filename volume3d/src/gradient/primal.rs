@@ -36,7 +36,7 @@ pub(super) fn primal(
     let cell = |(): &mut (), place, sink: CellSink<'_, 3>| {
         sample_cell(paths, &film, place, samples, seed, sink);
     };
-    let Sums { accumulator, non_finite, .. } = over_film(&film, samples, progress, || (), cell, |()| 0)?;
+    let Sums { accumulator, non_finite, .. } = over_film(&film, samples, progress, || (), cell)?;
     Ok(Image {
         width: film.columns,
         height: film.rows,

@@ -89,6 +89,6 @@ impl Rotation {
 
     fn area(&self) -> WarpedArea {
         let Self { samples, control_variate, kernels, seed, .. } = *self;
-        WarpedArea { samples, control_variate, kernels, seed, ..WarpedArea::default() }
+        WarpedArea { samples, control_variate, kernels, sign_changes: 0, seed, ..WarpedArea::default() }
     }
 }

@@ -192,15 +192,15 @@ impl Tangent {
 /// Which parameters a reverse sweep must report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ActiveParameters {
-    /// For every shape, whether its positions (and given normals).
+    /// Whether each shape's positions, and its given normals, are active.
     pub shapes: Vec<bool>,
-    /// For every material, whether its reflectance, texture and roughness.
+    /// Whether each material's reflectance, texture and roughness are.
     pub materials: Vec<bool>,
-    /// Whether the radiance and intensity of lights and of the environment.
+    /// Whether the radiance of shapes and of the environment, and the intensity of lights, are.
     pub lights: bool,
-    /// Whether the poses of lights and of the environment.
+    /// Whether the poses of lights and of the environment are.
     pub poses: bool,
-    /// Whether the camera.
+    /// Whether the camera's place, turn and field of view are.
     pub camera: bool,
 }
 

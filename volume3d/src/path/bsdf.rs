@@ -1,10 +1,10 @@
 //! Reflection at one point: its value with derivatives, and sampling by value alone.
 
+use flatland::calculus::{Number, Rgb, Vec3};
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
 
 use glam::{DVec2, DVec3};
 
-use crate::calculus::{Number, Rgb, Vec3};
 use crate::scene::{Bsdf, Microfacets};
 
 /// A shaded point: everything that reflection depends on.

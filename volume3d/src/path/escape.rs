@@ -1,10 +1,11 @@
 //! What arrives from beyond the scene.
 
+use flatland::calculus::{Number, Rgb, Vec3};
 use std::f64::consts::{PI, TAU};
 
+use super::calculus::Calculus;
 use super::lights::LightId;
 use super::surface::lookup;
-use crate::calculus::{Calculus, Number, Rgb, Vec3};
 use crate::scene::{Environment, Light, Scene, Wrap};
 
 /// The radiance of one light without a surface, from a direction.
@@ -17,7 +18,7 @@ pub(crate) fn distant<C: Calculus>(
     match id {
         LightId::Light(index) => match &scene.description.lights[index as usize] {
             Light::Directional { direction: along, irradiance, kappa, .. } if kappa.is_finite() => {
-                let axis = calculus.place(index as usize, -*along);
+                let axis = Vec3::turned(-*along, calculus.pose(index as usize));
                 let apart = direction - axis;
                 let lobe = (apart.dot(apart) * (-0.5 * kappa)).exp();
                 let norm = kappa / (-TAU * (-2.0 * kappa).exp_m1());
@@ -26,12 +27,14 @@ pub(crate) fn distant<C: Calculus>(
             _ => Rgb::constant(glam::DVec3::ZERO),
         },
         LightId::Environment => match &scene.description.environment {
-            Some(Environment::Map { texture, scale, .. }) => {
-                let local = calculus.environment_direction(direction);
-                let around = atan2(local.x, -local.z) * (1.0 / TAU);
-                let up = local.y.value().clamp(-1.0, 1.0);
+            Some(Environment::Map { texture, scale, to_world, .. }) => {
+                let turn = calculus.environment_turn();
+                let [x, y, z] = [to_world.x_axis, to_world.y_axis, to_world.z_axis]
+                    .map(|axis| Vec3::turned(axis, turn).dot(direction));
+                let around = atan2(x, -z) * (1.0 / TAU);
+                let up = y.value().clamp(-1.0, 1.0);
                 let slope = -1.0 / (1.0 - up * up).max(f64::MIN_POSITIVE).sqrt();
-                let down = local.y.chain(up.acos(), slope) * (1.0 / PI);
+                let down = y.chain(up.acos(), slope) * (1.0 / PI);
                 let image = &scene.description.textures[*texture];
                 let t = C::Number::constant(1.0) - down;
                 let wraps = [Wrap::Repeat, Wrap::Clamp];

@@ -1,36 +1,18 @@
 //! A path tracer with next-event estimation and multiple importance sampling, in numbers that may carry
 //! derivatives.
 
+use flatland::calculus::{Number, Rgb, Vec3};
 use glam::DVec3;
 
 use super::bsdf::Shading;
+use super::calculus::{Calculus, VisibilityDomain, Warped};
 use super::escape::distant;
+use super::kernels::Kernels;
 use super::lights::{LightId, LightSample, Lights};
 use super::sequence::Sequence;
 use super::surface::SurfacePoint;
-use crate::calculus::{Calculus, Kernel, Number, Rgb, Vec3, VisibilityDomain, Warped};
 use crate::geometry::{Hit, Ray};
 use crate::scene::{Environment, Light, Scene};
-
-/// How concentrated the auxiliary rays are around what they serve.
-///
-/// A kernel's width is 1/√κ. What a warp has to resolve is as wide as a pixel on the film, as the lobe of what
-/// reflects, and as the emitter that is looked at.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Kernels {
-    /// κ on the film, per square pixel.
-    pub film: f64,
-    /// κ of directions around a diffuse surface, and the least there is.
-    pub surface: f64,
-    /// κ towards an emitter of half angle α is (relative/α)².
-    pub relative: f64,
-}
-
-impl Default for Kernels {
-    fn default() -> Self {
-        Self { film: 8.0, surface: 20.0, relative: 2.0 }
-    }
-}
 
 /// Distances below this part of the scene's coordinates are rounding: a ray that leaves a surface starts there.
 /// The hit is recomputed in double precision, whose own error is a hundred times less.
@@ -95,6 +77,13 @@ impl<'s> Paths<'s> {
     pub(crate) fn blocked(&self, origin: DVec3, direction: DVec3, near: f64, far: f64) -> bool {
         let far = self.short_of(far);
         self.scene.accelerator.occluded(&Ray { origin, direction, near, far, from: None })
+    }
+
+    /// Whether anything is in the way from x on a triangle to what is at a distance.
+    pub(crate) fn shadowed(&self, x: DVec3, from: u32, direction: DVec3, distance: f64) -> bool {
+        let far = self.short_of(distance);
+        let ray = Ray { origin: x, direction, near: self.near, far, from: Some(from) };
+        self.scene.accelerator.occluded(&ray)
     }
 
     /// Where a ray to a point ends: before the point by a part of the way, and by what rounding of coordinates may move
@@ -234,9 +223,15 @@ impl<'s> Paths<'s> {
         let x = point.position.value();
         let Some(towards) = self.lights.sample(self.scene, x, [choice, a, b]) else { return zero };
         let border = match towards.id {
-            LightId::Shape(shape) => self.border(calculus, point, shading, shape).unwrap_or(zero),
-            _ => zero,
+            LightId::Shape(shape) => {
+                let kernel = || self.kernels.of_light(self.scene, &self.lights, towards.id, shading, x, None);
+                calculus.border(point.position, point.triangle, shape, kernel)
+            }
+            _ => None,
         };
+        let border = border.map_or(zero, |b| {
+            shading.evaluate(Vec3::constant(b.direction)) * Rgb::constant(b.light) * b.speed
+        });
         border + self.towards_light(calculus, point, shading, &towards)
     }
 
@@ -250,12 +245,8 @@ impl<'s> Paths<'s> {
         let zero = Rgb::constant(DVec3::ZERO);
         let x = point.position.value();
         let direction = towards.sampled.direction;
-        if shading.normal.value().dot(direction) <= 0.0 {
-            return zero;
-        }
-        let far = self.short_of(towards.distance);
-        let ray = Ray { origin: x, direction, near: self.near, far, from: Some(point.triangle) };
-        if self.scene.accelerator.occluded(&ray) {
+        let up = shading.normal.value();
+        if up.dot(direction) <= 0.0 || self.shadowed(x, point.triangle, direction, towards.distance) {
             return zero;
         }
         if towards.delta {
@@ -263,7 +254,8 @@ impl<'s> Paths<'s> {
         }
         let density = towards.sampled.density;
         let weight = density / (density + shading.density(direction));
-        let kernel = self.kernel(towards.id, shading, x, towards.triangle);
+        let kernel =
+            self.kernels.of_light(self.scene, &self.lights, towards.id, shading, x, towards.triangle);
         let warped = calculus.warp(point.position, point.triangle, direction, kernel);
         let emitted = match towards.id {
             LightId::Shape(shape) => {
@@ -288,11 +280,13 @@ impl<'s> Paths<'s> {
         let weight = C::Number::constant(1.0 / towards.sampled.density);
         match &self.scene.description.lights[index] {
             Light::Directional { direction, irradiance, .. } => {
-                let direction = calculus.place(index, -*direction);
+                let direction = Vec3::turned(-*direction, calculus.pose(index));
                 shading.evaluate(direction) * calculus.intensity(index, *irradiance) * weight
             }
             Light::Point { position, intensity, .. } => {
-                let way = calculus.place(index, *position) - point.position;
+                let place = Vec3::constant(*position);
+                let place = calculus.pose(index).map_or(place, |shift| place + shift);
+                let way = place - point.position;
                 let falloff = C::Number::constant(1.0) / way.dot(way);
                 shading.evaluate(way.normalized())
                     * calculus.intensity(index, *intensity)
@@ -340,12 +334,8 @@ impl<'s> Paths<'s> {
         if if hit.is_some() { !goes_on } else { !environment } {
             return None;
         }
-        let kernel = Kernel {
-            kappa: self.kernels.surface.max(shading.concentration()),
-            domain: if goes_on { VisibilityDomain::Radiance } else { VisibilityDomain::Distant },
-            normal: shading.normal.value(),
-            triangle: hit.map(|h| h.triangle),
-        };
+        let sees = if goes_on { VisibilityDomain::Radiance } else { VisibilityDomain::Distant };
+        let kernel = self.kernels.of_bounce(shading, sees, hit.map(|h| h.triangle));
         let warped = calculus.warp(point.position, point.triangle, sampled.direction, kernel);
         let throughput = throughput * reflect(shading, &warped, 1.0 / sampled.density);
         if hit.is_none() {
@@ -380,7 +370,7 @@ impl<'s> Paths<'s> {
                 direction,
                 hit.distance,
             );
-            let kernel = self.kernel(id, shading, x, Some(hit.triangle));
+            let kernel = self.kernels.of_light(self.scene, &self.lights, id, shading, x, Some(hit.triangle));
             let warped = calculus.warp(point.position, point.triangle, direction, kernel);
             let emitted = calculus.radiance(shape, radiance);
             *total = *total + throughput * reflect(shading, &warped, 1.0 / (density + other)) * emitted;
@@ -388,88 +378,11 @@ impl<'s> Paths<'s> {
         }
         for &id in &self.distant {
             let other = self.lights.density_of_escape(self.scene, id, direction);
-            let kernel = self.kernel(id, shading, x, None);
+            let kernel = self.kernels.of_light(self.scene, &self.lights, id, shading, x, None);
             let warped = calculus.warp(point.position, point.triangle, direction, kernel);
             let emitted = distant(self.scene, calculus, id, warped.direction);
             *total = *total + throughput * reflect(shading, &warped, 1.0 / (density + other)) * emitted;
         }
-    }
-
-    /// The kernel for the light of one emitter reflected at x, where a triangle of it is seen.
-    fn kernel<T: Number>(
-        &self,
-        id: LightId,
-        shading: &Shading<'_, T>,
-        x: DVec3,
-        triangle: Option<u32>,
-    ) -> Kernel {
-        let least = self.kernels.surface.max(shading.concentration());
-        let normal = shading.normal.value();
-        match id {
-            LightId::Shape(shape) => {
-                let angle = self.lights.half_angle(shape, x);
-                let kappa = least.max((self.kernels.relative / angle).powi(2));
-                Kernel { kappa, domain: self.lights.domain(shape), normal, triangle }
-            }
-            LightId::Light(index) => match &self.scene.description.lights[index as usize] {
-                Light::Directional { kappa, .. } if kappa.is_finite() => {
-                    let kappa = least.max(0.5 * self.kernels.relative.powi(2) * kappa);
-                    Kernel { kappa, domain: VisibilityDomain::Distant, normal, triangle }
-                }
-                _ => Kernel { kappa: least, domain: VisibilityDomain::Distant, normal, triangle },
-            },
-            LightId::Environment => {
-                Kernel { kappa: least, domain: VisibilityDomain::Distant, normal, triangle }
-            }
-        }
-    }
-
-    /// ∮ f L (v_b − V)·ν over the border of a flat emitter as seen from x: its motion beyond that of the warp,
-    /// which need not know it. With it, silhouettes of what hides the emitter are all that the warp must follow,
-    /// and its kernel may be as wide as the emitter.
-    ///
-    /// One point of the border, of the emitter that next-event estimation has chosen.
-    fn border<C: Calculus>(
-        &self,
-        calculus: &mut C,
-        point: &SurfacePoint<C::Number>,
-        shading: &Shading<'_, C::Number>,
-        shape: u32,
-    ) -> Option<Rgb<C::Number>> {
-        let border = self.lights.border_point(self.scene, shape, calculus.beside()?)?;
-        let x = point.position.value();
-        let way = border.place - x;
-        let distance = way.length();
-        let direction = way / distance;
-        if shading.normal.value().dot(direction) <= 0.0 {
-            return None;
-        }
-        let far = self.short_of(distance);
-        let ray = Ray { origin: x, direction, near: self.near, far, from: Some(point.triangle) };
-        if self.scene.accelerator.occluded(&ray) {
-            return None;
-        }
-        let ends = border.ends.map(|i| calculus.position(i));
-        let place = ends[0] + (ends[1] - ends[0]) * C::Number::constant(border.along);
-        let material = (place - point.position).normalized();
-        let kernel = self.kernel(LightId::Shape(shape), shading, x, None);
-        let warped = calculus.warp(point.position, point.triangle, direction, kernel);
-        // Tangent to the border on the sphere, and its outward normal.
-        let tangent = border.edge - border.edge.dot(direction) * direction;
-        let across = direction.cross(tangent).try_normalize()?;
-        let outward = if across.dot(border.inside - border.place) > 0.0 { -across } else { across };
-        let normal = Vec3::constant(outward);
-        // Their values agree but for rounding, which counts for nothing; their derivatives are v_b and V.
-        let speed = material.dot(normal) - warped.direction.dot(normal);
-        let speed = speed - C::Number::constant(speed.value());
-        if speed.is_still() {
-            return None;
-        }
-        let length = tangent.length() / distance * border.whole;
-        let weight = length / self.lights.probability(LightId::Shape(shape));
-        let radiance = self.scene.description.shapes[shape as usize].radiance?;
-        let reflected = shading.evaluate(Vec3::constant(direction));
-        Some(reflected * Rgb::constant(radiance * weight) * speed)
     }
 }
 

@@ -5,8 +5,9 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use super::bsdf::Sampled;
-use crate::calculus::VisibilityDomain;
-use crate::geometry::Edges;
+use super::calculus::VisibilityDomain;
+use super::emitter::{Area, BorderPoint, face_normal};
+use super::map::{MapSampler, luminance};
 use crate::scene::{Environment, Light, Scene};
 
 /// What next-event estimation can choose.
@@ -27,54 +28,17 @@ struct Entry {
     probability: f64,
 }
 
-/// All lights that next-event estimation chooses from, roughly by power. A constant environment is not among
-/// them: sampling reflection finds it as well.
+/// All lights that next-event estimation chooses from: half of the choices by power, half evenly. A constant environment
+/// is not among them, as sampling reflection finds it as well.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Lights {
     entries: Vec<Entry>,
     /// For each shape its place in `entries`, or none.
     of_shape: Vec<Option<u32>>,
-    /// The shapes that emit.
+    /// Those of the entries that are shapes.
     areas: Vec<Area>,
     /// How directions of the environment's map are drawn, if it has one.
     map: Option<MapSampler>,
-}
-
-/// The triangles of an emitting shape.
-#[derive(Clone, Debug)]
-struct Area {
-    shape: u32,
-    first_triangle: u32,
-    /// Cumulated areas.
-    cumulative: Vec<f64>,
-    centre: DVec3,
-    radius: f64,
-    border: Option<Border>,
-}
-
-/// The border of a flat emitter.
-#[derive(Clone, Debug)]
-struct Border {
-    normal: DVec3,
-    offset: f64,
-    /// Ends, counter-clockwise, and the corner across from them.
-    edges: Vec<[u32; 3]>,
-    /// Cumulated lengths.
-    cumulative: Vec<f64>,
-}
-
-/// A point on the border of a flat emitter.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct BorderPoint {
-    /// The ends of the edge, and the part of the way from the first to the second.
-    pub(crate) ends: [u32; 2],
-    pub(crate) along: f64,
-    /// Points of the edge and a point inside.
-    pub(crate) place: DVec3,
-    pub(crate) edge: DVec3,
-    pub(crate) inside: DVec3,
-    /// The length of the whole border: 1/density.
-    pub(crate) whole: f64,
 }
 
 /// A direction towards a light.
@@ -278,112 +242,6 @@ impl Lights {
     }
 }
 
-/// The front of a triangle at one of its points.
-struct Spot {
-    triangle: u32,
-    point: DVec3,
-    normal: DVec3,
-}
-
-impl Area {
-    fn new(scene: &Scene, shape: usize) -> Self {
-        let [first, end] = [scene.first_triangle[shape], scene.first_triangle[shape + 1]];
-        let mut sum = 0.0;
-        let mut cumulative = vec![];
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for triangle in &scene.triangles[first as usize..end as usize] {
-            let [a, b, c] = triangle.positions.map(|i| scene.positions[i as usize]);
-            sum += 0.5 * (b - a).cross(c - a).length();
-            cumulative.push(sum);
-            for p in [a, b, c] {
-                (low, high) = (low.min(p), high.max(p));
-            }
-        }
-        Self {
-            shape: shape as u32,
-            first_triangle: first,
-            cumulative,
-            centre: 0.5 * (low + high),
-            radius: 0.5 * (high - low).length(),
-            border: Border::new(scene, first as usize..end as usize),
-        }
-    }
-
-    fn whole(&self) -> f64 {
-        self.cumulative.last().copied().unwrap_or(0.0)
-    }
-
-    /// A point, uniform in area.
-    fn sample(&self, scene: &Scene, [choice, a, b]: [f64; 3]) -> Spot {
-        let target = choice * self.whole();
-        let i = self.cumulative.partition_point(|&c| c <= target).min(self.cumulative.len() - 1);
-        let triangle = self.first_triangle + i as u32;
-        let [p, q, r] = scene.triangles[triangle as usize].positions.map(|i| scene.positions[i as usize]);
-        let root = a.sqrt();
-        Spot {
-            triangle,
-            point: p + (q - p) * (root * (1.0 - b)) + (r - p) * (root * b),
-            normal: face_normal(scene, triangle),
-        }
-    }
-}
-
-impl Border {
-    /// Of triangles that all lie in one plane, face the same way, and do not overlap in more than edges.
-    fn new(scene: &Scene, triangles: std::ops::Range<usize>) -> Option<Self> {
-        let first = triangles.start as u32;
-        let normal = face_normal(scene, first);
-        let corner = scene.positions[scene.triangles[triangles.start].positions[0] as usize];
-        let offset = normal.dot(corner);
-        for t in triangles.clone() {
-            let corners = scene.triangles[t].positions;
-            let height = |i: u32| {
-                let p = scene.positions[i as usize];
-                (normal.dot(p) - offset).abs() > FLAT * (p - corner).length().max(corner.length())
-            };
-            if corners.into_iter().any(height) || (face_normal(scene, t as u32) - normal).length() > FLAT {
-                return None;
-            }
-        }
-        let (mut edges, mut cumulative, mut sum) = (vec![], vec![], 0.0);
-        let triangles = &scene.triangles[triangles];
-        for sides in Edges::of(triangles.iter().map(|t| t.positions)).iter() {
-            match sides {
-                [side] => {
-                    let mut corners = triangles[side.triangle as usize].positions;
-                    corners.rotate_left(side.corner as usize);
-                    let [a, b, c] = corners;
-                    sum += scene.positions[a as usize].distance(scene.positions[b as usize]);
-                    edges.push([a, b, c]);
-                    cumulative.push(sum);
-                }
-                [_, _] => {}
-                _ => return None,
-            }
-        }
-        Some(Self { normal, offset, edges, cumulative })
-    }
-
-    fn point(&self, scene: &Scene, xi: f64) -> Option<BorderPoint> {
-        let whole = *self.cumulative.last()?;
-        let target = xi * whole;
-        let i = self.cumulative.partition_point(|&c| c <= target).min(self.edges.len() - 1);
-        let [a, b, c] = self.edges[i];
-        let [p, q, inside] = [a, b, c].map(|k| scene.positions[k as usize]);
-        let along = 1.0 - (self.cumulative[i] - target) / p.distance(q);
-        let edge = (q - p).try_normalize()?;
-        Some(BorderPoint { ends: [a, b], along, place: p + along * (q - p), edge, inside, whole })
-    }
-}
-
-/// How far, relatively, corners of a flat emitter may be from its plane.
-const FLAT: f64 = 1e-12;
-
-fn face_normal(scene: &Scene, triangle: u32) -> DVec3 {
-    let [a, b, c] = scene.triangles[triangle as usize].positions.map(|i| scene.positions[i as usize]);
-    (b - a).cross(c - a).normalize_or_zero()
-}
-
 /// κ e^{−κ(1 − ω·ω₀)}/(2π(1 − e^{−2κ})).
 pub(crate) fn lobe(axis: DVec3, kappa: f64, direction: DVec3) -> f64 {
     let versine = 0.5 * (direction - axis).length_squared();
@@ -396,92 +254,4 @@ fn von_mises_fisher(axis: DVec3, kappa: f64, [a, b]: [f64; 2]) -> (DVec3, f64) {
     let (sin, cos) = (TAU * b).sin_cos();
     let direction = axis - versine * axis + (versine * (2.0 - versine)).sqrt() * (cos * s + sin * t);
     (direction, lobe(axis, kappa, direction))
-}
-
-/// Rec. 709.
-pub(crate) fn luminance(c: DVec3) -> f64 {
-    c.dot(DVec3::new(0.2126, 0.7152, 0.0722))
-}
-
-/// Directions with a density proportional to the luminance of the brightest of the texels that a bilinear
-/// lookup there may mix, constant on cells between texel borders.
-#[derive(Clone, Debug)]
-struct MapSampler {
-    width: usize,
-    height: usize,
-    /// Cumulated over rows, and in each row over columns.
-    rows: Vec<f64>,
-    columns: Vec<f64>,
-    /// The mean luminance over the sphere.
-    mean: f64,
-}
-
-impl MapSampler {
-    fn new(scene: &Scene, texture: usize) -> Self {
-        let texture = &scene.description.textures[texture];
-        let (width, height) = (texture.width, texture.height);
-        let texel = |i: usize, j: usize| luminance(texture.texels[j * width + i]).max(0.0);
-        let mut mean = 0.0;
-        let (mut rows, mut columns) = (vec![], vec![]);
-        let mut sum = 0.0;
-        for j in 0..height {
-            let (top, bottom) = (j.saturating_sub(1), (j + 1).min(height - 1));
-            // Solid angle of a row's cells: the difference of cosines.
-            let edge = |j: usize| (PI * j as f64 / height as f64).cos();
-            let cell = TAU / width as f64 * (edge(j) - edge(j + 1));
-            let mut row = 0.0;
-            for i in 0..width {
-                let around = [i + width - 1, i, i + 1].map(|i| i % width);
-                let brightest =
-                    around.iter().flat_map(|&i| [top, j, bottom].map(|j| texel(i, j))).fold(0.0, f64::max);
-                mean += cell * texel(i, j) / (4.0 * PI);
-                row += cell * brightest;
-                columns.push(row);
-            }
-            sum += row;
-            rows.push(sum);
-        }
-        if sum <= 0.0 {
-            // Black: any density will do.
-            rows = (1..=height).map(|j| j as f64).collect();
-            columns = (0..height).flat_map(|_| (1..=width).map(|i| i as f64 / width as f64)).collect();
-        }
-        Self { width, height, rows, columns, mean }
-    }
-
-    fn whole(&self) -> f64 {
-        self.rows[self.height - 1]
-    }
-
-    fn mass(cumulative: &[f64], i: usize) -> f64 {
-        cumulative[i] - if i > 0 { cumulative[i - 1] } else { 0.0 }
-    }
-
-    fn density_of_cell(&self, i: usize, j: usize) -> f64 {
-        let row = &self.columns[j * self.width..(j + 1) * self.width];
-        let edge = |j: usize| (PI * j as f64 / self.height as f64).cos();
-        let cell = TAU / self.width as f64 * (edge(j) - edge(j + 1));
-        Self::mass(row, i) / (self.whole() * cell)
-    }
-
-    fn sample(&self, [choice, a, b]: [f64; 3]) -> (DVec3, f64) {
-        let j = self.rows.partition_point(|&c| c <= choice * self.whole()).min(self.height - 1);
-        let row = &self.columns[j * self.width..(j + 1) * self.width];
-        let target = a * row[self.width - 1];
-        let i = row.partition_point(|&c| c <= target).min(self.width - 1);
-        let within = ((target - if i > 0 { row[i - 1] } else { 0.0 }) / Self::mass(row, i)).clamp(0.0, 1.0);
-        let edge = |j: usize| (PI * j as f64 / self.height as f64).cos();
-        let y = edge(j) + b * (edge(j + 1) - edge(j));
-        let around = TAU * (i as f64 + within) / self.width as f64;
-        let r = (1.0 - y * y).max(0.0).sqrt();
-        (DVec3::new(r * around.sin(), y, -r * around.cos()), self.density_of_cell(i, j))
-    }
-
-    fn density(&self, direction: DVec3) -> f64 {
-        let around = direction.x.atan2(-direction.z).rem_euclid(TAU);
-        let i = ((around / TAU * self.width as f64) as usize).min(self.width - 1);
-        let j =
-            ((direction.y.clamp(-1.0, 1.0).acos() / PI * self.height as f64) as usize).min(self.height - 1);
-        self.density_of_cell(i, j)
-    }
 }

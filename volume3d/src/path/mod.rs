@@ -1,16 +1,21 @@
 //! The path tracer: one program for the primal and, over numbers with derivatives, for gradients.
 
 mod bsdf;
+mod calculus;
+mod emitter;
 mod escape;
 mod integrator;
+mod kernels;
 mod lights;
+mod map;
 mod plain;
 mod sequence;
 mod surface;
 
 pub(crate) use bsdf::Shading;
-pub use integrator::Kernels;
+pub(crate) use calculus::{BorderSample, Calculus, CameraMotion, Frame, Kernel, VisibilityDomain, Warped};
 pub(crate) use integrator::{Paths, SHORT};
+pub use kernels::Kernels;
 pub(crate) use lights::LightId;
 pub(crate) use plain::Plain;
 pub(crate) use sequence::Sequence;

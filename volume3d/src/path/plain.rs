@@ -1,9 +1,10 @@
 //! Plain numbers: no derivative, no warp, no auxiliary ray.
 
+use flatland::calculus::{Rgb, Vec3};
 use glam::DVec3;
 
-use crate::calculus::{Calculus, Kernel, Rgb, Vec3, Warped};
-use crate::scene::{Environment, Scene};
+use super::calculus::{BorderSample, Calculus, CameraMotion, Kernel, Warped};
+use crate::scene::Scene;
 
 /// The primal's calculus.
 #[derive(Clone, Copy, Debug)]
@@ -42,26 +43,33 @@ impl Calculus for Plain<'_> {
         Rgb::constant(value)
     }
 
-    fn place(&self, _: usize, value: DVec3) -> Vec3<f64> {
-        Vec3::constant(value)
+    fn pose(&self, _: usize) -> Option<Vec3<f64>> {
+        None
     }
 
     fn environment(&self, value: DVec3) -> Rgb<f64> {
         Rgb::constant(value)
     }
 
-    fn environment_direction(&self, direction: Vec3<f64>) -> Vec3<f64> {
-        let Some(Environment::Map { to_world, .. }) = &self.scene.description.environment else {
-            return direction;
-        };
-        Vec3::constant(to_world.transpose() * direction.value())
+    fn environment_turn(&self) -> Option<Vec3<f64>> {
+        None
+    }
+
+    fn camera(&self) -> Option<CameraMotion<f64>> {
+        None
     }
 
     fn wants_black(&self, _: usize) -> bool {
         false
     }
 
-    fn beside(&mut self) -> Option<f64> {
+    fn border(
+        &mut self,
+        _: Vec3<f64>,
+        _: u32,
+        _: u32,
+        _: impl FnOnce() -> Kernel,
+    ) -> Option<BorderSample<f64>> {
         None
     }
 

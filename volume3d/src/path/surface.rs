@@ -1,9 +1,10 @@
 //! What a ray hits, in numbers that carry derivatives.
 
+use flatland::calculus::{Number, Rgb, Vec3};
 use glam::{DVec2, DVec3};
 
 use super::bsdf::Shading;
-use crate::calculus::{Calculus, Number, Rgb, Vec3};
+use super::calculus::Calculus;
 use crate::scene::{NONE, Reflectance, Scene, Texture, Triangle, Wrap};
 
 /// A point of a surface that a ray from the viewer hit.

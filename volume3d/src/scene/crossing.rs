@@ -22,11 +22,11 @@
 //! which do not cross; 0.08 s for two crossing spheres of 163,840. It keeps the segments and nothing else: the peak memory
 //! of `volume3d info` is that of loading the meshes, 76 MB for 163,840 triangles and 1.4 GB for 2.6 million.
 
+use flatland::calculus::{Number, Vec3};
 use glam::DVec3;
 
 use super::adjacency::Adjacency;
 use super::triangle::{Tables, Triangle};
-use crate::calculus::{Calculus, Number, Vec3};
 use crate::geometry::{Accelerator, End, Meeting, meeting};
 
 /// A segment along which two triangles pass through one another.
@@ -282,8 +282,13 @@ impl Crossing {
     }
 
     /// One of its points, with the derivative that its velocity is.
-    pub(super) fn point<C: Calculus>(&self, tables: Tables<'_>, along: f64, calculus: &C) -> Vec3<C::Number> {
-        let constant = |x: f64| C::Number::constant(x);
+    pub(super) fn point<T: Number>(
+        &self,
+        tables: Tables<'_>,
+        along: f64,
+        position: impl Fn(u32) -> Vec3<T>,
+    ) -> Vec3<T> {
+        let constant = |x: f64| T::constant(x);
         let place = self.places[0] + along * (self.places[1] - self.places[0]);
         let mut point = Vec3::constant(place);
         for which in 0..2 {
@@ -292,7 +297,7 @@ impl Crossing {
             let mut material = Vec3::constant(DVec3::ZERO);
             for k in 0..3 {
                 let still = Vec3::constant(tables.positions[corners[k] as usize]);
-                material = material + (calculus.position(corners[k]) - still) * constant(weights[k]);
+                material = material + (position(corners[k]) - still) * constant(weights[k]);
             }
             let across = Vec3::constant(self.normals[which]).dot(material);
             let along = Vec3::constant(self.along).dot(material) * constant(0.5);

@@ -1,9 +1,9 @@
 //! Straight pieces of the curves at which what is seen may jump: edges of triangles, and crossings.
 
+use flatland::calculus::{Number, Vec3};
 use glam::DVec3;
 
 use super::Scene;
-use crate::calculus::{Calculus, Number, Vec3};
 
 /// What a straight piece is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,14 +23,19 @@ impl Span {
         }
     }
 
-    /// A part of the way from the first end to the second, in numbers.
-    pub(crate) fn point<C: Calculus>(self, scene: &Scene, along: f64, calculus: &C) -> Vec3<C::Number> {
+    /// A part of the way from the first end to the second, in numbers, from the positions of vertices.
+    pub(crate) fn point<T: Number>(
+        self,
+        scene: &Scene,
+        along: f64,
+        position: impl Fn(u32) -> Vec3<T>,
+    ) -> Vec3<T> {
         match self {
             Self::Edge(ends) => {
-                let [p, q] = ends.map(|i| calculus.position(i));
-                p * C::Number::constant(1.0 - along) + q * C::Number::constant(along)
+                let [p, q] = ends.map(position);
+                p * T::constant(1.0 - along) + q * T::constant(along)
             }
-            Self::Crossing(index) => scene.crossings().get(index).point(scene.tables(), along, calculus),
+            Self::Crossing(index) => scene.crossings().get(index).point(scene.tables(), along, position),
         }
     }
 }

@@ -1,11 +1,11 @@
 //! A path from the camera in numbers, along which film point and directions are warped as the path tracer warps them.
 
+use flatland::calculus::Vec3;
 use glam::DVec3;
 
 use super::curve::Eye;
 use super::sensor::{Sensor, Vertex};
-use crate::calculus::{Calculus, Kernel, Vec3, VisibilityDomain};
-use crate::path::{Paths, Plain, SurfacePoint};
+use crate::path::{Calculus, Kernel, Paths, Plain, SurfacePoint, VisibilityDomain};
 
 /// The last of a path's shading points, and the direction from it to the vertex that is next. `vertices` are the
 /// shading points, the last first.
@@ -41,10 +41,5 @@ fn kernel(paths: &Paths<'_>, viewer: DVec3, vertex: &Vertex, next: &Vertex) -> O
     let along = Vec3::constant((vertex.position - viewer).normalize());
     let point = SurfacePoint::new(paths.scene, &plain, Vec3::constant(viewer), along, vertex.triangle);
     let shading = point.shading(paths.scene, &plain)?;
-    Some(Kernel {
-        kappa: paths.kernels.surface.max(shading.concentration()),
-        domain: VisibilityDomain::Radiance,
-        normal: shading.normal.value(),
-        triangle: Some(next.triangle),
-    })
+    Some(paths.kernels.of_bounce(&shading, VisibilityDomain::Radiance, Some(next.triangle)))
 }

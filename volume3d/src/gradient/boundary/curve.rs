@@ -10,10 +10,12 @@
 //! V = 0 this is edge sampling's boundary term; with V a warp field's it is what warped-area sampling misses where the
 //! field does not follow the curve. One function computes G for both.
 
+use flatland::calculus::Number;
 use glam::{DVec2, DVec3};
 
 use super::driver::{Address, Boundary, BoundarySample};
-use crate::calculus::{Calculus, Frame, Number};
+use crate::gradient::differential::Differential;
+use crate::path::{Calculus, Frame};
 
 /// Where a path begins, in numbers.
 #[derive(Clone, Copy, Debug)]
@@ -63,12 +65,12 @@ impl<T: Curve> Boundary for T {
         Curve::is_empty(self)
     }
 
-    fn sample<C: Calculus>(
+    fn sample<C: Differential>(
         &self,
         calculus: &mut C,
         frame: &Frame<C::Number>,
         address: Address,
-        found: &mut Vec<BoundarySample<C::Number>>,
+        found: &mut impl FnMut(&mut C, BoundarySample<C::Number>),
     ) {
         let mut places = vec![];
         self.draw(address, &mut places);
@@ -77,7 +79,7 @@ impl<T: Curve> Boundary for T {
             if light != DVec3::ZERO {
                 let (at, _) = self.film(place);
                 let speed = self.speed(calculus, &Eye::still(frame, at), place);
-                found.push(BoundarySample { at, light, speed });
+                found(calculus, BoundarySample { at, light, speed });
             }
         }
     }

@@ -1,20 +1,22 @@
 //! Sums over samples of jumps: onto the film, or, transposed, into the parameters.
 
+use flatland::calculus::Tape;
 use flatland::random::{Stream, stream};
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 
-use crate::calculus::{Calculus, Frame, Tape};
-use crate::gradient::accumulator::Accumulator;
+use crate::gradient::accumulator::{Accumulator, Sums};
+use crate::gradient::auxiliary::{Auxiliary, MovingBounds};
 use crate::gradient::contribution::{Contribution, Source};
+use crate::gradient::differential::Differential;
 use crate::gradient::film::FilmPlane;
 use crate::gradient::forward::Forward;
 use crate::gradient::groups::GROUPS;
 use crate::gradient::motion::Motion;
+use crate::gradient::parts::in_order;
 use crate::gradient::regions::{RegionSums, Regions};
 use crate::gradient::reverse::{Inputs, Recorded, Reverse};
-use crate::gradient::{ActiveParameters, Gradient, NonFinite, Progress, Stopped};
-use crate::path::Sequence;
+use crate::gradient::{ActiveParameters, NonFinite, Progress, Stopped};
+use crate::path::{Frame, Sequence};
 use crate::scene::Scene;
 
 /// One point of a jump, as seen on the film.
@@ -59,13 +61,18 @@ pub(in crate::gradient) trait Boundary: Sync {
     /// Whether there is nothing to sample.
     fn is_empty(&self) -> bool;
 
-    /// Adds what one sample finds, such that the mean over samples is the integral.
-    fn sample<C: Calculus>(
+    /// The warps along which speeds are counted; none where all of a jump's motion counts.
+    fn auxiliary<'a>(&'a self, _: &'a MovingBounds) -> Option<Auxiliary<'a>> {
+        None
+    }
+
+    /// Hands over what one sample finds, one after the other, such that the mean over samples is the integral.
+    fn sample<C: Differential>(
         &self,
         calculus: &mut C,
         frame: &Frame<C::Number>,
         address: Address,
-        found: &mut Vec<BoundarySample<C::Number>>,
+        found: &mut impl FnMut(&mut C, BoundarySample<C::Number>),
     );
 }
 
@@ -84,19 +91,16 @@ pub(in crate::gradient) struct Estimate {
 
 /// What a chunk of samples adds to the film: amounts by pixel.
 #[derive(Clone, Debug, Default)]
-pub(in crate::gradient) struct Splats {
-    pub(in crate::gradient) amounts: Vec<(u32, DVec3)>,
-    pub(in crate::gradient) rays: u64,
-    pub(in crate::gradient) non_finite: Vec<NonFinite>,
+struct Splats {
+    amounts: Vec<(u32, DVec3)>,
+    rays: u64,
+    non_finite: Vec<NonFinite>,
     /// The sample that adds most.
-    pub(in crate::gradient) largest: Option<Contribution>,
+    largest: Option<Contribution>,
 }
 
 /// Samples that are computed together, one after the other.
 const CHUNK: usize = 2048;
-
-/// Chunks that may be under way at once: memory does not grow with samples.
-const WAVE: usize = 32;
 
 /// How a boundary is summed.
 #[derive(Clone, Copy, Debug)]
@@ -118,82 +122,48 @@ impl<'s> Driver<'s> {
         self.count.div_ceil(CHUNK)
     }
 
-    pub(in crate::gradient) fn addresses(self, group: usize, chunk: usize) -> impl Iterator<Item = Address> {
+    /// The samples of a chunk, of which each group has [`chunks`](Self::chunks).
+    fn addresses(self, number: usize) -> impl Iterator<Item = Address> {
+        let (group, chunk) = (number / self.chunks(), number % self.chunks());
         let last = (CHUNK * (chunk + 1)).min(self.count);
         (CHUNK * chunk..last).map(move |index| Address { seed: self.seed, group, index, count: self.count })
     }
 
-    /// Every chunk in parallel, and what they give in order.
-    fn gather<T: Send>(
-        &self,
-        progress: &Progress,
-        part: impl Fn(usize) -> T + Sync,
-        mut take: impl FnMut(T),
-    ) -> Result<(), Stopped> {
-        for start in (0..self.chunks()).step_by(WAVE) {
-            let parts: Vec<T> = (start..(start + WAVE).min(self.chunks()))
-                .into_par_iter()
-                .map(|chunk| {
-                    let part = part(chunk);
-                    progress.advance();
-                    part
-                })
-                .collect();
-            if progress.stopped() {
-                return Err(Stopped);
-            }
-            parts.into_iter().for_each(&mut take);
-        }
-        Ok(())
-    }
-
-    /// The derivative of every pixel along a change.
+    /// The derivative of every pixel along a change: the mean over samples, and its variance by that of the groups' means.
     pub(in crate::gradient) fn forward(
         &self,
         boundary: &impl Boundary,
         motion: &Motion<'_>,
         progress: &Progress,
     ) -> Result<Estimate, Stopped> {
-        self.estimate(progress, |group, chunk| self.forward_chunk(boundary, motion, group, chunk, progress))
-    }
-
-    /// The mean over samples, and its variance by that of the groups' means, of what chunks of groups add.
-    pub(in crate::gradient) fn estimate(
-        &self,
-        progress: &Progress,
-        chunk: impl Fn(usize, usize) -> Splats + Sync,
-    ) -> Result<Estimate, Stopped> {
         let pixels = self.film.columns * self.film.rows;
         let (mut mean, mut squares) = (vec![DVec3::ZERO; pixels], vec![DVec3::ZERO; pixels]);
         let (mut rays, mut non_finite, mut largest) = (0, vec![], None);
         let mut sum = vec![DVec3::ZERO; pixels];
         let mut regions = RegionSums::new(self.film.columns, self.film.rows, GROUPS);
-        progress.start(GROUPS * self.chunks());
-        for group in 0..GROUPS {
-            sum.fill(DVec3::ZERO);
-            self.gather(
-                progress,
-                |number| chunk(group, number),
-                |part| {
-                    for (pixel, amount) in part.amounts {
-                        sum[pixel as usize] += amount;
-                    }
-                    rays += part.rays;
-                    non_finite.extend(part.non_finite);
-                    Contribution::keep_larger(&mut largest, part.largest);
-                },
-            )?;
-            // Welford's running mean and sum of squared deviations.
+        let chunk = |number| self.forward_chunk(boundary, motion, number, progress);
+        in_order(GROUPS * self.chunks(), progress, chunk, |number, part| {
+            for (pixel, amount) in part.amounts {
+                sum[pixel as usize] += amount;
+            }
+            rays += part.rays;
+            non_finite.extend(part.non_finite);
+            Contribution::keep_larger(&mut largest, part.largest);
+            let (group, chunk) = (number / self.chunks(), number % self.chunks());
+            if chunk + 1 < self.chunks() {
+                return;
+            }
             for (pixel, sum) in sum.iter().enumerate() {
                 regions.add((pixel % self.film.columns, pixel / self.film.columns), group, *sum);
             }
-            for ((sum, mean), squares) in sum.iter().zip(&mut mean).zip(&mut squares) {
-                let value = *sum / self.count as f64;
+            // Welford's running mean and sum of squared deviations.
+            for ((sum, mean), squares) in sum.iter_mut().zip(&mut mean).zip(&mut squares) {
+                let value = std::mem::take(sum) / self.count as f64;
                 let before = value - *mean;
                 *mean += before / (group + 1) as f64;
                 *squares += before * (value - *mean);
             }
-        }
+        })?;
         let n = GROUPS as f64;
         let variance = squares.into_iter().map(|s| s / (n * (n - 1.0))).collect();
         if let Some(largest) = &mut largest {
@@ -208,41 +178,39 @@ impl<'s> Driver<'s> {
         &self,
         boundary: &impl Boundary,
         motion: &Motion<'_>,
-        group: usize,
-        chunk: usize,
+        number: usize,
         progress: &Progress,
     ) -> Splats {
-        let mut forward = Forward::<1> { scene: self.scene, motion, auxiliary: None };
-        let frame = forward.frame(&self.film);
-        let (mut splats, mut found) = (Splats::default(), vec![]);
-        for address in self.addresses(group, chunk) {
+        let auxiliary = boundary.auxiliary(&motion.bounds);
+        let mut forward = Forward::<1> { scene: self.scene, film: self.film, motion, auxiliary };
+        let frame = self.film.moving_frame(&self.scene.description.camera, &forward);
+        let mut splats = Splats::default();
+        for address in self.addresses(number) {
             if progress.stopped() {
                 break;
             }
-            found.clear();
-            boundary.sample(&mut forward, &frame, address, &mut found);
-            for crossing in &found {
-                let amount = crossing.light * crossing.speed.tangent[0];
-                self.splat_into(&mut splats, crossing.at, address, amount);
-            }
+            boundary.sample(&mut forward, &frame, address, &mut |_, BoundarySample { at, light, speed }| {
+                self.splat_into(&mut splats, at, address, light * speed.tangent[0]);
+            });
         }
+        splats.rays = forward.auxiliary.as_ref().map_or(0, Auxiliary::rays);
         splats
     }
 
     /// Adds an amount to every pixel a film point reaches.
-    pub(in crate::gradient) fn splat_into(
-        &self,
-        splats: &mut Splats,
-        at: DVec2,
-        address: Address,
-        amount: DVec3,
-    ) {
+    fn splat_into(&self, splats: &mut Splats, at: DVec2, address: Address, amount: DVec3) {
         let Splats { amounts, non_finite, largest, .. } = splats;
         let mut sum = 0.0;
-        self.splat(at, address, amount, non_finite, |pixel, weight| {
-            amounts.push((pixel as u32, weight * amount));
-            sum += weight * amount.abs().element_sum();
-        });
+        self.splat(
+            at,
+            address,
+            amount,
+            |at| non_finite.push(at),
+            |pixel, weight| {
+                amounts.push((pixel as u32, weight * amount));
+                sum += weight * amount.abs().element_sum();
+            },
+        );
         if sum > 0.0
             && let Some(cell) = self.film.cell(at)
         {
@@ -257,13 +225,13 @@ impl<'s> Driver<'s> {
         at: DVec2,
         address: Address,
         amount: DVec3,
-        bad: &mut Vec<NonFinite>,
+        bad: impl FnOnce(NonFinite),
         mut f: impl FnMut(usize, f64),
     ) {
         let film = &self.film;
         let Some((i, j)) = film.cell(at) else { return };
         if !amount.is_finite() {
-            bad.push(self.located((i, j), address));
+            bad(self.located((i, j), address));
             return;
         }
         if amount == DVec3::ZERO {
@@ -284,75 +252,59 @@ impl<'s> Driver<'s> {
         adjoint: &[DVec3],
         active: &ActiveParameters,
         progress: &Progress,
-        gradient: &mut Gradient,
+        sums: &mut Sums,
     ) -> Result<(), Stopped> {
         let inputs = Inputs::new(self.scene, active);
-        self.collect(progress, gradient, |group, chunk| {
-            self.reverse_chunk(boundary, adjoint, &inputs, group, chunk, progress)
+        let bounds = MovingBounds::new(self.scene, &active.shapes);
+        sums.gather(GROUPS * self.chunks(), progress, |number, part| {
+            self.reverse_chunk(boundary, adjoint, (&inputs, &bounds), number, progress, part);
         })
-    }
-
-    /// Adds what chunks of groups add to a gradient.
-    pub(in crate::gradient) fn collect(
-        &self,
-        progress: &Progress,
-        gradient: &mut Gradient,
-        chunk: impl Fn(usize, usize) -> Gradient + Sync,
-    ) -> Result<(), Stopped> {
-        progress.start(GROUPS * self.chunks());
-        for group in 0..GROUPS {
-            self.gather(progress, |number| chunk(group, number), |part| gradient.absorb(part))?;
-        }
-        Ok(())
     }
 
     fn reverse_chunk(
         &self,
         boundary: &impl Boundary,
         adjoint: &[DVec3],
-        inputs: &Inputs,
-        group: usize,
-        chunk: usize,
+        (inputs, bounds): (&Inputs, &MovingBounds),
+        number: usize,
         progress: &Progress,
-    ) -> Gradient {
-        let mut part = Accumulator::new(self.scene);
-        let mut tape = Tape::new();
-        let mut adjoints = vec![];
-        let scale = self.scale();
-        for address in self.addresses(group, chunk) {
+        part: &mut Accumulator,
+    ) {
+        let (mut tape, mut adjoints) = (Tape::new(), vec![]);
+        let mut auxiliary = boundary.auxiliary(bounds);
+        for address in self.addresses(number) {
             if progress.stopped() {
                 break;
             }
             tape.clear();
-            let mut reverse = Reverse::new(self.scene, inputs, &tape, None, self.film);
-            let frame = reverse.frame();
-            let mut found = vec![];
-            boundary.sample(&mut reverse, &frame, address, &mut found);
-            for crossing in found {
-                self.pull(&mut reverse, &crossing, (adjoint, scale), address, &mut adjoints, &mut part);
-            }
+            let mut reverse = Reverse::new(self.scene, inputs, &tape, auxiliary.as_mut(), self.film);
+            let frame = self.film.moving_frame(&self.scene.description.camera, &reverse);
+            boundary.sample(&mut reverse, &frame, address, &mut |reverse, crossing| {
+                self.pull(reverse, &crossing, adjoint, address, &mut adjoints, part);
+                reverse.forget_warps();
+            });
         }
-        part.gradient
     }
 
-    /// What one crossing adds to the gradient, where the mean over samples is `scale` times their sum.
-    pub(in crate::gradient) fn pull<'t>(
+    /// What one crossing adds to the gradient.
+    fn pull<'t>(
         &self,
-        reverse: &mut Reverse<'_, 't>,
+        reverse: &Reverse<'_, 't>,
         crossing: &BoundarySample<Recorded<'t>>,
-        (adjoint, scale): (&[DVec3], f64),
+        adjoint: &[DVec3],
         address: Address,
         adjoints: &mut Vec<f64>,
         part: &mut Accumulator,
     ) {
         let mut sum = 0.0;
-        self.splat(crossing.at, address, crossing.light, &mut part.gradient.non_finite, |pixel, weight| {
+        let bad = |at| part.leave_out(at);
+        self.splat(crossing.at, address, crossing.light, bad, |pixel, weight| {
             sum += weight * adjoint[pixel].dot(crossing.light);
         });
         if sum == 0.0 {
             return;
         }
-        let outputs = [(crossing.speed, sum * scale)];
+        let outputs = [(crossing.speed, sum * self.scale())];
         // Once without a sink: what is not finite must not reach the sums.
         let mut finite = true;
         reverse.tape.sweep(&outputs, adjoints, |_, a, _| finite &= a.iter().all(|a| a.is_finite()));
@@ -362,12 +314,12 @@ impl<'s> Driver<'s> {
         if finite {
             part.end_sample(at, Source::Jump);
         } else {
-            part.gradient.non_finite.push(at);
+            part.leave_out(at);
         }
     }
 
     /// What each sample counts in the mean of all.
-    pub(in crate::gradient) fn scale(&self) -> f64 {
+    fn scale(&self) -> f64 {
         1.0 / (GROUPS * self.count) as f64
     }
 

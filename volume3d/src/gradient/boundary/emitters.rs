@@ -4,6 +4,7 @@
 //! notation of [`secondary`](super::secondary). There are few such edges, and light comes from the edge itself: here
 //! paths are traced from the camera.
 
+use flatland::calculus::Vec3;
 use glam::DVec3;
 
 use super::driver::{Address, Boundary, BoundarySample};
@@ -13,8 +14,8 @@ use super::sides::{ASIDE, look_past};
 use super::table::Table;
 use super::walk::Walk;
 use super::{EMITTER_EDGE, Moving};
-use crate::calculus::{Calculus, Frame, Vec3};
-use crate::path::{Paths, Sequence, Shading};
+use crate::gradient::differential::Differential;
+use crate::path::{Calculus, Frame, Paths, Sequence, Shading};
 
 /// The edges of emitters, by length.
 #[derive(Debug)]
@@ -85,7 +86,7 @@ impl<'a> Emitters<'a> {
         if light == DVec3::ZERO {
             return None;
         }
-        let point = edge.span.point(scene, chosen.rest, calculus);
+        let point = edge.span.point(scene, chosen.rest, |i| calculus.position(i));
         let relative = point - self.walk.sensor.position(calculus, frame, chain);
         Some(BoundarySample { at: chain.at, light, speed: Vec3::constant(normal).dot(relative) })
     }
@@ -96,16 +97,18 @@ impl Boundary for Emitters<'_> {
         self.table.total() <= 0.0
     }
 
-    fn sample<C: Calculus>(
+    fn sample<C: Differential>(
         &self,
         calculus: &mut C,
         frame: &Frame<C::Number>,
         address: Address,
-        found: &mut Vec<BoundarySample<C::Number>>,
+        found: &mut impl FnMut(&mut C, BoundarySample<C::Number>),
     ) {
         let mut numbers = address.numbers(EMITTER_EDGE);
         self.walk.each(&mut numbers, |chain, shading, numbers| {
-            found.extend(self.look(calculus, frame, chain, shading, numbers));
+            if let Some(crossing) = self.look(calculus, frame, chain, shading, numbers) {
+                found(calculus, crossing);
+            }
         });
     }
 }

@@ -6,6 +6,7 @@
 //! of the triangle's own edges, seen from within its plane; the directions through a point of an edge that
 //! [`secondary`](super::secondary) draws never lie in it.
 
+use flatland::calculus::Vec3;
 use glam::DVec3;
 
 use super::driver::{Address, Boundary, BoundarySample};
@@ -15,9 +16,9 @@ use super::sides::ASIDE;
 use super::table::Table;
 use super::walk::Walk;
 use super::{BEYOND_HORIZON, HORIZON, Moving};
-use crate::calculus::{Calculus, Frame, Vec3};
 use crate::geometry::Hit;
-use crate::path::{Paths, Plain, Sequence, Shading};
+use crate::gradient::differential::Differential;
+use crate::path::{Frame, Paths, Plain, Sequence, Shading};
 use crate::scene::NONE;
 
 /// Horizons seen from shading points.
@@ -88,13 +89,13 @@ impl<'a> Horizon<'a> {
         [chord(), Some(any)]
     }
 
-    fn look<C: Calculus>(
+    fn look<C: Differential>(
         &self,
-        calculus: &C,
+        calculus: &mut C,
         chain: &CameraSubpath<'_>,
         shading: &Shading<'_, f64>,
         numbers: (&mut Sequence, &Sequence),
-        found: &mut Vec<BoundarySample<C::Number>>,
+        found: &mut impl FnMut(&mut C, BoundarySample<C::Number>),
     ) {
         let scene = self.walk.sensor.paths.scene;
         let x = chain.vertices[0];
@@ -117,7 +118,7 @@ impl<'a> Horizon<'a> {
             let [p, q, r] = triangle.positions.map(|i| calculus.position(i));
             let turning = (q - p).cross(r - p).normalized();
             let speed = -turning.dot(Vec3::constant(drawn.direction));
-            found.push(BoundarySample { at: chain.at, light, speed });
+            found(calculus, BoundarySample { at: chain.at, light, speed });
         }
     }
 
@@ -159,12 +160,12 @@ impl Boundary for Horizon<'_> {
         self.empty
     }
 
-    fn sample<C: Calculus>(
+    fn sample<C: Differential>(
         &self,
         calculus: &mut C,
         _: &Frame<C::Number>,
         address: Address,
-        found: &mut Vec<BoundarySample<C::Number>>,
+        found: &mut impl FnMut(&mut C, BoundarySample<C::Number>),
     ) {
         let mut numbers = address.numbers(HORIZON);
         let beyond = address.numbers(BEYOND_HORIZON);

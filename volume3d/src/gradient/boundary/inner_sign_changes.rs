@@ -15,6 +15,7 @@
 //! one draws a point of a surface with a direction in the plane that its shading normal is orthogonal to, and finds
 //! y. |n_x·d| is no larger than the sine of the angle between the two normals.
 
+use flatland::calculus::Vec3;
 use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
@@ -26,9 +27,8 @@ use super::list::{corners, reflects};
 use super::sensor::{CameraSubpath, Sensor, Vertex};
 use super::table::Table;
 use super::{BEFORE_FLIP, INNER_FLIP, Moving, STILL};
-use crate::calculus::{Calculus, Vec3};
 use crate::geometry::Hit;
-use crate::path::{Paths, Plain, Sequence, SurfacePoint};
+use crate::path::{Calculus, Paths, Plain, Sequence, SurfacePoint};
 use crate::scene::{NONE, Scene};
 
 /// The radiance on either side is that for viewers at this angle to the plane where the side turns, in radians: far

@@ -16,6 +16,7 @@ mod secondary;
 mod sensor;
 mod sides;
 mod sign_changes;
+mod sums;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -25,7 +26,7 @@ mod wedge;
 
 use glam::DVec3;
 
-pub(super) use self::driver::{Boundary, Driver, Estimate};
+use self::driver::Boundary;
 use self::emitters::Emitters;
 use self::horizon::Horizon;
 use self::inner_sign_changes::InnerFlips;
@@ -33,10 +34,10 @@ use self::list::EdgeList;
 use self::primary::Primary;
 use self::secondary::{Light, Secondary};
 use self::sign_changes::Flips;
+pub(super) use self::sums::{Effort, Gradients, Images};
 pub(super) use self::warped::SignChanges;
-use super::contribution::Contribution;
+use super::Stopped;
 use super::motion::Motion;
-use super::{GradientImage, Stopped};
 use crate::path::{Kernels, Paths};
 use crate::scene::Scene;
 
@@ -126,20 +127,4 @@ pub(super) fn each_boundary(scene: &Scene, moving: &Moving, taker: &mut impl Tak
     taker.take(Term::Secondary, &Emitters::new(&paths, &list, moving))?;
     taker.take(Term::Secondary, &Horizon::new(&paths, moving))?;
     taker.take(Term::Secondary, &InnerFlips::new(&paths, moving))
-}
-
-/// Adds an estimate to the whole and to a term, if terms are kept apart.
-pub(super) fn add(image: &mut GradientImage, mut term: Option<&mut Vec<DVec3>>, estimate: Estimate) {
-    for (i, (mean, variance)) in estimate.mean.iter().zip(&estimate.variance).enumerate() {
-        if let Some(term) = &mut term {
-            term[i] += *mean;
-        }
-        image.gradient[i] += *mean;
-        let error = image.standard_error[i];
-        image.standard_error[i] = (error * error + *variance).map(f64::sqrt);
-    }
-    image.regions.add(&estimate.regions);
-    image.auxiliary_rays += estimate.rays;
-    image.non_finite.extend(estimate.non_finite);
-    Contribution::keep_larger(&mut image.largest, estimate.largest);
 }

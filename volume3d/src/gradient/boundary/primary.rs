@@ -1,5 +1,6 @@
 //! Jumps on the film: ∮ h (L⁻ − L⁺) v·ν dl along the projected edges.
 
+use flatland::calculus::Vec3;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -8,9 +9,9 @@ use super::list::{Edge, EdgeList};
 use super::sides::look_past;
 use super::table::Table;
 use super::{Moving, PRIMARY_EDGE};
-use crate::calculus::{Calculus, Frame, Vec3};
+use crate::gradient::differential::Differential;
 use crate::gradient::film::FilmPlane;
-use crate::path::{Paths, Plain};
+use crate::path::{Frame, Paths, Plain};
 
 /// The ray on either side of a projected edge leaves it by this many pixels.
 const ASIDE_PIXELS: f64 = 1e-6;
@@ -140,12 +141,12 @@ impl Boundary for Primary<'_> {
         self.table.total() <= 0.0
     }
 
-    fn sample<C: Calculus>(
+    fn sample<C: Differential>(
         &self,
         calculus: &mut C,
         frame: &Frame<C::Number>,
         address: Address,
-        found: &mut Vec<BoundarySample<C::Number>>,
+        found: &mut impl FnMut(&mut C, BoundarySample<C::Number>),
     ) {
         let scene = self.paths.scene;
         let mut numbers = address.numbers(PRIMARY_EDGE);
@@ -173,12 +174,13 @@ impl Boundary for Primary<'_> {
         if before == behind {
             return;
         }
-        let point = edge.span.point(scene, s, calculus);
+        let point = edge.span.point(scene, s, |i| calculus.position(i));
         let [x, y] = self.film.project(frame, point);
-        found.push(BoundarySample {
+        let crossing = BoundarySample {
             at: u,
             light: (before - behind) * (sides.share * length / chosen.probability),
             speed: x * normal.x + y * normal.y,
-        });
+        };
+        found(calculus, crossing);
     }
 }

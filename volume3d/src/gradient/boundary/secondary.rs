@@ -13,6 +13,7 @@
 //!
 //! distances cancel. One draws a point of an edge and a direction through it, and finds x.
 
+use flatland::calculus::Vec3;
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
@@ -25,9 +26,9 @@ use super::sides::{ASIDE, Sides, look_past};
 use super::table::Table;
 use super::wedge::{Aimed, Targets, Wedge};
 use super::{BACKWARDS, LIT_EDGE, Moving, REST_EDGE, STILL};
-use crate::calculus::{Calculus, Frame, Vec3};
 use crate::geometry::Hit;
-use crate::path::{LightId, Paths, Plain, Sequence};
+use crate::gradient::differential::Differential;
+use crate::path::{Frame, LightId, Paths, Plain, Sequence};
 use crate::scene::Environment;
 
 /// What passes an edge.
@@ -290,12 +291,12 @@ impl Boundary for Secondary<'_> {
         self.table.total() <= 0.0
     }
 
-    fn sample<C: Calculus>(
+    fn sample<C: Differential>(
         &self,
         calculus: &mut C,
         frame: &Frame<C::Number>,
         address: Address,
-        found: &mut Vec<BoundarySample<C::Number>>,
+        found: &mut impl FnMut(&mut C, BoundarySample<C::Number>),
     ) {
         let paths = self.sensor.paths;
         let scene = paths.scene;
@@ -351,10 +352,10 @@ impl Boundary for Secondary<'_> {
                 if light == DVec3::ZERO {
                     return;
                 }
-                let point = edge.span.point(scene, segment.along, calculus);
+                let point = edge.span.point(scene, segment.along, |i| calculus.position(i));
                 let relative = point - self.sensor.position(calculus, frame, &chain);
                 let speed = Vec3::constant(segment.normal).dot(relative);
-                found.push(BoundarySample { at: chain.at, light, speed });
+                found(calculus, BoundarySample { at: chain.at, light, speed });
             },
         );
     }

@@ -1,13 +1,13 @@
 //! From a shading point backwards to the camera: the part of a path before a jump.
 
+use flatland::calculus::{Number, Vec3};
 use std::f64::consts::{FRAC_1_PI, TAU};
 
 use glam::{DVec2, DVec3};
 
 use super::list::corners;
-use crate::calculus::{Calculus, Frame, Number, Vec3};
 use crate::gradient::film::FilmPlane;
-use crate::path::{Paths, Plain, Sequence, SurfacePoint};
+use crate::path::{Calculus, Frame, Paths, Plain, Sequence, SurfacePoint};
 
 /// A point of a surface.
 #[derive(Clone, Copy, Debug)]

@@ -6,6 +6,7 @@
 //! of the film cut it: along a line of direction d with offset h, dh = |ν·d| dl. Lines along x and along y are weighed
 //! by (ν·d)², so that no line that touches the curve counts for much.
 
+use flatland::calculus::Vec3;
 use glam::{DMat3, DVec2, DVec3};
 
 use super::curve::{Curve, Eye};
@@ -14,9 +15,8 @@ use super::list::corners;
 use super::sensor::Sensor;
 use super::table::Table;
 use super::{FLIP, Moving};
-use crate::calculus::{Calculus, Vec3};
 use crate::geometry::Hit;
-use crate::path::{Paths, Plain, Sequence, SurfacePoint};
+use crate::path::{Calculus, Paths, Plain, Sequence, SurfacePoint};
 use crate::scene::NONE;
 
 /// The radiance on either side is that this many pixels away.

@@ -5,9 +5,10 @@ use glam::DVec3;
 use super::warped::tests::{bent, sheet};
 use super::*;
 use crate::geometry::Mesh;
+use crate::gradient::accumulator::Sums;
 use crate::gradient::tests::{Comparisons, at, down, film, filters, random_tangent, rate_of_square, room};
 use crate::gradient::tests::{square, terms, thorough, total, up};
-use crate::gradient::{ActiveParameters, EdgeSampling, Gradient, Progress, Tangent};
+use crate::gradient::{ActiveParameters, EdgeSampling, Progress, Tangent};
 use crate::scene::{Camera, Description, Filter, Integrator, Material};
 use flatland::random::{open01, stream};
 
@@ -96,7 +97,7 @@ fn surfaces_turn_their_other_side_to_one_another() {
     let moving = Moving::of(&scene, &motion);
     let paths = Paths::new(&scene, Kernels::default());
     let sign_changes = total(|seed| {
-        let driver = method(seed).driver(&scene, Term::Secondary);
+        let driver = method(seed).effort().driver(&scene, Term::Secondary);
         driver.forward(&InnerFlips::new(&paths, &moving), &motion, &none).unwrap().mean
     });
     let mut comparisons = Comparisons::of("edge_sampling::surfaces_turn_their_other_side_to_one_another");
@@ -120,13 +121,14 @@ fn samples_that_are_not_finite_are_reported() {
     let (paths, list, moving) =
         (Paths::new(&scene, Kernels::default()), EdgeList::new(&scene), Moving::of(&scene, &motion));
     let part = Secondary::new(&paths, &list, &moving, Light::Emitted);
-    let driver = method.driver(&scene, Term::Secondary);
+    let driver = method.effort().driver(&scene, Term::Secondary);
     let forward = driver.forward(&part, &motion, &Progress::none()).unwrap();
     assert!(!forward.non_finite.is_empty() && forward.mean.iter().all(|g| g.is_finite()));
-    let mut gradient = Gradient::from(Tangent::still(&scene));
+    let mut sums = Sums::new(&scene);
     let mut active = ActiveParameters::nothing(&scene);
     active.shapes[1] = true;
-    driver.reverse(&part, &[DVec3::ONE; 36], &active, &Progress::none(), &mut gradient).unwrap();
+    driver.reverse(&part, &[DVec3::ONE; 36], &active, &Progress::none(), &mut sums).unwrap();
+    let gradient = sums.finish(&scene, &active);
     assert_eq!(gradient.non_finite, forward.non_finite);
     assert!(gradient.by_parameter.positions.iter().all(|g| g.is_finite()));
     let whole = method.forward(&scene, &change, &Progress::none()).unwrap();

@@ -1,12 +1,12 @@
 //! Camera paths, without derivatives: the shading points from which edges are looked for.
 
+use flatland::calculus::{Number, Rgb, Vec3};
 use glam::{DVec2, DVec3};
 
 use super::Moving;
 use super::list::{corners, reflects};
 use super::sensor::{CameraSubpath, Sensor, Vertex};
 use super::table::Table;
-use crate::calculus::{Number, Rgb, Vec3};
 use crate::geometry::Hit;
 use crate::path::{Plain, Sequence, Shading, SurfacePoint};
 

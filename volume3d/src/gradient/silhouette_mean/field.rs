@@ -13,12 +13,12 @@ use crate::gradient::followed::{Followed, FollowedPoint};
 use crate::scene::{Scene, Span};
 use flatland::warp::Domain as _;
 
-/// Where silhouettes are looked for.
+/// Which edges are tried as silhouettes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Silhouettes<'e> {
-    /// Among all.
+    /// All of the scene.
     All,
-    /// Among some that are all silhouettes, with none missing that may be near.
+    /// These: silhouettes from the viewer's place, with none missing that may be near.
     Listed(&'e [(Edge, Pole)]),
 }
 

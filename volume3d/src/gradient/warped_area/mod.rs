@@ -5,8 +5,9 @@
 //! is added, by samples of edge sampling.
 
 mod field;
+mod forward;
 mod job;
-mod transpose;
+mod reverse;
 
 use flatland::warp::{Debias, Warp};
 use glam::DVec3;
@@ -15,7 +16,9 @@ use self::job::Job;
 pub use field::Field;
 
 use super::CONTROL_VARIATE;
+use super::accumulator::Sums;
 use super::auxiliary::Construction;
+use super::boundary::{Effort, Gradients, Images};
 use super::error::GradientError;
 use super::film::FilmPlane;
 use super::motion::Motion;
@@ -53,16 +56,6 @@ pub struct WarpedArea {
     pub warp: Warp,
     /// The concentrations of auxiliary rays, and with them the reach of silhouettes on directions.
     pub kernels: Kernels,
-    /// How many paths, at least one, tell the radiance that the film's warp carries from one pixel to another, where
-    /// it does. Only the first of them carries derivatives.
-    pub splitting: usize,
-    /// Whether velocities of auxiliary rays on directions fade away from jumps, V_i (1 − B_i).
-    pub fades: bool,
-    /// Whether every film sample has a partner reflected through its cell's centre, with the same path numbers: the
-    /// primary antithetic samples of Bangaru et al. (2020, section 5.2), which cost as much again. As cells share
-    /// their numbers, partners are reflected through the centres of all pixels at once, and a gradient of the filter
-    /// that is odd cancels the noise they share.
-    pub antithetic: bool,
     /// Samples, a pixel on average, of the curves within faces on which a surface with shading normals turns its
     /// other side: on the film, and as many seen from shading points. No field follows these jumps; what they move
     /// beyond it is a boundary term, and sampled. 0 leaves it out, which is **biased** wherever there are such
@@ -82,9 +75,6 @@ impl Default for WarpedArea {
             field: Field::default(),
             warp: Warp { debias: DEBIAS, radial_exponent: RADIAL_EXPONENT, ..Warp::default() },
             kernels: Kernels::default(),
-            splitting: 8,
-            fades: true,
-            antithetic: false,
             sign_changes: 4,
             warps: true,
             seed: 0,
@@ -114,7 +104,7 @@ impl WarpedArea {
         change: &Tangent,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
-        self.whole::<1, 6>(scene, change, progress)
+        self.image::<1, 6>(scene, change, self.construction(), progress)
     }
 
     /// The same, with interior, primary and secondary term apart.
@@ -128,7 +118,7 @@ impl WarpedArea {
         change: &Tangent,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
-        self.whole::<3, 15>(scene, change, progress)
+        self.image::<3, 15>(scene, change, self.construction(), progress)
     }
 
     /// Σ over pixels and channels of adjoint · dI/dθ, for every active parameter θ at once: the transpose of
@@ -147,40 +137,41 @@ impl WarpedArea {
         active: &ActiveParameters,
         progress: &Progress,
     ) -> Result<Gradient, GradientError> {
-        self.check_reverse(scene, adjoint, active)?;
-        let job = self.job(scene, self.construction(), active.is_geometric(), progress)?;
-        let mut gradient = job.reverse(adjoint, active, progress)?;
-        if self.sign_changes > 0 && self.warps && active.is_geometric() {
-            job.sign_changes().reverse(adjoint, active, progress, &mut gradient)?;
-        }
-        gradient.by_parameter.pull_normals(scene, active);
-        Ok(gradient)
+        self.pull(scene, adjoint, active, self.construction(), progress)
     }
 
-    /// The area integral with all boundary terms.
-    fn whole<const N: usize, const K: usize>(
-        &self,
-        scene: &Scene,
-        change: &Tangent,
-        progress: &Progress,
-    ) -> Result<GradientImage, GradientError> {
-        self.check_forward(scene, change)?;
-        let job = self.job(scene, self.construction(), change.is_geometric(), progress)?;
-        let motion = Motion::new(scene, change);
-        let mut image = job.forward::<N, K>(&motion, progress)?;
-        if self.sign_changes > 0 && self.warps && change.is_geometric() {
-            job.sign_changes().forward(&motion, progress, &mut image)?;
-        }
-        Ok(image)
+    /// Of the boundary terms that go with the warp.
+    fn effort(&self) -> Effort {
+        Effort { primary: self.sign_changes, secondary: self.sign_changes, seed: self.seed }
     }
 
     fn construction(&self) -> Construction {
         match self.field {
             Field::SilhouetteMean { film, lobe } => Construction::SilhouetteMean { film, lobe },
-            Field::AuxiliaryRays => Construction::Weighted { fades: self.fades },
+            Field::AuxiliaryRays => Construction::Weighted,
         }
     }
 
+    /// The area integral with the boundary terms that go with it, of any construction of the warp.
+    pub(super) fn image<const N: usize, const K: usize>(
+        &self,
+        scene: &Scene,
+        change: &Tangent,
+        construction: Construction,
+        progress: &Progress,
+    ) -> Result<GradientImage, GradientError> {
+        self.check_forward(scene, change)?;
+        let job = self.job(scene, construction, change.is_geometric(), progress)?;
+        let motion = &Motion::new(scene, change);
+        let mut image = job.forward::<N, K>(motion, progress)?;
+        if self.has_boundaries() && change.is_geometric() {
+            let (effort, image) = (self.effort(), &mut image);
+            job.sign_changes().each(&mut Images { effort, scene, motion, progress, image })?;
+        }
+        Ok(image)
+    }
+
+    /// Its transpose.
     pub(super) fn pull(
         &self,
         scene: &Scene,
@@ -191,9 +182,17 @@ impl WarpedArea {
     ) -> Result<Gradient, GradientError> {
         self.check_reverse(scene, adjoint, active)?;
         let job = self.job(scene, construction, active.is_geometric(), progress)?;
-        let mut gradient = job.reverse(adjoint, active, progress)?;
-        gradient.by_parameter.pull_normals(scene, active);
-        Ok(gradient)
+        let mut sums = Sums::new(scene);
+        job.reverse(adjoint, active, progress, &mut sums)?;
+        if self.has_boundaries() && active.is_geometric() {
+            let (effort, sums) = (self.effort(), &mut sums);
+            job.sign_changes().each(&mut Gradients { effort, scene, adjoint, active, progress, sums })?;
+        }
+        Ok(sums.finish(scene, active))
+    }
+
+    fn has_boundaries(&self) -> bool {
+        self.sign_changes > 0 && self.warps
     }
 
     fn check_forward(&self, scene: &Scene, change: &Tangent) -> Result<(), GradientError> {
@@ -226,10 +225,8 @@ impl WarpedArea {
         for kappa in [self.kernels.film, self.kernels.surface, self.kernels.relative] {
             self.warp.check(kappa)?;
         }
-        for samples in [self.samples, self.splitting] {
-            if samples < 1 {
-                return Err(GradientError::Samples { samples, least: 1 });
-            }
+        if self.samples < 1 {
+            return Err(GradientError::Samples { samples: self.samples, least: 1 });
         }
         self.field.check()?;
         Ok(())
@@ -251,18 +248,5 @@ impl WarpedArea {
         let by_silhouettes = matches!(construction, Construction::SilhouetteMean { .. });
         let edges = (by_silhouettes && geometric && self.warps).then(|| SceneEdges::new(scene));
         Ok(Job { method: self, paths, film, control_variate, construction, edges })
-    }
-
-    pub(super) fn image<const N: usize, const K: usize>(
-        &self,
-        scene: &Scene,
-        change: &Tangent,
-        construction: Construction,
-        progress: &Progress,
-    ) -> Result<GradientImage, GradientError> {
-        self.check_forward(scene, change)?;
-        let motion = Motion::new(scene, change);
-        let job = self.job(scene, construction, change.is_geometric(), progress)?;
-        Ok(job.forward::<N, K>(&motion, progress)?)
     }
 }

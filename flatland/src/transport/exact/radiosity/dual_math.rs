@@ -1,38 +1,20 @@
 //! More functions of dual numbers.
 
-use std::ops::{Div, Neg};
-
 use glam::DVec2;
 
-use crate::dual::Dual;
+use crate::calculus::{Dual, Number};
 
-impl Div for Dual {
-    type Output = Self;
-    fn div(self, other: Self) -> Self {
-        let value = self.value / other.value;
-        Self { value, slope: (self.slope - value * other.slope) / other.value }
-    }
-}
-
-impl Neg for Dual {
-    type Output = Self;
-    fn neg(self) -> Self {
-        self * -1.0
-    }
-}
-
-impl Dual {
-    pub(super) fn sin_cos(self) -> (Self, Self) {
-        let (sin, cos) = self.value.sin_cos();
-        (Self { value: sin, slope: cos * self.slope }, Self { value: cos, slope: -sin * self.slope })
-    }
+/// Sine and cosine.
+pub(super) fn sin_cos(angle: Dual<1>) -> (Dual<1>, Dual<1>) {
+    let (sin, cos) = angle.value.sin_cos();
+    (angle.chain(sin, cos), angle.chain(cos, -sin))
 }
 
 /// A vector and its derivative.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DualVector {
-    pub(super) x: Dual,
-    pub(super) y: Dual,
+    pub(super) x: Dual<1>,
+    pub(super) y: Dual<1>,
 }
 
 impl DualVector {
@@ -41,7 +23,7 @@ impl DualVector {
         Self { x, y }
     }
 
-    pub(super) fn perp_dot(self, other: Self) -> Dual {
+    pub(super) fn perp_dot(self, other: Self) -> Dual<1> {
         self.x * other.y - self.y * other.x
     }
 }

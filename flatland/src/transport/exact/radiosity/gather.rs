@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use glam::DVec2;
 
-use super::dual_math::DualVector;
+use super::dual_math::{DualVector, sin_cos};
 use super::panels::{NODES, Panels, Rule, Side};
-use crate::dual::Dual;
+use crate::calculus::{Dual, Number};
 use crate::transport::exact::direct::{Surface, SurfaceMotion, may_scatter, turn};
 use crate::transport::exact::visible::{End, Interval};
 use crate::transport::{Tangent, World};
@@ -21,7 +21,7 @@ const MOST_HALVINGS: usize = 48;
 pub(super) type Mesh = BTreeMap<Side, Panels>;
 
 /// The weights of nodes' values, node by node.
-pub(super) type Row = Vec<(usize, Dual)>;
+pub(super) type Row = Vec<(usize, Dual<1>)>;
 
 /// What a point gathers from: its surface, and how that moves.
 pub(super) struct Gather<'a> {
@@ -32,7 +32,7 @@ pub(super) struct Gather<'a> {
     pub(super) segment: usize,
     pub(super) motion: SurfaceMotion,
     /// ρ.
-    pub(super) reflectance: Dual,
+    pub(super) reflectance: Dual<1>,
 }
 
 /// The part of an interval in which one panel is seen.
@@ -53,9 +53,9 @@ impl Gather<'_> {
     }
 
     /// Emission and direct light.
-    pub(super) fn direct(&self) -> Dual {
+    pub(super) fn direct(&self) -> Dual<1> {
         let rate = self.surface.rate(self.change, &self.motion);
-        Dual { value: self.surface.radiance(), slope: rate.interior + rate.boundary }
+        Dual::new(self.surface.radiance(), [rate.interior + rate.boundary])
     }
 
     /// ρ/2 ∫ ℓ_k cos φ dφ of every node's Lagrange polynomial ℓ_k.
@@ -96,7 +96,7 @@ impl Gather<'_> {
                 continue;
             }
             let inside =
-                |s: f64, end: Dual| if s > least && s < most { self.angle_at(segment, s) } else { end };
+                |s: f64, end: Dual<1>| if s > least && s < most { self.angle_at(segment, s) } else { end };
             let order = if rising { [pair[0], pair[1]] } else { [pair[1], pair[0]] };
             let angles = [inside(order[0], ends[0]), inside(order[1], ends[1])];
             let part = Part { panel: [pair[0], pair[1]], first: panels.first + k * NODES, ..part };
@@ -109,16 +109,23 @@ impl Gather<'_> {
 
     /// The weights from a corner, which sees nothing but the end of its neighbour at that very corner,
     /// in all directions in which it sees it. (The limit of a point that goes to the corner.)
-    fn corner(&self, end: usize, panels: &Panels, [a, b]: [Dual; 2], rule: &Rule, row: &mut Row) {
+    fn corner(&self, end: usize, panels: &Panels, [a, b]: [Dual<1>; 2], rule: &Rule, row: &mut Row) {
         let last = panels.breaks.len() - 2;
         let first = panels.first + NODES * [0, last][end];
-        let factor = self.reflectance * (b.sin_cos().0 - a.sin_cos().0) * 0.5;
+        let factor = self.reflectance * (sin_cos(b).0 - sin_cos(a).0) * 0.5;
         let basis = rule.basis(end as f64);
         row.extend(basis.iter().enumerate().map(|(n, (value, _))| (first + n, factor * *value)));
     }
 
     /// Adds up the weights of a panel between two angles.
-    fn panel(&self, part: &Part, [a, b]: [Dual; 2], rule: &Rule, row: &mut [(usize, Dual)], halvings: usize) {
+    fn panel(
+        &self,
+        part: &Part,
+        [a, b]: [Dual<1>; 2],
+        rule: &Rule,
+        row: &mut [(usize, Dual<1>)],
+        halvings: usize,
+    ) {
         if a.value >= b.value {
             return;
         }
@@ -133,12 +140,12 @@ impl Gather<'_> {
         let length = part.panel[1] - part.panel[0];
         for &(t, weight) in &rule.points {
             let angle = a + (b - a) * t;
-            let (sin, cos) = angle.sin_cos();
+            let (sin, cos) = sin_cos(angle);
             let s = part.parameter(DualVector { x: cos, y: sin });
             let local = (s.value - part.panel[0]) / length;
             let factor = self.reflectance * cos * (b - a) * (0.5 * weight);
             for (entry, (value, slope)) in row.iter_mut().zip(rule.basis(local)) {
-                entry.1 = entry.1 + factor * Dual { value, slope: slope * s.slope / length };
+                entry.1 = entry.1 + factor * Dual::new(value, [slope * s.slope() / length]);
             }
         }
     }
@@ -158,21 +165,21 @@ impl Gather<'_> {
         DualVector::new(local, rotate(slope) - self.motion.normal_turn * local.perp())
     }
 
-    fn angle_of(&self, end: &End) -> Dual {
+    fn angle_of(&self, end: &End) -> Dual<1> {
         if end.vertex.is_none() || end.cos == 0.0 {
             return Dual::constant(end.angle);
         }
         let turned = turn(self.surface.view(), end, self.change, self.motion.velocity);
-        Dual { value: end.angle, slope: turned - self.motion.normal_turn }
+        Dual::new(end.angle, [turned - self.motion.normal_turn])
     }
 
     /// The angle in which the point of a segment at s is seen.
-    fn angle_at(&self, segment: usize, s: f64) -> Dual {
+    fn angle_at(&self, segment: usize, s: f64) -> Dual<1> {
         let seen = &self.world.segments()[segment];
         let to = seen.at(s) - self.surface.view().point();
         let velocity = seen.material_point(s).velocity(&self.change.vertices) - self.motion.velocity;
         let slope = to.perp_dot(velocity) / to.length_squared() - self.motion.normal_turn;
-        Dual { value: self.surface.view().angle(to), slope }
+        Dual::new(self.surface.view().angle(to), [slope])
     }
 
     /// The parameter of the point that is seen at an end of an interval.
@@ -188,7 +195,7 @@ impl Gather<'_> {
 
 impl Part {
     /// s with direction × (start + s edge) = 0.
-    fn parameter(&self, direction: DualVector) -> Dual {
+    fn parameter(&self, direction: DualVector) -> Dual<1> {
         -(direction.perp_dot(self.start) / direction.perp_dot(self.edge))
     }
 

@@ -30,7 +30,7 @@ use super::error::ExactError;
 use super::partition::{Jump, Partition, Seen, film_rate};
 use super::pixels::{Integrated, motion_of_seen};
 use super::quadrature::adaptive;
-use crate::dual::Dual;
+use crate::calculus::{Dual, Number};
 use crate::transport::{Camera, Tangent, World};
 use gather::{Gather, Mesh, Row};
 use panels::{Fineness, Panels, Rule, Side};
@@ -160,9 +160,9 @@ fn sides_on_film(world: &World, camera: &Camera, change: &Tangent, partition: &P
 struct Solution {
     mesh: Mesh,
     rule: Rule,
-    values: Vec<Dual>,
+    values: Vec<Dual<1>>,
     /// About how far any value is from the discrete equation's solution.
-    error: Dual,
+    error: Dual<1>,
 }
 
 impl Solution {
@@ -179,7 +179,7 @@ impl Solution {
             return Ok(this);
         }
         let nodes = this.reach(world, change, seen, fineness);
-        let direct: Vec<Dual> = nodes.par_iter().map(|node| node.direct() - emission(node)).collect();
+        let direct: Vec<Dual<1>> = nodes.par_iter().map(|node| node.direct() - emission(node)).collect();
         let rows: Vec<Row> = nodes.par_iter().map(|node| node.row(&this.mesh, &this.rule)).collect();
         let Solved { values, residual } = match bounces {
             Some(bounces) => summed(&rows, &direct, bounces - 2),
@@ -187,8 +187,8 @@ impl Solution {
         };
         // ‖δ‖ ≤ ‖r‖/(1 − ‖K‖) with ‖K‖ ≤ ρ, and the derivative of that.
         let most = world.shapes().iter().map(|shape| shape.material().reflectance).fold(0.0, f64::max);
-        let turned = rows.iter().map(|row| magnitude(row).slope).fold(0.0, f64::max);
-        let left = Dual { value: 1.0 - most, slope: -turned };
+        let turned = rows.iter().map(|row| magnitude(row).slope()).fold(0.0, f64::max);
+        let left = Dual::new(1.0 - most, [-turned]);
         this.values = values;
         // What bounces that are counted leave out is no residual but the error itself.
         this.error = if bounces.is_some() { residual } else { residual / left };
@@ -221,7 +221,7 @@ impl Solution {
     }
 
     /// L of a surface, and the error of it that is the solution's.
-    fn radiance(&self, gather: &Gather) -> [Dual; 2] {
+    fn radiance(&self, gather: &Gather) -> [Dual<1>; 2] {
         if self.values.is_empty() {
             return [gather.direct(), Dual::constant(0.0)];
         }
@@ -232,20 +232,20 @@ impl Solution {
 
 /// Light scattered `more` times after the first, R_k = K (e + R_{k−1}), and what was left out. (The
 /// last scattering is the gathering for the film.)
-fn summed(rows: &[Row], direct: &[Dual], more: usize) -> Solved {
+fn summed(rows: &[Row], direct: &[Dual<1>], more: usize) -> Solved {
     let mut values = direct.to_vec();
     let mut left = Dual::constant(0.0);
     for k in 0..more {
-        let next: Vec<Dual> =
+        let next: Vec<Dual<1>> =
             rows.par_iter().zip(direct).map(|(row, direct)| *direct + apply(row, &values)).collect();
         let largest = |of: &dyn Fn(usize) -> f64| (0..next.len()).map(of).fold(0.0, f64::max);
-        let change = Dual {
-            value: largest(&|i| (next[i].value - values[i].value).abs()),
-            slope: largest(&|i| (next[i].slope - values[i].slope).abs()),
-        };
-        let size = largest(&|i| next[i].value.abs().max(next[i].slope.abs()));
+        let change = Dual::new(
+            largest(&|i| (next[i].value - values[i].value).abs()),
+            [largest(&|i| (next[i].slope() - values[i].slope()).abs())],
+        );
+        let size = largest(&|i| next[i].value.abs().max(next[i].slope().abs()));
         values = next;
-        if change.value.max(change.slope) <= CONVERGED * size {
+        if change.value.max(change.slope()) <= CONVERGED * size {
             // No bounce adds more than the one before.
             left = change * (more - 1 - k) as f64;
             break;
@@ -254,20 +254,20 @@ fn summed(rows: &[Row], direct: &[Dual], more: usize) -> Solved {
     Solved { values, residual: left }
 }
 
-fn apply(row: &Row, values: &[Dual]) -> Dual {
+fn apply(row: &Row, values: &[Dual<1>]) -> Dual<1> {
     row.iter().fold(Dual::constant(0.0), |sum, (i, weight)| sum + *weight * values[*i])
 }
 
 /// Σ |weight| and Σ |its slope|.
-fn magnitude(row: &Row) -> Dual {
+fn magnitude(row: &Row) -> Dual<1> {
     row.iter().fold(Dual::constant(0.0), |sum, (_, weight)| {
-        sum + Dual { value: weight.value.abs(), slope: weight.slope.abs() }
+        sum + Dual::new(weight.value.abs(), [weight.slope().abs()])
     })
 }
 
-fn emission(node: &Gather) -> Dual {
+fn emission(node: &Gather) -> Dual<1> {
     let (value, slope) = node.surface.emission(node.change);
-    Dual { value, slope }
+    Dual::new(value, [slope])
 }
 
 /// A node, which moves with its material.
@@ -292,7 +292,7 @@ fn gather<'a>(
 ) -> Gather<'a> {
     let shape = world.segments()[segment].shape;
     let value = world.material(segment).reflectance;
-    let reflectance = Dual { value, slope: change.materials[shape].reflectance };
+    let reflectance = Dual::new(value, [change.materials[shape].reflectance]);
     Gather { world, change, surface, segment, motion, reflectance }
 }
 
@@ -305,7 +305,7 @@ struct FilmIntegral<'a> {
     bounces: Option<usize>,
     /// L and its error at the bits of u. Filters overlap and their pieces end in the same places, so
     /// that every pixel in reach asks for the same u.
-    known: Mutex<HashMap<u64, [Dual; 2]>>,
+    known: Mutex<HashMap<u64, [Dual<1>; 2]>>,
 }
 
 /// A pixel's value and derivative.
@@ -318,7 +318,7 @@ struct Pixel {
 impl FilmIntegral<'_> {
     fn pixels(&self, tolerance: f64) -> Result<Vec<Pixel>, ExactError> {
         let jumps = &self.partition.jumps;
-        let steps: Vec<(f64, Dual)> = jumps.iter().map(|j| (j.u, self.step(j))).collect();
+        let steps: Vec<(f64, Dual<1>)> = jumps.iter().map(|j| (j.u, self.step(j))).collect();
         jumps.iter().zip(&steps).try_for_each(|(jump, step)| jump.check(self.camera, step.1.value))?;
         let film = &self.camera.film;
         let pixel = |pixel: usize| {
@@ -328,17 +328,17 @@ impl FilmIntegral<'_> {
             let integrand = |u: f64| {
                 let h = film.filter_value(pixel, u);
                 let [l, off] = self.radiance_at(u);
-                largest = [largest[0].max(off.value), largest[1].max(off.slope)];
-                ([h * l.value, h * l.slope], h * (l.value.abs() + l.slope.abs()))
+                largest = [largest[0].max(off.value), largest[1].max(off.slope())];
+                ([h * l.value, h * l.slope()], h * (l.value.abs() + l.slope().abs()))
             };
             let integral = adaptive(&pieces, integrand, tolerance);
-            let weighted = |(u, step): &(f64, Dual)| *step * film.filter_value(pixel, *u);
+            let weighted = |(u, step): &(f64, Dual<1>)| *step * film.filter_value(pixel, *u);
             let primary = steps.iter().map(weighted).fold(Dual::constant(0.0), |sum, step| sum + step);
             let [value, slope] = integral.value;
             Pixel {
                 value: [value, slope + primary.value],
                 // ∫ h = 1: no pixel is off by more than the largest error of what it sees.
-                errors: [integral.error + largest[0], integral.error + largest[1] + primary.slope],
+                errors: [integral.error + largest[0], integral.error + largest[1] + primary.slope()],
                 scale: integral.scale + primary.value.abs(),
             }
         };
@@ -346,7 +346,7 @@ impl FilmIntegral<'_> {
     }
 
     /// L at fixed u, between jumps, and its error.
-    fn radiance_at(&self, u: f64) -> [Dual; 2] {
+    fn radiance_at(&self, u: f64) -> [Dual<1>; 2] {
         // A value is whole or not there: a thread that panicked leaves nothing to be afraid of.
         let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(l) = known().get(&u.to_bits()) {
@@ -359,15 +359,15 @@ impl FilmIntegral<'_> {
     }
 
     /// L at fixed u, of what is seen there on one side, and its error.
-    fn radiance(&self, seen: Option<Seen>, u: f64) -> [Dual; 2] {
+    fn radiance(&self, seen: Option<Seen>, u: f64) -> [Dual<1>; 2] {
         let none = Dual::constant(0.0);
         let Some(seen) = seen else {
-            return [Dual { value: self.world.environment(), slope: self.change.environment }, none];
+            return [Dual::new(self.world.environment(), [self.change.environment]), none];
         };
         if self.bounces == Some(0) || !may_scatter(self.world, self.change, seen.segment) {
             let shape = self.world.segments()[seen.segment].shape;
             let value = self.world.material(seen.segment).emission;
-            return [Dual { value, slope: self.change.materials[shape].emission }, none];
+            return [Dual::new(value, [self.change.materials[shape].emission]), none];
         }
         let motion = motion_of_seen(self.world, self.camera, u, &seen, self.change);
         let surface = Surface::new(self.world, seen.segment, seen.s, -seen.direction);
@@ -375,13 +375,13 @@ impl FilmIntegral<'_> {
     }
 
     /// (L⁻ − L⁺) u̇ of a jump over the film; as its slope, how far it may be off.
-    fn step(&self, jump: &Jump) -> Dual {
+    fn step(&self, jump: &Jump) -> Dual<1> {
         let rate = film_rate(self.camera, self.change, jump.vertex, jump.u, jump.distance);
         if rate == 0.0 {
             return Dual::constant(0.0);
         }
         let seen = jump.sides.map(|side| side.map(|i| Seen::at_jump(self.world, self.camera, i, jump)));
         let [low, high] = seen.map(|side| self.radiance(side, jump.u).map(|l| l.value));
-        Dual { value: (low[0] - high[0]) * rate, slope: (low[1] + high[1]) * rate.abs() }
+        Dual::new((low[0] - high[0]) * rate, [(low[1] + high[1]) * rate.abs()])
     }
 }

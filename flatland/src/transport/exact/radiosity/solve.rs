@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use super::gather::Row;
-use crate::dual::Dual;
+use crate::calculus::Dual;
 
 /// Residuals smaller than this part of the solution are rounding.
 const CONVERGED: f64 = 1e-15;
@@ -20,23 +20,23 @@ const ACCEPTED: f64 = 1e-12;
 
 /// A solution and the largest entry of its residual, values and slopes.
 pub(super) struct Solved {
-    pub(super) values: Vec<Dual>,
-    pub(super) residual: Dual,
+    pub(super) values: Vec<Dual<1>>,
+    pub(super) residual: Dual<1>,
 }
 
 /// x = b + K x and its derivative, ẋ = ḃ + K̇ x + K ẋ; or the residual that is left.
-pub(super) fn solve(rows: &[Row], direct: &[Dual]) -> Result<Solved, f64> {
+pub(super) fn solve(rows: &[Row], direct: &[Dual<1>]) -> Result<Solved, f64> {
     let source: Vec<f64> = direct.iter().map(|b| b.value).collect();
     let (value, first) = gmres(rows, &source)?;
-    let carried = product(rows, &value, |weight| weight.slope);
-    let source: Vec<f64> = direct.iter().zip(carried).map(|(b, c)| b.slope + c).collect();
+    let carried = product(rows, &value, |weight| weight.slope());
+    let source: Vec<f64> = direct.iter().zip(carried).map(|(b, c)| b.slope() + c).collect();
     let (slope, second) = gmres(rows, &source)?;
-    let values = value.into_iter().zip(slope).map(|(value, slope)| Dual { value, slope }).collect();
-    Ok(Solved { values, residual: Dual { value: first, slope: second } })
+    let values = value.into_iter().zip(slope).map(|(value, slope)| Dual::new(value, [slope])).collect();
+    Ok(Solved { values, residual: Dual::new(first, [second]) })
 }
 
 /// K x with one part of K's entries.
-fn product(rows: &[Row], x: &[f64], part: impl Fn(&Dual) -> f64 + Sync) -> Vec<f64> {
+fn product(rows: &[Row], x: &[f64], part: impl Fn(&Dual<1>) -> f64 + Sync) -> Vec<f64> {
     rows.par_iter().map(|row| row.iter().map(|(i, weight)| part(weight) * x[*i]).sum()).collect()
 }
 

@@ -2,11 +2,13 @@
 
 use glam::{DAffine3, DQuat, DVec3};
 
+use super::super::driver::Driver;
 use super::super::horizon::Horizon;
 use super::*;
 use crate::geometry::{Attribute, Mesh, Normals};
+use crate::gradient::motion::Motion;
 use crate::gradient::tests::{Comparisons, at, film, terms, thorough, total};
-use crate::gradient::{Field, FiniteDifference, Tangent, WarpedArea};
+use crate::gradient::{Field, FiniteDifference, Progress, Tangent, WarpedArea};
 use crate::path::Kernels;
 use crate::scene::{Camera, Description, Environment, Filter, Integrator, Material, Scene};
 

@@ -34,19 +34,20 @@ struct Record<I> {
 /// An input may be the *output* of something outside the tape, such as a warp: the sweep then reports its
 /// adjoints when they are complete, and lets the outside add to the adjoints of earlier nodes.
 #[derive(Debug)]
-pub(crate) struct Tape<I> {
+pub struct Tape<I> {
     record: RefCell<Record<I>>,
 }
 
 /// A number that writes what is done to it to a tape.
 #[derive(Debug)]
-pub(crate) struct Variable<'t, I> {
+pub struct Variable<'t, I> {
     tape: Option<&'t Tape<I>>,
     node: u32,
     value: f64,
 }
 
 impl<I> Clone for Variable<'_, I> {
+    #[inline]
     fn clone(&self) -> Self {
         *self
     }
@@ -55,33 +56,45 @@ impl<I> Clone for Variable<'_, I> {
 impl<I> Copy for Variable<'_, I> {}
 
 /// The adjoints of a sweep under way.
-pub(crate) struct Adjoints<'a> {
+#[derive(Debug)]
+pub struct Adjoints<'a> {
     values: &'a mut Vec<f64>,
 }
 
 impl Adjoints<'_> {
     /// Adds to the adjoint of an earlier variable.
-    pub(crate) fn add<I>(&mut self, variable: Variable<'_, I>, amount: f64) {
+    #[inline]
+    pub fn add<I>(&mut self, variable: Variable<'_, I>, amount: f64) {
         if variable.node != NONE {
             self.values[variable.node as usize] += amount;
         }
     }
 }
 
-impl<I: Copy> Tape<I> {
-    pub(crate) fn new() -> Self {
+impl<I> Default for Tape<I> {
+    fn default() -> Self {
         Self { record: RefCell::new(Record { nodes: vec![], inputs: vec![] }) }
+    }
+}
+
+impl<I: Copy> Tape<I> {
+    /// With nothing on it.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
     }
 
     /// Forgets everything but the memory.
-    pub(crate) fn clear(&mut self) {
+    pub fn clear(&mut self) {
         let record = self.record.get_mut();
         record.nodes.clear();
         record.inputs.clear();
     }
 
-    /// Declares inputs that belong together.
-    pub(crate) fn inputs<const K: usize>(&self, id: I, values: [f64; K]) -> [Variable<'_, I>; K] {
+    /// Declares inputs that belong together, eight at most. Numbers of different tapes must not meet.
+    #[inline]
+    pub fn inputs<const K: usize>(&self, id: I, values: [f64; K]) -> [Variable<'_, I>; K] {
+        const { assert!(K <= MAX_INPUTS, "a longer run of inputs than a sweep reports") };
         let record = &mut *self.record.borrow_mut();
         let first = record.nodes.len() as u32;
         record.inputs.push(Input { first, count: K as u32, id });
@@ -91,8 +104,8 @@ impl<I: Copy> Tape<I> {
     }
 
     /// Sweeps backwards from `outputs`, each with the adjoint it starts from, and reports the adjoints of
-    /// every run of inputs, last declared first.
-    pub(crate) fn sweep(
+    /// every run of inputs, last declared first. `values` is working memory.
+    pub fn sweep(
         &self,
         outputs: &[(Variable<'_, I>, f64)],
         values: &mut Vec<f64>,
@@ -138,11 +151,7 @@ fn propagate(nodes: &[Node], adjoints: &mut [f64], range: std::ops::Range<usize>
 }
 
 impl<'t, I: Copy> Variable<'t, I> {
-    /// Whether it depends on an input.
-    pub(crate) fn is_recorded(self) -> bool {
-        self.node != NONE
-    }
-
+    #[inline]
     fn binary(self, other: Self, value: f64, partials: [f64; 2]) -> Self {
         let Some(tape) = self.tape.or(other.tape) else {
             return Self { tape: None, node: NONE, value };
@@ -154,26 +163,31 @@ impl<'t, I: Copy> Variable<'t, I> {
 }
 
 impl<'t, I: Copy + std::fmt::Debug> Number for Variable<'t, I> {
+    #[inline]
     fn constant(value: f64) -> Self {
         Self { tape: None, node: NONE, value }
     }
 
+    #[inline]
     fn value(self) -> f64 {
         self.value
     }
 
+    #[inline]
     fn chain(self, value: f64, derivative: f64) -> Self {
         self.binary(Self::constant(0.0), value, [derivative, 0.0])
     }
 
+    #[inline]
     fn is_still(self) -> bool {
-        !self.is_recorded()
+        self.node == NONE
     }
 }
 
 impl<I: Copy> Add for Variable<'_, I> {
     type Output = Self;
 
+    #[inline]
     fn add(self, other: Self) -> Self {
         self.binary(other, self.value + other.value, [1.0, 1.0])
     }
@@ -182,6 +196,7 @@ impl<I: Copy> Add for Variable<'_, I> {
 impl<I: Copy> Sub for Variable<'_, I> {
     type Output = Self;
 
+    #[inline]
     fn sub(self, other: Self) -> Self {
         self.binary(other, self.value - other.value, [1.0, -1.0])
     }
@@ -190,6 +205,7 @@ impl<I: Copy> Sub for Variable<'_, I> {
 impl<I: Copy> Mul for Variable<'_, I> {
     type Output = Self;
 
+    #[inline]
     fn mul(self, other: Self) -> Self {
         self.binary(other, self.value * other.value, [other.value, self.value])
     }
@@ -198,6 +214,7 @@ impl<I: Copy> Mul for Variable<'_, I> {
 impl<I: Copy> Div for Variable<'_, I> {
     type Output = Self;
 
+    #[inline]
     fn div(self, other: Self) -> Self {
         let quotient = self.value / other.value;
         let inverse = 1.0 / other.value;
@@ -208,6 +225,7 @@ impl<I: Copy> Div for Variable<'_, I> {
 impl<I: Copy + std::fmt::Debug> Neg for Variable<'_, I> {
     type Output = Self;
 
+    #[inline]
     fn neg(self) -> Self {
         self.chain(-self.value, -1.0)
     }
@@ -216,6 +234,7 @@ impl<I: Copy + std::fmt::Debug> Neg for Variable<'_, I> {
 impl<I: Copy + std::fmt::Debug> Mul<f64> for Variable<'_, I> {
     type Output = Self;
 
+    #[inline]
     fn mul(self, factor: f64) -> Self {
         self.chain(self.value * factor, factor)
     }

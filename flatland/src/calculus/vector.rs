@@ -8,30 +8,48 @@ use super::Number;
 
 /// A vector in space.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Vec3<T> {
-    pub(crate) x: T,
-    pub(crate) y: T,
-    pub(crate) z: T,
+pub struct Vec3<T> {
+    /// First.
+    pub x: T,
+    /// Second.
+    pub y: T,
+    /// Third.
+    pub z: T,
 }
 
 impl<T: Number> Vec3<T> {
-    pub(crate) fn new(x: T, y: T, z: T) -> Self {
+    /// Of its coordinates.
+    #[inline]
+    #[must_use]
+    pub fn new(x: T, y: T, z: T) -> Self {
         Self { x, y, z }
     }
 
-    pub(crate) fn constant(v: DVec3) -> Self {
+    /// Without derivatives.
+    #[inline]
+    #[must_use]
+    pub fn constant(v: DVec3) -> Self {
         Self::new(T::constant(v.x), T::constant(v.y), T::constant(v.z))
     }
 
-    pub(crate) fn value(self) -> DVec3 {
+    /// The vector itself.
+    #[inline]
+    #[must_use]
+    pub fn value(self) -> DVec3 {
         DVec3::new(self.x.value(), self.y.value(), self.z.value())
     }
 
-    pub(crate) fn dot(self, other: Self) -> T {
+    /// a · b.
+    #[inline]
+    #[must_use]
+    pub fn dot(self, other: Self) -> T {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
-    pub(crate) fn cross(self, other: Self) -> Self {
+    /// a × b.
+    #[inline]
+    #[must_use]
+    pub fn cross(self, other: Self) -> Self {
         Self::new(
             self.y * other.z - self.z * other.y,
             self.z * other.x - self.x * other.z,
@@ -39,7 +57,18 @@ impl<T: Number> Vec3<T> {
         )
     }
 
-    pub(crate) fn normalized(self) -> Self {
+    /// A constant vector after a turn ω: v + ω × v.
+    #[inline]
+    #[must_use]
+    pub fn turned(v: DVec3, turn: Option<Self>) -> Self {
+        let v = Self::constant(v);
+        turn.map_or(v, |turn| v + turn.cross(v))
+    }
+
+    /// v/|v|.
+    #[inline]
+    #[must_use]
+    pub fn normalized(self) -> Self {
         self * (T::constant(1.0) / self.dot(self).sqrt())
     }
 }
@@ -47,6 +76,7 @@ impl<T: Number> Vec3<T> {
 impl<T: Number> Add for Vec3<T> {
     type Output = Self;
 
+    #[inline]
     fn add(self, other: Self) -> Self {
         Self::new(self.x + other.x, self.y + other.y, self.z + other.z)
     }
@@ -55,6 +85,7 @@ impl<T: Number> Add for Vec3<T> {
 impl<T: Number> Sub for Vec3<T> {
     type Output = Self;
 
+    #[inline]
     fn sub(self, other: Self) -> Self {
         Self::new(self.x - other.x, self.y - other.y, self.z - other.z)
     }
@@ -63,6 +94,7 @@ impl<T: Number> Sub for Vec3<T> {
 impl<T: Number> Neg for Vec3<T> {
     type Output = Self;
 
+    #[inline]
     fn neg(self) -> Self {
         Self::new(-self.x, -self.y, -self.z)
     }
@@ -71,6 +103,7 @@ impl<T: Number> Neg for Vec3<T> {
 impl<T: Number> Mul<T> for Vec3<T> {
     type Output = Self;
 
+    #[inline]
     fn mul(self, factor: T) -> Self {
         Self::new(self.x * factor, self.y * factor, self.z * factor)
     }
@@ -78,14 +111,23 @@ impl<T: Number> Mul<T> for Vec3<T> {
 
 /// Linear RGB, of numbers that may carry derivatives.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Rgb<T>(pub(crate) [T; 3]);
+pub struct Rgb<T>(
+    /// Red, green and blue.
+    pub [T; 3],
+);
 
 impl<T: Number> Rgb<T> {
-    pub(crate) fn constant(c: DVec3) -> Self {
+    /// Without derivatives.
+    #[inline]
+    #[must_use]
+    pub fn constant(c: DVec3) -> Self {
         Self(c.to_array().map(T::constant))
     }
 
-    pub(crate) fn value(self) -> DVec3 {
+    /// The colour itself.
+    #[inline]
+    #[must_use]
+    pub fn value(self) -> DVec3 {
         DVec3::from_array(self.0.map(T::value))
     }
 }
@@ -93,6 +135,7 @@ impl<T: Number> Rgb<T> {
 impl<T: Number> Add for Rgb<T> {
     type Output = Self;
 
+    #[inline]
     fn add(self, other: Self) -> Self {
         Self(std::array::from_fn(|i| self.0[i] + other.0[i]))
     }
@@ -101,6 +144,7 @@ impl<T: Number> Add for Rgb<T> {
 impl<T: Number> Mul for Rgb<T> {
     type Output = Self;
 
+    #[inline]
     fn mul(self, other: Self) -> Self {
         Self(std::array::from_fn(|i| self.0[i] * other.0[i]))
     }
@@ -109,6 +153,7 @@ impl<T: Number> Mul for Rgb<T> {
 impl<T: Number> Mul<T> for Rgb<T> {
     type Output = Self;
 
+    #[inline]
     fn mul(self, factor: T) -> Self {
         Self(self.0.map(|c| c * factor))
     }

@@ -1,8 +1,7 @@
 //! Where the numbers of a sample come from.
 
+use flatland::calculus::{Number, Rgb, Vec3};
 use glam::DVec3;
-
-use super::{Number, Rgb, Vec3};
 
 /// A camera's frame in numbers, and its focal length in pixels.
 #[derive(Clone, Copy, Debug)]
@@ -14,11 +13,31 @@ pub(crate) struct Frame<T> {
     pub(crate) focal: T,
 }
 
+/// How a camera moves: numbers of value 0, of which the derivatives count.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CameraMotion<T> {
+    pub(crate) translation: Vec3<T>,
+    /// About the world's axes through its origin.
+    pub(crate) rotation: Vec3<T>,
+    pub(crate) field_of_view: T,
+}
+
 /// A direction ω + ε V(ω) and the Jacobian 1 + ε ∇·V(ω) of the change of variables it belongs to.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Warped<T> {
     pub(crate) direction: Vec3<T>,
     pub(crate) jacobian: T,
+}
+
+/// A point of a jump as seen from a shading point. What is reflected of `light` from there, times `speed`, is added to
+/// what arrives: it has no value, and the derivative of a boundary term.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BorderSample<T> {
+    pub(crate) direction: DVec3,
+    /// The light that jumps, over the density of the sample.
+    pub(crate) light: DVec3,
+    /// A number of value 0 whose derivative is the jump's normal velocity beyond the warp's.
+    pub(crate) speed: T,
 }
 
 /// What a warp of directions serves.
@@ -79,22 +98,31 @@ pub(crate) trait Calculus {
     /// The irradiance or intensity of a light, with its value at hand.
     fn intensity(&self, light: usize, value: DVec3) -> Rgb<Self::Number>;
 
-    /// The position of a point light, or minus the direction of a directional one.
-    fn place(&self, light: usize, value: DVec3) -> Vec3<Self::Number>;
+    /// How a point light is shifted, or a directional one turned, in numbers of value 0; nothing if it stands still.
+    fn pose(&self, light: usize) -> Option<Vec3<Self::Number>>;
 
     /// The radiance of a constant environment, or the colour that scales a map.
     fn environment(&self, value: DVec3) -> Rgb<Self::Number>;
 
-    /// A direction of the world in the environment map's frame.
-    fn environment_direction(&self, direction: Vec3<Self::Number>) -> Vec3<Self::Number>;
+    /// How the environment map is turned, in numbers of value 0; nothing if it stands still.
+    fn environment_turn(&self) -> Option<Vec3<Self::Number>>;
+
+    /// How the camera moves; nothing if it stands still.
+    fn camera(&self) -> Option<CameraMotion<Self::Number>>;
 
     /// Whether a surface that reflects nothing must be followed all the same, because its reflectance is a
     /// parameter.
     fn wants_black(&self, material: usize) -> bool;
 
-    /// Random numbers beside those of the path, for integrals that only derivatives have; nothing if there are
-    /// no derivatives.
-    fn beside(&mut self) -> Option<f64>;
+    /// A point of the border of a flat emitter that next-event estimation has chosen, as seen from `origin` on triangle
+    /// `from`, with the kernel of the emitter's light. Nothing if there are no derivatives.
+    fn border(
+        &mut self,
+        origin: Vec3<Self::Number>,
+        from: u32,
+        shape: u32,
+        kernel: impl FnOnce() -> Kernel,
+    ) -> Option<BorderSample<Self::Number>>;
 
     /// The warp at direction ω as seen from `origin` on triangle `from`.
     fn warp(

@@ -3,12 +3,14 @@
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use glam::DVec2;
+
 /// A real number, alone or with derivatives. What is computed in `Number`s is written once, and is the
 /// primal, its derivative along a direction, or a record of itself for the reverse sweep.
 ///
 /// The values of all three are computed by the same operations in the same order, and so are the same
 /// bit for bit.
-pub(crate) trait Number:
+pub trait Number:
     Copy
     + Debug
     + Add<Output = Self>
@@ -31,76 +33,114 @@ pub(crate) trait Number:
     fn is_still(self) -> bool;
 
     /// √x; its derivative at 0 is taken as 0.
+    #[inline]
     fn sqrt(self) -> Self {
         let root = self.value().sqrt();
         self.chain(root, if root > 0.0 { 0.5 / root } else { 0.0 })
     }
 
     /// eˣ.
+    #[inline]
     fn exp(self) -> Self {
         let value = self.value().exp();
         self.chain(value, value)
     }
 
+    /// |x|.
+    #[inline]
+    fn abs(self) -> Self {
+        if self.value() < 0.0 { -self } else { self }
+    }
+
     /// max(0, x).
+    #[inline]
     fn positive(self) -> Self {
         if self.value() > 0.0 { self } else { Self::constant(0.0) }
     }
 
     /// x².
+    #[inline]
     fn squared(self) -> Self {
         self * self
     }
 }
 
 impl Number for f64 {
+    #[inline]
     fn constant(value: f64) -> Self {
         value
     }
 
+    #[inline]
     fn value(self) -> f64 {
         self
     }
 
+    #[inline]
     fn chain(self, value: f64, _: f64) -> Self {
         value
     }
 
+    #[inline]
     fn is_still(self) -> bool {
         true
     }
 }
 
 /// A number with its derivatives along N directions at once.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Dual<const N: usize> {
-    pub(crate) value: f64,
-    pub(crate) tangent: [f64; N],
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dual<const N: usize> {
+    /// The number.
+    pub value: f64,
+    /// Its derivative along each direction.
+    pub tangent: [f64; N],
+}
+
+impl Dual<1> {
+    /// The coordinates of a point u that moves with velocity v.
+    pub(crate) fn path(u: DVec2, v: DVec2) -> [Self; 2] {
+        [Self::new(u.x, [v.x]), Self::new(u.y, [v.y])]
+    }
+
+    /// The derivative along the only direction.
+    #[inline]
+    #[must_use]
+    pub fn slope(self) -> f64 {
+        self.tangent[0]
+    }
 }
 
 impl<const N: usize> Dual<N> {
-    pub(crate) fn new(value: f64, tangent: [f64; N]) -> Self {
+    /// A number with its derivatives.
+    #[inline]
+    #[must_use]
+    pub fn new(value: f64, tangent: [f64; N]) -> Self {
         Self { value, tangent }
     }
 
+    #[inline]
     fn linear(self, other: Self, value: f64, [a, b]: [f64; 2]) -> Self {
         Self::new(value, std::array::from_fn(|i| a * self.tangent[i] + b * other.tangent[i]))
     }
 }
 
 impl<const N: usize> Number for Dual<N> {
+    #[inline]
     fn constant(value: f64) -> Self {
         Self::new(value, [0.0; N])
     }
 
+    #[inline]
     fn value(self) -> f64 {
         self.value
     }
 
+    #[inline]
     fn chain(self, value: f64, derivative: f64) -> Self {
         Self::new(value, self.tangent.map(|t| derivative * t))
     }
 
+    #[inline]
     fn is_still(self) -> bool {
         self.tangent == [0.0; N]
     }
@@ -109,6 +149,7 @@ impl<const N: usize> Number for Dual<N> {
 impl<const N: usize> Add for Dual<N> {
     type Output = Self;
 
+    #[inline]
     fn add(self, other: Self) -> Self {
         self.linear(other, self.value + other.value, [1.0, 1.0])
     }
@@ -117,6 +158,7 @@ impl<const N: usize> Add for Dual<N> {
 impl<const N: usize> Sub for Dual<N> {
     type Output = Self;
 
+    #[inline]
     fn sub(self, other: Self) -> Self {
         self.linear(other, self.value - other.value, [1.0, -1.0])
     }
@@ -125,6 +167,7 @@ impl<const N: usize> Sub for Dual<N> {
 impl<const N: usize> Mul for Dual<N> {
     type Output = Self;
 
+    #[inline]
     fn mul(self, other: Self) -> Self {
         self.linear(other, self.value * other.value, [other.value, self.value])
     }
@@ -133,6 +176,7 @@ impl<const N: usize> Mul for Dual<N> {
 impl<const N: usize> Div for Dual<N> {
     type Output = Self;
 
+    #[inline]
     fn div(self, other: Self) -> Self {
         let quotient = self.value / other.value;
         let inverse = 1.0 / other.value;
@@ -143,6 +187,7 @@ impl<const N: usize> Div for Dual<N> {
 impl<const N: usize> Neg for Dual<N> {
     type Output = Self;
 
+    #[inline]
     fn neg(self) -> Self {
         self.chain(-self.value, -1.0)
     }
@@ -151,6 +196,7 @@ impl<const N: usize> Neg for Dual<N> {
 impl<const N: usize> Mul<f64> for Dual<N> {
     type Output = Self;
 
+    #[inline]
     fn mul(self, factor: f64) -> Self {
         self.chain(self.value * factor, factor)
     }

@@ -1,0 +1,51 @@
+//! The borders of flat emitters, as they are seen from shading points.
+
+use flatland::calculus::{Number, Vec3};
+use flatland::random::open01;
+
+use super::differential::Differential;
+use crate::path::{BorderSample, Kernel, LightId, Paths};
+
+/// ∮ f L (v_b − V)·ν over the border of a flat emitter as seen from `origin` on triangle `from`: its motion beyond that of
+/// the warp, which need not know it. With it, silhouettes of what hides the emitter are all that the warp must follow, and
+/// its kernel may be as wide as the emitter.
+///
+/// One point of the border; nothing where it is hidden, or does not move.
+pub(super) fn border<C: Differential>(
+    calculus: &mut C,
+    paths: &Paths<'_>,
+    origin: Vec3<C::Number>,
+    from: u32,
+    shape: u32,
+    kernel: impl FnOnce() -> Kernel,
+) -> Option<BorderSample<C::Number>> {
+    let scene = paths.scene;
+    let border = paths.lights.border_point(scene, shape, open01(calculus.rng()?))?;
+    let kernel = kernel();
+    let x = origin.value();
+    let way = border.place - x;
+    let distance = way.length();
+    let direction = way / distance;
+    if kernel.normal.dot(direction) <= 0.0 || paths.shadowed(x, from, direction, distance) {
+        return None;
+    }
+    let ends = border.ends.map(|i| calculus.position(i));
+    let place = ends[0] + (ends[1] - ends[0]) * C::Number::constant(border.along);
+    let material = (place - origin).normalized();
+    let warped = calculus.warp(origin, from, direction, kernel);
+    // Tangent to the border on the sphere, and its outward normal.
+    let tangent = border.edge - border.edge.dot(direction) * direction;
+    let across = direction.cross(tangent).try_normalize()?;
+    let outward = if across.dot(border.inside - border.place) > 0.0 { -across } else { across };
+    let normal = Vec3::constant(outward);
+    // Their values agree but for rounding, which counts for nothing; their derivatives are v_b and V.
+    let speed = material.dot(normal) - warped.direction.dot(normal);
+    let speed = speed - C::Number::constant(speed.value());
+    if speed.is_still() {
+        return None;
+    }
+    let length = tangent.length() / distance * border.whole;
+    let weight = length / paths.lights.probability(LightId::Shape(shape));
+    let radiance = scene.description.shapes[shape as usize].radiance?;
+    Some(BorderSample { direction, light: radiance * weight, speed })
+}

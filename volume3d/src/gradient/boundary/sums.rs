@@ -1,0 +1,85 @@
+//! The sums of boundary terms, forward and in reverse.
+
+use glam::DVec3;
+
+use super::driver::{Boundary, Driver, Estimate};
+use super::{Take, Term};
+use crate::gradient::accumulator::Sums;
+use crate::gradient::contribution::Contribution;
+use crate::gradient::motion::Motion;
+use crate::gradient::{ActiveParameters, GradientImage, Progress, Stopped};
+use crate::scene::Scene;
+
+/// How many samples of each boundary there are, a pixel on average, and their seed.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::gradient) struct Effort {
+    pub(in crate::gradient) primary: usize,
+    pub(in crate::gradient) secondary: usize,
+    pub(in crate::gradient) seed: u64,
+}
+
+impl Effort {
+    pub(super) fn driver<'s>(&self, scene: &'s Scene, term: Term) -> Driver<'s> {
+        let (width, height) = scene.size();
+        let samples = if term == Term::Primary { self.primary } else { self.secondary };
+        Driver::new(scene, self.seed, samples * width * height)
+    }
+}
+
+/// Forward mode: an image to which boundary terms are added, and to the terms it is the sum of if it has them.
+pub(in crate::gradient) struct Images<'a> {
+    pub(in crate::gradient) effort: Effort,
+    pub(in crate::gradient) scene: &'a Scene,
+    pub(in crate::gradient) motion: &'a Motion<'a>,
+    pub(in crate::gradient) progress: &'a Progress,
+    pub(in crate::gradient) image: &'a mut GradientImage,
+}
+
+impl Take for Images<'_> {
+    fn take(&mut self, term: Term, boundary: &impl Boundary) -> Result<(), Stopped> {
+        if !boundary.is_empty() {
+            let driver = self.effort.driver(self.scene, term);
+            add(self.image, term, driver.forward(boundary, self.motion, self.progress)?);
+        }
+        Ok(())
+    }
+}
+
+fn add(image: &mut GradientImage, term: Term, estimate: Estimate) {
+    let mut term = image.terms.as_mut().map(|terms| match term {
+        Term::Primary => &mut terms.primary,
+        Term::Secondary => &mut terms.secondary,
+    });
+    for (i, (mean, variance)) in estimate.mean.iter().zip(&estimate.variance).enumerate() {
+        if let Some(term) = &mut term {
+            term[i] += *mean;
+        }
+        image.gradient[i] += *mean;
+        let error = image.standard_error[i];
+        image.standard_error[i] = (error * error + *variance).map(f64::sqrt);
+    }
+    image.regions.add(&estimate.regions);
+    image.auxiliary_rays += estimate.rays;
+    image.non_finite.extend(estimate.non_finite);
+    Contribution::keep_larger(&mut image.largest, estimate.largest);
+}
+
+/// Reverse mode: sums to which their transposes are added.
+pub(in crate::gradient) struct Gradients<'a> {
+    pub(in crate::gradient) effort: Effort,
+    pub(in crate::gradient) scene: &'a Scene,
+    pub(in crate::gradient) adjoint: &'a [DVec3],
+    pub(in crate::gradient) active: &'a ActiveParameters,
+    pub(in crate::gradient) progress: &'a Progress,
+    pub(in crate::gradient) sums: &'a mut Sums,
+}
+
+impl Take for Gradients<'_> {
+    fn take(&mut self, term: Term, boundary: &impl Boundary) -> Result<(), Stopped> {
+        if boundary.is_empty() {
+            return Ok(());
+        }
+        let driver = self.effort.driver(self.scene, term);
+        driver.reverse(boundary, self.adjoint, self.active, self.progress, self.sums)
+    }
+}

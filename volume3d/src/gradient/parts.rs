@@ -1,0 +1,35 @@
+//! Work in parts: computed side by side, taken in order.
+
+use rayon::prelude::*;
+
+use super::{Progress, Stopped};
+
+/// Parts are computed in row_blocks of this many: enough to keep many threads busy, few enough that memory does not grow with
+/// the work.
+const WAVE: usize = 64;
+
+/// Computes parts 0, 1, … on all threads, and takes them one after the other in this order: sums do not depend on
+/// threads.
+pub(super) fn in_order<T: Send>(
+    parts: usize,
+    progress: &Progress,
+    part: impl Fn(usize) -> T + Sync,
+    mut take: impl FnMut(usize, T),
+) -> Result<(), Stopped> {
+    progress.start(parts);
+    for start in (0..parts).step_by(WAVE) {
+        let block: Vec<T> = (start..parts.min(start + WAVE))
+            .into_par_iter()
+            .map(|number| {
+                let part = part(number);
+                progress.advance();
+                part
+            })
+            .collect();
+        if progress.stopped() {
+            return Err(Stopped);
+        }
+        block.into_iter().enumerate().for_each(|(k, part)| take(start + k, part));
+    }
+    Ok(())
+}

@@ -1,0 +1,104 @@
+//! The same samples in reverse: the adjoints of their numbers, by parameter.
+
+use flatland::calculus::{Number, Tape};
+use glam::DVec3;
+
+use super::job::{Job, Place};
+use crate::gradient::accumulator::{Accumulator, Sums};
+use crate::gradient::auxiliary::MovingBounds;
+use crate::gradient::contribution::Source;
+use crate::gradient::reverse::{Inputs, Recorded, Reverse};
+use crate::gradient::{ActiveParameters, Progress, Stopped};
+
+/// What the rows share.
+struct Pull<'p> {
+    adjoint: &'p [DVec3],
+    inputs: Inputs,
+    bounds: MovingBounds,
+}
+
+impl Job<'_> {
+    /// Adds the derivative by every active parameter, but for the boundary terms that go with the warp.
+    pub(super) fn reverse(
+        &self,
+        adjoint: &[DVec3],
+        active: &ActiveParameters,
+        progress: &Progress,
+        sums: &mut Sums,
+    ) -> Result<(), Stopped> {
+        let scene = self.paths.scene;
+        let bounds = MovingBounds::new(scene, &active.shapes);
+        let pull = Pull { adjoint, inputs: Inputs::new(scene, active), bounds };
+        let (_, rows) = self.film.cells();
+        sums.gather(rows, progress, |j, part| self.reverse_row(j, &pull, progress, part))
+    }
+
+    fn reverse_row(&self, j: usize, pull: &Pull<'_>, progress: &Progress, part: &mut Accumulator) {
+        let (mut tape, mut adjoints) = (Tape::new(), vec![]);
+        let mut auxiliary = self.auxiliary(&pull.bounds);
+        let (columns, _) = self.film.cells();
+        for (i, sample) in (0..columns).flat_map(|i| (0..self.method.samples).map(move |s| (i, s))) {
+            if progress.stopped() {
+                return;
+            }
+            let place = (i, j, sample);
+            let mut finite = true;
+            let mut record = |edge: bool| {
+                tape.clear();
+                let mut reverse =
+                    Reverse::new(self.paths.scene, &pull.inputs, &tape, auxiliary.as_mut(), self.film);
+                let output = if edge {
+                    self.edge_output(&mut reverse, place, pull.adjoint)
+                } else {
+                    Some(self.output(&mut reverse, place, pull.adjoint))
+                };
+                finite &= output.is_none_or(|o| reverse.sweep_if_finite(&[o], &mut adjoints, part));
+            };
+            if self.film.cell_counts(i, j) {
+                record(false);
+            }
+            if self.has_edges() {
+                record(true);
+            }
+            let at = self.film.located(i, j, sample);
+            part.end_sample(at, Source::Path);
+            if !finite {
+                part.leave_out(at);
+            }
+        }
+    }
+
+    /// Σ over pixels and channels of adjoint times integrand, and what it counts in the mean of all samples.
+    fn output<'t>(
+        &self,
+        reverse: &mut Reverse<'_, 't>,
+        place: Place,
+        adjoint: &[DVec3],
+    ) -> (Recorded<'t>, f64) {
+        let frame = self.film.moving_frame(&self.paths.scene.description.camera, reverse);
+        let sample = self.sample(reverse, &frame, place);
+        let mut sum = Recorded::constant(0.0);
+        self.for_each_pixel(place, &sample, |[_, x, y], _, integrand| {
+            let delta = adjoint[y * self.film.columns + x];
+            for c in 0..3 {
+                sum = sum + integrand[c] * delta[c];
+            }
+        });
+        (sum, 1.0 / self.method.samples as f64)
+    }
+
+    /// The same of an edge of box pixels.
+    fn edge_output<'t>(
+        &self,
+        reverse: &mut Reverse<'_, 't>,
+        place: Place,
+        adjoint: &[DVec3],
+    ) -> Option<(Recorded<'t>, f64)> {
+        let sample = self.edge_sample(reverse, place)?;
+        let mut sum = 0.0;
+        self.for_each_side(place, &sample, |[_, x, y], light| {
+            sum += adjoint[y * self.film.columns + x].dot(light);
+        });
+        Some((sample.across, sum / self.method.samples as f64))
+    }
+}

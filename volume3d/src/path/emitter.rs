@@ -1,0 +1,154 @@
+//! Shapes that emit: points of their surface, and of their border.
+
+use glam::DVec3;
+
+use crate::geometry::Edges;
+use crate::scene::Scene;
+
+/// The triangles of an emitting shape, and a sphere around them.
+#[derive(Clone, Debug)]
+pub(super) struct Area {
+    pub(super) shape: u32,
+    first_triangle: u32,
+    /// Cumulated areas.
+    cumulative: Vec<f64>,
+    pub(super) centre: DVec3,
+    pub(super) radius: f64,
+    /// If it is flat.
+    pub(super) border: Option<Border>,
+}
+
+/// The border of a flat emitter.
+#[derive(Clone, Debug)]
+pub(super) struct Border {
+    /// The emitter's plane {y: normal·y = offset}.
+    pub(super) normal: DVec3,
+    pub(super) offset: f64,
+    /// Ends, counter-clockwise, and the corner across from them.
+    edges: Vec<[u32; 3]>,
+    /// Cumulated lengths.
+    cumulative: Vec<f64>,
+}
+
+/// A point on the border of a flat emitter.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BorderPoint {
+    /// The ends of the edge, and the part of the way from the first to the second.
+    pub(crate) ends: [u32; 2],
+    pub(crate) along: f64,
+    /// Points of the edge and a point inside.
+    pub(crate) place: DVec3,
+    pub(crate) edge: DVec3,
+    pub(crate) inside: DVec3,
+    /// The length of the whole border: 1/density.
+    pub(crate) whole: f64,
+}
+
+/// The front of a triangle at one of its points.
+pub(super) struct Spot {
+    pub(super) triangle: u32,
+    pub(super) point: DVec3,
+    pub(super) normal: DVec3,
+}
+
+impl Area {
+    pub(super) fn new(scene: &Scene, shape: usize) -> Self {
+        let [first, end] = [scene.first_triangle[shape], scene.first_triangle[shape + 1]];
+        let mut sum = 0.0;
+        let mut cumulative = vec![];
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for triangle in &scene.triangles[first as usize..end as usize] {
+            let [a, b, c] = triangle.positions.map(|i| scene.positions[i as usize]);
+            sum += 0.5 * (b - a).cross(c - a).length();
+            cumulative.push(sum);
+            for p in [a, b, c] {
+                (low, high) = (low.min(p), high.max(p));
+            }
+        }
+        Self {
+            shape: shape as u32,
+            first_triangle: first,
+            cumulative,
+            centre: 0.5 * (low + high),
+            radius: 0.5 * (high - low).length(),
+            border: Border::new(scene, first as usize..end as usize),
+        }
+    }
+
+    /// The area of all triangles.
+    pub(super) fn whole(&self) -> f64 {
+        self.cumulative.last().copied().unwrap_or(0.0)
+    }
+
+    /// A point, uniform in area.
+    pub(super) fn sample(&self, scene: &Scene, [choice, a, b]: [f64; 3]) -> Spot {
+        let target = choice * self.whole();
+        let i = self.cumulative.partition_point(|&c| c <= target).min(self.cumulative.len() - 1);
+        let triangle = self.first_triangle + i as u32;
+        let [p, q, r] = scene.triangles[triangle as usize].positions.map(|i| scene.positions[i as usize]);
+        let root = a.sqrt();
+        Spot {
+            triangle,
+            point: p + (q - p) * (root * (1.0 - b)) + (r - p) * (root * b),
+            normal: face_normal(scene, triangle),
+        }
+    }
+}
+
+impl Border {
+    /// Of triangles that all lie in one plane, face the same way, and do not overlap in more than edges.
+    fn new(scene: &Scene, triangles: std::ops::Range<usize>) -> Option<Self> {
+        let first = triangles.start as u32;
+        let normal = face_normal(scene, first);
+        let corner = scene.positions[scene.triangles[triangles.start].positions[0] as usize];
+        let offset = normal.dot(corner);
+        for t in triangles.clone() {
+            let corners = scene.triangles[t].positions;
+            let height = |i: u32| {
+                let p = scene.positions[i as usize];
+                (normal.dot(p) - offset).abs() > FLAT * (p - corner).length().max(corner.length())
+            };
+            if corners.into_iter().any(height) || (face_normal(scene, t as u32) - normal).length() > FLAT {
+                return None;
+            }
+        }
+        let (mut edges, mut cumulative, mut sum) = (vec![], vec![], 0.0);
+        let triangles = &scene.triangles[triangles];
+        for sides in Edges::of(triangles.iter().map(|t| t.positions)).iter() {
+            match sides {
+                [side] => {
+                    let mut corners = triangles[side.triangle as usize].positions;
+                    corners.rotate_left(side.corner as usize);
+                    let [a, b, c] = corners;
+                    sum += scene.positions[a as usize].distance(scene.positions[b as usize]);
+                    edges.push([a, b, c]);
+                    cumulative.push(sum);
+                }
+                [_, _] => {}
+                _ => return None,
+            }
+        }
+        Some(Self { normal, offset, edges, cumulative })
+    }
+
+    /// A point, uniform in length.
+    pub(super) fn point(&self, scene: &Scene, xi: f64) -> Option<BorderPoint> {
+        let whole = *self.cumulative.last()?;
+        let target = xi * whole;
+        let i = self.cumulative.partition_point(|&c| c <= target).min(self.edges.len() - 1);
+        let [a, b, c] = self.edges[i];
+        let [p, q, inside] = [a, b, c].map(|k| scene.positions[k as usize]);
+        let along = 1.0 - (self.cumulative[i] - target) / p.distance(q);
+        let edge = (q - p).try_normalize()?;
+        Some(BorderPoint { ends: [a, b], along, place: p + along * (q - p), edge, inside, whole })
+    }
+}
+
+/// How far, relatively, corners of a flat emitter may be from its plane.
+const FLAT: f64 = 1e-12;
+
+/// The unit normal of a triangle's front.
+pub(super) fn face_normal(scene: &Scene, triangle: u32) -> DVec3 {
+    let [a, b, c] = scene.triangles[triangle as usize].positions.map(|i| scene.positions[i as usize]);
+    (b - a).cross(c - a).normalize_or_zero()
+}
