@@ -13,10 +13,13 @@
 //! - [`transport`]: the same for flat worlds in which light is scattered.
 
 pub mod campaign;
+mod dice;
 mod double_double;
+mod dual;
 pub mod effort;
 pub mod oracle;
 pub mod power;
+mod quadrature;
 pub mod readme;
 pub mod scenes;
 pub mod space;

@@ -14,7 +14,6 @@
 
 mod column;
 mod frame;
-mod quadrature;
 mod sweep;
 
 use flatland::plane::{Film, Scene};

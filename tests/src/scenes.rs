@@ -1,7 +1,7 @@
 //! Random plane scenes: generic, degenerate in a named way, and not differentiable.
 //!
 //! A [`Case`] is built from [`Knobs`] by [`Knobs::build`]. [`random`] draws the knobs from a seed;
-//! [`strategy`] lets proptest draw them, so that a failure shrinks to few shapes with few vertices
+//! [`knobs`] lets proptest draw them, so that a failure shrinks to few shapes with few vertices
 //! and the simplest filter. All cases but those of [`non_differentiable`] have a derivative, though
 //! that of [`Kind::NearlyCoincident`] changes within a displacement of one gap.
 
@@ -13,7 +13,9 @@ use glam::DVec2;
 use proptest::prelude::*;
 
 use degenerate::pieces;
-use pieces::{Dice, Piece, Window};
+use pieces::{Piece, Window};
+
+use crate::dice::Dice;
 
 /// A scene that moves, and a film that looks at it.
 #[derive(Clone, Debug)]
@@ -141,16 +143,6 @@ impl Knobs {
 #[must_use]
 pub fn random(seed: u64, kind: Kind) -> Case {
     Knobs::random(seed, kind).build()
-}
-
-/// Cases of any kind, for proptest.
-pub fn strategy() -> impl Strategy<Value = Case> {
-    knobs(Kind::ALL.to_vec()).prop_map(|knobs| knobs.build())
-}
-
-/// Cases of one kind, for proptest.
-pub fn strategy_of(kind: Kind) -> impl Strategy<Value = Case> {
-    knobs(vec![kind]).prop_map(|knobs| knobs.build())
 }
 
 /// Knobs over some kinds; shrinks towards the first kind, one shape, triangles and a box.

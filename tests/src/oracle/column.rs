@@ -6,9 +6,10 @@ use num_dual::{Dual64, DualNum};
 
 use super::PixelOracle;
 use super::frame::{Edge, Frame, Line, Point};
-use super::quadrature::rule;
 use super::sweep::{Sweep, Toggle, compare};
 use crate::double_double::DoubleDouble;
+use crate::dual::Vector2;
+use crate::quadrature::rule;
 
 /// Slabs narrower than this share of the pixel lie between events that rounding has torn apart.
 const NARROWEST: f64 = 1e-25;
@@ -160,7 +161,7 @@ impl Stretch {
         for (t, w) in grid.nodes(length.re) {
             let offset = frame.turn_back(x, from + length * t);
             let h = grid.filter(offset, self.view.cell);
-            let f = integrand.shade(&self.view, [offset[0] + grid.centre.x, offset[1] + grid.centre.y]);
+            let f = integrand.shade(&self.view, offset + Vector2::still(grid.centre));
             let (mut largest, mut largest_rate) = (0.0_f64, 0.0_f64);
             for (channel, f) in f.into_iter().enumerate() {
                 let g = h * f;
@@ -178,7 +179,7 @@ impl Stretch {
 
 impl Integrand<'_> {
     /// f at a moving point.
-    fn shade(&self, view: &View, u: [Dual64; 2]) -> [Dual64; 3] {
+    fn shade(&self, view: &View, u: Vector2) -> [Dual64; 3] {
         let Some(shape) = view.shape else {
             return self.scene.background().to_array().map(Dual64::from_re);
         };
@@ -187,27 +188,19 @@ impl Integrand<'_> {
             Some(triangle) if shade.attachment() == Attachment::Material => self.material_point(triangle, u),
             _ => u,
         };
-        let (point, velocity) = (DVec2::new(at[0].re, at[1].re), DVec2::new(at[0].eps, at[1].eps));
-        let (value, gradient) = (shade.value(point), shade.gradient(point));
-        std::array::from_fn(|c| Dual64::new(value[c], gradient[c].dot(velocity)))
+        let (value, gradient) = (shade.value(at.value()), shade.gradient(at.value()));
+        std::array::from_fn(|c| Dual64::new(value[c], gradient[c].dot(at.rate())))
     }
 
     /// Where the material that is now at u was when its shade was fixed: u + Σ b_j (m_j − p_j(θ)),
     /// with b the barycentric coordinates of u in the moving triangle.
-    fn material_point(&self, triangle: [usize; 3], u: [Dual64; 2]) -> [Dual64; 2] {
-        let corner = triangle.map(|v| {
-            let (p, v) = (self.scene.vertices()[v], self.velocities[v]);
-            [Dual64::new(p.x, v.x), Dual64::new(p.y, v.y)]
-        });
-        let minus = |a: [Dual64; 2], b: [Dual64; 2]| [a[0] - b[0], a[1] - b[1]];
-        let cross = |a: [Dual64; 2], b: [Dual64; 2]| a[0] * b[1] - a[1] * b[0];
-        let (e1, e2, d) = (minus(corner[1], corner[0]), minus(corner[2], corner[0]), minus(u, corner[0]));
-        let area = cross(e1, e2);
-        let (b1, b2) = (cross(d, e2) / area, cross(e1, d) / area);
+    fn material_point(&self, triangle: [usize; 3], u: Vector2) -> Vector2 {
+        let corner = triangle.map(|v| Vector2::new(self.scene.vertices()[v], self.velocities[v]));
+        let (e1, e2, d) = (corner[1] - corner[0], corner[2] - corner[0], u - corner[0]);
+        let area = e1.cross(e2);
+        let (b1, b2) = (d.cross(e2) / area, e1.cross(d) / area);
         let b = [-(b1 + b2) + 1.0, b1, b2];
-        std::array::from_fn(|axis| {
-            (0..3).fold(u[axis], |sum, k| sum + b[k] * (-corner[k][axis] + self.material[triangle[k]][axis]))
-        })
+        (0..3).fold(u, |sum, k| sum + (Vector2::still(self.material[triangle[k]]) - corner[k]) * b[k])
     }
 }
 
@@ -293,9 +286,9 @@ impl Grid {
     }
 
     /// h at a moving offset from the centre, as the smooth function that it is in `cell`.
-    fn filter(&self, offset: [Dual64; 2], cell: [usize; 2]) -> Dual64 {
+    fn filter(&self, offset: Vector2, cell: [usize; 2]) -> Dual64 {
         let axis = |k: usize| {
-            let x = offset[k] / self.pixel;
+            let x = offset.0[k] / self.pixel;
             match self.filter {
                 Filter::Box => Dual64::from_re(1.0),
                 Filter::Tent if cell[k] == 0 => x + 1.0,

@@ -5,6 +5,7 @@ use glam::DVec2;
 use num_dual::Dual64;
 
 use crate::double_double::DoubleDouble;
+use crate::dual::{Vector, Vector2};
 
 /// A point in turned coordinates, to 106 bits.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,8 +60,8 @@ impl Frame {
     }
 
     /// The image coordinates of the turned (x, y).
-    pub(super) fn turn_back(&self, x: f64, y: Dual64) -> [Dual64; 2] {
-        [(y * -self.s + self.c * x) / self.area, (y * self.c + self.s * x) / self.area]
+    pub(super) fn turn_back(&self, x: f64, y: Dual64) -> Vector2 {
+        Vector([(y * -self.s + self.c * x) / self.area, (y * self.c + self.s * x) / self.area])
     }
 }
 

@@ -8,8 +8,9 @@ use std::f64::consts::PI;
 use flatland::plane::{Film, Filter, Polygon, Shade, Shape};
 use glam::{DVec2, DVec3};
 
-use super::pieces::{Dice, Move, Piece, Window, assemble, hole, sliver, star};
+use super::pieces::{Move, Piece, Window, assemble, hole, sliver, star};
 use super::{Case, Kind, Knobs};
+use crate::dice::Dice;
 
 /// The pieces that make a scene of the knobs' kind, in painter's order; none if it is generic.
 pub(super) fn pieces(knobs: &Knobs, window: &Window) -> Vec<Piece> {
@@ -266,7 +267,7 @@ fn nearly_coincident(dice: &mut Dice, window: &Window) -> Vec<Piece> {
         at(from + 0.35, side),
     ];
     let pixel = window.film.pixel();
-    let away = dice.pick(&[-1.0, 1.0]) * pixel * across + dice.vector(0.2 * pixel);
+    let away = dice.pick(&[-1.0, 1.0]) * pixel * across + dice.vector2(0.2 * pixel);
     let motions = [Move::affine(dice, window), Move::Translate(away)];
     [first, second].into_iter().zip(motions).map(|(r, m)| Piece::new(dice, window, &[r], m)).collect()
 }

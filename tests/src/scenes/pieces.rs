@@ -1,45 +1,11 @@
-//! What random scenes are made of: dice, films, outlines, shades and moves.
+//! What random scenes are made of: films, outlines, shades and moves.
 
 use std::f64::consts::TAU;
 
 use flatland::plane::{Attachment, Film, Filter, Motion, Polygon, Scene, Shade, Shape};
-use flatland::random::{Stream, open01, stream};
 use glam::{DMat2, DVec2, DVec3};
-use rand::Rng;
 
-/// A source of choices.
-pub(super) struct Dice(Stream);
-
-impl Dice {
-    pub(super) fn new(seed: u64, purpose: u64) -> Self {
-        Self(stream(seed, &[purpose]))
-    }
-
-    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * open01(&mut self.0)
-    }
-
-    pub(super) fn chance(&mut self, probability: f64) -> bool {
-        open01(&mut self.0) < probability
-    }
-
-    /// A whole number from `low` to `high`, both included.
-    pub(super) fn count(&mut self, low: usize, high: usize) -> usize {
-        low + (self.0.next_u64() % (high - low + 1) as u64) as usize
-    }
-
-    pub(super) fn pick<T: Copy>(&mut self, from: &[T]) -> T {
-        from[self.count(0, from.len() - 1)]
-    }
-
-    pub(super) fn vector(&mut self, length: f64) -> DVec2 {
-        DVec2::from_angle(self.between(0.0, TAU)) * self.between(0.3, 1.0) * length
-    }
-
-    pub(super) fn colour(&mut self) -> DVec3 {
-        DVec3::from(std::array::from_fn(|_| self.between(0.0, 1.0)))
-    }
-}
+use crate::dice::Dice;
 
 /// The film, and lengths in its pixels. Whole pixels are pixel corners.
 #[derive(Clone, Copy, Debug)]
@@ -54,9 +20,9 @@ impl Window {
         let (width, height) = (dice.count(3, 6), dice.count(3, 6));
         let (corner, pixel) = match (dice.count(0, 2), generic) {
             (0, _) => (DVec2::ZERO, 1.0),
-            (_, true) => (dice.vector(20.0), dice.between(0.2, 3.0)),
+            (_, true) => (dice.vector2(20.0), dice.between(0.2, 3.0)),
             (_, false) => {
-                let place = (dice.vector(20.0) * 4.0).round() / 4.0;
+                let place = (dice.vector2(20.0) * 4.0).round() / 4.0;
                 (place, dice.pick(&[0.5, 1.0, 2.0]))
             }
         };
@@ -104,10 +70,10 @@ impl Move {
         let pixel = window.film.pixel();
         let centre = window.place(window.somewhere(dice, 0.0));
         match dice.count(0, 4) {
-            0 | 1 => Self::Translate(dice.vector(pixel)),
+            0 | 1 => Self::Translate(dice.vector2(pixel)),
             2 => Self::Rotate(centre),
             3 => Self::Scale(centre),
-            _ => Self::Both(Box::new(Self::Rotate(centre)), Box::new(Self::Translate(dice.vector(pixel)))),
+            _ => Self::Both(Box::new(Self::Rotate(centre)), Box::new(Self::Translate(dice.vector2(pixel)))),
         }
     }
 
@@ -115,7 +81,7 @@ impl Move {
     pub(super) fn any(dice: &mut Dice, window: &Window, vertices: usize) -> Self {
         match dice.count(0, 5) {
             0 => Self::Still,
-            1 | 2 => Self::Vertex(dice.count(0, vertices - 1), dice.vector(window.film.pixel())),
+            1 | 2 => Self::Vertex(dice.count(0, vertices - 1), dice.vector2(window.film.pixel())),
             _ => Self::affine(dice, window),
         }
     }
@@ -205,14 +171,14 @@ pub(super) fn shade(dice: &mut Dice, window: &Window) -> Shade {
     let attachment = dice.pick(&[Attachment::Image, Attachment::Material]);
     let anchor = window.place(window.somewhere(dice, 0.0));
     let value = dice.colour();
-    let gradient = std::array::from_fn(|_| dice.vector(0.3 / pixel));
+    let gradient = std::array::from_fn(|_| dice.vector2(0.3 / pixel));
     match dice.count(0, 2) {
         0 => Shade::constant(value),
         1 => Shade::linear(anchor, value, gradient, attachment),
         _ => {
             let hessian = std::array::from_fn(|_| {
                 let scale = 0.1 / (pixel * pixel);
-                DMat2::from_cols(dice.vector(scale), dice.vector(scale))
+                DMat2::from_cols(dice.vector2(scale), dice.vector2(scale))
             });
             Shade::quadratic(anchor, value, gradient, hessian, attachment)
         }

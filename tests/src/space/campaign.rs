@@ -9,11 +9,13 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};
-use volume3d::gradient::{Gradient, GradientImage, Progress, Tangent, WarpedArea};
+use volume3d::gradient::{
+    ActiveParameters, EdgeSampling, Gradient, GradientError, GradientImage, Progress, Tangent, WarpedArea,
+};
 use volume3d::scene::{Crop, Scene};
 
 use super::coverage::ProjectedScene;
-use super::direct::DirectScene;
+use super::direct::{DirectScene, Pixel};
 use super::scenes::{self, Moving};
 use super::worlds::{CoverageCase, CoverageKind, CoverageKnobs};
 use crate::campaign::{Estimate, Limits, Reference, Verdict, focused};
@@ -42,6 +44,56 @@ pub struct Known {
     /// Enough to repeat it.
     pub label: String,
 }
+
+/// A method that draws samples, all of them from its seed.
+pub trait Sampler: Sync {
+    /// The same with another seed: its own and so much more.
+    #[must_use]
+    fn reseeded(&self, more: u64) -> Self;
+
+    /// The gradient image.
+    ///
+    /// # Errors
+    /// If the method refuses the scene.
+    fn forward(&self, scene: &Scene, change: &Tangent) -> Result<GradientImage, GradientError>;
+
+    /// Its transpose.
+    ///
+    /// # Errors
+    /// If the method refuses the scene.
+    fn reverse(
+        &self,
+        scene: &Scene,
+        adjoint: &[DVec3],
+        active: &ActiveParameters,
+    ) -> Result<Gradient, GradientError>;
+}
+
+macro_rules! sampler {
+    ($method:ty) => {
+        impl Sampler for $method {
+            fn reseeded(&self, more: u64) -> Self {
+                Self { seed: self.seed.wrapping_add(more), ..self.clone() }
+            }
+
+            fn forward(&self, scene: &Scene, change: &Tangent) -> Result<GradientImage, GradientError> {
+                self.forward(scene, change, &Progress::none())
+            }
+
+            fn reverse(
+                &self,
+                scene: &Scene,
+                adjoint: &[DVec3],
+                active: &ActiveParameters,
+            ) -> Result<Gradient, GradientError> {
+                self.reverse(scene, adjoint, active, &Progress::none())
+            }
+        }
+    };
+}
+
+sampler!(WarpedArea);
+sampler!(EdgeSampling);
 
 /// Weights that are not smooth from pixel to pixel.
 #[must_use]
@@ -80,7 +132,7 @@ impl Known {
     #[must_use]
     pub fn of_coverage(case: &CoverageCase, crop: Option<Crop>) -> Self {
         let CoverageCase { mesh, camera, motion, filter, label } = case;
-        let projected = ProjectedScene::cut(mesh, camera, motion, *filter);
+        let projected = ProjectedScene::new(mesh, camera, motion, *filter);
         let both = projected.and_then(|p| Ok((p.derivative()?, p.image()?)));
         let (derivative, image) = both.unwrap_or_else(|e| panic!("{e}\n{label}"));
         let whole = Crop { x: 0, y: 0, width: camera.width, height: camera.height };
@@ -100,8 +152,13 @@ impl Known {
     #[must_use]
     pub fn of_direct(direct: &DirectScene, tolerance: f64, label: &str) -> Self {
         let pixels = direct.image(tolerance).unwrap_or_else(|e| panic!("{e}\n{label}"));
+        Self::of_pixels(direct, &pixels, 1.0, label)
+    }
+
+    /// The same of pixels that are known, whose stated errors are short by a factor.
+    pub(crate) fn of_pixels(direct: &DirectScene, pixels: &[Pixel], short: f64, label: &str) -> Self {
         let derivative: Vec<DVec3> = pixels.iter().map(|p| p.derivative).collect();
-        let error: Vec<f64> = pixels.iter().map(|p| p.derivative_error).collect();
+        let error: Vec<f64> = pixels.iter().map(|p| short * p.derivative_error).collect();
         let image: Vec<DVec3> = pixels.iter().map(|p| p.value).collect();
         Self::new(scenes::direct(direct), &derivative, &error, &image, label.to_owned())
     }
@@ -111,8 +168,8 @@ impl Known {
     /// # Panics
     /// If the method refuses the scene, or a sample is not finite.
     #[must_use]
-    pub fn run(&self, method: &WarpedArea) -> GradientImage {
-        let found = method.forward(&self.scene, &self.change, &Progress::none());
+    pub fn run(&self, method: &impl Sampler) -> GradientImage {
+        let found = method.forward(&self.scene, &self.change);
         let found = found.unwrap_or_else(|e| panic!("{e}\n{}", self.label));
         assert!(found.non_finite.is_empty(), "{:?} {}", found.non_finite, self.label);
         found
@@ -133,14 +190,61 @@ impl Known {
         Estimate { mean: runs.mean(), standard_error }
     }
 
-    /// The estimate of warped-area sampling.
+    /// The estimate of a method.
     #[must_use]
-    pub fn estimate(&self, half: u64, method: &WarpedArea) -> Estimate {
-        self.repeated(half, |seed| {
-            let seed = method.seed.wrapping_add(seed);
-            self.weighted(&self.run(&WarpedArea { seed, ..method.clone() }).gradient)
-        })
+    pub fn estimate(&self, half: u64, method: &impl Sampler) -> Estimate {
+        self.repeated(half, |seed| self.weighted(&self.run(&method.reseeded(seed)).gradient))
     }
+
+    /// What moves, as edge sampling wants it, which draws from the edges of that alone.
+    #[must_use]
+    pub fn moving(&self) -> ActiveParameters {
+        let Self { scene, change, .. } = self;
+        let moves = |shape: usize| change.positions_of(scene, shape).iter().any(|v| *v != DVec3::ZERO);
+        let shapes = (0..scene.description().shapes.len()).map(moves).collect();
+        let camera = &change.camera;
+        let turns = camera.translation != DVec3::ZERO || camera.rotation != DVec3::ZERO;
+        ActiveParameters {
+            shapes,
+            camera: turns || camera.field_of_view != 0.0,
+            ..ActiveParameters::everything(scene)
+        }
+    }
+
+    /// Everything, but materials only if asked for: black surfaces of which the reflectance is active are followed
+    /// farther.
+    #[must_use]
+    pub fn everything(&self, materials: bool) -> ActiveParameters {
+        let materials = vec![materials; self.scene.description().materials.len()];
+        ActiveParameters { materials, ..ActiveParameters::everything(&self.scene) }
+    }
+
+    /// Asserts that reverse mode is the transpose of forward mode, sample by sample, and returns how far it is from
+    /// that, relative to the absolute values of what is summed: sums over parameters may cancel.
+    ///
+    /// # Panics
+    /// If it is off by more than rounding, or as [`run`](Self::run).
+    pub fn assert_transposed(&self, method: &impl Sampler, active: &ActiveParameters) -> f64 {
+        let image = self.run(method).gradient;
+        let forward = self.weighted(&image);
+        let scale: f64 = self.weights.iter().zip(&image).map(|(w, g)| (*w * *g).abs().element_sum()).sum();
+        let found = method.reverse(&self.scene, &self.weights, active);
+        let reverse = pulled(found.unwrap_or_else(|e| panic!("{e}\n{}", self.label)));
+        let found = reverse.dot(&self.change);
+        let scale = scale.max(magnitude(&reverse, &self.change)).max(f64::MIN_POSITIVE);
+        let error = (found - forward).abs() / scale;
+        assert!(error < 1e-12, "{forward} {found} {}", self.label);
+        error
+    }
+}
+
+/// Σ |gradient · rate| over positions and camera.
+fn magnitude(gradient: &Tangent, change: &Tangent) -> f64 {
+    let positions = gradient.positions.iter().zip(&change.positions);
+    let (g, r) = (&gradient.camera, &change.camera);
+    let camera = [(&g.translation, &r.translation), (&g.rotation, &r.rotation)];
+    let terms = positions.chain(camera).map(|(g, r)| (*g * *r).abs().element_sum());
+    terms.sum::<f64>() + (g.field_of_view * r.field_of_view).abs()
 }
 
 impl Reference for Known {
@@ -224,7 +328,7 @@ fn inner(width: usize, height: usize, seed: u64) -> Crop {
 ///
 /// # Panics
 /// If it is not, or if it would pass with a bias of [`NOTICED`](crate::power::NOTICED).
-pub fn accept(power: &mut Power, name: &str, known: &[Known], method: &WarpedArea) {
+pub fn accept(power: &mut Power, name: &str, known: &[Known], method: &impl Sampler) {
     Verdict::of(known, |k, half| k.estimate(half, method)).accept(power, name, limits());
 }
 

@@ -1,113 +1,15 @@
-//! Scenes whose triangles pass through one another, with exact derivatives, and what methods make of
-//! them.
+//! Scenes whose triangles pass through one another, with exact derivatives.
 
 use flatland::plane::Filter;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use volume3d::gradient::{ActiveParameters, EdgeSampling, Gradient, Progress, Tangent, WarpedArea};
 
 use super::campaign::Known;
 use super::coverage::{Camera, CameraMotion, Mesh, Motion, ProjectedScene};
-use super::scenes;
 use super::worlds::{
     CoverageCase, CrossingKind, CrossingKnobs, CrossingMoving, DirectCase, LitCrossing, LitCrossingKind,
     LitCrossingMoving,
 };
-use crate::campaign::Estimate;
-
-/// A method of the renderer, of a seed that estimates choose.
-#[derive(Clone, Debug)]
-pub enum Sampler {
-    /// Warped-area sampling.
-    Warped(WarpedArea),
-    /// Edge sampling.
-    Edges(EdgeSampling),
-}
-
-impl Sampler {
-    fn gradient(&self, known: &Known, seed: u64) -> Vec<DVec3> {
-        let (scene, change, progress) = (&known.scene, &known.change, Progress::none());
-        let found = match self {
-            Self::Warped(method) => WarpedArea { seed, ..method.clone() }.forward(scene, change, &progress),
-            Self::Edges(method) => EdgeSampling { seed, ..method.clone() }.forward(scene, change, &progress),
-        };
-        let found = found.unwrap_or_else(|e| panic!("{e}\n{}", known.label));
-        assert!(found.non_finite.is_empty(), "{:?} {}", found.non_finite, known.label);
-        found.gradient
-    }
-
-    /// The weighted sum of the gradient image, over the repetitions of one half.
-    ///
-    /// # Panics
-    /// If the method refuses the scene, or a sample is not finite.
-    #[must_use]
-    pub fn estimate(&self, known: &Known, half: u64) -> Estimate {
-        known.repeated(half, |seed| known.weighted(&self.gradient(known, seed)))
-    }
-
-    /// How far reverse mode is from being the transpose of forward mode at one seed, relative to the
-    /// absolute values of what is summed.
-    ///
-    /// # Panics
-    /// As [`estimate`](Self::estimate).
-    #[must_use]
-    pub fn transpose_error(&self, known: &Known) -> f64 {
-        const SEED: u64 = 11;
-        let image = self.gradient(known, SEED);
-        let scale: f64 = known.weights.iter().zip(&image).map(|(w, g)| (*w * *g).abs().element_sum()).sum();
-        let (active, progress) = (moving(known), Progress::none());
-        let found = match self {
-            Self::Warped(method) => {
-                let method = WarpedArea { seed: SEED, ..method.clone() };
-                method.reverse(&known.scene, &known.weights, &active, &progress)
-            }
-            Self::Edges(method) => {
-                let method = EdgeSampling { seed: SEED, ..method.clone() };
-                method.reverse(&known.scene, &known.weights, &active, &progress)
-            }
-        };
-        let Gradient { by_parameter: change, .. } = found.unwrap_or_else(|e| panic!("{e}\n{}", known.label));
-        let error = (change.dot(&known.change) - known.weighted(&image)).abs();
-        error / scale.max(magnitude(&change, &known.change))
-    }
-}
-
-/// What moves: edge sampling draws from the edges of that alone.
-fn moving(known: &Known) -> ActiveParameters {
-    let Known { scene, change, .. } = known;
-    let moves = |shape: usize| change.positions_of(scene, shape).iter().any(|v| *v != DVec3::ZERO);
-    let shapes = (0..scene.description().shapes.len()).map(moves).collect();
-    let camera = &change.camera;
-    let turns = camera.translation != DVec3::ZERO || camera.rotation != DVec3::ZERO;
-    ActiveParameters {
-        shapes,
-        camera: turns || camera.field_of_view != 0.0,
-        ..ActiveParameters::everything(scene)
-    }
-}
-
-/// Σ |gradient · rate| over positions and camera.
-fn magnitude(gradient: &Tangent, change: &Tangent) -> f64 {
-    let positions = gradient.positions.iter().zip(&change.positions);
-    let (g, r) = (&gradient.camera, &change.camera);
-    let camera = [(g.translation, r.translation), (g.rotation, r.rotation)];
-    positions.map(|(g, r)| (*g * *r).abs().element_sum()).sum::<f64>()
-        + camera.iter().map(|(g, r)| (*g * *r).abs().element_sum()).sum::<f64>()
-        + (g.field_of_view * r.field_of_view).abs()
-}
-
-/// A mesh whose triangles may pass through one another, by its exact coverage.
-///
-/// # Panics
-/// If the case has no derivative.
-#[must_use]
-pub fn of_coverage(case: &CoverageCase) -> Known {
-    let CoverageCase { mesh, camera, motion, filter, label } = case;
-    let projected = ProjectedScene::cut(mesh, camera, motion, *filter);
-    let both = projected.and_then(|p| Ok((p.derivative()?, p.image()?)));
-    let (derivative, image) = both.unwrap_or_else(|e| panic!("{e}\n{label}"));
-    Known::new(scenes::coverage(case, None), derivative.pixels(), &[], image.pixels(), label.clone())
-}
 
 /// Light on a ground past bodies that cross, of some kinds, by quadrature; `count` of each with every motion.
 ///
@@ -125,10 +27,7 @@ pub fn lit(kinds: &[LitCrossingKind], movings: &[LitCrossingMoving], count: u64)
         let pixels = pixels.unwrap_or_else(|e| panic!("{e}\n{label}"));
         // Where bodies touch the ground the stated error is short by up to a factor of three.
         let short = if is_seen { 3.0 } else { 1.0 };
-        let derivative: Vec<DVec3> = pixels.iter().map(|p| p.derivative).collect();
-        let error: Vec<f64> = pixels.iter().map(|p| short * p.derivative_error).collect();
-        let image: Vec<DVec3> = pixels.iter().map(|p| p.value).collect();
-        Known::new(scenes::direct(&direct), &derivative, &error, &image, label)
+        Known::of_pixels(&direct, &pixels, short, &label)
     };
     knobs.collect::<Vec<_>>().par_iter().map(known).collect()
 }
@@ -138,7 +37,7 @@ pub fn lit(kinds: &[LitCrossingKind], movings: &[LitCrossingMoving], count: u64)
 pub fn coverage(movings: &[CrossingMoving], per_pair: u64) -> Vec<Known> {
     let pairs = CrossingKind::ALL.iter().flat_map(|&k| movings.iter().map(move |&m| (k, m)));
     let knobs = pairs.flat_map(|(k, m)| (0..per_pair).map(move |i| CrossingKnobs::random(80_000 + i, k, m)));
-    knobs.collect::<Vec<_>>().par_iter().map(|knobs| of_coverage(&knobs.build())).collect()
+    knobs.collect::<Vec<_>>().par_iter().map(|knobs| Known::of_coverage(&knobs.build(), None)).collect()
 }
 
 /// Sums over the film that are 0 exactly: a black bar slides before a wall of one radiance, close to
@@ -150,9 +49,9 @@ pub fn coverage(movings: &[CrossingMoving], per_pair: u64) -> Vec<Known> {
 pub fn zeros(count: u64) -> Vec<Known> {
     let zero = |seed: u64| {
         let case = bar(seed);
-        let mut this = of_coverage(&case);
+        let mut this = Known::of_coverage(&case, None);
         this.weights.fill(DVec3::ONE);
-        let projected = ProjectedScene::cut(&case.mesh, &case.camera, &case.motion, case.filter);
+        let projected = ProjectedScene::new(&case.mesh, &case.camera, &case.motion, case.filter);
         let exact = projected.and_then(|p| p.derivative()).unwrap_or_else(|e| panic!("{e}"));
         let terms = exact.pixels().iter().map(|d| d.abs().element_sum());
         this.scale = terms.sum();

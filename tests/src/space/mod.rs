@@ -19,5 +19,4 @@ pub mod crossing;
 pub mod direct;
 pub mod irradiance;
 pub mod scenes;
-mod vector;
 pub mod worlds;

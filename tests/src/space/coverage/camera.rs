@@ -3,8 +3,8 @@
 use glam::{DQuat, DVec2, DVec3};
 use num_dual::{Dual64, DualNum};
 
+use crate::dual::Vector3;
 use crate::space::irradiance::Ray;
-use crate::space::vector::Vector;
 
 /// How far the camera's axes may be from orthonormal: rounding of a rotation.
 const ORTHONORMAL: f64 = 1e-12;
@@ -113,13 +113,19 @@ impl Camera {
         }
     }
 
-    /// Where a moving point is seen by the moving camera, how fast that moves, and its depth Z.
-    pub(super) fn project(&self, motion: &CameraMotion, point: Vector) -> Projection {
-        let axis = |a: DVec3| Vector::new(a, motion.angular.cross(a));
-        let offset = point - Vector::new(self.origin, motion.origin);
-        let [x, y, z] = [self.right, self.up, self.forward].map(|a| offset.dot(axis(a)));
+    /// The axes to the right, up and forward, and s, as functions of θ.
+    pub(in crate::space) fn moving(&self, motion: &CameraMotion) -> ([Vector3; 3], Dual64) {
+        let axis = |a: DVec3| Vector3::new(a, motion.angular.cross(a));
         let half = Dual64::new(0.5 * self.field_of_view, 0.5 * motion.field_of_view);
         let scale = half.tan().recip() * (0.5 * self.width as f64);
+        ([self.right, self.up, self.forward].map(axis), scale)
+    }
+
+    /// Where a moving point is seen by the moving camera, how fast that moves, and its depth Z.
+    pub(super) fn project(&self, motion: &CameraMotion, point: Vector3) -> Projection {
+        let offset = point - Vector3::new(self.origin, motion.origin);
+        let (axes, scale) = self.moving(motion);
+        let [x, y, z] = axes.map(|a| offset.dot(a));
         let (u, v) = (scale * x / z, -(scale * y / z));
         Projection {
             at: DVec2::new(0.5 * self.width as f64 + u.re, 0.5 * self.height as f64 + v.re),

@@ -12,10 +12,25 @@
 //! end points, ((1 − s) p(θ) + s q(θ)) for 0 ≤ s ≤ 1. Perspective only relabels the points of that
 //! segment, by another s for the same material point, and relabelling changes the velocity along
 //! the segment but not across it.
+//!
+//! Triangles may pass through one another. Two of them cross in a segment of the line that their planes share. Each is
+//! cut along that line, from border to border; of what is left, no two pieces cross, and painter's order and the plane's
+//! arrangement follow as for triangles that never crossed. That a cut reaches beyond the crossing does no harm: the two
+//! sides of it have one radiance.
+//!
+//! All that is new moves as it must. A corner of a piece is a vertex, or an edge pierced by a plane, or a point of three
+//! planes, and is computed as such in dual numbers: so it stays on the line of both planes for all θ, the image of a side
+//! of a piece is the segment between the images of its ends, and the normal velocity of that segment is linear along it.
+//! Pieces of several triangles that meet along a crossing share its velocity but for rounding.
+//!
+//! Triangles of one plane (the halves of a rectangle) cut as one plane. Where θ bends that plane the crossing would need
+//! one more corner, and the scene is refused.
 
 mod camera;
-mod cut;
+mod crossing;
 mod order;
+mod piece;
+mod plane;
 
 use flatland::plane::exact::{Arrangement, ExactError};
 use flatland::plane::{
@@ -23,11 +38,13 @@ use flatland::plane::{
 };
 use glam::{DVec2, DVec3};
 
-use camera::Projection;
 pub use camera::{Camera, CameraError, CameraMotion};
-pub use cut::{Crossing, crossings};
+pub use crossing::Crossing;
+use order::Seen;
+use piece::Piece;
+use plane::Planes;
 
-use crate::space::vector::Vector;
+use crate::dual::Vector3;
 
 /// Depths below this, relative to the distance from the camera, are behind the camera: a mesh must
 /// be strictly in front of it.
@@ -167,34 +184,39 @@ pub struct ProjectedScene {
     scene: Scene,
     velocities: Vec<DVec2>,
     film: Film,
-    order: Vec<usize>,
 }
 
 impl ProjectedScene {
-    /// Projects all triangles and finds their order, in time O(n²).
+    /// Cuts triangles where they pass through one another, projects all pieces and finds their order, in time O(n²)
+    /// of the pieces.
     ///
     /// # Errors
-    /// Any [`CoverageError`] but `Exact`.
+    /// Any [`CoverageError`] but `Exact`. Pieces may hide each other in a ring even so.
     pub fn new(mesh: &Mesh, camera: &Camera, motion: &Motion, filter: Filter) -> Result<Self, CoverageError> {
         check(mesh, motion)?;
         camera.check(&motion.camera)?;
         let film = Film::new(camera.width, camera.height, filter)?;
-        let projections = project(mesh, camera, motion)?;
-        let polygons: Vec<_> = mesh
-            .triangles
+        check_in_front(mesh, camera, motion)?;
+        let world = World::new(mesh, motion);
+        let seen: Vec<Seen> = world
+            .pieces()?
             .iter()
-            .enumerate()
-            .map(|(triangle, corners)| {
-                Polygon::simple(corners.map(|v| projections[v].at))
-                    .map_err(|source| CoverageError::EdgeOn { triangle, source })
+            .map(|piece| {
+                let corners = piece.corners().map(|c| camera.project(&motion.camera, world.planes.place(c)));
+                Seen::new(piece.triangle, corners.collect(), world.planes.of(piece.triangle), camera)
             })
             .collect::<Result<_, _>>()?;
-        let order = order::painters(&mesh.triangles, &projections)?;
-        let shape = |&t: &usize| Shape::new(polygons[t].clone(), Shade::constant(mesh.radiance[t]));
-        let scene = Scene::new(mesh.background, order.iter().map(shape).collect())?;
-        let velocity = |&t: &usize| mesh.triangles[t].map(|v| projections[v].velocity);
-        let velocities = order.iter().flat_map(velocity).collect();
-        Ok(Self { scene, velocities, film, order })
+        let order = order::painters(&seen)?;
+        let ordered = || order.iter().map(|&k| &seen[k]);
+        let shape = |s: &Seen| {
+            let polygon = Polygon::simple(s.corners.clone());
+            let polygon = polygon.map_err(|source| CoverageError::EdgeOn { triangle: s.triangle, source })?;
+            Ok(Shape::new(polygon, Shade::constant(mesh.radiance[s.triangle])))
+        };
+        let shapes: Vec<_> = ordered().map(shape).collect::<Result<_, CoverageError>>()?;
+        let scene = Scene::new(mesh.background, shapes)?;
+        let velocities = ordered().flat_map(|s| s.velocities.iter().copied()).collect();
+        Ok(Self { scene, velocities, film })
     }
 
     /// The triangles' images, the farthest first, in pixels.
@@ -215,12 +237,6 @@ impl ProjectedScene {
         &self.film
     }
 
-    /// Which triangle each shape of the scene is.
-    #[must_use]
-    pub fn order(&self) -> &[usize] {
-        &self.order
-    }
-
     /// I = ∫ h f du of every pixel.
     ///
     /// # Errors
@@ -239,35 +255,62 @@ impl ProjectedScene {
     }
 }
 
-/// The gradient of Σ adjoint · I with respect to every vertex, one derivative a coordinate: slow,
-/// but it lets triangles share vertices.
+/// Where triangles of a mesh pass through one another.
 ///
 /// # Errors
-/// Any [`CoverageError`].
-///
-/// # Panics
-/// If the adjoint is smaller than the film.
-pub fn vertex_gradient(
-    mesh: &Mesh,
-    camera: &Camera,
-    filter: Filter,
-    adjoint: &Image,
-) -> Result<Vec<DVec3>, CoverageError> {
-    let still = Motion { positions: vec![DVec3::ZERO; mesh.positions.len()], ..Motion::default() };
-    let projected = ProjectedScene::new(mesh, camera, &still, filter)?;
-    let arrangement = Arrangement::new(&projected.scene, &projected.film)?;
-    let mut gradient = vec![DVec3::ZERO; mesh.positions.len()];
-    for (vertex, gradient) in gradient.iter_mut().enumerate() {
-        for axis in 0..3 {
-            let moving = Vector::new(mesh.positions[vertex], DVec3::AXES[axis]);
-            let velocity = camera.project(&CameraMotion::default(), moving).velocity;
-            let corners = projected.order.iter().flat_map(|&t| mesh.triangles[t]);
-            let velocities: Vec<_> =
-                corners.map(|v| if v == vertex { velocity } else { DVec2::ZERO }).collect();
-            gradient[axis] = arrangement.boundary(&projected.film, &velocities)?.dot(adjoint);
-        }
+/// Those of [`ProjectedScene::new`] that do not depend on a camera.
+pub fn crossings(mesh: &Mesh, motion: &Motion) -> Result<Vec<Crossing>, CoverageError> {
+    check(mesh, motion)?;
+    World::new(mesh, motion).crossings()
+}
+
+/// A mesh whose vertices are functions of θ.
+struct World<'a> {
+    triangles: &'a [[usize; 3]],
+    planes: Planes<'a>,
+}
+
+impl<'a> World<'a> {
+    fn new(mesh: &'a Mesh, motion: &Motion) -> Self {
+        let points =
+            mesh.positions.iter().zip(&motion.positions).map(|(p, v)| Vector3::new(*p, *v)).collect();
+        Self { triangles: &mesh.triangles, planes: Planes::new(&mesh.triangles, points) }
     }
-    Ok(gradient)
+
+    fn crossings(&self) -> Result<Vec<Crossing>, CoverageError> {
+        let mut found = vec![];
+        for second in 0..self.triangles.len() {
+            for first in 0..second {
+                found.extend(Crossing::of(&self.planes, [first, second])?);
+            }
+        }
+        Ok(found)
+    }
+
+    /// All triangles, each cut by the plane of every triangle that it crosses.
+    fn pieces(&self) -> Result<Vec<Piece>, CoverageError> {
+        let mut cuts: Vec<Vec<usize>> = vec![vec![]; self.triangles.len()];
+        for Crossing { triangles: [a, b], .. } in self.crossings()? {
+            for (cut, by) in [(a, b), (b, a)] {
+                if self.planes.bends(by) {
+                    return Err(CoverageError::Bends { triangle: by });
+                }
+                cuts[cut].push(self.planes.plane_of(by));
+            }
+        }
+        let mut all = vec![];
+        for (triangle, mut cuts) in cuts.into_iter().enumerate() {
+            cuts.sort_unstable();
+            cuts.dedup();
+            let mut pieces = vec![Piece::new(triangle, self.triangles[triangle])];
+            for plane in cuts {
+                let halves = pieces.iter().map(|p| p.cut(&self.planes, plane));
+                pieces = halves.collect::<Result<Vec<_>, _>>()?.concat();
+            }
+            all.extend(pieces);
+        }
+        Ok(all)
+    }
 }
 
 fn check(mesh: &Mesh, motion: &Motion) -> Result<(), CoverageError> {
@@ -289,15 +332,14 @@ fn check(mesh: &Mesh, motion: &Motion) -> Result<(), CoverageError> {
     }
 }
 
-fn project(mesh: &Mesh, camera: &Camera, motion: &Motion) -> Result<Vec<Projection>, CoverageError> {
-    let one = |(vertex, (&position, &velocity))| {
-        let projection = camera.project(&motion.camera, Vector::new(position, velocity));
-        let depth = projection.depth;
+fn check_in_front(mesh: &Mesh, camera: &Camera, motion: &Motion) -> Result<(), CoverageError> {
+    let one = |(vertex, (&position, &velocity)): (usize, (&DVec3, &DVec3))| {
+        let depth = camera.project(&motion.camera, Vector3::new(position, velocity)).depth;
         // Not "depth < …": NaN must fail too.
         let is_in_front = depth > IN_FRONT * position.distance(camera.origin);
-        if is_in_front { Ok(projection) } else { Err(CoverageError::Behind { vertex, depth }) }
+        if is_in_front { Ok(()) } else { Err(CoverageError::Behind { vertex, depth }) }
     };
-    mesh.positions.iter().zip(&motion.positions).enumerate().map(one).collect()
+    mesh.positions.iter().zip(&motion.positions).enumerate().try_for_each(one)
 }
 
 #[cfg(test)]

@@ -1,60 +1,71 @@
-//! The painter's order of triangles, from what hides what (Newell, Newell and Sancha 1972).
+//! The painter's order of convex pieces that do not cross (Newell, Newell and Sancha 1972).
 //!
-//! Two triangles whose images overlap are compared over the overlap: 1/Z of a plane is an affine
+//! Two pieces whose images overlap are compared over the overlap: 1/Z of a plane is an affine
 //! function of the film's point, so its extremes over a convex overlap are at the corners.
 
 use flatland::plane::orient;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use super::CoverageError;
-use super::camera::Projection;
+use super::camera::{Camera, Projection};
+use super::plane::Plane;
 
 /// Differences of 1/Z below this, relative to the larger 1/Z, are rounding.
 const SAME_DEPTH: f64 = 1e-11;
 /// An overlap of less than this, relative to the smaller image, is rounding.
 const NO_AREA: f64 = 1e-12;
+/// An overlap thinner than this, relative to the coordinates, is rounding of its corners.
+const NO_WIDTH: f64 = 64.0 * f64::EPSILON;
 
-/// A triangle's image.
-struct Image {
-    vertices: [usize; 3],
+/// A piece's image.
+pub(super) struct Seen {
+    pub(super) triangle: usize,
     /// Counterclockwise in the sense of [`orient`].
-    corners: [DVec2; 3],
-    /// 1/Z at the corners.
-    nearness: [f64; 3],
+    pub(super) corners: Vec<DVec2>,
+    pub(super) velocities: Vec<DVec2>,
+    /// 1/Z of the plane is this times the direction of the film's point.
+    nearness: DVec3,
+    camera: Camera,
     twice_area: f64,
+    /// At the corners.
+    largest_nearness: f64,
 }
 
-impl Image {
-    fn new(mut vertices: [usize; 3], projections: &[Projection]) -> Self {
-        let at = |v: usize| projections[v].at;
-        if orient(at(vertices[0]), at(vertices[1]), at(vertices[2])) < 0.0 {
-            vertices.swap(1, 2);
+impl Seen {
+    /// # Errors
+    /// [`CoverageError::Behind`], which rounding may make of a new corner.
+    pub(super) fn new(
+        triangle: usize,
+        mut corners: Vec<Projection>,
+        plane: &Plane,
+        camera: &Camera,
+    ) -> Result<Self, CoverageError> {
+        if let Some(behind) = corners.iter().find(|c| c.depth <= 0.0 || c.depth.is_nan()) {
+            return Err(CoverageError::Behind { vertex: usize::MAX, depth: behind.depth });
         }
-        let corners = vertices.map(at);
-        let nearness = vertices.map(|v| 1.0 / projections[v].depth);
-        Self { vertices, corners, nearness, twice_area: orient(corners[0], corners[1], corners[2]) }
+        let at = |c: &[Projection]| c.iter().map(|c| c.at).collect::<Vec<_>>();
+        if twice_area(&at(&corners)) < 0.0 {
+            corners.reverse();
+        }
+        // n·(o + Z d) = n·p.
+        let normal = plane.normal.value();
+        let nearness = normal / normal.dot(plane.point.value() - camera.origin);
+        let largest_nearness = corners.iter().map(|c| 1.0 / c.depth).fold(0.0, f64::max);
+        let velocities = corners.iter().map(|c| c.velocity).collect();
+        let corners = at(&corners);
+        let twice_area = twice_area(&corners);
+        Ok(Self { triangle, corners, velocities, nearness, camera: *camera, twice_area, largest_nearness })
     }
 
-    /// 1/Z of the triangle's plane where u is seen.
     fn nearness(&self, u: DVec2) -> f64 {
-        let [a, b, c] = self.corners;
-        let weights = [orient(b, c, u), orient(c, a, u), orient(a, b, u)];
-        (0..3).map(|k| weights[k] * self.nearness[k]).sum::<f64>() / weights.iter().sum::<f64>()
-    }
-
-    /// Whether the two share an edge and lie on different sides of it.
-    fn is_beside(&self, other: &Self) -> bool {
-        let apex = |a: &Self, b: &Self| (0..3).find(|&k| !b.vertices.contains(&a.vertices[k]));
-        let shared = self.vertices.iter().filter(|v| other.vertices.contains(v)).count();
-        let (Some(i), Some(j)) = (apex(self, other), apex(other, self)) else { return false };
-        let [p, q] = [self.corners[(i + 1) % 3], self.corners[(i + 2) % 3]];
-        shared == 2 && orient(p, q, other.corners[j]) <= 0.0
+        self.nearness.dot(self.camera.direction(u))
     }
 
     /// The convex polygon in which both are seen (Sutherland and Hodgman 1974).
     fn overlap(&self, other: &Self) -> Vec<DVec2> {
-        (0..3).fold(self.corners.to_vec(), |polygon, k| {
-            let (p, q) = (other.corners[k], other.corners[(k + 1) % 3]);
+        let n = other.corners.len();
+        (0..n).fold(self.corners.clone(), |polygon, k| {
+            let (p, q) = (other.corners[k], other.corners[(k + 1) % n]);
             let mut kept = vec![];
             for (i, &a) in polygon.iter().enumerate() {
                 let b = polygon[(i + 1) % polygon.len()];
@@ -69,73 +80,66 @@ impl Image {
             kept
         })
     }
+
+    /// Whether this hides the other, is hidden by it, or neither.
+    fn hides(&self, other: &Self) -> Result<Option<bool>, CoverageError> {
+        if self.triangle == other.triangle {
+            return Ok(None);
+        }
+        let overlap = self.overlap(other);
+        let longest = (0..overlap.len())
+            .map(|k| overlap[k].distance(overlap[(k + 1) % overlap.len()]))
+            .fold(0.0, f64::max);
+        let coordinates = overlap.iter().map(|u| u.abs().max_element()).fold(0.0, f64::max);
+        let rounding = NO_WIDTH * coordinates * longest;
+        let smaller = self.twice_area.min(other.twice_area);
+        if twice_area(&overlap) <= rounding.max(NO_AREA * smaller) {
+            return Ok(None);
+        }
+        let (mut low, mut high) = (0.0_f64, 0.0_f64);
+        for &u in &overlap {
+            let difference = self.nearness(u) - other.nearness(u);
+            (low, high) = (low.min(difference), high.max(difference));
+        }
+        let rounding = SAME_DEPTH * self.largest_nearness.max(other.largest_nearness);
+        match (low < -rounding, high > rounding) {
+            (false, true) => Ok(Some(true)),
+            (true, false) => Ok(Some(false)),
+            _ => Err(CoverageError::Intersect { first: self.triangle, second: other.triangle }),
+        }
+    }
 }
 
-/// The triangles from the farthest to the nearest: none hides a later one. Where the order is free
-/// it is that of their numbers.
+fn twice_area(polygon: &[DVec2]) -> f64 {
+    (2..polygon.len()).map(|k| orient(polygon[0], polygon[k - 1], polygon[k])).sum()
+}
+
+/// The pieces from the farthest to the nearest: none hides a later one. Where the order is free it is
+/// that of their numbers.
 ///
 /// # Errors
 /// [`CoverageError::Intersect`] or [`CoverageError::Cycle`] where there is no such order.
-pub(super) fn painters(
-    triangles: &[[usize; 3]],
-    projections: &[Projection],
-) -> Result<Vec<usize>, CoverageError> {
-    let images: Vec<_> = triangles.iter().map(|&t| Image::new(t, projections)).collect();
-    let mut nearer: Vec<Vec<usize>> = vec![vec![]; images.len()];
-    let mut farther = vec![0; images.len()];
-    for j in 0..images.len() {
+pub(super) fn painters(seen: &[Seen]) -> Result<Vec<usize>, CoverageError> {
+    let mut nearer: Vec<Vec<usize>> = vec![vec![]; seen.len()];
+    let mut farther = vec![0; seen.len()];
+    for j in 0..seen.len() {
         for i in 0..j {
-            let Some(first_is_nearer) = compare(&images[i], &images[j]) else { continue };
-            let (far, near) = match first_is_nearer {
-                Nearer::First => (j, i),
-                Nearer::Second => (i, j),
-                Nearer::Neither => return Err(CoverageError::Intersect { first: i, second: j }),
-            };
+            let Some(hides) = seen[i].hides(&seen[j])? else { continue };
+            let (far, near) = if hides { (j, i) } else { (i, j) };
             nearer[far].push(near);
             farther[near] += 1;
         }
     }
-    let mut order = Vec::with_capacity(images.len());
-    let mut done = vec![false; images.len()];
-    while order.len() < images.len() {
-        let next = (0..images.len()).find(|&t| !done[t] && farther[t] == 0);
-        let next = next.ok_or_else(|| {
-            let triangle = done.iter().position(|done| !done).unwrap_or_default();
-            CoverageError::Cycle { triangle }
+    let mut order = Vec::with_capacity(seen.len());
+    let mut done = vec![false; seen.len()];
+    while order.len() < seen.len() {
+        let next = (0..seen.len()).find(|&k| !done[k] && farther[k] == 0).ok_or_else(|| {
+            let piece = done.iter().position(|done| !done).unwrap_or_default();
+            CoverageError::Cycle { triangle: seen[piece].triangle }
         })?;
         done[next] = true;
         order.push(next);
-        nearer[next].iter().for_each(|&t| farther[t] -= 1);
+        nearer[next].iter().for_each(|&k| farther[k] -= 1);
     }
     Ok(order)
-}
-
-enum Nearer {
-    First,
-    Second,
-    Neither,
-}
-
-/// `None` where neither hides the other.
-fn compare(first: &Image, second: &Image) -> Option<Nearer> {
-    if first.is_beside(second) {
-        return None;
-    }
-    let overlap = first.overlap(second);
-    let twice_area: f64 = (2..overlap.len()).map(|k| orient(overlap[0], overlap[k - 1], overlap[k])).sum();
-    if twice_area <= NO_AREA * first.twice_area.min(second.twice_area) {
-        return None;
-    }
-    let scale = first.nearness.iter().chain(&second.nearness).fold(0.0_f64, |m, n| m.max(*n));
-    let (mut low, mut high) = (0.0_f64, 0.0_f64);
-    for &u in &overlap {
-        let difference = first.nearness(u) - second.nearness(u);
-        (low, high) = (low.min(difference), high.max(difference));
-    }
-    let rounding = SAME_DEPTH * scale;
-    Some(match (low < -rounding, high > rounding) {
-        (false, true) => Nearer::First,
-        (true, false) => Nearer::Second,
-        _ => Nearer::Neither,
-    })
 }

@@ -18,6 +18,7 @@ use rayon::prelude::*;
 
 use super::coverage::{Camera, CameraError, CameraMotion};
 use super::irradiance::{Ground, IrradianceError, Receiver, World, unchecked};
+use crate::quadrature::rule;
 
 /// The fewest squares a pixel is cut into.
 const FIRST_SQUARES: usize = 16;
@@ -238,10 +239,7 @@ fn quarters(min: DVec2, max: DVec2) -> [[DVec2; 2]; 4] {
     })
 }
 
-/// Nodes and weights of Gauss and Legendre on [0, 1], of degree 5.
-const GAUSS: [(f64, f64); 3] =
-    [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
-
+/// The rule of degree 5 in both directions.
 fn gauss(
     integrand: &impl Fn(DVec2) -> Result<Sample, DirectError>,
     min: DVec2,
@@ -249,9 +247,9 @@ fn gauss(
 ) -> Result<Sample, DirectError> {
     let size = max - min;
     let mut sum = Sample::default();
-    for (s, ws) in GAUSS {
-        for (t, wt) in GAUSS {
-            let value = integrand(min + size * DVec2::new(s, t))?;
+    for (s, ws) in rule(3) {
+        for (t, wt) in rule(3) {
+            let value = integrand(min + size * DVec2::new(*s, *t))?;
             sum = sum.plus(value.scaled(ws * wt * size.x * size.y));
         }
     }

@@ -21,17 +21,14 @@ use num_dual::{Dual64, DualNum};
 use rayon::prelude::*;
 
 use super::{DirectError, DirectScene, Pixel, SQUARES, Sample, Square, quarters};
+use crate::dual::{Vector, Vector2, Vector3};
 use crate::space::irradiance::{Corners, Receiver, area_vector, keep, unchecked, without_cone};
-use crate::space::vector::Vector;
 
 /// Polygons of less than this, in pixels, are rounding: what faces that share an edge leave between them.
 const NO_AREA: f64 = 1e-12;
 
 /// What every triangle may be cut into, however many a pixel has.
 const LEAST_SQUARES: usize = 200;
-
-/// A point of the film that moves.
-type Point = [Dual64; 2];
 
 impl DirectScene {
     /// All pixels to about `tolerance`, as [`image`](Self::image), but surfaces without radiance may stand before the ground and in
@@ -55,23 +52,16 @@ impl DirectScene {
     /// What is before the ground of every black surface: corners in the camera's axes,
     /// counterclockwise around their cone.
     fn bodies(&self) -> Vec<Corners> {
-        let axis = |a: DVec3| Vector::new(a, self.camera_motion.angular.cross(a));
-        let axes = [self.camera.right, self.camera.up, self.camera.forward].map(axis);
-        let origin = Vector::new(self.camera.origin, self.camera_motion.origin);
-        let ground: [Vector; 3] =
-            std::array::from_fn(|k| Vector::new(self.ground.corners[k], self.ground.velocities[k]) - origin);
+        let (axes, _) = self.camera.moving(&self.camera_motion);
+        let origin = Vector3::new(self.camera.origin, self.camera_motion.origin);
+        let ground: [Vector3; 3] =
+            std::array::from_fn(|k| Vector3::new(self.ground.corners[k], self.ground.velocities[k]) - origin);
         let normal = (ground[1] - ground[0]).cross(ground[2] - ground[0]);
         let behind = normal.dot(ground[0]).re.signum();
         let black = self.world.surfaces.iter().filter(|s| s.radiance == DVec3::ZERO);
         let before = black.filter_map(|surface| {
             let corners = keep(&surface.seen_from(origin), |d| normal.dot(ground[0] - d) * behind);
-            let mut turned: Corners = corners
-                .iter()
-                .map(|d| {
-                    let [x, y, z] = axes.map(|a| a.dot(*d));
-                    Vector::new(DVec3::new(x.re, y.re, z.re), DVec3::new(x.eps, y.eps, z.eps))
-                })
-                .collect();
+            let mut turned: Corners = corners.iter().map(|d| Vector(axes.map(|a| a.dot(*d)))).collect();
             if turned.len() < 3 {
                 return None;
             }
@@ -83,29 +73,22 @@ impl DirectScene {
         before.collect()
     }
 
-    fn scale(&self) -> Dual64 {
-        let half = Dual64::new(0.5 * self.camera.field_of_view, 0.5 * self.camera_motion.field_of_view);
-        half.tan().recip() * (0.5 * self.camera.width as f64)
-    }
-
     /// The convex polygons of a cell in which the ground is seen.
-    fn visible(&self, bodies: &[Corners], min: DVec2, max: DVec2) -> Vec<Vec<Point>> {
-        let scale = self.scale();
+    fn visible(&self, bodies: &[Corners], min: DVec2, max: DVec2) -> Vec<Vec<Vector2>> {
+        let (_, scale) = self.camera.moving(&self.camera_motion);
         let middle = 0.5 * DVec2::new(self.camera.width as f64, self.camera.height as f64);
         let corner = |u: DVec2| {
             let offset = u - middle;
-            let (x, y) = (scale.recip() * offset.x, scale.recip() * -offset.y);
-            Vector::new(DVec3::new(x.re, y.re, 1.0), DVec3::new(x.eps, y.eps, 0.0))
+            Vector([scale.recip() * offset.x, scale.recip() * -offset.y, 1.0.into()])
         };
         let cell = [min, DVec2::new(max.x, min.y), max, DVec2::new(min.x, max.y)].map(corner);
         let mut pieces = vec![cell.to_vec()];
         for body in bodies {
             pieces = pieces.into_iter().flat_map(|piece| without_cone(piece, body)).collect();
         }
-        let image = |d: &Vector| {
-            let (d, r) = (d.value(), d.rate());
-            let [x, y, z] = [0, 1, 2].map(|k| Dual64::new(d[k], r[k]));
-            [scale * x / z + middle.x, -(scale * y / z) + middle.y]
+        let image = |d: &Vector3| {
+            let [x, y, z] = d.0;
+            Vector([scale * x / z, -(scale * y / z)]) + Vector2::still(middle)
         };
         let images = pieces.iter().map(|piece| piece.iter().map(image).collect::<Vec<_>>());
         images.filter(|polygon| area(polygon) > NO_AREA).collect()
@@ -119,7 +102,7 @@ impl DirectScene {
         tolerance: f64,
     ) -> Result<Pixel, DirectError> {
         let centre = film.centre(x, y);
-        let mut triangles: Vec<[Point; 3]> = vec![];
+        let mut triangles: Vec<[Vector2; 3]> = vec![];
         for cell in film.cells(x, y) {
             for piece in self.visible(bodies, cell.min, cell.max) {
                 triangles.extend((2..piece.len()).map(|k| [piece[0], piece[k - 1], piece[k]]));
@@ -164,14 +147,14 @@ impl DirectScene {
         &self,
         film: &Film,
         centre: DVec2,
-        [a, b, c]: &[Point; 3],
+        [a, b, c]: &[Vector2; 3],
         at: DVec2,
     ) -> Result<Sample, DirectError> {
-        let [p, q] = [b, c].map(|x| [x[0] - a[0], x[1] - a[1]]);
-        let u: Point = std::array::from_fn(|k| a[k] + (p[k] * (1.0 - at.y) + q[k] * at.y) * at.x);
-        let area = (p[0] * q[1] - p[1] * q[0]) * at.x;
+        let [p, q] = [b, c].map(|corner| *corner - *a);
+        let u = *a + p.lerp(q, at.y.into()) * at.x.into();
+        let area = p.cross(q) * at.x;
         let area = if area.re < 0.0 { -area } else { area };
-        let (place, velocity) = (DVec2::new(u[0].re, u[1].re), DVec2::new(u[0].eps, u[1].eps));
+        let (place, velocity) = (u.value(), u.rate());
         let filter =
             Dual64::new(film.filter_value(centre, place), film.filter_gradient(centre, place).dot(velocity));
         let mut ray = self.camera.ray(&self.camera_motion, place);
@@ -187,10 +170,8 @@ impl DirectScene {
     }
 }
 
-fn area(polygon: &[Point]) -> f64 {
-    let at = |k: usize| {
-        DVec2::new(polygon[k][0].re, polygon[k][1].re) - DVec2::new(polygon[0][0].re, polygon[0][1].re)
-    };
+fn area(polygon: &[Vector2]) -> f64 {
+    let at = |k: usize| (polygon[k] - polygon[0]).value();
     (2..polygon.len()).map(|k| 0.5 * at(k - 1).perp_dot(at(k))).sum::<f64>().abs()
 }
 

@@ -2,15 +2,15 @@
 
 use num_dual::Dual64;
 
-use crate::space::vector::Vector;
+use crate::dual::Vector3;
 
 /// The corners of a convex polygon in order.
-pub(in crate::space) type Corners = Vec<Vector>;
+pub(in crate::space) type Corners = Vec<Vector3>;
 
 /// The part of a convex polygon where a function that is affine on its plane is not negative
 /// (Sutherland and Hodgman 1974); empty where that is no polygon. What is cut is decided by real
 /// parts; corners made by the cut move with it.
-pub(in crate::space) fn keep(polygon: &[Vector], side: impl Fn(Vector) -> Dual64) -> Corners {
+pub(in crate::space) fn keep(polygon: &[Vector3], side: impl Fn(Vector3) -> Dual64) -> Corners {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (i, &a) in polygon.iter().enumerate() {
         let b = polygon[(i + 1) % polygon.len()];
@@ -31,12 +31,12 @@ const ON: f64 = 1e-14;
 /// Convex polygons that together are a convex polygon less the cone over another, both counterclockwise
 /// around their cones: (d_k × d_{k+1})·d > 0 inside. With planes h_1 … h_m of the cone, the parts
 /// are {h_1 < 0}, {h_1 ≥ 0, h_2 < 0}, and so on.
-pub(in crate::space) fn without_cone(polygon: Corners, cone: &[Vector]) -> Vec<Corners> {
+pub(in crate::space) fn without_cone(polygon: Corners, cone: &[Vector3]) -> Vec<Corners> {
     let mut parts = vec![];
     let mut rest = polygon.clone();
     for (k, &a) in cone.iter().enumerate() {
         let plane = a.cross(cone[(k + 1) % cone.len()]);
-        let side = |d: Vector| {
+        let side = |d: Vector3| {
             let side = plane.dot(d);
             // A corner on the plane but for rounding, as of a face that shares this edge, is on it: where
             // an edge all but in the plane is cut would be anywhere, and move as fast.

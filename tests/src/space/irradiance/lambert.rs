@@ -2,7 +2,7 @@
 
 use num_dual::{Dual64, DualNum};
 
-use crate::space::vector::Vector;
+use crate::dual::Vector3;
 
 /// Below this tan² Θ, nine terms of the series leave an error below rounding.
 const SMALL: f64 = 1e-2;
@@ -15,7 +15,7 @@ const SMALL: f64 = 1e-2;
 /// ```
 ///
 /// (Lambert 1760; Baum, Rushmeier and Winget 1989, equation 8). The corners d_k need no unit length.
-pub(super) fn cosine_integral(polygon: &[Vector], normal: Vector) -> (Dual64, f64) {
+pub(super) fn cosine_integral(polygon: &[Vector3], normal: Vector3) -> (Dual64, f64) {
     let mut sum = Dual64::from(0.0);
     let mut absolute = 0.0;
     for (k, &a) in polygon.iter().enumerate() {

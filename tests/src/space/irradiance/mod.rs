@@ -27,7 +27,7 @@ use num_dual::Dual64;
 pub use receiver::{Ground, Ray, Receiver};
 pub use surface::{Sides, Surface};
 
-use crate::space::vector::Vector;
+use crate::dual::Vector3;
 pub(in crate::space) use clip::{Corners, keep, without_cone};
 use lambert::cosine_integral;
 pub(in crate::space) use surface::area_vector;
@@ -204,7 +204,7 @@ pub fn factors(world: &World, receiver: &Receiver) -> Result<Vec<Factor>, Irradi
 
 fn unchecked_factors(world: &World, receiver: &Receiver) -> Result<Vec<Factor>, IrradianceError> {
     receiver.check()?;
-    let normal = Vector::new(receiver.normal, receiver.normal_rate).unit();
+    let normal = Vector3::new(receiver.normal, receiver.normal_rate).unit();
     let views: Vec<_> = world
         .surfaces
         .iter()
@@ -225,7 +225,7 @@ struct View {
     /// The corners' part above the horizon, empty if there is none.
     risen: Corners,
     /// Twice the area times the normal that points away from x.
-    outward: Vector,
+    outward: Vector3,
     is_lit: bool,
 }
 
@@ -234,9 +234,9 @@ impl View {
         index: usize,
         surface: &Surface,
         receiver: &Receiver,
-        normal: Vector,
+        normal: Vector3,
     ) -> Result<Self, IrradianceError> {
-        let mut corners = surface.seen_from(Vector::new(receiver.point, receiver.velocity));
+        let mut corners = surface.seen_from(Vector3::new(receiver.point, receiver.velocity));
         let mut outward = area_vector(&corners);
         let height = outward.dot(corners[0]).re;
         if height < 0.0 {
@@ -261,7 +261,7 @@ impl View {
     }
 }
 
-fn factor(views: &[View], i: usize, normal: Vector) -> Factor {
+fn factor(views: &[View], i: usize, normal: Vector3) -> Factor {
     let mut pieces = vec![views[i].risen.clone()];
     for other in (0..views.len()).filter(|&j| j != i) {
         let cone = views[i].in_front(&views[other]);

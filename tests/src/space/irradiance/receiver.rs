@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::IrradianceError;
-use crate::space::vector::Vector;
+use crate::dual::Vector3;
 
 /// A point of a surface and the side of it that is lit, as functions of θ to first order.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,9 +54,9 @@ impl Receiver {
     /// [`IrradianceError::NoReceiver`] if the ray is parallel to the plane, leads away from it, or
     /// the triangle has no area.
     pub fn on_ray(ray: &Ray, ground: &Ground) -> Result<Self, IrradianceError> {
-        let corner = |k: usize| Vector::new(ground.corners[k], ground.velocities[k]);
-        let origin = Vector::new(ray.origin, ray.origin_velocity);
-        let direction = Vector::new(ray.direction, ray.direction_rate);
+        let corner = |k: usize| Vector3::new(ground.corners[k], ground.velocities[k]);
+        let origin = Vector3::new(ray.origin, ray.origin_velocity);
+        let direction = Vector3::new(ray.direction, ray.direction_rate);
         let normal = (corner(1) - corner(0)).cross(corner(2) - corner(0)).unit();
         let t = normal.dot(corner(0) - origin) / normal.dot(direction);
         if !(t.re.is_finite() && t.re > 0.0) {

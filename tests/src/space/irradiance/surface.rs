@@ -4,7 +4,7 @@ use glam::DVec3;
 use num_dual::Dual64;
 
 use super::IrradianceError;
-use crate::space::vector::Vector;
+use crate::dual::Vector3;
 
 /// How far a corner, or its velocity, may be from the plane of the others, relative to the size of
 /// the surface, or to the speeds.
@@ -64,8 +64,8 @@ impl Surface {
     }
 
     /// The corners as seen from a moving point.
-    pub(in crate::space) fn seen_from(&self, point: Vector) -> Vec<Vector> {
-        self.vertices.iter().zip(&self.velocities).map(|(p, v)| Vector::new(*p, *v) - point).collect()
+    pub(in crate::space) fn seen_from(&self, point: Vector3) -> Vec<Vector3> {
+        self.vertices.iter().zip(&self.velocities).map(|(p, v)| Vector3::new(*p, *v) - point).collect()
     }
 
     pub(super) fn check(&self, surface: usize) -> Result<(), IrradianceError> {
@@ -83,7 +83,7 @@ impl Surface {
     }
 
     fn check_flat(&self, surface: usize) -> Result<(), IrradianceError> {
-        let corners = self.seen_from(Vector::still(self.vertices[0]));
+        let corners = self.seen_from(Vector3::still(self.vertices[0]));
         let normal = area_vector(&corners).unit();
         let largest = |v: &[DVec3]| v.iter().map(|p| p.length()).fold(0.0, f64::max);
         let extent = corners.iter().map(|c| c.value().length()).fold(0.0, f64::max);
@@ -102,7 +102,7 @@ impl Surface {
 
     fn check_convex(&self, surface: usize) -> Result<(), IrradianceError> {
         let (p, n) = (&self.vertices, self.vertices.len());
-        let normal = area_vector(&self.seen_from(Vector::still(p[0]))).value();
+        let normal = area_vector(&self.seen_from(Vector3::still(p[0]))).value();
         for k in 0..n {
             let edge = p[(k + 1) % n] - p[k];
             let inside = |q: &DVec3| edge.cross(*q - p[k]).dot(normal) >= -FLAT * normal.length_squared();
@@ -115,7 +115,7 @@ impl Surface {
 }
 
 /// Twice the area of a flat polygon times its normal.
-pub(in crate::space) fn area_vector(corners: &[Vector]) -> Vector {
+pub(in crate::space) fn area_vector(corners: &[Vector3]) -> Vector3 {
     let fan = |k: usize| (corners[k - 1] - corners[0]).cross(corners[k] - corners[0]);
     (3..corners.len()).fold(fan(2), |sum, k| sum + fan(k))
 }

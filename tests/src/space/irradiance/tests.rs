@@ -2,6 +2,7 @@ use flatland::random::{open01, stream};
 use rayon::prelude::*;
 
 use super::*;
+use crate::quadrature::rule;
 use crate::space::constants::{
     BOX_FACES, box_corners, element_to_parallel_rectangle, parallel_rectangles, perpendicular_rectangles,
 };
@@ -202,29 +203,10 @@ fn in_a_closed_room_the_irradiance_is_pi_whatever_moves() {
     check(&world, &receiver);
 }
 
-/// Gauss–Legendre nodes and weights on [0, 1] (Newton's method on the Legendre polynomial).
-fn gauss(n: u32) -> Vec<(f64, f64)> {
-    (0..n)
-        .map(|i| {
-            let mut x = (PI * (f64::from(i) + 0.75) / (f64::from(n) + 0.5)).cos();
-            let mut slope = 0.0;
-            for _ in 0..10 {
-                let (mut p, mut previous) = (x, 1.0);
-                for k in (2..=n).map(f64::from) {
-                    (p, previous) = (((2.0 * k - 1.0) * x * p - (k - 1.0) * previous) / k, p);
-                }
-                slope = f64::from(n) * (x * p - previous) / (x * x - 1.0);
-                x -= p / slope;
-            }
-            (0.5 * (1.0 + x), 1.0 / ((1.0 - x * x) * slope * slope))
-        })
-        .collect()
-}
-
 /// The mean over the receiver [0, w] × [0, l] of the plane z = 0 of what arrives, over π. Nodes are
 /// dense at x = 0 and at both ends of y, near which a wall at x = 0 makes the integrand not smooth.
 fn mean_form_factor(world: &World, w: f64, l: f64) -> f64 {
-    let rule = gauss(40);
+    let rule = rule(40);
     let row = |&(s, ws): &(f64, f64)| -> f64 {
         let at = |&(t, wt): &(f64, f64)| {
             let (x, y) = (w * s.powi(4), l * t.powi(3) * (10.0 - 15.0 * t + 6.0 * t * t));
@@ -261,7 +243,7 @@ fn form_factors_are_those_of_the_literature() {
 /// power of its size.
 #[test]
 fn emitters_of_a_size_of_10_to_the_minus_k_lose_k_digits() {
-    let rule = gauss(3);
+    let rule = rule(3);
     for k in 2..8 {
         let size = 0.1_f64.powi(k);
         let corner = |(x, y): (f64, f64)| DVec3::new(0.4, -0.3, 1.3) + size * DVec3::new(x, y, 0.0);
@@ -269,8 +251,8 @@ fn emitters_of_a_size_of_10_to_the_minus_k_lose_k_digits() {
         // As large as it is after rounding.
         let extent = vertices[2] - vertices[0];
         let (mut value, mut derivative) = (0.0, 0.0);
-        for (s, ws) in &rule {
-            for (t, wt) in &rule {
+        for (s, ws) in rule {
+            for (t, wt) in rule {
                 let p = vertices[0] + DVec3::new(s * extent.x, t * extent.y, 0.0);
                 let term = ws * wt * extent.x * extent.y * (p.z / p.length_squared()).powi(2);
                 value += term;

@@ -1,13 +1,11 @@
 //! Meshes before a camera.
 
-use std::ops::Range;
-
 use flatland::plane::Filter;
 use glam::{DVec2, DVec3};
 
-use super::dice::Dice;
 use super::moves::Affine;
-use super::solids::Solid;
+use super::stage::{Body, Stage};
+use crate::dice::Dice;
 use crate::space::coverage::{Camera, Mesh, Motion, ProjectedScene};
 
 /// A mesh, a camera and what θ does to them.
@@ -149,10 +147,8 @@ impl CoverageKnobs {
     fn attempt(&self, dice: Dice) -> Option<CoverageCase> {
         let mut stage = Stage::new(dice);
         stage.furnish(self.kind);
-        let mut motion =
-            Motion { positions: vec![DVec3::ZERO; stage.mesh.positions.len()], ..Motion::default() };
-        stage.set_in_motion(self.moving, &mut motion);
-        let Stage { mut mesh, mut camera, mut dice, .. } = stage;
+        stage.set_in_motion(self.moving);
+        let Stage { mut mesh, mut camera, mut motion, mut dice, .. } = stage;
         let unit = self.kind.unit();
         let place = match self.kind {
             CoverageKind::FarFromOrigin => 1e6 * dice.direction(),
@@ -162,49 +158,18 @@ impl CoverageKnobs {
         motion.positions.iter_mut().for_each(|v| *v *= unit);
         camera.origin = unit * camera.origin + place;
         motion.camera.origin *= unit;
-        ProjectedScene::cut(&mesh, &camera, &motion, self.filter).ok()?.derivative().ok()?;
+        ProjectedScene::new(&mesh, &camera, &motion, self.filter).ok()?.derivative().ok()?;
         Some(CoverageCase { mesh, camera, motion, filter: self.filter, label: format!("{self:?}") })
     }
 }
 
-/// One thing: its vertices, about where it is, and how large.
-#[derive(Clone, Debug)]
-struct Body {
-    vertices: Range<usize>,
-    centre: DVec3,
-    radius: f64,
-}
-
-/// What is being built.
-struct Stage {
-    dice: Dice,
-    camera: Camera,
-    mesh: Mesh,
-    bodies: Vec<Body>,
-}
-
 impl Stage {
-    fn new(mut dice: Dice) -> Self {
-        let frame = dice.frame();
-        let camera = Camera {
-            origin: dice.vector(2.0),
-            right: frame.x_axis,
-            up: frame.y_axis,
-            forward: -frame.z_axis,
-            field_of_view: dice.between(0.4, 1.3),
-            width: dice.count(4, 8),
-            height: dice.count(4, 8),
-        };
-        let mesh = Mesh { positions: vec![], triangles: vec![], radiance: vec![], background: dice.colour() };
-        Self { dice, camera, mesh, bodies: vec![] }
-    }
-
     fn furnish(&mut self, kind: CoverageKind) {
         let depth = self.dice.between(1.5, 5.0);
         match kind {
-            CoverageKind::Triangle => self.flat(depth, 3),
-            CoverageKind::Quad => self.flat(depth, 4),
-            CoverageKind::Solid => self.solid(depth),
+            CoverageKind::Triangle => self.flat_in_view(depth, 3),
+            CoverageKind::Quad => self.flat_in_view(depth, 4),
+            CoverageKind::Solid => self.solid_in_view(depth),
             CoverageKind::Shells
             | CoverageKind::Small
             | CoverageKind::Large
@@ -218,13 +183,8 @@ impl Stage {
         }
         if matches!(kind, CoverageKind::Sliver | CoverageKind::Grazing) && self.dice.chance(0.7) {
             let depth = self.next_depth();
-            self.solid(depth);
+            self.solid_in_view(depth);
         }
-    }
-
-    /// The film's size in pixels.
-    fn size(&self) -> DVec2 {
-        DVec2::new(self.camera.width as f64, self.camera.height as f64)
     }
 
     /// A point of the film, not near its border.
@@ -238,10 +198,6 @@ impl Stage {
         (pixels / self.camera.pixels_per_slope()).min(0.6) * depth
     }
 
-    fn place(&self, u: DVec2, depth: f64) -> DVec3 {
-        self.camera.origin + depth * self.camera.direction(u)
-    }
-
     /// A depth for what follows the last body: about its own, or so far behind it that a body of up to 0.6 of the depth
     /// is wholly behind it.
     fn next_depth(&mut self) -> f64 {
@@ -253,30 +209,8 @@ impl Stage {
         1.05 * (depth + radius) / (1.0 - 0.6) * self.dice.between(1.0, 1.5)
     }
 
-    fn add(&mut self, centre: DVec3, radius: f64, corners: Vec<DVec3>, triangles: &[[usize; 3]]) {
-        let start = self.mesh.positions.len();
-        self.mesh.triangles.extend(triangles.iter().map(|t| t.map(|v| v + start)));
-        let radiance = triangles.iter().map(|_| self.dice.colour());
-        self.mesh.radiance.extend(radiance);
-        self.mesh.positions.extend(corners);
-        self.bodies.push(Body { vertices: start..self.mesh.positions.len(), centre, radius });
-    }
-
-    /// Corners given in a plane through `centre` whose normal, at a given cosine or more to the
-    /// line of sight, points to the camera.
-    fn facing(&mut self, centre: DVec3, cosine: f64, ring: &[DVec2]) -> Vec<DVec3> {
-        let sight = (centre - self.camera.origin).normalize();
-        let normal = loop {
-            let normal = self.dice.direction();
-            if normal.dot(sight) < -cosine {
-                break normal;
-            }
-        };
-        in_plane(centre, normal, ring)
-    }
-
     /// A triangle or quadrilateral.
-    fn flat(&mut self, depth: f64, corners: usize) {
+    fn flat_in_view(&mut self, depth: f64, corners: usize) {
         let u = self.somewhere();
         self.flat_at(u, depth, corners);
     }
@@ -286,38 +220,23 @@ impl Stage {
         let pixels = self.dice.between(0.8, 3.0);
         let radius = self.length(pixels, depth);
         let ring = self.dice.convex_ring(radius, corners);
-        let corners = self.facing(centre, 0.3, &ring);
-        if corners.len() == 3 {
-            return self.add(centre, radius, corners, &[[0, 1, 2]]);
-        }
-        self.add(centre, radius, corners, &[[0, 1, 2], [0, 2, 3]]);
-        if self.dice.chance(0.5) {
-            let last = self.mesh.radiance.len() - 1;
-            self.mesh.radiance[last] = self.mesh.radiance[last - 1];
-        }
+        let normal = self.facing(centre, 0.3);
+        self.flat(centre, normal, radius, &ring);
     }
 
-    fn solid(&mut self, depth: f64) {
+    fn solid_in_view(&mut self, depth: f64) {
         let u = self.somewhere();
         let pixels = self.dice.between(1.0, 3.0);
-        self.solid_at(u, depth, pixels);
-    }
-
-    fn solid_at(&mut self, u: DVec2, depth: f64, pixels: f64) {
-        let (centre, radius) = (self.place(u, depth), self.length(pixels, depth));
-        let solid = Solid::random(&mut self.dice);
-        let largest = solid.corners.iter().map(|c| c.length()).fold(0.0, f64::max);
-        let corners = solid.corners.iter().map(|c| centre + *c * (radius / largest)).collect();
-        self.add(centre, radius, corners, &solid.triangles);
+        self.solid(self.place(u, depth), self.length(pixels, depth));
     }
 
     fn among_each_other(&mut self, count: usize) {
         let mut depth = self.dice.between(1.5, 2.5);
         for _ in 0..count {
             match self.dice.count(0, 3) {
-                0 => self.flat(depth, 3),
-                1 => self.flat(depth, 4),
-                _ => self.solid(depth),
+                0 => self.flat_in_view(depth, 3),
+                1 => self.flat_in_view(depth, 4),
+                _ => self.solid_in_view(depth),
             }
             depth = self.next_depth();
         }
@@ -331,7 +250,7 @@ impl Stage {
         match self.dice.count(0, 2) {
             0 => self.flat_at(u, depth, 3),
             1 => self.flat_at(u, depth, 4),
-            _ => self.solid_at(u, depth, pixels),
+            _ => self.solid(self.place(u, depth), self.length(pixels, depth)),
         }
     }
 
@@ -341,8 +260,8 @@ impl Stage {
         let width = radius / self.dice.scale(1e2, 1e5);
         let along = DVec2::from_angle(self.dice.between(0.0, std::f64::consts::TAU));
         let ring = [-radius * along, radius * along, width * along.perp()];
-        let corners = self.facing(centre, 0.3, &ring);
-        self.add(centre, radius, corners, &[[0, 1, 2]]);
+        let normal = self.facing(centre, 0.3);
+        self.flat(centre, normal, radius, &ring);
     }
 
     fn grazing(&mut self, depth: f64) {
@@ -352,35 +271,34 @@ impl Stage {
         let across = sight.cross(self.dice.direction()).normalize();
         let angle = self.dice.scale(1e-4, 1e-1);
         let ring = self.dice.convex_ring(radius, 3);
-        let corners = in_plane(centre, angle.cos() * across - angle.sin() * sight, &ring);
-        self.add(centre, radius, corners, &[[0, 1, 2]]);
+        self.flat(centre, angle.cos() * across - angle.sin() * sight, radius, &ring);
     }
 
     /// Adds a motion whose speeds on the film are about a pixel per unit of θ.
-    fn set_in_motion(&mut self, moving: CoverageMoving, motion: &mut Motion) {
-        let body = self.bodies[self.dice.count(0, self.bodies.len() - 1)].clone();
-        let (centre, radius) = (body.centre, body.radius);
-        let camera = &mut motion.camera;
+    fn set_in_motion(&mut self, moving: CoverageMoving) {
+        let index = self.dice.count(0, self.bodies.len() - 1);
+        let Body { vertices, centre, radius } = self.bodies[index].clone();
+        let camera = &mut self.motion.camera;
         let affine = match moving {
-            CoverageMoving::Translate => Affine::translation(self.dice.vector(radius)),
+            CoverageMoving::Translate => Affine::translation(self.dice.vector3(radius)),
             CoverageMoving::Rotate => {
-                Affine::rotation(centre + self.dice.vector(radius), self.dice.vector(1.0))
+                Affine::rotation(centre + self.dice.vector3(radius), self.dice.vector3(1.0))
             }
             CoverageMoving::Scale => Affine::scaling(
-                centre + self.dice.vector(radius),
+                centre + self.dice.vector3(radius),
                 self.dice.sign() * self.dice.between(0.3, 1.0),
             ),
             CoverageMoving::Vertex => {
-                let vertex = self.dice.count(body.vertices.start, body.vertices.end - 1);
-                motion.positions[vertex] += self.dice.vector(radius);
+                let vertex = self.dice.count(vertices.start, vertices.end - 1);
+                self.motion.positions[vertex] += self.dice.vector3(radius);
                 return;
             }
             CoverageMoving::CameraPosition => {
-                camera.origin += self.dice.vector(radius);
+                camera.origin += self.dice.vector3(radius);
                 return;
             }
             CoverageMoving::CameraRotation => {
-                camera.angular += self.dice.vector(0.3);
+                camera.angular += self.dice.vector3(0.3);
                 return;
             }
             CoverageMoving::FieldOfView => {
@@ -389,19 +307,11 @@ impl Stage {
             }
             CoverageMoving::Mixed => {
                 for part in CoverageMoving::ALL.into_iter().filter(|part| *part != CoverageMoving::Mixed) {
-                    self.set_in_motion(part, motion);
+                    self.set_in_motion(part);
                 }
                 return;
             }
         };
-        for vertex in body.vertices {
-            motion.positions[vertex] += affine.velocity(self.mesh.positions[vertex]);
-        }
+        self.carry(index, &affine);
     }
-}
-
-/// Points of the plane through `centre` across `normal`, counterclockwise around it.
-fn in_plane(centre: DVec3, normal: DVec3, ring: &[DVec2]) -> Vec<DVec3> {
-    let (x, y) = normal.any_orthonormal_pair();
-    ring.iter().map(|p| centre + p.x * x + p.y * y).collect()
 }

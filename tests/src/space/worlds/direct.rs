@@ -1,10 +1,13 @@
 //! Shadows on a ground, seen by a camera.
 
+use std::f64::consts::TAU;
+
 use flatland::plane::Filter;
 use glam::{DMat3, DVec2, DVec3};
 
-use super::dice::Dice;
 use super::moves::Affine;
+use super::stage::in_plane;
+use crate::dice::Dice;
 use crate::space::coverage::{Camera, CameraMotion};
 use crate::space::direct::DirectScene;
 use crate::space::irradiance::{Ground, Sides, Surface, World};
@@ -112,19 +115,7 @@ struct Stage {
 
 impl Stage {
     fn new(mut dice: Dice, filter: Filter) -> Self {
-        let camera = camera(&mut dice);
-        let ground = [0.0, 1.0, 2.0].map(|k| {
-            let angle = k * std::f64::consts::TAU / 3.0 + 0.3;
-            (40.0 * DVec2::from_angle(angle)).extend(0.0)
-        });
-        let scene = DirectScene {
-            world: World::default(),
-            ground: Ground { corners: ground, velocities: [DVec3::ZERO; 3] },
-            albedo: dice.colour(),
-            camera,
-            camera_motion: CameraMotion::default(),
-            filter,
-        };
+        let scene = ground(&mut dice, |_| filter);
         Self { dice, scene, emitters: 0 }
     }
 
@@ -144,13 +135,7 @@ impl Stage {
                     DVec3::new(dice.between(-1.5, 1.5), dice.between(0.0, 2.5), dice.between(1.5, 3.0));
                 (centre, dice.between(0.3, 0.8))
             })?;
-            let radiance = self.dice.colour() * self.dice.between(1.0, 6.0);
-            // Of one side, it faces down.
-            let [a, b, c] = [0, 1, 2].map(|k| emitter[k]);
-            let corners =
-                if (b - a).cross(c - a).z > 0.0 { emitter.into_iter().rev().collect() } else { emitter };
-            let sides = if self.dice.chance(0.3) { Sides::Both } else { Sides::Front };
-            self.scene.world.surfaces.push(Surface { sides, ..Surface::emitter(corners, radiance) });
+            self.scene.world.surfaces.push(lamp(&mut self.dice, emitter));
         }
         self.emitters = emitters;
         for _ in 0..occluders {
@@ -171,10 +156,8 @@ impl Stage {
         (0..100).find_map(|_| {
             let ((centre, radius), count) = (place(&mut self.dice), self.dice.count(3, 4));
             let ring = self.dice.convex_ring(radius, count);
-            let (x, y) = self.dice.direction().any_orthonormal_pair();
-            let corners: Vec<_> = ring.iter().map(|p| centre + p.x * x + p.y * y).collect();
-            let fits = corners.iter().all(|c| c.z > 0.1) && is_unseen(&self.scene.camera, &corners);
-            fits.then_some(corners)
+            let corners = in_plane(centre, self.dice.direction(), &ring);
+            fits(&self.scene.camera, &corners).then_some(corners)
         })
     }
 
@@ -182,20 +165,14 @@ impl Stage {
         let count = self.scene.world.surfaces.len();
         match moving {
             DirectMoving::Ground => {
-                let affine = Affine::translation(self.dice.vector(1.0));
-                self.move_ground(&affine);
+                let affine = Affine::translation(self.dice.vector3(1.0));
+                affine.carry(&self.scene.ground.corners, &mut self.scene.ground.velocities);
             }
             DirectMoving::GroundRotation => {
-                let affine = Affine::rotation(self.dice.vector(0.5), self.dice.vector(0.5));
-                self.move_ground(&affine);
+                let affine = Affine::rotation(self.dice.vector3(0.5), self.dice.vector3(0.5));
+                affine.carry(&self.scene.ground.corners, &mut self.scene.ground.velocities);
             }
-            DirectMoving::Camera => {
-                self.scene.camera_motion = CameraMotion {
-                    origin: self.dice.vector(1.0),
-                    angular: self.dice.vector(0.3),
-                    field_of_view: self.dice.between(-0.2, 0.2),
-                };
-            }
+            DirectMoving::Camera => self.scene.camera_motion = camera_motion(&mut self.dice),
             DirectMoving::Occluders if count > self.emitters => self.move_surfaces(self.emitters..count),
             DirectMoving::Emitters | DirectMoving::Occluders => self.move_surfaces(0..self.emitters),
             DirectMoving::Mixed => {
@@ -206,26 +183,15 @@ impl Stage {
         }
     }
 
-    fn move_ground(&mut self, affine: &Affine) {
-        let ground = &mut self.scene.ground;
-        for (v, p) in ground.velocities.iter_mut().zip(&ground.corners) {
-            *v += affine.velocity(*p);
-        }
-    }
-
     fn move_surfaces(&mut self, range: std::ops::Range<usize>) {
         let affine =
             Affine::any(&mut self.dice, self.scene.world.surfaces[range.start].vertices[0], 1.0, 1.0);
-        for surface in &mut self.scene.world.surfaces[range] {
-            for (v, p) in surface.velocities.iter_mut().zip(&surface.vertices) {
-                *v += affine.velocity(*p);
-            }
-        }
+        affine.carry_surfaces(&mut self.scene.world.surfaces[range]);
     }
 }
 
 /// A camera that looks down on the ground around 0 from y < 0; it sees about 1 of it across.
-pub(super) fn camera(dice: &mut Dice) -> Camera {
+fn camera(dice: &mut Dice) -> Camera {
     let target = DVec3::new(dice.between(-0.2, 0.2), dice.between(-0.2, 0.2), 0.0);
     let back = DVec3::new(dice.between(-0.3, 0.3), -1.0, dice.between(0.7, 1.5)).normalize();
     let distance = dice.between(2.0, 4.0);
@@ -245,9 +211,33 @@ pub(super) fn camera(dice: &mut Dice) -> Camera {
     }
 }
 
-/// Whether some side of the pyramid of view, widened by filters of up to two pixels, or the camera's
-/// own plane, has all corners outside.
-pub(super) fn is_unseen(camera: &Camera, corners: &[DVec3]) -> bool {
+/// Nothing but the ground, the plane z = 0, before such a camera.
+pub(super) fn ground(dice: &mut Dice, filter: impl Fn(&mut Dice) -> Filter) -> DirectScene {
+    let camera = camera(dice);
+    let corner = |k: f64| (40.0 * DVec2::from_angle(k * TAU / 3.0 + 0.3)).extend(0.0);
+    let ground = Ground { corners: [0.0, 1.0, 2.0].map(corner), velocities: [DVec3::ZERO; 3] };
+    let (world, camera_motion) = (World::default(), CameraMotion::default());
+    DirectScene { world, ground, albedo: dice.colour(), camera, camera_motion, filter: filter(dice) }
+}
+
+/// An emitter; if of one side, it faces down.
+pub(super) fn lamp(dice: &mut Dice, ring: Vec<DVec3>) -> Surface {
+    let radiance = dice.colour() * dice.between(1.0, 6.0);
+    let sides = if dice.chance(0.3) { Sides::Both } else { Sides::Front };
+    let [a, b, c] = [0, 1, 2].map(|k| ring[k]);
+    let corners = if (b - a).cross(c - a).z > 0.0 { ring.into_iter().rev().collect() } else { ring };
+    Surface { sides, ..Surface::emitter(corners, radiance) }
+}
+
+/// Any motion of the camera.
+pub(super) fn camera_motion(dice: &mut Dice) -> CameraMotion {
+    let (origin, angular) = (dice.vector3(1.0), dice.vector3(0.3));
+    CameraMotion { origin, angular, field_of_view: dice.between(-0.2, 0.2) }
+}
+
+/// Whether all corners are above the ground and out of the camera's sight: some side of the pyramid of view, widened by
+/// filters of up to two pixels, or the camera's own plane, has all of them outside.
+pub(super) fn fits(camera: &Camera, corners: &[DVec3]) -> bool {
     let widest = 1.0 + 4.0 / camera.width as f64;
     let slope = 1.1 * widest * (0.5 * camera.field_of_view).tan();
     let beyond = |axis: DVec3| {
@@ -257,5 +247,6 @@ pub(super) fn is_unseen(camera: &Camera, corners: &[DVec3]) -> bool {
         })
     };
     let sides = [camera.right, -camera.right, camera.up, -camera.up];
-    sides.into_iter().any(beyond) || corners.iter().all(|c| (*c - camera.origin).dot(camera.forward) < 0.0)
+    let behind = || corners.iter().all(|c| (*c - camera.origin).dot(camera.forward) < 0.0);
+    corners.iter().all(|c| c.z > 0.1) && (sides.into_iter().any(beyond) || behind())
 }

@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::dice::Dice;
 use super::moves::Affine;
+use super::stage::in_plane;
+use crate::dice::Dice;
 use crate::space::irradiance::{Ground, Ray, Receiver, Sides, Surface, World};
 
 /// A receiver, what it sees, and what θ does to them.
@@ -149,7 +150,7 @@ impl IrradianceKnobs {
         let mut stage = Stage::new(Dice::new(self.seed, self.kind as u64));
         stage.furnish(self.kind, self.occluders);
         stage.set_in_motion(self.moving);
-        let (rotation, place) = (stage.dice.frame(), stage.dice.vector(1.0));
+        let (rotation, place) = (stage.dice.frame(), stage.dice.vector3(1.0));
         let far = if self.kind == IrradianceKind::FarFromOrigin { 1e6 } else { 1.0 };
         let map = Map { linear: rotation * self.kind.unit(), place: place * far * self.kind.unit() };
         let Stage { world, ground, ray, .. } = stage;
@@ -306,7 +307,7 @@ impl Stage {
         let aside = DVec2::from_angle(self.dice.between(0.0, std::f64::consts::TAU)) * radius;
         let centre = (aside * self.dice.between(0.0, 1.0)).extend(height);
         // Tilted so little that the plane stays away from the receiver.
-        let tilt = self.dice.vector(0.3 * height / radius.max(height));
+        let tilt = self.dice.vector3(0.3 * height / radius.max(height));
         in_plane(centre, (DVec3::Z + tilt).normalize(), &ring)
     }
 
@@ -351,10 +352,10 @@ impl Stage {
         let middle = emitter.iter().sum::<DVec3>() / emitter.len() as f64;
         loop {
             let gap = self.dice.scale(1e-9, 1e-3);
-            let [p, q] = [a, b].map(|end| self.dice.between(0.4, 0.8) * (end + self.dice.vector(gap)));
+            let [p, q] = [a, b].map(|end| self.dice.between(0.4, 0.8) * (end + self.dice.vector3(gap)));
             // Within the emitter, or outside.
             let third = if self.dice.chance(0.5) { middle } else { a + b - middle };
-            let corners = vec![p, q, self.dice.between(0.4, 0.8) * (third + self.dice.vector(0.1))];
+            let corners = vec![p, q, self.dice.between(0.4, 0.8) * (third + self.dice.vector3(0.1))];
             let area = area(&corners);
             if area.normalize().dot(p).abs() > 0.1 {
                 return corners;
@@ -378,17 +379,17 @@ impl Stage {
         let emitters = 0..self.emitters;
         match moving {
             IrradianceMoving::Ground => {
-                let affine = Affine::translation(self.dice.vector(self.clearance / CLEARANCE));
-                self.move_ground(&affine);
+                let affine = Affine::translation(self.dice.vector3(self.clearance / CLEARANCE));
+                affine.carry(&self.ground.corners, &mut self.ground.velocities);
             }
             IrradianceMoving::GroundRotation => {
-                let axis = self.dice.vector(self.clearance);
-                let affine = Affine::rotation(axis, self.dice.vector(1.0));
-                self.move_ground(&affine);
+                let axis = self.dice.vector3(self.clearance);
+                let affine = Affine::rotation(axis, self.dice.vector3(1.0));
+                affine.carry(&self.ground.corners, &mut self.ground.velocities);
             }
             IrradianceMoving::Ray => {
-                self.ray.origin_velocity += self.dice.vector(self.clearance / CLEARANCE);
-                self.ray.direction_rate += self.dice.vector(1.0);
+                self.ray.origin_velocity += self.dice.vector3(self.clearance / CLEARANCE);
+                self.ray.direction_rate += self.dice.vector3(1.0);
             }
             IrradianceMoving::Emitter => {
                 let i = self.dice.count(0, self.emitters - 1);
@@ -419,29 +420,13 @@ impl Stage {
         }
     }
 
-    fn move_ground(&mut self, affine: &Affine) {
-        for (v, p) in self.ground.velocities.iter_mut().zip(&self.ground.corners) {
-            *v += affine.velocity(*p);
-        }
-    }
-
     /// All of them by one affine field, of a speed that makes changes of order one.
     fn move_surfaces(&mut self, range: Range<usize>) {
         let first = &self.world.surfaces[range.start].vertices;
         let (centre, extent) = (first[0], first[0].distance(first[1]));
         let affine = Affine::any(&mut self.dice, centre, extent, extent);
-        for surface in &mut self.world.surfaces[range] {
-            for (v, p) in surface.velocities.iter_mut().zip(&surface.vertices) {
-                *v += affine.velocity(*p);
-            }
-        }
+        affine.carry_surfaces(&mut self.world.surfaces[range]);
     }
-}
-
-/// Points of the plane through `centre` across `normal`, counterclockwise around it.
-fn in_plane(centre: DVec3, normal: DVec3, ring: &[DVec2]) -> Vec<DVec3> {
-    let (x, y) = normal.any_orthonormal_pair();
-    ring.iter().map(|p| centre + p.x * x + p.y * y).collect()
 }
 
 /// Twice the area of the first three corners, times their normal.

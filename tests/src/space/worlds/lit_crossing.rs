@@ -5,15 +5,16 @@
 //! sight; so is all else but what stands in the ground.
 
 use flatland::plane::Filter;
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec3};
 
-use super::dice::Dice;
-use super::direct::{DirectCase, camera, is_unseen};
+use super::direct::{DirectCase, camera_motion, fits, ground, lamp};
 use super::moves::Affine;
+use super::stage::in_plane;
+use crate::dice::Dice;
 use crate::space::constants::{BOX_FACES, box_corners};
-use crate::space::coverage::{CameraMotion, Mesh, Motion, crossings};
+use crate::space::coverage::{Mesh, Motion, crossings};
 use crate::space::direct::DirectScene;
-use crate::space::irradiance::{Ground, Sides, Surface, World};
+use crate::space::irradiance::Surface;
 
 /// What passes through what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -96,12 +97,7 @@ struct Stage {
 
 impl Stage {
     fn new(mut dice: Dice) -> Self {
-        let camera = camera(&mut dice);
-        let corner = |k: f64| (40.0 * DVec2::from_angle(k * std::f64::consts::TAU / 3.0 + 0.3)).extend(0.0);
-        let ground = Ground { corners: [0.0, 1.0, 2.0].map(corner), velocities: [DVec3::ZERO; 3] };
-        let (albedo, filter) = (dice.colour(), dice.pick(&[Filter::Box, Filter::Tent]));
-        let camera_motion = CameraMotion::default();
-        let scene = DirectScene { world: World::default(), ground, albedo, camera, camera_motion, filter };
+        let scene = ground(&mut dice, |dice| dice.pick(&[Filter::Box, Filter::Tent]));
         Self { dice, scene, bodies: vec![] }
     }
 
@@ -109,7 +105,7 @@ impl Stage {
     fn furnish(&mut self, kind: LitCrossingKind) -> Option<()> {
         let dice = &mut self.dice;
         let at = DVec3::new(dice.between(-1.0, 1.0), dice.between(0.2, 1.8), dice.between(1.5, 2.5));
-        let lamp = at + dice.vector(0.1);
+        let lamp = at + dice.vector3(0.1);
         let tilt =
             if kind == LitCrossingKind::Ceiling { dice.direction() } else { dice.tilted(-DVec3::Z, 0.5) };
         let ring = dice.ring(lamp, tilt, 0.7);
@@ -117,10 +113,8 @@ impl Stage {
         let dice = &mut self.dice;
         match kind {
             LitCrossingKind::Plate => {
-                let ring = {
-                    let n = dice.direction();
-                    dice.ring(at, n, 0.7)
-                };
+                let n = dice.direction();
+                let ring = dice.ring(at, n, 0.7);
                 self.unseen(vec![ring])
             }
             LitCrossingKind::Block => {
@@ -136,23 +130,21 @@ impl Stage {
                 let foot = DVec3::new(dice.between(-0.3, 0.3), dice.between(-0.3, 0.3), 0.0);
                 let middle = foot.lerp(at, dice.between(0.4, 0.7));
                 for _ in 0..2 {
-                    let centre = middle + self.dice.vector(0.1);
-                    let ring = {
-                        let n = self.dice.direction();
-                        self.dice.ring(centre, n, 0.4)
-                    };
+                    let centre = middle + self.dice.vector3(0.1);
+                    let n = self.dice.direction();
+                    let ring = self.dice.ring(centre, n, 0.4);
                     self.unseen(vec![ring])?;
                 }
                 Some(())
             }
             LitCrossingKind::Fence => {
-                let (foot, n) = (dice.vector(0.2).with_z(dice.between(-0.1, 0.1)), dice.direction());
+                let (foot, n) = (dice.vector3(0.2).with_z(dice.between(-0.1, 0.1)), dice.direction());
                 let ring = dice.ring(foot, n, 0.5);
                 self.add(vec![ring]);
                 Some(())
             }
             LitCrossingKind::Sunk => {
-                let foot = dice.vector(0.2).with_z(dice.between(-0.05, 0.1));
+                let foot = dice.vector3(0.2).with_z(dice.between(-0.05, 0.1));
                 let block = dice.block(foot, 0.25);
                 self.add(block);
                 Some(())
@@ -161,24 +153,14 @@ impl Stage {
     }
 
     fn lamp(&mut self, ring: Vec<DVec3>) -> Option<()> {
-        let radiance = self.dice.colour() * self.dice.between(1.0, 6.0);
-        let sides = if self.dice.chance(0.3) { Sides::Both } else { Sides::Front };
-        if !self.fits(&ring) {
-            return None;
-        }
-        let [a, b, c] = [0, 1, 2].map(|k| ring[k]);
-        let corners = if (b - a).cross(c - a).z > 0.0 { ring.into_iter().rev().collect() } else { ring };
-        self.scene.world.surfaces.push(Surface { sides, ..Surface::emitter(corners, radiance) });
+        fits(&self.scene.camera, &ring).then_some(())?;
+        self.scene.world.surfaces.push(lamp(&mut self.dice, ring));
         self.bodies.push(0..1);
         Some(())
     }
 
-    fn fits(&self, ring: &[DVec3]) -> bool {
-        ring.iter().all(|c| c.z > 0.1) && is_unseen(&self.scene.camera, ring)
-    }
-
     fn unseen(&mut self, faces: Vec<Vec<DVec3>>) -> Option<()> {
-        faces.iter().all(|face| self.fits(face)).then(|| self.add(faces))
+        faces.iter().all(|face| fits(&self.scene.camera, face)).then(|| self.add(faces))
     }
 
     fn add(&mut self, faces: Vec<Vec<DVec3>>) {
@@ -214,20 +196,12 @@ impl Stage {
         let surfaces = self.bodies[body].clone();
         let centre = self.scene.world.surfaces[surfaces.start].vertices[0];
         let affine = Affine::any(&mut self.dice, centre, 0.5, 0.3);
-        for surface in &mut self.scene.world.surfaces[surfaces] {
-            for (v, p) in surface.velocities.iter_mut().zip(&surface.vertices) {
-                *v += affine.velocity(*p);
-            }
-        }
+        affine.carry_surfaces(&mut self.scene.world.surfaces[surfaces]);
     }
 
     fn set_in_motion(&mut self, moving: LitCrossingMoving) {
         match moving {
-            LitCrossingMoving::Camera => {
-                let (origin, angular) = (self.dice.vector(1.0), self.dice.vector(0.3));
-                let field_of_view = self.dice.between(-0.2, 0.2);
-                self.scene.camera_motion = CameraMotion { origin, angular, field_of_view };
-            }
+            LitCrossingMoving::Camera => self.scene.camera_motion = camera_motion(&mut self.dice),
             LitCrossingMoving::Lamp => self.carry(0),
             LitCrossingMoving::Body => {
                 let body = self.dice.count(1, self.bodies.len() - 1);
@@ -235,11 +209,8 @@ impl Stage {
             }
             LitCrossingMoving::All => {
                 (0..self.bodies.len()).for_each(|body| self.carry(body));
-                let affine = Affine::rotation(self.dice.vector(0.5), self.dice.vector(0.3));
-                let ground = &mut self.scene.ground;
-                for (v, p) in ground.velocities.iter_mut().zip(&ground.corners) {
-                    *v = affine.velocity(*p);
-                }
+                let affine = Affine::rotation(self.dice.vector3(0.5), self.dice.vector3(0.3));
+                affine.carry(&self.scene.ground.corners, &mut self.scene.ground.velocities);
             }
         }
     }
@@ -254,8 +225,7 @@ impl Dice {
     /// A triangle or quadrilateral.
     fn ring(&mut self, centre: DVec3, normal: DVec3, radius: f64) -> Vec<DVec3> {
         let corners = self.count(3, 4);
-        let (x, y) = normal.any_orthonormal_pair();
-        self.convex_ring(radius, corners).iter().map(|p| centre + p.x * x + p.y * y).collect()
+        in_plane(centre, normal, &self.convex_ring(radius, corners))
     }
 
     /// The faces of a box.

@@ -7,12 +7,12 @@
 
 mod coverage;
 mod crossing;
-mod dice;
 mod direct;
 mod irradiance;
 mod lit_crossing;
 mod moves;
 mod solids;
+mod stage;
 
 pub use coverage::{CoverageCase, CoverageKind, CoverageKnobs, CoverageMoving};
 pub use crossing::{CrossingKind, CrossingKnobs, CrossingMoving};

@@ -2,7 +2,8 @@
 
 use glam::{DMat3, DVec3};
 
-use super::dice::Dice;
+use crate::dice::Dice;
+use crate::space::irradiance::Surface;
 
 /// An affine field of velocities, under which flat things stay flat: ṗ = A (p − centre) + b.
 #[derive(Clone, Copy, Debug)]
@@ -29,16 +30,28 @@ impl Affine {
         Self { linear: DMat3::from_diagonal(DVec3::splat(rate)), centre, constant: DVec3::ZERO }
     }
 
-    pub(super) fn velocity(&self, p: DVec3) -> DVec3 {
+    fn velocity(&self, p: DVec3) -> DVec3 {
         self.linear * (p - self.centre) + self.constant
+    }
+
+    /// Adds the velocities of points to what they have.
+    pub(super) fn carry(&self, points: &[DVec3], velocities: &mut [DVec3]) {
+        for (v, p) in velocities.iter_mut().zip(points) {
+            *v += self.velocity(*p);
+        }
+    }
+
+    /// The same for all corners of some surfaces.
+    pub(super) fn carry_surfaces(&self, surfaces: &mut [Surface]) {
+        surfaces.iter_mut().for_each(|surface| self.carry(&surface.vertices, &mut surface.velocities));
     }
 
     /// Any of the three, around `centre`, with speeds of about `speed` at a distance of `radius`.
     pub(super) fn any(dice: &mut Dice, centre: DVec3, radius: f64, speed: f64) -> Self {
-        let centre = centre + dice.vector(radius);
+        let centre = centre + dice.vector3(radius);
         match dice.count(0, 2) {
-            0 => Self::translation(dice.vector(speed)),
-            1 => Self::rotation(centre, dice.vector(speed / radius)),
+            0 => Self::translation(dice.vector3(speed)),
+            1 => Self::rotation(centre, dice.vector3(speed / radius)),
             _ => Self::scaling(centre, dice.sign() * dice.between(0.3, 1.0) * speed / radius),
         }
     }

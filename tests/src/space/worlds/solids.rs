@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::dice::Dice;
+use crate::dice::Dice;
 use crate::space::constants::{BOX_FACES, box_corners};
 
 /// How far, relative to the radius, a corner must be behind the plane of every face that it is not
@@ -32,7 +32,7 @@ impl Solid {
 
     fn shaken(dice: &mut Dice, frame: &DMat3, corners: &[DVec3], triangles: &[[usize; 3]]) -> Self {
         loop {
-            let shaken = corners.iter().map(|c| *frame * (c.normalize() + dice.vector(SHAKEN)));
+            let shaken = corners.iter().map(|c| *frame * (c.normalize() + dice.vector3(SHAKEN)));
             let solid = Self { corners: shaken.collect(), triangles: triangles.to_vec() };
             if solid.is_convex() {
                 return solid;

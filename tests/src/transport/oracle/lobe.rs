@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use num_dual::{Dual64, DualNum};
 
 use super::place::Angles;
-use super::vector::Vector;
+use crate::dual::Vector;
 
 /// ∫ cos φ dφ.
 pub(super) fn cosine(angles: &Angles) -> Dual64 {
@@ -28,7 +28,7 @@ pub(super) fn gloss(angles: &Angles, mirror: Dual64, width: Dual64) -> Dual64 {
     let (sinh, cosh) = (s * c * 2.0, s * s * 2.0 + 1.0);
     let ((sin_a, cos_a), (sin_b, cos_b)) = ((first * 0.5).sin_cos(), (last * 0.5).sin_cos());
     // The difference of both arcs, not of their values: no cancellation in narrow intervals.
-    let arc = Vector { x: s * s * cos_a * cos_b + c * c * sin_a * sin_b, y: s * c * half.sin() };
+    let arc = Vector([s * s * cos_a * cos_b + c * c * sin_a * sin_b, s * c * half.sin()]);
     let part = arc.angle() / PI;
     // (cosh w − cos α)/2.
     let (at_a, at_b) = (s * s + sin_a * sin_a, s * s + sin_b * sin_b);

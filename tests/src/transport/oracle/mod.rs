@@ -20,7 +20,6 @@ mod place;
 mod reflection;
 mod scene;
 mod term;
-mod vector;
 
 use flatland::transport::{Camera, Tangent, World};
 

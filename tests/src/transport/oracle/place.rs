@@ -6,16 +6,16 @@ use glam::DVec2;
 use num_dual::{Dual64, DualNum};
 
 use super::scene::Scene;
-use super::vector::Vector;
+use crate::dual::{Vector, Vector2};
 
 /// A point x of a line with the local frame of one of its sides: n is the normal on that side, b is
 /// n turned from +x towards +y by a right angle, and φ ∈ [−π/2, π/2] belongs to cos φ n + sin φ b.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
     pub(super) line: usize,
-    pub(super) point: Vector,
-    pub(super) normal: Vector,
-    pub(super) side: Vector,
+    pub(super) point: Vector2,
+    pub(super) normal: Vector2,
+    pub(super) side: Vector2,
     /// φ of the direction into which a mirror would send the light that leaves towards the viewer.
     pub(super) mirror: Dual64,
 }
@@ -50,7 +50,7 @@ pub(super) struct Angles {
 
 impl Place {
     /// The point of `line` that is seen at `point` in the direction `d` from the point `from`.
-    pub(super) fn new(scene: &Scene, line: usize, point: Vector, from: Vector, d: Vector) -> Self {
+    pub(super) fn new(scene: &Scene, line: usize, point: Vector2, from: Vector2, d: Vector2) -> Self {
         let [a, b] = scene.ends(line);
         // The height over the line decides, not the direction.
         let height = (b - a).perp_dot(from.value() - a);
@@ -58,24 +58,24 @@ impl Place {
         let side = if height > 0.0 { -tangent } else { tangent };
         let normal = -side.turned();
         // The viewer is in direction −d, and its mirror image has the opposite φ.
-        let mirror = Vector { x: -d.dot(normal), y: d.dot(side) }.angle();
+        let mirror = Vector([-d.dot(normal), d.dot(side)]).angle();
         Self { line, point, normal, side, mirror }
     }
 
     /// The vector to a limit, along n and b. A vertex's height over the line does not depend on x.
-    fn local(&self, scene: &Scene, limit: Limit) -> Vector {
+    fn local(&self, scene: &Scene, limit: Limit) -> Vector2 {
         match limit {
-            Limit::Grazing(sign) => Vector { x: 0.0.into(), y: sign.into() },
+            Limit::Grazing(sign) => Vector([0.0.into(), sign.into()]),
             Limit::Vertex(v) => {
                 let foot = scene.vertices[scene.lines[self.line].vertices[0]];
                 let to = scene.vertices[v];
-                Vector { x: (to - foot).dot(self.normal), y: (to - self.point).dot(self.side) }
+                Vector([(to - foot).dot(self.normal), (to - self.point).dot(self.side)])
             }
         }
     }
 
     /// cos φ n + sin φ b.
-    pub(super) fn direction(&self, phi: Dual64) -> Vector {
+    pub(super) fn direction(&self, phi: Dual64) -> Vector2 {
         self.normal * phi.cos() + self.side * phi.sin()
     }
 
@@ -117,17 +117,17 @@ impl Place {
     pub(super) fn angles(&self, scene: &Scene, interval: &Interval) -> Angles {
         let limits = [interval.from, interval.to];
         let local = limits.map(|limit| self.local(scene, limit));
-        let ends = local.map(Vector::angle);
-        let cosines = local.map(|v| v.x / v.length());
+        let ends = local.map(Vector2::angle);
+        let cosines = local.map(|v| v.0[0] / v.length());
         let width = match limits {
             [Limit::Grazing(_), Limit::Grazing(_)] => PI.into(),
             [Limit::Vertex(i), Limit::Vertex(j)] => {
                 // The vector between the vertices, where they are close, is exact.
                 let (a, b) = (scene.vertices[i], scene.vertices[j]);
                 let (to_a, to_b) = (a - self.point, b - self.point);
-                Vector { x: to_a.dot(to_b), y: to_a.cross(b - a) }.angle()
+                Vector([to_a.dot(to_b), to_a.cross(b - a)]).angle()
             }
-            _ => Vector { x: local[0].dot(local[1]), y: local[0].cross(local[1]) }.angle(),
+            _ => Vector([local[0].dot(local[1]), local[0].cross(local[1])]).angle(),
         };
         Angles { ends, cosines, width }
     }

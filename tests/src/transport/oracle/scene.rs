@@ -4,7 +4,7 @@ use flatland::transport::{Camera, Material, MaterialTangent, Tangent, World};
 use glam::DVec2;
 use num_dual::{Dual64, DualNum};
 
-use super::vector::Vector;
+use crate::dual::{Vector, Vector2};
 
 /// A line segment.
 #[derive(Clone, Copy, Debug)]
@@ -12,9 +12,9 @@ pub(super) struct Line {
     /// The end points, as indices of vertices.
     pub(super) vertices: [usize; 2],
     /// From the first to the second.
-    pub(super) edge: Vector,
+    pub(super) edge: Vector2,
     /// Its direction.
-    pub(super) tangent: Vector,
+    pub(super) tangent: Vector2,
     pub(super) surface: Surface,
 }
 
@@ -30,7 +30,7 @@ pub(super) struct Surface {
 /// Everything that depends on θ, at θ = 0.
 #[derive(Clone, Debug)]
 pub(super) struct Scene {
-    pub(super) vertices: Vec<Vector>,
+    pub(super) vertices: Vec<Vector2>,
     pub(super) lines: Vec<Line>,
     pub(super) environment: Dual64,
     pub(super) eye: Eye,
@@ -39,8 +39,8 @@ pub(super) struct Scene {
 /// The camera: u ↦ ω = a + (2u/n − 1) T b.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Eye {
-    pub(super) position: Vector,
-    axes: [Vector; 2],
+    pub(super) position: Vector2,
+    axes: [Vector2; 2],
     tan: Dual64,
     pixels: f64,
 }
@@ -71,9 +71,9 @@ pub(super) fn is_nothing(x: Dual64) -> bool {
 impl Eye {
     fn new(camera: &Camera, change: &Tangent) -> Self {
         let angle = Dual64::new(camera.angle, change.camera.angle);
-        let axis = Vector { x: angle.cos(), y: angle.sin() };
+        let axis = Vector([angle.cos(), angle.sin()]);
         Self {
-            position: Vector::moving(camera.position, change.camera.position),
+            position: Vector2::new(camera.position, change.camera.position),
             axes: [axis, axis.turned()],
             tan: (Dual64::new(camera.field_of_view, change.camera.field_of_view) * 0.5).tan(),
             pixels: camera.film.pixels as f64,
@@ -81,12 +81,12 @@ impl Eye {
     }
 
     /// ω(u), of any length.
-    pub(super) fn direction(&self, u: Dual64) -> Vector {
+    pub(super) fn direction(&self, u: Dual64) -> Vector2 {
         self.axes[0] + self.axes[1] * ((u * (2.0 / self.pixels) - 1.0) * self.tan)
     }
 
     /// Where a point is seen, if it is in front.
-    pub(super) fn project(&self, point: Vector) -> Option<Dual64> {
+    pub(super) fn project(&self, point: Vector2) -> Option<Dual64> {
         let d = point - self.position;
         let [depth, side] = self.axes.map(|axis| d.dot(axis));
         (depth.re > 0.0).then(|| (side / (depth * self.tan) + 1.0) * (0.5 * self.pixels))
@@ -94,14 +94,14 @@ impl Eye {
 
     /// The same of a point that stands still.
     pub(super) fn project_value(&self, point: DVec2) -> Option<f64> {
-        self.project(Vector::moving(point, DVec2::ZERO)).map(|u| u.re)
+        self.project(Vector2::still(point)).map(|u| u.re)
     }
 }
 
 impl Scene {
     pub(super) fn new(world: &World, camera: &Camera, change: &Tangent) -> Self {
-        let vertices: Vec<Vector> =
-            world.vertices().zip(&change.vertices).map(|(p, v)| Vector::moving(p, *v)).collect();
+        let vertices: Vec<Vector2> =
+            world.vertices().zip(&change.vertices).map(|(p, v)| Vector2::new(p, *v)).collect();
         let line = |segment: &flatland::transport::Segment| {
             let [a, b] = segment.vertices;
             let edge = vertices[b] - vertices[a];
@@ -157,7 +157,7 @@ impl Scene {
 
     /// Where a ray meets a line: the point of the line in direction `d` from `from`, computed from
     /// its nearer end, so that it lies on the line to rounding.
-    pub(super) fn meet(&self, line: usize, from: Vector, d: Vector) -> Vector {
+    pub(super) fn meet(&self, line: usize, from: Vector2, d: Vector2) -> Vector2 {
         let [a, b] = self.lines[line].vertices.map(|v| self.vertices[v]);
         let edge = self.lines[line].edge;
         let [left, right] = [a, b].map(|p| d.cross(p - from));

@@ -3,7 +3,7 @@
 use flatland::transport::{CameraTangent, Tangent, World};
 
 use super::Moving;
-use super::dice::Dice;
+use crate::dice::Dice;
 
 /// A change of the kind `moving` of a world as large as `unit`.
 pub(super) fn draw(dice: &mut Dice, moving: Moving, world: &World, unit: f64) -> Tangent {
@@ -13,15 +13,15 @@ pub(super) fn draw(dice: &mut Dice, moving: Moving, world: &World, unit: f64) ->
     let camera = |camera: CameraTangent| Tangent::of_camera(world, camera);
     let none = CameraTangent::default();
     match moving {
-        Moving::Translate => Tangent::translate(world, shapes, dice.vector(unit)),
-        Moving::Rotate => Tangent::rotate(world, shapes, dice.vector(unit)),
-        Moving::Scale => Tangent::scale(world, shapes, dice.vector(unit)),
+        Moving::Translate => Tangent::translate(world, shapes, dice.vector2(unit)),
+        Moving::Rotate => Tangent::rotate(world, shapes, dice.vector2(unit)),
+        Moving::Scale => Tangent::scale(world, shapes, dice.vector2(unit)),
         Moving::Vertex => {
             let mut change = Tangent::none(world);
-            change.vertices[dice.count(0, world.vertex_count() - 1)] = dice.vector(unit);
+            change.vertices[dice.count(0, world.vertex_count() - 1)] = dice.vector2(unit);
             change
         }
-        Moving::CameraPosition => camera(CameraTangent { position: dice.vector(unit), ..none }),
+        Moving::CameraPosition => camera(CameraTangent { position: dice.vector2(unit), ..none }),
         Moving::CameraAngle => camera(CameraTangent { angle: dice.sign(), ..none }),
         Moving::FieldOfView => camera(CameraTangent { field_of_view: dice.sign(), ..none }),
         Moving::Material => {

@@ -4,13 +4,13 @@
 //! seed. All cases have a derivative.
 
 mod changes;
-mod dice;
 mod scenes;
+mod things;
 
 use flatland::plane::Filter;
 use flatland::transport::{Camera, Film, Shape, Tangent, World};
 
-use dice::Dice;
+use crate::dice::Dice;
 use scenes::Arrangement;
 
 /// A world, a camera that looks at it, and a parameter.

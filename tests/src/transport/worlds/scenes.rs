@@ -4,7 +4,7 @@ use flatland::transport::{Material, Shape};
 use glam::DVec2;
 
 use super::Kind;
-use super::dice::Dice;
+use crate::dice::Dice;
 
 /// Shapes, environment and the camera's view.
 pub(super) struct Arrangement {
@@ -46,7 +46,7 @@ fn direct(dice: &mut Dice) -> Arrangement {
     let material = if dice.chance(0.5) { dice.diffuse(0.9) } else { dice.glossy(0.9, GLOSS) };
     let floor = Shape::open([p(-60.0, y), p(60.0, y + dice.between(-3.0, 3.0))], material);
     let centre = p(dice.sign() * dice.between(1.5, 3.0), dice.between(5.0, 7.0));
-    let half = dice.vector(1.0);
+    let half = dice.vector2(1.0);
     let emission = dice.between(0.5, 4.0);
     let light = Shape::open([centre - half, centre + half], Material::emitter(emission));
     let eye = p(dice.between(-0.5, 0.5), dice.between(4.0, 5.0));
@@ -88,7 +88,7 @@ fn receiver(dice: &mut Dice, shapes: usize, style: Style) -> Arrangement {
     let mut cells: Vec<DVec2> = (0..8).map(|i| p(f64::from(i % 4) - 1.5, 0.95 + f64::from(i / 4))).collect();
     for i in 0..shapes.min(8) {
         let k = dice.count(0, cells.len() - 1);
-        let centre = cells.swap_remove(k) + dice.vector(0.1);
+        let centre = cells.swap_remove(k) + dice.vector2(0.1);
         let material = if i < style.lights { dice.emitter() } else { surface(dice) };
         let radius = dice.between(0.1, 0.4);
         all.push(dice.shape(centre, radius, material));
@@ -107,18 +107,18 @@ fn receiver(dice: &mut Dice, shapes: usize, style: Style) -> Arrangement {
 
 /// A closed room with everything inside it.
 fn room(dice: &mut Dice, shapes: usize) -> Arrangement {
-    let corner = |dice: &mut Dice, x: f64, y: f64| p(x, y) + dice.vector(0.15);
+    let corner = |dice: &mut Dice, x: f64, y: f64| p(x, y) + dice.vector2(0.15);
     let corners = [(-1.5, -1.0), (1.5, -1.0), (1.5, 1.0), (-1.5, 1.0)].map(|(x, y)| corner(dice, x, y));
     let walls = if dice.chance(0.8) { dice.diffuse(0.75) } else { dice.glossy(0.75, [0.2, 0.5]) };
     let mut all = vec![Shape::closed(corners, walls)];
     let spots = [p(0.75, 0.5), p(0.7, -0.4), p(-0.1, 0.45), p(0.0, -0.45)];
     for (i, spot) in spots.into_iter().take(1 + shapes.clamp(1, 3)).enumerate() {
         let material = if i == 0 { dice.emitter() } else { dice.diffuse(0.75) };
-        let centre = spot + dice.vector(0.08);
+        let centre = spot + dice.vector2(0.08);
         let radius = dice.between(0.1, 0.25);
         all.push(dice.shape(centre, radius, material));
     }
-    let eye = p(-1.0, 0.0) + dice.vector(0.2);
+    let eye = p(-1.0, 0.0) + dice.vector2(0.2);
     Arrangement {
         shapes: all,
         environment: 0.0,
@@ -180,7 +180,7 @@ fn near_wall(dice: &mut Dice, shapes: usize) -> Arrangement {
 fn slivers(dice: &mut Dice, shapes: usize) -> Arrangement {
     let mut this = receiver(dice, shapes.min(2), Style::default());
     for i in 0..2 {
-        let along = dice.vector(0.3);
+        let along = dice.vector2(0.3);
         let across = along.perp() * dice.scale(1e-6, 1e-3);
         let centre = p(dice.between(-1.0, 1.0), 2.0 + 0.4 * f64::from(i));
         let material = dice.diffuse(0.9);
@@ -197,7 +197,7 @@ fn aligned(dice: &mut Dice, shapes: usize) -> Arrangement {
         for distance in [dice.between(0.15, 0.5), dice.between(0.7, 1.4)] {
             let vertex = this.eye + distance * to + dice.sign() * dice.scale(1e-9, 1e-4) * to.perp();
             let material = dice.diffuse(0.9).with_emission(dice.between(0.0, 0.5));
-            let other = vertex + dice.vector(0.1 + 0.15 * distance);
+            let other = vertex + dice.vector2(0.1 + 0.15 * distance);
             this.shapes.push(Shape::open([vertex, other], material));
         }
     }

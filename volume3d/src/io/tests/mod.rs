@@ -31,6 +31,19 @@ fn check_messages(cases: &[(String, &str)]) {
     assert!(wrong.is_empty(), "{} of {} messages differ", wrong.len(), cases.len());
 }
 
+/// Checks that each input of a table is refused with the message that follows it on an indented line.
+fn check_table(table: &str, refused: impl Fn(&str) -> String) {
+    let (mut cases, mut input) = (vec![], vec![]);
+    for line in table.lines().skip(1) {
+        match line.strip_prefix("    ") {
+            Some(expected) => cases.push((refused(&std::mem::take(&mut input).join("\n")), expected)),
+            None => input.push(line),
+        }
+    }
+    assert!(!cases.is_empty() && input.is_empty(), "{table}");
+    check_messages(&cases);
+}
+
 fn here(name: &str) -> &Path {
     Path::new(name)
 }

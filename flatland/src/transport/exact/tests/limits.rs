@@ -1,7 +1,6 @@
 //! At the limits of parameters: surfaces that are black, or almost white; light on tiny scales.
 
-use super::super::quadrature::adaptive;
-use super::super::{Exact, Radiosity, Surface};
+use super::super::{Exact, Radiosity};
 use super::*;
 
 fn p(x: f64, y: f64) -> DVec2 {
@@ -100,31 +99,6 @@ fn an_almost_white_room() {
     }
 }
 
-/// L after two bounces at a point of a wall, by quadrature over directions graded towards the ends of
-/// what is seen.
-fn two_bounces(world: &World, segment: usize, s: f64, outgoing: DVec2) -> f64 {
-    let surface = Surface::new(world, segment, s, outgoing);
-    let (view, material, mut gathered) = (*surface.view(), world.material(segment), 0.0);
-    for interval in surface.intervals() {
-        let Some(seen) = interval.seen else { continue };
-        let other = &world.segments()[seen];
-        let radiance = |angle: f64| {
-            let direction = angle.cos() * view.axis() + angle.sin() * view.tangent();
-            let from = other.start - view.point();
-            let s = -direction.perp_dot(from) / direction.perp_dot(other.edge);
-            let value = Surface::new(world, seen, s.clamp(0.0, 1.0), -direction).radiance();
-            ([value * angle.cos()], value * angle.cos())
-        };
-        let [a, b] = [interval.start.angle, interval.end.angle];
-        let offsets = (0..40).map(|k| 0.5 * (b - a) * 0.4_f64.powi(k));
-        let mut ends: Vec<f64> = offsets.flat_map(|o| [a + o, b - o]).chain([a, b]).collect();
-        ends.sort_unstable_by(f64::total_cmp);
-        let pieces: Vec<[f64; 2]> = ends.windows(2).map(|w| [w[0], w[1]]).collect();
-        gathered += adaptive(&pieces, radiance, 1e-12).value[0];
-    }
-    material.emission + 0.5 * material.reflectance * gathered
-}
-
 /// A lamp of length h at the height h over a floor that the camera does not see, and the wall lit by
 /// it: the light on the floor varies over h.
 #[test]
@@ -138,7 +112,7 @@ fn light_that_varies_over_a_tiny_part_of_a_segment() {
         // So narrow that the radiance of its middle is a pixel's.
         let film = Film { pixels: 1, filter: Filter::Box };
         let camera = Camera { position: p(0.5, 0.6), angle: 0.0, field_of_view: 1e-5, film };
-        let expected = two_bounces(&world, 2, 0.5, -DVec2::X);
+        let expected = two_bounces(&world, 2, 0.5, -DVec2::X, 40, 1e-12);
         let radiosity = Radiosity { bounces: Some(2), parts: 1, tolerance: 1e-9 };
         let found = radiosity.image(&world, &camera).expect("an image");
         let error = (found.pixels[0] - expected).abs();

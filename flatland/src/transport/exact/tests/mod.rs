@@ -8,6 +8,8 @@ mod surfaces;
 
 use glam::DVec2;
 
+use super::Surface;
+use super::quadrature::adaptive;
 use crate::plane::Filter;
 use crate::random::{Stream, open01, stream};
 use crate::transport::{
@@ -96,4 +98,30 @@ fn random_materials(rng: &mut Stream, world: &World) -> Tangent {
     }
     change.environment = if world.environment() > 0.0 { between(rng, -1.0, 1.0) } else { 0.0 };
     change
+}
+
+/// L after two bounces at a point of a segment: the closed form of one, by quadrature over directions, in pieces that
+/// shrink `levels` times towards the ends of what is seen.
+fn two_bounces(world: &World, segment: usize, s: f64, outgoing: DVec2, levels: i32, tolerance: f64) -> f64 {
+    let surface = Surface::new(world, segment, s, outgoing);
+    let (view, material, mut gathered) = (*surface.view(), world.material(segment), 0.0);
+    for interval in surface.intervals() {
+        let radiance = |angle: f64| {
+            let direction = angle.cos() * view.axis() + angle.sin() * view.tangent();
+            let value = interval.seen.map_or(world.environment(), |seen| {
+                let other = &world.segments()[seen];
+                let from = other.start - view.point();
+                let s = -direction.perp_dot(from) / direction.perp_dot(other.edge);
+                Surface::new(world, seen, s.clamp(0.0, 1.0), -direction).radiance()
+            });
+            ([value * angle.cos()], value * angle.cos())
+        };
+        let [a, b] = [interval.start.angle, interval.end.angle];
+        let offsets = (0..levels).map(|k| 0.5 * (b - a) * 0.4_f64.powi(k));
+        let mut ends: Vec<f64> = offsets.flat_map(|o| [a + o, b - o]).chain([a, b]).collect();
+        ends.sort_unstable_by(f64::total_cmp);
+        let pieces: Vec<[f64; 2]> = ends.windows(2).map(|w| [w[0], w[1]]).collect();
+        gathered += adaptive(&pieces, radiance, tolerance).value[0];
+    }
+    material.emission + 0.5 * material.reflectance * gathered
 }

@@ -1,64 +1,13 @@
-//! Images and derivatives over the film.
-
-use rayon::prelude::*;
+//! Images and derivatives over the film. (That they are the right ones, `tests/tests/transport_exact.rs` holds against an
+//! independent oracle.)
 
 use super::super::{Exact, ExactError};
-use super::surfaces::{SWEEP, central_differences};
 use super::*;
 
 const EXACT: Exact = Exact { bounces: 1, tolerance: 1e-12 };
 
 fn filter(i: u64) -> Filter {
     [Filter::Box, Filter::Tent, Filter::Gaussian][(i % 3) as usize]
-}
-
-#[test]
-fn gradients_agree_with_differences() {
-    let compared: Vec<Compared> = (0..60).into_par_iter().flat_map_iter(compare_with_differences).collect();
-    let largest = |f: fn(&Compared) -> f64| compared.iter().map(f).fold(0.0, f64::max);
-    let tested = [0, 1, 2].map(|kind| compared.iter().filter(|c| c.kind == kind).count());
-    let (worst, worst_estimate) = (largest(|c| c.error), largest(|c| c.estimate));
-    println!("{tested:?} worlds, worst {worst:e}, worst estimate {worst_estimate:e}");
-    let failures: Vec<&Compared> = compared.iter().filter(|c| c.error > 1e-7).collect();
-    assert!(failures.is_empty(), "{failures:#?}");
-    assert!(tested.iter().all(|count| *count >= 50), "{tested:?}");
-}
-
-/// The largest error of a pixel, and the largest estimate.
-#[derive(Debug)]
-struct Compared {
-    #[expect(dead_code, reason = "names the world in a failure")]
-    world: u64,
-    kind: usize,
-    error: f64,
-    estimate: f64,
-}
-
-fn compare_with_differences(i: u64) -> Vec<Compared> {
-    let mut rng = stream(5, &[i]);
-    let world = random_world(&mut rng, 3 + (i % 5) as usize, i.is_multiple_of(2));
-    let camera = random_camera(&mut rng, filter(i));
-    let changes = [
-        random_vertices(&mut rng, &world),
-        random_camera_tangent(&mut rng, &world),
-        random_materials(&mut rng, &world),
-    ];
-    let compared = |(kind, change): (usize, &Tangent)| {
-        let exact = Exact { bounces: usize::from(!i.is_multiple_of(7)), ..EXACT };
-        let gradient = exact.gradient(&world, &camera, change).expect("differentiable");
-        let image = |h: f64| {
-            let moved = world.displaced(change, h).ok()?;
-            Some(exact.image(&moved, &change.displaced_camera(&camera, h)).ok()?.pixels)
-        };
-        // Too near to another world that is none.
-        let found = central_differences(&SWEEP, image)?;
-        let scale = |p: usize| gradient.scales[p].max(0.1);
-        let error = |p: usize| (found[p] - gradient.pixels[p].total()).abs() / scale(p);
-        let largest = |f: &dyn Fn(usize) -> f64| (0..found.len()).map(f).fold(0.0, f64::max);
-        let estimate = largest(&|p| gradient.errors[p] / scale(p));
-        Some(Compared { world: i, kind, error: largest(&error), estimate })
-    };
-    changes.iter().enumerate().filter_map(compared).collect()
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Several bounces: known constants, the closed forms of one bounce, differences.
 
 use super::super::quadrature::adaptive;
-use super::super::{Exact, ExactError, Integrated, Radiosity, Surface};
+use super::super::{Exact, ExactError, Integrated, Radiosity};
 use super::surfaces::{SWEEP, central_differences};
 use super::*;
 
@@ -47,29 +47,11 @@ fn the_white_furnace_has_no_derivative() {
     }
 }
 
-/// L after two bounces where the ray of u ends: the closed form of one bounce, integrated over the
-/// directions at the point.
-fn two_bounces(world: &World, camera: &Camera, u: f64) -> f64 {
-    let ray = camera.direction(u);
-    let eye = crate::transport::Origin::free(camera.position);
-    let Some(hit) = world.trace(eye, ray) else { return world.environment() };
-    let material = world.material(hit.segment);
-    let surface = Surface::new(world, hit.segment, hit.s, -ray);
-    let (view, mut gathered) = (*surface.view(), 0.0);
-    for interval in surface.intervals() {
-        let radiance = |angle: f64| {
-            let direction = angle.cos() * view.axis() + angle.sin() * view.tangent();
-            let value = interval.seen.map_or(world.environment(), |segment| {
-                let seen = &world.segments()[segment];
-                let from = seen.start - view.point();
-                let s = -direction.perp_dot(from) / direction.perp_dot(seen.edge);
-                Surface::new(world, segment, s.clamp(0.0, 1.0), -direction).radiance()
-            });
-            ([value * angle.cos()], value * angle.cos())
-        };
-        gathered += adaptive(&[[interval.start.angle, interval.end.angle]], radiance, 1e-8).value[0];
-    }
-    material.emission + 0.5 * material.reflectance * gathered
+/// L after two bounces where the ray of u ends.
+fn seen_after_two_bounces(world: &World, camera: &Camera, u: f64) -> f64 {
+    let (ray, eye) = (camera.direction(u), crate::transport::Origin::free(camera.position));
+    let hit = world.trace(eye, ray);
+    hit.map_or(world.environment(), |hit| two_bounces(world, hit.segment, hit.s, -ray, 0, 1e-8))
 }
 
 #[test]
@@ -89,7 +71,7 @@ fn two_bounces_agree_with_nested_quadrature() {
             let mut pieces = vec![];
             camera.film.cells(pixel).for_each(|cell| partition.pieces(cell, &mut pieces));
             let integrand = |u: f64| {
-                let value = two_bounces(&world, &camera, u);
+                let value = seen_after_two_bounces(&world, &camera, u);
                 ([value], value)
             };
             let expected = adaptive(&pieces, integrand, 1e-7).value[0];

@@ -102,9 +102,8 @@ fn visible_polygons_are_what_rays_see() {
         let mut rng = stream(1, &[]);
         for _ in 0..2000 {
             let u = size * DVec2::new(open01(&mut rng), open01(&mut rng));
-            let inside = |polygon: &Vec<Point>| {
-                let at =
-                    |k: usize| DVec2::new(polygon[k % polygon.len()][0].re, polygon[k % polygon.len()][1].re);
+            let inside = |polygon: &Vec<Vector2>| {
+                let at = |k: usize| polygon[k % polygon.len()].value();
                 let sides: Vec<_> =
                     (0..polygon.len()).map(|k| (at(k + 1) - at(k)).perp_dot(u - at(k))).collect();
                 sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0)

@@ -5,10 +5,10 @@ use std::sync::LazyLock;
 /// Nodes and weights of the n-point rule, exact for polynomials of degree 2n − 1.
 type Rule = Vec<(f64, f64)>;
 
-static RULES: LazyLock<Vec<Rule>> = LazyLock::new(|| (0..=10).map(gauss_legendre).collect());
+static RULES: LazyLock<Vec<Rule>> = LazyLock::new(|| (0..=40).map(gauss_legendre).collect());
 
-/// The rule of n ≤ 10 points.
-pub(super) fn rule(n: usize) -> &'static Rule {
+/// The rule of n ≤ 40 points.
+pub(crate) fn rule(n: usize) -> &'static Rule {
     &RULES[n]
 }
 

@@ -1,50 +1,13 @@
-//! Random choices and what random worlds are made of.
+//! What random flat worlds are made of.
 
 use std::f64::consts::TAU;
 
-use flatland::random::{Stream, open01, stream};
 use flatland::transport::{Gloss, Material, Shape};
 use glam::DVec2;
-use rand::Rng;
 
-/// A source of choices.
-pub(super) struct Dice(Stream);
+use crate::dice::Dice;
 
 impl Dice {
-    pub(super) fn new(seed: u64, purpose: u64) -> Self {
-        Self(stream(seed, &[purpose]))
-    }
-
-    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * open01(&mut self.0)
-    }
-
-    /// Between two positive numbers, uniform in the logarithm.
-    pub(super) fn scale(&mut self, low: f64, high: f64) -> f64 {
-        self.between(low.ln(), high.ln()).exp()
-    }
-
-    pub(super) fn chance(&mut self, probability: f64) -> bool {
-        open01(&mut self.0) < probability
-    }
-
-    /// A whole number from `low` to `high`, both included.
-    pub(super) fn count(&mut self, low: usize, high: usize) -> usize {
-        low + (self.0.next_u64() % (high - low + 1) as u64) as usize
-    }
-
-    pub(super) fn pick<T: Copy>(&mut self, from: &[T]) -> T {
-        from[self.count(0, from.len() - 1)]
-    }
-
-    pub(super) fn sign(&mut self) -> f64 {
-        if self.chance(0.5) { 1.0 } else { -1.0 }
-    }
-
-    pub(super) fn vector(&mut self, length: f64) -> DVec2 {
-        DVec2::from_angle(self.between(0.0, TAU)) * self.between(0.3, 1.0) * length
-    }
-
     /// A segment, an open polyline of two, or a polygon of up to five corners, inside a disc: the
     /// corners have increasing angles, so it does not meet itself.
     pub(super) fn shape(&mut self, centre: DVec2, radius: f64, material: Material) -> Shape {

@@ -1,7 +1,7 @@
 //! Convex pieces of triangles, cut by planes.
 
+use super::CoverageError;
 use super::plane::{Corner, Planes};
-use crate::space::coverage::CoverageError;
 
 /// What a side of a piece is part of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

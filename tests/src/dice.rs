@@ -1,4 +1,4 @@
-//! Random choices.
+//! Random choices: what all random scenes and worlds are drawn with.
 
 use std::f64::consts::TAU;
 
@@ -6,58 +6,63 @@ use flatland::random::{Stream, open01, stream};
 use glam::{DMat3, DVec2, DVec3};
 use rand::Rng;
 
-/// A source of choices.
-pub(super) struct Dice(Stream);
+/// A source of choices, the same on every machine and in every thread.
+pub(crate) struct Dice(Stream);
 
 impl Dice {
-    pub(super) fn new(seed: u64, purpose: u64) -> Self {
+    pub(crate) fn new(seed: u64, purpose: u64) -> Self {
         Self(stream(seed, &[purpose]))
     }
 
-    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * open01(&mut self.0)
     }
 
     /// Between two positive numbers, uniform in the logarithm.
-    pub(super) fn scale(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn scale(&mut self, low: f64, high: f64) -> f64 {
         self.between(low.ln(), high.ln()).exp()
     }
 
-    pub(super) fn chance(&mut self, probability: f64) -> bool {
+    pub(crate) fn chance(&mut self, probability: f64) -> bool {
         open01(&mut self.0) < probability
     }
 
     /// A whole number from `low` to `high`, both included.
-    pub(super) fn count(&mut self, low: usize, high: usize) -> usize {
+    pub(crate) fn count(&mut self, low: usize, high: usize) -> usize {
         low + (self.0.next_u64() % (high - low + 1) as u64) as usize
     }
 
-    pub(super) fn pick<T: Copy>(&mut self, from: &[T]) -> T {
+    pub(crate) fn pick<T: Copy>(&mut self, from: &[T]) -> T {
         from[self.count(0, from.len() - 1)]
     }
 
-    pub(super) fn sign(&mut self) -> f64 {
+    pub(crate) fn sign(&mut self) -> f64 {
         if self.chance(0.5) { 1.0 } else { -1.0 }
     }
 
-    pub(super) fn colour(&mut self) -> DVec3 {
+    pub(crate) fn colour(&mut self) -> DVec3 {
         DVec3::from(std::array::from_fn(|_| self.between(0.0, 1.0)))
     }
 
+    /// A vector of the plane, of a length of 0.3 to 1 times `length`.
+    pub(crate) fn vector2(&mut self, length: f64) -> DVec2 {
+        DVec2::from_angle(self.between(0.0, TAU)) * self.between(0.3, 1.0) * length
+    }
+
+    /// A vector of space, of a length of 0.3 to 1 times `length`.
+    pub(crate) fn vector3(&mut self, length: f64) -> DVec3 {
+        self.direction() * self.between(0.3, 1.0) * length
+    }
+
     /// Uniform on the unit sphere (Archimedes).
-    pub(super) fn direction(&mut self) -> DVec3 {
+    pub(crate) fn direction(&mut self) -> DVec3 {
         let z = self.between(-1.0, 1.0);
         let xy = DVec2::from_angle(self.between(0.0, TAU)) * (1.0 - z * z).sqrt();
         xy.extend(z)
     }
 
-    /// Of a length of 0.3 to 1 times `length`.
-    pub(super) fn vector(&mut self, length: f64) -> DVec3 {
-        self.direction() * self.between(0.3, 1.0) * length
-    }
-
     /// A rotation.
-    pub(super) fn frame(&mut self) -> DMat3 {
+    pub(crate) fn frame(&mut self) -> DMat3 {
         let z = self.direction();
         let (x, y) = z.any_orthonormal_pair();
         let turn = DVec2::from_angle(self.between(0.0, TAU));
@@ -66,7 +71,7 @@ impl Dice {
 
     /// The corners of a convex polygon around 0 in the plane, counterclockwise, at 0.5 to 1 times
     /// `radius`.
-    pub(super) fn convex_ring(&mut self, radius: f64, corners: usize) -> Vec<DVec2> {
+    pub(crate) fn convex_ring(&mut self, radius: f64, corners: usize) -> Vec<DVec2> {
         loop {
             let turn = self.between(0.0, TAU);
             let ring: Vec<_> = (0..corners)
@@ -81,5 +86,20 @@ impl Dice {
                 return ring;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn choices_depend_on_seed_and_purpose_alone() {
+        let draw = |seed, purpose| {
+            let mut dice = Dice::new(seed, purpose);
+            (dice.count(0, 1 << 40), dice.frame(), dice.convex_ring(2.0, 5))
+        };
+        assert_eq!(draw(1, 2), draw(1, 2));
+        assert!(draw(1, 2).0 != draw(2, 2).0 && draw(1, 2).0 != draw(1, 3).0);
     }
 }

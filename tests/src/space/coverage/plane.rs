@@ -2,8 +2,8 @@
 
 use num_dual::{Dual64, DualNum};
 
-use crate::space::coverage::CoverageError;
-use crate::space::vector::Vector;
+use super::CoverageError;
+use crate::dual::Vector3;
 
 /// Distances from a plane below this, relative to the size of what is compared, are rounding: some
 /// 10⁵ times what a few operations lose, and a share of 10⁻¹⁰ of random scenes.
@@ -25,18 +25,18 @@ pub(super) enum Corner {
 /// A plane through a moving point across a moving normal of unit length.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plane {
-    pub(super) point: Vector,
-    pub(super) normal: Vector,
+    pub(super) point: Vector3,
+    pub(super) normal: Vector3,
 }
 
 impl Plane {
-    fn of(corners: [Vector; 3]) -> Self {
+    fn of(corners: [Vector3; 3]) -> Self {
         let [a, b, c] = corners;
         Self { point: a, normal: (b - a).cross(c - a).unit() }
     }
 
     /// Signed, along the normal.
-    pub(super) fn distance(&self, p: Vector) -> Dual64 {
+    pub(super) fn distance(&self, p: Vector3) -> Dual64 {
         self.normal.dot(p - self.point)
     }
 }
@@ -44,7 +44,7 @@ impl Plane {
 /// The planes of a mesh; triangles that lie in one plane at θ = 0 share it.
 pub(super) struct Planes<'a> {
     triangles: &'a [[usize; 3]],
-    points: Vec<Vector>,
+    points: Vec<Vector3>,
     planes: Vec<Plane>,
     /// The plane of each triangle.
     of: Vec<usize>,
@@ -53,7 +53,7 @@ pub(super) struct Planes<'a> {
 }
 
 impl<'a> Planes<'a> {
-    pub(super) fn new(triangles: &'a [[usize; 3]], points: Vec<Vector>) -> Self {
+    pub(super) fn new(triangles: &'a [[usize; 3]], points: Vec<Vector3>) -> Self {
         let mut this = Self { triangles, points, planes: vec![], of: vec![], bends: vec![] };
         for &triangle in triangles {
             let corners = triangle.map(|v| this.points[v]);
@@ -97,7 +97,7 @@ impl<'a> Planes<'a> {
     }
 
     /// Where a corner is, and how fast it moves.
-    pub(super) fn place(&self, corner: Corner) -> Vector {
+    pub(super) fn place(&self, corner: Corner) -> Vector3 {
         match corner {
             Corner::Vertex(v) => self.points[v],
             Corner::Edge([u, v], plane) => {
@@ -108,7 +108,7 @@ impl<'a> Planes<'a> {
             Corner::Planes(planes) => {
                 // Σ (n_i·p_i) n_j × n_k / (n_1·(n_2 × n_3)), from a point near by.
                 let [a, b, c] = planes.map(|k| self.planes[k]);
-                let from = Vector::still(a.point.value());
+                let from = Vector3::still(a.point.value());
                 let offset = |plane: &Plane| plane.normal.dot(plane.point - from);
                 let [ab, bc, ca] =
                     [(a, b), (b, c), (c, a)].map(|(p, q): (Plane, Plane)| p.normal.cross(q.normal));
@@ -146,6 +146,6 @@ impl<'a> Planes<'a> {
 }
 
 /// The largest distance of corners from a plane's point.
-fn reach(plane: &Plane, corners: [Vector; 3]) -> f64 {
+fn reach(plane: &Plane, corners: [Vector3; 3]) -> f64 {
     corners.iter().map(|c| (*c - plane.point).value().length()).fold(0.0, f64::max)
 }

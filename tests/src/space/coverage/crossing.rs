@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
+use super::CoverageError;
 use super::plane::{Corner, Planes};
-use crate::space::coverage::CoverageError;
 
 /// Crossings shorter than this, relative to the triangles' parts of the line, are touching corners.
 const NO_LENGTH: f64 = 1e-11;
