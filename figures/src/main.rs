@@ -6,6 +6,7 @@ mod gallery;
 mod output;
 mod peers;
 mod plot;
+mod prose;
 mod ratio;
 mod space;
 
@@ -117,7 +118,7 @@ fn run(options: &Options) -> anyhow::Result<()> {
     std::fs::create_dir_all(&options.out)
         .with_context(|| format!("cannot make the folder {}", options.out.display()))?;
     let context = Context::new(options.quality, options.out.clone(), options.seed, chosen.len());
-    let mut gallery = Gallery::new("Warped-area sampling", figures::INTRODUCTION);
+    let mut gallery = Gallery::new("Warped-area sampling", prose::html(figures::INTRODUCTION)?);
     for name in chosen {
         let section = context.figure(name.title(), || name.draw(&context))?;
         gallery = gallery.section(name.number(), section);

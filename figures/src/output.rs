@@ -80,6 +80,9 @@ impl From<String> for Cell {
     }
 }
 
+/// A column's name, and its entry for an item.
+type Column<'a, T> = (&'a str, &'a dyn Fn(&T) -> Cell);
+
 /// Named columns and the rows under them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Table {
@@ -94,6 +97,13 @@ impl Table {
     #[must_use]
     pub(crate) fn new(header: &[&str]) -> Self {
         Self { header: header.iter().map(|name| (*name).to_owned()).collect(), rows: Vec::new() }
+    }
+
+    /// A row for each of `items`, and for every column its name and what stands in it.
+    pub(crate) fn of<T>(items: impl IntoIterator<Item = T>, columns: &[Column<'_, T>]) -> Self {
+        let header = columns.iter().map(|(name, _)| (*name).to_owned()).collect();
+        let row = |item: T| columns.iter().map(|(_, cell)| cell(&item)).collect();
+        Self { header, rows: items.into_iter().map(row).collect() }
     }
 
     /// Appends a row, such as `[method.into(), variance.into()]`.

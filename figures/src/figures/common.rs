@@ -4,7 +4,7 @@ use flatland::plane::Image;
 use flatland::random::{open01, stream};
 use glam::DVec3;
 
-use crate::plot::{Color, Raster};
+use crate::plot::{Color, Raster, number};
 
 /// One channel of an image, row by row.
 pub(crate) fn channel(image: &Image, channel: usize) -> Vec<f64> {
@@ -31,6 +31,11 @@ pub(crate) fn root_mean_square(values: &[f64]) -> f64 {
 /// The largest magnitude; 0 for nothing.
 pub(crate) fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |largest, value| largest.max(value.abs()))
+}
+
+/// "12.3 %".
+pub(crate) fn percent(part: f64) -> String {
+    format!("{} %", number(100.0 * part))
 }
 
 /// A seed for the part of the study that the words name: 52 bits of their stream.

@@ -18,16 +18,8 @@ mod transport;
 use crate::context::Context;
 use crate::gallery::Section;
 
-/// What the gallery opens with.
-pub(crate) const INTRODUCTION: &str = "<p>When a shape moves, the image changes in two ways: inside \
-    it, smoothly, and along its silhouette, by a jump that sweeps over pixels. The second part, the \
-    <em>boundary term</em>, is what sampling misses. These figures go from the boundary term to the \
-    warp field that turns it into an ordinary area integral, and to what that costs. The first six stay \
-    on the image plane. Figures 7 to 10 follow light on: in a flat world, where paths are scattered more than \
-    once and every direction of a path needs a warp of its own, for shiny surfaces, for shapes given by a \
-    distance function, and with what the bias along paths and its removal cost. Figures 11 and 12 arrive in space: triangle \
-    meshes, silhouettes, shadows and indirect light, and what every method gets wrong and costs there. Every number \
-    in them was computed by the run that drew them.</p>";
+/// What the gallery opens with, in Markdown.
+pub(crate) const INTRODUCTION: &str = include_str!("introduction.md");
 
 /// A figure.
 #[derive(Clone, Copy, Debug)]
