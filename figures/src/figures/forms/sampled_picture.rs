@@ -28,12 +28,9 @@ pub(super) fn draw(shown: &Results<'_>, caption: &str) -> Canvas {
     field(&mut figure, cells[1], 1, "its standard error", errors, &Shading::sequential(0.0, highest));
     let title = "z = (estimate − exact)/standard error";
     field(&mut figure, cells[2], 2, title, &estimate.z, &Shading::signed(4.0));
-    let space = figure.panel(cells[3], 3, "z-scores of all pixels");
-    histogram(shown).draw(&mut figure.canvas, space);
-    let space = figure.panel(cells[4], 4, "two forms of the same sample");
-    forms(shown).draw(&mut figure.canvas, space);
-    let space = figure.panel(cells[5], 5, "samples that cross a silhouette");
-    crossings(shown).draw(&mut figure.canvas, space);
+    figure.plot(cells[3], 3, "z-scores of all pixels", &histogram(shown));
+    figure.plot(cells[4], 4, "two forms of the same sample", &forms(shown));
+    figure.plot(cells[5], 5, "samples that cross a silhouette", &crossings(shown));
     figure.canvas
 }
 

@@ -11,7 +11,7 @@ use crate::ratio::Ratio;
 
 /// "0.12 ± 0.03".
 pub(super) fn missing(bias: &Bias) -> String {
-    Ratio { value: bias.missing, error: bias.error }.shown().replace('-', "−")
+    Ratio { value: bias.missing, error: bias.error }.shown()
 }
 
 /// The text on both worlds.

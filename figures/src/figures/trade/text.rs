@@ -21,7 +21,7 @@ pub(super) struct Results {
 
 /// The missing part in percent.
 fn missing(bias: &Bias) -> String {
-    Ratio { value: 100.0 * bias.missing, error: 100.0 * bias.error }.shown().replace('-', "−") + " %"
+    Ratio { value: 100.0 * bias.missing, error: 100.0 * bias.error }.shown() + " %"
 }
 
 fn exponent(rate: Option<Rate>) -> String {

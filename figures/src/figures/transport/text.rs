@@ -21,7 +21,7 @@ const HEAVIEST: usize = RAYS / 4;
 
 /// "0.99 ± 0.01", with as many digits as the error allows.
 pub(super) fn measured([value, error]: [f64; 2]) -> String {
-    Ratio { value, error }.shown().replace('-', "−")
+    Ratio { value, error }.shown()
 }
 
 /// Everything the words follow from.
