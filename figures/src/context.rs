@@ -5,9 +5,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
+use anyhow::Result;
 use clap::ValueEnum;
+use glam::DVec3;
 use indicatif::{ProgressBar, ProgressStyle};
 use volume3d::gradient::Progress;
+
+use crate::output::{Table, write_animation, write_csv, write_exr, write_png};
+use crate::plot::Canvas;
 
 /// How many samples to spend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -49,9 +54,27 @@ impl Context {
         self.seed
     }
 
-    /// Where a file of this name goes.
-    pub(crate) fn path(&self, file: &str) -> PathBuf {
-        self.out.join(file)
+    /// Writes a drawing to a file of this name.
+    pub(crate) fn png(&self, file: &str, canvas: &Canvas) -> Result<()> {
+        write_png(&self.out.join(file), canvas)
+    }
+
+    /// Writes drawings of one size as one animated file, each shown for `milliseconds`.
+    pub(crate) fn animation(&self, file: &str, frames: Vec<Canvas>, milliseconds: u16) -> Result<()> {
+        write_animation(&self.out.join(file), frames, milliseconds)
+    }
+
+    /// Writes a table, and returns the file's name for the list of data.
+    pub(crate) fn csv(&self, file: &str, table: &Table) -> Result<String> {
+        write_csv(&self.out.join(file), table)?;
+        Ok(file.to_owned())
+    }
+
+    /// Writes linear colours row by row, signed ones too, and returns the file's name for the list of data.
+    pub(crate) fn exr(&self, file: &str, width: usize, pixels: &[DVec3]) -> Result<String> {
+        let pixels: Vec<[f32; 3]> = pixels.iter().map(|pixel| pixel.as_vec3().to_array()).collect();
+        write_exr(&self.out.join(file), width, pixels.len() / width, &pixels)?;
+        Ok(file.to_owned())
     }
 
     /// Says what the figure is doing now.
@@ -65,11 +88,7 @@ impl Context {
     }
 
     /// Draws one figure, and reports the time it took.
-    pub(crate) fn figure<T>(
-        &self,
-        title: &str,
-        draw: impl FnOnce() -> anyhow::Result<T>,
-    ) -> anyhow::Result<T> {
+    pub(crate) fn figure<T>(&self, title: &str, draw: impl FnOnce() -> Result<T>) -> Result<T> {
         let start = Instant::now();
         self.step(title);
         let drawn = draw()?;

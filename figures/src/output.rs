@@ -80,6 +80,9 @@ impl From<String> for Cell {
     }
 }
 
+/// A column's name, and its entry for an item.
+type Column<'a, T> = (&'a str, &'a dyn Fn(&T) -> Cell);
+
 /// Named columns and the rows under them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Table {
@@ -90,10 +93,11 @@ pub(crate) struct Table {
 }
 
 impl Table {
-    /// A table without rows.
-    #[must_use]
-    pub(crate) fn new(header: &[&str]) -> Self {
-        Self { header: header.iter().map(|name| (*name).to_owned()).collect(), rows: Vec::new() }
+    /// A row for each of `items`, and for every column its name and what stands in it.
+    pub(crate) fn of<T>(items: impl IntoIterator<Item = T>, columns: &[Column<'_, T>]) -> Self {
+        let header = columns.iter().map(|(name, _)| (*name).to_owned()).collect();
+        let row = |item: T| columns.iter().map(|(_, cell)| cell(&item)).collect();
+        Self { header, rows: items.into_iter().map(row).collect() }
     }
 
     /// Appends a row, such as `[method.into(), variance.into()]`.
@@ -292,10 +296,14 @@ mod tests {
     fn csv_reads_back_exactly() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.csv");
-        let mut table = Table::new(&["method", "variance", "spp"]);
-        let value = 0.1 + 0.2;
-        table.row(["a, \"b\"".into(), value.into(), 16usize.into()]);
-        table.row(["c".into(), 1e-300.into(), 4u32.into()]);
+        let mut table = Table::of(
+            [("a, \"b\"", 0.1 + 0.2, 16_usize), ("c", 1e-300, 4)],
+            &[
+                ("method", &|(method, ..)| (*method).into()),
+                ("variance", &|(_, variance, _)| (*variance).into()),
+                ("spp", &|(.., spp)| (*spp).into()),
+            ],
+        );
         write_csv(&path, &table).unwrap();
         let text = fs::read_to_string(&path).unwrap();
         assert_eq!(text, "method,variance,spp\n\"a, \"\"b\"\"\",0.30000000000000004,16\nc,1e-300,4\n");

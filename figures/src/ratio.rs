@@ -25,6 +25,6 @@ impl Ratio {
     /// "3.5 ± 0.6": as many digits as the error allows.
     pub(crate) fn shown(self) -> String {
         let digits = (1.0 - self.error.log10().floor()).clamp(0.0, 4.0) as usize;
-        format!("{:.digits$} ± {:.digits$}", self.value, self.error)
+        format!("{:.digits$} ± {:.digits$}", self.value, self.error).replace('-', "−")
     }
 }

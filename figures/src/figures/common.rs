@@ -2,9 +2,10 @@
 
 use flatland::plane::Image;
 use flatland::random::{open01, stream};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
-use crate::plot::{Color, Raster};
+use crate::plot::{Canvas, Color, Pen, Raster, number};
+use crate::space::picture::radiance;
 
 /// One channel of an image, row by row.
 pub(crate) fn channel(image: &Image, channel: usize) -> Vec<f64> {
@@ -13,8 +14,7 @@ pub(crate) fn channel(image: &Image, channel: usize) -> Vec<f64> {
 
 /// An image of linear radiance as a picture.
 pub(crate) fn picture(image: &Image) -> Raster {
-    let pixels = image.pixels().iter().map(|pixel| pixel.as_vec3().to_array()).collect();
-    Raster::new(image.width(), image.height(), pixels).encoded()
+    radiance(image.pixels(), image.width())
 }
 
 /// The display colour of a linear one.
@@ -31,6 +31,26 @@ pub(crate) fn root_mean_square(values: &[f64]) -> f64 {
 /// The largest magnitude; 0 for nothing.
 pub(crate) fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |largest, value| largest.max(value.abs()))
+}
+
+/// Draws an arrow along a turn: a white line with a dark rim through `at` of angles, and the tip at the last of the stations.
+pub(crate) fn draw_turn(
+    canvas: &mut Canvas,
+    at: impl Fn(f64) -> DVec2,
+    [start, end, foot, tip]: [f64; 4],
+    widths: [f64; 2],
+) {
+    let arc: Vec<DVec2> = (0..=24).map(|i| at(start + (end - start) * f64::from(i) / 24.0)).collect();
+    for (color, width) in [Color::INK, Color::WHITE].into_iter().zip(widths) {
+        let pen = Pen::new(color, width);
+        canvas.polyline(&arc, &pen);
+        canvas.arrow(at(foot), at(tip), &pen);
+    }
+}
+
+/// "12.3 %".
+pub(crate) fn percent(part: f64) -> String {
+    format!("{} %", number(100.0 * part))
 }
 
 /// A seed for the part of the study that the words name: 52 bits of their stream.

@@ -18,89 +18,47 @@ mod transport;
 use crate::context::Context;
 use crate::gallery::Section;
 
-/// What the gallery opens with.
-pub(crate) const INTRODUCTION: &str = "<p>When a shape moves, the image changes in two ways: inside \
-    it, smoothly, and along its silhouette, by a jump that sweeps over pixels. The second part, the \
-    <em>boundary term</em>, is what sampling misses. These figures go from the boundary term to the \
-    warp field that turns it into an ordinary area integral, and to what that costs. The first six stay \
-    on the image plane. Figures 7 to 10 follow light on: in a flat world, where paths are scattered more than \
-    once and every direction of a path needs a warp of its own, for shiny surfaces, for shapes given by a \
-    distance function, and with what the bias along paths and its removal cost. Figures 11 and 12 arrive in space: triangle \
-    meshes, silhouettes, shadows and indirect light, and what every method gets wrong and costs there. Every number \
-    in them was computed by the run that drew them.</p>";
+/// What the gallery opens with, in Markdown.
+pub(crate) const INTRODUCTION: &str = include_str!("introduction.md");
 
 /// A figure.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Name {
-    Fields,
-    Attempts,
-    Forms,
-    Edges,
-    Trade,
-    Drawing,
-    Transport,
-    Specular,
-    Implicit,
-    PathBias,
-    Mesh,
-    Motions,
+pub(crate) struct Figure {
+    /// What the command line calls it.
+    pub(crate) name: &'static str,
+    /// What it shows.
+    pub(crate) about: &'static str,
+    /// Measures, writes its files and explains it.
+    pub(crate) draw: fn(&Context) -> anyhow::Result<Section>,
 }
 
-impl Name {
-    /// All figures in order.
-    pub(crate) const ALL: [Self; 12] = [
-        Self::Fields,
-        Self::Attempts,
-        Self::Forms,
-        Self::Edges,
-        Self::Trade,
-        Self::Drawing,
-        Self::Transport,
-        Self::Specular,
-        Self::Implicit,
-        Self::PathBias,
-        Self::Mesh,
-        Self::Motions,
-    ];
-
-    /// Its number in the story, from 1 on.
-    pub(crate) fn number(self) -> usize {
-        self as usize + 1
-    }
-
-    /// What the progress bar calls it.
-    pub(crate) fn title(self) -> &'static str {
-        match self {
-            Self::Fields => "1 warp fields",
-            Self::Attempts => "2 three attempts",
-            Self::Forms => "3 three forms of one derivative",
-            Self::Edges => "4 edge sampling",
-            Self::Trade => "5 bias, variance and time",
-            Self::Drawing => "6 a real drawing",
-            Self::Transport => "7 flat transport",
-            Self::Specular => "8 a near-specular lobe",
-            Self::Implicit => "9 implicit shapes",
-            Self::PathBias => "10 bias along paths",
-            Self::Mesh => "11 a mesh and its derivative",
-            Self::Motions => "12 variance and bias in space",
-        }
-    }
-
-    /// Draws it, writes its files and explains it.
-    pub(crate) fn draw(self, context: &Context) -> anyhow::Result<Section> {
-        match self {
-            Self::Fields => fields::draw(context),
-            Self::Attempts => attempts::draw(context),
-            Self::Forms => forms::draw(context),
-            Self::Edges => edges::draw(context),
-            Self::Trade => trade::draw(context),
-            Self::Drawing => drawing::draw(context),
-            Self::Transport => transport::draw(context),
-            Self::Specular => specular::draw(context),
-            Self::Implicit => implicit::draw(context),
-            Self::PathBias => path_bias::draw(context),
-            Self::Mesh => mesh::draw(context),
-            Self::Motions => motions::draw(context),
-        }
-    }
+const fn figure(
+    name: &'static str,
+    about: &'static str,
+    draw: fn(&Context) -> anyhow::Result<Section>,
+) -> Figure {
+    Figure { name, about, draw }
 }
+
+/// All figures in the order of their numbers, from 1 on.
+pub(crate) const ALL: [Figure; 12] = [
+    figure("fields", "every construction of the warp field on one scene", fields::draw),
+    figure("attempts", "the three attempts along a line across a silhouette", attempts::draw),
+    figure("forms", "Reynolds, divergence and reparameterised forms of one derivative", forms::draw),
+    figure("edges", "edge sampling and warped area as a scene grows", edges::draw),
+    figure("trade", "bias, variance and time: the trade", trade::draw),
+    figure("drawing", "a real drawing and its gradient image", drawing::draw),
+    figure(
+        "transport",
+        "a flat world, a path with its rays, and the derivative of a shadow",
+        transport::draw,
+    ),
+    figure("specular", "edge sampling and warped area as a glossy lobe narrows", specular::draw),
+    figure("implicit", "implicit shapes: fields from the points of sphere tracing", implicit::draw),
+    figure("path-bias", "bias and variance along paths, for shadows and two bounces", path_bias::draw),
+    figure("mesh", "a mesh in a room, and the gradient image of its motion, term by term", mesh::draw),
+    figure(
+        "motions",
+        "variance and bias of every method on cylinders and foliage that rotate",
+        motions::draw,
+    ),
+];

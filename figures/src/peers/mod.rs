@@ -151,7 +151,7 @@ impl Options {
             method: method.key.to_owned(),
             samples: self.samples.map_or(method.samples, |samples| samples as usize),
             runs: self.runs as usize,
-            seed: self.seed.into(),
+            seed: self.seed,
             threads: self.threads as usize,
         }
     }
@@ -215,7 +215,7 @@ impl Options {
                 change: &case.change,
                 samples: settings.samples,
                 step: case.step,
-                seed: seed_of(settings.seed, &[run as u64]),
+                seed: seed_of(settings.seed.into(), &[run as u64]),
             };
             let progress: Progress = told(bar, &format!("{what}, run {}", run + 1)).until(&STOP);
             images.push(method.estimate(&task, &progress)?);

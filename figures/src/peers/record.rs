@@ -18,7 +18,7 @@ pub(super) struct Settings {
     pub(super) method: String,
     pub(super) samples: usize,
     pub(super) runs: usize,
-    pub(super) seed: u64,
+    pub(super) seed: u32,
     pub(super) threads: usize,
 }
 
@@ -38,27 +38,32 @@ pub(super) struct Row {
     pub(super) non_finite: usize,
 }
 
-const HEADER: [&str; 19] = [
-    "scene",
-    "normals",
-    "filter",
-    "method",
-    "spp",
-    "runs",
-    "seed",
-    "threads",
-    "seconds",
-    "rel_variance",
-    "rel_variance_error",
-    "rel_bias2",
-    "rel_bias2_error",
-    "slope",
-    "slope_error",
-    "reference_noise",
-    "radiance_ratio",
-    "auxiliary_rays",
-    "non_finite",
-];
+fn table(rows: &[Row]) -> Table {
+    Table::of(
+        rows,
+        &[
+            ("scene", &|row| row.settings.group.scene.as_str().into()),
+            ("normals", &|row| word(row.settings.group.normals).into()),
+            ("filter", &|row| word(row.settings.group.filter).into()),
+            ("method", &|row| row.settings.method.as_str().into()),
+            ("spp", &|row| row.settings.samples.into()),
+            ("runs", &|row| row.settings.runs.into()),
+            ("seed", &|row| row.settings.seed.into()),
+            ("threads", &|row| row.settings.threads.into()),
+            ("seconds", &|row| row.seconds.into()),
+            ("rel_variance", &|row| row.measured.variance.into()),
+            ("rel_variance_error", &|row| row.measured.variance_error.into()),
+            ("rel_bias2", &|row| row.measured.bias2.into()),
+            ("rel_bias2_error", &|row| row.measured.bias2_error.into()),
+            ("slope", &|row| row.measured.slope.into()),
+            ("slope_error", &|row| row.measured.slope_error.into()),
+            ("reference_noise", &|row| row.noise.into()),
+            ("radiance_ratio", &|row| row.radiance.into()),
+            ("auxiliary_rays", &|row| (row.auxiliary_rays as usize).into()),
+            ("non_finite", &|row| row.non_finite.into()),
+        ],
+    )
+}
 
 /// The file and what stands in it.
 pub(super) struct Records {
@@ -86,33 +91,7 @@ impl Records {
     pub(super) fn add(&mut self, row: Row) -> anyhow::Result<()> {
         self.rows.retain(|other| other.settings != row.settings);
         self.rows.push(row);
-        let mut table = Table::new(&HEADER);
-        for row in &self.rows {
-            let Row { settings: s, measured: m, .. } = row;
-            let seed = i64::try_from(s.seed).map_err(|_| anyhow!("seed {} is too large", s.seed))?;
-            table.row([
-                s.group.scene.clone().into(),
-                word(s.group.normals).into(),
-                word(s.group.filter).into(),
-                s.method.clone().into(),
-                s.samples.into(),
-                s.runs.into(),
-                seed.into(),
-                s.threads.into(),
-                row.seconds.into(),
-                m.variance.into(),
-                m.variance_error.into(),
-                m.bias2.into(),
-                m.bias2_error.into(),
-                m.slope.into(),
-                m.slope_error.into(),
-                row.noise.into(),
-                row.radiance.into(),
-                (row.auxiliary_rays as usize).into(),
-                row.non_finite.into(),
-            ]);
-        }
-        write_csv(&self.path, &table)
+        write_csv(&self.path, &table(&self.rows))
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -123,7 +102,7 @@ impl Records {
 fn parse(text: &[u8]) -> anyhow::Result<Vec<Row>> {
     let mut reader = csv::Reader::from_reader(text);
     ensure!(
-        reader.headers()?.iter().eq(HEADER),
+        reader.headers()?.iter().eq(&table(&[]).header),
         "its columns are not those that are written here; remove it, or choose another --out"
     );
     let mut rows = vec![];
@@ -138,7 +117,7 @@ fn parse(text: &[u8]) -> anyhow::Result<Vec<Row>> {
 fn row(record: &csv::StringRecord) -> anyhow::Result<Row> {
     fn field<T: FromStr>(record: &csv::StringRecord, i: usize) -> anyhow::Result<T> {
         let text = record.get(i).unwrap_or_default();
-        text.parse().map_err(|_| anyhow!("“{text}” as {}", HEADER[i]))
+        text.parse().map_err(|_| anyhow!("“{text}” as {}", table(&[]).header[i]))
     }
     let choice = |i: usize| record.get(i).unwrap_or_default();
     let real = |i: usize| field::<f64>(record, i);

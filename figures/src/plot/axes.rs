@@ -19,7 +19,6 @@ use super::{
 const TICK: f64 = 4.0;
 const TICK_TEXT: f64 = 10.0;
 const LABEL_TEXT: f64 = 11.0;
-const TITLE_TEXT: f64 = 12.0;
 /// Room kept for tick labels at the left, so that frames one above the other mostly line up.
 const LEFT_ROOM: f64 = 26.0;
 
@@ -90,7 +89,6 @@ impl Axis {
 /// A plot before it is drawn.
 #[derive(Clone, Debug)]
 pub(crate) struct Axes {
-    title: String,
     x: Axis,
     y: Axis,
     legend: Legend,
@@ -102,7 +100,7 @@ impl Axes {
     /// Empty axes.
     #[must_use]
     pub(crate) fn new(x: Axis, y: Axis) -> Self {
-        Self { title: String::new(), x, y, legend: Legend::TopRight, marks: Vec::new(), notes: Vec::new() }
+        Self { x, y, legend: Legend::TopRight, marks: Vec::new(), notes: Vec::new() }
     }
 
     /// The same with the legend elsewhere (it starts in the top right corner).
@@ -186,7 +184,7 @@ impl Axes {
         let name_lines = names.iter().map(Vec::len).max().unwrap_or(1).max(1);
 
         // The same with a common factor or without, so that frames in a row line up.
-        let top = 15.0 + if self.title.is_empty() { 0.0 } else { TITLE_TEXT + 7.0 };
+        let top = 15.0;
         let labelled = |label: &str| if label.is_empty() { 0.0 } else { LABEL_TEXT + 8.0 };
         let left = labelled(&self.y.label) + tick_width + TICK + 4.0;
         let below = TICK + 4.0 + ((name_lines - 1) as f64 * LINE_SPACING + 0.8) * TICK_TEXT;
@@ -223,9 +221,6 @@ impl Axes {
         canvas.text(&self.x.label, at, &style.anchored(Align::Centre, Height::Top));
         let at = DVec2::new(space.x + 1.0, frame.centre().y);
         canvas.text(&self.y.label, at, &style.anchored(Align::Centre, Height::Top).running(Direction::Up));
-        let at = DVec2::new(frame.centre().x, space.y + TITLE_TEXT - 2.0);
-        let style = TextStyle::new(TITLE_TEXT, Color::INK).anchored(Align::Centre, Height::Baseline);
-        canvas.text(&self.title, at, &style);
 
         let box_taken = legend::draw(canvas, self.legend, frame, &entries);
         notes::draw(canvas, &placed, &self.marks, &self.notes, box_taken);

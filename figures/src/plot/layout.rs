@@ -3,6 +3,7 @@
 use glam::DVec2;
 
 use super::{
+    axes::Axes,
     canvas::Canvas,
     color::Color,
     geometry::Rect,
@@ -57,5 +58,11 @@ impl Figure {
         let width = self.canvas.text(&format!("({letter})"), at, &style.bold());
         self.canvas.text(title, at + DVec2::new(width + 6.0, 0.0), &style);
         rest
+    }
+
+    /// A panel that is a plot.
+    pub(crate) fn plot(&mut self, space: Rect, index: usize, title: &str, axes: &Axes) {
+        let space = self.panel(space, index, title);
+        axes.draw(&mut self.canvas, space);
     }
 }

@@ -5,8 +5,8 @@ use volume3d::scene::{Camera, Scene};
 
 use crate::plot::{Canvas, Color, Filter, Pen, Raster, Rect, Shading};
 
-/// Luminance of linear colours, by Rec. 709's weights.
-const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
+/// Luminance, by Rec. 709's weights.
+pub(crate) const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 
 /// The luminance of every pixel.
 #[must_use]

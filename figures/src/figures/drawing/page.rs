@@ -1,18 +1,18 @@
 //! The picture.
 
 use flatland::plane::Image;
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
 use super::measure::{BLOCK, View, channel};
+use crate::figures::common::draw_turn;
 use crate::plot::{
     Axes, Axis, Color, Figure, Filter, Legend, PANEL_TITLE_ROOM, Palette, Pen, Raster, Rect, Shading, Style,
 };
+use crate::space::picture::LUMINANCE;
 
 /// Side of a picture on the page.
 const SIDE: f64 = 216.0;
 const GAP: f64 = 14.0;
-/// Luminance of encoded colours, by Rec. 709's weights.
-const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 /// How dark a black primal prints under a gradient.
 const PRINT: f64 = 0.2;
 /// Widest |z| shown.
@@ -96,12 +96,7 @@ fn frame_part(figure: &mut Figure, whole: &View, part: &View, rect: Rect) {
 /// An arrow along the turn.
 fn turn(figure: &mut Figure, view: &View, rect: Rect, centre: DVec2, radius: f64) {
     let at = |angle: f64| on(view, rect, centre + 1.3 * radius * DVec2::from_angle(angle));
-    let arc: Vec<DVec2> = (0..=24).map(|i| at(-1.0 + 1.5 * f64::from(i) / 24.0)).collect();
-    for (color, width) in [(Color::INK, 4.0), (Color::WHITE, 2.2)] {
-        let pen = Pen::new(color, width);
-        figure.canvas.polyline(&arc, &pen);
-        figure.canvas.arrow(at(0.45), at(0.8), &pen);
-    }
+    draw_turn(&mut figure.canvas, at, [-1.0, 0.5, 0.45, 0.8], [4.0, 2.2]);
 }
 
 /// Standard error, z-scores and their distribution.
@@ -124,8 +119,7 @@ fn agreement(figure: &mut Figure, part: &View, [first, second, third]: [Rect; 3]
     let bar = Rect::new(rect.x + 26.0, rect.bottom() + 8.0, rect.width - 52.0, 7.0);
     figure.canvas.horizontal_color_bar(bar, &shading, "");
     let wide = Rect::new(third.x, third.y, 2.0 * SIDE + GAP + 50.0, third.height + 24.0);
-    let space = figure.panel(wide, 10, "Is it noise? The distribution of those ratios");
-    histogram(part, &z).draw(&mut figure.canvas, space);
+    figure.plot(wide, 10, "Is it noise? The distribution of those ratios", &histogram(part, &z));
 }
 
 fn histogram(part: &View, z: &[f64]) -> Axes {

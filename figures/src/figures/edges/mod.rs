@@ -7,9 +7,9 @@ mod words;
 
 use crate::context::Context;
 use crate::gallery::Section;
-use crate::output::{Table, write_csv, write_png};
+use crate::output::Table;
 use foliage::Foliage;
-use study::{Plant, Racer};
+use study::{Plant, Racer, Run};
 
 /// Draws it.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
@@ -19,12 +19,15 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
         plants.push(study::measure(context, leaves)?);
     }
     let examples = [Foliage::new(32, context.seed())?, Foliage::new(256, context.seed())?];
-    let canvas = picture::rays(&examples, &plants, &words::rays_caption())?;
-    write_png(&context.path("figure4_edges.png"), &canvas)?;
-    write_png(&context.path("figure4_time.png"), &picture::time(&plants, &words::time_caption()))?;
-    write_csv(&context.path("figure4_edges.csv"), &measurements(context, &plants))?;
-    write_csv(&context.path("figure4_time.csv"), &times(&plants))?;
-    Ok(words::section(&plants))
+    let mut prose = words::prose(&plants)?;
+    let canvas = picture::rays(&examples, &plants, &prose.take_caption("figure4_edges.png")?)?;
+    context.png("figure4_edges.png", &canvas)?;
+    context.png("figure4_time.png", &picture::time(&plants, &prose.take_caption("figure4_time.png")?))?;
+    let data = [
+        context.csv("figure4_edges.csv", &measurements(context, &plants))?,
+        context.csv("figure4_time.csv", &times(&plants))?,
+    ];
+    prose.section("edges", data.to_vec(), words::table(&plants))
 }
 
 /// The plants measured: powers of four in a draft, of two in full.
@@ -33,50 +36,43 @@ fn sizes(context: &Context) -> Vec<usize> {
     (2..=context.spend(14, 16)).step_by(step).map(|power| 1 << power).collect()
 }
 
+/// Every plant with every racer and its run.
+fn races(plants: &[Plant]) -> impl Iterator<Item = (&Plant, Racer, &Run)> {
+    plants
+        .iter()
+        .flat_map(|plant| Racer::ALL.into_iter().zip(&plant.runs).map(move |(r, run)| (plant, r, run)))
+}
+
 fn measurements(context: &Context, plants: &[Plant]) -> Table {
-    let mut table = Table::new(&[
-        "leaves",
-        "edges",
-        "depth",
-        "visible_length",
-        "visible_length_exact",
-        "wasted_edge_samples",
-        "method",
-        "samples_per_pixel",
-        "variance_per_sample",
-        "rays_per_sample",
-        "recovered",
-        "recovered_standard_error",
-    ]);
-    for plant in plants {
-        for (racer, run) in Racer::ALL.into_iter().zip(&plant.runs) {
-            let [recovered, error] = run.recovered.unwrap_or([f64::NAN; 2]);
-            table.row([
-                plant.leaves.into(),
-                plant.edges.into(),
-                plant.depth.into(),
-                plant.visible.into(),
-                plant.visible_exact.unwrap_or(f64::NAN).into(),
-                plant.wasted.into(),
-                racer.name().into(),
-                racer.samples(context).into(),
-                run.variance.into(),
-                run.rays.into(),
-                recovered.into(),
-                error.into(),
-            ]);
-        }
-    }
-    table
+    Table::of(
+        races(plants),
+        &[
+            ("leaves", &|(plant, ..)| plant.leaves.into()),
+            ("edges", &|(plant, ..)| plant.edges.into()),
+            ("depth", &|(plant, ..)| plant.depth.into()),
+            ("visible_length", &|(plant, ..)| plant.visible.into()),
+            ("visible_length_exact", &|(plant, ..)| plant.visible_exact.unwrap_or(f64::NAN).into()),
+            ("wasted_edge_samples", &|(plant, ..)| plant.wasted.into()),
+            ("method", &|(_, racer, _)| racer.name().into()),
+            ("samples_per_pixel", &|(_, racer, _)| racer.samples(context).into()),
+            ("variance_per_sample", &|(.., run)| run.variance.into()),
+            ("rays_per_sample", &|(.., run)| run.rays.into()),
+            ("recovered", &|(.., run)| run.recovered.map_or(f64::NAN, |[part, _]| part).into()),
+            ("recovered_standard_error", &|(.., run)| {
+                run.recovered.map_or(f64::NAN, |[_, error]| error).into()
+            }),
+        ],
+    )
 }
 
 fn times(plants: &[Plant]) -> Table {
-    let mut table = Table::new(&["leaves", "method", "samples_per_pixel", "seconds_per_sample"]);
-    for plant in plants {
-        for (racer, run) in Racer::ALL.into_iter().zip(&plant.runs) {
-            let samples = racer.timed_samples().into();
-            table.row([plant.leaves.into(), racer.name().into(), samples, run.seconds.into()]);
-        }
-    }
-    table
+    Table::of(
+        races(plants),
+        &[
+            ("leaves", &|(plant, ..)| plant.leaves.into()),
+            ("method", &|(_, racer, _)| racer.name().into()),
+            ("samples_per_pixel", &|(_, racer, _)| racer.timed_samples().into()),
+            ("seconds_per_sample", &|(.., run)| run.seconds.into()),
+        ],
+    )
 }

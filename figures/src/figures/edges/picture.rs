@@ -23,12 +23,19 @@ pub(super) fn rays(examples: &[Foliage; 2], plants: &[Plant], caption: &str) -> 
     }
     let space = figure.panel(top[2], 2, "most edges are hidden");
     visibility(plants).draw(&mut figure.canvas, space.inset(0.0, 0.0, 0.0, 8.0));
-    let space = figure.panel(bottom[0], 3, "variance of one sample");
-    race(plants, "variance", |run| run.variance, Legend::BottomRight).draw(&mut figure.canvas, space);
-    let space = figure.panel(bottom[1], 4, "rays of one sample");
-    race(plants, "rays", |run| run.rays, Legend::None).draw(&mut figure.canvas, space);
-    let space = figure.panel(bottom[2], 5, "rays for a given precision");
-    race(plants, "variance × rays", Run::rays_cost, Legend::None).draw(&mut figure.canvas, space);
+    figure.plot(
+        bottom[0],
+        3,
+        "variance of one sample",
+        &race(plants, "variance", |run| run.variance, Legend::BottomRight),
+    );
+    figure.plot(bottom[1], 4, "rays of one sample", &race(plants, "rays", |run| run.rays, Legend::None));
+    figure.plot(
+        bottom[2],
+        5,
+        "rays for a given precision",
+        &race(plants, "variance × rays", Run::rays_cost, Legend::None),
+    );
     Ok(figure.canvas)
 }
 
@@ -36,14 +43,19 @@ pub(super) fn rays(examples: &[Foliage; 2], plants: &[Plant], caption: &str) -> 
 pub(super) fn time(plants: &[Plant], caption: &str) -> Canvas {
     let mut figure = Figure::new(960.0, 290.0, "The same by the clock, on one thread", caption);
     let cells = figure.body.columns(&[1.0; 3], GUTTER);
-    let space = figure.panel(cells[0], 0, "time of one sample");
-    race(plants, "microseconds", |run| 1e6 * run.seconds, Legend::BottomRight)
-        .draw(&mut figure.canvas, space);
-    let space = figure.panel(cells[1], 1, "time for a given precision");
-    race(plants, "variance × microseconds", |run| 1e6 * run.time_cost(), Legend::None)
-        .draw(&mut figure.canvas, space);
-    let space = figure.panel(cells[2], 2, "edge sampling's advantage");
-    advantage(plants).draw(&mut figure.canvas, space);
+    figure.plot(
+        cells[0],
+        0,
+        "time of one sample",
+        &race(plants, "microseconds", |run| 1e6 * run.seconds, Legend::BottomRight),
+    );
+    figure.plot(
+        cells[1],
+        1,
+        "time for a given precision",
+        &race(plants, "variance × microseconds", |run| 1e6 * run.time_cost(), Legend::None),
+    );
+    figure.plot(cells[2], 2, "edge sampling's advantage", &advantage(plants));
     figure.canvas
 }
 

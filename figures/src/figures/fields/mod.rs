@@ -6,13 +6,15 @@ mod picture;
 mod rules;
 
 use flatland::plane::exact::Arrangement;
-use rayon::prelude::*;
+use glam::DVec3;
 
 use crate::context::Context;
-use crate::gallery::{Picture, Placement, Section, formula};
-use crate::output::{Table, write_csv, write_exr, write_png};
+use crate::gallery::Section;
+use crate::output::Table;
+use crate::plot::number;
+use crate::prose::Prose;
 use constructions::{Construction, Effort, Sampled};
-use example::{Example, Site, WIDTH};
+use example::{Example, WIDTH};
 use picture::{Shown, brief};
 use rules::{OFFSET, Record, SIGMAS, SLACK};
 
@@ -57,118 +59,80 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
         sampled: &sampled,
         records: &records,
     };
-    write_png(&context.path("figure1_fields.png"), &shown.draw())?;
+    context.png("figure1_fields.png", &shown.draw())?;
     let data = write_data(context, &shown)?;
-    Ok(section(&shown, effort, data))
+    prose(&shown, effort)?.section("fields", data, gallery_table(&shown))
 }
 
 /// Writes the numbers and the fields, and returns their file names.
 fn write_data(context: &Context, shown: &Shown<'_>) -> anyhow::Result<Vec<String>> {
-    let mut files = vec!["figure1_rules.csv".to_owned(), "figure1_silhouettes.csv".to_owned()];
-    write_csv(&context.path(&files[0]), &rules_table(shown))?;
-    write_csv(&context.path(&files[1]), &silhouettes_table(shown))?;
+    let mut files = vec![
+        context.csv("figure1_rules.csv", &rules_table(shown))?,
+        context.csv("figure1_silhouettes.csv", &silhouettes_table(shown))?,
+    ];
     for (construction, sampled) in shown.constructions.iter().zip(shown.sampled) {
         let file = format!("figure1_{}.exr", construction.name.to_lowercase());
-        let pixel = |field: &flatland::warp::Field<glam::DVec2>| {
-            [field.value.x as f32, field.value.y as f32, field.divergence as f32]
-        };
-        let pixels: Vec<[f32; 3]> = sampled.fields.par_iter().map(pixel).collect();
-        write_exr(&context.path(&file), sampled.width, sampled.height, &pixels)?;
-        files.push(file);
+        let pixels: Vec<DVec3> = sampled.fields.iter().map(|f| f.value.extend(f.divergence)).collect();
+        files.push(context.exr(&file, sampled.width, &pixels)?);
     }
     Ok(files)
 }
 
 fn rules_table(shown: &Shown<'_>) -> Table {
-    let mut table = Table::new(&[
-        "construction",
-        "largest_jump",
-        "largest_jump_error",
-        "continuous",
-        "largest_mismatch",
-        "largest_mismatch_error",
-        "mean_mismatch",
-        "mean_mismatch_error",
-        "boundary_consistent",
-    ]);
-    for (construction, record) in shown.constructions.iter().zip(shown.records) {
-        table.row([
-            construction.name.into(),
-            record.largest_jump.value.into(),
-            record.largest_jump.error.into(),
-            yes(record.continuous).into(),
-            record.largest_mismatch.value.abs().into(),
-            record.largest_mismatch.error.into(),
-            record.mean_mismatch.into(),
-            record.mean_error.into(),
-            yes(record.consistent).into(),
-        ]);
-    }
-    table
+    Table::of(
+        shown.constructions.iter().zip(shown.records),
+        &[
+            ("construction", &|(c, _)| c.name.into()),
+            ("largest_jump", &|(_, r)| r.largest_jump.value.into()),
+            ("largest_jump_error", &|(_, r)| r.largest_jump.error.into()),
+            ("continuous", &|(_, r)| yes(r.continuous).into()),
+            ("largest_mismatch", &|(_, r)| r.largest_mismatch.value.abs().into()),
+            ("largest_mismatch_error", &|(_, r)| r.largest_mismatch.error.into()),
+            ("mean_mismatch", &|(_, r)| r.mean_mismatch.value.into()),
+            ("mean_mismatch_error", &|(_, r)| r.mean_mismatch.error.into()),
+            ("boundary_consistent", &|(_, r)| yes(r.consistent).into()),
+        ],
+    )
 }
 
 fn silhouettes_table(shown: &Shown<'_>) -> Table {
-    let mut table = Table::new(&[
-        "construction",
-        "x",
-        "y",
-        "nu_x",
-        "nu_y",
-        "v_x",
-        "v_y",
-        "jump",
-        "jump_error",
-        "mismatch_inside",
-        "mismatch_inside_error",
-        "mismatch_outside",
-        "mismatch_outside_error",
-    ]);
-    for (construction, record) in shown.constructions.iter().zip(shown.records) {
-        for (site, pair) in shown.sites.iter().zip(&record.silhouettes) {
-            let Site { at, outward, velocity, .. } = site;
-            let [inside, outside] = pair.mismatch;
-            let numbers = [
-                at.x,
-                at.y,
-                outward.x,
-                outward.y,
-                velocity.x,
-                velocity.y,
-                pair.jump.value,
-                pair.jump.error,
-                inside.value,
-                inside.error,
-                outside.value,
-                outside.error,
-            ];
-            table.row(std::iter::once(construction.name.into()).chain(numbers.map(Into::into)));
-        }
-    }
-    table
+    let records = shown.constructions.iter().zip(shown.records);
+    Table::of(
+        records.flat_map(|(construction, record)| {
+            let pairs = shown.sites.iter().zip(&record.silhouettes);
+            pairs.map(|(site, pair)| (construction.name, site, pair))
+        }),
+        &[
+            ("construction", &|(name, ..)| (*name).into()),
+            ("x", &|(_, site, _)| site.at.x.into()),
+            ("y", &|(_, site, _)| site.at.y.into()),
+            ("nu_x", &|(_, site, _)| site.outward.x.into()),
+            ("nu_y", &|(_, site, _)| site.outward.y.into()),
+            ("v_x", &|(_, site, _)| site.velocity.x.into()),
+            ("v_y", &|(_, site, _)| site.velocity.y.into()),
+            ("jump", &|(.., pair)| pair.jump.value.into()),
+            ("jump_error", &|(.., pair)| pair.jump.error.into()),
+            ("mismatch_inside", &|(.., pair)| pair.mismatch[0].value.into()),
+            ("mismatch_inside_error", &|(.., pair)| pair.mismatch[0].error.into()),
+            ("mismatch_outside", &|(.., pair)| pair.mismatch[1].value.into()),
+            ("mismatch_outside_error", &|(.., pair)| pair.mismatch[1].error.into()),
+        ],
+    )
 }
 
 /// The table of the gallery: what each construction needs and keeps.
 fn gallery_table(shown: &Shown<'_>) -> Table {
-    let mut table = Table::new(&[
-        "construction",
-        "largest jump of V",
-        "rule 1: continuous",
-        "mean mismatch",
-        "largest mismatch",
-        "rule 2: boundary consistent",
-    ]);
-    for (construction, record) in shown.constructions.iter().zip(shown.records) {
-        let mean = rules::Measured { value: record.mean_mismatch, error: record.mean_error };
-        table.row([
-            construction.name.into(),
-            brief(record.largest_jump).into(),
-            yes(record.continuous).into(),
-            brief(mean).into(),
-            brief(record.largest_mismatch).into(),
-            yes(record.consistent).into(),
-        ]);
-    }
-    table
+    Table::of(
+        shown.constructions.iter().zip(shown.records),
+        &[
+            ("construction", &|(c, _)| c.name.into()),
+            ("largest jump of V", &|(_, r)| brief(r.largest_jump).into()),
+            ("rule 1: continuous", &|(_, r)| yes(r.continuous).into()),
+            ("mean mismatch", &|(_, r)| brief(r.mean_mismatch).into()),
+            ("largest mismatch", &|(_, r)| brief(r.largest_mismatch).into()),
+            ("rule 2: boundary consistent", &|(_, r)| yes(r.consistent).into()),
+        ],
+    )
 }
 
 fn yes(kept: bool) -> &'static str {
@@ -185,68 +149,22 @@ fn names(shown: &Shown<'_>, keeps: impl Fn(&Record) -> bool) -> String {
     }
 }
 
-fn section(shown: &Shown<'_>, effort: Effort, data: Vec<String>) -> Section {
-    let inline = |source| formula(source, Placement::Inline);
-    let explanation_html = format!(
-        "<p>A pentagon turns, a triangle in front of it slides, the background rests. The image jumps \
-         across the silhouettes, and the silhouettes move with the boundary velocity {v}, panel (a). A \
-         <em>warp field</em> {field} extends it to every point of the image. It turns the boundary \
-         term into an area integral if it keeps two rules: it is <em>continuous</em>, and on the \
-         silhouettes it is <em>boundary consistent</em>, {rule}.</p>\
-         <p>Six constructions. <em>Direct</em>: the velocity of the point seen. <em>Gaussian</em>: the \
-         direct field, filtered. <em>Boundary-aware</em>: the direct field, averaged with weights that \
-         grow without bound towards a silhouette (figure 2). <em>Oracle</em>: exact boundary \
-         velocities, linear on the triangles drawn (0 at corners on no silhouette, such as the pentagon's hidden \
-         one). <em>Harmonic</em>: the solution of Laplace's \
-         equation between the silhouettes, by random walks. <em>Rotation</em>: one rigid motion for \
-         every kernel of a grid (in the plane a translation), that of the topmost shape among a few \
-         points seen in it. Only the oracle and the harmonic field are told where the silhouettes are.</p>\
-         <p>Both rules were measured at {count} points of silhouettes, {offset} kernel widths to either \
-         side, and the jump also across the sides of the kernel cells. All numbers are relative to the \
-         largest |v|. The mismatch is taken on the occluder's side, which owns the silhouette. A rule \
-         counts as kept if it is missed by no more than {SIGMAS} standard errors + {slack} anywhere. \
-         Rule 1 is kept by {continuous}; rule 2 by {consistent}; <strong>both by {both}</strong>. (The \
-         rotation method applies each motion within its own kernel only, so its jumps do no harm there; \
-         its mismatch does.)</p>",
-        v = inline("v"),
-        field = inline("V"),
-        rule = inline("V·ν = v·ν"),
-        count = shown.sites.len(),
-        offset = crate::plot::number(OFFSET),
-        slack = crate::plot::number(SLACK),
-        continuous = names(shown, |record| record.continuous),
-        consistent = names(shown, |record| record.consistent),
-        both = names(shown, |record| record.continuous && record.consistent),
-    );
-    let caption = format!(
-        "Colour: |V|; arrows: V; line along the silhouettes: black where V·ν = v·ν, red where it is missed. \
-         Kernel width {width}; {rays} auxiliary rays a pixel for (c) and (d), {walks} walks for (f), every \
-         pixel with its own random numbers. The numbers under the panels are the largest jump and the \
-         largest mismatch, from the mean of {repeats} unbiased estimates at each point \
-         ({half} for the harmonic field); ± is one standard error.",
-        width = crate::plot::number(WIDTH),
-        rays = effort.rays,
-        walks = effort.walks,
-        repeats = effort.repeats,
-        half = effort.repeats / 2,
-    );
-    let picture = Picture {
-        file: "figure1_fields.png".into(),
-        alt: "Eight panels: a scene with arrows of its boundary velocity, six warp fields as colour and \
-              arrows, and a bar chart of their jumps and boundary mismatches."
-            .into(),
-        caption,
-    };
-    Section {
-        id: "fields".into(),
-        title: "One boundary velocity, six warp fields".into(),
-        explanation_html,
-        formula_mathml: formula(
-            r"∮_∂ Δf (v·ν) \d l = ∫ ∇·(f V) \d u \quad \text{if V is continuous and } V·ν = v·ν \text{ on } ∂",
-            Placement::Display,
-        ),
-        pictures: vec![picture],
-        data,
-        table: Some(gallery_table(shown)),
-    }
+fn prose(shown: &Shown<'_>, effort: Effort) -> anyhow::Result<Prose> {
+    Prose::new(
+        include_str!("fields.md"),
+        &[
+            ("count", &shown.sites.len()),
+            ("offset", &number(OFFSET)),
+            ("sigmas", &SIGMAS),
+            ("slack", &number(SLACK)),
+            ("continuous", &names(shown, |record| record.continuous)),
+            ("consistent", &names(shown, |record| record.consistent)),
+            ("both", &names(shown, |record| record.continuous && record.consistent)),
+            ("width", &number(WIDTH)),
+            ("rays", &effort.rays),
+            ("walks", &effort.walks),
+            ("repeats", &effort.repeats),
+            ("repeats_harmonic", &(effort.repeats / 2)),
+        ],
+    )
 }

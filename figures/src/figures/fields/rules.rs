@@ -47,9 +47,8 @@ pub(super) struct Record {
     pub(super) silhouettes: Vec<Pair>,
     pub(super) largest_jump: Measured,
     pub(super) largest_mismatch: Measured,
-    pub(super) mean_mismatch: f64,
-    /// The standard error of one site's mismatch, in the mean.
-    pub(super) mean_error: f64,
+    /// With the standard error of one site's mismatch, in the mean.
+    pub(super) mean_mismatch: Measured,
     pub(super) continuous: bool,
     pub(super) consistent: bool,
 }
@@ -68,8 +67,7 @@ impl Record {
         Self {
             largest_jump: jumps().fold(Measured::default(), Measured::larger),
             largest_mismatch: mismatches().fold(Measured::default(), Measured::larger),
-            mean_mismatch: mean(|m| m.value.abs()),
-            mean_error: mean(|m| m.error),
+            mean_mismatch: Measured { value: mean(|m| m.value.abs()), error: mean(|m| m.error) },
             continuous: jumps().all(Measured::vanishes),
             consistent: mismatches().all(Measured::vanishes),
             silhouettes,

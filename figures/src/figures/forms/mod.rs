@@ -15,8 +15,7 @@ use flatland::warp::Weighting;
 
 use crate::context::Context;
 use crate::gallery::Section;
-use crate::output::{Table, write_animation, write_csv, write_png};
-use crate::plot::Shading;
+use crate::output::Table;
 use crossing::{Moved, Samples, Window};
 use exact::Terms;
 use sampled::Estimate;
@@ -48,10 +47,28 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let side = context.spend(150, 500);
     let samples = Samples::new(&example, &arrangement, Window::FILM, side, context.seed());
     let results = compute(context, &example, &arrangement, &film, &samples)?;
-    draw_pictures(context, &example, &arrangement, &film, &results)?;
-    write_csv(&context.path("figure3_pixels.csv"), &pixels(&results))?;
-    write_csv(&context.path("figure3_crossings.csv"), &crossing_table(&results))?;
-    Ok(words::section(&results))
+    let mut prose = words::prose(&results)?;
+    let Results { tent, boxed, central, .. } = &results;
+    let shown = terms_picture::Exhibits {
+        example: &example,
+        arrangement: &arrangement,
+        film: &film,
+        tent,
+        boxed,
+        central,
+    };
+    let canvas = terms_picture::draw(&shown, &prose.take_caption("figure3_forms.png")?);
+    context.png("figure3_forms.png", &canvas)?;
+    let canvas = sampled_picture::draw(&results, &prose.take_caption("figure3_samples.png")?);
+    context.png("figure3_samples.png", &canvas)?;
+    context.step("figure 3: animation");
+    let frames = animation::frames(&example, &arrangement, context.spend(20, 48), context.seed())?;
+    context.animation("figure3_motion.png", frames, context.spend(120, 50))?;
+    let data = [
+        context.csv("figure3_pixels.csv", &pixels(&results))?,
+        context.csv("figure3_crossings.csv", &crossing_table(&results))?,
+    ];
+    prose.section("forms", data.to_vec(), words::table(&results))
 }
 
 fn compute<'a>(
@@ -73,31 +90,6 @@ fn compute<'a>(
     Ok(Results { tent, boxed, central, estimate, gaussian, pairs, crossings })
 }
 
-fn draw_pictures(
-    context: &Context,
-    example: &Example,
-    arrangement: &Arrangement<'_>,
-    film: &Film,
-    results: &Results<'_>,
-) -> anyhow::Result<()> {
-    let Results { tent, boxed, central, .. } = results;
-    let shown = terms_picture::Exhibits { example, arrangement, film, tent, boxed, central };
-    let canvas = terms_picture::draw(&shown, &words::terms_caption());
-    write_png(&context.path("figure3_forms.png"), &canvas)?;
-    let shown = sampled_picture::Exhibits {
-        estimate: &results.estimate,
-        gaussian: &results.gaussian,
-        pairs: &results.pairs,
-        common: Shading::signed_covering(&tent.total, 0.985),
-        crossings: &results.crossings,
-    };
-    let canvas = sampled_picture::draw(&shown, &words::sampled_caption(results));
-    write_png(&context.path("figure3_samples.png"), &canvas)?;
-    context.step("figure 3: animation");
-    let frames = animation::frames(example, arrangement, context.spend(20, 48), context.seed())?;
-    write_animation(&context.path("figure3_motion.png"), frames, context.spend(120, 50))
-}
-
 /// For each construction, (θ − θ₀, fraction of samples that see another shape than at θ₀).
 fn crossings<'a>(example: &Example, samples: &'a Samples) -> anyhow::Result<Vec<Crossings<'a>>> {
     let mut curves: Vec<Crossings<'_>> = samples.moved.iter().map(|moved| (moved, vec![])).collect();
@@ -113,37 +105,39 @@ fn crossings<'a>(example: &Example, samples: &'a Samples) -> anyhow::Result<Vec<
 }
 
 fn crossing_table(results: &Results<'_>) -> Table {
-    let mut table = Table::new(&["construction", "theta", "fraction_changed"]);
-    for (moved, curve) in &results.crossings {
-        for [theta, fraction] in curve {
-            table.row([moved.name.into(), (*theta).into(), (*fraction).into()]);
-        }
-    }
-    table
+    Table::of(
+        results
+            .crossings
+            .iter()
+            .flat_map(|(moved, curve)| curve.iter().map(move |point| (moved.name, *point))),
+        &[
+            ("construction", &|(name, _)| (*name).into()),
+            ("theta", &|(_, [theta, _])| (*theta).into()),
+            ("fraction_changed", &|(_, [_, fraction])| (*fraction).into()),
+        ],
+    )
 }
 
 fn pixels(results: &Results<'_>) -> Table {
     let Results { tent, boxed, central, estimate, gaussian, .. } = results;
-    let columns: [(&str, &[f64]); 13] = [
-        ("interior", &tent.interior),
-        ("edge_integral", &tent.edge),
-        ("area_integral", &tent.area),
-        ("total", &tent.total),
-        ("central_difference", central),
-        ("box_interior", &boxed.interior),
-        ("box_edge_integral", &boxed.edge),
-        ("box_area_integral_less_flux", &boxed.area),
-        ("box_flux", &boxed.flux),
-        ("warped_area", &estimate.mean),
-        ("warped_area_standard_error", &estimate.standard_error),
-        ("gaussian_weights", &gaussian.mean),
-        ("gaussian_weights_standard_error", &gaussian.standard_error),
-    ];
-    let mut table = Table::new(&["x", "y"]);
-    table.header.extend(columns.iter().map(|(name, _)| (*name).to_owned()));
-    for i in 0..SIDE * SIDE {
-        let values = columns.iter().map(|(_, values)| values[i].into());
-        table.row([(i % SIDE).into(), (i / SIDE).into()].into_iter().chain(values));
-    }
-    table
+    Table::of(
+        0..SIDE * SIDE,
+        &[
+            ("x", &|i| (i % SIDE).into()),
+            ("y", &|i| (i / SIDE).into()),
+            ("interior", &|i| tent.interior[*i].into()),
+            ("edge_integral", &|i| tent.edge[*i].into()),
+            ("area_integral", &|i| tent.area[*i].into()),
+            ("total", &|i| tent.total[*i].into()),
+            ("central_difference", &|i| central[*i].into()),
+            ("box_interior", &|i| boxed.interior[*i].into()),
+            ("box_edge_integral", &|i| boxed.edge[*i].into()),
+            ("box_area_integral_less_flux", &|i| boxed.area[*i].into()),
+            ("box_flux", &|i| boxed.flux[*i].into()),
+            ("warped_area", &|i| estimate.mean[*i].into()),
+            ("warped_area_standard_error", &|i| estimate.standard_error[*i].into()),
+            ("gaussian_weights", &|i| gaussian.mean[*i].into()),
+            ("gaussian_weights_standard_error", &|i| gaussian.standard_error[*i].into()),
+        ],
+    )
 }

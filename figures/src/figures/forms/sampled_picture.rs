@@ -1,7 +1,6 @@
 //! The picture of the sampled area integral.
 
-use super::Crossings;
-use super::sampled::Estimate;
+use super::Results;
 use super::scene::SIDE;
 use crate::plot::{Axes, Axis, Canvas, Color, Figure, GUTTER, Legend, Marker, Palette, Rect, Shading, Style};
 
@@ -9,35 +8,29 @@ use crate::plot::{Axes, Axis, Canvas, Color, Figure, GUTTER, Legend, Marker, Pal
 const REACH: f64 = 6.0;
 const BINS: usize = 48;
 
-/// What the picture shows.
-pub(super) struct Exhibits<'a> {
-    pub(super) estimate: &'a Estimate,
-    pub(super) gaussian: &'a Estimate,
-    /// (area form, reparameterised form) of single samples.
-    pub(super) pairs: &'a [(f64, f64)],
-    pub(super) common: Shading,
-    pub(super) crossings: &'a [Crossings<'a>],
-}
-
 /// Draws the estimate, its error, and what they say.
-pub(super) fn draw(shown: &Exhibits<'_>, caption: &str) -> Canvas {
+pub(super) fn draw(shown: &Results<'_>, caption: &str) -> Canvas {
     let mut figure =
         Figure::new(960.0, 500.0, "The area integral by sampling, no edge ever looked for", caption);
     let cells = figure.body.grid(2, 3, GUTTER);
-    let estimate = shown.estimate;
+    let estimate = &shown.estimate;
     let title = format!("warped-area estimate, {} spp", estimate.samples);
-    field(&mut figure, cells[0], 0, &title, &estimate.mean, &shown.common);
+    field(
+        &mut figure,
+        cells[0],
+        0,
+        &title,
+        &estimate.mean,
+        &Shading::signed_covering(&shown.tent.total, 0.985),
+    );
     let errors = &estimate.standard_error;
     let highest = Shading::signed_covering(errors, 0.995).scale.high();
     field(&mut figure, cells[1], 1, "its standard error", errors, &Shading::sequential(0.0, highest));
     let title = "z = (estimate − exact)/standard error";
     field(&mut figure, cells[2], 2, title, &estimate.z, &Shading::signed(4.0));
-    let space = figure.panel(cells[3], 3, "z-scores of all pixels");
-    histogram(shown).draw(&mut figure.canvas, space);
-    let space = figure.panel(cells[4], 4, "two forms of the same sample");
-    forms(shown).draw(&mut figure.canvas, space);
-    let space = figure.panel(cells[5], 5, "samples that cross a silhouette");
-    crossings(shown).draw(&mut figure.canvas, space);
+    figure.plot(cells[3], 3, "z-scores of all pixels", &histogram(shown));
+    figure.plot(cells[4], 4, "two forms of the same sample", &forms(shown));
+    figure.plot(cells[5], 5, "samples that cross a silhouette", &crossings(shown));
     figure.canvas
 }
 
@@ -46,7 +39,7 @@ fn field(figure: &mut Figure, cell: Rect, index: usize, title: &str, values: &[f
     figure.canvas.field((SIDE, SIDE), values, shading, "", space);
 }
 
-fn histogram(shown: &Exhibits<'_>) -> Axes {
+fn histogram(shown: &Results<'_>) -> Axes {
     let mut axes =
         Axes::new(Axis::linear("z").limits(-REACH, REACH), Axis::linear("density").limits(0.0, 0.66))
             .legend(Legend::TopRight);
@@ -75,7 +68,7 @@ fn density(scores: &[f64]) -> Vec<[f64; 2]> {
     counts.iter().enumerate().map(|(i, &n)| [width * (i as f64 + 0.5) - REACH, n as f64 * scale]).collect()
 }
 
-fn forms(shown: &Exhibits<'_>) -> Axes {
+fn forms(shown: &Results<'_>) -> Axes {
     let mut axes = Axes::new(
         Axis::log("|area form| of one sample").limits(1e-3, 1e3),
         Axis::log("|reparameterised − area|").limits(1e-19, 1e-9),
@@ -92,7 +85,7 @@ fn forms(shown: &Exhibits<'_>) -> Axes {
     axes
 }
 
-fn crossings(shown: &Exhibits<'_>) -> Axes {
+fn crossings(shown: &Results<'_>) -> Axes {
     let mut axes = Axes::new(Axis::log("θ − θ_{0}"), Axis::log("fraction of samples").limits(2e-5, 3.0))
         .legend(Legend::TopLeft);
     let markers = [Marker::Cross, Marker::Square, Marker::Circle, Marker::Diamond];

@@ -10,14 +10,12 @@ use self::ablation::{Setting, Steepness};
 use self::page::Shown;
 use self::world::{Coarseness, Curve, World};
 use crate::context::Context;
-use crate::gallery::{Picture, Placement, Section, formula};
-use crate::output::{Table, write_csv, write_png};
+use crate::figures::common::percent;
+use crate::gallery::Section;
+use crate::output::Table;
 use crate::plot::number;
+use crate::prose::Prose;
 use crate::ratio::Ratio;
-
-const PICTURE: &str = "figure9_implicit.png";
-const FIELDS: &str = "figure9_fields.csv";
-const BIAS: &str = "figure9_bias.csv";
 
 /// Measures, draws and explains.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
@@ -38,48 +36,64 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
         gammas: &gammas,
         lambdas: &lambdas,
     };
-    write_png(&context.path(PICTURE), &page::page(&shown).canvas)?;
-    write_csv(&context.path(FIELDS), &field_table(&curves))?;
+    context.png("figure9_implicit.png", &page::page(&shown).canvas)?;
     let bias = bias_table(&gammas, &lambdas);
-    write_csv(&context.path(BIAS), &bias)?;
-    Ok(Section {
-        id: "implicit".to_owned(),
-        title: "Implicit shapes: fields from tracer points".to_owned(),
-        explanation_html: [explanation(&gammas, &lambdas, &steepness), about_points(&coarse)].concat(),
-        formula_mathml: formula(
-            r"V(ω) = P_ω \frac{∑_i ℓ_i S_i^{-γ} G(x_i)/t_i}{∑_i ℓ_i S_i^{-γ}}, \quad S = |φ| + λ|∇φ·ω|, \quad G = -\frac{∂_θφ ∇φ}{|∇φ|^2}",
-            Placement::Display,
-        ),
-        pictures: vec![Picture {
-            file: PICTURE.to_owned(),
-            alt:
-                "Tracer points of four rays, warp fields against direction, and the error of V against steps"
-                    .to_owned(),
-            caption: caption(),
-        }],
-        data: vec![FIELDS.to_owned(), BIAS.to_owned()],
-        table: Some(bias),
-    })
+    let data =
+        [context.csv("figure9_fields.csv", &field_table(&curves))?, context.csv("figure9_bias.csv", &bias)?];
+    prose(&gammas, &lambdas, &steepness, &coarse)?.section("implicit", data.to_vec(), bias)
+}
+
+fn prose(
+    gammas: &[Setting],
+    lambdas: &[Setting],
+    steepness: &[Steepness],
+    coarse: &Coarseness,
+) -> anyhow::Result<Prose> {
+    let rates = gammas.iter().map(|s| format!("{}: steps<sup>{}</sup>", s.name, powers(s)[1]));
+    let errors = lambdas.iter().map(|s| format!("{}: {}", s.name, last(s)));
+    let [power_first, power_last] = powers(&gammas[0]);
+    let Coarseness { scale, variation, bump } = coarse;
+    Prose::new(
+        include_str!("implicit.md"),
+        &[
+            ("rates", &rates.collect::<Vec<_>>().join("; ")),
+            ("power_first", &power_first),
+            ("power_last", &power_last),
+            ("steps", &number(gammas[0].points.last().map_or(0.0, |p| p[0]))),
+            ("errors", &errors.collect::<Vec<_>>().join("; ")),
+            ("default_gamma", &BangaruField::default().gamma),
+            ("squares", &squares(steepness)),
+            ("scale", &scale),
+            ("variation_full", &format!("{:.3}", variation[0])),
+            ("variation_short", &format!("{:.3}", variation[1])),
+            ("bump_full", &format!("{:.4}", bump[0])),
+            ("bump_short", &format!("{:.4}", bump[1])),
+            ("rays", &world::RAYS),
+        ],
+    )
 }
 
 fn field_table(curves: &[Curve]) -> Table {
-    let mut table = Table::new(&["field", "angle", "rate"]);
-    for curve in curves {
-        for [angle, rate] in &curve.values {
-            table.row([curve.name.into(), (*angle).into(), (*rate).into()]);
-        }
-    }
-    table
+    Table::of(
+        curves.iter().flat_map(|curve| curve.values.iter().map(|point| (curve.name, *point))),
+        &[
+            ("field", &|(name, _)| (*name).into()),
+            ("angle", &|(_, [angle, _])| (*angle).into()),
+            ("rate", &|(_, [_, rate])| (*rate).into()),
+        ],
+    )
 }
 
 fn bias_table(gammas: &[Setting], lambdas: &[Setting]) -> Table {
-    let mut table = Table::new(&["setting", "steps", "Σ|V − v| / Σ|v| at the last hits"]);
-    for setting in gammas.iter().chain(lambdas) {
-        for [steps, bias] in &setting.points {
-            table.row([setting.name.clone().into(), (*steps).into(), (*bias).into()]);
-        }
-    }
-    table
+    let settings = gammas.iter().chain(lambdas);
+    Table::of(
+        settings.flat_map(|setting| setting.points.iter().map(|point| (&setting.name, *point))),
+        &[
+            ("setting", &|(name, _)| name.as_str().into()),
+            ("steps", &|(_, [steps, _])| (*steps).into()),
+            ("Σ|V − v| / Σ|v| at the last hits", &|(_, [_, bias])| (*bias).into()),
+        ],
+    )
 }
 
 /// The power of the number of steps with which an error falls between two points.
@@ -112,65 +126,5 @@ fn squares(steepness: &[Steepness]) -> String {
 
 /// The error with the most steps, in percent.
 fn last(setting: &Setting) -> String {
-    setting.points.last().map_or_else(String::new, |p| format!("{} %", number(100.0 * p[1])))
-}
-
-fn explanation(gammas: &[Setting], lambdas: &[Setting], steepness: &[Steepness]) -> String {
-    let rates: Vec<String> =
-        gammas.iter().map(|s| format!("{}: steps<sup>{}</sup>", s.name, powers(s)[1])).collect();
-    let slow = gammas.first().map_or_else(Default::default, powers);
-    let steps = gammas.first().and_then(|s| s.points.last()).map_or(0.0, |p| p[0]);
-    let widths: Vec<String> = lambdas.iter().map(|s| format!("{}: {}", s.name, last(s))).collect();
-    format!(
-        "<p>Figures 7 and 8 knew their shapes by vertices, and a hit knew how far the next jump is. The surface of an <em>implicit shape</em> is where a function φ is zero. A ray finds it by \
-         <em>sphere tracing</em>: it goes on by the distance φ, again and again. The points on its way know \
-         how far the surface is (φ) and whether the ray passes along it (∇φ·ω). Bangaru et al. (2022) make a \
-         warp field of these points alone, without auxiliary rays: a mean of the velocities G of the level \
-         sets, with weights that grow without bound where the ray touches a silhouette. Vicini et al. \
-         (2022) take G once, at a mean distance, and only near the surface.</p>\
-         <p>Both are continuous and meet the velocity of every silhouette, marked by dots. The direct field \
-         jumps there. Yet between the silhouettes they differ: any field that keeps the two rules will \
-         do, and the harmonic one is the smoothest.</p>\
-         <p>What is left of the bias comes from rays so close to a silhouette that they run out of \
-         steps. Shown is the error of V at the last rays that hit: Σ|V − v|/Σ|v| over the ends of the discs before the \
-         background, v the silhouette’s own velocity. For discs of one brightness it is all the bias there is, because the \
-         area integral of an exact field over the rays that hit is V at their ends. Between the last two numbers of \
-         steps, of which one is twice the other, it falls as {}. Theory asks for γ > 1, and at γ = 1 the \
-         curve flattens, from steps<sup>{}</sup> at first to steps<sup>{}</sup>: it does not converge as a power. \
-         With {} steps the error is, by parameters: {}. An ε that keeps the weights finite leaves an error that no \
-         number of steps removes.</p>\
-         <p>The picture shows bias only, and there the largest γ is best. It is not in variance: Bangaru et al. report \
-         γ = 6 as unstable. The mean square of ∇·V over directions that hit, which is what the variance comes from, is \
-         here, in units of that of the default γ = {}: {}. (It diverges logarithmically at silhouettes for every γ, so that such a number \
-         depends a little on how many directions are drawn.)</p>",
-        rates.join("; "),
-        slow[0],
-        slow[1],
-        number(steps),
-        widths.join("; "),
-        BangaruField::default().gamma,
-        squares(steepness),
-    )
-}
-
-fn about_points(coarse: &Coarseness) -> String {
-    let Coarseness { scale, variation, bump } = coarse;
-    format!(
-        "<p>The wiggles of Bangaru et al.’s field and the small side bumps of Vicini et al.’s come from the few points \
-         that full steps leave on a ray. With steps of {scale} of the length, the total variation of the former between the \
-         last two silhouettes falls from {:.3} to {:.3} times the difference of its ends (1: no wiggles), and the largest \
-         |V| of the latter in the middle third of the near disc from {:.4} to {:.4}. Neither biases the derivative: \
-         the fields stay continuous.</p>",
-        variation[0], variation[1], bump[0], bump[1],
-    )
-}
-
-fn caption() -> String {
-    format!(
-        "(a) Two discs move (arrows; the far one also grows). Points of four rays by weight, γ = 3 and \
-         λ = 0.1. Far from a silhouette weights spread over the ray; beside one they gather where it \
-         touches. (b) The angular velocity V; the field of auxiliary rays is a mean over estimates of {} \
-         rays. (c, d) Error of V at the last rays that hit: bias, not variance.",
-        world::RAYS
-    )
+    setting.points.last().map_or_else(String::new, |p| percent(p[1]))
 }

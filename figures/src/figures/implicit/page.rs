@@ -31,8 +31,7 @@ pub(super) fn page(shown: &Shown<'_>) -> Figure {
     let top = rows[0].columns(&[0.46, 0.54], GUTTER);
     let space = figure.panel(top[0], 0, "Tracer points and their weights");
     draw_world(&mut figure.canvas, shown, space);
-    let space = figure.panel(top[1], 1, "Every field against direction");
-    field_axes(shown).draw(&mut figure.canvas, space);
+    figure.plot(top[1], 1, "Every field against direction", &field_axes(shown));
     let bottom = rows[1].columns(&[1.0, 1.0], GUTTER);
     let space = figure.panel(bottom[0], 2, "Error of V at the last hits, by γ (λ = 0.1)");
     let colors = [Palette::GREY, Palette::ORANGE, Palette::SKY, Palette::BLUE, Color::INK];

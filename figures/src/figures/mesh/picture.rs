@@ -3,7 +3,8 @@
 use glam::DVec3;
 
 use super::study::{Apart, Part, Study};
-use crate::plot::{Color, Figure, PANEL_TITLE_ROOM, Pen, Rect, Shading};
+use crate::figures::common::draw_turn;
+use crate::plot::{Figure, PANEL_TITLE_ROOM, Rect, Shading};
 use crate::space::picture::{framed, gradient, luminance, on_film, radiance};
 
 /// Side of a picture on the page.
@@ -76,10 +77,5 @@ fn turn(figure: &mut Figure, study: &Study, place: Rect) {
         let around = DVec3::new(angle.sin(), 0.0, angle.cos());
         on_film(&study.scene, place, 0.62 * around + 0.02 * DVec3::Y)
     };
-    let arc: Vec<_> = (0..=24).map(|i| at(-0.7 + 1.2 * f64::from(i) / 24.0)).collect();
-    for (color, width) in [(Color::INK, 4.0), (Color::WHITE, 2.2)] {
-        let pen = Pen::new(color, width);
-        figure.canvas.polyline(&arc, &pen);
-        figure.canvas.arrow(at(0.4), at(0.7), &pen);
-    }
+    draw_turn(&mut figure.canvas, at, [-0.7, 0.5, 0.4, 0.7], [4.0, 2.2]);
 }

@@ -7,20 +7,19 @@ mod words;
 
 use crate::context::Context;
 use crate::gallery::Section;
-use crate::output::{write_csv, write_png};
 use scene::Setting;
 use study::Study;
 
 /// Measures, draws and explains.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let side = context.spend(64, 128);
-    let settings = [Setting::cylinders(side, context.seed())?, Setting::foliage(side, context.seed())?];
-    let mut studies = vec![];
-    for (index, setting) in settings.into_iter().enumerate() {
-        studies.push(Study::new(context, setting, index as u64)?);
-    }
-    let canvas = picture::draw(&studies, &words::caption(&studies)).canvas;
-    write_png(&context.path(words::PICTURE), &canvas)?;
-    write_csv(&context.path(words::DATA), &words::table(&studies))?;
-    Ok(words::section(&studies))
+    let [cylinders, foliage] =
+        [Setting::cylinders(side, context.seed())?, Setting::foliage(side, context.seed())?];
+    let studies = [Study::new(context, cylinders, 0)?, Study::new(context, foliage, 1)?];
+    let mut prose = words::prose(&studies)?;
+    let caption = prose.take_caption("figure12_motions.png")?;
+    context.png("figure12_motions.png", &picture::draw(&studies, &caption).canvas)?;
+    let table = words::table(&studies);
+    let data = context.csv("figure12_motions.csv", &table)?;
+    prose.section("motions", vec![data], table)
 }

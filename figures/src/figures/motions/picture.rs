@@ -3,9 +3,10 @@
 use glam::{DVec2, DVec3};
 
 use super::study::{Entry, Study};
+use crate::figures::common::draw_turn;
 use crate::plot::{
-    Align, Axes, Axis, Canvas, Color, Figure, Height, Legend, Marker, PANEL_TITLE_ROOM, Pen, Rect, Shading,
-    Style, TextStyle, number,
+    Align, Axes, Axis, Canvas, Color, Figure, Height, Legend, Marker, PANEL_TITLE_ROOM, Rect, Shading, Style,
+    TextStyle, number,
 };
 use crate::space::picture::{framed, gradient, luminance, on_film, radiance};
 
@@ -78,12 +79,7 @@ fn turn(canvas: &mut Canvas, study: &Study, film: Rect) {
         let around = 1.25 * DVec3::new(angle.sin(), 0.0, angle.cos());
         on_film(&study.setting.scene, film, around)
     };
-    let arc: Vec<DVec2> = (0..=24).map(|i| at(-0.6 + 1.0 * f64::from(i) / 24.0)).collect();
-    for (color, width) in [(Color::INK, 3.4), (Color::WHITE, 1.8)] {
-        let pen = Pen::new(color, width);
-        canvas.polyline(&arc, &pen);
-        canvas.arrow(at(0.3), at(0.62), &pen);
-    }
+    draw_turn(canvas, at, [-0.6, 0.4, 0.3, 0.62], [3.4, 1.8]);
 }
 
 /// The place of the i-th of `count` methods on the vertical axis, from the top.

@@ -7,7 +7,6 @@ mod words;
 
 use crate::context::Context;
 use crate::gallery::Section;
-use crate::output::{write_csv, write_png};
 use words::Results;
 
 /// Measures, draws and explains.
@@ -16,12 +15,15 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let widths = study::against_width(context)?;
     context.step("8 the object has more vertices");
     let vertices = study::against_vertices(context)?;
-    let canvas = picture::variance(&widths, &vertices, &words::variance_caption())?;
-    write_png(&context.path(words::VARIANCE), &canvas)?;
-    let canvas = picture::time(&widths, &vertices, words::TIME_CAPTION);
-    write_png(&context.path(words::TIME), &canvas)?;
     let results = Results { widths, vertices };
-    write_csv(&context.path(words::VARIANCE_DATA), &results.table())?;
-    write_csv(&context.path(words::TIME_DATA), &results.times())?;
-    Ok(results.section())
+    let mut prose = results.prose()?;
+    let Results { widths, vertices } = &results;
+    let canvas = picture::variance(widths, vertices, &prose.take_caption("figure8_specular.png")?)?;
+    context.png("figure8_specular.png", &canvas)?;
+    let canvas = picture::time(widths, vertices, &prose.take_caption("figure8_time.png")?);
+    context.png("figure8_time.png", &canvas)?;
+    let table = results.table();
+    let data =
+        [context.csv("figure8_specular.csv", &table)?, context.csv("figure8_time.csv", &results.times())?];
+    prose.section("specular", data.to_vec(), table)
 }

@@ -29,8 +29,7 @@ pub(super) fn variance(widths: &[Place], vertices: &[Place], caption: &str) -> a
     let top = rows[0].columns(&[1.35, 1.0], GUTTER);
     let space = figure.panel(top[0], 0, "the set-up; three lobes at one point of the floor");
     figure.canvas.clipped(space, |canvas| set_up(canvas, space))?;
-    let space = figure.panel(top[1], 1, "the exact derivative of each pixel");
-    derivatives()?.draw(&mut figure.canvas, space);
+    figure.plot(top[1], 1, "the exact derivative of each pixel", &derivatives()?);
     let bottom = rows[1].columns(&[1.0; 3], GUTTER);
     for (i, lighting) in Lighting::ALL.into_iter().enumerate() {
         let space = figure.panel(bottom[i], 2 + i, &format!("variance: {}", lighting.name()));
@@ -66,10 +65,12 @@ pub(super) fn time(widths: &[Place], vertices: &[Place], caption: &str) -> Canva
         axes.line(points, &Style::new(racer.color()).marker(racer.marker()));
     }
     axes.draw(&mut figure.canvas, space);
-    let space = figure.panel(cells[2], 2, "time for a given precision against vertices");
-    race(&places, vertex_axis(), Axis::log(COST), count, cost)
-        .legend(Legend::None)
-        .draw(&mut figure.canvas, space);
+    figure.plot(
+        cells[2],
+        2,
+        "time for a given precision against vertices",
+        &race(&places, vertex_axis(), Axis::log(COST), count, cost).legend(Legend::None),
+    );
     figure.canvas
 }
 

@@ -1,134 +1,108 @@
 //! What the study found, as data.
 
-use super::bias::{Curve, RAYS_OF_KAPPA};
-use super::debias::name;
+use super::bias::RAYS_OF_KAPPA;
+use super::debias::{Ratio, Scheme, name};
+use super::regression::Bias;
 use super::target::KAPPA;
 use super::text::Results;
 use crate::context::Context;
-use crate::output::{Cell, Table, write_csv};
+use crate::output::{Cell, Table};
+
+/// A curve's name, what varies along it, and a point: rays, κ, γ if it is not the weight's own, bias, and variance if known.
+struct Point<'a> {
+    varied: &'static str,
+    weight: &'a str,
+    rays: f64,
+    kappa: f64,
+    gamma: Option<f64>,
+    bias: &'a Bias,
+    variance: Option<f64>,
+}
 
 impl Results {
     /// Writes everything and returns the names of the files.
     pub(super) fn write(&self, context: &Context) -> anyhow::Result<Vec<String>> {
-        let files = [
-            ("figure5_bias.csv", self.biases()),
-            ("figure5_debiasing.csv", self.debiasing()),
-            ("figure5_methods.csv", self.methods()),
-        ];
-        for (file, table) in &files {
-            write_csv(&context.path(file), table)?;
-        }
-        Ok(files.map(|(file, _)| file.to_owned()).to_vec())
+        Ok(vec![
+            context.csv("figure5_bias.csv", &self.biases())?,
+            context.csv("figure5_debiasing.csv", &self.debiasing())?,
+            context.csv("figure5_methods.csv", &self.methods())?,
+        ])
     }
 
     fn biases(&self) -> Table {
-        let mut table = Table::new(&[
-            "varied",
-            "weight",
-            "auxiliary rays",
-            "kappa",
-            "gamma",
-            "missing part",
-            "its standard error",
-            "squared relative bias",
-            "variance of a sample",
-        ]);
-        let mut rows = |varied: &str, curves: &[Curve]| {
+        let mut points = vec![];
+        for (varied, curves) in [("rays", &self.rays), ("kappa", &self.kappa)] {
             for curve in curves {
                 for (x, bias) in &curve.points {
                     let (rays, kappa) =
                         if varied == "rays" { (*x, KAPPA) } else { (RAYS_OF_KAPPA as f64, *x) };
-                    let [gamma, variance] = ["", ""].map(Cell::from);
-                    table.row([
-                        varied.into(),
-                        curve.series.name.into(),
-                        rays.into(),
-                        kappa.into(),
-                        gamma,
-                        bias.missing.into(),
-                        bias.error.into(),
-                        bias.squared.into(),
-                        variance,
-                    ]);
+                    let weight = curve.series.name;
+                    points.push(Point { varied, weight, rays, kappa, gamma: None, bias, variance: None });
                 }
             }
-        };
-        rows("rays", &self.rays);
-        rows("kappa", &self.kappa);
-        for point in &self.gamma {
-            table.row([
-                "gamma".into(),
-                "linear B, radial exponent 0.3".into(),
-                (point.rays as f64).into(),
-                KAPPA.into(),
-                point.gamma.into(),
-                point.bias.missing.into(),
-                point.bias.error.into(),
-                point.bias.squared.into(),
-                point.spread.variance.into(),
-            ]);
         }
-        table
+        points.extend(self.gamma.iter().map(|point| Point {
+            varied: "gamma",
+            weight: "linear B, radial exponent 0.3",
+            rays: point.rays as f64,
+            kappa: KAPPA,
+            gamma: Some(point.gamma),
+            bias: &point.bias,
+            variance: Some(point.spread.variance),
+        }));
+        let known = |value: Option<f64>| value.map_or_else(|| "".into(), Cell::from);
+        Table::of(
+            points,
+            &[
+                ("varied", &|p| p.varied.into()),
+                ("weight", &|p| p.weight.into()),
+                ("auxiliary rays", &|p| p.rays.into()),
+                ("kappa", &|p| p.kappa.into()),
+                ("gamma", &|p| known(p.gamma)),
+                ("missing part", &|p| p.bias.missing.into()),
+                ("its standard error", &|p| p.bias.error.into()),
+                ("squared relative bias", &|p| p.bias.squared.into()),
+                ("variance of a sample", &|p| known(p.variance)),
+            ],
+        )
     }
 
     fn debiasing(&self) -> Table {
-        let mut table = Table::new(&[
-            "scheme",
-            "weight",
-            "variance × rays",
-            "its standard error",
-            "median of batches",
-            "relative to 16 rays of the same weight",
-            "its standard error",
-            "relative to 16 rays of the original's weight",
-            "its standard error",
-        ]);
-        for scheme in &self.schemes {
-            let cost = scheme.cost();
-            let mut row: Vec<Cell> = vec![
-                name(scheme.debias).into(),
-                if scheme.original { "original" } else { "default" }.into(),
-                cost.value.into(),
-                cost.error.into(),
-                scheme.median().into(),
-            ];
-            for original in [scheme.original, true] {
-                let reference = self.schemes.iter().find(|s| s.original == original);
-                let ratio = reference.map(|reference| scheme.relative(reference));
-                row.push(ratio.map_or(f64::NAN, |r| r.value).into());
-                row.push(ratio.map_or(f64::NAN, |r| r.error).into());
-            }
-            table.row(row);
-        }
-        table
+        let relative = |scheme: &Scheme, original: bool| {
+            let reference = self.schemes.iter().find(|s| s.original == original);
+            reference.map_or(Ratio { value: f64::NAN, error: f64::NAN }, |one| scheme.relative(one))
+        };
+        Table::of(
+            &self.schemes,
+            &[
+                ("scheme", &|s| name(s.debias).into()),
+                ("weight", &|s| if s.original { "original" } else { "default" }.into()),
+                ("variance × rays", &|s| s.cost().value.into()),
+                ("its standard error", &|s| s.cost().error.into()),
+                ("median of batches", &|s| s.median().into()),
+                ("relative to 16 rays of the same weight", &|s| relative(s, s.original).value.into()),
+                ("its standard error", &|s| relative(s, s.original).error.into()),
+                ("relative to 16 rays of the original's weight", &|s| relative(s, true).value.into()),
+                ("its standard error", &|s| relative(s, true).error.into()),
+            ],
+        )
     }
 
     /// Every method of the second picture.
     pub(super) fn methods(&self) -> Table {
-        let mut table = Table::new(&[
-            "derivative",
-            "method",
-            "missing part",
-            "± error",
-            "bias², relative",
-            "variance of a sample",
-            "rays a sample",
-            "µs a sample",
-        ]);
-        for (derivative, contenders) in [("image", &self.forward), ("vertices", &self.reverse)] {
-            for contender in contenders {
-                table.row([
-                    derivative.into(),
-                    contender.looks.name.clone().into(),
-                    contender.bias.missing.into(),
-                    contender.bias.error.into(),
-                    contender.bias.squared.into(),
-                    contender.spread.variance.into(),
-                    contender.spread.rays.into(),
-                    (1e6 * contender.seconds).into(),
-                ]);
-            }
-        }
-        table
+        let forward = self.forward.iter().map(|contender| ("image", contender));
+        Table::of(
+            forward.chain(self.reverse.iter().map(|contender| ("vertices", contender))),
+            &[
+                ("derivative", &|(derivative, _)| (*derivative).into()),
+                ("method", &|(_, c)| c.looks.name.clone().into()),
+                ("missing part", &|(_, c)| c.bias.missing.into()),
+                ("± error", &|(_, c)| c.bias.error.into()),
+                ("bias², relative", &|(_, c)| c.bias.squared.into()),
+                ("variance of a sample", &|(_, c)| c.spread.variance.into()),
+                ("rays a sample", &|(_, c)| c.spread.rays.into()),
+                ("µs a sample", &|(_, c)| (1e6 * c.seconds).into()),
+            ],
+        )
     }
 }

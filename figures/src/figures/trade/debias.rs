@@ -37,9 +37,7 @@ impl Scheme {
 
     /// cost / reference, first-order errors of both.
     pub(super) fn relative(&self, reference: &Self) -> Ratio {
-        let (a, b) = (self.cost(), reference.cost());
-        let value = a.value / b.value;
-        Ratio { value, error: value * (a.error / a.value).hypot(b.error / b.value) }
+        self.cost().over(reference.cost())
     }
 }
 

@@ -22,19 +22,23 @@ pub(super) fn bias_page(target: &Target, rays: &[Curve], kappa: &[Curve], gamma:
     let top = rows[0].columns(&[0.27, 0.73], GUTTER);
     let space = figure.panel(top[0], 0, "The scene: ∂_{θ}I of 4 × 4 pixels");
     draw_scene(&mut figure, target, space);
-    let space = figure.panel(top[1], 1, "Bias against the number of auxiliary rays");
-    rays_axes(rays).draw(&mut figure.canvas, space);
+    figure.plot(top[1], 1, "Bias against the number of auxiliary rays", &rays_axes(rays));
     let bottom = rows[1].columns(&[1.0, 1.0, 1.0], GUTTER);
-    let space = figure.panel(bottom[0], 2, &format!("Bias against κ, N′ = {RAYS_OF_KAPPA}"));
-    kappa_axes(kappa).draw(&mut figure.canvas, space);
-    let space = figure.panel(bottom[1], 3, "Bias against γ (linear B)");
-    gamma_axes(gamma, "missing part of the gradient", |p| p.bias.missing, |p| p.bias.error)
-        .legend(Legend::BottomLeft)
-        .draw(&mut figure.canvas, space);
-    let space = figure.panel(bottom[2], 4, "Variance against γ (linear B)");
-    gamma_axes(gamma, "relative variance of one sample", |p| p.spread.variance, |_| 0.0)
-        .legend(Legend::BottomRight)
-        .draw(&mut figure.canvas, space);
+    figure.plot(bottom[0], 2, &format!("Bias against κ, N′ = {RAYS_OF_KAPPA}"), &kappa_axes(kappa));
+    figure.plot(
+        bottom[1],
+        3,
+        "Bias against γ (linear B)",
+        &gamma_axes(gamma, "missing part of the gradient", |p| p.bias.missing, |p| p.bias.error)
+            .legend(Legend::BottomLeft),
+    );
+    figure.plot(
+        bottom[2],
+        4,
+        "Variance against γ (linear B)",
+        &gamma_axes(gamma, "relative variance of one sample", |p| p.spread.variance, |_| 0.0)
+            .legend(Legend::BottomRight),
+    );
     figure
 }
 
@@ -136,11 +140,14 @@ pub(super) fn trade_page(schemes: &[Scheme], forward: &[Contender], reverse: &[C
     let space = figure.panel(rows[0], 0, &heading);
     draw_schemes(&mut figure, schemes, space);
     let columns = rows[1].columns(&[1.0, 1.47], GUTTER);
-    let space = figure.panel(columns[0], 1, "One parameter: its gradient image");
-    front_axes(forward).legend(Legend::None).draw(&mut figure.canvas, space);
+    figure.plot(
+        columns[0],
+        1,
+        "One parameter: its gradient image",
+        &front_axes(forward).legend(Legend::None),
+    );
     let heading = format!("{} parameters: all coordinates of a star, reverse mode", 2 * VERTICES);
-    let space = figure.panel(columns[1], 2, &heading);
-    front_axes(reverse).legend(Legend::Outside).draw(&mut figure.canvas, space);
+    figure.plot(columns[1], 2, &heading, &front_axes(reverse).legend(Legend::Outside));
     figure
 }
 

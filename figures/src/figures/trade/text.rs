@@ -1,11 +1,13 @@
-//! What the study found, in words.
+//! The numbers of `trade.md`.
 
 use super::bias::{BOUND, Curve, GammaPoint, RAYS_OF_GAMMA, RAYS_OF_KAPPA, Rate};
 use super::debias::{RAYS, Ratio, Scheme, name};
 use super::front::{Contender, front};
+use super::regression::Bias;
 use super::target::VERTICES;
-use crate::gallery::{Placement, escape, formula};
+use crate::figures::common::percent;
 use crate::plot::number;
+use crate::prose::Prose;
 
 /// Everything measured.
 pub(super) struct Results {
@@ -17,24 +19,9 @@ pub(super) struct Results {
     pub(super) reverse: Vec<Contender>,
 }
 
-/// The formulas of the figure.
-pub(super) fn formulas() -> String {
-    formula(
-        r"V ≈ \frac{∑_i w_i V_i}{∑_i w_i}, \quad w = (D + B)^{-γ}, \quad \text{error}^2(t) = \text{bias}^2 + \text{variance} · \frac{\text{time of a sample}}{t}",
-        Placement::Display,
-    )
-}
-
-fn inline(source: &str) -> String {
-    formula(source, Placement::Inline)
-}
-
-fn percent(part: f64) -> String {
-    format!("{} %", number(100.0 * part))
-}
-
-fn measured(value: f64, error: f64) -> String {
-    Ratio { value: 100.0 * value, error: 100.0 * error }.shown().replace('-', "−") + " %"
+/// The missing part in percent.
+fn missing(bias: &Bias) -> String {
+    Ratio { value: 100.0 * bias.missing, error: 100.0 * bias.error }.shown() + " %"
 }
 
 fn exponent(rate: Option<Rate>) -> String {
@@ -44,124 +31,70 @@ fn exponent(rate: Option<Rate>) -> String {
     )
 }
 
+/// The missing part with so many rays.
+fn at(curve: &Curve, rays: usize) -> String {
+    let found = curve.points.iter().find(|(n, _)| *n == rays as f64);
+    found.map_or_else(String::new, |(_, bias)| missing(bias))
+}
+
+/// The missing part at the least κ and at the largest.
+fn ends(curve: &Curve) -> String {
+    let [from, to] = [0, curve.points.len() - 1].map(|i| {
+        let (kappa, bias) = &curve.points[i];
+        format!("{} at κ = {}", missing(bias), number(*kappa))
+    });
+    format!("from {from} to {to}")
+}
+
 impl Results {
-    /// The figure in a few paragraphs.
-    pub(super) fn explanation(&self) -> String {
-        [self.about_rays(), self.about_kappa_and_gamma(), self.about_debiasing(), self.about_time()].concat()
-    }
-
-    fn about_rays(&self) -> String {
+    /// The text on bias, variance and time.
+    pub(super) fn prose(&self) -> anyhow::Result<Prose> {
         let [original, default, gaussian] = [0, 2, 5].map(|i| &self.rays[i]);
-        let at = |curve: &Curve, rays: usize| {
-            let found = curve.points.iter().find(|(n, _)| *n == rays as f64);
-            found.map_or_else(String::new, |(_, b)| measured(b.missing, b.error))
-        };
-        format!(
-            "<p>The warp field {} is estimated as a quotient of two sums over N′ <em>auxiliary rays</em>. The \
-             mean of a quotient is not the quotient of the means, so a fixed N′ gives a biased gradient. It \
-             is measured here as the missing part of the gradient: 1 less the slope of the mean gradient \
-             image on the exact one. With the original’s weight 16 rays miss {} of the gradient, and \
-             the bias falls {}; with the default weight they miss {}, and it falls {}. “Consistent” is \
-             the word for this: right in the limit only. The Gaussian weight, which has no <em>boundary \
-             function</em> B, still misses {} at 256 rays: no number of rays helps it.</p>",
-            inline("V"),
-            at(original, 16),
-            exponent(original.rate()),
-            at(default, 16),
-            exponent(default.rate()),
-            at(gaussian, 256),
-        )
-    }
-
-    fn about_kappa_and_gamma(&self) -> String {
-        let ends = |curve: &Curve| {
-            let end = |point: Option<&(f64, super::regression::Bias)>| {
-                point.map_or_else(String::new, |(k, b)| {
-                    format!("{} at κ = {}", measured(b.missing, b.error), number(*k))
-                })
-            };
-            format!("from {} to {}", end(curve.points.first()), end(curve.points.last()))
-        };
+        let [few, _, many] = RAYS_OF_GAMMA;
         let gamma = |gamma: f64, rays: usize| {
             let found = self.gamma.iter().find(|p| p.gamma == gamma && p.rays == rays);
-            found.map_or_else(String::new, |p| measured(p.bias.missing, p.bias.error))
+            found.map_or_else(String::new, |p| missing(&p.bias))
         };
-        let [few, _, many] = RAYS_OF_GAMMA;
-        format!(
-            "<p>The auxiliary kernel’s concentration κ should not matter, and does not if B is measured in \
-             the kernel’s width (original: {}). A B that is blind to κ is at the mercy of the scene’s scale: \
-             B = 20s goes {}, because it is 1, and the weight Gaussian, almost up to the silhouette of a wide \
-             kernel. That a B = 2s, small over the whole kernel, does harm as well is not found on this scene: it \
-             goes {} with {RAYS_OF_KAPPA} rays.</p>\
-             <p>With a linear B the exponent must be γ ≥ {BOUND} in two dimensions. At γ = 1, below the bound, \
-             going from {few} to {many} rays leaves {} of {}: the field does not meet the silhouette’s \
-             velocity. At γ = 2 it leaves {} of {}. A larger γ lets single rays dominate, which costs variance \
-             and then bias again.</p>",
-            ends(&self.kappa[0]),
-            ends(&self.kappa[3]),
-            ends(&self.kappa[2]),
-            gamma(1.0, many),
-            gamma(1.0, few),
-            gamma(2.0, many),
-            gamma(2.0, few),
+        let worst = self.rays.iter().flat_map(|c| &c.points).map(|(_, b)| b.error).fold(0.0, f64::max);
+        Prose::new(
+            include_str!("trade.md"),
+            &[
+                ("original_16", &at(original, 16)),
+                ("original_rate", &exponent(original.rate())),
+                ("default_16", &at(default, 16)),
+                ("default_rate", &exponent(default.rate())),
+                ("gaussian_256", &at(gaussian, 256)),
+                ("kappa_original", &ends(&self.kappa[0])),
+                ("kappa_20", &ends(&self.kappa[3])),
+                ("kappa_2", &ends(&self.kappa[2])),
+                ("rays_of_kappa", &RAYS_OF_KAPPA),
+                ("bound", &BOUND),
+                ("few", &few),
+                ("many", &many),
+                ("gamma_1_many", &gamma(1.0, many)),
+                ("gamma_1_few", &gamma(1.0, few)),
+                ("gamma_2_many", &gamma(2.0, many)),
+                ("gamma_2_few", &gamma(2.0, few)),
+                ("rays", &RAYS),
+                ("schemes", &self.prices()),
+                ("best_forward", &succession(&self.forward)),
+                ("coordinates", &(2 * VERTICES)),
+                ("best_reverse", &succession(&self.reverse)),
+                ("worst", &percent(worst)),
+            ],
         )
     }
 
-    fn about_debiasing(&self) -> String {
+    /// What every unbiased scheme costs.
+    fn prices(&self) -> String {
         let reference = |original: bool| self.schemes.iter().find(|s| s.original == original);
         let (Some(original), Some(own)) = (reference(true), reference(false)) else { return String::new() };
-        let list: Vec<String> = self
-            .schemes
-            .iter()
-            .filter(|s| s.debias.is_unbiased() && !s.original)
-            .map(|s| {
-                let (a, b) = (s.relative(own).shown(), s.relative(original).shown());
-                format!("{}: {a} times ({b} times the original’s weight’s)", escape(&name(s.debias)))
-            })
-            .collect();
-        format!(
-            "<p>Two schemes remove the bias exactly by adding, with a random and unbounded number of rays, the \
-             differences between estimates from more and more rays. What that costs is variance × rays, here \
-             relative to {RAYS} rays of the same weight, which are biased: {}. The tails are heavy: means lie \
-             above medians over batches, and the error bars are themselves uncertain.</p>",
-            list.join("; "),
-        )
-    }
-
-    fn about_time(&self) -> String {
-        format!(
-            "<p>At equal time, a biased method is ahead until its bias shows. Best among the methods that are \
-             not told where edges are, for one parameter: {}. For the {} coordinates of a star, all at once in \
-             reverse mode: {}. One parameter is the home ground of finite differences: two primal rays a sample, \
-             and a bias of the step squared. They pay for every parameter anew; warped area pays once. Edge \
-             sampling, which is given the edges of a scene that has few, is ahead everywhere here; the \
-             figure before shows what becomes of it as scenes grow. Times are those of the machine that drew \
-             the figure.</p>",
-            succession(&self.forward),
-            2 * VERTICES,
-            succession(&self.reverse),
-        )
-    }
-
-    /// What stands under the first picture.
-    pub(super) fn bias_caption(&self) -> String {
-        let worst = self.rays.iter().flat_map(|c| &c.points).map(|(_, b)| b.error).fold(0.0, f64::max);
-        format!(
-            "(a) A white quadrilateral moves and turns over black; red pixels gain, blue ones lose. The circle \
-             shows the kernel’s width. (b) N′ on the names: the fitted power of N′ from 8 rays on. (c–e) As \
-             named. Bars are standard errors, {} at most in (b); points within two of them of zero are left \
-             out of log axes.",
-            percent(worst),
-        )
-    }
-
-    /// What stands under the second picture.
-    pub(super) fn trade_caption(&self) -> String {
-        "(a) How many times as many rays a scheme takes for the same noise; orange: default weight, blue: \
-         original’s weight. Multilevel names its rays, P(L ≥ 1) and ratio. (b, c) Root-mean-square error of the \
-         gradient relative to its norm, from measured bias, variance and time; the bias of debiased methods \
-         and of edge sampling is taken as the zero that theory says (the data hold the measured one)."
-            .to_owned()
+        let unbiased = self.schemes.iter().filter(|s| s.debias.is_unbiased() && !s.original);
+        let price = |s: &Scheme| {
+            let (a, b) = (s.relative(own).shown(), s.relative(original).shown());
+            format!("{}: {a} times ({b} times the original’s weight’s)", name(s.debias))
+        };
+        unbiased.map(price).collect::<Vec<_>>().join("; ")
     }
 }
 

@@ -13,12 +13,9 @@ use self::fans::DrawnPath;
 use self::setting::Setting;
 use self::study::Study;
 use crate::context::Context;
-use crate::gallery::{Picture, Section};
-use crate::output::write_png;
+use crate::gallery::Section;
 use crate::plot::{Align, Canvas, Color, Figure, GUTTER, Height, PANEL_TITLE_ROOM, TextStyle};
 
-const WORLD: &str = "figure7_transport.png";
-const METHODS: &str = "figure7_methods.png";
 const BODY: f64 = 960.0;
 /// Width of the world's panel.
 const WIDE: f64 = 610.0;
@@ -31,32 +28,11 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let path = DrawnPath::new(&setting, context.seed())?;
     let study = Study::new(context, &setting)?;
     context.step("7 flat transport: drawing");
-    write_png(&context.path(WORLD), &world_page(&setting, &path, &study))?;
-    write_png(&context.path(METHODS), &methods_page(&study))?;
+    context.png("figure7_transport.png", &world_page(&setting, &path, &study))?;
+    context.png("figure7_methods.png", &methods_page(&study))?;
     let results = text::Results { study: &study, path: &path, vertices: setting.world.vertex_count() };
     let data = results.write(context)?;
-    Ok(Section {
-        id: "transport".to_owned(),
-        title: "Flat transport: a warp at every bounce".to_owned(),
-        explanation_html: results.explanation(),
-        formula_mathml: text::formulas(),
-        pictures: vec![
-            Picture {
-                file: WORLD.to_owned(),
-                alt: "A flat world with a light, an occluder, a floor and a wall; a path with its auxiliary \
-                      rays coloured by weight; the image and the terms of its derivative"
-                    .to_owned(),
-                caption: results.world_caption(),
-            },
-            Picture {
-                file: METHODS.to_owned(),
-                alt: "The derivative of the image by every method, each beside the exact curve".to_owned(),
-                caption: results.methods_caption(),
-            },
-        ],
-        data,
-        table: Some(results.table()),
-    })
+    results.prose()?.section("transport", data, results.table())
 }
 
 /// The world with the path, the image and its terms, and the weights.

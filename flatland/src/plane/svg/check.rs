@@ -1,341 +1,251 @@
-//! What is drawn but not supported, found before usvg drops it.
-//!
-//! The walk follows what is rendered, through every `use`. Styles that only usvg can resolve
-//! (strokes, opacities, gradients) are judged afterwards, on its result.
+//! What usvg drops or misreads without a word, found before: elements it does not know, references to nothing, and values
+//! and style sheets that its parsers skip. All else is judged on its result.
 
-use std::collections::{BTreeMap, HashSet};
+use simplecss::{DeclarationTokenizer, StyleSheet};
+use svgtypes::{
+    AspectRatio, Color, Length, LengthUnit, NumberListParser, Paint, PathParser, Transform, TransformOrigin,
+    ViewBox,
+};
 
-use usvg::roxmltree::NodeId;
-
+use super::SvgError;
 use super::document::{Node, Source, attribute, attributes, href, is_svg};
-use super::{SvgError, css, values};
 
-/// Elements that draw nothing where they stand.
-const UNDRAWN: [&str; 17] = [
-    "defs",
-    "symbol",
-    "style",
-    "title",
-    "desc",
-    "metadata",
-    "linearGradient",
-    "radialGradient",
-    "pattern",
-    "mask",
-    "clipPath",
-    "filter",
-    "marker",
-    "view",
-    "cursor",
-    "font",
-    "color-profile",
-];
+/// Elements may be nested this deep, with every `use` replaced by what it shows: usvg recurses.
+const MAX_DEPTH: usize = 256;
+/// Elements there may be, with every `use` replaced by what it shows.
+const MAX_ELEMENTS: usize = 1_000_000;
 
-/// Elements that are filled.
-const SHAPES: [&str; 7] = ["path", "polygon", "polyline", "rect", "circle", "ellipse", "line"];
+/// Elements that hold others, those that are filled, and those that draw nothing where they stand.
+const CONTAINERS: &str = "svg g a use symbol";
+const SHAPES: &str = "path polygon polyline rect circle ellipse line";
+const UNDRAWN: &str =
+    "defs style title desc metadata linearGradient radialGradient pattern mask clipPath filter marker";
 
-/// Properties of CSS that move or hide what is drawn, and that usvg does not know.
-const UNKNOWN: [&str; 33] = [
-    "d",
-    "x",
-    "y",
-    "cx",
-    "cy",
-    "r",
-    "rx",
-    "ry",
-    "width",
-    "height",
-    "translate",
-    "rotate",
-    "scale",
-    "transform-box",
-    "offset",
-    "offset-path",
-    "offset-distance",
-    "offset-rotate",
-    "perspective",
-    "animation",
-    "animation-name",
-    "transition",
-    "clip",
-    "mask-image",
-    "mask-border",
-    "mask-border-source",
-    "-webkit-mask",
-    "-webkit-mask-image",
-    "-webkit-clip-path",
-    "-webkit-filter",
-    "backdrop-filter",
-    "zoom",
-    "all",
-];
+/// Properties of CSS that draw, move or hide, and that usvg does not know.
+const UNKNOWN: &str = "d x y cx cy r rx ry width height translate rotate scale offset offset-path zoom all background clip \
+    mask-image animation animation-name transition backdrop-filter";
 
-/// Refuses what cannot be shown.
+fn has_word(list: &str, word: &str) -> bool {
+    list.split(' ').any(|other| other == word)
+}
+
+/// Refuses what would be lost.
 pub(super) fn check(source: &Source<'_>) -> Result<(), SvgError> {
-    let mut checker =
-        Checker { source, paints: HashSet::new(), gradients: HashSet::new(), has_styled_visibility: false };
-    for node in source.document().root().children() {
+    for node in source.document().descendants() {
         if node.pi().is_some_and(|pi| pi.target == "xml-stylesheet") {
             return Err(source.unsupported(node, "an external style sheet"));
         }
+        if node.has_tag_name("style") {
+            style_sheet(source, node)?;
+        }
     }
-    for node in source.document().descendants().filter(|n| n.has_tag_name("style")) {
-        checker.style_sheet(node)?;
-    }
-    checker.element(source.root(), true)
+    Walk { source, count: 0 }.element(source.root(), 0, true)
 }
 
-struct Checker<'s, 'a> {
+struct Walk<'s, 'a> {
     source: &'s Source<'a>,
-    /// Paints known to be good.
-    paints: HashSet<String>,
-    /// Gradients known to be good.
-    gradients: HashSet<NodeId>,
-    /// Whether a style sheet shows or hides elements: then attributes alone do not tell.
-    has_styled_visibility: bool,
+    /// Elements met so far.
+    count: usize,
 }
 
-impl<'a> Checker<'_, 'a> {
-    /// A rendered element. `is_visible` is the inherited `visibility`.
-    fn element(&mut self, node: Node<'a>, is_visible: bool) -> Result<(), SvgError> {
-        let tag = node.tag_name().name();
-        if !is_svg(node) || UNDRAWN.contains(&tag) {
-            return Ok(());
+impl<'a> Walk<'_, 'a> {
+    /// An element, all in it, and what it uses.
+    fn element(&mut self, node: Node<'a>, depth: usize, mut is_drawn: bool) -> Result<(), SvgError> {
+        let (source, tag) = (self.source, node.tag_name().name());
+        let refuse = |what: &str| Err(source.unsupported(node, what));
+        self.count += 1;
+        if depth > MAX_DEPTH {
+            return refuse("nesting deeper than 256, or a use of itself,");
         }
-        self.rendered(node, is_visible)
-    }
-
-    fn rendered(&mut self, node: Node<'a>, is_visible: bool) -> Result<(), SvgError> {
-        let tag = node.tag_name().name();
-        let style = self.style(node)?;
-        let property = |name: &str| {
-            let styled = style.get(name).map(String::as_str);
-            styled.or_else(|| attribute(node, name)).map(str::trim)
-        };
-        let mut is_visible = is_visible;
-        if !self.has_styled_visibility {
-            let is_transparent = property("opacity").and_then(values::fraction) == Some(0.0);
-            if property("display") == Some("none") || is_transparent {
-                return Ok(());
-            }
-            is_visible = match property("visibility") {
-                Some("visible") => true,
-                Some("hidden" | "collapse") => false,
-                _ => is_visible,
-            };
+        if self.count > MAX_ELEMENTS {
+            return refuse("a document of more than 10⁶ elements");
         }
-        let is_leaf = tag != "use" && !node.children().any(is_svg);
-        if !is_visible && is_leaf {
-            return Ok(());
-        }
-        let is_container = matches!(tag, "svg" | "g" | "a" | "symbol");
-        if !is_container && tag != "use" && !SHAPES.contains(&tag) {
-            return Err(self.source.unsupported(node, tag));
-        }
-        for (name, value) in attributes(node) {
-            // The one property that SVG takes from styles only.
-            if name != "mix-blend-mode" {
-                self.value(node, name, value, false)?;
-            }
-        }
-        for (name, value) in &style {
-            self.value(node, name, value, true)?;
+        is_drawn = is_drawn && !has_word(UNDRAWN, tag) && !values(source, node)?;
+        let is_shape = has_word(SHAPES, tag);
+        if is_drawn && !is_shape && !has_word(CONTAINERS, tag) {
+            return refuse(tag);
         }
         if tag == "use" {
-            let Some(target) = self.source.target(node) else {
-                let what = format!("a reference to nothing ({})", href(node).unwrap_or("no href"));
-                return Err(self.source.unsupported(node, &what));
-            };
-            match target.tag_name().name() {
-                "symbol" => self.rendered(target, is_visible)?,
-                _ => self.element(target, is_visible)?,
+            match source.target(node) {
+                Some(target) => self.element(target, depth + 1, is_drawn)?,
+                None if is_drawn => {
+                    return refuse(&format!("a reference to nothing ({})", href(node).unwrap_or("no href")));
+                }
+                None => {}
             }
         }
         for child in node.children().filter(|&child| is_svg(child)) {
             let name = child.tag_name().name();
-            if is_container {
-                self.element(child, is_visible)?;
-            } else if !matches!(name, "title" | "desc" | "metadata") {
-                return Err(self.source.unsupported(child, &format!("{name} in {tag}")));
+            if is_drawn && is_shape && !has_word(UNDRAWN, name) {
+                return Err(source.unsupported(child, &format!("{name} in {tag}")));
             }
+            // A symbol is drawn by what uses it.
+            self.element(child, depth + 1, is_drawn && name != "symbol")?;
         }
         Ok(())
     }
+}
 
-    /// An attribute (or a property of a style) of something rendered.
-    fn value(&mut self, node: Node<'a>, name: &str, value: &str, is_style: bool) -> Result<(), SvgError> {
-        let source = self.source;
-        let unsupported = || Err(source.unsupported(node, &format!("{name}=\"{value}\"")));
-        let readable = |ok: bool| if ok { Ok(()) } else { Err(source.bad_value(node, name, value)) };
-        let text = value.trim();
-        match name {
-            _ if is_style && UNKNOWN.contains(&name) => {
-                // The size of the page is the page's business.
-                let is_page = node == source.root() && matches!(name, "width" | "height");
-                if is_page || matches!(text, "none" | "auto" | "initial") { Ok(()) } else { unsupported() }
+/// Checks the attributes of an element and its own style, and tells whether they hide it: `display: none`.
+fn values(source: &Source<'_>, node: Node<'_>) -> Result<bool, SvgError> {
+    let text = attribute(node, "style").unwrap_or("");
+    let style = declarations(text).ok_or_else(|| source.bad_value(node, "style", text))?;
+    let mut display = attribute(node, "display");
+    for (name, text) in attributes(node) {
+        value(source, node, name, text.trim())?;
+    }
+    for (name, text) in style {
+        property(source, node, name, text)?;
+        display = if name == "display" { Some(text) } else { display };
+    }
+    Ok(display == Some("none"))
+}
+
+/// A property of a style.
+fn property(source: &Source<'_>, node: Node<'_>, name: &str, text: &str) -> Result<(), SvgError> {
+    // The size of the page is the page's business.
+    let is_page = node == source.root() && matches!(name, "width" | "height");
+    if has_word(UNKNOWN, name) && !is_page && !matches!(text, "none" | "auto" | "initial" | "transparent") {
+        return Err(source.unsupported(node, &format!("{name}=\"{text}\"")));
+    }
+    value(source, node, name, text)
+}
+
+/// An attribute or a property.
+fn value(source: &Source<'_>, node: Node<'_>, name: &str, text: &str) -> Result<(), SvgError> {
+    let is_effect = has_word("filter mask clip-path marker marker-start marker-mid marker-end", name);
+    if text == "inherit" || (is_effect && text == "none") {
+        return Ok(());
+    }
+    if is_effect {
+        return Err(source.unsupported(node, &format!("{name}=\"{text}\"")));
+    }
+    if !is_readable(name, text) {
+        return Err(source.bad_value(node, name, text));
+    }
+    match Paint::from_str(text) {
+        Ok(Paint::FuncIRI(id, _)) if matches!(name, "fill" | "stroke") => match source.by_id(id) {
+            Some(target) if target.tag_name().name() == "linearGradient" => gradient(source, node, target),
+            Some(target) => {
+                Err(source.unsupported(node, &format!("{name} by {} #{id}", target.tag_name().name())))
             }
-            _ if text == "inherit" => Ok(()),
-            "filter" | "mask" | "clip-path" | "marker" | "marker-start" | "marker-mid" | "marker-end" => {
-                if text == "none" {
-                    Ok(())
-                } else {
-                    unsupported()
-                }
+            None => Err(source.unsupported(node, &format!("a reference to nothing ({text})"))),
+        },
+        _ => Ok(()),
+    }
+}
+
+/// Whether usvg reads all of a value. What it cannot read it skips, or takes for black.
+fn is_readable(name: &str, text: &str) -> bool {
+    let length =
+        |least: f64| text == "auto" || text.parse().is_ok_and(|length: Length| length.number >= least);
+    match name {
+        "d" => PathParser::from(text).all(|segment| segment.is_ok()) && !is_beyond_single_precision(text),
+        "points" => {
+            let numbers: Vec<_> = NumberListParser::from(text).collect();
+            numbers.len() % 2 == 0 && numbers.iter().all(Result::is_ok) && !is_beyond_single_precision(text)
+        }
+        "transform" | "gradientTransform" => text == "none" || text.parse().is_ok_and(keeps_what_it_scales),
+        "transform-origin" => text.parse::<TransformOrigin>().is_ok(),
+        "viewBox" => text.parse::<ViewBox>().is_ok(),
+        "preserveAspectRatio" => text.parse::<AspectRatio>().is_ok(),
+        "fill" | "stroke" => Paint::from_str(text).is_ok(),
+        "color" | "stop-color" | "background-color" => {
+            text == "currentColor" || text.parse::<Color>().is_ok()
+        }
+        "opacity" | "fill-opacity" | "stroke-opacity" | "stop-opacity" | "offset" => {
+            text.parse().is_ok_and(|part: Length| matches!(part.unit, LengthUnit::None | LengthUnit::Percent))
+        }
+        "x" | "y" | "cx" | "cy" | "x1" | "y1" | "x2" | "y2" | "stroke-width" => length(f64::NEG_INFINITY),
+        "width" | "height" | "r" | "rx" | "ry" => length(0.0),
+        "fill-rule" => matches!(text, "nonzero" | "evenodd"),
+        "gradientUnits" => matches!(text, "userSpaceOnUse" | "objectBoundingBox"),
+        "spreadMethod" => matches!(text, "pad" | "reflect" | "repeat"),
+        "color-interpolation" => text != "linearRGB",
+        _ => true,
+    }
+}
+
+/// Whether a number has an exponent with which its square, or its quotient, is lost in single precision.
+fn is_beyond_single_precision(text: &str) -> bool {
+    text.split(['e', 'E']).skip(1).any(|rest| {
+        let exponent = rest.trim_start_matches(['+', '-']);
+        let end = exponent.find(|c: char| !c.is_ascii_digit()).unwrap_or(exponent.len());
+        exponent[..end].parse::<u32>().is_ok_and(|exponent| exponent > 15)
+    })
+}
+
+/// usvg drops what is scaled by less than 2⁻²³; by 0 it has no area.
+fn keeps_what_it_scales(t: Transform) -> bool {
+    [t.a.hypot(t.c), t.b.hypot(t.d)].iter().all(|&scale| scale == 0.0 || scale > f64::from(f32::EPSILON))
+}
+
+/// A gradient that paints `node`, and those it takes its stops from.
+fn gradient(source: &Source<'_>, node: Node<'_>, first: Node<'_>) -> Result<(), SvgError> {
+    let mut next = first;
+    for _ in 0..MAX_DEPTH {
+        values(source, next)?;
+        for stop in next.children().filter(|&child| is_svg(child)) {
+            values(source, stop)?;
+            if !has_word("stop title desc metadata", stop.tag_name().name()) {
+                return Err(source.unsupported(stop, &format!("{} in a gradient", stop.tag_name().name())));
             }
-            "mix-blend-mode" => {
-                if text == "normal" {
-                    Ok(())
-                } else {
-                    unsupported()
-                }
-            }
-            "color-interpolation" if text == "linearRGB" => unsupported(),
-            "background" if !matches!(text, "none" | "transparent") => unsupported(),
-            "fill" | "stroke" => self.paint(node, name, value),
-            "color" | "stop-color" | "background-color" => self.colour(node, name, value),
-            "fill-rule" => readable(matches!(text, "nonzero" | "evenodd")),
-            "opacity" | "fill-opacity" | "stroke-opacity" | "stop-opacity" | "offset" => {
-                readable(values::fraction(text).is_some())
-            }
-            "transform" | "gradientTransform" => readable(values::is_transform(text)),
-            "d" => readable(values::is_path(text)),
-            "points" => readable(values::is_points(text)),
-            "viewBox" => readable(values::is_view_box(text)),
-            "preserveAspectRatio" => readable(text.split_whitespace().all(values::is_aspect_word)),
-            "transform-origin" => {
-                let is_side = |w| matches!(w, "left" | "right" | "center" | "top" | "bottom");
-                readable(text.split_whitespace().all(|w| is_side(w) || values::length(w).is_some()))
-            }
-            "gradientUnits" => readable(matches!(text, "userSpaceOnUse" | "objectBoundingBox")),
-            "spreadMethod" => readable(matches!(text, "pad" | "reflect" | "repeat")),
-            "x" | "y" | "cx" | "cy" | "x1" | "y1" | "x2" | "y2" | "stroke-width" => {
-                readable(values::length(text).is_some())
-            }
-            "width" | "height" | "r" | "rx" | "ry" => {
-                readable(values::length(text).is_some_and(|x| x >= 0.0))
-            }
-            _ => Ok(()),
+        }
+        match (href(next), source.target(next)) {
+            (None, _) => return Ok(()),
+            (_, Some(target)) if target.tag_name().name().ends_with("Gradient") => next = target,
+            (Some(link), _) => return Err(source.unsupported(next, &format!("a gradient from {link}"))),
         }
     }
+    Err(source.unsupported(node, "a gradient that refers to itself"))
+}
 
-    fn colour(&mut self, node: Node<'a>, name: &str, value: &str) -> Result<(), SvgError> {
-        if !self.paints.contains(value) {
-            if !values::is_paint(value) {
-                return Err(self.source.bad_value(node, name, value));
-            }
-            self.paints.insert(value.to_owned());
-        }
-        Ok(())
+/// Refuses style sheets of which usvg would skip a part, and checks every declaration.
+fn style_sheet(source: &Source<'_>, node: Node<'_>) -> Result<(), SvgError> {
+    let is_plain =
+        matches!(attribute(node, "type"), None | Some("text/css")) && attribute(node, "media").is_none();
+    if !is_plain || node.children().count() > 1 {
+        return Err(source.unsupported(node, "a style sheet that is not plain text/css"));
     }
-
-    fn paint(&mut self, node: Node<'a>, name: &str, value: &str) -> Result<(), SvgError> {
-        if !value.trim_start().starts_with("url(") {
-            return self.colour(node, name, value);
-        }
-        let Some(id) = values::reference(value) else {
-            return Err(self.source.bad_value(node, name, value));
+    let text = without_comments(node.text().unwrap_or(""));
+    let mut rest = text.trim();
+    while !rest.is_empty() {
+        let rule = rest.split_once('}').and_then(|(rule, rest)| Some((rule.split_once('{')?, rest)));
+        let Some(((selectors, block), after)) = rule else {
+            return Err(source.unsupported(node, "a style sheet with an open block"));
         };
-        // The fallback, if any, is a colour.
-        let colour = value.split_once(')').map_or("", |(_, rest)| rest.trim());
-        if !colour.is_empty() {
-            self.colour(node, name, colour)?;
+        let list =
+            declarations(block).ok_or_else(|| source.bad_value(node, selectors.trim(), block.trim()))?;
+        let parsed = StyleSheet::parse(&rest[..rest.len() - after.len()]).rules.len();
+        if selectors.contains(['@', ':', '>', '+', '[']) || parsed != selectors.split(',').count() {
+            return Err(source.unsupported(node, &format!("the selector \"{}\"", selectors.trim())));
         }
-        match self.source.by_id(id).map(|target| (target, target.tag_name().name())) {
-            Some((target, "linearGradient")) if is_svg(target) => self.gradient(target),
-            Some((target, tag)) => Err(self
-                .source
-                .unsupported(node, &format!("{name} by {tag} #{}", attribute(target, "id").unwrap_or("")))),
-            None => Err(self.source.unsupported(node, &format!("a reference to nothing ({value})"))),
+        for (name, text) in list {
+            // Otherwise what an element hides by itself might be shown.
+            if name == "display" && text != "none" {
+                return Err(source.unsupported(node, &format!("display: {text} in a style sheet")));
+            }
+            property(source, node, name, text)?;
         }
+        rest = after.trim_start();
     }
+    Ok(())
+}
 
-    /// A gradient and those it takes its stops or attributes from.
-    fn gradient(&mut self, first: Node<'a>) -> Result<(), SvgError> {
-        let mut chain = HashSet::new();
-        let mut next = Some(first);
-        while let Some(node) = next {
-            if !chain.insert(node.id()) {
-                return Err(self.source.unsupported(first, "a gradient that refers to itself"));
-            }
-            if self.gradients.contains(&node.id()) {
-                break;
-            }
-            for (name, value) in attributes(node) {
-                self.value(node, name, value, false)?;
-            }
-            for (name, value) in self.style(node)? {
-                self.value(node, &name, &value, true)?;
-            }
-            for stop in node.children().filter(|&child| is_svg(child)) {
-                match stop.tag_name().name() {
-                    "stop" => {}
-                    "title" | "desc" | "metadata" => continue,
-                    other => return Err(self.source.unsupported(stop, &format!("{other} in a gradient"))),
-                }
-                if let Some(child) = stop.children().find(|&child| is_svg(child)) {
-                    return Err(self.source.unsupported(child, "anything in a stop"));
-                }
-                for (name, value) in attributes(stop) {
-                    self.value(stop, name, value, false)?;
-                }
-                for (name, value) in self.style(stop)? {
-                    self.value(stop, &name, &value, true)?;
-                }
-            }
-            next = match (href(node), self.source.target(node)) {
-                (None, _) => None,
-                (Some(_), Some(target)) if target.tag_name().name().ends_with("Gradient") => Some(target),
-                (Some(link), _) => {
-                    return Err(self.source.unsupported(node, &format!("a gradient from {link}")));
-                }
-            };
-        }
-        self.gradients.extend(chain);
-        Ok(())
-    }
+fn without_comments(text: &str) -> String {
+    let mut parts = text.split("/*");
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |text, part| text + " " + part.split_once("*/").map_or("", |(_, after)| after))
+}
 
-    /// The properties of a `style` attribute; the last of each name counts.
-    fn style(&self, node: Node<'a>) -> Result<BTreeMap<String, String>, SvgError> {
-        let text = attribute(node, "style").unwrap_or("");
-        css::declarations(text)
-            .ok_or_else(|| self.source.bad_value(node, "style", text))
-            .map(|list| list.into_iter().collect())
-    }
-
-    /// Refuses all that usvg's CSS parser would skip, and checks every declaration.
-    fn style_sheet(&mut self, node: Node<'a>) -> Result<(), SvgError> {
-        if !matches!(attribute(node, "type"), None | Some("text/css")) || attribute(node, "media").is_some() {
-            return Err(self.source.unsupported(node, "a style sheet that is not plain text/css"));
-        }
-        if node.children().count() > 1 {
-            return Err(self.source.unsupported(node, "a style sheet in pieces"));
-        }
-        let text = node.text().unwrap_or("");
-        let Some(text) = css::without_comments(text) else {
-            return Err(self.source.unsupported(node, "an open comment in a style sheet"));
-        };
-        let mut rest = text.trim();
-        while !rest.is_empty() {
-            let parts = rest.split_once('{').and_then(|(selectors, rest)| {
-                rest.split_once('}').map(|(block, rest)| (selectors.trim(), block, rest))
-            });
-            let Some((selectors, block, after)) = parts else {
-                return Err(self.source.unsupported(node, "a style sheet with an open block"));
-            };
-            if !selectors.split(',').all(css::is_selector) {
-                return Err(self.source.unsupported(node, &format!("the selector \"{selectors}\"")));
-            }
-            let Some(list) = css::declarations(block) else {
-                return Err(self.source.bad_value(node, selectors, block.trim()));
-            };
-            for (name, value) in &list {
-                self.value(node, name, value, true)?;
-                let decides = ["display", "visibility", "opacity"].contains(&name.as_str());
-                self.has_styled_visibility |= decides;
-            }
-            rest = after.trim_start();
-        }
-        Ok(())
-    }
+/// The declarations of a style, if usvg's parser reads all of them.
+fn declarations(text: &str) -> Option<Vec<(&str, &str)>> {
+    let written = text.split(';').filter(|piece| !piece.trim().is_empty());
+    let read = DeclarationTokenizer::from(text).map(|declaration| (declaration.name, declaration.value));
+    let (written, read): (Vec<_>, Vec<_>) = (written.collect(), read.collect());
+    let is_whole = |(piece, (_, value)): (&&str, &(&str, &str))| {
+        let rest = piece.split_once(value).map_or(*piece, |(_, rest)| rest);
+        matches!(rest.replace(char::is_whitespace, "").as_str(), "" | "!important")
+    };
+    (written.len() == read.len() && written.iter().zip(&read).all(is_whole)).then_some(read)
 }

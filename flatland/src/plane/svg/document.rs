@@ -12,17 +12,11 @@ pub(super) type Node<'a> = roxmltree::Node<'a, 'a>;
 const SVG: &str = "http://www.w3.org/2000/svg";
 const XLINK: &str = "http://www.w3.org/1999/xlink";
 
-/// Elements may be nested this deep, with every `use` replaced by what it shows: usvg recurses.
-const MAX_DEPTH: usize = 256;
-/// Elements there may be, with every `use` replaced by what it shows.
-const MAX_ELEMENTS: usize = 1_000_000;
-
 /// The elements whose ids usvg keeps on what it draws.
 const NAMED: [&str; 10] =
     ["g", "a", "use", "path", "polygon", "polyline", "rect", "circle", "ellipse", "line"];
 
-/// A document whose references are sound: ids differ, nesting is bounded, every element has its
-/// own place in the text.
+/// A document in which ids differ and every element has its own place in the text.
 pub(super) struct Source<'a> {
     document: &'a Document<'a>,
     by_id: HashMap<&'a str, Node<'a>>,
@@ -46,17 +40,7 @@ impl<'a> Source<'a> {
                 return Err(this.unsupported(node, "an element inside an entity"));
             }
             last = Some(start);
-            // usvg looks these up without regard to namespaces.
-            let is_misread = |a: roxmltree::Attribute<'_, '_>| {
-                a.namespace().is_some() && matches!(a.name(), "id" | "style")
-            };
-            if is_svg(node) && node.attributes().any(is_misread) {
-                return Err(this.unsupported(node, "an id or style of another namespace"));
-            }
             let Some(id) = node.attribute("id") else { continue };
-            if id.is_empty() && is_svg(node) {
-                return Err(this.unsupported(node, "an empty id"));
-            }
             if let Some(other) = this.by_id.insert(id, node) {
                 let line = document.text_pos_at(other.range().start).row;
                 return Err(this.unsupported(node, &format!("an id given before, in line {line},")));
@@ -66,28 +50,7 @@ impl<'a> Source<'a> {
         if !is_svg(root) || root.tag_name().name() != "svg" {
             return Err(this.unsupported(root, "a root other than svg"));
         }
-        let mut count = 0;
-        this.check_nesting(root, 0, &mut count)?;
         Ok(this)
-    }
-
-    fn check_nesting(&self, node: Node<'a>, depth: usize, count: &mut usize) -> Result<(), SvgError> {
-        if !is_svg(node) {
-            return Ok(());
-        }
-        *count += 1;
-        if depth > MAX_DEPTH {
-            return Err(self.unsupported(node, "nesting deeper than 256, or a use of itself,"));
-        }
-        if *count > MAX_ELEMENTS {
-            return Err(self.unsupported(node, "a document of more than 10⁶ elements"));
-        }
-        if node.tag_name().name() == "use"
-            && let Some(target) = self.target(node)
-        {
-            self.check_nesting(target, depth + 1, count)?;
-        }
-        node.children().try_for_each(|child| self.check_nesting(child, depth + 1, count))
     }
 
     pub(super) fn root(&self) -> Node<'a> {

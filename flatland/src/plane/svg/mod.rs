@@ -10,10 +10,9 @@
 //! patterns, masks, filters, clipping, blend modes, gradients with a jump, `switch`, animations,
 //! scripts, and values that do not parse. What is invisible is left out: `display: none`,
 //! `visibility: hidden`, opacity 0, no fill, regions without area, what is only defined. (Text and
-//! other unsupported elements must be hidden by an attribute or `style` of their own or of a group
-//! around them; a style sheet that shows or hides anything makes all of them count as visible.)
-//! Elements of foreign namespaces are ignored, as SVG demands. Conditions such as
-//! `systemLanguage` are decided for English.
+//! other unsupported elements are left out if an attribute or `style` of their own or of a group
+//! around them says `display: none`, and only then.) Elements of foreign namespaces are ignored, as
+//! SVG demands. Conditions such as `systemLanguage` are decided for English.
 //!
 //! # Example
 //! ```
@@ -63,13 +62,11 @@
 //! d = p₂ − p₁; so the direction of the ramp is L⁻ᵀd/|d|², with L the linear part of M.
 
 mod check;
-mod css;
 mod document;
 mod error;
 mod flatten;
 mod paint;
 mod region;
-mod values;
 
 #[cfg(test)]
 mod tests;
@@ -220,22 +217,7 @@ impl<'a> Reader<'_, 'a> {
             None
         };
         if let Some(what) = what {
-            // A group made for a single shape has no id; the shape has.
-            let mut inner = group;
-            let mut at = self.source.by_given_id(group.id());
-            while at.is_none() {
-                match inner.children().first() {
-                    Some(usvg::Node::Group(next)) => {
-                        at = self.source.by_given_id(next.id());
-                        inner = next;
-                    }
-                    Some(usvg::Node::Path(path)) => {
-                        at = Some(self.source.by_given_id(path.id()).unwrap_or(owner));
-                    }
-                    _ => at = Some(owner),
-                }
-            }
-            return Err(self.source.unsupported(at.unwrap_or(owner), what));
+            return Err(self.source.unsupported(self.owner(group, owner), what));
         }
         for child in group.children() {
             match child {
@@ -246,6 +228,16 @@ impl<'a> Reader<'_, 'a> {
             }
         }
         Ok(())
+    }
+
+    /// The element of a group: its own, or, if it was made for a single shape, that of the shape.
+    fn owner(&self, group: &usvg::Group, outer: Node<'a>) -> Node<'a> {
+        match (self.source.by_given_id(group.id()), group.children().first()) {
+            (Some(node), _) => node,
+            (None, Some(usvg::Node::Group(inner))) => self.owner(inner, outer),
+            (None, Some(usvg::Node::Path(path))) => self.source.by_given_id(path.id()).unwrap_or(outer),
+            _ => outer,
+        }
     }
 
     fn path(&mut self, path: &usvg::Path, owner: Node<'a>) -> Result<(), SvgError> {
