@@ -80,8 +80,8 @@ impl Sums {
 
     /// The gradient, with the covectors of computed normals handed on to positions.
     pub(super) fn finish(self, scene: &Scene, active: &ActiveParameters) -> Gradient {
-        let mut change = self.rows.change(&self.table);
-        change.pull_normals(scene, active);
+        let mut by_parameter = self.rows.change(&self.table);
+        by_parameter.pull_normals(scene, active);
         Gradient { by_parameter, non_finite: self.non_finite, largest: self.largest }
     }
 }

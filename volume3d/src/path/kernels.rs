@@ -37,7 +37,7 @@ impl Kernels {
         triangle: Option<u32>,
     ) -> Kernel {
         let kappa = self.surface.max(shading.concentration());
-        Kernel { kappa, sees, normal: shading.normal.value(), triangle }
+        Kernel { kappa, domain, normal: shading.normal.value(), triangle }
     }
 
     /// The kernel for the light of one emitter reflected at x, where a triangle of it is seen.
@@ -50,9 +50,9 @@ impl Kernels {
         x: DVec3,
         triangle: Option<u32>,
     ) -> Kernel {
-        let (kappa, sees) = match id {
+        let (kappa, domain) = match id {
             LightId::Shape(shape) => {
-                ((self.relative / lights.half_angle(shape, x)).powi(2), lights.sees(shape))
+                ((self.relative / lights.half_angle(shape, x)).powi(2), lights.domain(shape))
             }
             LightId::Light(index) => match &scene.description.lights[index as usize] {
                 Light::Directional { kappa, .. } if kappa.is_finite() => {
@@ -62,7 +62,7 @@ impl Kernels {
             },
             LightId::Environment => (0.0, VisibilityDomain::Distant),
         };
-        let least = self.of_bounce(shading, sees, triangle);
+        let least = self.of_bounce(shading, domain, triangle);
         Kernel { kappa: least.kappa.max(kappa), ..least }
     }
 }
