@@ -45,9 +45,8 @@
 //! | [`geometry`] | meshes, what is an edge of what is seen, the tracing of rays and bundles of rays |
 //! | [`scene`] | what a scene is made of, checked |
 //! | [`io`] | readers and writers that end in a value or a typed error |
-//! | `calculus` | numbers that carry a derivative, or record themselves for the reverse sweep |
-//! | `path` | the path tracer, written once over such numbers |
-//! | [`gradient`] | what may change; forward and reverse; one file a method |
+//! | `path` | the path tracer, written once over the numbers of [`flatland::calculus`] |
+//! | [`gradient`] | what may change; one sample over numbers, forward and reverse; one file a method |
 //!
 //! The path tracer is one program over a number type. With plain numbers it is the primal; with dual numbers, forward
 //! mode; with numbers that write to a tape, reverse mode. So a path has the same value with and without derivatives,

@@ -261,8 +261,7 @@ impl<'s> Auxiliary<'s> {
     ) -> Option<FilmWarp> {
         let kappa = self.paths.kernels.film;
         let camera = &self.paths.scene.description.camera;
-        let frame = film.frame(camera);
-        let ray = |p: DVec2| film.direction(&frame, [p.x, p.y]).value();
+        let ray = |p: DVec2| film.ray(camera, p);
         let origin = camera.origin;
         match self.construction {
             Construction::SilhouetteMean { film: radius, .. } => {

@@ -11,7 +11,7 @@ use super::progress::{Progress, Stopped};
 use super::result::{GradientImage, Terms};
 
 /// The sums over a film.
-pub(super) struct Sums<const K: usize> {
+pub(super) struct FilmSums<const K: usize> {
     pub(super) accumulator: FilmAccumulator<K>,
     /// Auxiliary rays.
     pub(super) rays: u64,
@@ -50,9 +50,13 @@ pub(super) fn over_film<const K: usize, W>(
     progress: &Progress,
     begin: impl Fn() -> W + Sync,
     cell: impl Fn(&mut W, (usize, usize), CellSink<'_, K>) + Sync,
-) -> Result<Sums<K>, Stopped> {
-    let mut sums =
-        Sums { accumulator: FilmAccumulator::new(film, samples), rays: 0, non_finite: vec![], largest: None };
+) -> Result<FilmSums<K>, Stopped> {
+    let mut sums = FilmSums {
+        accumulator: FilmAccumulator::new(film, samples),
+        rays: 0,
+        non_finite: vec![],
+        largest: None,
+    };
     let (columns, rows) = film.cells();
     let row = |j| {
         let (mut worker, mut row_sums) = (begin(), RowSums::new(film, samples));
@@ -103,10 +107,10 @@ pub(super) fn quantities<const N: usize, const K: usize>(value: DVec3, channels:
 /// What sums over a film mean.
 pub(super) fn finish<const N: usize, const K: usize>(
     film: &FilmPlane,
-    sums: Sums<K>,
+    sums: FilmSums<K>,
     samples: usize,
 ) -> GradientImage {
-    let Sums { accumulator, rays, non_finite, largest } = sums;
+    let FilmSums { accumulator, rays, non_finite, largest } = sums;
     let pick = |table: &[[f64; K]], at: usize| -> Vec<DVec3> {
         table.iter().map(|q| DVec3::new(q[at], q[at + 1], q[at + 2])).collect()
     };

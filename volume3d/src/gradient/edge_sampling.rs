@@ -71,8 +71,8 @@ impl EdgeSampling {
         let terms = Terms { interior: image.gradient.clone(), primary: zero.clone(), secondary: zero };
         image.terms = Some(terms);
         let motion = &Motion::new(scene, change);
-        let (effort, image_so_far) = (self.effort(), &mut image);
-        let mut images = Images { effort, scene, motion, progress, image: image_so_far };
+        let effort = self.effort();
+        let mut images = Images { effort, scene, motion, progress, image: &mut image };
         each_boundary(scene, &Moving::of(scene, motion), &mut images)?;
         Ok(image)
     }

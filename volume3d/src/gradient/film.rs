@@ -138,6 +138,11 @@ impl FilmPlane {
         (frame.forward + frame.right * a + frame.up * b).normalized()
     }
 
+    /// The same of the camera as it stands.
+    pub(crate) fn ray(&self, camera: &Camera, u: DVec2) -> DVec3 {
+        self.direction(&self.frame(camera), [u.x, u.y]).value()
+    }
+
     /// The pixels a radian, at least, that a ray at angle θ to the camera's axis moves on the film: f/cos θ around the axis;
     /// towards it there are 1/cos θ times as many.
     pub(crate) fn scale(&self, camera: &Camera, direction: DVec3) -> f64 {
@@ -246,10 +251,7 @@ fn focal_rate(focal: f64, field_of_view: f64) -> f64 {
 fn weight<T: Number>(filter: Filter, x: T) -> T {
     match filter {
         Filter::Box => T::constant(1.0),
-        Filter::Tent { radius } => {
-            let distance = if x.value() < 0.0 { -x } else { x };
-            (T::constant(radius) - distance).positive() * (1.0 / (radius * radius))
-        }
+        Filter::Tent { radius } => (T::constant(radius) - x.abs()).positive() * (1.0 / (radius * radius)),
         Filter::Gaussian { deviation } => {
             let floor = (-0.5 * GAUSSIAN_CUT * GAUSSIAN_CUT).exp();
             let bell = (x.squared() * (-0.5 / (deviation * deviation))).exp();

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::driver::{CellSink, Sums, finish, over_film};
+use super::driver::{CellSink, FilmSums, finish, over_film};
 use super::error::GradientError;
 use super::film::FilmPlane;
 use super::groups::numbers;
@@ -11,7 +11,7 @@ use super::result::GradientImage;
 use super::tangent::Tangent;
 
 use super::DIFFERENCE_PATH;
-use crate::path::{Kernels, Paths, Plain};
+use crate::path::{Kernels, Paths};
 use crate::scene::Scene;
 
 /// Central finite differences.
@@ -60,7 +60,7 @@ impl FiniteDifference {
         let films = [&sides[0], &sides[1]].map(FilmPlane::new);
         let film = FilmPlane::new(scene);
         let cell = |(): &mut (), place, sink: CellSink<'_, 6>| self.cell(&paths, &films, place, sink);
-        let sums: Sums<6> = over_film(&film, self.samples, progress, || (), cell)?;
+        let sums: FilmSums<6> = over_film(&film, self.samples, progress, || (), cell)?;
         Ok(finish::<1, 6>(&film, sums, self.samples))
     }
 
@@ -83,11 +83,10 @@ impl FiniteDifference {
             let u = film.point(i, j, place.pair());
             let [plus, minus] = std::array::from_fn(|side| {
                 let (paths, mut numbers) = (&paths[side], place.clone());
-                let frame = films[side].frame(&paths.scene.description.camera);
-                let direction = films[side].direction(&frame, [u.x, u.y]);
-                let hit = paths.closest(frame.origin.value(), direction.value(), None);
-                let mut plain = Plain { scene: paths.scene };
-                paths.radiance(&mut plain, frame.origin, direction, hit, &mut numbers).value()
+                let camera = &paths.scene.description.camera;
+                let direction = films[side].ray(camera, u);
+                let hit = paths.closest(camera.origin, direction, None);
+                paths.still_radiance(camera.origin, direction, hit, 1, &mut numbers)
             });
             let (mean, difference): (DVec3, DVec3) =
                 (0.5 * (plus + minus), (plus - minus) / (2.0 * self.step));

@@ -31,14 +31,12 @@ pub(super) fn groups(samples: usize) -> usize {
 /// The random numbers of a sample.
 pub(super) fn numbers(
     seed: u64,
-    (i, j): (usize, usize),
+    cell: (usize, usize),
     sample: usize,
     samples: usize,
     purpose: u64,
 ) -> Sequence {
-    let size = group_size(samples);
-    let address = [(i / TILE) as u64, (j / TILE) as u64, (sample / size) as u64, purpose];
-    Sequence::new(seed, &address, sample % size)
+    split_numbers(seed, cell, sample, samples, purpose, (0, 1))
 }
 
 /// The random numbers of one of several paths of a sample.

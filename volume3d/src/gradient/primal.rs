@@ -2,13 +2,13 @@
 
 use glam::DVec3;
 
-use super::driver::{CellSink, Sums, over_film};
+use super::driver::{CellSink, FilmSums, over_film};
 use super::film::FilmPlane;
 use super::groups::numbers;
 use super::progress::Progress;
 use super::result::Image;
 use super::{PATH, Stopped};
-use crate::path::{Kernels, Paths, Plain};
+use crate::path::{Kernels, Paths};
 use crate::scene::Scene;
 
 /// Camera rays of a cell that are traced at once, having one origin and a narrow cone: as many as a packet takes.
@@ -36,7 +36,7 @@ pub(super) fn primal(
     let cell = |(): &mut (), place, sink: CellSink<'_, 3>| {
         sample_cell(paths, &film, place, samples, seed, sink);
     };
-    let Sums { accumulator, non_finite, .. } = over_film(&film, samples, progress, || (), cell)?;
+    let FilmSums { accumulator, non_finite, .. } = over_film(&film, samples, progress, || (), cell)?;
     Ok(Image {
         width: film.columns,
         height: film.rows,
@@ -58,7 +58,7 @@ fn sample_cell(
     if !film.cell_counts(i, j) {
         return;
     }
-    let frame = film.frame(&paths.scene.description.camera);
+    let camera = &paths.scene.description.camera;
     let mut drawn = Vec::with_capacity(TOGETHER);
     let (mut directions, mut hits) = (Vec::with_capacity(TOGETHER), Vec::with_capacity(TOGETHER));
     for first in (0..samples).step_by(TOGETHER) {
@@ -69,14 +69,13 @@ fn sample_cell(
         drawn.extend((first..samples.min(first + TOGETHER)).map(|sample| {
             let mut numbers = numbers(seed, (i, j), sample, samples, PATH);
             let u = film.point(i, j, numbers.pair());
-            (sample, u, film.direction(&frame, [u.x, u.y]), numbers)
+            (sample, u, film.ray(camera, u), numbers)
         }));
         directions.clear();
-        directions.extend(drawn.iter().map(|(_, _, direction, _)| direction.value()));
-        paths.closest_bundle(frame.origin.value(), &directions, None, &mut hits);
+        directions.extend(drawn.iter().map(|&(_, _, direction, _)| direction));
+        paths.closest_bundle(camera.origin, &directions, None, &mut hits);
         for (&mut (sample, u, direction, ref mut numbers), &hit) in drawn.iter_mut().zip(&hits) {
-            let mut plain = Plain { scene: paths.scene };
-            let radiance = paths.radiance(&mut plain, frame.origin, direction, hit, numbers).value();
+            let radiance = paths.still_radiance(camera.origin, direction, hit, 1, numbers);
             if !radiance.is_finite() {
                 sink.non_finite.push(film.located(i, j, sample));
                 continue;

@@ -9,6 +9,7 @@ use super::calculus::{Calculus, VisibilityDomain, Warped};
 use super::escape::distant;
 use super::kernels::Kernels;
 use super::lights::{LightId, LightSample, Lights};
+use super::plain::Plain;
 use super::sequence::Sequence;
 use super::surface::SurfacePoint;
 use crate::geometry::{Hit, Ray};
@@ -104,20 +105,9 @@ impl<'s> Paths<'s> {
         self.scene.accelerator.closest_bundle(origin, directions, near, f64::INFINITY, from, hits);
     }
 
-    /// One sample of the radiance that arrives from `hit` along a ray from the camera.
+    /// One sample of the radiance that arrives from `hit` along the `depth`-th segment of a path; those of the camera are
+    /// the first.
     pub(crate) fn radiance<C: Calculus>(
-        &self,
-        calculus: &mut C,
-        origin: Vec3<C::Number>,
-        direction: Vec3<C::Number>,
-        hit: Option<Hit>,
-        samples: &mut Sequence,
-    ) -> Rgb<C::Number> {
-        self.radiance_of(calculus, origin, direction, hit, 1, samples)
-    }
-
-    /// The same along the `depth`-th segment of a path.
-    pub(crate) fn radiance_of<C: Calculus>(
         &self,
         calculus: &mut C,
         origin: Vec3<C::Number>,
@@ -149,6 +139,19 @@ impl<'s> Paths<'s> {
         total
     }
 
+    /// The same without derivatives.
+    pub(crate) fn still_radiance(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        hit: Option<Hit>,
+        depth: usize,
+        samples: &mut Sequence,
+    ) -> DVec3 {
+        let (origin, direction) = (Vec3::constant(origin), Vec3::constant(direction));
+        self.radiance(&mut Plain { scene: self.scene }, origin, direction, hit, depth, samples).value()
+    }
+
     /// What is emitted at the end of a camera ray.
     fn seen<C: Calculus>(&self, calculus: &C, path: &Scattered<C::Number>) -> Rgb<C::Number> {
         match path.hit {
@@ -174,7 +177,7 @@ impl<'s> Paths<'s> {
                 .filter(|&(emitter, _)| emitter == shape as usize)
                 .map_or(DVec3::ZERO, |(_, radiance)| radiance),
             (LightId::Light(_) | LightId::Environment, None) => {
-                let plain = super::Plain { scene: self.scene };
+                let plain = Plain { scene: self.scene };
                 distant(self.scene, &plain, id, Vec3::constant(direction)).value()
             }
             _ => DVec3::ZERO,

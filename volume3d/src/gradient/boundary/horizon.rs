@@ -18,7 +18,7 @@ use super::walk::Walk;
 use super::{BEYOND_HORIZON, HORIZON, Moving};
 use crate::geometry::Hit;
 use crate::gradient::differential::Differential;
-use crate::path::{Frame, Paths, Plain, Sequence, Shading};
+use crate::path::{Frame, Paths, Sequence, Shading};
 use crate::scene::NONE;
 
 /// Horizons seen from shading points.
@@ -144,10 +144,8 @@ impl<'a> Horizon<'a> {
                     .filter(|&h| emits(h))
                     .map_or(DVec3::ZERO, |h| paths.lit_by_all(Some(h), direction));
             }
-            let mut plain = Plain { scene: paths.scene };
-            let (o, w) = (Vec3::constant(x.position), Vec3::constant(direction));
             let depth = chain.vertices.len() + 1;
-            let radiance = paths.radiance_of(&mut plain, o, w, hit, depth, &mut numbers.clone()).value();
+            let radiance = paths.still_radiance(x.position, direction, hit, depth, &mut numbers.clone());
             // Emitters are another direction's.
             radiance - hit.map_or(DVec3::ZERO, |h| paths.lit_by_all(Some(h), direction))
         };

@@ -15,7 +15,6 @@
 //! one draws a point of a surface with a direction in the plane that its shading normal is orthogonal to, and finds
 //! y. |n_x·d| is no larger than the sine of the angle between the two normals.
 
-use flatland::calculus::Vec3;
 use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
@@ -28,7 +27,7 @@ use super::sensor::{CameraSubpath, Sensor, Vertex};
 use super::table::Table;
 use super::{BEFORE_FLIP, INNER_FLIP, Moving, STILL};
 use crate::geometry::Hit;
-use crate::path::{Calculus, Paths, Plain, Sequence, SurfacePoint};
+use crate::path::{Calculus, Paths, Sequence, SurfacePoint};
 use crate::scene::{NONE, Scene};
 
 /// The radiance on either side is that for viewers at this angle to the plane where the side turns, in radians: far
@@ -74,9 +73,7 @@ impl<'a> InnerFlips<'a> {
             // As far away as the triangle is large: any place on the line will do, and this one does not round.
             let viewer = turn.point + turn.size * towards;
             let hit = Hit { triangle: turn.triangle, distance: turn.size, barycentric: turn.weights };
-            let (o, w) = (Vec3::constant(viewer), Vec3::constant(-towards));
-            let mut plain = Plain { scene: paths.scene };
-            paths.radiance_of(&mut plain, o, w, Some(hit), depth, &mut numbers.clone()).value()
+            paths.still_radiance(viewer, -towards, Some(hit), depth, &mut numbers.clone())
         });
         before - behind
     }

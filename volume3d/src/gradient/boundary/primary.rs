@@ -11,7 +11,7 @@ use super::table::Table;
 use super::{Moving, PRIMARY_EDGE};
 use crate::gradient::differential::Differential;
 use crate::gradient::film::FilmPlane;
-use crate::path::{Frame, Paths, Plain};
+use crate::path::{Frame, Paths};
 
 /// The ray on either side of a projected edge leaves it by this many pixels.
 const ASIDE_PIXELS: f64 = 1e-6;
@@ -165,11 +165,10 @@ impl Boundary for Primary<'_> {
         else {
             return;
         };
-        let mut plain = Plain { scene };
         // Aside as well: at the edge itself a face does not hide the light that is below its horizon.
         let [before, behind] = [0, 1].map(|k| {
-            let aside = Vec3::constant(directions[k]);
-            self.paths.radiance(&mut plain, origin, aside, sides.hits[k], &mut numbers.clone()).value()
+            let mut numbers = numbers.clone();
+            self.paths.still_radiance(origin.value(), directions[k], sides.hits[k], 1, &mut numbers)
         });
         if before == behind {
             return;

@@ -28,7 +28,7 @@ use super::wedge::{Aimed, Targets, Wedge};
 use super::{BACKWARDS, LIT_EDGE, Moving, REST_EDGE, STILL};
 use crate::geometry::Hit;
 use crate::gradient::differential::Differential;
-use crate::path::{Frame, LightId, Paths, Plain, Sequence};
+use crate::path::{Frame, LightId, Paths, Sequence};
 use crate::scene::Environment;
 
 /// What passes an edge.
@@ -269,10 +269,9 @@ impl<'a> Secondary<'a> {
                 paths.lit(id, hit, segment.direction)
             }
             None => {
-                let mut plain = Plain { scene: paths.scene };
-                let (x, w) = (Vec3::constant(segment.start.position), Vec3::constant(segment.direction));
-                let radiance = paths.radiance_of(&mut plain, x, w, hit, depth, &mut numbers.clone());
-                radiance.value() - paths.lit_by_all(hit, segment.direction)
+                let (x, mut numbers) = (segment.start.position, numbers.clone());
+                paths.still_radiance(x, segment.direction, hit, depth, &mut numbers)
+                    - paths.lit_by_all(hit, segment.direction)
             }
         });
         (before - behind) * sides.share

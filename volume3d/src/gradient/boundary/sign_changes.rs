@@ -181,10 +181,9 @@ impl Curve for Flips<'_> {
         let Sensor { paths, film, frame } = self.sensor;
         let [before, behind] = [-1.0, 1.0].map(|side| {
             let u = place.at + side * ASIDE_PIXELS * place.normal;
-            let direction = film.direction(&frame, [u.x, u.y]);
-            let mut plain = Plain { scene: paths.scene };
-            let hit = Some(place.hit);
-            paths.radiance(&mut plain, frame.origin, direction, hit, &mut place.numbers.clone()).value()
+            let direction = film.direction(&frame, [u.x, u.y]).value();
+            let (origin, mut numbers) = (frame.origin.value(), place.numbers.clone());
+            paths.still_radiance(origin, direction, Some(place.hit), 1, &mut numbers)
         });
         (before - behind) * place.weight
     }

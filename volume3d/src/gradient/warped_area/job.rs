@@ -13,7 +13,7 @@ use crate::gradient::film::FilmPlane;
 use crate::gradient::groups::{numbers, split_numbers};
 use crate::gradient::silhouette_mean::SceneEdges;
 use crate::gradient::{AUXILIARY, EDGE, EDGE_AUXILIARY, GRADIENT_PATH, SPLIT};
-use crate::path::{Frame, Paths, Plain, Sequence};
+use crate::path::{Frame, Paths, Sequence};
 
 /// What every sample of one gradient shares.
 pub(super) struct Job<'s> {
@@ -82,13 +82,14 @@ impl Job<'_> {
         }
         let mut numbers = self.numbers((i, j), sample, GRADIENT_PATH);
         let u = self.film.point(i, j, numbers.pair());
-        let hit = self.camera_hit(u);
+        let (origin, ray) = self.camera_ray(u);
+        let hit = self.paths.closest(origin, ray, None);
         let point = calculus.film_warp(u, hit.map(|h| h.triangle));
         let direction = self.film.direction(frame, point.at);
-        let radiance = self.paths.radiance(calculus, frame.origin, direction, hit, &mut numbers);
+        let radiance = self.paths.radiance(calculus, frame.origin, direction, hit, 1, &mut numbers);
         let value = radiance.value();
         let warped = [point.at[0], point.at[1], point.jacobian].iter().any(|x| !x.is_still());
-        let carried = if warped { self.carried(value, u, hit, place) } else { value };
+        let carried = if warped { self.carried(value, (origin, ray, hit), place) } else { value };
         Sample { point, radiance, carried }
     }
 
@@ -126,11 +127,16 @@ impl Job<'_> {
         let [choice, along] = numbers.pair();
         let vertical = choice < 0.5;
         let u = self.film.point(i, j, if vertical { [0.0, along] } else { [along, 0.0] });
-        let hit = self.camera_hit(u);
+        let (origin, ray) = self.camera_ray(u);
+        let hit = self.paths.closest(origin, ray, None);
         let [x, y] = calculus.film_warp(u, hit.map(|h| h.triangle)).at;
         let across = if vertical { x } else { y };
         let moves = !across.is_still();
-        moves.then(|| EdgeSample { across, vertical, radiance: self.still_radiance(u, hit, &mut numbers) })
+        moves.then(|| EdgeSample {
+            across,
+            vertical,
+            radiance: self.paths.still_radiance(origin, ray, hit, 1, &mut numbers),
+        })
     }
 
     /// Calls with the pixels on both sides of an edge, and the light that its motion takes from the one to the other: twice
@@ -165,31 +171,27 @@ impl Job<'_> {
         stream(self.method.seed, &[i as u64, j as u64, sample as u64, purpose])
     }
 
-    /// The mean of all paths of a sample, of which one has found `first`.
+    /// The still ray through a film point.
+    fn camera_ray(&self, u: DVec2) -> (DVec3, DVec3) {
+        let camera = &self.paths.scene.description.camera;
+        (camera.origin, self.film.ray(camera, u))
+    }
+
+    /// The mean of all paths along a ray to a hit, of which one has found `first`.
     ///
     /// The noise of the light in a point is a large part of that of (h ∇·V + V·∇h) L, and costs little to lower.
-    fn carried(&self, first: DVec3, u: DVec2, hit: Option<Hit>, (i, j, sample): Place) -> DVec3 {
+    fn carried(
+        &self,
+        first: DVec3,
+        (origin, ray, hit): (DVec3, DVec3, Option<Hit>),
+        (i, j, sample): Place,
+    ) -> DVec3 {
         let (seed, samples) = (self.method.seed, self.method.samples);
         let light = (1..SPLITTING).map(|other| {
             let path = (other - 1, SPLITTING - 1);
             let mut numbers = split_numbers(seed, (i, j), sample, samples, SPLIT, path);
-            self.still_radiance(u, hit, &mut numbers)
+            self.paths.still_radiance(origin, ray, hit, 1, &mut numbers)
         });
         (first + light.sum::<DVec3>()) / SPLITTING as f64
-    }
-
-    /// What is hit along the ray through a film point.
-    fn camera_hit(&self, u: DVec2) -> Option<Hit> {
-        let camera = &self.paths.scene.description.camera;
-        let direction = self.film.direction(&self.film.frame(camera), [u.x, u.y]);
-        self.paths.closest(camera.origin, direction.value(), None)
-    }
-
-    /// The radiance seen through a film point.
-    fn still_radiance(&self, u: DVec2, hit: Option<Hit>, numbers: &mut Sequence) -> DVec3 {
-        let frame = self.film.frame(&self.paths.scene.description.camera);
-        let direction = self.film.direction(&frame, [u.x, u.y]);
-        let mut plain = Plain { scene: self.paths.scene };
-        self.paths.radiance(&mut plain, frame.origin, direction, hit, numbers).value()
     }
 }
