@@ -100,7 +100,7 @@ fn sums_that_are_zero_are_found_to_be() {
 fn reverse_mode_is_the_transpose() {
     let mut worst = [0.0_f64; 3];
     for k in AT_REST.iter().step_by(17).chain(MOVING.iter().step_by(17)) {
-        let wanted = k.moving();
+        let active = k.moving();
         let [warped, rays] = [warped(8), rays(8)].map(|method| method.reseeded(11));
         let edges = k.assert_transposed(&EDGES.reseeded(11), &active);
         let errors = [k.assert_transposed(&warped, &active), k.assert_transposed(&rays, &active), edges];
