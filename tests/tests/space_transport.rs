@@ -17,6 +17,7 @@ use tests::campaign::Estimate;
 use tests::effort::{pick, thorough};
 use tests::power::{NOTICED, Power};
 use tests::space::campaign::{Known, directed, pulled, student, weights};
+use tests::space::scenes::{film, plate};
 use tests::statistics::Moments;
 use volume3d::geometry::Mesh;
 use volume3d::gradient::{
@@ -24,22 +25,11 @@ use volume3d::gradient::{
     WarpedArea, render,
 };
 use volume3d::scene::{
-    Bsdf, Camera, Description, Environment, Film, Filter, Integrator, Light, Material, Microfacets,
-    Reflectance, Scene, Texture, Wrap,
+    Bsdf, Camera, Description, Environment, Filter, Integrator, Light, Material, Microfacets, Reflectance,
+    Scene, Texture, Wrap,
 };
 
-fn film(size: usize) -> Film {
-    Film { width: size, height: size, crop: None, filter: Filter::Tent { radius: 1.0 } }
-}
-
-fn placed(mesh: Mesh, centre: DVec3, normal: DVec3, scale: DVec3) -> Mesh {
-    let turn = DQuat::from_rotation_arc(DVec3::Z, normal.normalize());
-    mesh.transformed(&DAffine3::from_scale_rotation_translation(scale, turn, centre))
-}
-
-fn plate(centre: DVec3, normal: DVec3, half: f64) -> Mesh {
-    placed(Mesh::rectangle(), centre, normal, DVec3::splat(half))
-}
+const TENT: Filter = Filter::Tent { radius: 1.0 };
 
 /// A sphere of 80 triangles with normals of its vertices.
 fn sphere(centre: DVec3, radius: f64) -> Mesh {
@@ -80,7 +70,7 @@ fn conductor(id: &str, alpha: f64) -> Material {
 /// A floor that a camera sees nothing else of, a lamp above it, and something between them.
 fn court(depth: usize, floor: Material, thing: Option<Mesh>) -> Description {
     let camera = Camera::look_at(DVec3::new(0.0, 1.2, 1.6), DVec3::ZERO, DVec3::Y, 0.35);
-    let mut d = Description::new(camera, film(3));
+    let mut d = Description::new(camera, film(3, TENT));
     d.integrator = Integrator { max_depth: Some(depth), rr_depth: 100 };
     let floor = d.add_material(floor);
     let grey = d.add_material(Material::diffuse("grey", DVec3::new(0.7, 0.6, 0.5)));
@@ -427,7 +417,7 @@ fn a_smooth_cube() {
 fn everything(sun: f64) -> Description {
     let mut d = court(6, conductor("metal", 0.25), Some(sphere(DVec3::new(0.05, 0.7, -0.2), 0.3)));
     d.camera = Camera::look_at(DVec3::new(0.0, 1.2, 1.6), DVec3::new(0.05, 0.4, -0.2), DVec3::Y, 0.9);
-    d.film = film(6);
+    d.film = film(6, TENT);
     let mut rng = stream(1, &[]);
     let mut colours = |n: usize| -> Vec<DVec3> {
         (0..n).map(|_| DVec3::from_array(std::array::from_fn(|_| open01(&mut rng)))).collect()
