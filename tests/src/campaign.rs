@@ -103,27 +103,26 @@ pub fn known(kinds: &[Kind], per_kind: u64) -> Vec<Known> {
     knobs.into_par_iter().map(|k| Known::new(k.build())).collect()
 }
 
-/// A number that is known, and what to call it.
-pub trait Reference: Sync {
+/// A number that is known.
+#[derive(Clone, Copy, Debug)]
+pub struct Target<'a> {
     /// The exact value.
-    fn exact(&self) -> f64;
+    pub exact: f64,
     /// What errors are measured by where the exact value is nearly 0.
-    fn scale(&self) -> f64;
+    pub scale: f64,
     /// Enough to repeat it.
-    fn label(&self) -> &str;
+    pub label: &'a str,
+}
+
+/// What an estimate is of.
+pub trait Reference: Sync {
+    /// The number.
+    fn target(&self) -> Target<'_>;
 }
 
 impl Reference for Known {
-    fn exact(&self) -> f64 {
-        self.exact
-    }
-
-    fn scale(&self) -> f64 {
-        self.scale
-    }
-
-    fn label(&self) -> &str {
-        &self.case.label
+    fn target(&self) -> Target<'_> {
+        Target { exact: self.exact, scale: self.scale, label: &self.case.label }
     }
 }
 
@@ -211,7 +210,7 @@ impl Verdict {
         };
         let (mut xy, mut xx, mut variance) = (0.0, 0.0, 0.0);
         for (k, pair) in found {
-            let ([a, b], exact, scale) = (pair, k.exact(), k.scale());
+            let ([a, b], Target { exact, scale, label }) = (pair, k.target());
             // An estimate without any spread must be exact, but for rounding; not even that is left of one of 0.
             let rounding = (ROUNDING * exact.abs().max(scale)).max(f64::MIN_POSITIVE);
             let error = (0.5 * a.standard_error.hypot(b.standard_error)).max(rounding);
@@ -223,7 +222,7 @@ impl Verdict {
             let z = if off.is_nan() { f64::INFINITY } else { (off - slack).max(0.0) / error };
             if z > this.worst {
                 this.worst = z;
-                this.worst_label = k.label().to_owned();
+                this.worst_label = label.to_owned();
             }
             this.spread += z * z;
             this.count += 1;
@@ -232,7 +231,7 @@ impl Verdict {
                 let bare = exact == 0.0 && error == rounding;
                 let noise = [if bare { 0.0 } else { error / scale }, if bare { 0.0 } else { slack / scale }];
                 if noise[0].is_nan() || noise[0] > this.noise.0[0] {
-                    this.noise = (noise, k.label().to_owned());
+                    this.noise = (noise, label.to_owned());
                 }
                 continue;
             }

@@ -46,14 +46,26 @@ fn updates() -> bool {
 ///
 /// # Panics
 /// If the README has no such place, or shows other rows.
-pub fn table(name: &str, table: &str) {
+pub fn table<const N: usize>(name: &str, header: [&str; N], rows: Vec<[String; N]>) {
+    let mut table = format!("| {} |\n|{}\n", header.join(" | "), "---|".repeat(N));
+    rows.iter().for_each(|row| table += &format!("| {} |\n", row.join(" | ")));
     println!("{table}");
     if updates() {
-        fill(name, table);
+        fill(name, &table);
     } else {
         let rows = |t: &str| t.lines().map(|l| l.split('|').nth(1).map(str::to_owned)).collect::<Vec<_>>();
-        assert_eq!(rows(&shown(name)), rows(table), "run with UPDATE_README=1 to show the new rows");
+        assert_eq!(rows(&shown(name)), rows(&table), "run with UPDATE_README=1 to show the new rows");
     }
+}
+
+/// The power of ten at or above an error, which must be small, as a table shows it.
+///
+/// # Panics
+/// If it is not finite or above 0.01.
+#[must_use]
+pub fn power_of_ten(error: f64) -> String {
+    assert!(error.is_finite() && error <= 1e-2, "{error}");
+    if error == 0.0 { "0".into() } else { format!("≤ 1e{}", error.log10().ceil()) }
 }
 
 /// Checks that a table's first column has a row of this name, unless `UPDATE_README` is set.

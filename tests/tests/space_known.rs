@@ -13,7 +13,7 @@ use tests::power::{NOTICED, Power};
 use tests::space::campaign::{Known, Sampler, directed, limit, pulled, weights};
 use tests::space::constants::{furnace_room, furnace_up_to};
 use tests::space::coverage;
-use tests::space::scenes::Stage;
+use tests::space::scenes::{Stage, film, plate};
 use tests::statistics::Moments;
 use volume3d::geometry::{Attribute, Mesh};
 use volume3d::gradient::{
@@ -21,28 +21,13 @@ use volume3d::gradient::{
     Terms, WarpedArea, render,
 };
 use volume3d::scene::{
-    Camera, Description, Environment, Film, Filter, Integrator, Light, Material, Reflectance, Scene, Texture,
-    Wrap,
+    Camera, Description, Environment, Filter, Integrator, Light, Material, Reflectance, Scene, Texture, Wrap,
 };
 
 const FILTERS: [Filter; 3] = [Filter::Box, Filter::Tent { radius: 1.0 }, Filter::Gaussian { deviation: 0.5 }];
 
-fn film(size: usize, filter: Filter) -> Film {
-    Film { width: size, height: size, crop: None, filter }
-}
-
 fn sky(radiance: DVec3) -> Option<Environment> {
     Some(Environment::Constant { id: "sky".to_owned(), radiance })
-}
-
-/// A rectangle of half size `half`, facing `normal`.
-fn plate(centre: DVec3, normal: DVec3, half: f64) -> Mesh {
-    let turn = DQuat::from_rotation_arc(DVec3::Z, normal.normalize());
-    Mesh::rectangle().transformed(&DAffine3::from_scale_rotation_translation(
-        DVec3::splat(half),
-        turn,
-        centre,
-    ))
 }
 
 fn cube(centre: DVec3, half: f64, turn: DQuat) -> Mesh {

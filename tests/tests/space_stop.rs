@@ -3,30 +3,23 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use glam::{DAffine3, DVec3};
-use volume3d::geometry::Mesh;
+use glam::DVec3;
+use tests::space::scenes::{film, plate};
 use volume3d::gradient::{
     ActiveParameters, EdgeSampling, FiniteDifference, GradientError, Progress, Rotation, Tangent, WarpedArea,
     render,
 };
-use volume3d::scene::{Camera, Description, Film, Filter, Integrator, Material, Scene};
+use volume3d::scene::{Camera, Description, Filter, Integrator, Material, Scene};
 
 /// One pixel of a floor under a plate and a lamp.
 fn scene() -> Scene {
     let camera = Camera::look_at(DVec3::new(0.0, 1.2, 1.6), DVec3::ZERO, DVec3::Y, 0.35);
-    let film = Film { width: 1, height: 1, crop: None, filter: Filter::Box };
-    let mut d = Description::new(camera, film);
+    let mut d = Description::new(camera, film(1, Filter::Box));
     d.integrator = Integrator { max_depth: Some(3), rr_depth: 100 };
     let white = d.add_material(Material::diffuse("white", DVec3::splat(0.7)));
-    let down = DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2);
-    let at = |y: f64, half: f64| {
-        DAffine3::from_translation(DVec3::Y * y) * DAffine3::from_scale(DVec3::splat(half))
-    };
-    let mesh = |place: DAffine3| Mesh::rectangle().transformed(&(place * down));
-    d.add_shape("floor", mesh(at(0.0, 3.0)), white);
-    d.add_shape("plate", mesh(at(0.8, 0.3)), white);
-    let up = DAffine3::from_rotation_x(std::f64::consts::FRAC_PI_2);
-    d.add_emitter("lamp", Mesh::rectangle().transformed(&(at(2.0, 0.5) * up)), DVec3::splat(6.0));
+    d.add_shape("floor", plate(DVec3::ZERO, DVec3::Y, 3.0), white);
+    d.add_shape("plate", plate(0.8 * DVec3::Y, DVec3::Y, 0.3), white);
+    d.add_emitter("lamp", plate(2.0 * DVec3::Y, -DVec3::Y, 0.5), DVec3::splat(6.0));
     Scene::new(d).expect("a scene")
 }
 

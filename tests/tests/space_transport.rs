@@ -17,6 +17,7 @@ use tests::campaign::Estimate;
 use tests::effort::{pick, thorough};
 use tests::power::{NOTICED, Power};
 use tests::space::campaign::{Known, directed, pulled, student, weights};
+use tests::space::scenes::{film, plate};
 use tests::statistics::Moments;
 use volume3d::geometry::Mesh;
 use volume3d::gradient::{
@@ -24,22 +25,11 @@ use volume3d::gradient::{
     WarpedArea, render,
 };
 use volume3d::scene::{
-    Bsdf, Camera, Description, Environment, Film, Filter, Integrator, Light, Material, Microfacets,
-    Reflectance, Scene, Texture, Wrap,
+    Bsdf, Camera, Description, Environment, Filter, Integrator, Light, Material, Microfacets, Reflectance,
+    Scene, Texture, Wrap,
 };
 
-fn film(size: usize) -> Film {
-    Film { width: size, height: size, crop: None, filter: Filter::Tent { radius: 1.0 } }
-}
-
-fn placed(mesh: Mesh, centre: DVec3, normal: DVec3, scale: DVec3) -> Mesh {
-    let turn = DQuat::from_rotation_arc(DVec3::Z, normal.normalize());
-    mesh.transformed(&DAffine3::from_scale_rotation_translation(scale, turn, centre))
-}
-
-fn plate(centre: DVec3, normal: DVec3, half: f64) -> Mesh {
-    placed(Mesh::rectangle(), centre, normal, DVec3::splat(half))
-}
+const TENT: Filter = Filter::Tent { radius: 1.0 };
 
 /// A sphere of 80 triangles with normals of its vertices.
 fn sphere(centre: DVec3, radius: f64) -> Mesh {
@@ -80,7 +70,7 @@ fn conductor(id: &str, alpha: f64) -> Material {
 /// A floor that a camera sees nothing else of, a lamp above it, and something between them.
 fn court(depth: usize, floor: Material, thing: Option<Mesh>) -> Description {
     let camera = Camera::look_at(DVec3::new(0.0, 1.2, 1.6), DVec3::ZERO, DVec3::Y, 0.35);
-    let mut d = Description::new(camera, film(3));
+    let mut d = Description::new(camera, film(3, TENT));
     d.integrator = Integrator { max_depth: Some(depth), rr_depth: 100 };
     let floor = d.add_material(floor);
     let grey = d.add_material(Material::diffuse("grey", DVec3::new(0.7, 0.6, 0.5)));
@@ -104,27 +94,10 @@ fn known(d: Description, moves: impl Fn(&Scene, &mut Tangent), label: &str) -> K
     Known { scene, change, weights, exact: 0.0, error: 0.0, scale: 0.0, label: label.to_owned() }
 }
 
-/// What each of three estimates of a scene is given: how many independent runs of so many samples.
-#[derive(Clone, Copy)]
-struct Runs {
-    differences: u64,
-    edges: u64,
-    warped: u64,
-}
-
-/// How many there are of each at least: their spread is estimated by so many degrees of freedom.
-const RUNS: Runs = Runs { differences: 96, edges: 96, warped: 96 };
-
-impl Runs {
-    /// So many times as many of each.
-    fn times(self, [differences, edges, warped]: [u64; 3]) -> Self {
-        let more = pick(1, 4);
-        Self {
-            differences: more * differences * self.differences,
-            edges: more * edges * self.edges,
-            warped: more * warped * self.warped,
-        }
-    }
+/// How many independent runs differences, edge sampling and warped area are given on a scene: so many times as many as
+/// there are of each at least, whose spread is estimated by as many degrees of freedom.
+fn runs(times: [u64; 3]) -> [u64; 3] {
+    times.map(|times| 96 * pick(1, 4) * times)
 }
 
 /// Samples a pixel in each run.
@@ -250,21 +223,22 @@ fn distance(name: &str, found: Estimate, reference: Estimate, slack: f64, runs: 
 }
 
 /// Both methods on a scene, and what each must reject of its own.
-fn compare(power: &mut Power, k: Known, step: f64, runs: Runs, controls: &[Control]) {
+fn compare(power: &mut Power, k: Known, step: f64, runs: [u64; 3], controls: &[Control]) {
     let k = weighted(k);
     let start = Instant::now();
-    let (differences, slack) = differences(&k, step, runs.differences);
+    let [difference_runs, edge_runs, warped_runs] = runs;
+    let (differences, slack) = differences(&k, step, difference_runs);
     println!(
         "{}: {differences:?}, steps differ by {slack:.1e}, {:.1} s",
         k.label,
         start.elapsed().as_secs_f64()
     );
     let (mut reference, mut slack, mut failures) = (differences, slack, vec![]);
-    for ((name, method), count) in METHODS.into_iter().zip([runs.edges, runs.warped]) {
+    for ((name, method), count) in METHODS.into_iter().zip([edge_runs, warped_runs]) {
         let start = Instant::now();
         let terms = terms(&k, count, method);
         println!("{name}: {:.1} s", start.elapsed().as_secs_f64());
-        let fewest = count.min(runs.differences);
+        let fewest = count.min(difference_runs);
         let compared = |what: &str, factors: [f64; 3]| {
             distance(&format!("{}, {what}", k.label), combined(&terms, factors), reference, slack, fewest)
         };
@@ -298,7 +272,7 @@ fn direct_light() {
         &mut power,
         known(court(2, grey(), None), fall, "direct light, occluder"),
         3e-2,
-        RUNS.times([1, 1, 1]),
+        runs([1, 1, 1]),
         ALL,
     );
     let turn = |scene: &Scene, change: &mut Tangent| {
@@ -309,7 +283,7 @@ fn direct_light() {
         &mut power,
         known(court(2, grey(), None), turn, "direct light, lamp"),
         3e-2,
-        RUNS.times([1, 1, 1]),
+        runs([1, 1, 1]),
         &[Control::Biased],
     );
     let floor = |scene: &Scene, change: &mut Tangent| {
@@ -320,7 +294,7 @@ fn direct_light() {
         &mut power,
         known(court(2, grey(), None), floor, "a floor moves under an occluder"),
         3e-2,
-        RUNS.times([2, 2, 4]),
+        runs([2, 2, 4]),
         ALL,
     );
     power.finish();
@@ -337,7 +311,7 @@ fn two_sided_surfaces_from_behind() {
         change.translate(scene, 1, DVec3::new(0.3, 0.4, 0.1));
         change.rotate(scene, 1, DVec3::new(0.1, 0.5, -0.1), DVec3::new(0.5, 0.2, 0.3));
     };
-    compare(&mut power, known(d, fall, "a plate from behind"), 4.5e-2, RUNS.times([3, 1, 1]), ALL);
+    compare(&mut power, known(d, fall, "a plate from behind"), 4.5e-2, runs([3, 1, 1]), ALL);
     power.finish();
 }
 
@@ -353,7 +327,7 @@ fn a_flat_shaded_body() {
         change.rotate(scene, 1, DVec3::new(0.05, 0.7, -0.2), DVec3::new(0.5, 1.0, 0.2));
         change.translate(scene, 1, DVec3::new(0.2, 0.1, 0.1));
     };
-    compare(&mut power, known(d, turn, "a flat-shaded body turns"), 4.5e-2, RUNS.times([4, 2, 2]), FILM);
+    compare(&mut power, known(d, turn, "a flat-shaded body turns"), 4.5e-2, runs([4, 2, 2]), FILM);
     power.finish();
 }
 
@@ -373,7 +347,7 @@ fn light_scattered_several_times() {
     let fall = |scene: &Scene, change: &mut Tangent| {
         change.scale(scene, 1, DVec3::new(0.1, 0.45, -0.3), 1.0);
     };
-    compare(&mut power, known(d, fall, &format!("{bounces} bounces")), 6e-2, RUNS.times([4, 3, 12]), FILM);
+    compare(&mut power, known(d, fall, &format!("{bounces} bounces")), 6e-2, runs([4, 3, 12]), FILM);
     power.finish();
 }
 
@@ -381,7 +355,7 @@ fn light_scattered_several_times() {
 fn glossy_reflection() {
     let mut power = Power::of("space_transport::glossy_reflection");
     // The first is nearly a mirror: its lobe is 3 degrees wide, and few samples find what they need.
-    for (alpha, runs) in [(0.03, [3, 4, 4]), (0.1, [2, 1, 1]), (0.3, [1, 1, 1])] {
+    for (alpha, times) in [(0.03, [3, 4, 4]), (0.1, [2, 1, 1]), (0.3, [1, 1, 1])] {
         if alpha != 0.1 && !thorough() {
             continue;
         }
@@ -391,7 +365,7 @@ fn glossy_reflection() {
             change.scale(scene, 2, DVec3::new(0.2, 2.0, -0.6), -0.5);
         };
         let k = known(d, fall, &format!("rough conductor, alpha {alpha}"));
-        compare(&mut power, k, 3e-2, RUNS.times(runs), FILM);
+        compare(&mut power, k, 3e-2, runs(times), FILM);
     }
     power.finish();
 }
@@ -405,7 +379,7 @@ fn a_smooth_sphere() {
     let fall = |scene: &Scene, change: &mut Tangent| {
         change.scale(scene, 1, DVec3::new(0.05, 0.7, -0.2), 1.0);
     };
-    compare(&mut power, known(d, fall, "shadow of a sphere"), 3e-2, RUNS.times([1, 1, 1]), ALL);
+    compare(&mut power, known(d, fall, "shadow of a sphere"), 3e-2, runs([1, 1, 1]), ALL);
     if !thorough() {
         // Differences of what is seen itself are noisy: a smooth cube in view has to do.
         return power.finish();
@@ -416,7 +390,7 @@ fn a_smooth_sphere() {
         change.scale(scene, 1, DVec3::new(0.05, 0.7, -0.2), 0.5);
         change.translate(scene, 1, DVec3::new(0.2, 0.1, 0.1));
     };
-    compare(&mut power, known(d, grow, "a sphere in view"), 4.5e-2, RUNS.times([3, 2, 1]), FILM);
+    compare(&mut power, known(d, grow, "a sphere in view"), 4.5e-2, runs([3, 2, 1]), FILM);
     power.finish();
 }
 
@@ -435,7 +409,7 @@ fn a_smooth_cube() {
         change.rotate(scene, 1, DVec3::new(0.05, 0.4, -0.2), DVec3::new(0.5, 1.0, 0.2));
         change.scale(scene, 1, DVec3::new(0.05, 0.4, -0.2), 0.5);
     };
-    compare(&mut power, known(d, turn, "a smooth cube"), 4.5e-2, RUNS.times([3, 1, 2]), FILM);
+    compare(&mut power, known(d, turn, "a smooth cube"), 4.5e-2, runs([3, 1, 2]), FILM);
     power.finish();
 }
 
@@ -443,7 +417,7 @@ fn a_smooth_cube() {
 fn everything(sun: f64) -> Description {
     let mut d = court(6, conductor("metal", 0.25), Some(sphere(DVec3::new(0.05, 0.7, -0.2), 0.3)));
     d.camera = Camera::look_at(DVec3::new(0.0, 1.2, 1.6), DVec3::new(0.05, 0.4, -0.2), DVec3::Y, 0.9);
-    d.film = film(6);
+    d.film = film(6, TENT);
     let mut rng = stream(1, &[]);
     let mut colours = |n: usize| -> Vec<DVec3> {
         (0..n).map(|_| DVec3::from_array(std::array::from_fn(|_| open01(&mut rng)))).collect()

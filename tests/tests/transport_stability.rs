@@ -2,14 +2,12 @@
 //!
 //! `UPDATE_README=1 cargo test --release -p tests --test transport_stability` writes it.
 
-use std::fmt::Write as _;
-
 use flatland::estimator::transport::{EdgeSampling, Method, WarpedArea};
 use flatland::plane::Filter;
 use flatland::transport::exact::{Exact, Radiosity};
 use flatland::transport::{Camera, Film, Material, Paths, Shape, Tangent, World};
 use glam::DVec2;
-use tests::readme;
+use tests::readme::{self, power_of_ten};
 use tests::transport::oracle;
 
 fn p(x: f64, y: f64) -> DVec2 {
@@ -72,18 +70,8 @@ impl Scene {
     }
 }
 
-struct Row {
-    extreme: String,
-    exact: String,
-    warped: String,
-    edges: String,
-}
-
-/// The power of ten at or above a number.
-fn power(x: f64) -> String {
-    assert!(x.is_finite() && x <= 1e-2, "{x}");
-    if x == 0.0 { "0".into() } else { format!("≤ 1e{}", x.log10().ceil()) }
-}
+/// The extreme; the exact engine against the oracle; what warped area and edge sampling find.
+type Row = [String; 4];
 
 /// The part of the exact derivative that the samples find, by regression over all pixels, with its
 /// standard error; `held` to all of it where nothing is too small for samples to find.
@@ -138,7 +126,7 @@ fn row(extreme: impl Into<String>, scene: Scene, held: bool) -> Row {
     let length = 2.0 * scene.light[1].length();
     assert!(apart < (10.0 * f64::EPSILON / length).max(1e-6), "{apart:e}");
     let [warped, edges] = both(PATHS, Paths::default(), &all, &exact, held);
-    Row { extreme: extreme.into(), exact: power(apart), warped, edges }
+    [extreme.into(), power_of_ten(apart), warped, edges]
 }
 
 /// Light scattered up to 32 times, against the radiosity solution.
@@ -161,7 +149,7 @@ fn many_bounces() -> Row {
     let paths = Paths { bounces: 32, ..Paths::default() };
     let [warped, edges] = both(LONG_PATHS, paths, &all, &solved.pixels, true);
     let extreme = format!("32 bounces in a closed room, {LONG_PATHS} paths a pixel");
-    Row { extreme, exact: format!("{} (stated)", power(error)), warped, edges }
+    [extreme, format!("{} (stated)", power_of_ten(error)), warped, edges]
 }
 
 #[test]
@@ -202,11 +190,6 @@ fn the_readme_shows_what_is_measured_at_the_extremes_of_transport() {
         rows.push(row(format!("a lobe {width:e} wide on a floor that turns"), scene, false));
     }
     rows.push(many_bounces());
-    let mut table = String::from(
-        "| extreme | exact against the oracle | warped area | edge sampling |\n|---|---|---|---|\n",
-    );
-    for Row { extreme, exact, warped, edges } in rows {
-        writeln!(table, "| {extreme} | {exact} | {warped} | {edges} |").expect("a string");
-    }
-    readme::table("transport stability table", &table);
+    let header = ["extreme", "exact against the oracle", "warped area", "edge sampling"];
+    readme::table("transport stability table", header, rows);
 }

@@ -16,7 +16,7 @@ use flatland::transport::{Camera, CameraTangent, Film, Material, Paths, Shape, T
 use flatland::warp::{AuxiliaryPoints, Debias, Warp, Weighting};
 use glam::DVec2;
 use rayon::prelude::*;
-use tests::campaign::{Estimate, Limits, Reference, Verdict, focused};
+use tests::campaign::{Estimate, Limits, Reference, Target, Verdict, focused};
 use tests::effort::pick;
 use tests::power::Power;
 use tests::statistics::suite_threshold;
@@ -313,16 +313,8 @@ struct Term<'k> {
 }
 
 impl Reference for Term<'_> {
-    fn exact(&self) -> f64 {
-        self.exact
-    }
-
-    fn scale(&self) -> f64 {
-        self.known.scale
-    }
-
-    fn label(&self) -> &str {
-        &self.label
+    fn target(&self) -> Target<'_> {
+        Target { exact: self.exact, scale: self.known.scale, label: &self.label }
     }
 }
 

@@ -18,7 +18,7 @@ impl MaterialPoint {
 
     /// The point (1 − s) a + s b of the edge between vertices a and b.
     #[must_use]
-    pub fn on_edge([a, b]: [usize; 2], s: f64) -> Self {
+    pub(crate) fn on_edge([a, b]: [usize; 2], s: f64) -> Self {
         Self { vertices: [a, b, b].map(|v| v as u32), weights: [1.0 - s, s, 0.0] }
     }
 

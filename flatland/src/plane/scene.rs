@@ -333,7 +333,7 @@ impl Scene {
 
     /// ∂f/∂θ at fixed u: −∇f·v where the shade is carried by the material, 0 otherwise.
     #[must_use]
-    pub fn theta_derivative(&self, hit: Option<&Hit>, u: DVec2, velocities: &[DVec2]) -> DVec3 {
+    pub(crate) fn theta_derivative(&self, hit: Option<&Hit>, u: DVec2, velocities: &[DVec2]) -> DVec3 {
         self.material_gradient(hit, u).map_or(DVec3::ZERO, |g| {
             let v = hit.map_or(DVec2::ZERO, |hit| hit.velocity(velocities));
             -DVec3::from(g.map(|g| g.dot(v)))
@@ -394,7 +394,7 @@ impl Scene {
 
     /// ∇b_j in the triangle of a hit: ∇·v = Σ ∇b_j·ṗ_j is the divergence of the material's velocity.
     #[must_use]
-    pub fn barycentric_gradients(&self, hit: &Hit) -> [DVec2; 3] {
+    pub(crate) fn barycentric_gradients(&self, hit: &Hit) -> [DVec2; 3] {
         let [a, b, c] = self.corners(hit.triangle as usize);
         let twice_area = orient(a, b, c);
         [b - c, c - a, a - b].map(|side| -side.perp() / twice_area)

@@ -182,7 +182,7 @@ impl Shade {
     /// Whether the material takes a shade along that is not constant: whether ∂f/∂θ may differ
     /// from 0.
     #[must_use]
-    pub fn is_carried(&self) -> bool {
+    pub(crate) fn is_carried(&self) -> bool {
         self.attachment == Attachment::Material && !self.is_constant()
     }
 

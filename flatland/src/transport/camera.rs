@@ -105,7 +105,7 @@ impl Camera {
 
     /// T = tan(field of view/2).
     #[must_use]
-    pub fn half_width(&self) -> f64 {
+    pub(crate) fn half_width(&self) -> f64 {
         (0.5 * self.field_of_view).tan()
     }
 
@@ -133,7 +133,7 @@ impl Camera {
     /// du/dθ of the point seen at u at the distance t along ω(u): the covector of the point's
     /// velocity, and that of the camera's own change. A point at infinity has t = ∞.
     #[must_use]
-    pub fn film_rate(&self, u: f64, distance: f64) -> (DVec2, CameraTangent) {
+    pub(crate) fn film_rate(&self, u: f64, distance: f64) -> (DVec2, CameraTangent) {
         let ([a, b], tan, half) = (self.axes(), self.half_width(), self.half_film());
         // With q = s T = (d·b)/(d·a): q̇ = (ḋ·b − q ḋ·a)/(d·a), d·a = t/√(1 + q²).
         let q = (u / half - 1.0) * tan;
@@ -148,7 +148,7 @@ impl Camera {
     /// The derivative of [`film_rate`](Self::film_rate) by u, along points whose distance changes by
     /// `slope` per unit of u.
     #[must_use]
-    pub fn film_rate_slope(&self, u: f64, distance: f64, slope: f64) -> (DVec2, CameraTangent) {
+    pub(crate) fn film_rate_slope(&self, u: f64, distance: f64, slope: f64) -> (DVec2, CameraTangent) {
         let ([a, b], tan, half) = (self.axes(), self.half_width(), self.half_film());
         let (q, dq) = ((u / half - 1.0) * tan, tan / half);
         let root = (1.0 + q * q).sqrt();

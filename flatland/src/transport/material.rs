@@ -110,7 +110,7 @@ impl Gloss {
 
     /// ∂g/∂α and ∂g/∂w.
     #[must_use]
-    pub fn density_gradient(&self, alpha: f64) -> [f64; 2] {
+    pub(crate) fn density_gradient(&self, alpha: f64) -> [f64; 2] {
         let (g, spread) = (self.density(alpha), self.spread(alpha));
         // coth w − sinh w/(cosh w − cos α) cancels where α is small.
         let w = self.width;

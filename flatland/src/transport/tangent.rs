@@ -217,7 +217,7 @@ impl Tangent {
     }
 
     /// Calls `f` with every rate, in the order of [`values`](Self::values).
-    pub fn for_each_value(&mut self, mut f: impl FnMut(&mut f64)) {
+    pub(crate) fn for_each_value(&mut self, mut f: impl FnMut(&mut f64)) {
         for v in &mut self.vertices {
             f(&mut v.x);
             f(&mut v.y);

@@ -94,7 +94,7 @@ impl Segment {
     /// The covectors of both end points' velocities in the rate, in radians, at which the segment
     /// turns: (e × ė)/|e|².
     #[must_use]
-    pub fn turning_rate(&self) -> [DVec2; 2] {
+    pub(crate) fn turning_rate(&self) -> [DVec2; 2] {
         let covector = self.edge.perp() / self.edge.length_squared();
         [-covector, covector]
     }
@@ -290,7 +290,7 @@ impl World {
     ///
     /// # Panics
     /// If the world has no such vertex.
-    pub fn segments_at(&self, vertex: usize) -> impl Iterator<Item = usize> + '_ {
+    pub(crate) fn segments_at(&self, vertex: usize) -> impl Iterator<Item = usize> + '_ {
         let shape = self.first_vertex.partition_point(|&first| first <= vertex) - 1;
         let own = self.first_segment[shape]..self.first_segment[shape + 1];
         let count = own.len();

@@ -18,7 +18,7 @@ use super::coverage::ProjectedScene;
 use super::direct::{DirectScene, Pixel};
 use super::scenes::{self, Moving};
 use super::worlds::{CoverageCase, CoverageKind, CoverageKnobs};
-use crate::campaign::{Estimate, Limits, Reference, Verdict, focused};
+use crate::campaign::{Estimate, Limits, Reference, Target, Verdict, focused};
 use crate::power::Power;
 use crate::statistics::{Moments, suite_threshold};
 
@@ -248,16 +248,8 @@ fn magnitude(gradient: &Tangent, change: &Tangent) -> f64 {
 }
 
 impl Reference for Known {
-    fn exact(&self) -> f64 {
-        self.exact
-    }
-
-    fn scale(&self) -> f64 {
-        self.scale
-    }
-
-    fn label(&self) -> &str {
-        &self.label
+    fn target(&self) -> Target<'_> {
+        Target { exact: self.exact, scale: self.scale, label: &self.label }
     }
 }
 

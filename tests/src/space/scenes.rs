@@ -1,7 +1,7 @@
 //! The worlds of this room as scenes of the renderer, with the same motion.
 
 use flatland::plane;
-use glam::DVec3;
+use glam::{DAffine3, DQuat, DVec3};
 use volume3d::geometry::Mesh;
 use volume3d::gradient::{CameraTangent, Tangent};
 use volume3d::scene::{
@@ -100,6 +100,20 @@ impl Stage {
         change.camera = self.camera;
         Moving { scene, change }
     }
+}
+
+/// A film of so many pixels a side.
+#[must_use]
+pub fn film(size: usize, filter: Filter) -> Film {
+    Film { width: size, height: size, crop: None, filter }
+}
+
+/// A square of half size `half`, facing `normal`.
+#[must_use]
+pub fn plate(centre: DVec3, normal: DVec3, half: f64) -> Mesh {
+    let turn = DQuat::from_rotation_arc(DVec3::Z, normal.normalize());
+    let place = DAffine3::from_scale_rotation_translation(DVec3::splat(half), turn, centre);
+    Mesh::rectangle().transformed(&place)
 }
 
 /// A mesh of constant radiance, one shape for every radiance there is.

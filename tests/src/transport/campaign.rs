@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::oracle;
 use super::worlds::{Case, Kind, Knobs, Moving};
-use crate::campaign::{Estimate, Reference, focused};
+use crate::campaign::{Estimate, Reference, Target, focused};
 
 /// A world with its exact derivative, seen through fixed random weights.
 #[derive(Clone, Debug)]
@@ -62,16 +62,8 @@ impl Known {
 }
 
 impl Reference for Known {
-    fn exact(&self) -> f64 {
-        self.exact
-    }
-
-    fn scale(&self) -> f64 {
-        self.scale
-    }
-
-    fn label(&self) -> &str {
-        &self.case.label
+    fn target(&self) -> Target<'_> {
+        Target { exact: self.exact, scale: self.scale, label: &self.case.label }
     }
 }
 

@@ -65,7 +65,7 @@ impl Bsdf {
     }
 
     /// The same, to be changed.
-    pub fn reflectance_mut(&mut self) -> &mut Reflectance {
+    pub(crate) fn reflectance_mut(&mut self) -> &mut Reflectance {
         match self {
             Self::Diffuse { reflectance } => reflectance,
             Self::RoughConductor { specular_reflectance, .. }

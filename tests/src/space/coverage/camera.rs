@@ -1,5 +1,6 @@
 //! The pinhole camera.
 
+use anyhow::{Result, ensure};
 use glam::{DQuat, DVec2, DVec3};
 use num_dual::{Dual64, DualNum};
 
@@ -49,13 +50,6 @@ pub struct CameraMotion {
     pub field_of_view: f64,
 }
 
-/// Axes that are not orthonormal, a field of view not in (0, π), or a number that is not finite.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "the camera's axes are not orthonormal, its field of view is not in (0, π), or a number is not finite"
-)]
-pub struct CameraError;
-
 impl Camera {
     /// The camera at θ: turned by the rotation vector θω, everything else linear in θ.
     #[must_use]
@@ -100,17 +94,16 @@ impl Camera {
     }
 
     /// Refuses what is not a camera.
-    pub(in crate::space) fn check(&self, motion: &CameraMotion) -> Result<(), CameraError> {
+    pub(in crate::space) fn check(&self, motion: &CameraMotion) -> Result<()> {
         let axes = [self.right, self.up, self.forward];
         let product = |i: usize, j: usize| axes[i].dot(axes[j]) - f64::from(u8::from(i == j));
         let is_frame = (0..3).all(|i| (0..=i).all(|j| product(i, j).abs() <= ORTHONORMAL));
         let is_finite = self.origin.is_finite() && motion.origin.is_finite() && motion.angular.is_finite();
         let is_open = self.field_of_view > 0.0 && self.field_of_view < std::f64::consts::PI;
-        if is_frame && is_finite && is_open && motion.field_of_view.is_finite() {
-            Ok(())
-        } else {
-            Err(CameraError)
-        }
+        ensure!(is_frame, "the camera's axes are not orthonormal");
+        ensure!(is_open && motion.field_of_view.is_finite(), "the field of view is not in (0, π)");
+        ensure!(is_finite, "the camera is not finite");
+        Ok(())
     }
 
     /// The axes to the right, up and forward, and s, as functions of θ.

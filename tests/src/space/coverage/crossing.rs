@@ -1,8 +1,8 @@
 //! The segment in which two triangles cross (Möller 1997).
 
+use anyhow::Result;
 use glam::DVec3;
 
-use super::CoverageError;
 use super::plane::{Corner, Planes};
 
 /// Crossings shorter than this, relative to the triangles' parts of the line, are touching corners.
@@ -18,7 +18,7 @@ pub struct Crossing {
 }
 
 impl Crossing {
-    pub(super) fn of(planes: &Planes, triangles: [usize; 2]) -> Result<Option<Self>, CoverageError> {
+    pub(super) fn of(planes: &Planes, triangles: [usize; 2]) -> Result<Option<Self>> {
         let [first, second] = triangles;
         if planes.plane_of(first) == planes.plane_of(second) || apart(planes, triangles) {
             return Ok(None);
@@ -50,7 +50,7 @@ fn apart(planes: &Planes, triangles: [usize; 2]) -> bool {
 }
 
 /// The part of a triangle in the plane of another, if the plane divides it.
-fn chord(planes: &Planes, triangle: usize, other: usize) -> Result<Option<[DVec3; 2]>, CoverageError> {
+fn chord(planes: &Planes, triangle: usize, other: usize) -> Result<Option<[DVec3; 2]>> {
     let (corners, plane) = (planes.corners(triangle), planes.plane_of(other));
     let mut sides = [0.0; 3];
     for (side, v) in sides.iter_mut().zip(corners) {

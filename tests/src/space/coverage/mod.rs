@@ -32,13 +32,12 @@ mod order;
 mod piece;
 mod plane;
 
-use flatland::plane::exact::{Arrangement, ExactError};
-use flatland::plane::{
-    Film, FilmError, Filter, Image, Polygon, PolygonError, Scene, SceneError, Shade, Shape,
-};
+use anyhow::{Context as _, Result, ensure};
+use flatland::plane::exact::Arrangement;
+use flatland::plane::{Film, Filter, Image, Polygon, Scene, Shade, Shape};
 use glam::{DVec2, DVec3};
 
-pub use camera::{Camera, CameraError, CameraMotion};
+pub use camera::{Camera, CameraMotion};
 pub use crossing::Crossing;
 use order::Seen;
 use piece::Piece;
@@ -87,95 +86,6 @@ impl Mesh {
     }
 }
 
-/// A mesh whose image is not a scene of the plane.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum CoverageError {
-    /// No camera.
-    #[error(transparent)]
-    Camera(#[from] CameraError),
-    /// Not one velocity per vertex or not one radiance per triangle.
-    #[error("{found} {what} for {expected}")]
-    Count {
-        /// Of what.
-        what: &'static str,
-        /// How many there should be.
-        expected: usize,
-        /// How many there are.
-        found: usize,
-    },
-    /// A triangle with a vertex that the mesh does not have.
-    #[error("triangle {triangle} names vertex {vertex}; the mesh has {count}")]
-    NoSuchVertex {
-        /// Which triangle.
-        triangle: usize,
-        /// The vertex named.
-        vertex: usize,
-        /// How many there are.
-        count: usize,
-    },
-    /// A vertex that is not finite, or whose velocity is not.
-    #[error("the position or velocity of vertex {vertex} is not finite")]
-    NotFinite {
-        /// Which vertex.
-        vertex: usize,
-    },
-    /// A vertex that is not strictly in front of the camera.
-    #[error("vertex {vertex} is not in front of the camera: its depth is {depth:e}")]
-    Behind {
-        /// Which vertex.
-        vertex: usize,
-        /// Along the direction of view.
-        depth: f64,
-    },
-    /// A triangle seen exactly from its edge, or without area: its image may grow to either side.
-    #[error("the image of triangle {triangle} is no triangle: {source}")]
-    EdgeOn {
-        /// Which triangle.
-        triangle: usize,
-        /// What is wrong with the image.
-        source: PolygonError,
-    },
-    /// Two triangles that meet inside their images, or lie in one plane and overlap.
-    #[error("triangles {first} and {second} intersect, and have no order of depth")]
-    Intersect {
-        /// One triangle.
-        first: usize,
-        /// The other.
-        second: usize,
-    },
-    /// Triangles that hide each other in a ring.
-    #[error("triangle {triangle} is in a ring of triangles that hide each other")]
-    Cycle {
-        /// One of them.
-        triangle: usize,
-    },
-    /// A vertex so close to the plane of another triangle that the side it is on is rounding.
-    #[error("a corner of triangle {triangle} touches the plane of triangle {plane}")]
-    Touch {
-        /// The triangle with the corner.
-        triangle: usize,
-        /// The other.
-        plane: usize,
-    },
-    /// Triangles of one plane that part from it, one of which something passes through: the crossing
-    /// gets a kink that it does not have yet.
-    #[error("the plane of triangle {triangle} bends where another triangle passes through it")]
-    Bends {
-        /// One of its triangles.
-        triangle: usize,
-    },
-    /// A film that cannot be.
-    #[error(transparent)]
-    Film(#[from] FilmError),
-    /// A radiance that is not finite.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// A derivative that does not exist, or an arrangement that cannot be had.
-    #[error(transparent)]
-    Exact(#[from] ExactError),
-}
-
 /// A mesh as the camera sees it: a scene of the plane whose unit of length is the pixel.
 ///
 /// Any method of the plane may be run on it, too.
@@ -191,8 +101,10 @@ impl ProjectedScene {
     /// of the pieces.
     ///
     /// # Errors
-    /// Any [`CoverageError`] but `Exact`. Pieces may hide each other in a ring even so.
-    pub fn new(mesh: &Mesh, camera: &Camera, motion: &Motion, filter: Filter) -> Result<Self, CoverageError> {
+    /// Where a vertex is not in front of the camera, a triangle is seen from its edge or overlaps another in their plane,
+    /// a corner touches another triangle's plane or a plane bends where something passes through it, pieces hide each
+    /// other in a ring, or something is not finite.
+    pub fn new(mesh: &Mesh, camera: &Camera, motion: &Motion, filter: Filter) -> Result<Self> {
         check(mesh, motion)?;
         camera.check(&motion.camera)?;
         let film = Film::new(camera.width, camera.height, filter)?;
@@ -210,10 +122,11 @@ impl ProjectedScene {
         let ordered = || order.iter().map(|&k| &seen[k]);
         let shape = |s: &Seen| {
             let polygon = Polygon::simple(s.corners.clone());
-            let polygon = polygon.map_err(|source| CoverageError::EdgeOn { triangle: s.triangle, source })?;
+            let polygon =
+                polygon.with_context(|| format!("the image of triangle {} is no triangle", s.triangle))?;
             Ok(Shape::new(polygon, Shade::constant(mesh.radiance[s.triangle])))
         };
-        let shapes: Vec<_> = ordered().map(shape).collect::<Result<_, CoverageError>>()?;
+        let shapes: Vec<_> = ordered().map(shape).collect::<Result<_>>()?;
         let scene = Scene::new(mesh.background, shapes)?;
         let velocities = ordered().flat_map(|s| s.velocities.iter().copied()).collect();
         Ok(Self { scene, velocities, film })
@@ -240,17 +153,16 @@ impl ProjectedScene {
     /// I = ∫ h f du of every pixel.
     ///
     /// # Errors
-    /// [`CoverageError::Exact`].
-    pub fn image(&self) -> Result<Image, CoverageError> {
+    /// If there is no arrangement.
+    pub fn image(&self) -> Result<Image> {
         Ok(Arrangement::new(&self.scene, &self.film)?.primal(&self.film))
     }
 
     /// dI/dθ of every pixel.
     ///
     /// # Errors
-    /// [`CoverageError::Exact`], in particular where an edge moves across the edge of a box pixel
-    /// that it lies on.
-    pub fn derivative(&self) -> Result<Image, CoverageError> {
+    /// Where there is none, in particular where an edge moves across the edge of a box pixel that it lies on.
+    pub fn derivative(&self) -> Result<Image> {
         Ok(Arrangement::new(&self.scene, &self.film)?.boundary(&self.film, &self.velocities)?)
     }
 }
@@ -258,8 +170,8 @@ impl ProjectedScene {
 /// Where triangles of a mesh pass through one another.
 ///
 /// # Errors
-/// Those of [`ProjectedScene::new`] that do not depend on a camera.
-pub fn crossings(mesh: &Mesh, motion: &Motion) -> Result<Vec<Crossing>, CoverageError> {
+/// As [`ProjectedScene::new`], where they do not depend on a camera.
+pub fn crossings(mesh: &Mesh, motion: &Motion) -> Result<Vec<Crossing>> {
     check(mesh, motion)?;
     World::new(mesh, motion).crossings()
 }
@@ -277,7 +189,7 @@ impl<'a> World<'a> {
         Self { triangles: &mesh.triangles, planes: Planes::new(&mesh.triangles, points) }
     }
 
-    fn crossings(&self) -> Result<Vec<Crossing>, CoverageError> {
+    fn crossings(&self) -> Result<Vec<Crossing>> {
         let mut found = vec![];
         for second in 0..self.triangles.len() {
             for first in 0..second {
@@ -288,13 +200,14 @@ impl<'a> World<'a> {
     }
 
     /// All triangles, each cut by the plane of every triangle that it crosses.
-    fn pieces(&self) -> Result<Vec<Piece>, CoverageError> {
+    fn pieces(&self) -> Result<Vec<Piece>> {
         let mut cuts: Vec<Vec<usize>> = vec![vec![]; self.triangles.len()];
         for Crossing { triangles: [a, b], .. } in self.crossings()? {
             for (cut, by) in [(a, b), (b, a)] {
-                if self.planes.bends(by) {
-                    return Err(CoverageError::Bends { triangle: by });
-                }
+                ensure!(
+                    !self.planes.bends(by),
+                    "the plane of triangle {by} bends where another passes through it"
+                );
                 cuts[cut].push(self.planes.plane_of(by));
             }
         }
@@ -313,33 +226,29 @@ impl<'a> World<'a> {
     }
 }
 
-fn check(mesh: &Mesh, motion: &Motion) -> Result<(), CoverageError> {
-    let count = |what, found, expected| {
-        if found == expected { Ok(()) } else { Err(CoverageError::Count { what, expected, found }) }
-    };
-    count("velocities of vertices", motion.positions.len(), mesh.positions.len())?;
-    count("radiances of triangles", mesh.radiance.len(), mesh.triangles.len())?;
+fn check(mesh: &Mesh, motion: &Motion) -> Result<()> {
     let count = mesh.positions.len();
+    ensure!(motion.positions.len() == count, "{} velocities for {count} vertices", motion.positions.len());
+    let (radiances, triangles) = (mesh.radiance.len(), mesh.triangles.len());
+    ensure!(radiances == triangles, "{radiances} radiances for {triangles} triangles");
     for (triangle, corners) in mesh.triangles.iter().enumerate() {
-        if let Some(&vertex) = corners.iter().find(|&&v| v >= count) {
-            return Err(CoverageError::NoSuchVertex { triangle, vertex, count });
-        }
+        ensure!(corners.iter().all(|&v| v < count), "triangle {triangle}: {corners:?} of {count} vertices");
     }
-    let mut vertices = mesh.positions.iter().zip(&motion.positions);
-    match vertices.position(|(p, v)| !(p.is_finite() && v.is_finite())) {
-        Some(vertex) => Err(CoverageError::NotFinite { vertex }),
-        None => Ok(()),
+    for (vertex, (p, v)) in mesh.positions.iter().zip(&motion.positions).enumerate() {
+        ensure!(p.is_finite() && v.is_finite(), "position or velocity of vertex {vertex} is not finite");
     }
+    Ok(())
 }
 
-fn check_in_front(mesh: &Mesh, camera: &Camera, motion: &Motion) -> Result<(), CoverageError> {
-    let one = |(vertex, (&position, &velocity)): (usize, (&DVec3, &DVec3))| {
+fn check_in_front(mesh: &Mesh, camera: &Camera, motion: &Motion) -> Result<()> {
+    for (vertex, (&position, &velocity)) in mesh.positions.iter().zip(&motion.positions).enumerate() {
         let depth = camera.project(&motion.camera, Vector3::new(position, velocity)).depth;
-        // Not "depth < …": NaN must fail too.
-        let is_in_front = depth > IN_FRONT * position.distance(camera.origin);
-        if is_in_front { Ok(()) } else { Err(CoverageError::Behind { vertex, depth }) }
-    };
-    mesh.positions.iter().zip(&motion.positions).enumerate().try_for_each(one)
+        ensure!(
+            depth > IN_FRONT * position.distance(camera.origin),
+            "vertex {vertex} is at a depth of {depth:e}"
+        );
+    }
+    Ok(())
 }
 
 #[cfg(test)]

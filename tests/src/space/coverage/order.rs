@@ -3,10 +3,10 @@
 //! Two pieces whose images overlap are compared over the overlap: 1/Z of a plane is an affine
 //! function of the film's point, so its extremes over a convex overlap are at the corners.
 
+use anyhow::{Context as _, Result, bail, ensure};
 use flatland::plane::orient;
 use glam::{DVec2, DVec3};
 
-use super::CoverageError;
 use super::camera::{Camera, Projection};
 use super::plane::Plane;
 
@@ -33,16 +33,14 @@ pub(super) struct Seen {
 
 impl Seen {
     /// # Errors
-    /// [`CoverageError::Behind`], which rounding may make of a new corner.
+    /// If a corner is behind the camera, where rounding may put a new one.
     pub(super) fn new(
         triangle: usize,
         mut corners: Vec<Projection>,
         plane: &Plane,
         camera: &Camera,
-    ) -> Result<Self, CoverageError> {
-        if let Some(behind) = corners.iter().find(|c| c.depth <= 0.0 || c.depth.is_nan()) {
-            return Err(CoverageError::Behind { vertex: usize::MAX, depth: behind.depth });
-        }
+    ) -> Result<Self> {
+        ensure!(corners.iter().all(|c| c.depth > 0.0), "a piece of triangle {triangle} is behind the camera");
         let at = |c: &[Projection]| c.iter().map(|c| c.at).collect::<Vec<_>>();
         if twice_area(&at(&corners)) < 0.0 {
             corners.reverse();
@@ -82,7 +80,7 @@ impl Seen {
     }
 
     /// Whether this hides the other, is hidden by it, or neither.
-    fn hides(&self, other: &Self) -> Result<Option<bool>, CoverageError> {
+    fn hides(&self, other: &Self) -> Result<Option<bool>> {
         if self.triangle == other.triangle {
             return Ok(None);
         }
@@ -105,7 +103,7 @@ impl Seen {
         match (low < -rounding, high > rounding) {
             (false, true) => Ok(Some(true)),
             (true, false) => Ok(Some(false)),
-            _ => Err(CoverageError::Intersect { first: self.triangle, second: other.triangle }),
+            _ => bail!("triangles {} and {} have no order of depth", self.triangle, other.triangle),
         }
     }
 }
@@ -118,8 +116,8 @@ fn twice_area(polygon: &[DVec2]) -> f64 {
 /// that of their numbers.
 ///
 /// # Errors
-/// [`CoverageError::Intersect`] or [`CoverageError::Cycle`] where there is no such order.
-pub(super) fn painters(seen: &[Seen]) -> Result<Vec<usize>, CoverageError> {
+/// If there is no such order.
+pub(super) fn painters(seen: &[Seen]) -> Result<Vec<usize>> {
     let mut nearer: Vec<Vec<usize>> = vec![vec![]; seen.len()];
     let mut farther = vec![0; seen.len()];
     for j in 0..seen.len() {
@@ -133,10 +131,8 @@ pub(super) fn painters(seen: &[Seen]) -> Result<Vec<usize>, CoverageError> {
     let mut order = Vec::with_capacity(seen.len());
     let mut done = vec![false; seen.len()];
     while order.len() < seen.len() {
-        let next = (0..seen.len()).find(|&k| !done[k] && farther[k] == 0).ok_or_else(|| {
-            let piece = done.iter().position(|done| !done).unwrap_or_default();
-            CoverageError::Cycle { triangle: seen[piece].triangle }
-        })?;
+        let next = (0..seen.len()).find(|&k| !done[k] && farther[k] == 0);
+        let next = next.context("triangles hide each other in a ring")?;
         done[next] = true;
         order.push(next);
         nearer[next].iter().for_each(|&k| farther[k] -= 1);

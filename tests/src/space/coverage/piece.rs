@@ -1,6 +1,7 @@
 //! Convex pieces of triangles, cut by planes.
 
-use super::CoverageError;
+use anyhow::Result;
+
 use super::plane::{Corner, Planes};
 
 /// What a side of a piece is part of.
@@ -34,7 +35,7 @@ impl Piece {
     }
 
     /// What is on either side of a plane: two pieces, or this one.
-    pub(super) fn cut(&self, planes: &Planes, plane: usize) -> Result<Vec<Self>, CoverageError> {
+    pub(super) fn cut(&self, planes: &Planes, plane: usize) -> Result<Vec<Self>> {
         let sides = self.corners().map(|c| planes.side(self.triangle, c, plane));
         let sides = sides.collect::<Result<Vec<_>, _>>()?;
         let along =

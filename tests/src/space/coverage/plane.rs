@@ -1,8 +1,8 @@
 //! The planes that triangles lie in, and points of them, as functions of θ.
 
+use anyhow::{Result, bail};
 use num_dual::{Dual64, DualNum};
 
-use super::CoverageError;
 use crate::dual::Vector3;
 
 /// Distances from a plane below this, relative to the size of what is compared, are rounding: some
@@ -119,7 +119,7 @@ impl<'a> Planes<'a> {
     }
 
     /// On which side of a plane a corner of a triangle is: 0 if it is on it by what makes it.
-    pub(super) fn side(&self, triangle: usize, corner: Corner, plane: usize) -> Result<f64, CoverageError> {
+    pub(super) fn side(&self, triangle: usize, corner: Corner, plane: usize) -> Result<f64> {
         let is_on = match corner {
             Corner::Vertex(v) => self.has(plane, v),
             Corner::Edge([u, v], by) => by == plane || (self.has(plane, u) && self.has(plane, v)),
@@ -135,7 +135,7 @@ impl<'a> Planes<'a> {
             return Ok(distance);
         }
         let plane = self.of.iter().position(|&of| of == plane).unwrap_or_default();
-        Err(CoverageError::Touch { triangle, plane })
+        bail!("a corner of triangle {triangle} touches the plane of triangle {plane}")
     }
 
     /// Whether a vertex is one of a plane's.

@@ -12,12 +12,13 @@ mod sunk;
 
 use std::collections::BinaryHeap;
 
-use flatland::plane::{Film, FilmError, Filter};
+use anyhow::{Context as _, Result};
+use flatland::plane::{Film, Filter};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::coverage::{Camera, CameraError, CameraMotion};
-use super::irradiance::{Ground, IrradianceError, Receiver, World, unchecked};
+use super::coverage::{Camera, CameraMotion};
+use super::irradiance::{Ground, Receiver, World, unchecked};
 use crate::quadrature::rule;
 
 /// The fewest squares a pixel is cut into.
@@ -40,29 +41,6 @@ pub struct DirectScene {
     pub camera_motion: CameraMotion,
     /// The pixel filter.
     pub filter: Filter,
-}
-
-/// A pixel that cannot be had.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum DirectError {
-    /// No camera.
-    #[error(transparent)]
-    Camera(#[from] CameraError),
-    /// No film.
-    #[error(transparent)]
-    Film(#[from] FilmError),
-    /// No world.
-    #[error(transparent)]
-    World(IrradianceError),
-    /// No irradiance at some point of the film, or no ground.
-    #[error("at the film's point ({}, {}): {source}", at.x, at.y)]
-    Irradiance {
-        /// Where, in pixels.
-        at: DVec2,
-        /// Why.
-        source: IrradianceError,
-    },
 }
 
 /// A pixel and its derivative.
@@ -97,17 +75,17 @@ impl DirectScene {
     /// or as well as 2000 squares a pixel can.
     ///
     /// # Errors
-    /// Any [`DirectError`].
-    pub fn image(&self, tolerance: f64) -> Result<Vec<Pixel>, DirectError> {
+    /// If there is no camera, no film, no world, or some point of the film shows no ground.
+    pub fn image(&self, tolerance: f64) -> Result<Vec<Pixel>> {
         self.camera.check(&self.camera_motion)?;
         let (width, height) = (self.camera.width, self.camera.height);
         let film = Film::new(width, height, self.filter)?;
-        self.world.check().map_err(DirectError::World)?;
+        self.world.check()?;
         let pixel = |i: usize| self.pixel(&film, [i % width, i / width], tolerance);
         (0..width * height).into_par_iter().map(pixel).collect()
     }
 
-    fn pixel(&self, film: &Film, [x, y]: [usize; 2], tolerance: f64) -> Result<Pixel, DirectError> {
+    fn pixel(&self, film: &Film, [x, y]: [usize; 2], tolerance: f64) -> Result<Pixel> {
         let centre = film.centre(x, y);
         let integrand = |u: DVec2| Ok(self.radiance(u)?.scaled(film.filter_value(centre, u)));
         let mut squares = BinaryHeap::new();
@@ -141,10 +119,10 @@ impl DirectScene {
     }
 
     /// L and dL/dθ at a point of the film.
-    fn radiance(&self, u: DVec2) -> Result<Sample, DirectError> {
+    fn radiance(&self, u: DVec2) -> Result<Sample> {
         let ray = self.camera.ray(&self.camera_motion, u);
         let light = Receiver::on_ray(&ray, &self.ground).and_then(|x| unchecked(&self.world, &x));
-        let light = light.map_err(|source| DirectError::Irradiance { at: u, source })?;
+        let light = light.with_context(|| format!("at the film's point {u}"))?;
         let outgoing = light.outgoing(self.albedo);
         Ok(Sample { value: outgoing.value, derivative: outgoing.derivative })
     }
@@ -185,11 +163,7 @@ struct Square {
 }
 
 impl Square {
-    fn new(
-        integrand: &impl Fn(DVec2) -> Result<Sample, DirectError>,
-        min: DVec2,
-        max: DVec2,
-    ) -> Result<Self, DirectError> {
+    fn new(integrand: &impl Fn(DVec2) -> Result<Sample>, min: DVec2, max: DVec2) -> Result<Self> {
         let coarse = gauss(integrand, min, max)?;
         let mut fine = Sample::default();
         for [min, max] in quarters(min, max) {
@@ -240,11 +214,7 @@ fn quarters(min: DVec2, max: DVec2) -> [[DVec2; 2]; 4] {
 }
 
 /// The rule of degree 5 in both directions.
-fn gauss(
-    integrand: &impl Fn(DVec2) -> Result<Sample, DirectError>,
-    min: DVec2,
-    max: DVec2,
-) -> Result<Sample, DirectError> {
+fn gauss(integrand: &impl Fn(DVec2) -> Result<Sample>, min: DVec2, max: DVec2) -> Result<Sample> {
     let size = max - min;
     let mut sum = Sample::default();
     for (s, ws) in rule(3) {

@@ -15,12 +15,13 @@
 
 use std::collections::BinaryHeap;
 
+use anyhow::{Context as _, Result};
 use flatland::plane::Film;
 use glam::{DVec2, DVec3};
 use num_dual::{Dual64, DualNum};
 use rayon::prelude::*;
 
-use super::{DirectError, DirectScene, Pixel, SQUARES, Sample, Square, quarters};
+use super::{DirectScene, Pixel, SQUARES, Sample, Square, quarters};
 use crate::dual::{Vector, Vector2, Vector3};
 use crate::space::irradiance::{Corners, Receiver, area_vector, keep, unchecked, without_cone};
 
@@ -38,12 +39,12 @@ impl DirectScene {
     /// crossing. That is integrable, but what two rules differ by is then up to a third of the error.
     ///
     /// # Errors
-    /// Any [`DirectError`].
-    pub fn image_past_bodies(&self, tolerance: f64) -> Result<Vec<Pixel>, DirectError> {
+    /// As [`image`](Self::image).
+    pub fn image_past_bodies(&self, tolerance: f64) -> Result<Vec<Pixel>> {
         self.camera.check(&self.camera_motion)?;
         let (width, height) = (self.camera.width, self.camera.height);
         let film = Film::new(width, height, self.filter)?;
-        self.world.check().map_err(DirectError::World)?;
+        self.world.check()?;
         let bodies = self.bodies();
         let pixel = |i: usize| self.pixel_past(&bodies, &film, [i % width, i / width], tolerance);
         (0..width * height).into_par_iter().map(pixel).collect()
@@ -100,7 +101,7 @@ impl DirectScene {
         film: &Film,
         [x, y]: [usize; 2],
         tolerance: f64,
-    ) -> Result<Pixel, DirectError> {
+    ) -> Result<Pixel> {
         let centre = film.centre(x, y);
         let mut triangles: Vec<[Vector2; 3]> = vec![];
         for cell in film.cells(x, y) {
@@ -143,13 +144,7 @@ impl DirectScene {
     }
 
     /// h L |∂u/∂(s, t)| and its derivative.
-    fn integrand(
-        &self,
-        film: &Film,
-        centre: DVec2,
-        [a, b, c]: &[Vector2; 3],
-        at: DVec2,
-    ) -> Result<Sample, DirectError> {
+    fn integrand(&self, film: &Film, centre: DVec2, [a, b, c]: &[Vector2; 3], at: DVec2) -> Result<Sample> {
         let [p, q] = [b, c].map(|corner| *corner - *a);
         let u = *a + p.lerp(q, at.y.into()) * at.x.into();
         let area = p.cross(q) * at.x;
@@ -161,7 +156,7 @@ impl DirectScene {
         let slope = velocity / self.camera.pixels_per_slope();
         ray.direction_rate += slope.x * self.camera.right - slope.y * self.camera.up;
         let light = Receiver::on_ray(&ray, &self.ground).and_then(|x| unchecked(&self.world, &x));
-        let light = light.map_err(|source| DirectError::Irradiance { at: place, source })?;
+        let light = light.with_context(|| format!("at the film's point {place}"))?;
         let (light, weight) = (light.outgoing(self.albedo), filter * area);
         Ok(Sample {
             value: weight.re * light.value,

@@ -139,10 +139,13 @@ fn under_an_environment_alone_every_pixel_is_the_albedo() {
 fn what_has_no_ground_is_an_error_that_names_the_place() {
     let mut scene = worlds::direct(0).scene;
     scene.ground.corners = [DVec3::ZERO; 3];
-    let error = scene.image(1e-3).expect_err("no ground");
-    assert!(matches!(error, DirectError::Irradiance { source: IrradianceError::NoReceiver, .. }));
+    let error = format!("{:#}", scene.image(1e-3).expect_err("no ground"));
+    assert!(
+        error.starts_with("at the film's point [") && error.ends_with("the ray meets no receiver"),
+        "{error}"
+    );
     scene.camera.field_of_view = f64::NAN;
-    assert_eq!(scene.image(1e-3), Err(DirectError::Camera(CameraError)));
+    assert!(scene.image(1e-3).expect_err("no camera").to_string().contains("field of view"));
 }
 
 #[test]

@@ -21,6 +21,7 @@ mod surface;
 
 use std::f64::consts::PI;
 
+use anyhow::{Context as _, Result, ensure};
 use glam::DVec3;
 use num_dual::Dual64;
 
@@ -51,12 +52,11 @@ impl World {
     /// Refuses numbers that are not finite and surfaces that are not flat and convex.
     ///
     /// # Errors
-    /// Those of [`IrradianceError`] that do not depend on a receiver.
-    pub fn check(&self) -> Result<(), IrradianceError> {
-        if !self.environment.is_finite() {
-            return Err(IrradianceError::Environment);
-        }
-        self.surfaces.iter().enumerate().try_for_each(|(i, surface)| surface.check(i))
+    /// That say which surface it is.
+    pub fn check(&self) -> Result<()> {
+        ensure!(self.environment.is_finite(), "the environment is not finite");
+        let mut surfaces = self.surfaces.iter().enumerate();
+        surfaces.try_for_each(|(i, surface)| surface.check().with_context(|| format!("surface {i}")))
     }
 
     /// The world at θ, at rest.
@@ -65,63 +65,6 @@ impl World {
         let surfaces = self.surfaces.iter().map(|s| s.displaced(theta)).collect();
         Self { surfaces, ..self.clone() }
     }
-}
-
-/// A world whose irradiance, or its derivative, cannot be had.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum IrradianceError {
-    /// Fewer than three corners, or not one velocity each.
-    #[error("surface {surface} has {vertices} corners and {velocities} velocities")]
-    Count {
-        /// Which surface.
-        surface: usize,
-        /// Its corners.
-        vertices: usize,
-        /// Their velocities.
-        velocities: usize,
-    },
-    /// A number that is not finite.
-    #[error("surface {surface} has a coordinate, velocity or radiance that is not finite")]
-    NotFinite {
-        /// Which surface.
-        surface: usize,
-    },
-    /// A corner that is not in the plane of the others or leaves it, or no area.
-    #[error("surface {surface} has no area, or is not flat at corner {vertex}, or does not stay so")]
-    NotFlat {
-        /// Which surface.
-        surface: usize,
-        /// Which corner.
-        vertex: usize,
-    },
-    /// A corner beyond an edge.
-    #[error("surface {surface} is not convex at the edge from corner {vertex}")]
-    NotConvex {
-        /// Which surface.
-        surface: usize,
-        /// The edge's first corner.
-        vertex: usize,
-    },
-    /// The receiver is in the plane of a surface that rises above the horizon: what it sees of it
-    /// has a kink.
-    #[error("the receiver is in the plane of surface {surface}")]
-    EdgeOn {
-        /// Which surface.
-        surface: usize,
-    },
-    /// An environment that is not finite.
-    #[error("the environment is not finite")]
-    Environment,
-    /// Numbers so large or so small that the answer is not finite.
-    #[error("surface {surface} is so large, so small or so fast that the answer is not finite")]
-    Overflow {
-        /// Which surface.
-        surface: usize,
-    },
-    /// A receiver that is not finite or without a normal, or a ray that meets none.
-    #[error("the receiver is not finite or has no normal, or the ray meets none")]
-    NoReceiver,
 }
 
 /// A factor, its derivative and its scale.
@@ -170,14 +113,15 @@ impl Irradiance {
 /// k of 16 digits are lost.
 ///
 /// # Errors
-/// Any [`IrradianceError`].
-pub fn irradiance(world: &World, receiver: &Receiver) -> Result<Irradiance, IrradianceError> {
+/// If the world or the receiver is refused, the receiver is in the plane of a surface that rises above the horizon, or
+/// the answer is not finite.
+pub fn irradiance(world: &World, receiver: &Receiver) -> Result<Irradiance> {
     world.check()?;
     unchecked(world, receiver)
 }
 
 /// [`irradiance`] of a world that was checked before.
-pub(super) fn unchecked(world: &World, receiver: &Receiver) -> Result<Irradiance, IrradianceError> {
+pub(super) fn unchecked(world: &World, receiver: &Receiver) -> Result<Irradiance> {
     let factors = unchecked_factors(world, receiver)?;
     let mut sum = Irradiance { value: PI * world.environment, ..Irradiance::default() };
     for (index, (surface, factor)) in world.surfaces.iter().zip(factors).enumerate() {
@@ -186,9 +130,7 @@ pub(super) fn unchecked(world: &World, receiver: &Receiver) -> Result<Irradiance
         sum.value += factor.value * radiance;
         sum.derivative += factor.derivative * radiance;
         sum.absolute += factor.absolute * radiance.abs().max_element();
-        if !(sum.value.is_finite() && sum.derivative.is_finite()) {
-            return Err(IrradianceError::Overflow { surface: index });
-        }
+        ensure!(sum.value.is_finite() && sum.derivative.is_finite(), "surface {index}: overflow");
     }
     Ok(sum)
 }
@@ -196,13 +138,13 @@ pub(super) fn unchecked(world: &World, receiver: &Receiver) -> Result<Irradiance
 /// What a receiver sees of every surface.
 ///
 /// # Errors
-/// Any [`IrradianceError`].
-pub fn factors(world: &World, receiver: &Receiver) -> Result<Vec<Factor>, IrradianceError> {
+/// As [`irradiance`].
+pub fn factors(world: &World, receiver: &Receiver) -> Result<Vec<Factor>> {
     world.check()?;
     unchecked_factors(world, receiver)
 }
 
-fn unchecked_factors(world: &World, receiver: &Receiver) -> Result<Vec<Factor>, IrradianceError> {
+fn unchecked_factors(world: &World, receiver: &Receiver) -> Result<Vec<Factor>> {
     receiver.check()?;
     let normal = Vector3::new(receiver.normal, receiver.normal_rate).unit();
     let views: Vec<_> = world
@@ -213,8 +155,8 @@ fn unchecked_factors(world: &World, receiver: &Receiver) -> Result<Vec<Factor>, 
         .collect::<Result<_, _>>()?;
     let checked = |surface: usize| {
         let factor = factor(&views, surface, normal);
-        let is_finite = factor.value.is_finite() && factor.derivative.is_finite();
-        if is_finite { Ok(factor) } else { Err(IrradianceError::Overflow { surface }) }
+        ensure!(factor.value.is_finite() && factor.derivative.is_finite(), "surface {surface}: overflow");
+        Ok(factor)
     };
     (0..views.len()).map(checked).collect()
 }
@@ -230,12 +172,7 @@ struct View {
 }
 
 impl View {
-    fn new(
-        index: usize,
-        surface: &Surface,
-        receiver: &Receiver,
-        normal: Vector3,
-    ) -> Result<Self, IrradianceError> {
+    fn new(index: usize, surface: &Surface, receiver: &Receiver, normal: Vector3) -> Result<Self> {
         let mut corners = surface.seen_from(Vector3::new(receiver.point, receiver.velocity));
         let mut outward = area_vector(&corners);
         let height = outward.dot(corners[0]).re;
@@ -246,9 +183,9 @@ impl View {
         let risen = keep(&corners, |d| normal.dot(d));
         let coordinates = surface.vertices.iter().chain([&receiver.point]);
         let magnitude = coordinates.map(|p| p.length()).fold(0.0, f64::max);
-        if !risen.is_empty() && height.abs() <= EDGE_ON * outward.value().length() * magnitude {
-            return Err(IrradianceError::EdgeOn { surface: index });
-        }
+        let is_edge_on = height.abs() <= EDGE_ON * outward.value().length() * magnitude;
+        // What is seen of it has a kink.
+        ensure!(risen.is_empty() || !is_edge_on, "the receiver is in the plane of surface {index}");
         // The front is seen where its normal points to x.
         let is_lit = surface.sides == Sides::Both || height < 0.0;
         Ok(Self { corners, risen, outward, is_lit })

@@ -1,8 +1,8 @@
 //! Where light arrives.
 
+use anyhow::{Result, ensure};
 use glam::DVec3;
 
-use super::IrradianceError;
 use crate::dual::Vector3;
 
 /// A point of a surface and the side of it that is lit, as functions of θ to first order.
@@ -51,17 +51,15 @@ impl Receiver {
     /// triangle that a pixel shows, which is another one at every θ.
     ///
     /// # Errors
-    /// [`IrradianceError::NoReceiver`] if the ray is parallel to the plane, leads away from it, or
+    /// If the ray is parallel to the plane, leads away from it, or
     /// the triangle has no area.
-    pub fn on_ray(ray: &Ray, ground: &Ground) -> Result<Self, IrradianceError> {
+    pub fn on_ray(ray: &Ray, ground: &Ground) -> Result<Self> {
         let corner = |k: usize| Vector3::new(ground.corners[k], ground.velocities[k]);
         let origin = Vector3::new(ray.origin, ray.origin_velocity);
         let direction = Vector3::new(ray.direction, ray.direction_rate);
         let normal = (corner(1) - corner(0)).cross(corner(2) - corner(0)).unit();
         let t = normal.dot(corner(0) - origin) / normal.dot(direction);
-        if !(t.re.is_finite() && t.re > 0.0) {
-            return Err(IrradianceError::NoReceiver);
-        }
+        ensure!(t.re.is_finite() && t.re > 0.0, "the ray meets no receiver");
         let point = origin + direction * t;
         let side = -normal.dot(direction).re.signum();
         Ok(Self {
@@ -78,13 +76,14 @@ impl Receiver {
         Self::still(self.point + theta * self.velocity, self.normal + theta * self.normal_rate)
     }
 
-    pub(super) fn check(&self) -> Result<(), IrradianceError> {
+    pub(super) fn check(&self) -> Result<()> {
         let parts = [self.point, self.normal, self.velocity, self.normal_rate];
-        if parts.iter().all(|p| p.is_finite()) && self.normal.length_squared().is_normal() {
-            Ok(())
-        } else {
-            Err(IrradianceError::NoReceiver)
-        }
+        let has_normal = self.normal.length_squared().is_normal();
+        ensure!(
+            parts.iter().all(|p| p.is_finite()) && has_normal,
+            "no receiver: not finite, or without a normal"
+        );
+        Ok(())
     }
 }
 

@@ -1,9 +1,9 @@
 //! Flat convex polygons that emit and occlude.
 
+use anyhow::{Result, ensure};
 use glam::DVec3;
 use num_dual::Dual64;
 
-use super::IrradianceError;
 use crate::dual::Vector3;
 
 /// How far a corner, or its velocity, may be from the plane of the others, relative to the size of
@@ -68,47 +68,40 @@ impl Surface {
         self.vertices.iter().zip(&self.velocities).map(|(p, v)| Vector3::new(*p, *v) - point).collect()
     }
 
-    pub(super) fn check(&self, surface: usize) -> Result<(), IrradianceError> {
-        let expected = self.vertices.len();
-        if expected < 3 || self.velocities.len() != expected {
-            let found = self.velocities.len();
-            return Err(IrradianceError::Count { surface, vertices: expected, velocities: found });
-        }
-        let finite = |v: &[DVec3]| v.iter().all(|p| p.is_finite());
-        if !(finite(&self.vertices) && finite(&self.velocities) && self.radiance.is_finite()) {
-            return Err(IrradianceError::NotFinite { surface });
-        }
-        self.check_flat(surface)?;
-        self.check_convex(surface)
+    pub(super) fn check(&self) -> Result<()> {
+        let (corners, velocities) = (self.vertices.len(), self.velocities.len());
+        ensure!(corners >= 3 && velocities == corners, "{corners} corners and {velocities} velocities");
+        let mut numbers = self.vertices.iter().chain(&self.velocities).chain([&self.radiance]);
+        ensure!(numbers.all(|p| p.is_finite()), "a coordinate, velocity or radiance is not finite");
+        self.check_flat()?;
+        self.check_convex()
     }
 
-    fn check_flat(&self, surface: usize) -> Result<(), IrradianceError> {
+    fn check_flat(&self) -> Result<()> {
         let corners = self.seen_from(Vector3::still(self.vertices[0]));
         let normal = area_vector(&corners).unit();
         let largest = |v: &[DVec3]| v.iter().map(|p| p.length()).fold(0.0, f64::max);
         let extent = corners.iter().map(|c| c.value().length()).fold(0.0, f64::max);
         let speed = largest(&self.velocities);
-        for (vertex, corner) in corners.iter().enumerate() {
+        for (k, corner) in corners.iter().enumerate() {
             let height: Dual64 = normal.dot(*corner - corners[0]);
-            let flat = height.re.abs() <= FLAT * extent + ROUNDING * largest(&self.vertices);
-            let stays_flat = height.eps.abs() <= FLAT * (speed + normal.rate().length() * extent);
             // NaN where there is no area must fail too.
-            if !(flat && stays_flat) {
-                return Err(IrradianceError::NotFlat { surface, vertex });
-            }
+            ensure!(
+                height.re.abs() <= FLAT * extent + ROUNDING * largest(&self.vertices)
+                    && height.eps.abs() <= FLAT * (speed + normal.rate().length() * extent),
+                "no area, or not flat at corner {k}, or it does not stay so"
+            );
         }
         Ok(())
     }
 
-    fn check_convex(&self, surface: usize) -> Result<(), IrradianceError> {
+    fn check_convex(&self) -> Result<()> {
         let (p, n) = (&self.vertices, self.vertices.len());
         let normal = area_vector(&self.seen_from(Vector3::still(p[0]))).value();
         for k in 0..n {
             let edge = p[(k + 1) % n] - p[k];
             let inside = |q: &DVec3| edge.cross(*q - p[k]).dot(normal) >= -FLAT * normal.length_squared();
-            if !p.iter().all(inside) {
-                return Err(IrradianceError::NotConvex { surface, vertex: k });
-            }
+            ensure!(p.iter().all(inside), "not convex at the edge from corner {k}");
         }
         Ok(())
     }
