@@ -293,6 +293,8 @@ fn what_cannot_be_drawn_is_refused_by_name() {
         ("nothing", "fill='url(#none) red'"),
         ("rotate", "style='rotate:45deg'"),
         ("background", "style='background:red'"),
+        ("-webkit-mask", "style='-webkit-mask:url(#m)'"),
+        ("another namespace", "xml:id='r'"),
         ("transform=", "transform='rotate(4'"),
         ("transform=", "transform='turn(4)'"),
         ("transform=", "style='transform:rotate(45deg)'"),
