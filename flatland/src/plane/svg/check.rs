@@ -22,8 +22,9 @@ const UNDRAWN: &str =
     "defs style title desc metadata linearGradient radialGradient pattern mask clipPath filter marker";
 
 /// Properties of CSS that draw, move or hide, and that usvg does not know.
-const UNKNOWN: &str = "d x y cx cy r rx ry width height translate rotate scale offset offset-path zoom all background clip \
-    mask-image animation animation-name transition backdrop-filter";
+const UNKNOWN: &str = "d x y cx cy r rx ry width height translate rotate scale transform-box offset offset-path \
+    offset-distance offset-rotate perspective zoom all background clip mask-image mask-border mask-border-source \
+    -webkit-mask -webkit-mask-image -webkit-clip-path -webkit-filter backdrop-filter animation animation-name transition";
 
 fn has_word(list: &str, word: &str) -> bool {
     list.split(' ').any(|other| other == word)

@@ -16,7 +16,7 @@ const XLINK: &str = "http://www.w3.org/1999/xlink";
 const NAMED: [&str; 10] =
     ["g", "a", "use", "path", "polygon", "polyline", "rect", "circle", "ellipse", "line"];
 
-/// A document in which ids differ and every element has its own place in the text.
+/// A document in which ids differ and every element has its own place in the text, so that each can be told.
 pub(super) struct Source<'a> {
     document: &'a Document<'a>,
     by_id: HashMap<&'a str, Node<'a>>,
@@ -40,6 +40,13 @@ impl<'a> Source<'a> {
                 return Err(this.unsupported(node, "an element inside an entity"));
             }
             last = Some(start);
+            // usvg looks these up without regard to namespaces.
+            let is_misread = |a: roxmltree::Attribute<'_, '_>| {
+                a.namespace().is_some() && matches!(a.name(), "id" | "style")
+            };
+            if is_svg(node) && node.attributes().any(is_misread) {
+                return Err(this.unsupported(node, "an id or style of another namespace"));
+            }
             let Some(id) = node.attribute("id") else { continue };
             if let Some(other) = this.by_id.insert(id, node) {
                 let line = document.text_pos_at(other.range().start).row;
