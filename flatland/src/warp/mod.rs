@@ -40,6 +40,7 @@ mod boundary;
 mod debias;
 mod domain;
 mod field;
+mod jumps;
 mod stencil;
 
 pub use adaptive::Adaptive;
@@ -48,4 +49,5 @@ pub use boundary::BoundaryFunction;
 pub use debias::Debias;
 pub use domain::{Circle, Domain, Draw, Line, Plane, Vector};
 pub use field::{Field, WarpField};
+pub use jumps::JumpMean;
 pub use stencil::{Bundle, Stencil, Term, Warp, WarpError, Weighting};

@@ -140,6 +140,10 @@ pub struct Stencil<D: Domain, H> {
 }
 
 impl<D: Domain, H> Stencil<D, H> {
+    pub(super) fn new(point: D::Vector, terms: Vec<Term<D::Vector, H>>) -> Self {
+        Self { point, terms }
+    }
+
     /// The auxiliary hits and their coefficients.
     #[must_use]
     pub fn terms(&self) -> &[Term<D::Vector, H>] {
