@@ -10,7 +10,7 @@ use flatland::plane::exact::Arrangement;
 use flatland::plane::fields::scene_stencil;
 use flatland::plane::{Attachment, Film, Filter, Image, Motion, Polygon, Scene, Shade, Shape};
 use flatland::random::stream;
-use flatland::warp::{Debias, Warp};
+use flatland::warp::{Debias, LinearField as _, Warp};
 use glam::{DVec2, DVec3};
 use tests::oracle;
 use tests::readme;

@@ -13,7 +13,7 @@ use glam::DVec2;
 
 use super::{Hit, Scene};
 use crate::random::{Stream, open01};
-use crate::warp::{Field, Plane, Stencil, Warp, WarpField};
+use crate::warp::{Field, LinearField as _, Plane, Stencil, Warp, WarpField};
 
 /// "Attempt 1": the velocity of the material seen at u, as it is.
 #[derive(Clone, Copy, Debug)]

@@ -48,6 +48,8 @@ pub use auxiliary::AuxiliaryPoints;
 pub use boundary::BoundaryFunction;
 pub use debias::Debias;
 pub use domain::{Circle, Domain, Draw, Line, Plane, Vector};
-pub use field::{Field, WarpField};
+#[cfg(test)]
+pub(crate) use field::assert_transposed;
+pub use field::{Field, LinearField, WarpField};
 pub use jumps::JumpMean;
 pub use stencil::{Bundle, Stencil, Term, Warp, WarpError, Weighting};

@@ -2,7 +2,7 @@
 
 use flatland::plane::fields::scene_stencil;
 use flatland::random::{open01, stream};
-use flatland::warp::Warp;
+use flatland::warp::{LinearField as _, Warp};
 use glam::DVec2;
 use rayon::prelude::*;
 

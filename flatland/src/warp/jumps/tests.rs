@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::JumpMean;
 use crate::random::{Stream, open01, stream};
-use crate::warp::{Field, Line, Stencil};
+use crate::warp::{Field, Line, LinearField as _, Stencil, assert_transposed};
 
 fn point(rng: &mut Stream) -> DVec2 {
     DVec2::new(2.0 * open01(rng) - 1.0, 2.0 * open01(rng) - 1.0)
@@ -159,6 +159,21 @@ fn cutting_an_edge_changes_nothing() {
 fn on_line(u: f64, points: &[(f64, f64)], reach: f64) -> Field<f64> {
     let stencil: Stencil<Line, f64> = JumpMean { reach }.of_points(points.iter().map(|&(b, v)| (b - u, v)));
     stencil.field(|v| *v)
+}
+
+#[test]
+fn scatter_is_the_transpose_of_field() {
+    let mut rng = stream(4, &[]);
+    for _ in 0..50 {
+        let segments: Vec<_> = (0..3)
+            .map(|_| ([point(&mut rng), point(&mut rng)], [point(&mut rng), point(&mut rng)]))
+            .collect();
+        let plane = JumpMean { reach: 0.9 }.of_segments(point(&mut rng), segments);
+        assert_transposed(&plane, (DVec2::new(0.3, -1.2), 0.7), |v| *v, DVec2::dot);
+        let points = (0..3).map(|_| (point(&mut rng).x, point(&mut rng).y)).collect::<Vec<_>>();
+        let line = JumpMean { reach: 0.9 }.of_points(points);
+        assert_transposed(&line, (0.3, 0.7), |v| *v, |a, b| a * b);
+    }
 }
 
 #[test]
