@@ -5,7 +5,7 @@
 
 use std::fmt::Write as _;
 
-use flatland::estimator::{Exact, GradientImage, Method, WarpedArea};
+use flatland::estimator::{Construction, Exact, GradientImage, Method, WarpedArea};
 use flatland::plane::exact::Arrangement;
 use flatland::plane::fields::scene_stencil;
 use flatland::plane::{Attachment, Film, Filter, Image, Motion, Polygon, Scene, Shade, Shape};
@@ -154,7 +154,8 @@ fn rows() -> Vec<Row> {
     }
     for kappa in [1.0, 100.0, 1e4] {
         let samples = if kappa > 1e3 { 40_000 } else { 4000 };
-        let method = WarpedArea { kappa, samples, ..method() };
+        let construction = Construction::Auxiliary { warp: Warp::default(), kappa };
+        let method = WarpedArea { construction, samples, ..method() };
         rows.push(row(format!("κ = {kappa:.0e} per square pixel"), pair(1.0, DVec2::ZERO), &method));
     }
     for kappa in [1e6, 1e9, 1e12] {
@@ -199,7 +200,7 @@ fn rows() -> Vec<Row> {
     rows.push(row(
         "one auxiliary ray, debiased",
         pair(1.0, DVec2::ZERO),
-        &WarpedArea { warp: one, samples: 16_000, ..method() },
+        &WarpedArea { construction: one.into(), samples: 16_000, ..method() },
     ));
     rows
 }

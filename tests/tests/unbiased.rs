@@ -6,7 +6,9 @@
 
 use std::sync::LazyLock;
 
-use flatland::estimator::{AreaIntegral, EdgeSampling, Form, GradientImage, Method, Rotation, WarpedArea};
+use flatland::estimator::{
+    AreaIntegral, Construction, EdgeSampling, Form, GradientImage, Method, Rotation, WarpedArea,
+};
 use flatland::plane::exact::Arrangement;
 use flatland::plane::fields::DirectField;
 use flatland::plane::{Film, Filter, Image, Motion, Polygon, Scene, Shade, Shape};
@@ -57,7 +59,7 @@ fn reject(name: &str, estimate: impl Fn(&Known, u64) -> Estimate + Sync) {
 const SAMPLES: usize = 384;
 
 fn warped(warp: Warp, seed: u64) -> WarpedArea {
-    WarpedArea { samples: SAMPLES, warp, seed, ..WarpedArea::default() }
+    WarpedArea { samples: SAMPLES, construction: warp.into(), seed, ..WarpedArea::default() }
 }
 
 #[test]
@@ -96,7 +98,7 @@ fn warped_area_at_other_concentrations() {
     for &(kappa, samples) in &kappas[..pick(1, 2)] {
         accept(&mut power, &format!("warped area, κ = {kappa}"), |seed| WarpedArea {
             samples,
-            kappa,
+            construction: Construction::Auxiliary { warp: Warp::default(), kappa },
             ..warped(Warp::default(), seed)
         });
     }
@@ -129,6 +131,20 @@ fn warped_area_with_other_warps() {
             |seed| WarpedArea { samples: 3 * SAMPLES, ..warped(Warp { debias, ..Warp::default() }, seed) };
         let v = Verdict::of(&KNOWN, |k, seed| k.run(&roulette(seed)));
         v.accept(&mut power, "Russian roulette", limits().slope_alone());
+    }
+    power.finish();
+}
+
+#[test]
+fn mean_over_jumps() {
+    let mut power = Power::of("unbiased::mean_over_jumps");
+    for reach in [0.4, 1.2] {
+        accept(&mut power, &format!("mean over jumps, R = {reach}"), |seed| WarpedArea {
+            samples: pick(SAMPLES, 4 * SAMPLES),
+            construction: Construction::JumpMean { reach },
+            seed,
+            ..WarpedArea::default()
+        });
     }
     power.finish();
 }

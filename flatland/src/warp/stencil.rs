@@ -82,6 +82,12 @@ pub enum WarpError {
         /// κ.
         kappa: f64,
     },
+    /// The reach of a mean over jumps must be positive and finite.
+    #[error("the reach R = {reach} is not positive and finite")]
+    Reach {
+        /// R.
+        reach: f64,
+    },
     /// The radial exponent must be in [0.1, 1]: below, distances underflow.
     #[error("the radial exponent {radial_exponent} is not in [0.1, 1]")]
     RadialExponent {

@@ -1,6 +1,6 @@
 //! The error that every method has after a given time.
 
-use flatland::estimator::{EdgeSampling, FiniteDifference, Method, Rotation, WarpedArea};
+use flatland::estimator::{Construction, EdgeSampling, FiniteDifference, Method, Rotation, WarpedArea};
 use flatland::plane::Motion;
 use flatland::plane::exact::Arrangement;
 use flatland::warp::{Debias, Warp};
@@ -136,8 +136,12 @@ impl Bench<'_> {
         let budget = if unbiased { 16_000.0 } else { 8_000.0 };
         let samples = (budget / (debias.expected_rays() + 4.0)) as usize;
         let warp = Warp { debias, ..Warp::default() };
-        let method =
-            |samples, seed| WarpedArea { samples, kappa: KAPPA, warp, seed, ..WarpedArea::default() };
+        let method = |samples, seed| WarpedArea {
+            samples,
+            construction: Construction::Auxiliary { warp, kappa: KAPPA },
+            seed,
+            ..WarpedArea::default()
+        };
         let mut contender = Contender { unbiased, ..self.contender(looks, samples, method)? };
         if !unbiased {
             let kernel = Kernel { warp, kappa: KAPPA };

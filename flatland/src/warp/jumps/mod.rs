@@ -52,7 +52,7 @@ use std::f64::consts::TAU;
 use glam::DVec2;
 
 use super::domain::{Domain, Line, Plane, Vector};
-use super::stencil::{Stencil, Term};
+use super::stencil::{Stencil, Term, WarpError};
 
 /// The mean of the velocities of the jumps within reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,10 +73,13 @@ struct Share<V> {
 }
 
 impl JumpMean {
-    /// Whether the reach is positive and finite.
-    #[must_use]
-    pub fn is_valid(&self) -> bool {
-        self.reach > 0.0 && self.reach.is_finite()
+    /// Checks the reach once, so that nothing else need.
+    ///
+    /// # Errors
+    /// [`WarpError::Reach`] if it is not positive and finite.
+    pub fn check(&self) -> Result<(), WarpError> {
+        let good = self.reach > 0.0 && self.reach.is_finite();
+        if good { Ok(()) } else { Err(WarpError::Reach { reach: self.reach }) }
     }
 
     /// The coefficients of (V, ∇·V) at a point of the line, or of the circle by its angle: from every jump by its

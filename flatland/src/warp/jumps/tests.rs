@@ -177,6 +177,14 @@ fn scatter_is_the_transpose_of_field() {
 }
 
 #[test]
+fn a_reach_must_be_positive_and_finite() {
+    assert_eq!(JumpMean { reach: 1.2 }.check(), Ok(()));
+    for reach in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(JumpMean { reach }.check().is_err(), "{reach}");
+    }
+}
+
+#[test]
 fn one_point_makes_a_tent() {
     for u in [-0.3, 0.0, 0.1, 0.5, 0.7] {
         let f = on_line(u, &[(0.2, 3.0)], 0.4);
