@@ -6,6 +6,7 @@
 //! [`FieldForm`]: forward mode applies them, reverse mode their transpose.
 
 mod form;
+mod near;
 mod visible;
 
 pub use form::{FieldForm, FieldTerm};
@@ -18,7 +19,7 @@ use glam::DVec2;
 use super::{Camera, CameraTangent, Gloss, Hit, Origin, World};
 use crate::plane::MaterialPoint;
 use crate::random::{Stream, open01};
-use crate::warp::{Circle, Line, Warp};
+use crate::warp::{Circle, JumpMean, Line, Warp};
 use visible::interpolate;
 
 /// A construction of the warp field.
@@ -31,6 +32,12 @@ pub enum Construction {
     /// itself, the slope of the lobe times V has a variance ∝ 1/width² wherever anything moves. On the
     /// film, where the filter is as wide as the kernel, nothing fades.
     Local(Warp),
+    /// The [mean over the jumps](JumpMean) near by: exact, unbiased, and without auxiliary rays. It needs a list of all
+    /// vertices and takes a look at each, but asks of none whether it is seen.
+    JumpMean {
+        /// R in widths κ^−½ of the kernel that auxiliary rays would have: 8 is 1.2 pixels on the film by default.
+        reach: f64,
+    },
     /// Linear between the jumps that are seen, all of which are searched for: ΔV = 0 in one
     /// dimension. The cost grows with the number of vertices.
     Harmonic,
@@ -93,6 +100,16 @@ impl Construction {
                     field.push(MaterialPoint::vertex(jump.vertex), jump.rate, weight, slope);
                 });
             }
+            Self::JumpMean { reach } => {
+                field.rays = 1;
+                let mean = JumpMean { reach: reach / kappa.sqrt() };
+                let seen = world.trace(origin, direction);
+                let stencil = mean.of_points(near::around(world, origin, direction, seen.as_ref()));
+                for term in stencil.terms() {
+                    let (vertex, rate) = term.hit;
+                    field.push(MaterialPoint::vertex(vertex), rate, term.weight, term.divergence);
+                }
+            }
             Self::Direct => {
                 field.rays = 1;
                 if let Some(hit) = world.trace(origin, direction) {
@@ -153,6 +170,17 @@ impl Construction {
                     field.push(MaterialPoint::vertex(jump.vertex), jump.rate, weight, slope);
                     field.push_camera(&without_position(jump.camera), weight, slope);
                 });
+            }
+            Self::JumpMean { reach } => {
+                field.rays = 1;
+                let mean = JumpMean { reach: reach / kappa.sqrt() };
+                let stencil = mean.of_points(near::on_film(world, camera, u, trace(u).as_ref()));
+                for term in stencil.terms() {
+                    let (vertex, at, distance) = term.hit;
+                    let (rate, by_camera) = camera.film_rate(at, distance);
+                    field.push(MaterialPoint::vertex(vertex), rate, term.weight, term.divergence);
+                    field.push_camera(&without_position(by_camera), term.weight, term.divergence);
+                }
             }
             Self::Direct => {
                 field.rays = 1;
