@@ -12,8 +12,10 @@
 //! warped-area sampling for differentiable rendering") estimates such a field from auxiliary
 //! rays alone, so that no edge ever has to be found.
 //!
-//! - [`warp`]: the machinery that turns auxiliary points into (V, ∇·V) and its transpose,
-//!   written once for the plane, the circle and (in `volume3d`) the sphere.
+//! Where edges are known, V may also be a mean of their own velocities: exact, and with less variance.
+//!
+//! - [`warp`]: the machinery that turns auxiliary points, or the jumps themselves, into (V, ∇·V) and its transpose,
+//!   written once for the line, the plane, the circle and (in `volume3d`) the sphere.
 //! - [`plane`]: polygons over the image plane, where every integral above is known exactly.
 //! - [`transport`]: flat worlds in which light is scattered, over the directions of a circle, and
 //!   their exact images and derivatives.
