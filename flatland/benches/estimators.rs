@@ -72,7 +72,7 @@ fn sample(c: &mut Criterion) {
         for size in SIZES {
             let scene = make(size);
             let motion = Motion::rotate(0..scene.shapes().len(), DVec2::splat(32.0));
-            let jumps = Construction::JumpMean { reach: 1.2 };
+            let jumps = Construction::JumpMean { reach: 0.6 };
             let methods: [(&str, Box<dyn Method>); 5] = [
                 ("warped area", Box::new(WarpedArea { samples: 4, ..WarpedArea::default() })),
                 (

@@ -138,7 +138,7 @@ fn warped_area_with_other_warps() {
 #[test]
 fn mean_over_jumps() {
     let mut power = Power::of("unbiased::mean_over_jumps");
-    for reach in [0.4, 1.2] {
+    for reach in [0.3, 1.2] {
         accept(&mut power, &format!("mean over jumps, R = {reach}"), |seed| WarpedArea {
             samples: pick(SAMPLES, 4 * SAMPLES),
             construction: Construction::JumpMean { reach },

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::context::Context;
 use crate::gallery::{Picture, Placement, Section, formula};
 use crate::output::{Table, write_csv, write_exr, write_png};
-use constructions::{Construction, Effort, Sampled};
+use constructions::{Construction, Effort, REACH, Sampled};
 use example::{Example, Site, WIDTH};
 use picture::{Shown, brief};
 use rules::{OFFSET, Record, SIGMAS, SLACK};
@@ -68,7 +68,7 @@ fn write_data(context: &Context, shown: &Shown<'_>) -> anyhow::Result<Vec<String
     write_csv(&context.path(&files[0]), &rules_table(shown))?;
     write_csv(&context.path(&files[1]), &silhouettes_table(shown))?;
     for (construction, sampled) in shown.constructions.iter().zip(shown.sampled) {
-        let file = format!("figure1_{}.exr", construction.name.to_lowercase());
+        let file = format!("figure1_{}.exr", construction.name.to_lowercase().replace(' ', "_"));
         let pixel = |field: &flatland::warp::Field<glam::DVec2>| {
             [field.value.x as f32, field.value.y as f32, field.divergence as f32]
         };
@@ -193,14 +193,17 @@ fn section(shown: &Shown<'_>, effort: Effort, data: Vec<String>) -> Section {
          <em>warp field</em> {field} extends it to every point of the image. It turns the boundary \
          term into an area integral if it keeps two rules: it is <em>continuous</em>, and on the \
          silhouettes it is <em>boundary consistent</em>, {rule}.</p>\
-         <p>Six constructions. <em>Direct</em>: the velocity of the point seen. <em>Gaussian</em>: the \
+         <p>Seven constructions. <em>Direct</em>: the velocity of the point seen. <em>Gaussian</em>: the \
          direct field, filtered. <em>Boundary-aware</em>: the direct field, averaged with weights that \
-         grow without bound towards a silhouette (figure 2). <em>Oracle</em>: exact boundary \
+         grow without bound towards a silhouette (figure 2). <em>Mean over jumps</em>: the velocities of the edges \
+         themselves, averaged by their inverse distance; V is exact, no auxiliary ray is traced, and nothing is left to be \
+         debiased, but a list of all edges must be at hand. <em>Oracle</em>: exact boundary \
          velocities, linear on the triangles drawn (0 at corners on no silhouette, such as the pentagon's hidden \
          one). <em>Harmonic</em>: the solution of Laplace's \
          equation between the silhouettes, by random walks. <em>Rotation</em>: one rigid motion for \
          every kernel of a grid (in the plane a translation), that of the topmost shape among a few \
-         points seen in it. Only the oracle and the harmonic field are told where the silhouettes are.</p>\
+         points seen in it. The mean over jumps is told where edges are, though not which of them are seen; only the oracle and \
+         the harmonic field are told where the silhouettes are.</p>\
          <p>Both rules were measured at {count} points of silhouettes, {offset} kernel widths to either \
          side, and the jump also across the sides of the kernel cells. All numbers are relative to the \
          largest |v|. The mismatch is taken on the occluder's side, which owns the silhouette. A rule \
@@ -220,26 +223,27 @@ fn section(shown: &Shown<'_>, effort: Effort, data: Vec<String>) -> Section {
     );
     let caption = format!(
         "Colour: |V|; arrows: V; line along the silhouettes: black where V·ν = v·ν, red where it is missed. \
-         Kernel width {width}; {rays} auxiliary rays a pixel for (c) and (d), {walks} walks for (f), every \
+         Kernel width {width}; {rays} auxiliary rays a pixel for (c) and (d), a reach of {reach} for (e), {walks} walks for (g), every \
          pixel with its own random numbers. The numbers under the panels are the largest jump and the \
          largest mismatch, from the mean of {repeats} unbiased estimates at each point \
          ({half} for the harmonic field); ± is one standard error.",
         width = crate::plot::number(WIDTH),
         rays = effort.rays,
+        reach = crate::plot::number(REACH * WIDTH),
         walks = effort.walks,
         repeats = effort.repeats,
         half = effort.repeats / 2,
     );
     let picture = Picture {
         file: "figure1_fields.png".into(),
-        alt: "Eight panels: a scene with arrows of its boundary velocity, six warp fields as colour and \
+        alt: "Nine panels: a scene with arrows of its boundary velocity, seven warp fields as colour and \
               arrows, and a bar chart of their jumps and boundary mismatches."
             .into(),
         caption,
     };
     Section {
         id: "fields".into(),
-        title: "One boundary velocity, six warp fields".into(),
+        title: "One boundary velocity, seven warp fields".into(),
         explanation_html,
         formula_mathml: formula(
             r"∮_∂ Δf (v·ν) \d l = ∫ ∇·(f V) \d u \quad \text{if V is continuous and } V·ν = v·ν \text{ on } ∂",

@@ -1,6 +1,6 @@
 //! What figure 10 says, with its numbers.
 
-use super::study::{GROWTH, LEVELS, RAYS, RUNS, Scheme, Study, TAIL};
+use super::study::{GROWTH, LEVELS, RAYS, REACH, RUNS, Scheme, Study, TAIL};
 use crate::figures::common::{KNOWN, SETTLED};
 use crate::figures::trade::bias::{Curve, SETTLED as FITTED};
 use crate::figures::trade::regression::Bias;
@@ -58,7 +58,9 @@ fn words() -> String {
          each doubling changes is added, divided by the probability of having come so far. \
          <em>Roulette</em> (Russian roulette), “{RAYS} rays, tail {TAIL}”, adds batches of {RAYS} rays; it takes more \
          than k with the probability (k + 1)<sup>−{TAIL}</sup>, and divides in the same way. A small probability in a \
-         divisor makes rare samples large.</p>"
+         divisor makes rare samples large. The <em>mean over jumps</em> averages the velocities of the vertices themselves, \
+         within {REACH} kernel widths, by their inverse distance: V is exact, no auxiliary ray is traced, and there is \
+         nothing to debias. What it needs instead is a list of vertices.</p>"
     )
 }
 
@@ -129,16 +131,17 @@ fn ratio(a: &Scheme, b: &Scheme) -> String {
 
 fn prices(studies: &[Study]) -> String {
     let words = studies.iter().map(|study| {
-        let [fixed, multilevel, _, own, default, roulette, harmonic, edges] =
+        let [fixed, multilevel, _, own, default, roulette, jumps, harmonic, edges] =
             std::array::from_fn(|i| &study.schemes[i]);
         format!(
             "{}: in variance × rays the original’s weight, debiased by levels, costs {} what {RAYS} fixed rays do. \
              The default weight, debiased by levels, costs {} its own {RAYS} rays, {} the original’s {RAYS}, \
-             {} the harmonic field, and {} edge sampling; by Russian roulette {} its own {RAYS} rays",
+             {} the mean over jumps, {} the harmonic field, and {} edge sampling; by Russian roulette {} its own {RAYS} rays",
             escape(study.setting.name),
             ratio(multilevel, fixed),
             ratio(default, own),
             ratio(default, fixed),
+            ratio(default, jumps),
             ratio(default, harmonic),
             ratio(default, edges),
             ratio(roulette, own),

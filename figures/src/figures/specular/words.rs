@@ -1,7 +1,7 @@
 //! What figure 8 says, with its numbers.
 
 use super::scene::Lighting;
-use super::study::{Place, Racer, Run, WIDTH_OF_PARTS};
+use super::study::{Place, REACH, Racer, Run, WIDTH_OF_PARTS};
 use crate::figures::common::{KNOWN, SETTLED};
 use crate::gallery::{Picture, Placement, Section, formula};
 use crate::output::Table;
@@ -123,12 +123,16 @@ impl Results {
              the lobe first: its variance {edges}. <em>Warped area</em> follows the lobe, but multiplies by its \
              slope, g′/g, which is of the order 1/w wherever V is not 0. V is 0 where no edge is near the lobe: \
              velocities are made to fade away from edges. The <em>harmonic field</em> is not, and its variance \
-             {harmonic}. Before the sky, where only light close to the \
+             {harmonic}. The <em>mean over jumps</em> fades by itself: its V is an average of the velocities of the \
+             vertices within {REACH} kernel widths of the direction, by their inverse distance, and 0 where there is none. It \
+             is exact, traces no auxiliary ray and leaves nothing to be debiased; it needs a list of vertices. Its variance \
+             {jumps}. Before the sky, where only light close to the \
              silhouette counts, its variance {warped}. With the luminous object, where all of the object’s light \
              counts, it {luminous}. The unbiased method with the least variance × rays, of {count} widths: before the \
              sky {win_sky}; with the luminous object {win_object}.</p>",
             edges = growth(sky, Racer::Importance),
             harmonic = growth(sky, Racer::Harmonic),
+            jumps = growth(sky, Racer::JumpMean),
             warped = growth(sky, Racer::Multilevel),
             luminous = growth(object, Racer::Multilevel),
             count = self.lit(sky).count(),
@@ -159,7 +163,8 @@ impl Results {
              derivative stay exactly the same: all new vertices lie between segments alike, and the two silhouettes \
              are two vertices as before. Edge sampling does not know which. Its variance grows in proportion to the \
              vertices it chooses from, and to find importances it looks at every vertex. From {few} to {many} vertices a \
-             sample takes {t_importance} as long by importance, {t_uniform} uniformly, {t_harmonic} for the harmonic \
+             sample takes {t_importance} as long by importance, {t_uniform} uniformly, {t_jumps} for the mean over jumps, \
+             which takes a look at every vertex, {t_harmonic} for the harmonic \
              field, which looks for all jumps, and {t_warped} for warped area, which finds what its rays find. In this \
              run the variance of edge sampling by importance can be told up to {known} vertices, and uniformly up to \
              {known_uniform}: beyond, its samples find too few silhouettes, and it is counted \
@@ -171,6 +176,7 @@ impl Results {
             many = last.vertices,
             t_importance = ratio(Racer::Importance, seconds),
             t_uniform = ratio(Racer::Uniform, seconds),
+            t_jumps = ratio(Racer::JumpMean, seconds),
             t_harmonic = ratio(Racer::Harmonic, seconds),
             t_warped = ratio(Racer::Multilevel, seconds),
             known = known(Racer::Importance),

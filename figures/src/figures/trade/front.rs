@@ -18,6 +18,13 @@ pub(super) const TIMES: (f64, f64) = (1e-5, 10.0);
 /// Independent runs of every method.
 const RUNS: usize = 8;
 
+/// The reach of the mean over jumps, in pixels.
+pub(super) const REACH: f64 = 1.2;
+/// Names that are asked for.
+pub(super) const MULTILEVEL: &str = "warped area, multilevel";
+pub(super) const JUMPS: &str = "mean over jumps";
+pub(super) const EDGES: &str = "edge sampling";
+
 /// How a method is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Line {
@@ -48,10 +55,15 @@ pub(super) struct Contender {
 }
 
 impl Contender {
+    /// Variance × time of a sample: the time that a given precision takes.
+    pub(super) fn cost(&self) -> f64 {
+        self.spread.variance * self.seconds
+    }
+
     /// The relative RMS error after `time` seconds a pixel.
     pub(super) fn error(&self, time: f64) -> f64 {
         let squared = if self.unbiased { 0.0 } else { self.bias.squared.max(0.0) };
-        (squared + self.spread.variance * self.seconds / time).sqrt()
+        (squared + self.cost() / time).sqrt()
     }
 
     /// The curve over all times that allow one sample.
@@ -90,7 +102,7 @@ pub(super) fn contenders(context: &Context, target: &Target) -> anyhow::Result<V
         bench.warped(look("warped area, 4 rays", Palette::SKY, Line::Solid), consistent(4))?,
         bench.warped(look("warped area, 16 rays", Palette::BLUE, Line::Solid), consistent(16))?,
         bench.warped(look("warped area, 64 rays", dark, Line::Solid), consistent(64))?,
-        bench.warped(look("warped area, multilevel", Palette::VERMILION, Line::Solid), Debias::default())?,
+        bench.warped(look(MULTILEVEL, Palette::VERMILION, Line::Solid), Debias::default())?,
         bench.warped(
             look("warped area, roulette", Palette::PURPLE, Line::Solid),
             Debias::RussianRoulette { rays: 4, tail: 1.5 },
@@ -101,7 +113,8 @@ pub(super) fn contenders(context: &Context, target: &Target) -> anyhow::Result<V
         let name = format!("differences, step {step}");
         out.push(bench.finite_difference(Looks { name, color, line: Line::Dotted }, step)?);
     }
-    out.push(bench.edge_sampling(look("edge sampling", Color::INK, Line::Dashed))?);
+    out.push(bench.mean_over_jumps(look(JUMPS, Palette::OCHRE, Line::Dashed))?);
+    out.push(bench.edge_sampling(look(EDGES, Color::INK, Line::Dashed))?);
     Ok(out)
 }
 
@@ -191,6 +204,13 @@ impl Bench<'_> {
                 .map(|motion| Ok(adjoint.dot(&difference(&motion)?)))
                 .collect(),
         }
+    }
+
+    fn mean_over_jumps(&self, looks: Looks) -> anyhow::Result<Contender> {
+        let construction = Construction::JumpMean { reach: REACH };
+        let method = |samples, seed| WarpedArea { samples, construction, seed, ..WarpedArea::default() };
+        let contender = self.contender(looks, 2000, method)?;
+        Ok(Contender { needs_edges: true, unbiased: true, ..contender })
     }
 
     fn edge_sampling(&self, looks: Looks) -> anyhow::Result<Contender> {

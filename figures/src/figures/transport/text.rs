@@ -3,7 +3,9 @@
 use flatland::transport::Terms;
 
 use super::fans::{DrawnPath, RAYS, REACH};
-use super::study::{CONSISTENT, Comparison, EDGES, Entry, FIXED, STEP, Study, WARPED};
+use super::study::{
+    CONSISTENT, Comparison, EDGES, Entry, FIXED, JUMPS, REACH as JUMP_REACH, STEP, Study, WARPED,
+};
 use crate::context::Context;
 use crate::figures::common::largest;
 use crate::gallery::{Placement, formula};
@@ -136,7 +138,10 @@ impl Results<'_> {
              exact one: 1 for the right derivative. <em>Warped area</em> has slope \
              {}. Its number of auxiliary rays is random (the <em>multilevel</em> scheme of figures 5 and 10), which removes \
              the bias in the mean. It knows no edges: it only traces rays. With a fixed number of {FIXED} auxiliary rays instead it \
-             has {}: the bias of a quotient of means is left in. The <em>harmonic field</em> ({}) and <em>edge \
+             has {}: the bias of a quotient of means is left in. The <em>mean over jumps</em> has {}: its V is an average \
+             of the velocities of the vertices within {} kernel widths, by their inverse distance, so that V is exact, no \
+             auxiliary ray is traced, and nothing is left to be debiased; all it needs is a list of vertices, of which it \
+             need not know which are seen. The <em>harmonic field</em> ({}) and <em>edge \
              sampling</em> ({}) look every vertex up, which a flat world of {} vertices makes cheap. <em>Finite \
              differences</em> (central, step {STEP} rad) have slope {}; the same quotient of exact images has \
              slope {:.4}, which is the bias of the step alone. <em>Rotation</em>, the motion of one nearby hit for the \
@@ -151,6 +156,8 @@ impl Results<'_> {
             self.study.rays as f64 * 1e-6,
             line(WARPED),
             line(CONSISTENT),
+            line(JUMPS),
+            number(JUMP_REACH),
             line("harmonic field"),
             line(EDGES),
             self.vertices,
