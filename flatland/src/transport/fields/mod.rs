@@ -36,7 +36,7 @@ pub enum Construction {
     /// vertices and takes a look at each, but asks of none whether it is seen.
     JumpMean {
         /// R in widths κ^−½ of the kernel that auxiliary rays would have: the least variance is at about 8, which is 1.2
-        /// pixels on the film by default, and at most two fifths more from 4 to 16.
+        /// pixels on the film by default, and at most half as much again from 4 to 16.
         reach: f64,
     },
     /// Linear between the jumps that are seen, all of which are searched for: ΔV = 0 in one

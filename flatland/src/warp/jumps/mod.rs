@@ -43,7 +43,7 @@
 //! different velocities, between which ∇·V ~ |Δv|/gap whatever R. In between the variance hardly depends on it: on a film
 //! it is least at 0.6 pixels, and 0.3 to 8 are within a quarter of that, at a time that grows with the edges within
 //! reach. Over directions it is least at about four times the width of the lobe or light that is integrated over, and
-//! within two fifths of that for half and twice as much.
+//! within half again of that for half and twice as much.
 
 mod segment;
 #[cfg(test)]
