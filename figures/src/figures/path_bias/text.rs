@@ -58,7 +58,7 @@ fn words() -> String {
          each doubling changes is added, divided by the probability of having come so far. \
          <em>Roulette</em> (Russian roulette), “{RAYS} rays, tail {TAIL}”, adds batches of {RAYS} rays; it takes more \
          than k with the probability (k + 1)<sup>−{TAIL}</sup>, and divides in the same way. A small probability in a \
-         divisor makes rare samples large. The <em>mean over jumps</em> averages the velocities of the vertices themselves, \
+         divisor makes rare samples large. The <em>mean over jumps</em> averages the velocities of the silhouettes themselves, \
          within {REACH} kernel widths, by their inverse distance: V is exact, no auxiliary ray is traced, and there is \
          nothing to debias. What it needs instead is a list of vertices.</p>"
     )

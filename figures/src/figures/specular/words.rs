@@ -123,12 +123,12 @@ impl Results {
              the lobe first: its variance {edges}. <em>Warped area</em> follows the lobe, but multiplies by its \
              slope, g′/g, which is of the order 1/w wherever V is not 0. V is 0 where no edge is near the lobe: \
              velocities are made to fade away from edges. The <em>harmonic field</em> is not, and its variance \
-             {harmonic}. The <em>mean over jumps</em> fades by itself: its V is an average of the velocities of the \
-             vertices within {REACH} kernel widths of the direction, by their inverse distance, and 0 where there is none. It \
-             is exact, traces no auxiliary ray and leaves nothing to be debiased; it needs a list of vertices. Its variance \
-             {jumps}. Before the sky, where only light close to the \
-             silhouette counts, its variance {warped}. With the luminous object, where all of the object’s light \
-             counts, it {luminous}. The unbiased method with the least variance × rays, of {count} widths: before the \
+             {harmonic}. Before the sky, where only light close to the \
+             silhouette counts, warped area’s variance {warped}. With the luminous object, where all of the object’s light \
+             counts, it {luminous}. The <em>mean over jumps</em> fades by itself: its V is an average of the velocities of the \
+             silhouettes within {REACH} kernel widths of the direction, by their inverse distance, and 0 where there is none. \
+             It is exact, traces no auxiliary ray and leaves nothing to be debiased; it needs a list of vertices. Before the \
+             sky its variance {jumps}. The unbiased method with the least variance × rays, of {count} widths: before the \
              sky {win_sky}; with the luminous object {win_object}.</p>",
             edges = growth(sky, Racer::Importance),
             harmonic = growth(sky, Racer::Harmonic),

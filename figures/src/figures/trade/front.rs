@@ -19,7 +19,7 @@ pub(super) const TIMES: (f64, f64) = (1e-5, 10.0);
 const RUNS: usize = 8;
 
 /// The reach of the mean over jumps, in pixels.
-pub(super) const REACH: f64 = 1.2;
+pub(super) const REACH: f64 = 0.6;
 /// Names that are asked for.
 pub(super) const MULTILEVEL: &str = "warped area, multilevel";
 pub(super) const JUMPS: &str = "mean over jumps";

@@ -15,7 +15,7 @@ use self::study::Study;
 use crate::context::Context;
 use crate::gallery::{Picture, Section};
 use crate::output::write_png;
-use crate::plot::{Align, Canvas, Color, Figure, GUTTER, Height, PANEL_TITLE_ROOM, TextStyle};
+use crate::plot::{Align, Canvas, Color, Figure, GUTTER, Height, PANEL_TITLE_ROOM, Rect, TextStyle};
 
 const WORLD: &str = "figure7_transport.png";
 const METHODS: &str = "figure7_methods.png";
@@ -108,10 +108,12 @@ fn methods_page(study: &Study) -> Canvas {
             glam::DVec2::new(cells[i].x + width, cells[i].y + 2.5),
             &style,
         );
-        curves::method(&mut figure.canvas, space, study, entry, [i % 3 == 0, i + 3 >= count]);
+        curves::method(&mut figure.canvas, space, study, entry, [i % 3 == 0, i / 3 + 1 == rows]);
     }
     let last = study.entries.len();
-    let space = figure.panel(cells[last], last, "two bounces (exact: radiosity)");
-    curves::twice(&mut figure.canvas, space, study, [last % 3 == 0, true]);
+    // All that is left of its row.
+    let rest = Rect { width: figure.body.right() - cells[last].x, ..cells[last] };
+    let space = figure.panel(rest, last, "two bounces (exact: radiosity)");
+    curves::twice(&mut figure.canvas, space, study, [last.is_multiple_of(3), true]);
     figure.canvas
 }

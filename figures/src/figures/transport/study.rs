@@ -76,8 +76,8 @@ pub(super) struct Study {
     /// The slope of the exact images' central difference on the exact derivative: the bias of the step alone.
     pub(super) exact_difference: f64,
     pub(super) entries: Vec<Entry>,
-    /// Two unbiased methods on light that is scattered up to twice.
-    pub(super) twice: [Entry; 2],
+    /// Three unbiased methods on light that is scattered up to twice.
+    pub(super) twice: [Entry; 3],
     /// Rays that every method was given.
     pub(super) rays: u64,
 }
@@ -118,7 +118,7 @@ impl Study {
                 .ok_or_else(|| anyhow::anyhow!("there is no method {name}"))?;
             bench.run(looks, index, method.as_ref())
         };
-        let twice = [next(WARPED, 100)?, next(EDGES, 101)?];
+        let twice = [next(WARPED, 100)?, next(JUMPS, 102)?, next(EDGES, 101)?];
         Ok(Self {
             images,
             exact_image,

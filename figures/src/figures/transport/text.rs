@@ -139,7 +139,7 @@ impl Results<'_> {
              {}. Its number of auxiliary rays is random (the <em>multilevel</em> scheme of figures 5 and 10), which removes \
              the bias in the mean. It knows no edges: it only traces rays. With a fixed number of {FIXED} auxiliary rays instead it \
              has {}: the bias of a quotient of means is left in. The <em>mean over jumps</em> has {}: its V is an average \
-             of the velocities of the vertices within {} kernel widths, by their inverse distance, so that V is exact, no \
+             of the velocities of the silhouettes within {} kernel widths, by their inverse distance, so that V is exact, no \
              auxiliary ray is traced, and nothing is left to be debiased; all it needs is a list of vertices, of which it \
              need not know which are seen. The <em>harmonic field</em> ({}) and <em>edge \
              sampling</em> ({}) look every vertex up, which a flat world of {} vertices makes cheap. <em>Finite \
@@ -152,7 +152,7 @@ impl Results<'_> {
              in between. Few samples carry much of it, so its standard errors are uncertain themselves and likely too small: its worst \
              pixel, number {}, is off by {:.1} of them.</p>\
              <p>Light that is scattered twice is exact by radiosity (to {} of the largest derivative). Warped \
-             area has slope {} there, edge sampling {}.</p>",
+             area has slope {} there, the mean over jumps {}, edge sampling {}.</p>",
             self.study.rays as f64 * 1e-6,
             line(WARPED),
             line(CONSISTENT),
@@ -171,6 +171,7 @@ impl Results<'_> {
             number(self.study.radiosity_error),
             twice[0],
             twice[1],
+            twice[2],
         )
     }
 
@@ -194,7 +195,7 @@ impl Results<'_> {
             "Thin: exact. Coloured: the estimate, with ±{BAND} standard errors. Noise is the root mean square of the \
              standard errors, relative to that of the exact derivative. Last panel: slopes of {} for light that \
              is scattered up to twice; what lies beyond the frame is cut off.",
-            names.join(" and "),
+            names.join(", "),
         )
     }
 
@@ -278,13 +279,13 @@ impl Results<'_> {
     }
 
     fn twice(&self) -> Table {
-        let [a, b] = self.study.twice.each_ref();
-        let columns = ["", "_error"].map(|end| [a, b].map(|e| format!("{}{end}", e.looks.name)));
-        let [means, errors] = &columns;
-        let mut table = Table::new(&["pixel", "exact", &means[0], &errors[0], &means[1], &errors[1]]);
+        let columns =
+            self.study.twice.iter().flat_map(|e| ["", "_error"].map(|end| format!("{}{end}", e.looks.name)));
+        let columns: Vec<String> = ["pixel", "exact"].map(str::to_owned).into_iter().chain(columns).collect();
+        let mut table = Table::new(&columns.iter().map(String::as_str).collect::<Vec<_>>());
         for (i, exact) in self.study.exact_twice.iter().enumerate() {
             let of = |e: &Entry| [e.image.mean[i].total(), e.image.standard_error[i]];
-            let numbers = [*exact].into_iter().chain(of(a)).chain(of(b));
+            let numbers = [*exact].into_iter().chain(self.study.twice.iter().flat_map(of));
             table.row(std::iter::once(i.into()).chain(numbers.map(Cell::from)));
         }
         table
