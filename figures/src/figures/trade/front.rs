@@ -113,7 +113,7 @@ pub(super) fn contenders(context: &Context, target: &Target) -> anyhow::Result<V
         let name = format!("differences, step {step}");
         out.push(bench.finite_difference(Looks { name, color, line: Line::Dotted }, step)?);
     }
-    out.push(bench.mean_over_jumps(look(JUMPS, Palette::OCHRE, Line::Dashed))?);
+    out.push(bench.mean_over_jumps(look(JUMPS, Palette::VERMILION.mix(Color::INK, 0.45), Line::Dashed))?);
     out.push(bench.edge_sampling(look(EDGES, Color::INK, Line::Dashed))?);
     Ok(out)
 }
