@@ -5,7 +5,7 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use flatland::estimator::{EdgeSampling, Method, Rotation, WarpedArea};
+use flatland::estimator::{Construction, EdgeSampling, Method, Rotation, WarpedArea};
 use flatland::plane::exact::Arrangement;
 use flatland::plane::fields::scene_stencil;
 use flatland::plane::{Film, Filter, Motion, Polygon, Scene, Shade, Shape};
@@ -72,11 +72,20 @@ fn sample(c: &mut Criterion) {
         for size in SIZES {
             let scene = make(size);
             let motion = Motion::rotate(0..scene.shapes().len(), DVec2::splat(32.0));
-            let methods: [(&str, Box<dyn Method>); 4] = [
+            let jumps = Construction::JumpMean { reach: 0.6 };
+            let methods: [(&str, Box<dyn Method>); 5] = [
                 ("warped area", Box::new(WarpedArea { samples: 4, ..WarpedArea::default() })),
                 (
                     "warped area, 16 rays",
-                    Box::new(WarpedArea { samples: 4, warp: Warp::original(16), ..WarpedArea::default() }),
+                    Box::new(WarpedArea {
+                        samples: 4,
+                        construction: Warp::original(16).into(),
+                        ..WarpedArea::default()
+                    }),
+                ),
+                (
+                    "mean over jumps",
+                    Box::new(WarpedArea { samples: 4, construction: jumps, ..WarpedArea::default() }),
                 ),
                 ("edge sampling", Box::new(EdgeSampling { samples: 4, seed: 0 })),
                 ("rotation", Box::new(Rotation { samples: 4, ..Rotation::default() })),

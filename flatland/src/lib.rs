@@ -12,9 +12,11 @@
 //! warped-area sampling for differentiable rendering") estimates such a field from auxiliary
 //! rays alone, so that no edge ever has to be found.
 //!
+//! Where edges are known, V may also be a mean of their own velocities: exact, and with less variance.
+//!
 //! - [`calculus`]: numbers that carry derivatives, over which integrands are written once.
-//! - [`warp`]: the machinery that turns auxiliary points into (V, ∇·V) and its transpose,
-//!   written once for the plane, the circle and (in `volume3d`) the sphere.
+//! - [`warp`]: the machinery that turns auxiliary points, or the jumps themselves, into (V, ∇·V) and its transpose,
+//!   written once for the line, the plane, the circle and (in `volume3d`) the sphere.
 //! - [`boundary`]: what a field that is not boundary consistent leaves over: the residual theorem, of which edge
 //!   sampling is the case V = 0.
 //! - [`plane`]: polygons over the image plane, where every integral above is known exactly.

@@ -2,7 +2,7 @@
 //! −n u·V that the curvature of these domains brings (theory, section 3).
 
 use flatland::random::{Stream, open01, stream};
-use flatland::warp::{AuxiliaryPoints, Circle, Debias, Domain, Draw, Vector, Warp};
+use flatland::warp::{AuxiliaryPoints, Circle, Debias, Domain, Draw, LinearField as _, Vector, Warp};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use tests::effort::pick;

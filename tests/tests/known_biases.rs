@@ -1,9 +1,9 @@
 //! Biases that are known are asserted, so that nobody mends or worsens them unawares.
 
 use flatland::estimator::transport::{Method as _, WarpedArea as PathWarpedArea};
-use flatland::estimator::{Exact, Method, Rotation, WarpedArea};
+use flatland::estimator::{Construction, Exact, Method, Rotation, WarpedArea};
 use flatland::plane::{Film, Filter, Image, Motion, Polygon, Scene, Shade, Shape};
-use flatland::transport::fields::Construction;
+use flatland::transport::fields::Construction as PathConstruction;
 use flatland::transport::{self, Camera, Paths, Tangent, World};
 use flatland::warp::{BoundaryFunction, Debias, Warp, Weighting};
 use glam::{DVec2, DVec3};
@@ -98,7 +98,8 @@ fn rotation_is_biased_on_a_turning_disc_behind_a_bar() {
     let mut power = Power::of("known_biases::rotation_is_biased_on_a_turning_disc_behind_a_bar");
     let z = leak(&mut power, "disc behind a bar, rotation", &rotation, &scene, &motion);
     assert!(z > suite_threshold(), "{z}");
-    let warped = WarpedArea { samples: 4000, kappa: 10.0, ..WarpedArea::default() };
+    let construction = Construction::Auxiliary { warp: Warp::default(), kappa: 10.0 };
+    let warped = WarpedArea { samples: 4000, construction, ..WarpedArea::default() };
     let z = leak(&mut power, "disc behind a bar, warped area", &warped, &scene, &motion);
     assert!(z < suite_threshold(), "{z}");
     power.finish();
@@ -135,12 +136,12 @@ fn rotation_is_biased_on_a_turning_disc_in_a_flat_world() {
         let pixels: Vec<(f64, f64)> = off.zip(found.standard_error.iter().copied()).collect();
         leaked(&mut power, name, &pixels, &grown)
     };
-    let rotation = worst("in a flat world, rotation", Construction::Followed { candidates: 4 }, 64_000);
+    let rotation = worst("in a flat world, rotation", PathConstruction::Followed { candidates: 4 }, 64_000);
     // Its tails are heavy: it takes long to tell a zero.
     let warped = if thorough() {
-        worst("in a flat world, warped area", Construction::default(), 900_000)
+        worst("in a flat world, warped area", PathConstruction::default(), 900_000)
     } else {
-        worst("in a flat world, harmonic field", Construction::Harmonic, 16_000)
+        worst("in a flat world, harmonic field", PathConstruction::Harmonic, 16_000)
     };
     power.finish();
     assert!(rotation > suite_threshold() && warped < suite_threshold(), "{rotation} {warped}");
@@ -153,7 +154,7 @@ fn the_gaussian_field_loses_about_half_of_every_silhouette() {
     let attenuation = |rays| {
         let debias = Debias::Consistent { rays };
         let warp = Warp { weighting: Weighting::Gaussian, radial_exponent: 1.0, debias, ..Warp::default() };
-        let method = WarpedArea { samples: 2000, warp, ..WarpedArea::default() };
+        let method = WarpedArea { samples: 2000, construction: warp.into(), ..WarpedArea::default() };
         slope(&method.forward(&scene, &motion, &film()).expect("valid").mean, &exact)
     };
     let (few, many) = (attenuation(8), attenuation(128));
@@ -170,7 +171,7 @@ fn below_its_bound_gamma_is_biased_whatever_the_number_of_rays() {
         let boundary = BoundaryFunction::KernelScaled { scale: 0.6 };
         let weighting = Weighting::BoundaryAware { gamma, boundary };
         let warp = Warp { weighting, debias: Debias::Consistent { rays }, ..Warp::default() };
-        let method = WarpedArea { samples: 500, warp, ..WarpedArea::default() };
+        let method = WarpedArea { samples: 500, construction: warp.into(), ..WarpedArea::default() };
         slope(&method.forward(&scene, &motion, &film()).expect("valid").mean, &exact)
     };
     // The bound is 3/2 for B linear in the distance.

@@ -2,7 +2,7 @@
 //! agree sample by sample, and no result depends on the number of threads.
 
 use flatland::estimator::{
-    EdgeSampling, EstimatorError, Exact, FiniteDifference, Form, Method, Rotation, WarpedArea,
+    Construction, EdgeSampling, EstimatorError, Exact, FiniteDifference, Form, Method, Rotation, WarpedArea,
 };
 use flatland::plane::exact::ExactError;
 use flatland::plane::{Film, Filter, Image};
@@ -14,6 +14,8 @@ use tests::scenes::{self, Case, Kind};
 
 /// Between samples that are equal but for rounding, relative to their size.
 const ROUNDING: f64 = 1e-12;
+
+const MEAN: Construction = Construction::JumpMean { reach: 1.2 };
 
 fn adjoint(film: &Film) -> Image {
     let value = |i: usize| {
@@ -48,7 +50,11 @@ fn reverse_is_the_transpose_of_forward() {
         let warps = [Warp::default(), Warp::original(6)];
         let mut errors: Vec<_> = warps
             .into_iter()
-            .map(|warp| dot_test(&WarpedArea { samples: 20, warp, ..WarpedArea::default() }, &case))
+            .map(Construction::from)
+            .chain([MEAN])
+            .map(|construction| {
+                dot_test(&WarpedArea { samples: 20, construction, ..WarpedArea::default() }, &case)
+            })
             .collect();
         errors.push(dot_test(&EdgeSampling { samples: 20, seed: 1 }, &case));
         errors.push(dot_test(&Rotation { samples: 20, ..Rotation::default() }, &case));
@@ -83,8 +89,8 @@ fn finite_differences_in_reverse_are_differences_of_every_vertex() {
 fn both_forms_agree_sample_by_sample() {
     let mut worst = 0.0_f64;
     for case in cases() {
-        for seed in 0..4 {
-            let area = WarpedArea { samples: 1, seed, ..WarpedArea::default() };
+        for (seed, construction) in (0..4).map(|seed| (seed, Construction::default())).chain([(0, MEAN)]) {
+            let area = WarpedArea { samples: 1, seed, construction, ..WarpedArea::default() };
             let reparameterised = WarpedArea { form: Form::Reparameterised, ..area };
             let [a, b] = [area, reparameterised]
                 .map(|m| m.forward(&case.scene, &case.motion, &case.film).expect("valid").mean);
@@ -143,8 +149,12 @@ fn bias_falls_with_the_number_of_auxiliary_rays() {
     ] {
         let rays = [4_usize, 8, 16, 32];
         let bias = rays.into_par_iter().map(|n| {
-            let method =
-                WarpedArea { samples: pick(150_000, 400_000), warp: of(n), seed: 9, ..WarpedArea::default() };
+            let method = WarpedArea {
+                samples: pick(150_000, 400_000),
+                construction: of(n).into(),
+                seed: 9,
+                ..WarpedArea::default()
+            };
             let g = method.forward(&scene, &motion, &film).expect("valid");
             let error = g.standard_error.pixel(0, 0).x / exact.abs();
             let bias = (1.0 - g.mean.pixel(0, 0).x / exact).abs();

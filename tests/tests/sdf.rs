@@ -11,7 +11,7 @@ use flatland::sdf::fields::{
 };
 use flatland::sdf::shapes::{Circle, Grid, Interpolation, Polygon, RoundedBox, Shape, SmoothUnion};
 use flatland::sdf::{AngularFilm, AngularFilter, End, RayCount, Scene, Sdf, Shading, Tracer};
-use flatland::warp::{Circle as Directions, Debias, Field, Warp};
+use flatland::warp::{Circle as Directions, Debias, Field, LinearField as _, Warp};
 use glam::DVec2;
 use tests::effort::{pick, thorough};
 use tests::power::{NOTICED, Power};
@@ -215,7 +215,7 @@ impl<F: TracedField<Directions>> MotionField<Directions> for Unprojected<'_, F> 
         let form = self.1.form(u, rng);
         let rate = |x| self.0.rate(x, self.direction());
         let along: f64 = form.taps().iter().map(|tap| tap.value.dot(u) * rate(tap.point).value).sum();
-        let field = form.field(rate);
+        let field = form.field(|x| rate(*x));
         (Field { divergence: field.divergence + along, ..field }, form.rays())
     }
 }
@@ -263,7 +263,7 @@ fn error_at(case: &Case, field: &impl TracedField<Directions>, tracer: Tracer, o
     let view = flatland::sdf::View { tracer, ..case.scene.view() };
     let direction = DVec2::from_angle(silhouette.angle + offset);
     let form = field.form(&view, direction, &mut stream(0, &[]));
-    let found = form.field(|x| view.sdf.rate(x, &case.direction));
+    let found = form.field(|x| view.sdf.rate(*x, &case.direction));
     (found.value.dot(direction.perp()) - silhouette.rate).abs()
 }
 
@@ -452,7 +452,7 @@ fn nothing_overflows_near_the_surface_or_along_it() {
             TracedField::<Directions>::form(&DirectField, &view, direction, &mut rng),
         ];
         for form in forms {
-            let field = form.field(|x| view.sdf.rate(x, &case.direction));
+            let field = form.field(|x| view.sdf.rate(*x, &case.direction));
             assert!(field.value.is_finite() && field.divergence.is_finite(), "{offset} {field:?}");
         }
     }

@@ -48,6 +48,7 @@ fn reverse_is_the_transpose_of_forward() {
             debias: Debias::RussianRoulette { rays: 4, tail: 1.5 },
             ..Warp::default()
         }),
+        Construction::JumpMean { reach: 8.0 },
         Construction::Harmonic,
         Construction::Direct,
         Construction::Followed { candidates: 4 },

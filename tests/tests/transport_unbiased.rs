@@ -293,6 +293,19 @@ fn the_harmonic_field() {
 }
 
 #[test]
+fn the_mean_over_jumps() {
+    let mut power = Power::of("transport_unbiased::the_mean_over_jumps");
+    let mean = |seed, paths| WarpedArea {
+        construction: Construction::JumpMean { reach: 8.0 },
+        ..warped(seed, paths)
+    };
+    accept(&mut power, "film without a jump, mean over jumps", &UNBROKEN, mean);
+    accept(&mut power, "mean over jumps", &ONCE, mean);
+    accept(&mut power, "mean over jumps, two bounces", &TWICE, mean);
+    power.finish();
+}
+
+#[test]
 fn edge_sampling() {
     let mut power = Power::of("transport_unbiased::edge_sampling");
     for choice in [EdgeChoice::Uniform, EdgeChoice::Importance] {

@@ -7,7 +7,8 @@
 use std::sync::LazyLock;
 
 use flatland::estimator::{
-    AreaIntegral, BoundaryIntegral, EdgeSampling, Form, GradientImage, Method, Rotation, WarpedArea,
+    AreaIntegral, BoundaryIntegral, Construction, EdgeSampling, Form, GradientImage, Method, Rotation,
+    WarpedArea,
 };
 use flatland::plane::exact::Arrangement;
 use flatland::plane::fields::DirectField;
@@ -60,7 +61,7 @@ fn reject(name: &str, estimate: impl Fn(&Known, u64) -> Estimate + Sync) {
 const SAMPLES: usize = 384;
 
 fn warped(warp: Warp, seed: u64) -> WarpedArea {
-    WarpedArea { samples: SAMPLES, warp, seed, ..WarpedArea::default() }
+    WarpedArea { samples: SAMPLES, construction: warp.into(), seed, ..WarpedArea::default() }
 }
 
 #[test]
@@ -99,7 +100,7 @@ fn warped_area_at_other_concentrations() {
     for &(kappa, samples) in &kappas[..pick(1, 2)] {
         accept(&mut power, &format!("warped area, κ = {kappa}"), |seed| WarpedArea {
             samples,
-            kappa,
+            construction: Construction::Auxiliary { warp: Warp::default(), kappa },
             ..warped(Warp::default(), seed)
         });
     }
@@ -132,6 +133,20 @@ fn warped_area_with_other_warps() {
             |seed| WarpedArea { samples: 3 * SAMPLES, ..warped(Warp { debias, ..Warp::default() }, seed) };
         let v = Verdict::of(&KNOWN, |k, seed| k.run(&roulette(seed)));
         v.accept(&mut power, "Russian roulette", limits().slope_alone());
+    }
+    power.finish();
+}
+
+#[test]
+fn mean_over_jumps() {
+    let mut power = Power::of("unbiased::mean_over_jumps");
+    for reach in [0.3, 1.2] {
+        accept(&mut power, &format!("mean over jumps, R = {reach}"), |seed| WarpedArea {
+            samples: pick(SAMPLES, 4 * SAMPLES),
+            construction: Construction::JumpMean { reach },
+            seed,
+            ..WarpedArea::default()
+        });
     }
     power.finish();
 }

@@ -3,7 +3,8 @@
 //! | method | unbiased | needs |
 //! |---|---|---|
 //! | [`Exact`] | exact | the arrangement of all edges |
-//! | [`WarpedArea`] | with debiasing; else consistent in the number of auxiliary rays | nothing |
+//! | [`WarpedArea`] of auxiliary points | with debiasing; else consistent in their number | nothing |
+//! | [`WarpedArea`] of the mean over jumps | yes | a list of all edges |
 //! | [`EdgeSampling`] | yes, if no two visible edges coincide | a list of all edges |
 //! | [`Rotation`] | no | nothing |
 //! | [`FiniteDifference`] | no: O(step²) | two scenes |
@@ -31,7 +32,7 @@ pub use edge_sampling::EdgeSampling;
 pub use exact::Exact;
 pub use finite_difference::FiniteDifference;
 pub use rotation::Rotation;
-pub use warped_area::WarpedArea;
+pub use warped_area::{Construction, WarpedArea};
 
 use glam::DVec2;
 

@@ -45,6 +45,11 @@ impl EdgeTree {
         Self { tree: BoxTree::build(&boxes), edges }
     }
 
+    /// Calls `visit` with every edge whose box is within reach of u.
+    pub(crate) fn near(&self, u: DVec2, reach: f64, mut visit: impl FnMut(&Edge)) {
+        self.tree.visit(|b| b.distance_squared(u) < reach * reach, |i| visit(&self.edges[i]));
+    }
+
     /// Calls `visit` with every edge that runs through a rectangle, and the part of it inside as
     /// parameters along the edge.
     pub(crate) fn inside(

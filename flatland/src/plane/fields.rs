@@ -5,15 +5,16 @@
 //! | [`DirectField`] | no: jumps at silhouettes | yes | nothing |
 //! | [`AuxiliaryField`], Gaussian | yes | no: biased | auxiliary rays |
 //! | [`AuxiliaryField`], boundary-aware | yes | yes | auxiliary rays |
+//! | [`JumpField`] | yes | yes | a list of all edges |
 //! | [`OracleField`](super::exact::OracleField) | yes | yes | all silhouettes |
 //! | [`HarmonicField`](super::exact::HarmonicField) | yes | yes | all silhouettes |
 //! | [`FollowedField`] | within a kernel | no: biased | a few rays |
 
 use glam::DVec2;
 
-use super::{Hit, Scene};
+use super::{EdgeTree, Hit, MaterialPoint, Scene};
 use crate::random::{Stream, open01};
-use crate::warp::{Field, Plane, Stencil, Warp, WarpField};
+use crate::warp::{Field, JumpMean, LinearField as _, Plane, Stencil, Warp, WarpField};
 
 /// "Attempt 1": the velocity of the material seen at u, as it is.
 #[derive(Clone, Copy, Debug)]
@@ -52,8 +53,7 @@ pub struct AuxiliaryField<'a> {
 impl WarpField<Plane> for AuxiliaryField<'_> {
     fn at(&self, u: DVec2, rng: &mut Stream) -> (Field<DVec2>, u64) {
         let stencil = scene_stencil(self.scene, &self.warp, self.kappa, u, rng);
-        let field = stencil.field(|hit| hit.map_or(DVec2::ZERO, |h| h.velocity(self.velocities)));
-        (field, stencil.terms().len() as u64)
+        (moved(&stencil, self.velocities), stencil.terms().len() as u64)
     }
 }
 
@@ -64,13 +64,74 @@ pub fn scene_stencil(
     kappa: f64,
     u: DVec2,
     rng: &mut Stream,
-) -> Stencil<Plane, Option<Hit>> {
+) -> Stencil<Plane, Option<MaterialPoint>> {
     let reach = warp.reach(kappa);
     warp.stencil(u, kappa, rng, |point| {
         let hit = scene.hit(point);
         let distance = hit.as_ref().map_or(f64::INFINITY, |h| scene.boundary_distance(Some(h), point, reach));
-        (hit, distance)
+        (hit.map(|hit| *hit.point()), distance)
     })
+}
+
+fn moved(stencil: &Stencil<Plane, Option<MaterialPoint>>, velocities: &[DVec2]) -> Field<DVec2> {
+    stencil.field(|point| point.map_or(DVec2::ZERO, |point| point.velocity(velocities)))
+}
+
+/// The jumps of a scene, for means over those near a point.
+///
+/// S(u) is the edges of all shapes at or above the one that is seen at u, which keeps the lemma of [`JumpMean`]: where
+/// shape i ends and a shape k below it is seen, the edge of i is in both S; an edge of another shape at the same place,
+/// between i and k, would be seen if it moved otherwise. Edges that are hidden by something above stay in S: nothing is
+/// tested for visibility, and they do no harm.
+#[derive(Clone, Debug)]
+pub struct SceneJumps {
+    edges: EdgeTree,
+    mean: JumpMean,
+}
+
+impl SceneJumps {
+    /// All edges of a scene, and the reach, in the scene's own unit; takes time O(n log n) in the number of edges.
+    #[must_use]
+    pub fn new(scene: &Scene, mean: JumpMean) -> Self {
+        Self { edges: EdgeTree::new(scene), mean }
+    }
+
+    /// The coefficients of (V, ∇·V) at u, over the vertices of the edges near by, given what is seen there.
+    #[must_use]
+    pub fn stencil(
+        &self,
+        scene: &Scene,
+        u: DVec2,
+        seen: Option<&Hit>,
+    ) -> Stencil<Plane, Option<MaterialPoint>> {
+        let lowest = seen.map_or(0, Hit::shape);
+        let mut near = vec![];
+        self.edges.near(u, self.mean.reach, |edge| {
+            if edge.shape >= lowest {
+                let ends = edge.vertices.map(|v| scene.vertices()[v]);
+                near.push((ends, edge.vertices.map(|v| Some(MaterialPoint::vertex(v)))));
+            }
+        });
+        self.mean.of_segments(u, near)
+    }
+}
+
+/// The mean over the jumps: exact, and without auxiliary points.
+#[derive(Clone, Debug)]
+pub struct JumpField<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The velocity of every vertex.
+    pub velocities: &'a [DVec2],
+    /// The scene's edges.
+    pub jumps: SceneJumps,
+}
+
+impl WarpField<Plane> for JumpField<'_> {
+    fn at(&self, u: DVec2, _: &mut Stream) -> (Field<DVec2>, u64) {
+        let seen = self.scene.hit(u);
+        (moved(&self.jumps.stencil(self.scene, u, seen.as_ref()), self.velocities), 1)
+    }
 }
 
 /// The heuristic of Loubet et al. (2019): a kernel follows one of the points seen in it.
@@ -112,3 +173,6 @@ pub(crate) fn kernel_offset(kappa: f64, rng: &mut Stream) -> DVec2 {
     let radius = (-2.0 * open01(rng).ln() / kappa).sqrt();
     radius * DVec2::from_angle(std::f64::consts::TAU * open01(rng))
 }
+
+#[cfg(test)]
+mod tests;

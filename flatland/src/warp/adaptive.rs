@@ -222,7 +222,7 @@ mod tests {
 
     use super::*;
     use crate::random::stream;
-    use crate::warp::{AuxiliaryPoints, Bundle, Plane, Stencil, Warp};
+    use crate::warp::{AuxiliaryPoints, Bundle, LinearField as _, Plane, Stencil, Warp};
 
     const MULTILEVEL: Debias = Debias::Multilevel { rays: 4, first: 0.3, ratio: 0.4 };
     const ADAPTIVE: Adaptive = Adaptive { near: 3.0, far: 0.2 };

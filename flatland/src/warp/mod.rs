@@ -1,4 +1,4 @@
-//! The warp field V and its divergence from auxiliary points, in any dimension.
+//! The warp field V and its divergence, from auxiliary points in any dimension or from the jumps themselves.
 //!
 //! Around a point u, auxiliary points u_i are drawn from a kernel of concentration κ. Each brings
 //! the velocity V_i of what is seen there and a boundary value B_i that vanishes where that thing
@@ -11,8 +11,15 @@
 //!
 //! (Bangaru, Li and Durand 2020, section 4.3) where c = 0 on the line and in the plane and c = n on the circle
 //! and the sphere, whose fields are projected to the tangent space at u. Both are linear in the
-//! V_i, so a [`Stencil`] keeps their coefficients: forward mode applies it, reverse mode applies
-//! its transpose, and every [`Debias`] scheme is one more linear combination.
+//! V_i, so a [`Stencil`] keeps their coefficients: it is a [`LinearField`], which forward mode applies and reverse
+//! mode transposes, and every [`Debias`] scheme is one more linear combination.
+//!
+//! Where the jumps near u are known, [`JumpMean`] needs no auxiliary points:
+//!
+//! | field | needs | (V, ∇·V) | bias |
+//! |---|---|---|---|
+//! | [`Warp`] | what is seen at points around u, and how far its end is | estimated | none if debiased; see below |
+//! | [`JumpMean`] | a list of all jumps | exact | none |
 //!
 //! # What is biased, and when
 //!
@@ -40,6 +47,7 @@ mod boundary;
 mod debias;
 mod domain;
 mod field;
+mod jumps;
 mod stencil;
 
 pub use adaptive::Adaptive;
@@ -47,5 +55,8 @@ pub use auxiliary::AuxiliaryPoints;
 pub use boundary::BoundaryFunction;
 pub use debias::Debias;
 pub use domain::{Circle, Domain, Draw, Line, Plane, Vector};
-pub use field::{Field, WarpField};
+#[cfg(test)]
+pub(crate) use field::assert_transposed;
+pub use field::{Field, LinearField, WarpField};
+pub use jumps::JumpMean;
 pub use stencil::{Bundle, Stencil, Term, Warp, WarpError, Weighting};

@@ -7,7 +7,7 @@ use super::auxiliary::AuxiliaryPoints;
 use super::boundary::BoundaryFunction;
 use super::debias::{Debias, Plan, Subset};
 use super::domain::{Domain, Draw, Vector};
-use super::field::Field;
+use super::field::{Field, LinearField};
 
 /// The weight w(u, u').
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,6 +82,12 @@ pub enum WarpError {
         /// κ.
         kappa: f64,
     },
+    /// The reach of a mean over jumps must be positive and finite.
+    #[error("the reach R = {reach} is not positive and finite")]
+    Reach {
+        /// R.
+        reach: f64,
+    },
     /// The radial exponent must be in [0.1, 1]: below, distances underflow.
     #[error("the radial exponent {radial_exponent} is not in [0.1, 1]")]
     RadialExponent {
@@ -121,10 +127,10 @@ impl<D: Domain> Bundle<D> {
     }
 }
 
-/// An auxiliary hit with its coefficients in V and ∇·V.
+/// An auxiliary hit, or a jump, with its coefficients in V and ∇·V.
 #[derive(Clone, Copy, Debug)]
 pub struct Term<V, H> {
-    /// What the auxiliary ray hit.
+    /// What the auxiliary ray hit, or what moves the jump.
     pub hit: H,
     /// Ω_i: the coefficient of V_i in V, before projection.
     pub weight: f64,
@@ -132,7 +138,7 @@ pub struct Term<V, H> {
     pub divergence: V,
 }
 
-/// V = P_u Σ Ω_i V_i and ∇·V = Σ M_i·V_i at one point u.
+/// V = P_u Σ Ω_i V_i and ∇·V = Σ M_i·V_i at one point u, of velocities V_i of auxiliary hits or of jumps.
 #[derive(Clone, Debug)]
 pub struct Stencil<D: Domain, H> {
     point: D::Vector,
@@ -140,14 +146,23 @@ pub struct Stencil<D: Domain, H> {
 }
 
 impl<D: Domain, H> Stencil<D, H> {
-    /// The auxiliary hits and their coefficients.
+    pub(super) fn new(point: D::Vector, terms: Vec<Term<D::Vector, H>>) -> Self {
+        Self { point, terms }
+    }
+
+    /// The hits or jumps, and their coefficients.
     #[must_use]
     pub fn terms(&self) -> &[Term<D::Vector, H>] {
         &self.terms
     }
+}
 
-    /// Forward mode: the field, from the velocity of each hit.
-    pub fn field(&self, mut velocity: impl FnMut(&H) -> D::Vector) -> Field<D::Vector> {
+impl<D: Domain, H> LinearField for Stencil<D, H> {
+    type Vector = D::Vector;
+    type Source = H;
+    type Rate = D::Vector;
+
+    fn field(&self, mut velocity: impl FnMut(&H) -> D::Vector) -> Field<D::Vector> {
         let mut sum = Field::<D::Vector>::ZERO;
         for term in &self.terms {
             let v = velocity(&term.hit);
@@ -157,12 +172,8 @@ impl<D: Domain, H> Stencil<D, H> {
         Field { value: D::project(self.point, sum.value), ..sum }
     }
 
-    /// Reverse mode: hands each hit the covector c_i for which Σ c_i·V_i = a·V + b ∇·V.
-    ///
-    /// ```text
-    /// c_i = Ω_i P_u a + b M_i
-    /// ```
-    pub fn scatter(&self, a: D::Vector, b: f64, mut add: impl FnMut(&H, D::Vector)) {
+    /// c_i = Ω_i P_u a + b M_i.
+    fn scatter(&self, a: D::Vector, b: f64, mut add: impl FnMut(&H, D::Vector)) {
         let a = D::project(self.point, a);
         for term in &self.terms {
             add(&term.hit, a * term.weight + term.divergence * b);
@@ -445,7 +456,7 @@ mod tests {
 
     use super::*;
     use crate::random::{open01, stream};
-    use crate::warp::{Circle, Plane};
+    use crate::warp::{Circle, Plane, assert_transposed};
 
     /// A strip of moving material seen from a fixed direction: velocity v inside x < 0, still
     /// background elsewhere.
@@ -525,16 +536,8 @@ mod tests {
                 let mut rng = stream(seed, &[]);
                 let u = DVec2::from_angle(6.0 * open01(&mut rng));
                 let stencil = warp(debias).stencil::<Circle, _>(u, 9.0, &mut rng, |p| (p, p.x.abs()));
-                let velocity = |p: DVec2| DVec2::new(p.y * 3.0, 1.0 - p.x);
-                let (a, b) = (DVec2::new(0.3, -1.2), 0.7);
-                let field = stencil.field(|&p| velocity(p));
-                let forward = a.dot(field.value) + b * field.divergence;
-                let (mut reverse, mut size) = (0.0, 1.0);
-                stencil.scatter(a, b, |&p, c| {
-                    reverse += c.dot(velocity(p));
-                    size += c.dot(velocity(p)).abs();
-                });
-                assert!((forward - reverse).abs() < 1e-13 * size, "{debias:?} {forward} {reverse}");
+                let velocity = |p: &DVec2| DVec2::new(p.y * 3.0, 1.0 - p.x);
+                assert_transposed(&stencil, (DVec2::new(0.3, -1.2), 0.7), velocity, DVec2::dot);
             }
         }
     }

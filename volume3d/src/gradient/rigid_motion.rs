@@ -1,6 +1,6 @@
 //! One rigid motion per kernel (Loubet, Holzschuch and Jakob 2019).
 
-use flatland::warp::{Domain, Field, Plane, Stencil};
+use flatland::warp::{Domain, Field, LinearField as _, Plane, Stencil};
 use glam::{DVec2, DVec3};
 
 use super::followed::FollowedPoint;

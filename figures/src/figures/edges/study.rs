@@ -66,7 +66,8 @@ impl Racer {
 
     fn forward(self, plant: &Foliage, samples: usize, seed: u64) -> anyhow::Result<GradientImage> {
         let Foliage { scene, motion, film } = plant;
-        let warped = |warp| WarpedArea { samples, warp, seed, ..WarpedArea::default() };
+        let warped =
+            |warp: Warp| WarpedArea { samples, construction: warp.into(), seed, ..WarpedArea::default() };
         Ok(match self {
             Self::Edges => EdgeSampling { samples, seed }.forward(scene, motion, film)?,
             Self::Warped => warped(Warp::default()).forward(scene, motion, film)?,

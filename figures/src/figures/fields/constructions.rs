@@ -1,13 +1,16 @@
 //! Every construction of the warp field on the example, as estimated for a picture and for numbers.
 
 use flatland::plane::exact::{HarmonicField, OracleField};
-use flatland::plane::fields::{AuxiliaryField, DirectField, FollowedField};
+use flatland::plane::fields::{AuxiliaryField, DirectField, FollowedField, JumpField, SceneJumps};
 use flatland::random::{Stream, stream};
-use flatland::warp::{AuxiliaryPoints, Debias, Field, Plane, Warp, WarpField, Weighting};
+use flatland::warp::{AuxiliaryPoints, Debias, Field, JumpMean, Plane, Warp, WarpField, Weighting};
 use glam::DVec2;
 use rayon::prelude::*;
 
 use super::example::{EXTENT, Example, WIDTH};
+
+/// The reach of the mean over jumps, in kernel widths.
+pub(super) const REACH: f64 = 3.0;
 
 /// How much each estimate may cost.
 #[derive(Clone, Copy, Debug)]
@@ -33,7 +36,7 @@ pub(super) struct Construction<'a> {
     pub(super) measured: (Box<dyn WarpField<Plane> + 'a>, usize),
 }
 
-/// All six, in the order of the theory; the harmonic field comes at two tolerances, for pictures and
+/// All seven, in the order of the theory; the harmonic field comes at two tolerances, for pictures and
 /// for numbers.
 pub(super) fn all<'a>(
     example: &'a Example,
@@ -54,6 +57,8 @@ pub(super) fn all<'a>(
         let many = Warp { points, debias: Debias::Consistent { rays: effort.rays }, ..unbiased };
         Construction { name, summary, picture: (field(many), 1), measured: (field(unbiased), effort.repeats) }
     };
+    let jumps = SceneJumps::new(scene, JumpMean { reach: REACH * WIDTH });
+    let mean = JumpField { scene, velocities, jumps };
     let direct = DirectField { scene, velocities };
     let followed = FollowedField { scene, velocities, kappa, candidates: 4 };
     let kernels = PerKernel { field: followed, seed };
@@ -66,6 +71,12 @@ pub(super) fn all<'a>(
         },
         auxiliary("Gaussian", "direct field, filtered", Weighting::Gaussian),
         auxiliary("boundary-aware", "the method", Weighting::default()),
+        Construction {
+            name: "mean over jumps",
+            summary: "edges by 1/distance",
+            picture: (Box::new(mean.clone()), 1),
+            measured: (Box::new(mean), 1),
+        },
         Construction {
             name: "oracle",
             summary: "v interpolated on triangles",

@@ -13,7 +13,7 @@ use crate::gallery::Section;
 use crate::output::Table;
 use crate::plot::number;
 use crate::prose::Prose;
-use constructions::{Construction, Effort, Sampled};
+use constructions::{Construction, Effort, REACH, Sampled};
 use example::{Example, WIDTH};
 use picture::{Shown, brief};
 use rules::{OFFSET, Record, SIGMAS, SLACK};
@@ -71,7 +71,7 @@ fn write_data(context: &Context, shown: &Shown<'_>) -> anyhow::Result<Vec<String
         context.csv("figure1_silhouettes.csv", &silhouettes_table(shown))?,
     ];
     for (construction, sampled) in shown.constructions.iter().zip(shown.sampled) {
-        let file = format!("figure1_{}.exr", construction.name.to_lowercase());
+        let file = format!("figure1_{}.exr", construction.name.to_lowercase().replace(' ', "_"));
         let pixels: Vec<DVec3> = sampled.fields.iter().map(|f| f.value.extend(f.divergence)).collect();
         files.push(context.exr(&file, sampled.width, &pixels)?);
     }
@@ -162,6 +162,7 @@ fn prose(shown: &Shown<'_>, effort: Effort) -> anyhow::Result<Prose> {
             ("both", &names(shown, |record| record.continuous && record.consistent)),
             ("width", &number(WIDTH)),
             ("rays", &effort.rays),
+            ("reach", &number(REACH * WIDTH)),
             ("walks", &effort.walks),
             ("repeats", &effort.repeats),
             ("repeats_harmonic", &(effort.repeats / 2)),

@@ -16,6 +16,9 @@ const FOOT: f64 = 35.0;
 const GUTTER: f64 = 20.0;
 const BODY: f64 = 960.0;
 const KEY: f64 = 46.0;
+/// Panels are three by three.
+const COLUMNS: f64 = 3.0;
+const ROWS: f64 = 3.0;
 /// Mismatch, relative to the largest boundary speed, from which on a silhouette is fully coloured.
 const LOUD: f64 = 0.5;
 /// Length of an arrow for the largest boundary speed, in kernel widths.
@@ -37,12 +40,13 @@ pub(super) struct Shown<'a> {
 
 impl Shown<'_> {
     pub(super) fn draw(&self) -> Canvas {
-        let panel = (BODY - 3.0 * GUTTER) / 4.0;
+        let panel = panel_width();
         let row = PANEL_TITLE_ROOM + panel * EXTENT.y / EXTENT.x + FOOT;
-        let height = 2.0 * row + 12.0 + KEY;
-        let mut figure = Figure::new(BODY, height, "One boundary velocity, six warp fields", "");
-        let rows = figure.body.split_top(2.0 * row + 12.0);
-        let panels: Vec<Rect> = rows.0.rows(&[1.0, 1.0], 12.0).into_iter().flat_map(columns).collect();
+        let height = ROWS * row + (ROWS - 1.0) * 12.0 + KEY;
+        let mut figure = Figure::new(BODY, height, "One boundary velocity, seven warp fields", "");
+        let rows = figure.body.split_top(ROWS * row + (ROWS - 1.0) * 12.0);
+        let panels: Vec<Rect> =
+            rows.0.rows(&[1.0; ROWS as usize], 12.0).into_iter().flat_map(columns).collect();
         let space = figure.panel(panels[0], 0, "scene and boundary velocity v");
         self.scene(&mut figure.canvas, space);
         for (i, construction) in self.constructions.iter().enumerate() {
@@ -50,7 +54,7 @@ impl Shown<'_> {
             let space = figure.panel(panels[i + 1], i + 1, &title);
             self.field(&mut figure.canvas, space, i);
         }
-        let space = figure.panel(panels[7], 7, "both rules, measured");
+        let space = figure.panel(panels[8], 8, "both rules, measured");
         self.bars(&mut figure.canvas, space);
         self.key(&mut figure.canvas, rows.1.inset(0.0, 14.0, 0.0, 0.0));
         figure.canvas
@@ -200,7 +204,7 @@ impl Shown<'_> {
         let shade = |t: f64| Color::INK.mix(Palette::VERMILION, t as f32);
         gradient(canvas, bar(places[1]), [&ticks[0], &ticks[1], &ticks[2]], shade);
         canvas.text("|V·ν − v·ν| / largest |v|", beside(bar(places[1])), &text);
-        let page = (BODY - 3.0 * GUTTER) / 4.0 / EXTENT.x;
+        let page = panel_width() / EXTENT.x;
         let length = ARROW * WIDTH * page;
         let at = DVec2::new(places[2].x + 12.0, places[2].y + 5.0);
         canvas.arrow(at, at + DVec2::new(2.0 * length, 0.0), &Pen::new(Palette::BLUE, 1.7));
@@ -218,7 +222,11 @@ impl Shown<'_> {
 }
 
 fn columns(row: Rect) -> Vec<Rect> {
-    row.columns(&[1.0; 4], GUTTER)
+    row.columns(&[1.0; COLUMNS as usize], GUTTER)
+}
+
+fn panel_width() -> f64 {
+    (BODY - (COLUMNS - 1.0) * GUTTER) / COLUMNS
 }
 
 /// The frame of a panel and the map of the scene into it.

@@ -8,11 +8,12 @@ use super::constructions::Construction;
 use super::example::{EXTENT, Site, WIDTH};
 
 /// Half the distance between the two points of a pair, in kernel widths.
-pub(super) const OFFSET: f64 = 1e-4;
+pub(super) const OFFSET: f64 = 1e-5;
 /// Standard errors that a kept rule may be missed by; 5 make a false alarm in a few hundred points rare.
 pub(super) const SIGMAS: f64 = 5.0;
-/// What a continuous field may change by over a pair, relative to the largest boundary speed.
-pub(super) const SLACK: f64 = 10.0 * OFFSET;
+/// What a continuous field may change by over a pair, relative to the largest boundary speed: where silhouettes of
+/// different motions come near each other it is steep.
+pub(super) const SLACK: f64 = 100.0 * OFFSET;
 
 /// A mean with its standard error.
 #[derive(Clone, Copy, Debug, Default)]

@@ -1,6 +1,6 @@
 //! The area integral by sampling: is it unbiased, and are its two forms one number?
 
-use flatland::estimator::{AreaIntegral, Form, Method, WarpedArea};
+use flatland::estimator::{AreaIntegral, Construction, Form, Method, WarpedArea};
 use flatland::plane::Film;
 use flatland::plane::fields::AuxiliaryField;
 use flatland::warp::{Warp, Weighting};
@@ -50,7 +50,8 @@ pub(super) fn estimate(
 ) -> anyhow::Result<Estimate> {
     let samples = context.spend(256, 4096);
     let warp = Warp { weighting, ..Warp::default() };
-    let method = WarpedArea { samples, warp, seed: context.seed(), ..WarpedArea::default() };
+    let construction = warp.into();
+    let method = WarpedArea { samples, construction, seed: context.seed(), ..WarpedArea::default() };
     let gradient = method.forward(&example.scene, &example.motion, film)?;
     let mean = channel(&gradient.mean, SHOWN);
     let standard_error = channel(&gradient.standard_error, SHOWN);
@@ -64,7 +65,7 @@ pub(super) fn estimate(
 
 /// One sample of each pixel in both forms, from the same random numbers: (area, reparameterised).
 pub(super) fn sample_pairs(context: &Context, example: &Example, film: &Film) -> Vec<(f64, f64)> {
-    let kappa = WarpedArea::default().kappa / (film.pixel() * film.pixel());
+    let kappa = Construction::KAPPA / (film.pixel() * film.pixel());
     let (scene, velocities) = (&example.scene, &example.velocities);
     let field = AuxiliaryField { scene, velocities, warp: Warp::default(), kappa };
     let one = |form, seed| {

@@ -5,7 +5,7 @@ use flatland::random::{open01, stream};
 use flatland::sdf::exact::Silhouette;
 use flatland::sdf::fields::{BangaruField, TracedField, ViciniField};
 use flatland::sdf::{End, Sdf, Tracer, View};
-use flatland::warp::Circle as Directions;
+use flatland::warp::{Circle as Directions, LinearField as _};
 use glam::DVec2;
 
 use super::world::{REACH, World};
@@ -114,7 +114,7 @@ fn mean_square(world: &World, field: &BangaruField, count: usize, seed: u64) -> 
         let trace = view.trace(DVec2::from_angle(REACH * (2.0 * open01(&mut rng) - 1.0)));
         if trace.end == End::Hit {
             let form = field.form_of::<Directions>(&view, &trace);
-            let found = form.field(|x| world.scene.shape().rate(x, &world.direction));
+            let found = form.field(|x| world.scene.shape().rate(*x, &world.direction));
             sum += found.divergence * found.divergence;
             hits += 1;
         }

@@ -10,7 +10,7 @@ use flatland::sdf::fields::{
 };
 use flatland::sdf::shapes::{Circle, Shape, SmoothUnion};
 use flatland::sdf::{Scene, Sdf, Shading, Tracer};
-use flatland::warp::{Circle as Directions, Debias, Warp, WarpField};
+use flatland::warp::{Circle as Directions, Debias, LinearField as _, Warp, WarpField};
 use glam::DVec2;
 
 /// Brighter the farther away: where one disc covers the other, the image jumps too.
@@ -58,7 +58,7 @@ impl World {
         let view = flatland::sdf::View { tracer, ..self.scene.view() };
         let omega = DVec2::from_angle(angle);
         let form = field.form(&view, omega, &mut stream(0, &[]));
-        form.field(|x| self.scene.shape().rate(x, &self.direction)).value.dot(omega.perp())
+        form.field(|x| self.scene.shape().rate(*x, &self.direction)).value.dot(omega.perp())
     }
 }
 

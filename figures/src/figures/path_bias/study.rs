@@ -20,6 +20,8 @@ pub(super) const RAYS: usize = 16;
 
 /// The multilevel scheme of the original's weight: P(L ≥ 1), and P(L ≥ l + 1)/P(L ≥ l).
 pub(super) const LEVELS: f64 = 0.35;
+/// The reach of the mean over jumps, in kernel widths.
+pub(super) const REACH: f64 = 8.0;
 /// The tail of Russian roulette.
 pub(super) const TAIL: f64 = 1.5;
 /// How many times the variance that a typical run finds may be that which all runs find together. Rare large
@@ -31,6 +33,7 @@ pub(super) const GROWTH: f64 = 1.25;
 pub(super) enum Field {
     Original(Debias),
     Default(Debias),
+    JumpMean,
     Harmonic,
     Edges,
 }
@@ -90,7 +93,7 @@ pub(super) struct Study {
 }
 
 impl Field {
-    fn all() -> [Self; 8] {
+    fn all() -> [Self; 9] {
         let fixed = Debias::Consistent { rays: RAYS };
         let roulette = |rays| Debias::RussianRoulette { rays, tail: TAIL };
         [
@@ -100,6 +103,7 @@ impl Field {
             Self::Default(fixed),
             Self::Default(Warp::one_dimensional().debias),
             Self::Default(roulette(4)),
+            Self::JumpMean,
             Self::Harmonic,
             Self::Edges,
         ]
@@ -108,6 +112,7 @@ impl Field {
     pub(super) fn name(self) -> String {
         match self {
             Self::Original(debias) | Self::Default(debias) => name(debias),
+            Self::JumpMean => "mean over jumps".to_owned(),
             Self::Harmonic => "harmonic field".to_owned(),
             Self::Edges => "edge sampling".to_owned(),
         }
@@ -117,7 +122,7 @@ impl Field {
         match self {
             Self::Original(_) => "original",
             Self::Default(_) => "default",
-            Self::Harmonic | Self::Edges => "none",
+            Self::JumpMean | Self::Harmonic | Self::Edges => "none",
         }
     }
 
@@ -125,6 +130,7 @@ impl Field {
         match self {
             Self::Original(_) => Palette::BLUE,
             Self::Default(_) => Palette::VERMILION,
+            Self::JumpMean => Palette::OCHRE,
             Self::Harmonic => Palette::GREEN,
             Self::Edges => Color::INK,
         }
@@ -143,7 +149,7 @@ impl Field {
     pub(super) fn auxiliary_rays(self) -> Option<f64> {
         match self {
             Self::Original(debias) | Self::Default(debias) => Some(debias.expected_rays()),
-            Self::Harmonic | Self::Edges => None,
+            Self::JumpMean | Self::Harmonic | Self::Edges => None,
         }
     }
 
@@ -151,7 +157,7 @@ impl Field {
     pub(super) fn is_unbiased(self) -> bool {
         match self {
             Self::Original(debias) | Self::Default(debias) => debias.is_unbiased(),
-            Self::Harmonic | Self::Edges => true,
+            Self::JumpMean | Self::Harmonic | Self::Edges => true,
         }
     }
 
@@ -169,6 +175,7 @@ impl Field {
         match self {
             Self::Original(debias) => Construction::Auxiliary(Warp { debias, ..Warp::original(RAYS) }),
             Self::Default(debias) => Construction::Local(Warp { debias, ..Warp::one_dimensional() }),
+            Self::JumpMean => Construction::JumpMean { reach: REACH },
             Self::Harmonic | Self::Edges => Construction::Harmonic,
         }
     }
@@ -207,9 +214,12 @@ impl Study {
             let measured = match field {
                 Field::Edges => edges(context, &setting, seed)?,
                 _ => {
-                    // The harmonic field looks at every vertex: as many rays as they are.
-                    let looks = setting.world.vertex_count() as f64;
-                    let rays = field.auxiliary_rays().unwrap_or(looks);
+                    let rays = match field {
+                        // It looks at every vertex with a ray.
+                        Field::Harmonic => setting.world.vertex_count() as f64,
+                        // One ray says what is seen.
+                        _ => field.auxiliary_rays().unwrap_or(1.0),
+                    };
                     measure(context, &setting, field.construction(), rays, field.effort(), seed)?
                 }
             };

@@ -1,6 +1,6 @@
 //! The numbers of `path_bias.md`.
 
-use super::study::{GROWTH, LEVELS, RAYS, RUNS, Scheme, Study, TAIL};
+use super::study::{GROWTH, LEVELS, RAYS, REACH, RUNS, Scheme, Study, TAIL};
 use crate::figures::common::{KNOWN, SETTLED};
 use crate::figures::trade::bias::{Curve, SETTLED as FITTED};
 use crate::figures::trade::regression::Bias;
@@ -29,6 +29,7 @@ pub(super) fn prose(studies: &[Study; 2]) -> anyhow::Result<Prose> {
             ("rays", &RAYS),
             ("levels", &LEVELS),
             ("tail", &TAIL),
+            ("reach", &REACH),
             ("shadow", &shadow.setting.name),
             ("shadow_source", &shadow.setting.source),
             ("shadow_accuracy", &accuracy(shadow)),
@@ -119,16 +120,17 @@ fn ratio(a: &Scheme, b: &Scheme) -> String {
 }
 
 fn price(study: &Study) -> String {
-    let [fixed, multilevel, _, own, default, roulette, harmonic, edges] =
+    let [fixed, multilevel, _, own, default, roulette, jumps, harmonic, edges] =
         std::array::from_fn(|i| &study.schemes[i]);
     format!(
         "{}: in variance × rays the original’s weight, debiased by levels, costs {} what {RAYS} fixed rays do. \
          The default weight, debiased by levels, costs {} its own {RAYS} rays, {} the original’s {RAYS}, \
-         {} the harmonic field, and {} edge sampling; by Russian roulette {} its own {RAYS} rays",
+         {} the mean over jumps, {} the harmonic field, and {} edge sampling; by Russian roulette {} its own {RAYS} rays",
         study.setting.name,
         ratio(multilevel, fixed),
         ratio(default, own),
         ratio(default, fixed),
+        ratio(default, jumps),
         ratio(default, harmonic),
         ratio(default, edges),
         ratio(roulette, own),

@@ -20,6 +20,8 @@ pub(super) const PARTS: [usize; 6] = [1, 4, 16, 64, 256, 1024];
 pub(super) const WIDTH_OF_PARTS: f64 = 0.1;
 /// Auxiliary rays of the biased estimate.
 const RAYS: usize = 16;
+/// The reach of the mean over jumps, in kernel widths.
+pub(super) const REACH: f64 = 8.0;
 /// Independent runs, whose variances are compared.
 const RUNS: u64 = 8;
 /// Samples a pixel in a timed run: edge sampling prepares a list of the jumps of each pixel for so many.
@@ -38,12 +40,13 @@ pub(super) enum Racer {
     Importance,
     Multilevel,
     Consistent,
+    JumpMean,
     Harmonic,
 }
 
 impl Racer {
-    pub(super) const ALL: [Self; 5] =
-        [Self::Uniform, Self::Importance, Self::Multilevel, Self::Consistent, Self::Harmonic];
+    pub(super) const ALL: [Self; 6] =
+        [Self::Uniform, Self::Importance, Self::Multilevel, Self::Consistent, Self::JumpMean, Self::Harmonic];
 
     pub(super) fn name(self) -> String {
         match self {
@@ -51,6 +54,7 @@ impl Racer {
             Self::Importance => "edge sampling, importance".to_owned(),
             Self::Multilevel => "warped area, unbiased".to_owned(),
             Self::Consistent => format!("warped area, {RAYS} rays"),
+            Self::JumpMean => "mean over jumps".to_owned(),
             Self::Harmonic => "harmonic field".to_owned(),
         }
     }
@@ -61,6 +65,7 @@ impl Racer {
             Self::Importance => Palette::VERMILION,
             Self::Multilevel => Palette::BLUE,
             Self::Consistent => Palette::SKY,
+            Self::JumpMean => Palette::OCHRE,
             Self::Harmonic => Palette::GREEN,
         }
     }
@@ -71,6 +76,7 @@ impl Racer {
             Self::Importance => Marker::Diamond,
             Self::Multilevel => Marker::Circle,
             Self::Consistent => Marker::TriangleUp,
+            Self::JumpMean => Marker::Cross,
             Self::Harmonic => Marker::TriangleDown,
         }
     }
@@ -87,6 +93,7 @@ impl Racer {
             Self::Importance => (500, 110_000),
             Self::Multilevel => (300, usize::MAX),
             Self::Consistent => (200, usize::MAX),
+            Self::JumpMean => (1000, 110_000),
             Self::Harmonic => (250, 12_000),
         };
         // Each sample of the others looks at every vertex.
@@ -102,6 +109,7 @@ impl Racer {
             Self::Importance => Box::new(edges(EdgeChoice::Importance)),
             Self::Multilevel => Box::new(warped(auxiliary(Warp::one_dimensional().debias))),
             Self::Consistent => Box::new(warped(auxiliary(Debias::Consistent { rays: RAYS }))),
+            Self::JumpMean => Box::new(warped(Construction::JumpMean { reach: REACH })),
             Self::Harmonic => Box::new(warped(Construction::Harmonic)),
         }
     }
@@ -213,7 +221,7 @@ fn seconds(scene: &Scene, racer: Racer) -> anyhow::Result<f64> {
         // Nothing is prepared for a pixel that would grow with the scene.
         Racer::Harmonic => (HARMONIC_LOOKS / scene.world.vertex_count()).clamp(4, TIMED),
         Racer::Multilevel | Racer::Consistent => TIMED / 2,
-        Racer::Uniform | Racer::Importance => TIMED,
+        Racer::Uniform | Racer::Importance | Racer::JumpMean => TIMED,
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let start = Instant::now();

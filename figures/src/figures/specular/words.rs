@@ -1,7 +1,7 @@
 //! The numbers of `specular.md`.
 
 use super::scene::Lighting;
-use super::study::{Place, Racer, Run, WIDTH_OF_PARTS};
+use super::study::{Place, REACH, Racer, Run, WIDTH_OF_PARTS};
 use crate::figures::common::{KNOWN, SETTLED};
 use crate::output::Table;
 use crate::plot::number;
@@ -56,6 +56,8 @@ impl Results {
             include_str!("specular.md"),
             &[
                 ("growth_edges", &growth(self.lit(sky), Racer::Importance)),
+                ("growth_jumps", &growth(self.lit(sky), Racer::JumpMean)),
+                ("reach", &REACH),
                 ("growth_harmonic", &growth(self.lit(sky), Racer::Harmonic)),
                 ("growth_sky", &growth(self.lit(sky), Racer::Multilevel)),
                 ("growth_object", &growth(self.lit(object), Racer::Multilevel)),
@@ -67,6 +69,7 @@ impl Results {
                 ("many", &last.vertices),
                 ("time_importance", &times(Racer::Importance)),
                 ("time_uniform", &times(Racer::Uniform)),
+                ("time_jumps", &times(Racer::JumpMean)),
                 ("time_harmonic", &times(Racer::Harmonic)),
                 ("time_warped", &times(Racer::Multilevel)),
                 ("known_importance", &known(Racer::Importance)),

@@ -1,6 +1,6 @@
 //! The bias of a fixed number of auxiliary rays, against everything that decides it.
 
-use flatland::estimator::WarpedArea;
+use flatland::estimator::{Construction, WarpedArea};
 use flatland::warp::{BoundaryFunction, Debias, Warp, Weighting};
 
 use super::regression::Bias;
@@ -149,7 +149,12 @@ pub(super) fn against_gamma(context: &Context, target: &Target) -> anyhow::Resul
             let seed = seed_of(context.seed(), &[5, 3, rays as u64, gamma.to_bits()]);
             let bias = target.bias(Kernel { warp, kappa: KAPPA }, batches, seed);
             let samples = (budget / (rays + 8)).max(600);
-            let method = WarpedArea { samples, kappa: KAPPA, warp, seed, ..WarpedArea::default() };
+            let method = WarpedArea {
+                samples,
+                construction: Construction::Auxiliary { warp, kappa: KAPPA },
+                seed,
+                ..WarpedArea::default()
+            };
             let (_, spread) = target.measure(1, samples, |_| method)?;
             out.push(GammaPoint { rays, gamma, bias, spread });
         }

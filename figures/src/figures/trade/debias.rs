@@ -1,6 +1,6 @@
 //! What it costs to remove the bias.
 
-use flatland::estimator::WarpedArea;
+use flatland::estimator::{Construction, WarpedArea};
 use flatland::warp::{Debias, Warp};
 
 use super::target::{KAPPA, Spread, Target, seed_of};
@@ -78,7 +78,12 @@ fn scheme(
     let batches = (0..count)
         .map(|batch| {
             let seed = seed_of(context.seed(), &[5, 4, index as u64, batch]);
-            let method = WarpedArea { samples, kappa: KAPPA, warp, seed, ..WarpedArea::default() };
+            let method = WarpedArea {
+                samples,
+                construction: Construction::Auxiliary { warp, kappa: KAPPA },
+                seed,
+                ..WarpedArea::default()
+            };
             Ok(target.measure(1, samples, |_| method)?.1)
         })
         .collect::<anyhow::Result<_>>()?;

@@ -1,6 +1,6 @@
 //! The error that every method has after a given time.
 
-use flatland::estimator::{EdgeSampling, FiniteDifference, Method, Rotation, WarpedArea};
+use flatland::estimator::{Construction, EdgeSampling, FiniteDifference, Method, Rotation, WarpedArea};
 use flatland::plane::Motion;
 use flatland::plane::exact::Arrangement;
 use flatland::warp::{Debias, Warp};
@@ -17,6 +17,13 @@ use crate::plot::{Color, Palette};
 pub(super) const TIMES: (f64, f64) = (1e-5, 10.0);
 /// Independent runs of every method.
 const RUNS: usize = 8;
+
+/// The reach of the mean over jumps, in pixels.
+pub(super) const REACH: f64 = 0.6;
+/// Names that are asked for.
+pub(super) const MULTILEVEL: &str = "warped area, multilevel";
+pub(super) const JUMPS: &str = "mean over jumps";
+pub(super) const EDGES: &str = "edge sampling";
 
 /// How a method is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,10 +55,15 @@ pub(super) struct Contender {
 }
 
 impl Contender {
+    /// Variance × time of a sample: the time that a given precision takes.
+    pub(super) fn cost(&self) -> f64 {
+        self.spread.variance * self.seconds
+    }
+
     /// The relative RMS error after `time` seconds a pixel.
     pub(super) fn error(&self, time: f64) -> f64 {
         let squared = if self.unbiased { 0.0 } else { self.bias.squared.max(0.0) };
-        (squared + self.spread.variance * self.seconds / time).sqrt()
+        (squared + self.cost() / time).sqrt()
     }
 
     /// The curve over all times that allow one sample.
@@ -90,7 +102,7 @@ pub(super) fn contenders(context: &Context, target: &Target) -> anyhow::Result<V
         bench.warped(look("warped area, 4 rays", Palette::SKY, Line::Solid), consistent(4))?,
         bench.warped(look("warped area, 16 rays", Palette::BLUE, Line::Solid), consistent(16))?,
         bench.warped(look("warped area, 64 rays", dark, Line::Solid), consistent(64))?,
-        bench.warped(look("warped area, multilevel", Palette::VERMILION, Line::Solid), Debias::default())?,
+        bench.warped(look(MULTILEVEL, Palette::VERMILION, Line::Solid), Debias::default())?,
         bench.warped(
             look("warped area, roulette", Palette::PURPLE, Line::Solid),
             Debias::RussianRoulette { rays: 4, tail: 1.5 },
@@ -101,7 +113,8 @@ pub(super) fn contenders(context: &Context, target: &Target) -> anyhow::Result<V
         let name = format!("differences, step {step}");
         out.push(bench.finite_difference(Looks { name, color, line: Line::Dotted }, step)?);
     }
-    out.push(bench.edge_sampling(look("edge sampling", Color::INK, Line::Dashed))?);
+    out.push(bench.mean_over_jumps(look(JUMPS, Palette::VERMILION.mix(Color::INK, 0.45), Line::Dashed))?);
+    out.push(bench.edge_sampling(look(EDGES, Color::INK, Line::Dashed))?);
     Ok(out)
 }
 
@@ -136,8 +149,12 @@ impl Bench<'_> {
         let budget = if unbiased { 16_000.0 } else { 8_000.0 };
         let samples = (budget / (debias.expected_rays() + 4.0)) as usize;
         let warp = Warp { debias, ..Warp::default() };
-        let method =
-            |samples, seed| WarpedArea { samples, kappa: KAPPA, warp, seed, ..WarpedArea::default() };
+        let method = |samples, seed| WarpedArea {
+            samples,
+            construction: Construction::Auxiliary { warp, kappa: KAPPA },
+            seed,
+            ..WarpedArea::default()
+        };
         let mut contender = Contender { unbiased, ..self.contender(looks, samples, method)? };
         if !unbiased {
             let kernel = Kernel { warp, kappa: KAPPA };
@@ -187,6 +204,13 @@ impl Bench<'_> {
                 .map(|motion| Ok(adjoint.dot(&difference(&motion)?)))
                 .collect(),
         }
+    }
+
+    fn mean_over_jumps(&self, looks: Looks) -> anyhow::Result<Contender> {
+        let construction = Construction::JumpMean { reach: REACH };
+        let method = |samples, seed| WarpedArea { samples, construction, seed, ..WarpedArea::default() };
+        let contender = self.contender(looks, 2000, method)?;
+        Ok(Contender { needs_edges: true, unbiased: true, ..contender })
     }
 
     fn edge_sampling(&self, looks: Looks) -> anyhow::Result<Contender> {

@@ -2,7 +2,7 @@
 
 use flatland::plane::fields::scene_stencil;
 use flatland::random::{open01, stream};
-use flatland::warp::Warp;
+use flatland::warp::{LinearField as _, Warp};
 use glam::DVec2;
 use rayon::prelude::*;
 
@@ -57,7 +57,7 @@ impl Target {
             });
             match &self.ask {
                 Ask::Pixels { velocities, .. } => {
-                    let v = stencil.field(|hit| hit.map_or(DVec2::ZERO, |h| h.velocity(velocities)));
+                    let v = stencil.field(|point| point.map_or(DVec2::ZERO, |p| p.velocity(velocities)));
                     for (value, (a, b)) in out.iter_mut().zip(pixels) {
                         *value += a.dot(v.value) + b * v.divergence;
                     }
@@ -68,9 +68,9 @@ impl Target {
                         a += delta.x * pixel.0;
                         b += delta.x * pixel.1;
                     }
-                    stencil.scatter(a, b, |hit, covector| {
-                        if let Some(hit) = hit {
-                            hit.point().scatter(covector, &mut vertices);
+                    stencil.scatter(a, b, |point, covector| {
+                        if let Some(point) = point {
+                            point.scatter(covector, &mut vertices);
                         }
                     });
                 }

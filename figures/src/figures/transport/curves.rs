@@ -102,7 +102,7 @@ pub(super) fn method(canvas: &mut Canvas, space: Rect, study: &Study, entry: &En
     canvas.text(&text, at + DVec2::new(0.0, 13.0), &style);
 }
 
-/// Light that is scattered twice, by two methods without bias.
+/// Light that is scattered twice, by three methods without bias.
 pub(super) fn twice(canvas: &mut Canvas, space: Rect, study: &Study, edges: [bool; 2]) {
     let mut axes = methods_axes(&study.exact_twice, edges);
     for entry in study.twice.iter().rev() {

@@ -14,7 +14,7 @@ use self::setting::Setting;
 use self::study::Study;
 use crate::context::Context;
 use crate::gallery::Section;
-use crate::plot::{Align, Canvas, Color, Figure, GUTTER, Height, PANEL_TITLE_ROOM, TextStyle};
+use crate::plot::{Align, Canvas, Color, Figure, GUTTER, Height, PANEL_TITLE_ROOM, Rect, TextStyle};
 
 const BODY: f64 = 960.0;
 /// Width of the world's panel.
@@ -66,9 +66,15 @@ fn world_page(setting: &Setting, path: &DrawnPath, study: &Study) -> Canvas {
 /// Small multiples: every method beside the exact derivative.
 fn methods_page(study: &Study) -> Canvas {
     let title = "The derivative of a shadow by every method, at the same number of rays";
-    let mut figure = Figure::new(BODY, 3.0 * ROW + 20.0, title, "");
-    let cells: Vec<_> =
-        figure.body.rows(&[1.0; 3], 10.0).into_iter().flat_map(|r| r.columns(&[1.0; 3], 14.0)).collect();
+    let count = study.entries.len() + 1;
+    let rows = count.div_ceil(3);
+    let mut figure = Figure::new(BODY, rows as f64 * ROW + 20.0, title, "");
+    let cells: Vec<_> = figure
+        .body
+        .rows(&vec![1.0; rows], 10.0)
+        .into_iter()
+        .flat_map(|r| r.columns(&[1.0; 3], 14.0))
+        .collect();
     for (i, entry) in study.entries.iter().enumerate() {
         let space = figure.panel(cells[i], i, entry.looks.name);
         let width = TextStyle::new(11.5, Color::INK).width(entry.looks.name) + 30.0;
@@ -78,10 +84,12 @@ fn methods_page(study: &Study) -> Canvas {
             glam::DVec2::new(cells[i].x + width, cells[i].y + 2.5),
             &style,
         );
-        curves::method(&mut figure.canvas, space, study, entry, [i % 3 == 0, i >= 6]);
+        curves::method(&mut figure.canvas, space, study, entry, [i % 3 == 0, i / 3 + 1 == rows]);
     }
     let last = study.entries.len();
-    let space = figure.panel(cells[last], last, "two bounces (exact: radiosity)");
-    curves::twice(&mut figure.canvas, space, study, [false, true]);
+    // All that is left of its row.
+    let rest = Rect { width: figure.body.right() - cells[last].x, ..cells[last] };
+    let space = figure.panel(rest, last, "two bounces (exact: radiosity)");
+    curves::twice(&mut figure.canvas, space, study, [last.is_multiple_of(3), true]);
     figure.canvas
 }

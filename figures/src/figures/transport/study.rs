@@ -23,6 +23,9 @@ pub(super) const FIXED: usize = 16;
 pub(super) const WARPED: &str = "warped area";
 pub(super) const CONSISTENT: &str = "warped area, 16 rays";
 pub(super) const EDGES: &str = "edge sampling";
+pub(super) const JUMPS: &str = "mean over jumps";
+/// Its reach, in kernel widths.
+pub(super) const REACH: f64 = 8.0;
 /// Points from which the rotation method chooses what it follows.
 const CANDIDATES: usize = 4;
 /// Fineness of the radiosity solution and of its quadrature over the film.
@@ -73,8 +76,8 @@ pub(super) struct Study {
     /// The slope of the exact images' central difference on the exact derivative: the bias of the step alone.
     pub(super) exact_difference: f64,
     pub(super) entries: Vec<Entry>,
-    /// Two unbiased methods on light that is scattered up to twice.
-    pub(super) twice: [Entry; 2],
+    /// Three unbiased methods on light that is scattered up to twice.
+    pub(super) twice: [Entry; 3],
     /// Rays that every method was given.
     pub(super) rays: u64,
 }
@@ -115,7 +118,7 @@ impl Study {
                 .ok_or_else(|| anyhow::anyhow!("there is no method {name}"))?;
             bench.run(looks, index, method.as_ref())
         };
-        let twice = [next(WARPED, 100)?, next(EDGES, 101)?];
+        let twice = [next(WARPED, 100)?, next(JUMPS, 102)?, next(EDGES, 101)?];
         Ok(Self {
             images,
             exact_image,
@@ -191,6 +194,10 @@ fn methods(bounces: usize) -> Vec<(Looks, Build)> {
     vec![
         (looks(WARPED, Palette::VERMILION, "no edges, no bias"), warped(Construction::default())),
         (looks(CONSISTENT, Palette::SKY, "no edges, biased"), warped(Construction::Local(consistent))),
+        (
+            looks(JUMPS, Palette::OCHRE, "needs a list of edges"),
+            warped(Construction::JumpMean { reach: REACH }),
+        ),
         (looks("harmonic field", Palette::PURPLE, "finds all edges"), warped(Construction::Harmonic)),
         (looks(EDGES, Palette::BLUE, "needs a list of edges"), edges),
         (looks("finite differences", Palette::GREEN, "one run a parameter"), differences),
@@ -198,7 +205,10 @@ fn methods(bounces: usize) -> Vec<(Looks, Build)> {
             looks("rotation", Palette::ORANGE, "one motion per kernel"),
             warped(Construction::Followed { candidates: CANDIDATES }),
         ),
-        (looks("direct field", Palette::OCHRE, "jumps at silhouettes"), warped(Construction::Direct)),
+        (
+            looks("direct field", Palette::GREEN.tint(0.45), "jumps at silhouettes"),
+            warped(Construction::Direct),
+        ),
         (looks("interior only", Palette::GREY, "no boundary terms"), warped(Construction::Still)),
     ]
 }

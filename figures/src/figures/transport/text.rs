@@ -3,7 +3,9 @@
 use flatland::transport::Terms;
 
 use super::fans::{DrawnPath, RAYS, REACH};
-use super::study::{CONSISTENT, Comparison, EDGES, Entry, FIXED, STEP, Study, WARPED};
+use super::study::{
+    CONSISTENT, Comparison, EDGES, Entry, FIXED, JUMPS, REACH as JUMP_REACH, STEP, Study, WARPED,
+};
 use crate::context::Context;
 use crate::figures::common::{largest, percent};
 use crate::output::Table;
@@ -77,6 +79,8 @@ impl Results<'_> {
                 ("warped", &slope(WARPED)),
                 ("fixed", &FIXED),
                 ("consistent", &slope(CONSISTENT)),
+                ("jumps", &slope(JUMPS)),
+                ("jump_reach", &number(JUMP_REACH)),
                 ("harmonic", &slope("harmonic field")),
                 ("edges", &slope(EDGES)),
                 ("vertices", &self.vertices),
@@ -90,11 +94,12 @@ impl Results<'_> {
                 ("worst_ratio", &format!("{worst_ratio:.1}")),
                 ("radiosity_error", &number(self.study.radiosity_error)),
                 ("twice_warped", &twice_slope(&twice[0])),
-                ("twice_edges", &twice_slope(&twice[1])),
+                ("twice_jumps", &twice_slope(&twice[1])),
+                ("twice_edges", &twice_slope(&twice[2])),
                 ("image_error", &number(image_error)),
                 ("band", &BAND),
                 ("reach", &REACH),
-                ("twice_names", &format!("{} and {}", twice[0].looks.name, twice[1].looks.name)),
+                ("twice_names", &twice.each_ref().map(|e| e.looks.name).join(", ")),
             ],
         )
     }
@@ -161,8 +166,8 @@ impl Results<'_> {
     }
 
     fn twice(&self) -> Table {
-        let [a, b] = &self.study.twice;
-        let errors = [a, b].map(|e| format!("{}_error", e.looks.name));
+        let [a, b, c] = &self.study.twice;
+        let errors = [a, b, c].map(|e| format!("{}_error", e.looks.name));
         Table::of(
             0..self.study.exact_twice.len(),
             &[
@@ -172,6 +177,8 @@ impl Results<'_> {
                 (&errors[0], &|i| a.image.standard_error[*i].into()),
                 (b.looks.name, &|i| b.image.mean[*i].total().into()),
                 (&errors[1], &|i| b.image.standard_error[*i].into()),
+                (c.looks.name, &|i| c.image.mean[*i].total().into()),
+                (&errors[2], &|i| c.image.standard_error[*i].into()),
             ],
         )
     }

@@ -2,7 +2,8 @@
 //!
 //! | method | unbiased | needs |
 //! |---|---|---|
-//! | [`WarpedArea`] | with debiasing; else consistent in the number of auxiliary rays | nothing |
+//! | [`WarpedArea`] of auxiliary rays | with debiasing; else consistent in their number | nothing |
+//! | [`WarpedArea`] of the mean over jumps | yes | a list of all vertices |
 //! | [`EdgeSampling`] | yes | a list of all vertices |
 //! | [`FiniteDifference`] | no: O(step²) | two worlds |
 //!

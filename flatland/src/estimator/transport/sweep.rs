@@ -17,10 +17,11 @@ use super::jumps::{EdgeChoice, jump_radiance};
 use super::kernels::Kernels;
 use crate::plane::MaterialPoint;
 use crate::random::{Stream, open01};
-use crate::transport::fields::{Construction, LinearField};
+use crate::transport::fields::Construction;
 use crate::transport::{
     Camera, CameraTangent, Covector, Light, MaterialTangent, Path, Paths, Scattering, Terms, Vertex, World,
 };
+use crate::warp::LinearField as _;
 
 /// A number or covector by whether a warp of a direction lies between it and the path's value.
 #[derive(Clone, Copy, Debug, Default)]
@@ -233,9 +234,10 @@ impl Sweep<'_, '_> {
         };
         let field = construction.around(self.world, vertex.origin, *direction, *kappa, self.rng);
         self.rays += field.rays;
-        out.position.warped -= scatter_field(&field, turning, value, |point, covector| {
-            let terms = Terms { secondary: covector, ..Terms::default() };
-            self.covectors.push(Covector::Point(point, terms));
+        field.scatter(turning, value, |point, secondary| {
+            // A velocity relative to that of the origin.
+            out.position.warped -= secondary;
+            self.covectors.push(Covector::Point(*point, Terms { secondary, ..Terms::default() }));
         });
     }
 
@@ -323,23 +325,6 @@ impl Sweep<'_, '_> {
         let change = MaterialTangent { emission: weight, ..MaterialTangent::default() };
         self.covectors.push(Covector::Material(shape, change));
     }
-}
-
-/// Hands every material point of a field the covector of a V + b ∇·V, and returns their sum, the
-/// covector of −ẋ.
-pub(super) fn scatter_field(
-    field: &LinearField,
-    a: f64,
-    b: f64,
-    mut add: impl FnMut(MaterialPoint, DVec2),
-) -> DVec2 {
-    let mut sum = DVec2::ZERO;
-    for term in &field.terms {
-        let covector = a * term.value + b * term.divergence;
-        sum += covector;
-        add(term.point, covector);
-    }
-    sum
 }
 
 /// What the first ray depends on: emits the camera's covectors at a fixed film coordinate, and returns

@@ -3,13 +3,13 @@
 use super::driver::{self, CONTROL, LinearMethod, Streams, View};
 use super::fault::Fault;
 use super::kernels::Kernels;
-use super::sweep::{Sweep, first_ray, scatter_field};
+use super::sweep::{Sweep, first_ray};
 use super::{Gradient, GradientImage, Method, PathError};
 use crate::plane::Filter;
 use crate::random::stream;
 use crate::transport::fields::Construction;
 use crate::transport::{Camera, CameraTangent, Covector, Origin, Paths, Tangent, Terms, World};
-use crate::warp::{WarpError, Weighting};
+use crate::warp::{JumpMean, LinearField as _, WarpError, Weighting};
 
 /// A warp at every bounce: on the film, and on the circle of directions at every surface, for
 /// directions drawn by the scattering function as well as for those towards emitters.
@@ -19,7 +19,7 @@ use crate::warp::{WarpError, Weighting};
 /// same field for the same integral: their weights are not differentiated, and would have to be if it
 /// were not the same.
 ///
-/// Unbiased with [`Construction::Harmonic`], and with [`Construction::Local`] and
+/// Unbiased with [`Construction::JumpMean`] and [`Construction::Harmonic`], and with [`Construction::Local`] and
 /// [`Construction::Auxiliary`] if their warp is debiased and boundary-aware with pγ ≥ 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WarpedArea {
@@ -57,6 +57,7 @@ impl Method for WarpedArea {
                 "Gaussian field"
             }
             Construction::Auxiliary(_) | Construction::Local(_) => "warped area",
+            Construction::JumpMean { .. } => "mean over jumps",
             Construction::Harmonic => "harmonic field",
             Construction::Direct => "direct field",
             Construction::Followed { .. } => "rotation",
@@ -103,6 +104,7 @@ impl LinearMethod for WarpedArea {
                 Construction::Auxiliary(warp) | Construction::Local(warp) => warp.check(kappa)?,
                 Construction::Followed { candidates: 0 } => return Err(PathError::NoCandidates),
                 _ if !(kappa > 0.0 && kappa.is_finite()) => return Err(WarpError::Kappa { kappa }.into()),
+                Construction::JumpMean { reach } => JumpMean { reach: reach / kappa.sqrt() }.check()?,
                 _ => {}
             }
         }
@@ -168,10 +170,13 @@ impl WarpedArea {
     fn film_field(&self, sweep: &mut Sweep<'_, '_>, camera: &Camera, u: f64, a: f64, b: f64) {
         let field = self.construction.over_film(sweep.world, camera, u, self.kernels.film, sweep.rng);
         sweep.rays += field.rays;
-        let origin = scatter_field(&field, a, b, |point, primary| {
-            sweep.covectors.push(Covector::Point(point, Terms { primary, ..Terms::default() }));
+        let mut primary = CameraTangent::default();
+        field.scatter(a, b, |point, covector| {
+            // A velocity relative to that of the camera.
+            primary.position -= covector;
+            let terms = Terms { primary: covector, ..Terms::default() };
+            sweep.covectors.push(Covector::Point(*point, terms));
         });
-        let mut primary = CameraTangent { position: -origin, ..CameraTangent::default() };
         primary.add(a, &field.camera[0]);
         primary.add(b, &field.camera[1]);
         sweep.covectors.push(Covector::Camera(Terms { primary, ..Terms::default() }));

@@ -8,7 +8,7 @@ use crate::random::{Stream, open01};
 use crate::sdf::fields::{MotionField, TracedField};
 use crate::sdf::scene::Seen;
 use crate::sdf::{AngularFilm, AngularFilter, Jet, RayCount, Scene, Sdf};
-use crate::warp::{Circle, Field};
+use crate::warp::{Circle, Field, LinearField as _};
 
 /// Which part of the derivative is estimated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -118,7 +118,7 @@ impl AreaIntegral {
                 if self.terms != Terms::Interior {
                     let taps = field.form(&view, form.direction, rng);
                     taps.scatter(form.a * delta, form.b * delta, |x, covector| {
-                        shape.add_parameter_gradient(x, covector, gradient);
+                        shape.add_parameter_gradient(*x, covector, gradient);
                     });
                     rays += taps.rays();
                 }

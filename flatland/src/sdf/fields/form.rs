@@ -2,7 +2,7 @@
 
 use crate::sdf::distance::{Jet, LevelSetVelocity};
 use crate::sdf::tracer::{RayCount, View};
-use crate::warp::{Domain, Field, Vector};
+use crate::warp::{Domain, Field, LinearField, Vector};
 
 /// A point with the coefficients of φ̇ = ∂_θφ and ∇φ̇ there in V and ∇·V.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,25 +89,30 @@ impl<D: Domain> FieldForm<D> {
     pub fn rays(&self) -> RayCount {
         self.rays
     }
+}
 
-    /// Forward mode: the field, from φ̇ and ∇φ̇ at each point.
-    pub fn field(&self, mut rate: impl FnMut(D::Vector) -> Jet<D::Vector>) -> Field<D::Vector> {
+impl<D: Domain> LinearField for FieldForm<D> {
+    type Vector = D::Vector;
+    type Source = D::Vector;
+    /// φ̇ and ∇φ̇.
+    type Rate = Jet<D::Vector>;
+
+    fn field(&self, mut rate: impl FnMut(&D::Vector) -> Jet<D::Vector>) -> Field<D::Vector> {
         let mut sum = Field::<D::Vector>::ZERO;
         for tap in &self.taps {
-            let rate = rate(tap.point);
+            let rate = rate(&tap.point);
             sum.value = sum.value + tap.value * rate.value;
             sum.divergence += tap.slope * rate.value + tap.gradient.dot(rate.gradient);
         }
         Field { value: D::project(self.direction, sum.value), ..sum }
     }
 
-    /// Reverse mode: hands each point the covector (c_i, q_i) for which
-    /// Σ c_i φ̇_i + q_i·∇φ̇_i = a·V + b ∇·V.
-    pub fn scatter(&self, a: D::Vector, b: f64, mut add: impl FnMut(D::Vector, Jet<D::Vector>)) {
+    /// (c_i, q_i) for which Σ c_i φ̇_i + q_i·∇φ̇_i = a·V + b ∇·V.
+    fn scatter(&self, a: D::Vector, b: f64, mut add: impl FnMut(&D::Vector, Jet<D::Vector>)) {
         let a = D::project(self.direction, a);
         for tap in &self.taps {
             let value = a.dot(tap.value) + b * tap.slope;
-            add(tap.point, Jet { value, gradient: tap.gradient * b });
+            add(&tap.point, Jet { value, gradient: tap.gradient * b });
         }
     }
 }

@@ -43,7 +43,7 @@ pub use vicini::ViciniField;
 
 use super::tracer::{RayCount, View};
 use crate::random::Stream;
-use crate::warp::{Domain, Field, WarpError, WarpField};
+use crate::warp::{Domain, Field, LinearField as _, WarpError, WarpField};
 
 /// A field that is linear in ∂_θφ and ∇∂_θφ at points of rays.
 pub trait TracedField<D: Domain>: Sync {
@@ -137,7 +137,7 @@ where
 
     fn sample(&self, omega: D::Vector, rng: &mut Stream) -> (Field<D::Vector>, RayCount) {
         let form = self.form(omega, rng);
-        (form.field(|x| self.view.sdf.rate(x, self.direction)), form.rays())
+        (form.field(|x| self.view.sdf.rate(*x, self.direction)), form.rays())
     }
 }
 

@@ -6,7 +6,7 @@ use crate::random::{open01, stream};
 use crate::sdf::distance::{Jet, Sdf};
 use crate::sdf::shapes::{Circle, Grid, Interpolation, Polygon, RoundedBox, Shape, SmoothUnion};
 use crate::sdf::tracer::Tracer;
-use crate::warp::Circle as Directions;
+use crate::warp::{Circle as Directions, assert_transposed};
 
 fn shapes() -> Vec<Shape> {
     let circle = |x, y, r| Shape::Circle(Circle::new(DVec2::new(x, y), r).expect("a circle"));
@@ -55,7 +55,7 @@ fn the_divergence_is_that_of_the_field() {
         for (name, field) in deterministic() {
             let at = |angle: f64| {
                 let form = field.form(&view, DVec2::from_angle(angle), &mut stream(1, &[]));
-                form.field(|x| shape.rate(x, &theta))
+                form.field(|x| shape.rate(*x, &theta))
             };
             for angle in ANGLES {
                 let found = at(angle);
@@ -83,12 +83,13 @@ fn scatter_is_the_transpose_of_field() {
             for (seed, angle) in ANGLES.into_iter().enumerate() {
                 let form = field.form(&view, DVec2::from_angle(angle), &mut stream(seed as u64, &[]));
                 let (a, b) = (DVec2::new(0.4, -1.1), 0.7);
-                let v = form.field(|x| shape.rate(x, &theta));
+                assert_transposed(&form, (a, b), |x| shape.rate(*x, &theta), Jet::dot);
+                let v = form.field(|x| shape.rate(*x, &theta));
                 let forward = a.dot(v.value) + b * v.divergence;
                 let (mut gradient, mut size) = (vec![0.0; theta.len()], 1.0);
                 form.scatter(a, b, |x, covector: Jet<DVec2>| {
-                    shape.add_parameter_gradient(x, covector, &mut gradient);
-                    size += covector.dot(shape.rate(x, &theta)).abs();
+                    shape.add_parameter_gradient(*x, covector, &mut gradient);
+                    size += covector.dot(shape.rate(*x, &theta)).abs();
                 });
                 let reverse: f64 = gradient.iter().zip(&theta).map(|(g, d)| g * d).sum();
                 let label = format!("shape {which}, {name}");

@@ -1,0 +1,134 @@
+//! The warp field V and its divergence from the jumps themselves, exactly.
+//!
+//! Where the jumps around a point u are known (the edges of polygons, the ends of segments, the silhouettes of meshes)
+//! no auxiliary points are needed. With b the points of the jumps within the reach R of u and ḃ their velocities,
+//!
+//! ```text
+//! V(u) = ∫ ḃ K(u, b) db / (∫ K(u, b) db + c₀),
+//!
+//! n = 1:  K = (1/s − 1/R)₊,        c₀ = 1/R,    a sum over points at distances s = |b − u|
+//! n = 2:  K = (2/s² − 2/R²)₊,      c₀ = 2π/R,   db is arc length
+//! ```
+//!
+//! K has no bound at a jump, so that V is its velocity there; K is 0 beyond R, and so is V. These are inverse distance
+//! weights (Shepard 1968, "A two-dimensional interpolation function for irregularly-spaced data"), integrated along
+//! curves: cutting an edge in two changes nothing. Of a single point V = ḃ (1 − s/R)₊, a tent. Over straight segments
+//! both integrals and their gradients are elementary, so that V and ∇·V are exact: nothing is random, and nothing is
+//! left to be debiased.
+//!
+//! # What continuity asks
+//!
+//! *Lemma.* Let the domain be cut into open sets by jumps C, and let S(u), the jumps that are used at u, be the same
+//! throughout a set. If every C is in S on both of its sides, and no other jump of S on either side has another normal
+//! velocity and lies on C along a part of it, then V·ν = v·ν on both sides of every C, up to points, and V is continuous
+//! in every set, up to points.
+//!
+//! *Proof.* In a set S is fixed. Away from S, V is a quotient of continuous functions: K vanishes at the reach, and the
+//! denominator is at least c₀ > 0. At a point c within a jump A ∈ S, whether it bounds the set or not, only A and what
+//! lies on it have integrals without bound. Let k be theirs and s the distance to c: k ≥ c/s for n = 1 and k ~ 2π/s for
+//! n = 2, while all others are O(1), and |ḃ − v(c)| = O(|b − c|) on A makes ∫ (ḃ − v) K db = O(1) for n = 1 and
+//! O(log 1/s) for n = 2. So V = v(c) + O(s log 1/s) from either side; with several jumps of one normal velocity on A the
+//! same holds for V·ν. Left out are the ends of segments, crossings, and points where hidden jumps pass: for n = 2
+//! points, at which V is bounded by the largest |ḃ|, and around which no flux is left. ∎
+//!
+//! For n = 1 jumps are points, and what may lie on C is only what coincides with it. Jumps that something else hides
+//! may be in S, on both sides or on one: where they are alone on one side only of C, C outweighs them. They bend V where
+//! nothing jumps, which costs some variance and makes no bias. Where a jump of *another* velocity coincides with C and is
+//! seen when they part, the integral has two one-sided derivatives and no other.
+//!
+//! # Which reach
+//!
+//! Any R > 0 that is the same for the whole integral gives the same mean. V falls from v to 0 over R, so that
+//! |∇·V| ~ |v|/R: a small R takes few edges into each sum and is steep, a large one is smooth but mixes jumps of
+//! different velocities, between which ∇·V ~ |Δv|/gap whatever R. In between the variance hardly depends on it: on a film
+//! it is least at 0.6 pixels, and 0.3 to 8 are within a quarter of that, at a time that grows with the edges within
+//! reach. Over directions it is least at about four times the width of the lobe or light that is integrated over, and
+//! within half again of that for half and twice as much.
+
+mod segment;
+#[cfg(test)]
+mod tests;
+
+use std::f64::consts::TAU;
+
+use glam::DVec2;
+
+use super::domain::{Domain, Line, Plane, Vector};
+use super::stencil::{Stencil, Term, WarpError};
+
+/// The mean of the velocities of the jumps within reach.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JumpMean {
+    /// R, in the unit of the domain: jumps farther away do not count.
+    pub reach: f64,
+}
+
+/// A jump nearer than this part of the reach is taken to be as far: u is known no better. V is continuous there, and
+/// ∇·V then has an error of its own size.
+const NEAREST: f64 = 1e-16;
+
+/// ∫ K, or a part of it that goes with one velocity, and its gradient by u; lengths in units of the reach.
+#[derive(Clone, Copy, Debug)]
+struct Share<V> {
+    value: f64,
+    gradient: V,
+}
+
+impl JumpMean {
+    /// Checks the reach once, so that nothing else need.
+    ///
+    /// # Errors
+    /// [`WarpError::Reach`] if it is not positive and finite.
+    pub fn check(&self) -> Result<(), WarpError> {
+        let good = self.reach > 0.0 && self.reach.is_finite();
+        if good { Ok(()) } else { Err(WarpError::Reach { reach: self.reach }) }
+    }
+
+    /// The coefficients of (V, ∇·V) at a point of the line, or of the circle by its angle: from every jump by its
+    /// offset b − u and by what moves it. Those out of reach have no part.
+    pub fn of_points<H>(&self, jumps: impl IntoIterator<Item = (f64, H)>) -> Stencil<Line, H> {
+        let share = |offset: f64| {
+            let s = (offset / self.reach).abs().max(NEAREST);
+            (s < 1.0).then(|| Share { value: 1.0 / s - 1.0, gradient: offset.signum() / (s * s) })
+        };
+        let shares = jumps.into_iter().filter_map(|(offset, jump)| Some((share(offset)?, jump)));
+        self.mean(0.0, 1.0, shares.collect())
+    }
+
+    /// The coefficients of (V, ∇·V) at a point of the plane: from every straight jump by its ends and by what moves
+    /// these. In between, velocities are linear. Those out of reach have no part.
+    pub fn of_segments<H>(
+        &self,
+        u: DVec2,
+        jumps: impl IntoIterator<Item = ([DVec2; 2], [H; 2])>,
+    ) -> Stencil<Plane, H> {
+        let mut shares = vec![];
+        for (ends, moved_by) in jumps {
+            if let Some(found) = segment::shares(ends.map(|end| (end - u) / self.reach)) {
+                shares.extend(found.into_iter().zip(moved_by));
+            }
+        }
+        self.mean(u, TAU, shares)
+    }
+
+    /// The quotient of the sums; `floor` is c₀ in units of the reach.
+    fn mean<D: Domain, H>(
+        &self,
+        u: D::Vector,
+        floor: f64,
+        shares: Vec<(Share<D::Vector>, H)>,
+    ) -> Stencil<D, H> {
+        let (mut whole, mut gradient) = (floor, D::Vector::ZERO);
+        for (share, _) in &shares {
+            whole += share.value;
+            gradient = gradient + share.gradient;
+        }
+        let inverse = 1.0 / whole;
+        let terms = shares.into_iter().map(|(share, hit)| {
+            let weight = share.value * inverse;
+            let slope = (share.gradient - gradient * weight) * inverse;
+            Term { hit, weight, divergence: slope * (1.0 / self.reach) }
+        });
+        Stencil::new(u, terms.collect())
+    }
+}
