@@ -218,7 +218,8 @@ fn style_sheet(source: &Source<'_>, node: Node<'_>) -> Result<(), SvgError> {
         let list =
             declarations(block).ok_or_else(|| source.bad_value(node, selectors.trim(), block.trim()))?;
         let parsed = StyleSheet::parse(&rest[..rest.len() - after.len()]).rules.len();
-        if selectors.contains(['@', ':', '>', '+', '[']) || parsed != selectors.split(',').count() {
+        let is_plain = |c: char| c.is_ascii_alphanumeric() || c.is_ascii_whitespace() || ",.#*-_".contains(c);
+        if !selectors.chars().all(is_plain) || parsed != selectors.split(',').count() {
             return Err(source.unsupported(node, &format!("the selector \"{}\"", selectors.trim())));
         }
         for (name, text) in list {
@@ -244,9 +245,12 @@ fn declarations(text: &str) -> Option<Vec<(&str, &str)>> {
     let written = text.split(';').filter(|piece| !piece.trim().is_empty());
     let read = DeclarationTokenizer::from(text).map(|declaration| (declaration.name, declaration.value));
     let (written, read): (Vec<_>, Vec<_>) = (written.collect(), read.collect());
-    let is_whole = |(piece, (_, value)): (&&str, &(&str, &str))| {
+    let is_whole = |(piece, (name, value)): (&&str, &(&str, &str))| {
         let rest = piece.split_once(value).map_or(*piece, |(_, rest)| rest);
-        matches!(rest.replace(char::is_whitespace, "").as_str(), "" | "!important")
+        let is_done = matches!(rest.replace(char::is_whitespace, "").as_str(), "" | "!important");
+        // CSS knows no case, usvg does; and its parser skips a star.
+        let is_lower = !name.contains(|c: char| c.is_ascii_uppercase());
+        is_done && is_lower && !piece.trim_start().starts_with('*')
     };
     (written.len() == read.len() && written.iter().zip(&read).all(is_whole)).then_some(read)
 }

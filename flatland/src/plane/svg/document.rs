@@ -48,6 +48,10 @@ impl<'a> Source<'a> {
                 return Err(this.unsupported(node, "an id or style of another namespace"));
             }
             let Some(id) = node.attribute("id") else { continue };
+            // What usvg makes without an element has an empty one.
+            if id.is_empty() && is_svg(node) {
+                return Err(this.unsupported(node, "an empty id"));
+            }
             if let Some(other) = this.by_id.insert(id, node) {
                 let line = document.text_pos_at(other.range().start).row;
                 return Err(this.unsupported(node, &format!("an id given before, in line {line},")));

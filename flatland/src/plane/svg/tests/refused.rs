@@ -43,6 +43,8 @@ fn what_cannot_be_drawn_is_refused_by_name() {
         ("rx=", "rx='1vw'"),
         ("rx=", "rx='-1'"),
         ("style=", "style='font:1px/2 a;fill:red'"),
+        ("style=", "style='FILL:red'"),
+        ("style=", "style='*fill:red'"),
     ];
     let paths =
         ["M0 0L1", "M0 0h5v5zQ", "L0 0h5v5z", "M0 0h5v5z 3 4", "M0 0hNaNv5z", "M0 0hinfv5z", "M0 0h1e999v5z"];
@@ -66,6 +68,7 @@ fn what_cannot_be_drawn_is_refused_by_name() {
         ("given before", "<g id='bad'/><rect id='bad' width='1' height='1'/>"),
         ("given before", "<i:a xmlns:i='i' id='bad'/><rect id='bad' width='1' height='1'/>"),
         ("selector", "<style id='bad'>g > rect { fill: red }</style>"),
+        ("selector", "<style id='bad'>g /rect { fill: red }</style>"),
         ("selector", "<style id='bad'>@import 'a'; .a { fill: red }</style>"),
         ("open block", "<style id='bad'>.a { fill: red</style>"),
         ("text/css", "<style id='bad' media='print'>.a { fill: red }</style>"),
