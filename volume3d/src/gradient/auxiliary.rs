@@ -172,6 +172,9 @@ impl<'s> Auxiliary<'s> {
     }
 
     /// The same from rays around ω, with velocities that fade away from jumps, V_i (1 − B_i).
+    ///
+    /// Fading costs nothing, and wins little: without it the relative variance at equal time is within 2 % (forward, 8
+    /// samples a pixel, debiased) of a sphere that moves over a plane, 20 thin prisms that turn and a block in a closed box.
     fn weighted_on_sphere(
         &mut self,
         x: DVec3,

@@ -27,6 +27,10 @@ pub(super) struct Job<'s> {
 
 /// So many paths tell the radiance that the film's warp carries from one pixel to another, where it does. Only the first
 /// of them carries derivatives.
+///
+/// Relative variance × processor seconds with 1, 4, 8 and 16 of them (forward, 8 samples a pixel, tent filter, one thread):
+/// .077, .054, .052, .060 for a sphere that moves over a plane; .22, .20, .22, .25 for 20 thin prisms that turn; .58, .44,
+/// .45, .45 for a block in a closed box with four bounces; 1.14, 1.07, 1.10, 1.32 for 2,000 leaves that turn.
 const SPLITTING: usize = 8;
 
 /// A cell of the film, and the number of a sample in it.
