@@ -3,9 +3,10 @@
 //!
 //! Fields of [auxiliary rays](gradient::Field::AuxiliaryRays) are those of [`flatland::warp`], with one more
 //! [`Domain`](flatland::warp::Domain), the [sphere](Sphere) of directions: weights, stencils and debiasing are
-//! unchanged, on the film and at every bounce. The default field, of [silhouettes](gradient::Field::SilhouetteMean), shares with them
-//! nothing but types: it lists the edges of meshes once and takes their exact mean. Beside either field the borders of
-//! flat emitters and the sign changes of shading normals are sampled as edge sampling does. `flatland::sdf`, implicit shapes, is
+//! unchanged, on the film and at every bounce. The default field, the [mean over jumps](gradient::Field::JumpMean), is
+//! that of [`flatland::warp::JumpMean`] with great arcs in place of segments: it lists the edges of meshes once, and takes
+//! their exact mean. Beside either field the borders of flat emitters and the sign changes of shading normals are sampled
+//! with the speed that the field leaves them, by the residual theorem of [`flatland::boundary`]. `flatland::sdf`, implicit shapes, is
 //! not yet used in space.
 //!
 //! A scene is read from a file, [`io::load_scene`], or built:
@@ -13,7 +14,7 @@
 //! ```
 //! use glam::{DAffine3, DVec3};
 //! use volume3d::geometry::Mesh;
-//! use volume3d::gradient::{Tangent, Progress, WarpedArea};
+//! use volume3d::gradient::{Progress, Tangent, WarpedArea};
 //! use volume3d::scene::{Camera, Description, Film, Filter, Integrator, Material, Scene};
 //!
 //! let camera = Camera::look_at(DVec3::new(0.0, 1.5, 4.0), DVec3::new(0.0, 0.5, 0.0), DVec3::Y, 0.7);
@@ -57,7 +58,7 @@
 //!
 //! | method | bias |
 //! |---|---|
-//! | [`gradient::WarpedArea`] with [`SilhouetteMean`](gradient::Field::SilhouetteMean) | none; with [`sign_changes`](gradient::WarpedArea::sign_changes) 0, jumps of interpolated normals |
+//! | [`gradient::WarpedArea`] with [`JumpMean`](gradient::Field::JumpMean) | none; with [`sign_changes`](gradient::WarpedArea::sign_changes) 0, jumps of interpolated normals |
 //! | with auxiliary rays and a multilevel or roulette [`Debias`](flatland::warp::Debias) | the same |
 //! | with a fixed number of auxiliary rays | falls with that number; gradients come out too small |
 //! | with `warps: false` | the interior term alone: no silhouette, no shadow moves |

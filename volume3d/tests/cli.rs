@@ -178,7 +178,7 @@ fn every_method() {
         place.bytes("g.exr")
     };
     let default = gradient("");
-    assert_eq!(gradient("--method warped-area --field silhouette-mean"), default);
+    assert_eq!(gradient("--method warped-area --field jump-mean"), default);
     let others = [
         "--field rays",
         "--debias none",

@@ -216,7 +216,7 @@ impl Warp {
 
     /// 1 − B at a distance from the end of what was hit: 1 at the end, 0 far from it.
     #[must_use]
-    pub fn nearness(&self, distance: f64, kappa: f64) -> f64 {
+    pub fn falloff(&self, distance: f64, kappa: f64) -> f64 {
         match self.weighting {
             Weighting::BoundaryAware { boundary, .. } => 1.0 - boundary.value(distance, kappa),
             Weighting::Gaussian => 1.0,

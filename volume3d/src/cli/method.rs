@@ -18,7 +18,7 @@ pub(super) struct MethodOptions {
     /// How the derivative is estimated.
     #[arg(long, value_enum, default_value = "warped-area")]
     method: Method,
-    /// Warped area: what its field is made of [default: silhouette-mean; rays if --debias, --aux or
+    /// Warped area: what its field is made of [default: jump-mean; rays if --debias, --aux or
     /// --adaptive is given].
     #[arg(long, value_enum)]
     field: Option<FieldKind>,
@@ -55,7 +55,7 @@ pub(super) enum Method {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum FieldKind {
     /// The edges near a direction, averaged exactly: no auxiliary rays.
-    SilhouetteMean,
+    JumpMean,
     /// What auxiliary rays hit, as in the paper.
     Rays,
 }
@@ -100,7 +100,7 @@ impl MethodOptions {
         if self.method != Method::WarpedArea && (rays || self.field.is_some()) {
             return conflict("--field, --debias, --aux and --adaptive belong to --method warped-area");
         }
-        if self.field == Some(FieldKind::SilhouetteMean) && rays {
+        if self.field == Some(FieldKind::JumpMean) && rays {
             return conflict("--debias, --aux and --adaptive belong to --field rays");
         }
         if self.adaptive && self.debias == Some(Bias::Roulette) {

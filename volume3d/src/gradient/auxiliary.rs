@@ -1,4 +1,4 @@
-//! Warps at a point: from what auxiliary rays hit, or from the silhouettes near by.
+//! Warps at a point: from what auxiliary rays hit, or from the jumps near by.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -8,12 +8,11 @@ use glam::{DVec2, DVec3};
 
 use super::film::FilmPlane;
 use super::followed::FollowedPoint;
+use super::jump_mean::{
+    AngularSupport, Cone, Edge, HalfSpace, JumpMean, Pole, SceneEdges, Silhouettes, Subject, View, WIDEST,
+};
 use super::nearest_jump::{Jumps, Nearest, nearest_jump};
 use super::rigid_motion::{Rigid, RigidMotion, Warping};
-use super::silhouette_mean::{
-    AngularSupport, Cone, Edge, HalfSpace, Pole, SceneEdges, SilhouetteMean, Silhouettes, Subject, View,
-    WIDEST,
-};
 use super::warps::{DirectionWarp, FilmWarp};
 use crate::Sphere;
 use crate::geometry::Hit;
@@ -83,8 +82,8 @@ impl MovingBounds {
 /// Where the velocities that make a field come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Construction {
-    /// The silhouettes near a direction: within so many pixels on the film, so many widths of the kernel elsewhere.
-    SilhouetteMean { film: f64, lobe: f64 },
+    /// The mean over jumps near a direction: within so many pixels on the film, so many widths of the kernel elsewhere.
+    JumpMean { film: f64, lobe: f64 },
     /// Weighted with regard to boundaries. On directions velocities fade away from jumps, V_i (1 − B_i).
     Weighted,
     /// One rigid motion per kernel, that of the nearest of so many points.
@@ -154,11 +153,11 @@ impl<'s> Auxiliary<'s> {
         x_moves: bool,
     ) -> Option<DirectionWarp> {
         let kappa = kernel.kappa;
-        if let Construction::SilhouetteMean { lobe, .. } = self.construction {
+        if let Construction::JumpMean { lobe, .. } = self.construction {
             let reach = AngularSupport::new(lobe / kappa.sqrt());
             return self
-                .silhouettes_on_sphere(x, direction, kernel, reach, x_moves)
-                .map(DirectionWarp::SilhouetteMean);
+                .jump_mean_on_sphere(x, direction, kernel, reach, x_moves)
+                .map(DirectionWarp::JumpMean);
         }
         if let Construction::Followed { candidates } = self.construction {
             // As for weights: what is below the horizon is inside a solid, and arbitrarily near.
@@ -203,12 +202,12 @@ impl<'s> Auxiliary<'s> {
                 |h: Hit| scene.triangles[h.triangle as usize].shape == scene.triangles[from as usize].shape;
             let below = height < 0.0 && hit.is_some_and(own);
             let distance = if below { nearest.angle.min(-height) } else { nearest.angle };
-            let nearness = warp.nearness(distance, kappa);
-            let seen = FollowedPoint::by_ray(scene, hit, direction, nearness);
+            let falloff = warp.falloff(distance, kappa);
+            let seen = FollowedPoint::by_ray(scene, hit, direction, falloff);
             // The directions of edges this near are known to rounding over their distance.
             let tolerance = 1e-6 * height.abs() + 10.0 * rounding / seen.distance;
             let ends_at_horizon = (distance - height.abs()).abs() <= tolerance;
-            let seen = if ends_at_horizon { seen } else { seen.or_crossing(nearest, nearness) };
+            let seen = if ends_at_horizon { seen } else { seen.or_crossing(nearest, falloff) };
             (FollowedPoint { horizon: ends_at_horizon.then_some(face), ..seen }, distance)
         };
         let stencil = self.weighted(bundle, kappa, x, Some(from), x_moves, |d| d, sight)?;
@@ -267,12 +266,11 @@ impl<'s> Auxiliary<'s> {
         let ray = |p: DVec2| film.ray(camera, p);
         let origin = camera.origin;
         match self.construction {
-            Construction::SilhouetteMean { film: radius, .. } => {
+            Construction::JumpMean { film: radius, .. } => {
                 let reach = AngularSupport::new(radius * film.pixel_angle());
                 let direction = ray(u);
-                let silhouettes =
-                    self.silhouettes_on_film(origin, direction, reach, triangle, camera_moves)?;
-                Some(FilmWarp::SilhouetteMean(silhouettes, direction))
+                let mean = self.jump_mean_on_film(origin, direction, reach, triangle, camera_moves)?;
+                Some(FilmWarp::JumpMean(mean, direction))
             }
             Construction::Followed { candidates } => self
                 .follow::<Plane>(origin, None, u, kappa, candidates, camera_moves, ray, |_, _| true)
@@ -301,20 +299,20 @@ impl<'s> Auxiliary<'s> {
             });
             let distance = film.scale(camera, direction) * nearest.angle;
             let seen = FollowedPoint::by_ray(scene, hit, direction, 1.0);
-            (seen.or_crossing(nearest, warp.nearness(distance, kappa)), distance)
+            (seen.or_crossing(nearest, warp.falloff(distance, kappa)), distance)
         };
         let stencil = self.weighted(bundle, kappa, camera.origin, None, camera_moves, ray, sight)?;
         Some(FilmWarp::Rays(Warping::Weighted(stencil)))
     }
 
-    fn silhouettes_on_film(
+    fn jump_mean_on_film(
         &mut self,
         origin: DVec3,
         direction: DVec3,
         reach: AngularSupport,
         triangle: Option<u32>,
         camera_moves: bool,
-    ) -> Option<SilhouetteMean> {
+    ) -> Option<JumpMean> {
         if !camera_moves && !self.moving.may_be_near(origin, direction, reach) {
             return None;
         }
@@ -323,7 +321,7 @@ impl<'s> Auxiliary<'s> {
         let front = triangle.map(|t| self.front(tree.plane(t), origin));
         let subject = Subject::Radiance(triangle);
         let view = View { origin, planes: front.as_slice(), subject, rounding: self.paths.rounding() };
-        SilhouetteMean::new(scene, tree, Silhouettes::Listed(&self.near.edges), &view, direction, reach)
+        JumpMean::new(scene, tree, Silhouettes::Listed(&self.near.edges), &view, direction, reach)
     }
 
     /// Samples of one pixel look along nearly one direction: silhouettes around it are looked up once for them all.
@@ -345,14 +343,14 @@ impl<'s> Auxiliary<'s> {
         Some(())
     }
 
-    fn silhouettes_on_sphere(
+    fn jump_mean_on_sphere(
         &self,
         x: DVec3,
         direction: DVec3,
         kernel: Kernel,
         reach: AngularSupport,
         x_moves: bool,
-    ) -> Option<SilhouetteMean> {
+    ) -> Option<JumpMean> {
         if !x_moves && !self.moving.may_be_near(x, direction, reach) {
             return None;
         }
@@ -376,7 +374,7 @@ impl<'s> Auxiliary<'s> {
         let planes = [horizon, plane.unwrap_or(horizon)];
         let planes = &planes[..1 + usize::from(plane.is_some())];
         let view = View { origin: x, planes, subject, rounding: self.paths.rounding() };
-        SilhouetteMean::new(scene, tree, Silhouettes::All, &view, direction, reach)
+        JumpMean::new(scene, tree, Silhouettes::All, &view, direction, reach)
     }
 
     /// The side of a triangle's plane on which the viewer is.

@@ -37,8 +37,8 @@ pub enum GradientError {
         /// How many there must be.
         least: usize,
     },
-    /// A field of silhouettes with a reach that is not positive.
-    #[error("the reach of silhouettes, {name}, must be positive and finite, not {reach}")]
+    /// A mean over jumps with a reach that is not positive.
+    #[error("the reach of the mean over jumps, {name}, must be positive and finite, not {reach}")]
     Reach {
         /// Which reach: film or lobe.
         name: &'static str,

@@ -17,7 +17,7 @@ pub(crate) struct FollowedPoint {
     /// The direction in which it is seen.
     pub(crate) direction: DVec3,
     /// 1 − B: velocities may fade away from jumps, and the field stays continuous and consistent.
-    pub(crate) nearness: f64,
+    pub(crate) falloff: f64,
     /// The normal of the face it is seen from, where the jump nearest to it is that face's horizon.
     ///
     /// What ends there may be as near as the face's own edges, and moves along the horizon as fast as it likes, v/t: such
@@ -43,13 +43,13 @@ pub(crate) enum Followed {
 
 impl FollowedPoint {
     /// What a ray hit, or did not.
-    pub(crate) fn by_ray(scene: &Scene, hit: Option<Hit>, direction: DVec3, nearness: f64) -> Self {
+    pub(crate) fn by_ray(scene: &Scene, hit: Option<Hit>, direction: DVec3, falloff: f64) -> Self {
         let followed = hit.map_or(Followed::Nothing, |h| {
             let corners = scene.triangles[h.triangle as usize].positions;
             Followed::Corners(std::array::from_fn(|k| (corners[k], h.barycentric[k])))
         });
         let distance = hit.map_or(f64::INFINITY, |h| h.distance);
-        Self { followed, distance, direction, nearness, horizon: None }
+        Self { followed, distance, direction, falloff, horizon: None }
     }
 
     /// The angular velocity that counts, from the velocity of the point beyond the viewer's.
@@ -58,12 +58,12 @@ impl FollowedPoint {
             None => velocity,
             Some(normal) => normal * normal.dot(velocity),
         };
-        Sphere::project(self.direction, apparent) * (self.nearness / self.distance)
+        Sphere::project(self.direction, apparent) * (self.falloff / self.distance)
     }
 
     /// The transpose: what a covector of the angular velocity gives to the velocity.
     pub(crate) fn angular_transpose(&self, covector: DVec3) -> DVec3 {
-        let c = Sphere::project(self.direction, covector) * (self.nearness / self.distance);
+        let c = Sphere::project(self.direction, covector) * (self.falloff / self.distance);
         match self.horizon {
             None => c,
             Some(normal) => normal * normal.dot(c),
@@ -72,9 +72,9 @@ impl FollowedPoint {
 
     /// The same point, moving with the nearest point of a crossing, where that is the nearest jump and near: the curve
     /// slides over both of its surfaces, and velocities of hits must be its own where their weight has no bound.
-    pub(crate) fn or_crossing(self, nearest: Nearest, nearness: f64) -> Self {
+    pub(crate) fn or_crossing(self, nearest: Nearest, falloff: f64) -> Self {
         match nearest.crossing {
-            Some((index, along)) if nearness > 0.0 => {
+            Some((index, along)) if falloff > 0.0 => {
                 Self { followed: Followed::Crossing { index, along }, ..self }
             }
             _ => self,

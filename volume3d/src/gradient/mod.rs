@@ -34,6 +34,7 @@ mod finite_difference;
 mod followed;
 mod forward;
 mod groups;
+mod jump_mean;
 mod motion;
 mod nearest_jump;
 mod non_finite;
@@ -46,7 +47,6 @@ mod reverse;
 mod rigid_motion;
 mod rotation;
 mod rows;
-mod silhouette_mean;
 mod tangent;
 #[cfg(test)]
 mod tests;

@@ -2,6 +2,7 @@
 
 use flatland::calculus::{Adjoints, Number, Rgb, Tape, Variable, Vec3};
 use flatland::random::Stream;
+use flatland::warp::LinearField as _;
 use glam::{DVec2, DVec3};
 
 use super::ActiveParameters;

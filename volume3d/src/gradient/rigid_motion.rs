@@ -1,6 +1,6 @@
 //! One rigid motion per kernel (Loubet, Holzschuch and Jakob 2019).
 
-use flatland::warp::{Domain, Field, LinearField as _, Plane, Stencil};
+use flatland::warp::{Domain, Field, LinearField, Plane, Stencil, Vector as _};
 use glam::{DVec2, DVec3};
 
 use super::followed::FollowedPoint;
@@ -60,13 +60,16 @@ pub(crate) enum Warping<D: Domain> {
     Followed(RigidMotion<D>),
 }
 
-impl<D: Rigid> Warping<D> {
-    /// The field, from the velocity of each hit.
-    pub(crate) fn field(&self, mut velocity: impl FnMut(&FollowedPoint) -> D::Vector) -> Field<D::Vector> {
+impl<D: Rigid> LinearField for Warping<D> {
+    type Vector = D::Vector;
+    type Source = FollowedPoint;
+    type Rate = D::Vector;
+
+    /// From the velocity of each hit.
+    fn field(&self, mut velocity: impl FnMut(&FollowedPoint) -> D::Vector) -> Field<D::Vector> {
         match self {
             Self::Weighted(stencil) => stencil.field(velocity),
             Self::Followed(RigidMotion { point, at, seen, slope }) => {
-                use flatland::warp::Vector as _;
                 let value = D::carry(*point, *at, velocity(seen));
                 Field { value, divergence: slope.dot(value) }
             }
@@ -74,7 +77,7 @@ impl<D: Rigid> Warping<D> {
     }
 
     /// The transpose: hands each hit its covector in a·V + b ∇·V.
-    pub(crate) fn scatter(&self, a: D::Vector, b: f64, mut add: impl FnMut(&FollowedPoint, D::Vector)) {
+    fn scatter(&self, a: D::Vector, b: f64, mut add: impl FnMut(&FollowedPoint, D::Vector)) {
         match self {
             Self::Weighted(stencil) => stencil.scatter(a, b, add),
             Self::Followed(RigidMotion { point, at, seen, slope }) => {

@@ -1,13 +1,13 @@
 //! The warps of directions and of the film, whatever their fields are made of.
 
-use flatland::warp::{Field, Plane};
+use flatland::warp::{Field, LinearField, Plane};
 use glam::{DVec2, DVec3};
 
 use super::CameraTangent;
 use super::film::FilmPlane;
 use super::followed::FollowedPoint;
+use super::jump_mean::JumpMean;
 use super::rigid_motion::Warping;
-use super::silhouette_mean::SilhouetteMean;
 use crate::Sphere;
 use crate::scene::Camera;
 
@@ -17,7 +17,7 @@ pub(crate) enum DirectionWarp {
     /// From what auxiliary rays see.
     Rays(Warping<Sphere>),
     /// From the edges near by.
-    SilhouetteMean(SilhouetteMean),
+    JumpMean(JumpMean),
 }
 
 impl DirectionWarp {
@@ -25,23 +25,29 @@ impl DirectionWarp {
     pub(crate) fn is_finite(&self) -> bool {
         match self {
             Self::Rays(_) => true,
-            Self::SilhouetteMean(silhouettes) => silhouettes.is_finite(),
+            Self::JumpMean(mean) => mean.is_finite(),
         }
     }
+}
+
+impl LinearField for DirectionWarp {
+    type Vector = DVec3;
+    type Source = FollowedPoint;
+    type Rate = DVec3;
 
     /// The field, from the angular velocity of each point that is followed.
-    pub(crate) fn field(&self, velocity: impl FnMut(&FollowedPoint) -> DVec3) -> Field<DVec3> {
+    fn field(&self, velocity: impl FnMut(&FollowedPoint) -> DVec3) -> Field<DVec3> {
         match self {
             Self::Rays(warping) => warping.field(velocity),
-            Self::SilhouetteMean(silhouettes) => silhouettes.field(velocity),
+            Self::JumpMean(mean) => mean.field(velocity),
         }
     }
 
     /// The transpose: hands each point its covector in a·V + b ∇·V.
-    pub(crate) fn scatter(&self, a: DVec3, b: f64, add: impl FnMut(&FollowedPoint, DVec3)) {
+    fn scatter(&self, a: DVec3, b: f64, add: impl FnMut(&FollowedPoint, DVec3)) {
         match self {
             Self::Rays(warping) => warping.scatter(a, b, add),
-            Self::SilhouetteMean(silhouettes) => silhouettes.scatter(a, b, add),
+            Self::JumpMean(mean) => mean.scatter(a, b, add),
         }
     }
 }
@@ -53,7 +59,7 @@ pub(crate) enum FilmWarp {
     Rays(Warping<Plane>),
     /// From the edges near by, on directions. With j ∝ 1/cos³ θ the area of the film a steradian,
     /// ∇·V on the film is ∇·(j V)/j on directions.
-    SilhouetteMean(SilhouetteMean, DVec3),
+    JumpMean(JumpMean, DVec3),
 }
 
 /// What a covector gives to (ẋ − ȯ)/distance, and to the rates of the camera's rotation and field of view.
@@ -64,7 +70,7 @@ impl FilmWarp {
     pub(crate) fn is_finite(&self) -> bool {
         match self {
             Self::Rays(_) => true,
-            Self::SilhouetteMean(silhouettes, _) => silhouettes.is_finite(),
+            Self::JumpMean(mean, _) => mean.is_finite(),
         }
     }
 
@@ -81,8 +87,8 @@ impl FilmWarp {
                 let relative = relative(seen);
                 film.velocity(camera, seen.direction).of(relative, change)
             }),
-            Self::SilhouetteMean(silhouettes, direction) => {
-                let field = silhouettes.field(|seen| {
+            Self::JumpMean(mean, direction) => {
+                let field = mean.field(|seen| {
                     let zoom = film.zoom(camera, seen.direction) * change.field_of_view;
                     relative(seen) - change.rotation.cross(seen.direction) + zoom
                 });
@@ -109,10 +115,10 @@ impl FilmWarp {
                 warping
                     .scatter(a, b, |seen, c| add(seen, film.velocity(camera, seen.direction).transpose(c)));
             }
-            Self::SilhouetteMean(silhouettes, direction) => {
+            Self::JumpMean(mean, direction) => {
                 let (across, ..) = film.velocity(camera, *direction).transpose(a);
                 let tilt = camera.forward * (3.0 * b / camera.forward.dot(*direction));
-                silhouettes.scatter(across - tilt, b, |seen, c| {
+                mean.scatter(across - tilt, b, |seen, c| {
                     let rotation = -seen.direction.cross(c);
                     add(seen, (c, rotation, film.zoom(camera, seen.direction).dot(c)));
                 });

@@ -80,7 +80,7 @@ impl Construction {
                     let hit = world.trace(origin, d);
                     let distance =
                         hit.as_ref().map_or(f64::INFINITY, |h| jump_angle(world, origin.point, d, h));
-                    let share = if is_local { warp.nearness(distance, kappa) } else { 1.0 };
+                    let share = if is_local { warp.falloff(distance, kappa) } else { 1.0 };
                     (hit.map(|h| (h, d, share)), distance)
                 });
                 field.rays = stencil.terms().len() as u64;

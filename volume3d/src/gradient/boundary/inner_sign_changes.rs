@@ -19,13 +19,13 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use super::carried::carried;
 use super::curve::{Curve, Eye};
 use super::driver::Address;
 use super::list::{corners, reflects};
 use super::sensor::{CameraSubpath, Sensor, Vertex};
 use super::table::Table;
-use super::{BEFORE_FLIP, INNER_FLIP, Moving, STILL};
+use super::warped_ray::warped_ray;
+use super::{BEFORE_SIGN_CHANGE, INNER_SIGN_CHANGE, Moving, STILL};
 use crate::geometry::Hit;
 use crate::path::{Calculus, Paths, Sequence, SurfacePoint};
 use crate::scene::{NONE, Scene};
@@ -36,7 +36,7 @@ const ASIDE: f64 = 1e-6;
 
 /// Triangles whose side may turn in view of others.
 #[derive(Debug)]
-pub(super) struct InnerFlips<'a> {
+pub(super) struct InnerSignChanges<'a> {
     sensor: Sensor<'a>,
     moving: &'a Moving,
     table: Table,
@@ -44,7 +44,7 @@ pub(super) struct InnerFlips<'a> {
     longest: usize,
 }
 
-impl<'a> InnerFlips<'a> {
+impl<'a> InnerSignChanges<'a> {
     pub(super) fn new(paths: &'a Paths<'a>, moving: &'a Moving) -> Self {
         let scene = paths.scene;
         let limit = scene.description.integrator.max_depth.unwrap_or(usize::MAX);
@@ -140,7 +140,7 @@ pub(super) struct Seen {
     numbers: Sequence,
 }
 
-impl Curve for InnerFlips<'_> {
+impl Curve for InnerSignChanges<'_> {
     type Place = Seen;
 
     fn is_empty(&self) -> bool {
@@ -150,7 +150,7 @@ impl Curve for InnerFlips<'_> {
     fn draw(&self, address: Address, places: &mut Vec<Seen>) {
         let paths = self.sensor.paths;
         let scene = paths.scene;
-        let mut numbers = address.numbers(INNER_FLIP);
+        let mut numbers = address.numbers(INNER_SIGN_CHANGE);
         let chosen = self.table.at(address.fraction(&mut numbers));
         let triangle = chosen.index as u32;
         let Some(turn) = Turn::draw(scene, triangle, &mut numbers) else { return };
@@ -162,7 +162,7 @@ impl Curve for InnerFlips<'_> {
         let [a, b, c] = corners(scene, triangle);
         // |n_x·d| dA, over the density of points and angles.
         let scale = 0.5 * (b - a).cross(c - a).dot(turn.towards).abs() * TAU / chosen.probability;
-        let mut backwards = address.numbers(BEFORE_FLIP);
+        let mut backwards = address.numbers(BEFORE_SIGN_CHANGE);
         self.sensor.each_chain(
             start,
             -turn.towards,
@@ -185,7 +185,8 @@ impl Curve for InnerFlips<'_> {
 
     fn speed<C: Calculus>(&self, calculus: &mut C, eye: &Eye<'_, C::Number>, place: &Seen) -> C::Number {
         let scene = self.sensor.paths.scene;
-        let (origin, direction) = carried(&self.sensor, calculus, eye, &place.vertices, &place.turn.next());
+        let (origin, direction) =
+            warped_ray(&self.sensor, calculus, eye, &place.vertices, &place.turn.next());
         let point = SurfacePoint::new(scene, calculus, origin, direction, place.turn.triangle);
         -point.interpolated_normal(scene, calculus).dot(point.viewer)
     }

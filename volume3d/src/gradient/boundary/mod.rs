@@ -2,9 +2,9 @@
 //!
 //! Edges and crossings on the film and as shading points see them, borders of emitters, and the curves that smooth shading
 //! brings: where a surface turns its other side to the camera or to an earlier point of the path, and the horizon of a
-//! face that turns. Edge sampling takes all of them with V = 0; warped area those that its field does not follow.
+//! face that turns. Edge sampling takes all of them with V = 0; warped area those that its field does not follow, with
+//! v − V in place of v: the residual theorem, [`flatland::boundary`].
 
-mod carried;
 mod curve;
 mod driver;
 mod emitters;
@@ -22,6 +22,7 @@ mod table;
 mod tests;
 mod walk;
 mod warped;
+mod warped_ray;
 mod wedge;
 
 use glam::DVec3;
@@ -29,11 +30,11 @@ use glam::DVec3;
 use self::driver::Boundary;
 use self::emitters::Emitters;
 use self::horizon::Horizon;
-use self::inner_sign_changes::InnerFlips;
+use self::inner_sign_changes::InnerSignChanges;
 use self::list::EdgeList;
 use self::primary::Primary;
 use self::secondary::{Light, Secondary};
-use self::sign_changes::Flips;
+use self::sign_changes::FilmSignChanges;
 pub(super) use self::sums::{Effort, Gradients, Images};
 pub(super) use self::warped::SignChanges;
 use super::Stopped;
@@ -49,10 +50,10 @@ const EMITTER_EDGE: u64 = 19;
 const BACKWARDS: u64 = 20;
 const HORIZON: u64 = 21;
 const BEYOND_HORIZON: u64 = 22;
-const FLIP: u64 = 23;
-const INNER_FLIP: u64 = 24;
-const BEFORE_FLIP: u64 = 25;
-const FLIP_AUXILIARY: u64 = 26;
+const SIGN_CHANGE: u64 = 23;
+const INNER_SIGN_CHANGE: u64 = 24;
+const BEFORE_SIGN_CHANGE: u64 = 25;
+const SIGN_CHANGE_AUXILIARY: u64 = 26;
 
 /// What stands still is at most this part of all samples of jumps seen from shading points, where other things move:
 /// it counts only where the shading point moves.
@@ -120,11 +121,11 @@ pub(super) fn each_boundary(scene: &Scene, moving: &Moving, taker: &mut impl Tak
     let paths = Paths::new(scene, Kernels::default());
     let list = EdgeList::new(scene);
     taker.take(Term::Primary, &Primary::new(&paths, &list, moving))?;
-    taker.take(Term::Primary, &Flips::new(&paths, moving))?;
+    taker.take(Term::Primary, &FilmSignChanges::new(&paths, moving))?;
     for light in [Light::Emitted, Light::Rest] {
         taker.take(Term::Secondary, &Secondary::new(&paths, &list, moving, light))?;
     }
     taker.take(Term::Secondary, &Emitters::new(&paths, &list, moving))?;
     taker.take(Term::Secondary, &Horizon::new(&paths, moving))?;
-    taker.take(Term::Secondary, &InnerFlips::new(&paths, moving))
+    taker.take(Term::Secondary, &InnerSignChanges::new(&paths, moving))
 }

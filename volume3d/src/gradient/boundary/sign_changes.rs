@@ -14,7 +14,7 @@ use super::driver::Address;
 use super::list::corners;
 use super::sensor::Sensor;
 use super::table::Table;
-use super::{FLIP, Moving};
+use super::{Moving, SIGN_CHANGE};
 use crate::geometry::Hit;
 use crate::path::{Calculus, Paths, Plain, Sequence, SurfacePoint};
 use crate::scene::NONE;
@@ -35,13 +35,13 @@ struct Candidate {
 
 /// All triangles that may, by the size of their boxes.
 #[derive(Debug)]
-pub(super) struct Flips<'a> {
+pub(super) struct FilmSignChanges<'a> {
     sensor: Sensor<'a>,
     candidates: Vec<Candidate>,
     table: Table,
 }
 
-impl<'a> Flips<'a> {
+impl<'a> FilmSignChanges<'a> {
     pub(super) fn new(paths: &'a Paths<'a>, moving: &Moving) -> Self {
         let scene = paths.scene;
         let mut sign_changes =
@@ -131,7 +131,7 @@ pub(super) struct Turn {
     numbers: Sequence,
 }
 
-impl Curve for Flips<'_> {
+impl Curve for FilmSignChanges<'_> {
     type Place = Turn;
 
     fn is_empty(&self) -> bool {
@@ -141,7 +141,7 @@ impl Curve for Flips<'_> {
     fn draw(&self, address: Address, places: &mut Vec<Turn>) {
         let Sensor { paths, film, frame: still } = self.sensor;
         let scene = paths.scene;
-        let mut numbers = address.numbers(FLIP);
+        let mut numbers = address.numbers(SIGN_CHANGE);
         let chosen = self.table.at(address.fraction(&mut numbers));
         let Candidate { triangle, low, high } = self.candidates[chosen.index];
         // The rest chooses a row or a column through the box.

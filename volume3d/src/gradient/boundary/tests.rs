@@ -98,7 +98,7 @@ fn surfaces_turn_their_other_side_to_one_another() {
     let paths = Paths::new(&scene, Kernels::default());
     let sign_changes = total(|seed| {
         let driver = method(seed).effort().driver(&scene, Term::Secondary);
-        driver.forward(&InnerFlips::new(&paths, &moving), &motion, &none).unwrap().mean
+        driver.forward(&InnerSignChanges::new(&paths, &moving), &motion, &none).unwrap().mean
     });
     let mut comparisons = Comparisons::of("edge_sampling::surfaces_turn_their_other_side_to_one_another");
     // The error of differences grows with the square of their step: in these units it is less than 4 thousandths.

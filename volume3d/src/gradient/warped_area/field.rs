@@ -8,7 +8,7 @@ pub enum Field {
     /// The velocities of the edges near a direction, by their exact mean over those edges: no auxiliary ray, no bias.
     /// It needs a mesh, whose edges are listed once. None of them is tested for visibility, and none is sampled but the
     /// borders of flat emitters.
-    SilhouetteMean {
+    JumpMean {
         /// How far away edges count on the film, in pixels.
         film: f64,
         /// How far away they count on directions, in widths 1/√κ of the kernel, see
@@ -21,13 +21,13 @@ pub enum Field {
 
 impl Default for Field {
     fn default() -> Self {
-        Self::SilhouetteMean { film: 1.2, lobe: 0.5 }
+        Self::JumpMean { film: 1.2, lobe: 0.5 }
     }
 }
 
 impl Field {
     pub(super) fn check(&self) -> Result<(), GradientError> {
-        let Self::SilhouetteMean { film, lobe } = *self else { return Ok(()) };
+        let Self::JumpMean { film, lobe } = *self else { return Ok(()) };
         for (name, reach) in [("film", film), ("lobe", lobe)] {
             if !(reach > 0.0 && reach.is_finite()) {
                 return Err(GradientError::Reach { name, reach });

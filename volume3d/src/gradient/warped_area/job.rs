@@ -11,7 +11,7 @@ use crate::gradient::boundary::SignChanges;
 use crate::gradient::differential::{Differential, FilmPoint};
 use crate::gradient::film::FilmPlane;
 use crate::gradient::groups::{numbers, split_numbers};
-use crate::gradient::silhouette_mean::SceneEdges;
+use crate::gradient::jump_mean::SceneEdges;
 use crate::gradient::{AUXILIARY, EDGE, EDGE_AUXILIARY, GRADIENT_PATH, SPLIT};
 use crate::path::{Frame, Paths, Sequence};
 
@@ -42,7 +42,7 @@ pub(super) struct Sample<T> {
     /// The radiance that the one path finds which carries derivatives.
     radiance: Rgb<T>,
     /// The mean of what all paths find.
-    carried: DVec3,
+    mean_radiance: DVec3,
 }
 
 /// A sample of an edge of box pixels: light, and a number whose derivative is V·ν.
@@ -93,8 +93,8 @@ impl Job<'_> {
         let radiance = self.paths.radiance(calculus, frame.origin, direction, hit, 1, &mut numbers);
         let value = radiance.value();
         let warped = [point.at[0], point.at[1], point.jacobian].iter().any(|x| !x.is_still());
-        let carried = if warped { self.carried(value, (origin, ray, hit), place) } else { value };
-        Sample { point, radiance, carried }
+        let mean_radiance = if warped { self.mean_radiance(value, (origin, ray, hit), place) } else { value };
+        Sample { point, radiance, mean_radiance }
     }
 
     /// Calls with every pixel a sample reaches, as [`FilmPlane::for_each_pixel`] does, with h L of one path and the
@@ -105,13 +105,13 @@ impl Job<'_> {
         sample: &Sample<T>,
         mut f: impl FnMut([usize; 3], DVec3, [T; 3]),
     ) {
-        let Sample { point, radiance: Rgb(radiance), carried } = sample;
+        let Sample { point, radiance: Rgb(radiance), mean_radiance } = sample;
         let value = DVec3::from_array(radiance.map(Number::value));
         self.film.for_each_pixel(i, j, |_, b, x, y| {
             let weight = self.film.weight(point.at, x, y);
             let (level, warped) = (self.control_variate(x, y), weight * point.jacobian);
             // The derivative of one path at the value of all.
-            let above = |c: usize| radiance[c].chain(carried[c] - level[c], 1.0);
+            let above = |c: usize| radiance[c].chain(mean_radiance[c] - level[c], 1.0);
             f([b, x, y], value * weight.value(), std::array::from_fn(|c| above(c) * warped));
         });
     }
@@ -184,7 +184,7 @@ impl Job<'_> {
     /// The mean of all paths along a ray to a hit, of which one has found `first`.
     ///
     /// The noise of the light in a point is a large part of that of (h ∇·V + V·∇h) L, and costs little to lower.
-    fn carried(
+    fn mean_radiance(
         &self,
         first: DVec3,
         (origin, ray, hit): (DVec3, DVec3, Option<Hit>),

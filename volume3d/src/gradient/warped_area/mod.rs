@@ -21,11 +21,11 @@ use super::auxiliary::Construction;
 use super::boundary::{Effort, Gradients, Images};
 use super::error::GradientError;
 use super::film::FilmPlane;
+use super::jump_mean::SceneEdges;
 use super::motion::Motion;
 use super::primal::primal;
 use super::progress::Progress;
 use super::result::{Gradient, GradientImage};
-use super::silhouette_mean::SceneEdges;
 use super::tangent::{ActiveParameters, Tangent, supports_active, supports_tangent};
 use crate::path::{Kernels, Paths};
 use crate::scene::Scene;
@@ -42,7 +42,7 @@ use crate::scene::Scene;
 /// Debiased [auxiliary rays](Field::AuxiliaryRays) have long tails besides, whatever the kernel: a rare level counts for much
 /// when it is drawn, and near a corner of a room, where shading points slide along a wall beside another, what rays
 /// hit is as near as the corner and its angular velocity as large. Where
-/// [`GradientImage::outlier`] tells of one sample with much of the result, take the silhouettes, or edge sampling.
+/// [`GradientImage::outlier`] tells of one sample with much of the result, take the mean over jumps, or edge sampling.
 #[derive(Clone, Debug)]
 pub struct WarpedArea {
     /// Samples a pixel.
@@ -54,7 +54,7 @@ pub struct WarpedArea {
     pub field: Field,
     /// Auxiliary rays and their weights, on the film and on directions alike, for [`Field::AuxiliaryRays`].
     pub warp: Warp,
-    /// The concentrations of auxiliary rays, and with them the reach of silhouettes on directions.
+    /// The concentrations of auxiliary rays, and with them the reach of the mean over jumps on directions.
     pub kernels: Kernels,
     /// Samples, a pixel on average, of the curves within faces on which a surface with shading normals turns its
     /// other side: on the film, and as many seen from shading points. No field follows these jumps; what they move
@@ -147,7 +147,7 @@ impl WarpedArea {
 
     fn construction(&self) -> Construction {
         match self.field {
-            Field::SilhouetteMean { film, lobe } => Construction::SilhouetteMean { film, lobe },
+            Field::JumpMean { film, lobe } => Construction::JumpMean { film, lobe },
             Field::AuxiliaryRays => Construction::Weighted,
         }
     }
@@ -245,8 +245,8 @@ impl WarpedArea {
             samples => primal(&paths, samples, self.seed ^ CONTROL_VARIATE, progress)?.pixels,
         };
         let film = FilmPlane::new(scene);
-        let by_silhouettes = matches!(construction, Construction::SilhouetteMean { .. });
-        let edges = (by_silhouettes && geometric && self.warps).then(|| SceneEdges::new(scene));
+        let by_jumps = matches!(construction, Construction::JumpMean { .. });
+        let edges = (by_jumps && geometric && self.warps).then(|| SceneEdges::new(scene));
         Ok(Job { method: self, paths, film, control_variate, construction, edges })
     }
 }

@@ -13,13 +13,13 @@ use flatland::warp::Warp;
 
 use super::curve::{Curve, Eye};
 use super::driver::{Address, Boundary, BoundarySample};
-use super::inner_sign_changes::InnerFlips;
-use super::sign_changes::Flips;
-use super::{FLIP_AUXILIARY, Moving, Take, Term};
+use super::inner_sign_changes::InnerSignChanges;
+use super::sign_changes::FilmSignChanges;
+use super::{Moving, SIGN_CHANGE_AUXILIARY, Take, Term};
 use crate::gradient::Stopped;
 use crate::gradient::auxiliary::{Auxiliary, Construction, MovingBounds};
 use crate::gradient::differential::Differential;
-use crate::gradient::silhouette_mean::SceneEdges;
+use crate::gradient::jump_mean::SceneEdges;
 use crate::path::{Frame, Paths};
 
 /// The boundary terms of sign changes along a warp.
@@ -49,10 +49,13 @@ impl SignChanges<'_> {
             return Ok(());
         }
         let moving = Moving::everything(self.paths.scene);
-        taker.take(Term::Primary, &Warped { sign_changes: self, curve: Flips::new(self.paths, &moving) })?;
+        taker.take(
+            Term::Primary,
+            &Warped { sign_changes: self, curve: FilmSignChanges::new(self.paths, &moving) },
+        )?;
         taker.take(
             Term::Secondary,
-            &Warped { sign_changes: self, curve: InnerFlips::new(self.paths, &moving) },
+            &Warped { sign_changes: self, curve: InnerSignChanges::new(self.paths, &moving) },
         )
     }
 }
@@ -64,7 +67,7 @@ impl<C: Curve> Boundary for Warped<'_, C> {
 
     fn auxiliary<'a>(&'a self, bounds: &'a MovingBounds) -> Option<Auxiliary<'a>> {
         let SignChanges { paths, warp, construction, edges, seed } = *self.sign_changes;
-        Some(Auxiliary::new(paths, warp, bounds, construction, edges, stream(seed, &[FLIP_AUXILIARY])))
+        Some(Auxiliary::new(paths, warp, bounds, construction, edges, stream(seed, &[SIGN_CHANGE_AUXILIARY])))
     }
 
     fn sample<D: Differential>(
@@ -78,7 +81,7 @@ impl<C: Curve> Boundary for Warped<'_, C> {
         self.curve.draw(address, &mut places);
         for place in &places {
             if let Some(rng) = calculus.rng() {
-                *rng = address.stream(FLIP_AUXILIARY);
+                *rng = address.stream(SIGN_CHANGE_AUXILIARY);
             }
             let (u, seen) = self.curve.film(place);
             let at = calculus.film_warp(u, Some(seen)).at;

@@ -116,7 +116,7 @@ fn warped(scene: &Scene, change: &Tangent, field: Field, sign_changes: usize) ->
 }
 
 /// A field that reaches so far differs from zero on most of a curve.
-const WIDE: Field = Field::SilhouetteMean { film: 20.0, lobe: 4.0 };
+const WIDE: Field = Field::JumpMean { film: 20.0, lobe: 4.0 };
 
 #[test]
 fn sides_that_turn_are_found() {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use flatland::warp::Field;
+use flatland::warp::{Domain as _, Field, LinearField};
 use glam::DVec3;
 
 use super::arc::{AngularSupport, Arc, Graded, Moments};
@@ -11,7 +11,6 @@ use super::scene_edges::SceneEdges;
 use crate::Sphere;
 use crate::gradient::followed::{Followed, FollowedPoint};
 use crate::scene::{Scene, Span};
-use flatland::warp::Domain as _;
 
 /// Which edges are tried as silhouettes.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +47,7 @@ pub(crate) struct View<'p> {
 
 /// V and ∇·V at a direction, from the velocities of ends of arcs.
 #[derive(Clone, Debug)]
-pub(crate) struct SilhouetteMean {
+pub(crate) struct JumpMean {
     point: DVec3,
     pieces: Vec<Piece>,
     /// 1/(∫ K + 2π/R), and that times the gradient of what it is one over.
@@ -81,7 +80,7 @@ struct End {
 /// Pieces for which there is room at first.
 const ROOM: usize = 16;
 
-impl SilhouetteMean {
+impl JumpMean {
     /// The field at u; nothing if no arc is near.
     pub(crate) fn new(
         scene: &Scene,
@@ -147,9 +146,15 @@ impl SilhouetteMean {
     pub(crate) fn is_finite(&self) -> bool {
         self.ends().all(|end| end.part.is_finite() && end.divergence.is_finite())
     }
+}
+
+impl LinearField for JumpMean {
+    type Vector = DVec3;
+    type Source = FollowedPoint;
+    type Rate = DVec3;
 
     /// V and ∇·V.
-    pub(crate) fn field(&self, mut velocity: impl FnMut(&FollowedPoint) -> DVec3) -> Field<DVec3> {
+    fn field(&self, mut velocity: impl FnMut(&FollowedPoint) -> DVec3) -> Field<DVec3> {
         let (mut value, mut divergence) = (DVec3::ZERO, 0.0);
         for end in self.ends() {
             let v = velocity(&end.seen);
@@ -160,7 +165,7 @@ impl SilhouetteMean {
     }
 
     /// The transpose: hands each end its covector in a·V + b ∇·V.
-    pub(crate) fn scatter(&self, a: DVec3, b: f64, mut add: impl FnMut(&FollowedPoint, DVec3)) {
+    fn scatter(&self, a: DVec3, b: f64, mut add: impl FnMut(&FollowedPoint, DVec3)) {
         let a = Sphere::project(self.point, a);
         for end in self.ends() {
             add(&end.seen, end.part * a + b * end.divergence);
@@ -222,7 +227,7 @@ impl Piece {
             Span::Crossing(index) => Followed::Crossing { index, along },
         };
         let (direction, distance) = (self.directions[end], self.distances[end]);
-        FollowedPoint { followed, direction, distance, nearness: 1.0, horizon: None }
+        FollowedPoint { followed, direction, distance, falloff: 1.0, horizon: None }
     }
 }
 

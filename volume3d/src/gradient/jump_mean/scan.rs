@@ -5,12 +5,13 @@
 //! Fields that leave out what the lemma asks for must be found out on the same scenes.
 
 use flatland::random::{Stream, open01, stream};
+use flatland::warp::LinearField as _;
 use glam::{DMat3, DVec3};
 
 use super::edge::Edge;
 use super::faces::Faces;
 use super::scene_edges::{SceneEdges, edges};
-use super::{AngularSupport, HalfSpace, SilhouetteMean, Silhouettes, Subject, View};
+use super::{AngularSupport, HalfSpace, JumpMean, Silhouettes, Subject, View};
 use crate::geometry::{Mesh, Ray};
 use crate::scene::{Camera, Description, Film, Filter, Material, Scene, Span};
 
@@ -158,14 +159,13 @@ fn field(scene: &Scene, tree: &SceneEdges, velocities: &[DVec3], u: DVec3, trian
         subject: Subject::Radiance(triangle),
         rounding: 6e-13,
     };
-    let silhouettes = SilhouetteMean::new(scene, tree, Silhouettes::All, &view, u, AngularSupport::new(0.2));
-    silhouettes.map_or(DVec3::ZERO, |silhouettes| {
-        silhouettes
-            .field(|seen| {
-                let velocity = seen.followed.velocity(scene, |i| velocities[i as usize]);
-                (velocity - velocity.dot(seen.direction) * seen.direction) / seen.distance
-            })
-            .value
+    let mean = JumpMean::new(scene, tree, Silhouettes::All, &view, u, AngularSupport::new(0.2));
+    mean.map_or(DVec3::ZERO, |mean| {
+        mean.field(|seen| {
+            let velocity = seen.followed.velocity(scene, |i| velocities[i as usize]);
+            (velocity - velocity.dot(seen.direction) * seen.direction) / seen.distance
+        })
+        .value
     })
 }
 

@@ -9,7 +9,7 @@ use crate::path::{Calculus, Kernel, Paths, Plain, SurfacePoint, VisibilityDomain
 
 /// The last of a path's shading points, and the direction from it to the vertex that is next. `vertices` are the
 /// shading points, the last first.
-pub(super) fn carried<C: Calculus>(
+pub(super) fn warped_ray<C: Calculus>(
     sensor: &Sensor<'_>,
     calculus: &mut C,
     eye: &Eye<'_, C::Number>,

@@ -1,4 +1,5 @@
-//! A warp field from the silhouettes near a direction.
+//! A warp field from the jumps near a direction: [`flatland::warp::JumpMean`], which is derived and proved in the plane, for
+//! great arcs on the sphere and for scenes in which surfaces hide one another.
 //!
 //! What is seen along the directions u from a point jumps on arcs: where the surface that is seen ends, turns away, or is
 //! hidden. A mean of the velocities of their points,
@@ -78,5 +79,5 @@ mod tree;
 
 pub(crate) use arc::{AngularSupport, WIDEST};
 pub(crate) use edge::{Cone, Edge, HalfSpace};
-pub(crate) use field::{Pole, SilhouetteMean, Silhouettes, Subject, View};
+pub(crate) use field::{JumpMean, Pole, Silhouettes, Subject, View};
 pub(crate) use scene_edges::SceneEdges;
