@@ -279,18 +279,18 @@ impl<'s> Driver<'s> {
             tape.clear();
             let mut reverse = Reverse::new(self.scene, inputs, &tape, auxiliary.as_mut(), self.film);
             let frame = self.film.moving_frame(&self.scene.description.camera, &reverse);
-            boundary.sample(&mut reverse, &frame, address, &mut |reverse, crossing| {
-                self.pull(reverse, &crossing, adjoint, address, &mut adjoints, part);
+            boundary.sample(&mut reverse, &frame, address, &mut |reverse, sample| {
+                self.pull(reverse, &sample, adjoint, address, &mut adjoints, part);
                 reverse.forget_warps();
             });
         }
     }
 
-    /// What one crossing adds to the gradient.
+    /// What one boundary sample adds to the gradient.
     fn pull<'t>(
         &self,
         reverse: &Reverse<'_, 't>,
-        crossing: &BoundarySample<Recorded<'t>>,
+        sample: &BoundarySample<Recorded<'t>>,
         adjoint: &[DVec3],
         address: Address,
         adjoints: &mut Vec<f64>,
@@ -298,18 +298,18 @@ impl<'s> Driver<'s> {
     ) {
         let mut sum = 0.0;
         let bad = |at| part.leave_out(at);
-        self.splat(crossing.at, address, crossing.light, bad, |pixel, weight| {
-            sum += weight * adjoint[pixel].dot(crossing.light);
+        self.splat(sample.at, address, sample.light, bad, |pixel, weight| {
+            sum += weight * adjoint[pixel].dot(sample.light);
         });
         if sum == 0.0 {
             return;
         }
-        let outputs = [(crossing.speed, sum * self.scale())];
+        let outputs = [(sample.speed, sum * self.scale())];
         // Once without a sink: what is not finite must not reach the sums.
         let mut finite = true;
         reverse.tape.sweep(&outputs, adjoints, |_, a, _| finite &= a.iter().all(|a| a.is_finite()));
         finite = finite && reverse.sweep_if_finite(&outputs, adjoints, part);
-        let Some(cell) = self.film.cell(crossing.at) else { return };
+        let Some(cell) = self.film.cell(sample.at) else { return };
         let at = self.located(cell, address);
         if finite {
             part.end_sample(at, Source::Jump);

@@ -54,7 +54,7 @@ impl<'a> Emitters<'a> {
         &self,
         calculus: &C,
         frame: &Frame<C::Number>,
-        chain: &CameraSubpath<'_>,
+        subpath: &CameraSubpath<'_>,
         shading: &Shading<'_, f64>,
         numbers: &mut Sequence,
     ) -> Option<BoundarySample<C::Number>> {
@@ -62,9 +62,9 @@ impl<'a> Emitters<'a> {
         let scene = paths.scene;
         let chosen = self.table.at(numbers.one());
         let edge = &self.list.edges[self.edges[chosen.index] as usize];
-        let x = chain.vertices[0];
+        let x = subpath.vertices[0];
         let shape = scene.triangles[x.triangle as usize].shape;
-        if chain.vertices.len() == 1 && !self.moves([shape; 2]) && !self.moves(edge.shapes) {
+        if subpath.vertices.len() == 1 && !self.moves([shape; 2]) && !self.moves(edge.shapes) {
             return None;
         }
         let [a, b] = edge.span(scene);
@@ -82,13 +82,13 @@ impl<'a> Emitters<'a> {
         let sides = look_past(paths, self.list, edge, (x.position, Some(x.triangle)), directions, distance)?;
         let [before, behind] = sides.hits.map(|hit| paths.lit_by_all(hit, direction));
         let density = chosen.probability / length * distance * distance;
-        let light = reflected * (before - behind) * chain.weight * (sides.share / density);
+        let light = reflected * (before - behind) * subpath.weight * (sides.share / density);
         if light == DVec3::ZERO {
             return None;
         }
         let point = edge.span.point(scene, chosen.rest, |i| calculus.position(i));
-        let relative = point - self.walk.sensor.position(calculus, frame, chain);
-        Some(BoundarySample { at: chain.at, light, speed: Vec3::constant(normal).dot(relative) })
+        let relative = point - self.walk.sensor.position(calculus, frame, subpath);
+        Some(BoundarySample { at: subpath.at, light, speed: Vec3::constant(normal).dot(relative) })
     }
 }
 
@@ -105,9 +105,9 @@ impl Boundary for Emitters<'_> {
         found: &mut impl FnMut(&mut C, BoundarySample<C::Number>),
     ) {
         let mut numbers = address.numbers(EMITTER_EDGE);
-        self.walk.each(&mut numbers, |chain, shading, numbers| {
-            if let Some(crossing) = self.look(calculus, frame, chain, shading, numbers) {
-                found(calculus, crossing);
+        self.walk.each(&mut numbers, |subpath, shading, numbers| {
+            if let Some(sample) = self.look(calculus, frame, subpath, shading, numbers) {
+                found(calculus, sample);
             }
         });
     }

@@ -92,13 +92,13 @@ impl<'a> Horizon<'a> {
     fn look<C: Differential>(
         &self,
         calculus: &mut C,
-        chain: &CameraSubpath<'_>,
+        subpath: &CameraSubpath<'_>,
         shading: &Shading<'_, f64>,
         numbers: (&mut Sequence, &Sequence),
         found: &mut impl FnMut(&mut C, BoundarySample<C::Number>),
     ) {
         let scene = self.walk.sensor.paths.scene;
-        let x = chain.vertices[0];
+        let x = subpath.vertices[0];
         let triangle = &scene.triangles[x.triangle as usize];
         if triangle.normals[0] == NONE || !self.moving.shapes[triangle.shape as usize] {
             return;
@@ -110,28 +110,28 @@ impl<'a> Horizon<'a> {
             if reflected == DVec3::ZERO {
                 continue;
             }
-            let difference = self.difference(chain, normal, &drawn, numbers.1);
-            let light = reflected * difference * chain.weight * drawn.length;
+            let difference = self.difference(subpath, normal, &drawn, numbers.1);
+            let light = reflected * difference * subpath.weight * drawn.length;
             if light == DVec3::ZERO {
                 continue;
             }
             let [p, q, r] = triangle.positions.map(|i| calculus.position(i));
             let turning = (q - p).cross(r - p).normalized();
             let speed = -turning.dot(Vec3::constant(drawn.direction));
-            found(calculus, BoundarySample { at: chain.at, light, speed });
+            found(calculus, BoundarySample { at: subpath.at, light, speed });
         }
     }
 
     /// The light below the horizon less that above it.
     fn difference(
         &self,
-        chain: &CameraSubpath<'_>,
+        subpath: &CameraSubpath<'_>,
         normal: DVec3,
         drawn: &Drawn,
         numbers: &Sequence,
     ) -> DVec3 {
         let paths = self.walk.sensor.paths;
-        let (x, direction) = (chain.vertices[0], drawn.direction);
+        let (x, direction) = (subpath.vertices[0], drawn.direction);
         let emits = |hit: Hit| match drawn.emitter {
             Some(emitter) => hit.triangle == emitter,
             None => true,
@@ -144,7 +144,7 @@ impl<'a> Horizon<'a> {
                     .filter(|&h| emits(h))
                     .map_or(DVec3::ZERO, |h| paths.lit_by_all(Some(h), direction));
             }
-            let depth = chain.vertices.len() + 1;
+            let depth = subpath.vertices.len() + 1;
             let radiance = paths.still_radiance(x.position, direction, hit, depth, &mut numbers.clone());
             // Emitters are another direction's.
             radiance - hit.map_or(DVec3::ZERO, |h| paths.lit_by_all(Some(h), direction))
@@ -167,8 +167,8 @@ impl Boundary for Horizon<'_> {
     ) {
         let mut numbers = address.numbers(HORIZON);
         let beyond = address.numbers(BEYOND_HORIZON);
-        self.walk.each(&mut numbers, |chain, shading, numbers| {
-            self.look(calculus, chain, shading, (numbers, &beyond), found);
+        self.walk.each(&mut numbers, |subpath, shading, numbers| {
+            self.look(calculus, subpath, shading, (numbers, &beyond), found);
         });
     }
 }

@@ -168,9 +168,9 @@ impl Curve for InnerSignChanges<'_> {
             -turn.towards,
             self.longest,
             &mut backwards,
-            |chain: CameraSubpath<'_>| {
-                let (vertices, weight) = (chain.vertices.to_vec(), chain.weight * scale);
-                places.push(Seen { turn, at: chain.at, vertices, weight, numbers: numbers.clone() });
+            |subpath: CameraSubpath<'_>| {
+                let (vertices, weight) = (subpath.vertices.to_vec(), subpath.weight * scale);
+                places.push(Seen { turn, at: subpath.at, vertices, weight, numbers: numbers.clone() });
             },
         );
     }

@@ -175,11 +175,11 @@ impl Boundary for Primary<'_> {
         }
         let point = edge.span.point(scene, s, |i| calculus.position(i));
         let [x, y] = self.film.project(frame, point);
-        let crossing = BoundarySample {
+        let sample = BoundarySample {
             at: u,
             light: (before - behind) * (sides.share * length / chosen.probability),
             speed: x * normal.x + y * normal.y,
         };
-        found(calculus, crossing);
+        found(calculus, sample);
     }
 }

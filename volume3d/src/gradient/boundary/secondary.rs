@@ -343,18 +343,18 @@ impl Boundary for Secondary<'_> {
             drawn.direction,
             self.longest,
             &mut backwards,
-            |chain: CameraSubpath<'_>| {
+            |subpath: CameraSubpath<'_>| {
                 let Some(sides) = sides.get_or_insert_with(|| self.sides(&segment)) else { return };
-                let depth = chain.vertices.len() + 1;
+                let depth = subpath.vertices.len() + 1;
                 let difference = self.difference(&segment, sides, drawn.aim, depth, &numbers);
-                let light = difference * chain.weight * scale;
+                let light = difference * subpath.weight * scale;
                 if light == DVec3::ZERO {
                     return;
                 }
                 let point = edge.span.point(scene, segment.along, |i| calculus.position(i));
-                let relative = point - self.sensor.position(calculus, frame, &chain);
+                let relative = point - self.sensor.position(calculus, frame, &subpath);
                 let speed = Vec3::constant(segment.normal).dot(relative);
-                found(calculus, BoundarySample { at: chain.at, light, speed });
+                found(calculus, BoundarySample { at: subpath.at, light, speed });
             },
         );
     }

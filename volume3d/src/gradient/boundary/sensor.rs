@@ -167,14 +167,14 @@ impl<'a> Sensor<'a> {
         &self,
         calculus: &C,
         frame: &Frame<C::Number>,
-        chain: &CameraSubpath<'_>,
+        subpath: &CameraSubpath<'_>,
     ) -> Vec3<C::Number> {
         let scene = self.paths.scene;
         let number = C::Number::constant;
-        let mut direction = self.film.direction(frame, [number(chain.at.x), number(chain.at.y)]);
+        let mut direction = self.film.direction(frame, [number(subpath.at.x), number(subpath.at.y)]);
         let mut origin = frame.origin;
         let mut before: Option<DVec3> = None;
-        for vertex in chain.vertices.iter().rev() {
+        for vertex in subpath.vertices.iter().rev() {
             if let Some(before) = before {
                 direction = Vec3::constant((vertex.position - before).normalize());
             }

@@ -76,7 +76,7 @@ impl<'a> Walk<'a> {
         Some((at, hit, 1.0 / density))
     }
 
-    /// Calls with every shading point of a path. The weight of the chain is Π f cos θ over the density of all but the
+    /// Calls with every shading point of a path. The weight of the subpath is Π f cos θ over the density of all but the
     /// last point, which is yet to reflect.
     pub(super) fn each(
         &self,
