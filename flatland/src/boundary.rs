@@ -1,7 +1,7 @@
 //! The residual theorem: what a warp field leaves to the boundary.
 //!
 //! Let f(u; θ) be smooth but for jumps on curves Γ that move with velocity v, and let V be **any** field that is
-//! continuous and vanishes where the domain ends, or f does. Then
+//! continuous, smooth but for curves and points, with |∇V| integrable, and vanishes where the domain ends, or f does. Then
 //!
 //! ```text
 //! d/dθ ∫ f du = ∫ ∂f/∂θ + ∇·(V f) du + ∮_Γ Δf (v − V)·ν dl,
@@ -10,8 +10,8 @@
 //! where ν is the normal of Γ and Δf the value of f on the side that ν leaves less that on the side it enters.
 //!
 //! *Proof.* By the Reynolds transport theorem the derivative is ∫ ∂f/∂θ du + ∮ Δf v·ν dl. By the divergence theorem in
-//! each set in which f is smooth, ∫ ∇·(V f) du = ∮ Δf V·ν dl, because V is the same on both sides of Γ. Their
-//! difference is what the theorem says. ∎
+//! each set in which f is smooth, ∫ ∇·(V f) du = ∮ Δf V·ν dl, because V·ν is the same on both sides of Γ;
+//! single points at which V is bounded but not continuous carry no flux. Their difference is what the theorem says. ∎
 //!
 //! Both families of methods are cases of it:
 //!

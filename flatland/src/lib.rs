@@ -14,9 +14,11 @@
 //!
 //! Where edges are known, V may also be a mean of their own velocities: exact, and with less variance.
 //!
-//! - [`calculus`]: numbers that carry derivatives, over which integrands are written once.
-//! - [`warp`]: the machinery that turns auxiliary points, or the jumps themselves, into (V, ∇·V) and its transpose,
-//!   written once for the line, the plane, the circle and (in `volume3d`) the sphere.
+//! - [`calculus`]: numbers that carry derivatives: those of `volume3d`'s integrands, of the reparameterised form and of
+//!   radiosity.
+//! - [`warp`]: the machinery that turns auxiliary points into (V, ∇·V) and its transpose, written once for the line, the
+//!   plane, the circle and (in `volume3d`) the sphere; and the mean over jumps, of points and of segments (`volume3d` has
+//!   that of great arcs).
 //! - [`boundary`]: what a field that is not boundary consistent leaves over: the residual theorem, of which edge
 //!   sampling is the case V = 0.
 //! - [`plane`]: polygons over the image plane, where every integral above is known exactly.

@@ -11,10 +11,12 @@ use flatland::estimator::{
     WarpedArea,
 };
 use flatland::plane::exact::Arrangement;
-use flatland::plane::fields::DirectField;
+use flatland::plane::fields::{DirectField, JumpField, SceneJumps};
 use flatland::plane::{Film, Filter, Image, Motion, Polygon, Scene, Shade, Shape};
 use flatland::random::Stream;
-use flatland::warp::{AuxiliaryPoints, BoundaryFunction, Debias, Field, Plane, Warp, WarpField, Weighting};
+use flatland::warp::{
+    AuxiliaryPoints, BoundaryFunction, Debias, Field, JumpMean, Plane, Warp, WarpField, Weighting,
+};
 use glam::{DVec2, DVec3};
 use tests::campaign::{Estimate, Known, Limits, Verdict, known};
 use tests::effort::{pick, thorough};
@@ -212,6 +214,15 @@ impl WarpField<Plane> for Affine {
     }
 }
 
+/// V = 0: all is left to the boundary.
+struct Still;
+
+impl WarpField<Plane> for Still {
+    fn at(&self, _: DVec2, _: &mut Stream) -> (Field<DVec2>, u64) {
+        (Field::ZERO, 0)
+    }
+}
+
 /// The residual theorem: the area integral of *any* continuous field with the boundary integral of what it leaves is the
 /// derivative; without that it is not.
 #[test]
@@ -236,6 +247,19 @@ fn any_continuous_field_with_its_residual() {
     });
     whole.accept(&mut power, "an affine field and its residual", limits());
     power.finish();
+    for k in &some {
+        // A field that is boundary consistent leaves nothing.
+        let Case { scene, motion, film, .. } = &k.case;
+        let velocities = &motion.velocities(scene).expect("the motion fits");
+        let jumps = SceneJumps::new(scene, JumpMean { reach: film.pixel() });
+        let field = JumpField { scene, velocities, jumps };
+        let [left, all] = [
+            BoundaryIntegral { samples: 64, seed: 1 }.forward(scene, velocities, film, &field),
+            BoundaryIntegral { samples: 64, seed: 1 }.forward(scene, velocities, film, &Still),
+        ]
+        .map(|image| image.mean.dot(&image.mean).sqrt());
+        assert!(left <= 1e-6 * all, "{left} of {all}\n{}", k.case.label);
+    }
     Verdict::of(&some, area).reject("an affine field alone", limits());
 }
 

@@ -3,8 +3,9 @@
 //!
 //! Fields of [auxiliary rays](gradient::Field::AuxiliaryRays) are those of [`flatland::warp`], with one more
 //! [`Domain`](flatland::warp::Domain), the [sphere](Sphere) of directions: weights, stencils and debiasing are
-//! unchanged, on the film and at every bounce. The default field, the [mean over jumps](gradient::Field::JumpMean), is
-//! that of [`flatland::warp::JumpMean`] with great arcs in place of segments: it lists the edges of meshes once, and takes
+//! unchanged, on the film and at every bounce. The default field, the [mean over jumps](gradient::Field::JumpMean), follows
+//! [`flatland::warp::JumpMean`] with great arcs in place of segments, clipped to what is before the face that is seen, and
+//! with the seams of curved surfaces, which yield to jumps: it lists the edges of meshes once, and takes
 //! their exact mean. Beside either field the borders of flat emitters and the sign changes of shading normals are sampled
 //! with the speed that the field leaves them, by the residual theorem of [`flatland::boundary`]. `flatland::sdf`, implicit shapes, is
 //! not yet used in space.

@@ -17,7 +17,7 @@ use crate::warp::{Plane, WarpField};
 /// and if V is known exactly, or estimated without bias.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BoundaryIntegral {
-    /// Samples a pixel.
+    /// Samples a pixel: at least 2, or the standard error is not a number.
     pub samples: usize,
     /// Seed.
     pub seed: u64,

@@ -42,7 +42,7 @@ pub enum Construction {
     /// A [mean over the jumps](JumpMean) around u: unbiased, and nothing in it is random. It needs a list of all edges;
     /// where there is one it has far less variance than auxiliary points, and takes less time.
     JumpMean {
-        /// R in pixels: the least variance is at about 0.6, and hardly more from 0.3 to 2; a sample's time grows with it.
+        /// R in pixels: the least variance is at about 0.6, and hardly more from 0.3 to 8; a sample's time grows with it.
         reach: f64,
     },
 }

@@ -80,8 +80,9 @@ fn moved(stencil: &Stencil<Plane, Option<MaterialPoint>>, velocities: &[DVec2]) 
 /// The jumps of a scene, for means over those near a point.
 ///
 /// S(u) is the edges of all shapes at or above the one that is seen at u, which keeps the lemma of [`JumpMean`]: where
-/// shape i ends and a shape k below it is seen, the edge of i is in both S; an edge of another shape at the same place,
-/// between i and k, would be seen if it moved otherwise. Edges that are hidden by something above stay in S: nothing is
+/// shape i ends and a shape k below it is seen, the edge of i is in both S; only the side of k
+/// has the edges of shapes between i and k. If one of these lay exactly under the edge of i and moved otherwise, it would
+/// come into sight, and the image would have no derivative there. Edges that are hidden by something above stay in S: nothing is
 /// tested for visibility, and they do no harm.
 #[derive(Clone, Debug)]
 pub struct SceneJumps {

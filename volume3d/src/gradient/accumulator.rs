@@ -80,7 +80,7 @@ impl Sums {
 
     /// The gradient, with the covectors of computed normals handed on to positions.
     pub(super) fn finish(self, scene: &Scene, active: &ActiveParameters) -> Gradient {
-        let mut by_parameter = self.rows.change(&self.table);
+        let mut by_parameter = self.rows.tangent(&self.table);
         by_parameter.pull_normals(scene, active);
         Gradient { by_parameter, non_finite: self.non_finite, largest: self.largest }
     }
@@ -95,6 +95,9 @@ impl Accumulator {
 
     /// Adds to a row of the table.
     pub(super) fn add(&mut self, row: u32, covector: DVec3) {
+        if covector == DVec3::ZERO {
+            return;
+        }
         if row < self.positions {
             self.sample.push((row, covector));
         }

@@ -41,7 +41,7 @@ impl EdgeSampling {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Tangent` if the change is of another scene, `Samples` and `Warp` for parameters out of their range, and `Stopped`.
+    /// `Tangent` if the change is of another scene, `Samples` if there are none, and `Stopped`.
     pub fn forward(
         &self,
         scene: &Scene,
@@ -57,7 +57,7 @@ impl EdgeSampling {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Tangent` if the change is of another scene, `Samples` and `Warp` for parameters out of their range, and `Stopped`.
+    /// `Tangent` if the change is of another scene, `Samples` if there are none, and `Stopped`.
     pub fn forward_terms(
         &self,
         scene: &Scene,
@@ -82,7 +82,7 @@ impl EdgeSampling {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` where geometry is active before ideal mirrors or under lights without extent,
-    /// `Adjoint` if the adjoint has not the film's size, `Samples` and `Warp` for parameters out of their range, and
+    /// `Adjoint` if the adjoint has not the film's size, `Samples` if there are none, and
     /// `Stopped`.
     pub fn reverse(
         &self,

@@ -164,7 +164,13 @@ impl<const N: usize> Calculus for Forward<'_, N> {
         kernel: impl FnOnce() -> Kernel,
     ) -> Option<BorderSample<Dual<N>>> {
         let paths = self.auxiliary.as_ref()?.paths;
-        border(self, paths, origin, from, shape, kernel)
+        let mut sample = border(self, paths, origin, from, shape, kernel)?;
+        if N > 1 {
+            // A jump that moves is no part of the interior term.
+            sample.speed.tangent[SECONDARY] += sample.speed.tangent[INTERIOR];
+            sample.speed.tangent[INTERIOR] = 0.0;
+        }
+        Some(sample)
     }
 
     fn warp(

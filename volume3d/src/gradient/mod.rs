@@ -15,8 +15,8 @@
 //! gradient is 0, shared samples give 2 Σ Cov(I, dI/dθ) instead.
 //!
 //! Whoever wants an image that is the same bit for bit with derivatives and without takes it from
-//! [`WarpedArea::forward`], along any change: it does not depend on what changes, and along
-//! [`Tangent::still`] it costs little more than [`render`].
+//! [`WarpedArea::forward`], along any tangent: it does not depend on what moves, and along [`Tangent::still`] it costs
+//! what [`render`] does with `control_variate` more samples a pixel.
 
 mod accumulator;
 mod auxiliary;

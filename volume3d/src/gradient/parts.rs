@@ -4,9 +4,9 @@ use rayon::prelude::*;
 
 use super::{Progress, Stopped};
 
-/// Parts are computed in row_blocks of this many: enough to keep many threads busy, few enough that memory does not grow with
+/// Parts are computed in blocks of this many: enough to keep many threads busy, few enough that memory does not grow with
 /// the work.
-const WAVE: usize = 64;
+const BLOCK: usize = 64;
 
 /// Computes parts 0, 1, … on all threads, and takes them one after the other in this order: sums do not depend on
 /// threads.
@@ -17,8 +17,8 @@ pub(super) fn in_order<T: Send>(
     mut take: impl FnMut(usize, T),
 ) -> Result<(), Stopped> {
     progress.start(parts);
-    for start in (0..parts).step_by(WAVE) {
-        let block: Vec<T> = (start..parts.min(start + WAVE))
+    for start in (0..parts).step_by(BLOCK) {
+        let block: Vec<T> = (start..parts.min(start + BLOCK))
             .into_par_iter()
             .map(|number| {
                 let part = part(number);

@@ -45,7 +45,7 @@ struct BounceWarp<'t> {
 pub(crate) struct Inputs {
     pub(crate) rows: Rows,
     pub(crate) active: ActiveParameters,
-    /// For every shape.
+    /// For every texture, whether its texels are active.
     pub(crate) textures: Vec<bool>,
     /// For every position, whether it is active.
     pub(crate) positions: Vec<bool>,

@@ -94,8 +94,8 @@ impl Rows {
         [2, 3, 4].map(|k| self.environment + k)
     }
 
-    /// What a table says.
-    pub(crate) fn change(&self, table: &[DVec3]) -> Tangent {
+    /// The tangent, or gradient, that a table holds.
+    pub(crate) fn tangent(&self, table: &[DVec3]) -> Tangent {
         let rows = |first: u32, end: u32| table[first as usize..end as usize].to_vec();
         let ends = self.texels.iter().skip(1).chain([&self.radiance]);
         let [translation, rotation, zoom] = self.camera().map(|row| table[row as usize]);

@@ -213,6 +213,22 @@ fn the_image_is_that_without_derivatives_bit_for_bit() {
     }
 }
 
+/// Of the three terms the interior one knows of no warp and of no jump that moves, the borders of emitters included.
+#[test]
+fn the_interior_term_is_what_is_left_without_warps() {
+    let scene = room(Filter::Tent { radius: 1.0 });
+    let change = random_tangent(&scene, 5);
+    let method = WarpedArea { samples: 3, seed: 7, control_variate: 0, ..WarpedArea::default() };
+    let terms = method.forward_terms(&scene, &change, &Progress::none()).unwrap();
+    let interior = &terms.terms.as_ref().unwrap().interior;
+    let alone = WarpedArea { warps: false, ..method }.forward(&scene, &change, &Progress::none()).unwrap();
+    let scale = alone.gradient.iter().map(|g| g.abs().max_element()).fold(0.0, f64::max);
+    assert!(scale > 0.0);
+    for (with, without) in interior.iter().zip(&alone.gradient) {
+        assert!((*with - *without).abs().max_element() <= 1e-12 * scale, "{with} {without}");
+    }
+}
+
 /// At the optimum of a squared loss the mean gradient is 0: its image and its derivative must not share samples. The
 /// image that comes with a gradient of the same seed does, and is the control.
 #[test]
@@ -244,7 +260,7 @@ fn an_image_and_a_gradient_of_one_seed_are_independent() {
 
 /// A block of smooth normals, whose faces are far from them: many directions that its points shade are below their
 /// faces, and auxiliary rays there leave the block at once, through the next face. Points slide over it as the film's
-/// warp moves them. Debiased rays must find what silhouettes find, with errors of the same size.
+/// warp moves them. Debiased rays must find what the mean over jumps finds, with errors of the same size.
 #[test]
 fn rays_below_a_face_do_no_harm() {
     let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 0.7);
@@ -271,7 +287,7 @@ fn rays_below_a_face_do_no_harm() {
     let (exact, error) = totals(&WarpedArea::default());
     let (rays, noise) = totals(&WarpedArea { field: Field::AuxiliaryRays, ..WarpedArea::default() });
     println!(
-        "silhouettes {exact} ± {error}, rays {rays} ± {noise}; sees a bias of {}",
+        "mean over jumps {exact} ± {error}, rays {rays} ± {noise}; sees a bias of {}",
         8.0 * error.hypot(noise)
     );
     assert!((exact - rays).abs() < 4.0 * error.hypot(noise), "{exact} ± {error}, {rays} ± {noise}");

@@ -41,7 +41,7 @@ pub(crate) struct Lights {
     map: Option<MapSampler>,
 }
 
-/// A direction towards a light.
+/// A sample of a light: a direction towards it with its density, and how far away it is.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightSample {
     pub(crate) id: LightId,

@@ -5,7 +5,8 @@
 //! of [`JumpMean`](crate::warp::JumpMean): the segment that is seen changes at an end b of the nearer one, T. Either T is
 //! joined at b to what is seen on the other side, and b is an end of both; or T hides that, T′, and b is a silhouette, and
 //! before the line of T′. Nothing is tested for visibility: hidden silhouettes may be in S, on one side only too, as they
-//! have no weight at b. Crossings are no jumps, because a [`World`] has none. A vertex that two segments share counts
+//! have no weight at b. Crossings and vertices that touch another segment need no care, as a [`World`] refuses
+//! both: b is strictly before the line of T′. A vertex that two segments share counts
 //! once.
 //!
 //! The ends of the segment that the origin lies on are left out: they are on its horizon, where nothing is scattered.

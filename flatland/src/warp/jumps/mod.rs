@@ -20,8 +20,8 @@
 //!
 //! *Lemma.* Let the domain be cut into open sets by jumps C, and let S(u), the jumps that are used at u, be the same
 //! throughout a set. If every C is in S on both of its sides, and no other jump of S on either side has another normal
-//! velocity and lies on C along a part of it, then V·ν = v·ν on both sides of every C, up to points, and V is continuous
-//! in every set, up to points.
+//! velocity and lies on C along a part of it, then V·ν = v·ν on both sides of every C, and V is continuous in every set;
+//! for n = 2 both up to single points.
 //!
 //! *Proof.* In a set S is fixed. Away from S, V is a quotient of continuous functions: K vanishes at the reach, and the
 //! denominator is at least c₀ > 0. At a point c within a jump A ∈ S, whether it bounds the set or not, only A and what
@@ -40,10 +40,11 @@
 //!
 //! Any R > 0 that is the same for the whole integral gives the same mean. V falls from v to 0 over R, so that
 //! |∇·V| ~ |v|/R: a small R takes few edges into each sum and is steep, a large one is smooth but mixes jumps of
-//! different velocities, between which ∇·V ~ |Δv|/gap whatever R. In between the variance hardly depends on it: on a film
-//! it is least at 0.6 pixels, and 0.3 to 8 are within a quarter of that, at a time that grows with the edges within
-//! reach. Over directions it is least at about four times the width of the lobe or light that is integrated over, and
-//! within half again of that for half and twice as much.
+//! different velocities, between which ∇·V ~ |Δv|/gap whatever R. In between the variance hardly depends on it. In the
+//! plane, on a film of tent pixels, it is least at 0.6 pixels, and 0.3 to 8 are within a quarter of that, at a time that
+//! grows with the edges within reach. In flat worlds it is least at 1.2 pixels on the film, and over directions at about
+//! four times the width of the lobe or light that is integrated over, and within half again of that for half and twice as
+//! much. In space a smaller reach is better over directions: see `volume3d::gradient::Field`.
 
 mod segment;
 #[cfg(test)]
@@ -88,8 +89,12 @@ impl JumpMean {
     /// offset b − u and by what moves it. Those out of reach have no part.
     pub fn of_points<H>(&self, jumps: impl IntoIterator<Item = (f64, H)>) -> Stencil<Line, H> {
         let share = |offset: f64| {
-            let s = (offset / self.reach).abs().max(NEAREST);
-            (s < 1.0).then(|| Share { value: 1.0 / s - 1.0, gradient: offset.signum() / (s * s) })
+            // What is not a number is out of reach.
+            let s = (offset / self.reach).abs();
+            (s < 1.0).then(|| {
+                let s = s.max(NEAREST);
+                Share { value: 1.0 / s - 1.0, gradient: offset.signum() / (s * s) }
+            })
         };
         let shares = jumps.into_iter().filter_map(|(offset, jump)| Some((share(offset)?, jump)));
         self.mean(0.0, 1.0, shares.collect())

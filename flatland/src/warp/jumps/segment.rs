@@ -19,13 +19,16 @@ use super::{NEAREST, Share};
 pub(super) fn shares([a, b]: [DVec2; 2]) -> Option<[Share<DVec2>; 2]> {
     let edge = b - a;
     let length = edge.length();
+    // A segment without length has no part, nor has one that is not a number.
+    if length.is_nan() || length <= 0.0 {
+        return None;
+    }
     let along = edge / length;
     let across = along.perp();
     let height = -across.dot(a);
     let s = height.abs().max(NEAREST);
-    // NaN of a segment without length.
     let half = (1.0 - s) * (1.0 + s);
-    if half.is_nan() || half <= 0.0 {
+    if half <= 0.0 {
         return None;
     }
     let limit = half.sqrt();

@@ -106,6 +106,8 @@ fn degenerate_places_are_exact() {
     }
     let none = of(DVec2::new(1.5, 0.0), &segment, 0.4);
     assert_eq!((none.value, none.divergence), (DVec2::ZERO, 0.0));
+    let none = of(DVec2::new(0.1, 0.2), &[([DVec2::X; 2], [DVec2::Y; 2])], 0.4);
+    assert_eq!((none.value, none.divergence), (DVec2::ZERO, 0.0), "a segment without length");
     let end = of(DVec2::X, &segment, 0.4);
     assert!(end.value.is_finite() && end.divergence.is_finite());
 }

@@ -25,7 +25,8 @@ pub(in crate::gradient) struct BoundarySample<T> {
     pub(in crate::gradient) at: DVec2,
     /// The difference of light over the density of the sample.
     pub(in crate::gradient) light: DVec3,
-    /// A number whose derivative is the jump's normal velocity, from the side before to the side behind.
+    /// A number whose derivative is the jump's normal velocity from the side before to the side behind, beyond the warp's if
+    /// there is a warp; times |∇G| where `light` is over it.
     pub(in crate::gradient) speed: T,
 }
 

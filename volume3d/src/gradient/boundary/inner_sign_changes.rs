@@ -163,7 +163,7 @@ impl Curve for InnerSignChanges<'_> {
         // |n_x·d| dA, over the density of points and angles.
         let scale = 0.5 * (b - a).cross(c - a).dot(turn.towards).abs() * TAU / chosen.probability;
         let mut backwards = address.numbers(BEFORE_SIGN_CHANGE);
-        self.sensor.each_chain(
+        self.sensor.each_subpath(
             start,
             -turn.towards,
             self.longest,

@@ -2,8 +2,9 @@
 //!
 //! Edges and crossings on the film and as shading points see them, borders of emitters, and the curves that smooth shading
 //! brings: where a surface turns its other side to the camera or to an earlier point of the path, and the horizon of a
-//! face that turns. Edge sampling takes all of them with V = 0; warped area those that its field does not follow, with
-//! v − V in place of v: the residual theorem, [`flatland::boundary`].
+//! face that turns. Edge sampling takes all of them with V = 0; warped area the sign changes alone, with v − V in place
+//! of v (the residual theorem, [`flatland::boundary`]): its field follows the rest, but for the borders of flat emitters,
+//! which are added where next-event estimation meets them.
 
 mod curve;
 mod driver;

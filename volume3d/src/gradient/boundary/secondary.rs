@@ -335,10 +335,10 @@ impl Boundary for Secondary<'_> {
             normal,
         };
         let scale = length / (chosen.probability * drawn.density);
-        // Chains and what is seen beyond the edge must not share random numbers.
+        // Camera subpaths and what is seen beyond the edge must not share random numbers.
         let mut backwards = address.numbers(BACKWARDS);
         let mut sides: Option<Option<Sides>> = None;
-        self.sensor.each_chain(
+        self.sensor.each_subpath(
             start,
             drawn.direction,
             self.longest,

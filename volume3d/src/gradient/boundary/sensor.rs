@@ -37,7 +37,7 @@ pub(super) struct CameraSubpath<'v> {
     pub(super) at: DVec2,
     /// The shading points, the last of the path first.
     pub(super) vertices: &'v [Vertex],
-    /// Π f cos θ …, see [`Sensor::each_chain`].
+    /// Π f cos θ …, see [`Sensor::each_subpath`].
     pub(super) weight: DVec3,
 }
 
@@ -76,7 +76,7 @@ impl<'a> Sensor<'a> {
     ///   dω_{j−1} dA_{j−1} = (|n_j·ω_{j−1}|/d²) (d²/|n_{j−1}·ω_{j−1}|) dω′_j dA_j,
     ///
     /// with ω′_j the direction backwards. The weight is that of ∫ … |n_k·ω_k| dA_k.
-    pub(super) fn each_chain(
+    pub(super) fn each_subpath(
         &self,
         last: Vertex,
         mut towards: DVec3,

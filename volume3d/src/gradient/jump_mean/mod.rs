@@ -34,10 +34,11 @@
 //! sides of every arc, where v is the velocity of C.*
 //!
 //! *In a set* S is fixed, and V is a quotient of integrals that are continuous away from S: K vanishes at the rim of the
-//! cap, and the denominator is at least 2π/R. At an arc A of S that is no border of the set, hidden or not, ∫_A K = O(1/s) at
-//! a distance s; all other terms being bounded, V = v_A + O(s) on both its sides. Where it is a seam and a jump of S is
-//! at the same place, the jump's ∫ K is O(1/s), the seam's product with its factor O(1), and V = v + O(s) with v
-//! the jump's velocity.
+//! cap, and the denominator is at least 2π/R. At an arc A of S that is no border of the set, hidden or not, ∫_A K grows as
+//! 1/s at a distance s, and ∫_A (ḃ − v_A) K stays bounded, as ḃ − v_A is linear along A but for terms of second order; all
+//! other terms being bounded, V = v_A + O(s) on both its sides. Where it is a seam and a jump of S is at the same place,
+//! the jump's ∫ K grows as 1/s, the seam's product with its factor stays bounded, and V = v + O(s) with v the jump's
+//! velocity.
 //!
 //! *Between two sets* with faces T and T′ there are three cases, according to why the face changes at C:
 //!

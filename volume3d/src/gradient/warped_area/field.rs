@@ -5,7 +5,8 @@ use crate::gradient::GradientError;
 /// What the warp field is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Field {
-    /// The velocities of the edges near a direction, by their exact mean over those edges: no auxiliary ray, no bias.
+    /// The velocities of the edges near a direction, by their exact mean over those edges: no auxiliary ray, and no bias (jumps of
+    /// interpolated normals are no edges: see [`WarpedArea::sign_changes`](super::WarpedArea::sign_changes)).
     /// It needs a mesh, whose edges are listed once. None of them is tested for visibility, and none is sampled but the
     /// borders of flat emitters.
     JumpMean {
