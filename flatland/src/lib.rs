@@ -55,6 +55,7 @@
 pub mod boundary;
 pub mod calculus;
 pub mod estimator;
+pub mod moments;
 pub mod plane;
 pub mod random;
 pub mod sdf;

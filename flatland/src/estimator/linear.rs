@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::{EstimatorError, GradientImage, VertexGradient, check_adjoint};
+use crate::moments::Moments;
 use crate::plane::{Film, Image, MaterialPoint, Motion, Scene, add};
 use crate::random::{Stream, stream};
 
@@ -89,47 +90,41 @@ pub(super) fn gradient_image<F: FnMut(usize) -> (DVec3, u64)>(
         .into_par_iter()
         .map(|i| {
             let mut sample = pixel(i % width, i / width);
-            let mut moments = Moments::default();
+            let mut all = Samples::default();
             for s in 0..samples {
-                moments.add(sample(s));
+                all.add(sample(s));
             }
-            moments
+            all
         })
         .collect();
     GradientImage {
-        mean: Image::from_pixels(film, pixels.iter().map(|m| m.mean).collect()),
-        standard_error: Image::from_pixels(film, pixels.iter().map(Moments::standard_error).collect()),
-        rays: pixels.iter().map(|m| m.rays).sum(),
-        non_finite: pixels.iter().map(|m| m.non_finite).sum(),
+        mean: Image::from_pixels(film, pixels.iter().map(|p| p.values.mean()).collect()),
+        standard_error: Image::from_pixels(film, pixels.iter().map(Samples::standard_error).collect()),
+        rays: pixels.iter().map(|p| p.rays).sum(),
+        non_finite: pixels.iter().map(|p| p.non_finite).sum(),
     }
 }
 
-/// Mean and variance by Welford's recurrence.
+/// The samples of a pixel.
 #[derive(Clone, Copy, Debug, Default)]
-struct Moments {
-    count: u64,
-    mean: DVec3,
-    squares: DVec3,
+struct Samples {
+    values: Moments<DVec3>,
     rays: u64,
     non_finite: u64,
 }
 
-impl Moments {
+impl Samples {
     fn add(&mut self, (value, rays): (DVec3, u64)) {
         self.rays += rays;
-        if !value.is_finite() {
+        if value.is_finite() {
+            self.values.push(value);
+        } else {
             self.non_finite += 1;
-            return;
         }
-        self.count += 1;
-        let change = value - self.mean;
-        self.mean += change / self.count as f64;
-        self.squares += change * (value - self.mean);
     }
 
     fn standard_error(&self) -> DVec3 {
-        let count = self.count as f64;
-        (self.squares / (count - 1.0) / count).map(f64::sqrt)
+        self.values.variance_of_mean().map(f64::sqrt)
     }
 }
 

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::emitters::{Emitters, angle};
 use super::scattering::Scattering;
 use super::{Camera, CameraError, Film, Hit, Origin, World};
+use crate::moments::Moments;
 use crate::random::{Stream, open01, stream};
 
 /// How paths end.
@@ -218,16 +219,12 @@ impl Paths {
         let pixels = (0..film.pixels)
             .into_par_iter()
             .map(|pixel| {
-                let (mut mean, mut squares) = (0.0, 0.0);
+                let mut moments = Moments::default();
                 for sample in 0..samples {
                     let mut rng = path_stream(seed, pixel, sample);
-                    let value = self.pixel_sample(world, camera, film, pixel, &mut rng);
-                    let change = value - mean;
-                    mean += change / (sample + 1) as f64;
-                    squares += change * (value - mean);
+                    moments.push(self.pixel_sample(world, camera, film, pixel, &mut rng));
                 }
-                let n = samples as f64;
-                [mean, (squares / (n - 1.0) / n).sqrt()]
+                [moments.mean(), moments.standard_error()]
             })
             .collect();
         Ok(pixels)

@@ -1,5 +1,6 @@
 //! The two rules of a warp field, measured: is it continuous, and does it follow the boundaries?
 
+use flatland::moments::Moments;
 use flatland::random::stream;
 use glam::DVec2;
 use rayon::prelude::*;
@@ -107,40 +108,22 @@ fn measure(
 ) -> Pair {
     let (field, repeats) = &construction.measured;
     let step = OFFSET * WIDTH * site.outward;
-    let mut sums = [Sum::default(); 4];
+    let mut sums = [Moments::default(); 4];
     for repeat in 0..*repeats {
         let [inside, outside] = [site.at - step, site.at + step]
             .map(|u| field.at(u, &mut stream(seed, &[purpose, index, repeat as u64])).0.value / speed);
         let difference = outside - inside;
         let miss = |value: DVec2| (value - site.velocity / speed).dot(site.outward);
         let values = [difference.x, difference.y, miss(inside), miss(outside)];
-        sums.iter_mut().zip(values).for_each(|(sum, value)| sum.add(value));
+        sums.iter_mut().zip(values).for_each(|(sum, value)| sum.push(value));
     }
-    let [x, y, inside, outside] = sums.map(Sum::measured);
+    let [x, y, inside, outside] = sums.map(|sum| measured(sum, *repeats));
     let jump = Measured { value: x.value.hypot(y.value), error: x.error.hypot(y.error) };
     Pair { jump, mismatch: [inside, outside] }
 }
 
-/// A running mean and variance.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Sum {
-    count: f64,
-    mean: f64,
-    squares: f64,
-}
-
-impl Sum {
-    /// Welford's update.
-    pub(super) fn add(&mut self, value: f64) {
-        self.count += 1.0;
-        let delta = value - self.mean;
-        self.mean += delta / self.count;
-        self.squares += delta * (value - self.mean);
-    }
-
-    pub(super) fn measured(self) -> Measured {
-        let error =
-            if self.count > 1.0 { (self.squares / (self.count - 1.0) / self.count).sqrt() } else { 0.0 };
-        Measured { value: self.mean, error }
-    }
+/// What is known exactly is measured once.
+fn measured(moments: Moments, repeats: usize) -> Measured {
+    let error = if repeats > 1 { moments.standard_error() } else { 0.0 };
+    Measured { value: moments.mean(), error }
 }

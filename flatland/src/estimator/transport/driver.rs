@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::{Gradient, GradientImage, PathError};
+use crate::moments::Moments;
 use crate::random::{Stream, stream};
 use crate::transport::{ActiveParameters, Camera, Covector, Tangent, Terms, World, path_stream};
 
@@ -106,7 +107,7 @@ pub(super) fn forward<M: LinearMethod>(
         })
         .collect();
     Ok(GradientImage {
-        mean: pixels.iter().map(|p| terms([0, 1, 2].map(|i| p.moments[i].mean))).collect(),
+        mean: pixels.iter().map(|p| terms([0, 1, 2].map(|i| p.moments[i].mean()))).collect(),
         term_error: pixels.iter().map(|p| terms([0, 1, 2].map(|i| p.moments[i].standard_error()))).collect(),
         standard_error: pixels.iter().map(|p| p.moments[3].standard_error()).collect(),
         rays: pixels.iter().map(|p| p.rays).sum(),
@@ -132,29 +133,8 @@ impl PixelMoments {
         let total = value[0] + value[1] + value[2];
         let finite = total.is_finite() && value.iter().all(|v| v.is_finite());
         let all = if finite { [value[0], value[1], value[2], total] } else { [0.0; 4] };
-        self.moments.iter_mut().zip(all).for_each(|(m, v)| m.add(v));
+        self.moments.iter_mut().zip(all).for_each(|(m, v)| m.push(v));
         finite
-    }
-}
-
-/// Mean and variance by Welford's recurrence.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Moments {
-    count: f64,
-    pub(super) mean: f64,
-    squares: f64,
-}
-
-impl Moments {
-    pub(super) fn add(&mut self, value: f64) {
-        self.count += 1.0;
-        let change = value - self.mean;
-        self.mean += change / self.count;
-        self.squares += change * (value - self.mean);
-    }
-
-    pub(super) fn standard_error(&self) -> f64 {
-        (self.squares / (self.count - 1.0) / self.count).sqrt()
     }
 }
 

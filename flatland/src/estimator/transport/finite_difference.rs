@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::driver::Moments;
 use super::{Gradient, GradientImage, Method, PathError};
+use crate::moments::Moments;
 use crate::transport::{Camera, Origin, Paths, Tangent, Terms, World, path_stream};
 
 /// (I(θ + h) − I(θ − h))/2h, the same random numbers on both sides. Where there is no world on one side,
@@ -71,7 +71,7 @@ impl Method for FiniteDifference {
                         at.value * value
                     });
                     let slope = (plus - minus) / width;
-                    moments.add(if slope.is_finite() { slope } else { 0.0 });
+                    moments.push(if slope.is_finite() { slope } else { 0.0 });
                     if !slope.is_finite() {
                         bad.push((pixel, sample));
                     }
@@ -81,7 +81,7 @@ impl Method for FiniteDifference {
             .collect();
         let interior = |x: f64| Terms { interior: x, ..Terms::default() };
         Ok(GradientImage {
-            mean: pixels.iter().map(|(m, ..)| interior(m.mean)).collect(),
+            mean: pixels.iter().map(|(m, ..)| interior(m.mean())).collect(),
             term_error: pixels.iter().map(|(m, ..)| interior(m.standard_error())).collect(),
             standard_error: pixels.iter().map(|(m, ..)| m.standard_error()).collect(),
             rays: pixels.iter().map(|p| p.1).sum(),

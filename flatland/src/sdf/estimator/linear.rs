@@ -4,6 +4,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::Estimate;
+use crate::moments::Moments;
 use crate::random::{Stream, open01, stream};
 use crate::sdf::{AngularFilm, RayCount};
 
@@ -37,29 +38,12 @@ pub(super) struct Sampled {
     pub(super) rays: RayCount,
 }
 
-/// Σx and Σx² with what they cost.
+/// Samples with what they cost.
 #[derive(Clone, Copy, Default)]
 struct Sums {
-    count: u64,
-    mean: f64,
-    /// Σ (x − mean)² (Welford 1962).
-    squares: f64,
+    values: Moments,
     rays: RayCount,
     non_finite: u64,
-}
-
-impl Sums {
-    fn push(&mut self, x: f64) {
-        self.count += 1;
-        let before = x - self.mean;
-        self.mean += before / self.count as f64;
-        self.squares += before * (x - self.mean);
-    }
-
-    fn standard_error(&self) -> f64 {
-        let n = self.count as f64;
-        (self.squares / (n * (n - 1.0))).sqrt()
-    }
 }
 
 fn sample_stream(seed: u64, pixel: usize, sample: usize) -> Stream {
@@ -77,7 +61,7 @@ pub(super) fn forward(
         let mut sums = Sums::default();
         for index in 0..samples {
             let found = sample(pixel, &mut sample_stream(seed, pixel, index));
-            sums.push(if found.value.is_finite() { found.value } else { 0.0 });
+            sums.values.push(if found.value.is_finite() { found.value } else { 0.0 });
             sums.rays += found.rays;
             sums.non_finite += u64::from(!found.value.is_finite());
         }
@@ -86,8 +70,8 @@ pub(super) fn forward(
     let sums: Vec<Sums> = (0..film.count()).into_par_iter().map(of_pixel).collect();
     let rays: RayCount = sums.iter().map(|s| s.rays).sum();
     Estimate {
-        mean: sums.iter().map(|s| s.mean).collect(),
-        standard_error: sums.iter().map(Sums::standard_error).collect(),
+        mean: sums.iter().map(|s| s.values.mean()).collect(),
+        standard_error: sums.iter().map(|s| s.values.standard_error()).collect(),
         rays: rays.traced,
         non_finite: sums.iter().map(|s| s.non_finite).sum(),
         out_of_steps: rays.out_of_steps,
@@ -124,7 +108,7 @@ pub(super) fn reverse(
     // Of the samples a batch has: (samples − batch) over the stride, rounded up.
     let size = |batch: usize| (samples - batch).div_ceil(batches) as f64;
     let of_parameter = |parameter: usize| {
-        let mut spread = Sums::default();
+        let mut spread = Moments::default();
         found.iter().enumerate().for_each(|(b, (total, _))| spread.push(total[parameter] / size(b)));
         let mean = found.iter().map(|(total, _)| total[parameter]).sum::<f64>() / samples as f64;
         (mean, spread.standard_error())

@@ -1,6 +1,7 @@
 //! Sums over samples of jumps: onto the film, or, transposed, into the parameters.
 
 use flatland::calculus::Tape;
+use flatland::moments::Moments;
 use flatland::random::{Stream, stream};
 use glam::{DVec2, DVec3};
 
@@ -138,7 +139,7 @@ impl<'s> Driver<'s> {
         progress: &Progress,
     ) -> Result<Estimate, Stopped> {
         let pixels = self.film.columns * self.film.rows;
-        let (mut mean, mut squares) = (vec![DVec3::ZERO; pixels], vec![DVec3::ZERO; pixels]);
+        let mut moments = vec![Moments::<DVec3>::default(); pixels];
         let (mut rays, mut non_finite, mut largest) = (0, vec![], None);
         let mut sum = vec![DVec3::ZERO; pixels];
         let mut regions = RegionSums::new(self.film.columns, self.film.rows, GROUPS);
@@ -157,16 +158,12 @@ impl<'s> Driver<'s> {
             for (pixel, sum) in sum.iter().enumerate() {
                 regions.add((pixel % self.film.columns, pixel / self.film.columns), group, *sum);
             }
-            // Welford's running mean and sum of squared deviations.
-            for ((sum, mean), squares) in sum.iter_mut().zip(&mut mean).zip(&mut squares) {
-                let value = std::mem::take(sum) / self.count as f64;
-                let before = value - *mean;
-                *mean += before / (group + 1) as f64;
-                *squares += before * (value - *mean);
+            for (sum, moments) in sum.iter_mut().zip(&mut moments) {
+                moments.push(std::mem::take(sum) / self.count as f64);
             }
         })?;
-        let n = GROUPS as f64;
-        let variance = squares.into_iter().map(|s| s / (n * (n - 1.0))).collect();
+        let mean = moments.iter().map(Moments::mean).collect();
+        let variance = moments.iter().map(Moments::variance_of_mean).collect();
         if let Some(largest) = &mut largest {
             largest.amount *= self.scale();
             largest.among = GROUPS * self.count;
