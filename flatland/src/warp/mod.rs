@@ -46,8 +46,10 @@ mod auxiliary;
 mod boundary;
 mod debias;
 mod domain;
+mod estimate;
 mod field;
 mod jumps;
+mod parameters;
 mod stencil;
 
 pub use adaptive::Adaptive;
@@ -55,8 +57,10 @@ pub use auxiliary::AuxiliaryPoints;
 pub use boundary::BoundaryFunction;
 pub use debias::Debias;
 pub use domain::{Circle, Domain, Draw, Line, Plane, Vector};
+pub use estimate::Bundle;
 #[cfg(test)]
 pub(crate) use field::assert_transposed;
 pub use field::{Field, LinearField, WarpField};
 pub use jumps::JumpMean;
-pub use stencil::{Bundle, Stencil, Term, Warp, WarpError, Weighting};
+pub use parameters::{Warp, WarpError, Weighting};
+pub use stencil::{Stencil, Term};

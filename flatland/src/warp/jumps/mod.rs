@@ -55,7 +55,8 @@ use std::f64::consts::TAU;
 use glam::DVec2;
 
 use super::domain::{Domain, Line, Plane, Vector};
-use super::stencil::{Stencil, Term, WarpError};
+use super::parameters::WarpError;
+use super::stencil::{Stencil, Term};
 
 /// The mean of the velocities of the jumps within reach.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,0 +1,153 @@
+use flatland::random::{Stream, open01, stream};
+use glam::{DAffine3, DQuat, DVec3};
+
+use super::*;
+use crate::geometry::Mesh;
+use crate::scene::{Camera, Description, Film, Filter, Material, Scene};
+
+fn random(rng: &mut Stream) -> DVec3 {
+    DVec3::from_array(std::array::from_fn(|_| 2.0 * open01(rng) - 1.0))
+}
+
+fn scene(meshes: Vec<Mesh>) -> Scene {
+    let camera = Camera::look_at(DVec3::new(0.0, 0.0, 9.0), DVec3::ZERO, DVec3::Y, 0.7);
+    let film = Film { width: 1, height: 1, crop: None, filter: Filter::Box };
+    let mut d = Description::new(camera, film);
+    let white = d.add_material(Material::diffuse("white", DVec3::ONE));
+    for (i, mesh) in meshes.into_iter().enumerate() {
+        d.add_shape(&i.to_string(), mesh, white);
+    }
+    Scene::new(d).unwrap()
+}
+
+/// Triangles of sizes over three orders of magnitude.
+fn soup(rng: &mut Stream, count: usize, scale: f64) -> Mesh {
+    let mut positions = vec![];
+    for _ in 0..count {
+        let (centre, size) = (random(rng), 10_f64.powf(-3.0 * open01(rng)));
+        positions.extend((0..3).map(|_| scale * (centre + size * random(rng))));
+    }
+    let triangles = (0..count as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+    Mesh::new(positions, triangles).unwrap()
+}
+
+#[test]
+fn the_query_finds_what_comparing_all_pairs_finds() {
+    let mut rng = stream(41, &[]);
+    for scale in [1.0, 1e-30, 1e30] {
+        let scene = scene(vec![soup(&mut rng, 700, scale)]);
+        let found: Vec<[u32; 2]> = scene.crossings().all().iter().map(|c| c.triangles).collect();
+        let corners = |t: u32| scene.triangles[t as usize].positions.map(|i| scene.positions[i as usize]);
+        let pairs = (0..700).flat_map(|s| (s + 1..700).map(move |t| [s, t]));
+        let through = |p: &[u32; 2]| matches!(meeting(&p.map(corners)), Meeting::Through(_));
+        let expected: Vec<[u32; 2]> = pairs.filter(through).collect();
+        assert!(expected.len() > 150, "{}", expected.len());
+        assert_eq!(found, expected, "scale {scale:e}");
+        for (t, index) in (0..700).flat_map(|t| scene.crossings().of(t).iter().map(move |&i| (t, i))) {
+            assert!(scene.crossings().get(index).triangles.contains(&t));
+        }
+    }
+}
+
+/// A point that moves with the velocity of a crossing stays in both planes.
+#[test]
+fn velocities_keep_points_in_both_planes() {
+    let mut rng = stream(42, &[]);
+    let scene = scene(vec![soup(&mut rng, 300, 1.0)]);
+    let rates: Vec<DVec3> = scene.positions.iter().map(|_| random(&mut rng)).collect();
+    let step = 1e-6;
+    let moved = |i: u32, side: f64| scene.positions[i as usize] + side * step * rates[i as usize];
+    let mut tried = 0;
+    for crossing in scene.crossings().all() {
+        let along = open01(&mut rng);
+        let place = crossing.places[0].lerp(crossing.places[1], along);
+        let velocity = crossing.velocity(&scene.triangles, along, |i| rates[i as usize]);
+        for t in crossing.triangles {
+            let height = |side: f64| {
+                let [a, b, c] = scene.triangles[t as usize].positions.map(|i| moved(i, side));
+                (b - a).cross(c - a).normalize().dot(place + side * step * velocity - a)
+            };
+            let [a, b, c] = scene.triangles[t as usize].positions.map(|i| scene.positions[i as usize]);
+            let size = (b - a).cross(c - a).length() / (b - a).length().max((c - a).length());
+            // Small triangles turn far in a step.
+            if size > 1e-2 && velocity.length() < 1e2 {
+                let rate = (height(1.0) - height(-1.0)) / (2.0 * step);
+                assert!(rate.abs() < 1e-6, "{rate} {velocity}");
+                tried += 1;
+            }
+        }
+    }
+    assert!(tried > 50, "{tried}");
+}
+
+#[test]
+fn scattering_is_the_transpose_and_a_common_motion_is_its_own() {
+    let mut rng = stream(43, &[]);
+    let scene = scene(vec![soup(&mut rng, 200, 1.0)]);
+    let rates: Vec<DVec3> = scene.positions.iter().map(|_| random(&mut rng)).collect();
+    for crossing in scene.crossings().all() {
+        let (along, covector) = (open01(&mut rng), random(&mut rng));
+        let velocity = crossing.velocity(&scene.triangles, along, |i| rates[i as usize]);
+        let (mut back, mut size) = (0.0, 0.0);
+        crossing.scatter(&scene.triangles, along, covector, |i, c| {
+            back += c.dot(rates[i as usize]);
+            size += c.length();
+        });
+        assert!((velocity.dot(covector) - back).abs() <= 1e-13 * size);
+        let common = random(&mut rng);
+        let error = crossing.velocity(&scene.triangles, along, |_| common).distance(common);
+        assert!(error < 1e-12 * (1.0 + size), "{error}");
+    }
+}
+
+/// Faces of one plane that is turned seem to cross by rounding, wherever they touch.
+#[test]
+fn a_turned_grid_does_not_cross_itself() {
+    let n = 12;
+    let at = |i: u32, j: u32| i * (n + 1) + j;
+    let turn = DQuat::from_scaled_axis(DVec3::new(0.3, -1.1, 0.7));
+    let places = (0..=n).flat_map(|i| (0..=n).map(move |j| DVec3::new(f64::from(i), f64::from(j), 0.0)));
+    let positions = places.map(|p| turn * (0.1 * p)).collect();
+    let quads =
+        (0..n).flat_map(|i| (0..n).map(move |j| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]));
+    let triangles = quads.flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    let scene = scene(vec![Mesh::new(positions, triangles).unwrap()]);
+    assert!(scene.crossing_shapes().is_empty() && scene.overlapping_shapes().is_empty());
+}
+
+#[test]
+fn surfaces_that_cover_one_another_are_named_and_told_when_they_part() {
+    let lamp = Mesh::rectangle().transformed(&DAffine3::from_scale(DVec3::new(0.3, 0.2, 1.0)));
+    let scene = scene(vec![
+        Mesh::rectangle(),
+        lamp,
+        Mesh::cube().transformed(&DAffine3::from_translation(2.0 * DVec3::X)),
+    ]);
+    let overlaps = scene.overlapping_shapes();
+    assert_eq!(overlaps.iter().map(|o| o.shapes).collect::<Vec<_>>(), [[0, 1]]);
+    let moved = |v: DVec3| -> Vec<DVec3> {
+        let own = scene.position_range(1);
+        (0..scene.positions.len()).map(|i| if own.contains(&i) { v } else { DVec3::ZERO }).collect()
+    };
+    assert!(scene.parted_shapes(&moved(DVec3::new(1.0, -0.3, 0.0))).is_empty(), "it slides");
+    assert_eq!(scene.parted_shapes(&moved(DVec3::Z)).len(), 1);
+    let together = vec![DVec3::new(0.3, 0.1, -2.0); scene.positions.len()];
+    assert!(scene.parted_shapes(&together).is_empty());
+}
+
+/// A surface that goes on below another passes through it in the edge that lies in it.
+#[test]
+fn a_surface_passes_through_along_its_own_edge() {
+    let row = |y: f64, z: f64| [-0.5, 0.5].map(|x| DVec3::new(x, y, z));
+    let bent = |below: f64| {
+        let positions = [row(0.0, 1.0), row(0.0, 0.0), row(0.4, below)].concat();
+        Mesh::new(positions, vec![[0, 1, 3], [0, 3, 2], [2, 3, 5], [2, 5, 4]]).unwrap()
+    };
+    let count = |below: f64| {
+        let scene = scene(vec![Mesh::rectangle(), bent(below)]);
+        scene.crossing_shapes().iter().map(|c| c.segments).sum::<usize>()
+    };
+    // The rectangle has two triangles.
+    assert_eq!(count(-1.0), 2);
+    assert_eq!(count(1.0), 0, "it only touches");
+}
