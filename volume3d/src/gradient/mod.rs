@@ -36,6 +36,7 @@ mod forward;
 mod groups;
 mod jump_mean;
 mod motion;
+mod moving_bounds;
 mod nearest_jump;
 mod non_finite;
 mod parts;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::Tangent;
-use super::auxiliary::MovingBounds;
+use super::moving_bounds::MovingBounds;
 use crate::scene::Scene;
 
 /// A change and what follows from it.

@@ -6,13 +6,14 @@ use flatland::random::{Stream, stream};
 use glam::{DVec2, DVec3};
 
 use crate::gradient::accumulator::{Accumulator, Sums};
-use crate::gradient::auxiliary::{Auxiliary, MovingBounds};
+use crate::gradient::auxiliary::Auxiliary;
 use crate::gradient::contribution::{Contribution, Source};
 use crate::gradient::differential::Differential;
 use crate::gradient::film::FilmPlane;
 use crate::gradient::forward::Forward;
 use crate::gradient::groups::GROUPS;
 use crate::gradient::motion::Motion;
+use crate::gradient::moving_bounds::MovingBounds;
 use crate::gradient::parts::in_order;
 use crate::gradient::regions::{RegionSums, Regions};
 use crate::gradient::reverse::{Inputs, Recorded, Reverse};

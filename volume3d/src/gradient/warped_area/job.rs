@@ -6,12 +6,13 @@ use glam::{DVec2, DVec3};
 
 use super::WarpedArea;
 use crate::geometry::Hit;
-use crate::gradient::auxiliary::{Auxiliary, Construction, MovingBounds};
+use crate::gradient::auxiliary::{Auxiliary, Construction};
 use crate::gradient::boundary::SignChanges;
 use crate::gradient::differential::{Differential, FilmPoint};
 use crate::gradient::film::FilmPlane;
 use crate::gradient::groups::{numbers, split_numbers};
 use crate::gradient::jump_mean::SceneEdges;
+use crate::gradient::moving_bounds::MovingBounds;
 use crate::gradient::{AUXILIARY, EDGE, EDGE_AUXILIARY, GRADIENT_PATH, SPLIT};
 use crate::path::{Frame, Paths, Sequence};
 

@@ -17,9 +17,10 @@ use super::inner_sign_changes::InnerSignChanges;
 use super::sign_changes::FilmSignChanges;
 use super::{Moving, SIGN_CHANGE_AUXILIARY, Take, Term};
 use crate::gradient::Stopped;
-use crate::gradient::auxiliary::{Auxiliary, Construction, MovingBounds};
+use crate::gradient::auxiliary::{Auxiliary, Construction};
 use crate::gradient::differential::Differential;
 use crate::gradient::jump_mean::SceneEdges;
+use crate::gradient::moving_bounds::MovingBounds;
 use crate::path::{Frame, Paths};
 
 /// The boundary terms of sign changes along a warp.

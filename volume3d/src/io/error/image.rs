@@ -1,0 +1,73 @@
+//! Why an image cannot be read or written.
+
+use super::MemoryError;
+
+/// What is wrong with an image.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImageProblem {
+    /// There is no room for it in memory.
+    #[error(transparent)]
+    Memory(#[from] MemoryError),
+    /// The file cannot be decoded or encoded.
+    #[error("{0}")]
+    Codec(#[from] image::ImageError),
+    /// A PNG cannot be encoded.
+    #[error("{0}")]
+    Png(#[from] png::EncodingError),
+    /// Not one of the formats that are read.
+    #[error("not a PNG, OpenEXR or Radiance HDR image")]
+    Format,
+    /// An image without pixels, or with more than can be dealt with.
+    #[error("{width}×{height} pixels; expected at least 1×1 and at most {limit} in all")]
+    Size {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+        /// The largest number of pixels.
+        limit: usize,
+    },
+    /// The number of pixels is not that of the size.
+    #[error("{found} pixels given for {width}×{height}")]
+    Length {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+        /// How many pixels there are.
+        found: usize,
+    },
+    /// A pixel is NaN or infinite.
+    #[error("the pixel in column {x}, row {y} (from the top left, from 0) is not finite")]
+    NotFinite {
+        /// Its column.
+        x: usize,
+        /// Its row.
+        y: usize,
+    },
+    /// The file is too short for its size.
+    #[error("{width}×{height} pixels are announced, which the file is too short for")]
+    Truncated {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+    },
+    /// A pixel is negative where radiance is expected.
+    #[error("the pixel in column {x}, row {y} (from the top left, from 0) is negative")]
+    Negative {
+        /// Its column.
+        x: usize,
+        /// Its row.
+        y: usize,
+    },
+    /// A pixel is negative or above 1 where reflectance is expected.
+    #[error("the pixel in column {x}, row {y} (from the top left, from 0) is outside [0, 1]")]
+    Range {
+        /// Its column.
+        x: usize,
+        /// Its row.
+        y: usize,
+    },
+}
