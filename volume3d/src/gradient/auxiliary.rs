@@ -14,7 +14,7 @@ use super::jump_mean::{
 use super::moving_bounds::MovingBounds;
 use super::nearest_jump::{Jumps, Nearest, nearest_jump};
 use super::rigid_motion::{Rigid, RigidMotion, Warping};
-use super::warps::{DirectionWarp, FilmWarp};
+use super::warps::{DirectionWarp, FilmField, FilmWarp};
 use crate::Sphere;
 use crate::geometry::Hit;
 use crate::path::{Kernel, Paths, SHORT, VisibilityDomain};
@@ -200,23 +200,33 @@ impl<'s> Auxiliary<'s> {
         u: DVec2,
         triangle: Option<u32>,
         camera_moves: bool,
-    ) -> Option<FilmWarp> {
+    ) -> Option<FilmWarp<'s>> {
         let kappa = self.paths.kernels.film;
         let camera = &self.paths.scene.description.camera;
         let ray = |p: DVec2| film.ray(camera, p);
         let origin = camera.origin;
-        match self.construction {
+        let field = match self.construction {
             Construction::JumpMean { film: radius, .. } => {
                 let reach = AngularSupport::new(radius * film.pixel_angle());
                 let direction = ray(u);
                 let mean = self.jump_mean_on_film(origin, direction, reach, triangle, camera_moves)?;
-                Some(FilmWarp::JumpMean(mean, direction))
+                FilmField::JumpMean(mean, direction)
             }
-            Construction::Followed { candidates } => self
-                .follow::<Plane>(origin, None, u, kappa, candidates, camera_moves, ray, |_, _| true)
-                .map(FilmWarp::Rays),
-            Construction::Weighted => self.weighted_on_film(film, u, kappa, ray, camera_moves),
-        }
+            Construction::Followed { candidates } => FilmField::Rays(self.follow(
+                origin,
+                None,
+                u,
+                kappa,
+                candidates,
+                camera_moves,
+                ray,
+                |_, _| true,
+            )?),
+            Construction::Weighted => {
+                FilmField::Rays(self.weighted_on_film(film, u, kappa, ray, camera_moves)?)
+            }
+        };
+        Some(FilmWarp { field, film: *film, camera })
     }
 
     /// The same from rays around the film point u. On the film, where the filter is hardly wider than the kernel, velocities
@@ -228,7 +238,7 @@ impl<'s> Auxiliary<'s> {
         kappa: f64,
         ray: impl Fn(DVec2) -> DVec3,
         camera_moves: bool,
-    ) -> Option<FilmWarp> {
+    ) -> Option<Warping<Plane>> {
         let (scene, warp) = (self.paths.scene, self.warp);
         let camera = &scene.description.camera;
         let bundle: Bundle<Plane> = self.warp.bundle(u, kappa, &mut self.rng);
@@ -242,7 +252,7 @@ impl<'s> Auxiliary<'s> {
             (seen.or_crossing(nearest, warp.falloff(distance, kappa)), distance)
         };
         let stencil = self.weighted(bundle, kappa, camera.origin, None, camera_moves, ray, sight)?;
-        Some(FilmWarp::Rays(Warping::Weighted(stencil)))
+        Some(Warping::Weighted(stencil))
     }
 
     fn jump_mean_on_film(

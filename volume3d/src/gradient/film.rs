@@ -3,7 +3,7 @@
 use flatland::calculus::{Number, Vec3};
 use glam::{DVec2, DVec3};
 
-use crate::gradient::{CameraTangent, NonFinite};
+use crate::gradient::NonFinite;
 use crate::path::{Calculus, Frame};
 use crate::scene::{Camera, Filter, Scene};
 
@@ -187,51 +187,36 @@ impl FilmPlane {
         (self.corner - reach, self.corner + size + reach)
     }
 
-    /// The velocity on the film of a point seen along a direction, as a linear form in (ẋ − ȯ)/distance, the
-    /// camera's angular velocity and the rate of its field of view.
-    pub(crate) fn velocity(&self, camera: &Camera, direction: DVec3) -> FilmVelocity {
+    /// How the film point at which a direction is seen moves with the direction.
+    pub(crate) fn jacobian(&self, camera: &Camera, direction: DVec3) -> FilmJacobian {
         let depth = direction.dot(camera.forward);
         let (a, b) = (direction.dot(camera.right) / depth, direction.dot(camera.up) / depth);
-        FilmVelocity {
-            direction,
-            rows: [
-                (camera.right - a * camera.forward) * (self.focal / depth),
-                (b * camera.forward - camera.up) * (self.focal / depth),
-            ],
-            zoom: DVec2::new(a, -b) * focal_rate(self.focal, camera.field_of_view),
-        }
+        FilmJacobian([
+            (camera.right - a * camera.forward) * (self.focal / depth),
+            (b * camera.forward - camera.up) * (self.focal / depth),
+        ])
     }
 
     /// df/d(field of view), with f = (W/2)/tan(fov/2).
     pub(crate) fn focal_rate(&self, camera: &Camera) -> f64 {
-        focal_rate(self.focal, camera.field_of_view)
+        // d(1/tan(φ/2))/dφ = −1/(2 sin²(φ/2)) = −1/(tan(φ/2) sin φ)
+        -self.focal / camera.field_of_view.sin()
     }
 }
 
-/// See [`FilmPlane::velocity`].
+/// ∂u/∂ω in pixels, 2 × 3; see [`FilmPlane::jacobian`].
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct FilmVelocity {
-    direction: DVec3,
-    rows: [DVec3; 2],
-    zoom: DVec2,
-}
+pub(crate) struct FilmJacobian([DVec3; 2]);
 
-impl FilmVelocity {
-    /// u̇ = J (relative − ω × direction) + zoom ḟov, with relative = (ẋ − ȯ)/distance.
-    pub(crate) fn of(&self, relative: DVec3, camera: &CameraTangent) -> DVec2 {
-        let apparent = relative - camera.rotation.cross(self.direction);
-        self.across(apparent) + self.zoom * camera.field_of_view
-    }
-
+impl FilmJacobian {
     /// u̇ of a velocity of the direction.
-    pub(crate) fn across(&self, velocity: DVec3) -> DVec2 {
-        DVec2::new(self.rows[0].dot(velocity), self.rows[1].dot(velocity))
+    pub(crate) fn apply(&self, velocity: DVec3) -> DVec2 {
+        DVec2::new(self.0[0].dot(velocity), self.0[1].dot(velocity))
     }
 
-    /// The transpose: what a covector of u̇ gives to `relative`, and to the rates of rotation and field of view.
-    pub(crate) fn transpose(&self, covector: DVec2) -> (DVec3, DVec3, f64) {
-        let apparent = self.rows[0] * covector.x + self.rows[1] * covector.y;
-        (apparent, -self.direction.cross(apparent), self.zoom.dot(covector))
+    /// The transpose: the covector of the direction's velocity from one of u̇.
+    pub(crate) fn transpose(&self, covector: DVec2) -> DVec3 {
+        self.0[0] * covector.x + self.0[1] * covector.y
     }
 }
 
@@ -240,11 +225,6 @@ const GAUSSIAN_CUT: f64 = 4.0;
 
 fn focal_length(camera: &Camera, width: usize) -> f64 {
     0.5 * width as f64 / (0.5 * camera.field_of_view).tan()
-}
-
-fn focal_rate(focal: f64, field_of_view: f64) -> f64 {
-    // d(1/tan(φ/2))/dφ = −1/(2 sin²(φ/2)) = −1/(tan(φ/2) sin φ)
-    -focal / field_of_view.sin()
 }
 
 /// The filter along one axis, with integral 1.

@@ -74,11 +74,14 @@ impl<const N: usize> Differential for Forward<'_, N> {
         let Some(auxiliary) = &mut self.auxiliary else { return still };
         let Some(warp) = auxiliary.on_film(&self.film, u, triangle, moves) else { return still };
         let change = &self.motion.change.camera;
-        let field = warp.field(&self.film, &self.scene.description.camera, change, |seen| {
-            if seen.followed.is_nothing() {
-                return DVec3::ZERO;
-            }
-            (self.velocity(seen) - change.translation) / seen.distance
+        let field = warp.field(|seen| {
+            let nothing = seen.followed.is_nothing();
+            let relative = if nothing {
+                DVec3::ZERO
+            } else {
+                (self.velocity(seen) - change.translation) / seen.distance
+            };
+            warp.apparent(seen.direction, relative, change)
         });
         let at = if N == 1 { INTERIOR } else { PRIMARY };
         let along = |value: f64, rate: f64| {

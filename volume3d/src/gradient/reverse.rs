@@ -72,7 +72,7 @@ pub(crate) struct Reverse<'s, 't> {
     pub(crate) tape: &'t Tape<Input>,
     auxiliary: Option<&'t mut Auxiliary<'s>>,
     pub(crate) film: FilmPlane,
-    film_warp: Option<FilmWarp>,
+    film_warp: Option<FilmWarp<'s>>,
     warps: Vec<BounceWarp<'t>>,
     /// Whether all warps on the tape have finite coefficients.
     finite: bool,
@@ -155,14 +155,14 @@ impl<'s, 't> Reverse<'s, 't> {
 
     fn scatter_film(&self, a: DVec2, b: f64, sums: &mut Accumulator) {
         let Some(warp) = &self.film_warp else { return };
-        let camera = &self.scene.description.camera;
-        warp.scatter(&self.film, camera, a, b, |seen, (relative, rotation, zoom)| {
+        warp.scatter(a, b, |seen, covector| {
             let mut translation = DVec3::ZERO;
             if !seen.followed.is_nothing() {
-                self.scatter_hit(seen, relative / seen.distance, sums);
-                translation = -relative / seen.distance;
+                self.scatter_hit(seen, covector / seen.distance, sums);
+                translation = -covector / seen.distance;
             }
             if self.inputs.active.camera {
+                let (rotation, zoom) = warp.apparent_transpose(seen.direction, covector);
                 self.scatter_camera(translation, rotation, zoom, sums);
             }
         });

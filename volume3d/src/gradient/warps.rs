@@ -52,76 +52,77 @@ impl LinearField for DirectionWarp {
     }
 }
 
-/// A warp of film points.
+/// A warp of film points, in pixels.
+///
+/// It is linear in the apparent velocities of what is followed: of the directions in which the camera sees it.
 #[derive(Clone, Debug)]
-pub(crate) enum FilmWarp {
+pub(crate) struct FilmWarp<'s> {
+    pub(crate) field: FilmField,
+    pub(crate) film: FilmPlane,
+    pub(crate) camera: &'s Camera,
+}
+
+/// What a warp of film points is made from.
+#[derive(Clone, Debug)]
+pub(crate) enum FilmField {
     /// From what auxiliary rays see.
     Rays(Warping<Plane>),
-    /// From the edges near by, on directions. With j ∝ 1/cos³ θ the area of the film a steradian,
-    /// ∇·V on the film is ∇·(j V)/j on directions.
+    /// From the edges near a direction. With j ∝ 1/cos³ θ the area of the film a steradian, ∇·V on the film is
+    /// ∇·(j V)/j on directions.
     JumpMean(JumpMean, DVec3),
 }
 
-/// What a covector gives to (ẋ − ȯ)/distance, and to the rates of the camera's rotation and field of view.
-pub(crate) type Covectors = (DVec3, DVec3, f64);
-
-impl FilmWarp {
+impl FilmWarp<'_> {
     /// Whether its coefficients are finite.
     pub(crate) fn is_finite(&self) -> bool {
-        match self {
-            Self::Rays(_) => true,
-            Self::JumpMean(mean, _) => mean.is_finite(),
+        match &self.field {
+            FilmField::Rays(_) => true,
+            FilmField::JumpMean(mean, _) => mean.is_finite(),
         }
     }
 
-    /// The field in pixels, from (ẋ − ȯ)/distance of each point that is followed.
-    pub(crate) fn field(
-        &self,
-        film: &FilmPlane,
-        camera: &Camera,
-        change: &CameraTangent,
-        mut relative: impl FnMut(&FollowedPoint) -> DVec3,
-    ) -> Field<DVec2> {
-        match self {
-            Self::Rays(warping) => warping.field(|seen| {
-                let relative = relative(seen);
-                film.velocity(camera, seen.direction).of(relative, change)
-            }),
-            Self::JumpMean(mean, direction) => {
-                let field = mean.field(|seen| {
-                    let zoom = film.zoom(camera, seen.direction) * change.field_of_view;
-                    relative(seen) - change.rotation.cross(seen.direction) + zoom
-                });
-                let tilt = camera.forward.dot(field.value) / camera.forward.dot(*direction);
-                Field {
-                    value: film.velocity(camera, *direction).across(field.value),
-                    divergence: field.divergence - 3.0 * tilt,
-                }
+    /// The apparent velocity of a point seen along a direction: (ẋ − ȯ)/distance, which is given, less what the camera's
+    /// own rotation and zoom make of the direction.
+    pub(crate) fn apparent(&self, direction: DVec3, relative: DVec3, camera: &CameraTangent) -> DVec3 {
+        relative - camera.rotation.cross(direction)
+            + self.film.zoom(self.camera, direction) * camera.field_of_view
+    }
+
+    /// The transpose: what a covector of the apparent velocity gives to the rates of rotation and field of view.
+    pub(crate) fn apparent_transpose(&self, direction: DVec3, covector: DVec3) -> (DVec3, f64) {
+        (-direction.cross(covector), self.film.zoom(self.camera, direction).dot(covector))
+    }
+}
+
+impl LinearField for FilmWarp<'_> {
+    type Vector = DVec2;
+    type Source = FollowedPoint;
+    type Rate = DVec3;
+
+    /// The field, from the apparent velocity of each point that is followed.
+    fn field(&self, mut velocity: impl FnMut(&FollowedPoint) -> DVec3) -> Field<DVec2> {
+        let jacobian = |direction| self.film.jacobian(self.camera, direction);
+        match &self.field {
+            FilmField::Rays(warping) => warping.field(|seen| jacobian(seen.direction).apply(velocity(seen))),
+            FilmField::JumpMean(mean, direction) => {
+                let Field { value, divergence } = mean.field(velocity);
+                let forward = self.camera.forward;
+                let tilt = forward.dot(value) / forward.dot(*direction);
+                Field { value: jacobian(*direction).apply(value), divergence: divergence - 3.0 * tilt }
             }
         }
     }
 
-    /// The transpose: hands each point what a·V + b ∇·V gives.
-    pub(crate) fn scatter(
-        &self,
-        film: &FilmPlane,
-        camera: &Camera,
-        a: DVec2,
-        b: f64,
-        mut add: impl FnMut(&FollowedPoint, Covectors),
-    ) {
-        match self {
-            Self::Rays(warping) => {
-                warping
-                    .scatter(a, b, |seen, c| add(seen, film.velocity(camera, seen.direction).transpose(c)));
+    /// The transpose: hands each point its covector in a·V + b ∇·V.
+    fn scatter(&self, a: DVec2, b: f64, mut add: impl FnMut(&FollowedPoint, DVec3)) {
+        let jacobian = |direction| self.film.jacobian(self.camera, direction);
+        match &self.field {
+            FilmField::Rays(warping) => {
+                warping.scatter(a, b, |seen, c| add(seen, jacobian(seen.direction).transpose(c)));
             }
-            Self::JumpMean(mean, direction) => {
-                let (across, ..) = film.velocity(camera, *direction).transpose(a);
-                let tilt = camera.forward * (3.0 * b / camera.forward.dot(*direction));
-                mean.scatter(across - tilt, b, |seen, c| {
-                    let rotation = -seen.direction.cross(c);
-                    add(seen, (c, rotation, film.zoom(camera, seen.direction).dot(c)));
-                });
+            FilmField::JumpMean(mean, direction) => {
+                let tilt = self.camera.forward * (3.0 * b / self.camera.forward.dot(*direction));
+                mean.scatter(jacobian(*direction).transpose(a) - tilt, b, add);
             }
         }
     }
