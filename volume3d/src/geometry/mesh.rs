@@ -67,6 +67,14 @@ pub enum MeshError {
         /// How many triangles there are.
         expected: usize,
     },
+    /// Vertices cannot be moved to so many places.
+    #[error("{found} positions are given for a mesh of {expected}")]
+    Positions {
+        /// How many places are given.
+        found: usize,
+        /// How many the mesh has.
+        expected: usize,
+    },
     /// More vertices or triangles than 32 bits count.
     #[error("a mesh may have at most 2^32 - 2 vertices and triangles, not {count}")]
     TooLarge {
@@ -125,6 +133,23 @@ impl Mesh {
             }
         }
         self.normals = normals;
+        Ok(self)
+    }
+
+    /// The same mesh with its vertices elsewhere: one place for each of [`positions`](Self::positions), in their order.
+    ///
+    /// Triangles, normals and texture coordinates keep their topology. Computed normals follow; given ones stay as they
+    /// are. Vertices that come to lie in one place remain two.
+    ///
+    /// # Errors
+    /// [`MeshError`], if their number is another, or a coordinate is not finite.
+    pub fn with_positions(mut self, positions: Vec<DVec3>) -> Result<Self, MeshError> {
+        let (found, expected) = (positions.len(), self.positions.len());
+        if found != expected {
+            return Err(MeshError::Positions { found, expected });
+        }
+        check_finite("position", positions.iter().map(|p| p.is_finite()))?;
+        self.positions = positions;
         Ok(self)
     }
 
@@ -217,6 +242,19 @@ impl Mesh {
     /// Moves every position by `step` times its rate.
     pub(crate) fn displace(&mut self, rates: &[DVec3], step: f64) {
         self.positions.iter_mut().zip(rates).for_each(|(p, rate)| *p += step * *rate);
+    }
+
+    /// Whether triangles, and those of normals and texture coordinates, are the same as another's; so are texture
+    /// coordinates themselves.
+    pub(crate) fn has_topology_of(&self, other: &Self) -> bool {
+        let normals = match (&self.normals, &other.normals) {
+            (Normals::Given(a), Normals::Given(b)) => {
+                a.triangles == b.triangles && a.values.len() == b.values.len()
+            }
+            (a, b) => a == b,
+        };
+        let counts = self.positions.len() == other.positions.len();
+        counts && normals && self.triangles == other.triangles && self.uvs == other.uvs
     }
 
     /// Replaces given normals by others of the same topology.

@@ -1,6 +1,7 @@
 //! What lies beyond the edges of triangles, and whether what is seen jumps there.
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::triangle::{NONE, Tables, Triangle};
 use crate::geometry::{Edges, HalfEdge};
@@ -27,7 +28,7 @@ pub(super) struct Shading<'s> {
     pub(super) textured: &'s [bool],
 }
 
-/// What lies beyond every edge of all triangles of a tables.
+/// What lies beyond every edge of all triangles.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Adjacency {
     /// For edge k of a triangle, from corner k to corner k + 1.
@@ -40,26 +41,35 @@ pub(crate) struct Adjacency {
 impl Adjacency {
     pub(super) fn build(tables: Tables<'_>, shading: Shading<'_>) -> Self {
         let mut beyond = vec![[Beyond::Border; 3]; tables.triangles.len()];
-        let mut radius = vec![f64::INFINITY; tables.triangles.len()];
         for sides in Edges::of(tables.triangles.iter().map(|t| t.positions)).iter() {
             let [first, second] = sides else { continue };
-            let [s, t] = [first.triangle, second.triangle];
-            if !surface_continues(tables, first, second) {
-                continue;
-            }
-            let kind = if shading_continues(tables, shading, first, second) {
-                Beyond::Smooth
-            } else {
-                Beyond::Crease
-            };
-            beyond[s as usize][first.corner as usize] = kind(t);
-            beyond[t as usize][second.corner as usize] = kind(s);
-            let r = radius_across(tables, s, t);
-            for face in [s, t] {
-                radius[face as usize] = radius[face as usize].min(r);
+            if surface_continues(tables, first, second) {
+                for (side, other) in [(first, second), (second, first)] {
+                    beyond[side.triangle as usize][side.corner as usize] = Beyond::Smooth(other.triangle);
+                }
             }
         }
-        Self { beyond, radius }
+        let mut adjacency = Self { radius: vec![f64::INFINITY; beyond.len()], beyond };
+        adjacency.fit(tables, shading);
+        adjacency
+    }
+
+    /// Finds again which edges are creases and how the surface is curved, for other positions, normals or textures of the
+    /// same triangles.
+    pub(super) fn fit(&mut self, tables: Tables<'_>, shading: Shading<'_>) {
+        let normals: Vec<DVec3> =
+            (0..tables.triangles.len()).into_par_iter().map(|t| normal(tables.corners(t as u32))).collect();
+        let planes = Planes { tables, normals: &normals };
+        self.beyond.par_iter_mut().zip(&mut self.radius).enumerate().for_each(|(s, (beyond, radius))| {
+            *radius = f64::INFINITY;
+            for (k, beyond) in beyond.iter_mut().enumerate() {
+                if let Beyond::Crease(t) | Beyond::Smooth(t) = *beyond {
+                    let smooth = planes.shading_continues(shading, [s, t as usize], k);
+                    *beyond = if smooth { Beyond::Smooth(t) } else { Beyond::Crease(t) };
+                    *radius = radius.min(planes.radius_across([s, t as usize]));
+                }
+            }
+        });
     }
 
     /// What lies beyond the edges of a triangle.
@@ -101,49 +111,61 @@ fn surface_continues(tables: Tables<'_>, first: &HalfEdge, second: &HalfEdge) ->
     first.ascending != second.ascending && s == t
 }
 
-/// Whether normals and texture go on across an edge.
-fn shading_continues(tables: Tables<'_>, shading: Shading<'_>, first: &HalfEdge, second: &HalfEdge) -> bool {
-    let triangle = |side: &HalfEdge| &tables.triangles[side.triangle as usize];
-    // Of a table of the triangle's corners, what is at the ends of the edge, in the edge's order.
-    let ends = |side: &HalfEdge, table: fn(&Triangle) -> [u32; 3]| {
-        let (table, k) = (table(triangle(side)), side.corner as usize);
-        let [a, b] = [table[k], table[(k + 1) % 3]];
-        if side.ascending { [a, b] } else { [b, a] }
-    };
-    let same_uv = !shading.textured[triangle(first).shape as usize] || {
-        let at = |side| ends(side, |t| t.uvs).map(|n| shading.uvs[n as usize]);
-        at(first) == at(second)
-    };
-    let same_normals = if triangle(first).normals[0] == NONE {
-        coplanar(tables.corners(first.triangle), tables.corners(second.triangle))
-    } else {
-        let at = |side| ends(side, |t| t.normals);
-        let value = |n: [u32; 2]| n.map(|n| shading.normals[n as usize]);
-        at(first) == at(second) || value(at(first)) == value(at(second))
-    };
-    same_uv && same_normals
-}
-
 /// Unit normals that differ by no more than this are those of one plane. It is what rounding to single precision, in
 /// which most meshes are stored, does to triangles a hundredth as large as their coordinates. A jump of the radiance that
 /// is left out where flat-shaded triangles meet is as small, relatively.
 pub(crate) const FLAT: f64 = 1e-5;
 
-/// Whether two flat-shaded triangles shade alike, to rounding. Vertices that move may bend the edge between
-/// them; but as long as nothing jumps there, nothing that moves there counts.
-fn coplanar(s: [DVec3; 3], t: [DVec3; 3]) -> bool {
-    (normal(s) - normal(t)).length() <= FLAT
+/// Triangles with their unit normals.
+#[derive(Clone, Copy)]
+struct Planes<'s> {
+    tables: Tables<'s>,
+    normals: &'s [DVec3],
+}
+
+impl Planes<'_> {
+    /// Whether normals and texture go on from a triangle to another across edge k of the first, along which the other runs
+    /// in the opposite sense.
+    fn shading_continues(self, shading: Shading<'_>, pair: [usize; 2], k: usize) -> bool {
+        let [s, t] = pair.map(|i| &self.tables.triangles[i]);
+        let l = (0..3).find(|&l| {
+            t.positions[l] == s.positions[(k + 1) % 3] && t.positions[(l + 1) % 3] == s.positions[k]
+        });
+        let Some(l) = l else { return false };
+        // Of a table of the triangles' corners, what is at the ends of the edge, in one order.
+        let ends = |table: fn(&Triangle) -> [u32; 3]| {
+            let (s, t) = (table(s), table(t));
+            [[s[k], s[(k + 1) % 3]], [t[(l + 1) % 3], t[l]]]
+        };
+        let same_uv = !shading.textured[s.shape as usize] || {
+            let [a, b] = ends(|t| t.uvs).map(|ends| ends.map(|n| shading.uvs[n as usize]));
+            a == b
+        };
+        let same_normals = if s.normals[0] == NONE {
+            self.coplanar(pair)
+        } else {
+            let [a, b] = ends(|t| t.normals);
+            let value = |ends: [u32; 2]| ends.map(|n| shading.normals[n as usize]);
+            a == b || value(a) == value(b)
+        };
+        same_uv && same_normals
+    }
+
+    /// Whether two flat-shaded triangles shade alike, to rounding. Vertices that move may bend the edge between them; but
+    /// as long as nothing jumps there, nothing that moves there counts.
+    fn coplanar(self, pair: [usize; 2]) -> bool {
+        let [m, n] = pair.map(|i| self.normals[i]);
+        (m - n).length() <= FLAT
+    }
+
+    /// The distance of the centroids of two triangles over the angle between their normals.
+    fn radius_across(self, pair: [usize; 2]) -> f64 {
+        let [a, b] = pair.map(|i| self.tables.corners(i as u32).into_iter().sum::<DVec3>() / 3.0);
+        let [m, n] = pair.map(|i| self.normals[i]);
+        (a - b).length() / m.cross(n).length().atan2(m.dot(n))
+    }
 }
 
 fn normal([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a).normalize_or_zero()
-}
-
-/// The distance of the centroids of two triangles over the angle between their normals.
-fn radius_across(tables: Tables<'_>, s: u32, t: u32) -> f64 {
-    let centre = |p: [DVec3; 3]| (p[0] + p[1] + p[2]) / 3.0;
-    let (s, t) = (tables.corners(s), tables.corners(t));
-    let (m, n) = (normal(s), normal(t));
-    let angle = m.cross(n).length().atan2(m.dot(n));
-    (centre(s) - centre(t)).length() / angle
 }

@@ -4,12 +4,12 @@ use std::sync::OnceLock;
 
 use glam::{DVec2, DVec3};
 
+use super::Description;
 use super::adjacency::{Adjacency, Shading};
 use super::crossing::Crossings;
 use super::error::SceneError;
 use super::normals::VertexNormals;
 use super::triangle::{NONE, Tables, Triangle};
-use super::{Description, Reflectance, Shape};
 use crate::geometry::{Accelerator, Normals};
 
 /// A scene: a checked description, and what tracing and shading need.
@@ -31,7 +31,7 @@ pub struct Scene {
     pub(crate) accelerator: Accelerator,
     pub(crate) adjacency: Adjacency,
     /// Found when they are first asked for: an image needs none.
-    crossings: OnceLock<Crossings>,
+    pub(super) crossings: OnceLock<Crossings>,
 }
 
 impl Scene {
@@ -44,7 +44,7 @@ impl Scene {
         Ok(Self::assemble(description))
     }
 
-    fn assemble(description: Description) -> Self {
+    pub(super) fn assemble(description: Description) -> Self {
         let mut positions = vec![];
         let mut triangles = vec![];
         let mut normals = vec![];
@@ -85,11 +85,7 @@ impl Scene {
         vertex_normals.compute(&positions, &mut normals);
         let corners: Vec<[u32; 3]> = triangles.iter().map(|t| t.positions).collect();
         let accelerator = Accelerator::build(&positions, &corners);
-        let is_textured = |shape: &Shape| {
-            let bsdf = &description.materials[shape.material].bsdf;
-            matches!(bsdf.reflectance(), Reflectance::Texture(_))
-        };
-        let textured: Vec<bool> = description.shapes.iter().map(is_textured).collect();
+        let textured = description.textured();
         let tables = Tables { positions: &positions, triangles: &triangles };
         let shading = Shading { normals: &normals, uvs: &uvs, textured: &textured };
         let adjacency = Adjacency::build(tables, shading);

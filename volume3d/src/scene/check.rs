@@ -5,20 +5,22 @@ use std::collections::HashSet;
 use glam::DVec3;
 
 use super::{
-    Bsdf, Camera, Description, Environment, Film, Filter, Light, Material, Reflectance, SceneError, Texture,
+    Bsdf, Camera, Description, Environment, Film, Filter, Light, Material, Reflectance, SceneError, Shape,
+    Texture,
 };
+use crate::geometry::Mesh;
 
 pub(super) fn check(description: &Description) -> Result<(), SceneError> {
     let Description { camera, film, textures, materials, shapes, lights, environment, .. } = description;
-    check_camera(camera)?;
-    check_film(film)?;
+    self::camera(camera)?;
+    self::film(film)?;
     unique("texture", textures.iter().map(|t| &t.id))?;
     unique("material", materials.iter().map(|m| &m.id))?;
     unique("shape", shapes.iter().map(|s| &s.id))?;
     unique("light", lights.iter().map(Light::id))?;
-    textures.iter().try_for_each(check_texture)?;
+    textures.iter().try_for_each(texture)?;
     for material in materials {
-        check_material(material, textures.len())?;
+        self::material(material, textures.len())?;
     }
     for shape in shapes {
         let count = materials.len();
@@ -28,26 +30,51 @@ pub(super) fn check(description: &Description) -> Result<(), SceneError> {
             index: shape.material,
             count,
         })?;
-        if matches!(material.bsdf.reflectance(), Reflectance::Texture(_)) && shape.mesh.uvs().is_none() {
-            return Err(SceneError::NoCoordinates { id: shape.id.clone() });
-        }
+        coordinates(&shape.id, &shape.mesh, material)?;
         if let Some(radiance) = shape.radiance {
             not_negative(&shape.id, "the radiance", radiance)?;
         }
     }
     for light in lights {
-        check_light(light)?;
+        self::light(light)?;
     }
     if let Some(environment) = environment {
-        check_environment(environment, textures.len())?;
+        self::environment(environment, textures.len())?;
     }
+    count(shapes)
+}
+
+/// That a textured surface has texture coordinates.
+pub(super) fn coordinates(id: &str, mesh: &Mesh, material: &Material) -> Result<(), SceneError> {
+    let textured = matches!(material.bsdf.reflectance(), Reflectance::Texture(_));
+    if textured && mesh.uvs().is_none() {
+        return Err(SceneError::NoCoordinates { id: id.to_owned() });
+    }
+    Ok(())
+}
+
+/// That 32 bits count all vertices and triangles.
+pub(super) fn count(shapes: &[Shape]) -> Result<(), SceneError> {
     let positions = shapes.iter().map(|s| s.mesh.positions().len()).sum::<usize>();
     let triangles = shapes.iter().map(|s| s.mesh.triangles().len()).sum::<usize>();
     let count = positions.max(triangles);
     if count < u32::MAX as usize { Ok(()) } else { Err(SceneError::TooLarge { count }) }
 }
 
-fn check_camera(camera: &Camera) -> Result<(), SceneError> {
+/// That a new name, if it is one, is not that of another.
+pub(super) fn renamed<'a>(
+    what: &'static str,
+    old: &str,
+    new: &str,
+    mut all: impl Iterator<Item = &'a String>,
+) -> Result<(), SceneError> {
+    if new != old && all.any(|id| id == new) {
+        return Err(SceneError::Duplicate { what, id: new.to_owned() });
+    }
+    Ok(())
+}
+
+pub(super) fn camera(camera: &Camera) -> Result<(), SceneError> {
     let Camera { origin, right, up, forward, field_of_view } = camera;
     let frame = [*right, *up, *forward];
     // A frame read from six digits of a file is orthonormal to about this.
@@ -61,7 +88,7 @@ fn check_camera(camera: &Camera) -> Result<(), SceneError> {
     range(in_range, "camera", "the field of view", *field_of_view, "in (0, pi)")
 }
 
-fn check_film(film: &Film) -> Result<(), SceneError> {
+pub(super) fn film(film: &Film) -> Result<(), SceneError> {
     let inside = film.crop.is_none_or(|c| {
         let fits = |start: usize, size: usize, whole: usize| size > 0 && start.saturating_add(size) <= whole;
         fits(c.x, c.width, film.width) && fits(c.y, c.height, film.height)
@@ -81,7 +108,7 @@ fn check_film(film: &Film) -> Result<(), SceneError> {
     }
 }
 
-fn check_texture(texture: &Texture) -> Result<(), SceneError> {
+pub(super) fn texture(texture: &Texture) -> Result<(), SceneError> {
     let Texture { id, width, height, texels, .. } = texture;
     if texels.is_empty() || width.checked_mul(*height) != Some(texels.len()) {
         return Err(SceneError::Texels {
@@ -95,7 +122,7 @@ fn check_texture(texture: &Texture) -> Result<(), SceneError> {
     range(bad.is_none(), id, "a texel", f64::NAN, "finite")
 }
 
-fn check_material(material: &Material, textures: usize) -> Result<(), SceneError> {
+pub(super) fn material(material: &Material, textures: usize) -> Result<(), SceneError> {
     let id = &material.id;
     match material.bsdf.reflectance() {
         Reflectance::Constant(c) => not_negative(id, "the reflectance", *c)?,
@@ -114,7 +141,7 @@ fn check_material(material: &Material, textures: usize) -> Result<(), SceneError
     }
 }
 
-fn check_light(light: &Light) -> Result<(), SceneError> {
+pub(super) fn light(light: &Light) -> Result<(), SceneError> {
     match light {
         Light::Directional { id, direction, irradiance, kappa } => {
             not_negative(id, "the irradiance", *irradiance)?;
@@ -129,7 +156,7 @@ fn check_light(light: &Light) -> Result<(), SceneError> {
     }
 }
 
-fn check_environment(environment: &Environment, textures: usize) -> Result<(), SceneError> {
+pub(super) fn environment(environment: &Environment, textures: usize) -> Result<(), SceneError> {
     match environment {
         Environment::Constant { id, radiance } => not_negative(id, "the radiance", *radiance),
         Environment::Map { id, texture, scale, to_world } => {
@@ -150,7 +177,7 @@ fn check_index(id: &str, index: usize, count: usize) -> Result<(), SceneError> {
     }
 }
 
-fn not_negative(id: &str, what: &'static str, c: DVec3) -> Result<(), SceneError> {
+pub(super) fn not_negative(id: &str, what: &'static str, c: DVec3) -> Result<(), SceneError> {
     let bad = c.to_array().into_iter().find(|x| !(*x >= 0.0 && x.is_finite()));
     range(bad.is_none(), id, what, bad.unwrap_or(0.0), "finite and not negative")
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Camera, Environment, Film, Light, Material, Texture};
+use super::{Camera, Environment, Film, Light, Material, Reflectance, Texture};
 use crate::geometry::Mesh;
 
 /// A mesh with a material, and perhaps a radiance.
@@ -72,6 +72,12 @@ impl Description {
             lights: vec![],
             environment: None,
         }
+    }
+
+    /// Whether each shape has a texture.
+    pub(super) fn textured(&self) -> Vec<bool> {
+        let bsdf = |shape: &Shape| &self.materials[shape.material].bsdf;
+        self.shapes.iter().map(|s| matches!(bsdf(s).reflectance(), Reflectance::Texture(_))).collect()
     }
 
     /// Adds a material and returns its index.

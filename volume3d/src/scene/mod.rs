@@ -14,6 +14,7 @@ mod normals;
 mod span;
 mod texture;
 mod triangle;
+mod update;
 
 pub(crate) use adjacency::{Beyond, FLAT};
 pub use build::Scene;

@@ -1,6 +1,7 @@
 //! Angle-weighted vertex normals, their tangent and its transpose.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// One corner of a triangle with computed normals.
 #[derive(Clone, Copy, Debug)]
@@ -18,6 +19,10 @@ pub(crate) struct VertexNormals {
     triangles: Vec<Corners>,
     /// Which normals are computed.
     ranges: Vec<(u32, u32)>,
+    /// The corners that each of them is a mean over: those from `first[i]` to `first[i + 1]`, as three times a triangle
+    /// and which corner of it.
+    first: Vec<u32>,
+    corners: Vec<u32>,
 }
 
 impl VertexNormals {
@@ -30,10 +35,27 @@ impl VertexNormals {
         count: usize,
     ) {
         self.ranges.push((first_normal, first_normal + count as u32));
+        let before = self.triangles.len();
         self.triangles.extend(positions.iter().zip(normals).map(|(p, n)| Corners {
             positions: p.map(|i| i + first_position),
             normals: n.map(|i| i + first_normal),
         }));
+        let mut counts = vec![0; count + 1];
+        for n in normals.as_flattened() {
+            counts[*n as usize + 1] += 1;
+        }
+        let start = self.corners.len() as u32;
+        counts[0] = start;
+        (0..count).for_each(|i| counts[i + 1] += counts[i]);
+        self.corners.resize(3 * self.triangles.len(), 0);
+        let mut next = counts.clone();
+        for (corner, n) in (3 * before as u32..).zip(normals.as_flattened()) {
+            let place = &mut next[*n as usize];
+            self.corners[*place as usize] = corner;
+            *place += 1;
+        }
+        self.first.pop();
+        self.first.extend(counts);
     }
 
     fn computed(&self) -> impl Iterator<Item = usize> + '_ {
@@ -42,23 +64,32 @@ impl VertexNormals {
 
     /// Fills in the computed normals.
     pub(crate) fn compute(&self, positions: &[DVec3], normals: &mut [DVec3]) {
-        self.sums(positions, normals);
-        for i in self.computed() {
-            normals[i] = normals[i].normalize_or_zero();
+        self.each(normals, |corners| self.sum(positions, corners).normalize_or_zero());
+    }
+
+    /// Σ α_c n_c for every computed normal.
+    fn sums(&self, positions: &[DVec3], sums: &mut [DVec3]) {
+        self.each(sums, |corners| self.sum(positions, corners));
+    }
+
+    /// Gives each computed normal what a function makes of its corners.
+    fn each(&self, normals: &mut [DVec3], f: impl Fn(&[u32]) -> DVec3 + Sync) {
+        let mut first = &self.first[..];
+        for &(a, b) in &self.ranges {
+            let (from, to) = (first, &first[1..]);
+            let range = normals[a as usize..b as usize].par_iter_mut().with_min_len(512);
+            range.enumerate().for_each(|(i, n)| *n = f(&self.corners[from[i] as usize..to[i] as usize]));
+            first = &first[(b - a) as usize..];
         }
     }
 
-    fn sums(&self, positions: &[DVec3], sums: &mut [DVec3]) {
-        for i in self.computed() {
-            sums[i] = DVec3::ZERO;
-        }
-        for t in &self.triangles {
-            if let Some(face) = Face::new(t.positions.map(|i| positions[i as usize])) {
-                for k in 0..3 {
-                    sums[t.normals[k] as usize] += face.angles[k] * face.normal;
-                }
-            }
-        }
+    fn sum(&self, positions: &[DVec3], corners: &[u32]) -> DVec3 {
+        let weighted = |&corner: &u32| {
+            let triangle = &self.triangles[corner as usize / 3];
+            let face = Face::new(triangle.positions.map(|i| positions[i as usize]));
+            face.map_or(DVec3::ZERO, |face| face.angle(corner as usize % 3) * face.normal)
+        };
+        corners.iter().map(weighted).sum()
     }
 
     /// The rates of the computed normals, from those of the positions.
@@ -75,7 +106,7 @@ impl VertexNormals {
                 let (normal_rate, angle_rates) = face.tangent(rate);
                 for k in 0..3 {
                     sum_rates[t.normals[k] as usize] +=
-                        angle_rates[k] * face.normal + face.angles[k] * normal_rate;
+                        angle_rates[k] * face.normal + face.angle(k) * normal_rate;
                 }
             }
         }
@@ -97,7 +128,7 @@ impl VertexNormals {
                 continue;
             }
             if let Some(face) = Face::new(t.positions.map(|i| positions[i as usize])) {
-                let by_normal: DVec3 = (0..3).map(|k| face.angles[k] * covector[k]).sum();
+                let by_normal: DVec3 = (0..3).map(|k| face.angle(k) * covector[k]).sum();
                 let by_angle = covector.map(|c| c.dot(face.normal));
                 for (i, c) in t.positions.into_iter().zip(face.transpose(by_normal, by_angle)) {
                     covectors[i as usize] += c;
@@ -125,7 +156,6 @@ struct Face {
     /// e₀ × e₁ without normalisation: twice the area.
     cross: DVec3,
     normal: DVec3,
-    angles: [f64; 3],
 }
 
 impl Face {
@@ -133,11 +163,14 @@ impl Face {
         let edges = [p[1] - p[0], p[2] - p[1], p[0] - p[2]];
         let cross = edges[0].cross(edges[1]);
         let normal = cross.try_normalize()?;
-        let angles = std::array::from_fn(|k| {
-            let (a, b) = (edges[k], -edges[(k + 2) % 3]);
-            a.cross(b).length().atan2(a.dot(b))
-        });
-        Some(Self { edges, cross, normal, angles })
+        Some(Self { edges, cross, normal })
+    }
+
+    /// α_k.
+    fn angle(&self, k: usize) -> f64 {
+        // Two edges of a triangle span twice its area.
+        let (a, b) = (self.edges[k], -self.edges[(k + 2) % 3]);
+        self.cross.length().atan2(a.dot(b))
     }
 
     /// ∂α_k/∂a and ∂α_k/∂b for the two edges a = e_k, b = −e_{k+2} that leave corner k: turning an edge by an

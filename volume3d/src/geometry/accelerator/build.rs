@@ -30,7 +30,7 @@ pub(super) struct Bounds {
 impl Bounds {
     pub(super) const EMPTY: Self = Self { lower: Vec3A::INFINITY, upper: Vec3A::NEG_INFINITY };
 
-    fn union(self, other: Self) -> Self {
+    pub(super) fn union(self, other: Self) -> Self {
         Self { lower: self.lower.min(other.lower), upper: self.upper.max(other.upper) }
     }
 
@@ -57,7 +57,6 @@ impl Reference {
 
 /// A node of the binary hierarchy: a range of references and, unless it is small, its two halves.
 pub(super) struct Binary {
-    pub(super) bounds: Bounds,
     first: u32,
     count: u32,
     pub(super) halves: Option<Box<[Binary; 2]>>,
@@ -146,7 +145,6 @@ pub(super) fn build(references: &mut [Reference]) -> Binary {
 /// Divides a range, which starts at `first`, at the bin of least cost, or in the middle if all centres coincide or the
 /// tree is deep.
 fn divide(references: &mut [Reference], first: usize, extent: Extent, depth: usize) -> Binary {
-    let bounds = extent.bounds;
     let count = references.len();
     let halves = (count > SMALLEST).then(|| {
         let split = (depth < DEEPEST).then(|| best_split(references, &extent)).flatten();
@@ -166,8 +164,9 @@ fn divide(references: &mut [Reference], first: usize, extent: Extent, depth: usi
         };
         Box::new([left, right])
     });
-    let plan = Plan::new(bounds.area(), count, halves.as_ref().map(|h| h.each_ref().map(|half| &half.plan)));
-    Binary { bounds, first: first as u32, count: count as u32, halves, plan }
+    let plan =
+        Plan::new(extent.bounds.area(), count, halves.as_ref().map(|h| h.each_ref().map(|half| &half.plan)));
+    Binary { first: first as u32, count: count as u32, halves, plan }
 }
 
 /// From centres to bins.

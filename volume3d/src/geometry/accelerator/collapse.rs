@@ -8,7 +8,7 @@
 use super::lanes::WIDTH;
 
 /// Time of a leaf's eight triangles over that of a node's eight boxes.
-const LEAF_COST: f32 = 1.5;
+pub(super) const LEAF_COST: f32 = 1.5;
 
 /// The best choices below a node of the binary hierarchy.
 #[derive(Clone, Copy)]

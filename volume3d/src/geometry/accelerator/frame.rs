@@ -116,8 +116,13 @@ impl Depth {
 }
 
 impl Frame {
+    /// The frame of a box, which may be empty.
+    pub(super) fn around((lower, upper): (DVec3, DVec3)) -> Self {
+        if lower.x <= upper.x { Self::new(lower, upper) } else { Self::new(DVec3::ZERO, DVec3::ZERO) }
+    }
+
     /// The frame of the points between two corners.
-    pub(super) fn new(lower: DVec3, upper: DVec3) -> Self {
+    fn new(lower: DVec3, upper: DVec3) -> Self {
         let centre = 0.5 * lower + 0.5 * upper;
         let half = (upper - centre).max(centre - lower);
         let size = half.max_element();

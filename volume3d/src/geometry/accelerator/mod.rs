@@ -72,8 +72,15 @@ pub struct Accelerator {
     frame: Frame,
     tree: Tree,
     bounds: (DVec3, DVec3),
+    /// The triangles that are never hit, which the hierarchy does not contain.
+    left_out: Vec<u32>,
+    /// What a ray through the hierarchy is expected to cost, as it was built.
+    cost: f64,
     instructions: Instructions,
 }
+
+/// A hierarchy is built anew where rays through the old one would cost this many times as much as when it was built.
+const WORST_COST: f64 = 1.5;
 
 impl Accelerator {
     /// Builds the hierarchy over `triangles`, which index `positions`.
@@ -85,31 +92,43 @@ impl Accelerator {
     pub fn build(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
         assert!(triangles.len() < 1 << 28, "fewer than 2²⁸ triangles");
         let mesh = Mesh { positions, triangles };
-        let solid: Vec<u32> = (0..triangles.len() as u32)
+        let left_out = mesh.left_out();
+        let bounds = mesh.bounds(&left_out);
+        let frame = Frame::around(bounds);
+        let solid = |triangle: &u32| left_out.binary_search(triangle).is_err();
+        let mut references: Vec<Reference> = (0..triangles.len() as u32)
             .into_par_iter()
-            .filter(|&triangle| is_solid(&mesh.corners(triangle)))
-            .collect();
-        let empty = || (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let union = |a: (DVec3, DVec3), b: (DVec3, DVec3)| (a.0.min(b.0), a.1.max(b.1));
-        let bounds = solid
-            .par_iter()
-            .map(|&triangle| mesh.corners(triangle).into_iter().fold(empty(), |sum, p| union(sum, (p, p))))
-            .reduce(empty, union);
-        let frame = if solid.is_empty() {
-            Frame::new(DVec3::ZERO, DVec3::ZERO)
-        } else {
-            Frame::new(bounds.0, bounds.1)
-        };
-        let mut references: Vec<Reference> = solid
-            .into_par_iter()
+            .filter(solid)
             .map(|triangle| Reference {
                 bounds: rounded_out(mesh.corners(triangle).map(|p| frame.place(p))),
                 triangle,
             })
             .collect();
         let root = build::build(&mut references);
-        let tree = Tree::new(&root, &references, &frame, mesh);
-        Self { frame, tree, bounds, instructions: Instructions::detect() }
+        let mut tree = Tree::new(&root, &references, mesh);
+        let cost = tree.fit(&frame, mesh);
+        Self { frame, tree, bounds, left_out, cost, instructions: Instructions::detect() }
+    }
+
+    /// Moves the hierarchy along with the positions of its triangles. It is built anew instead where triangles of zero
+    /// area come or go, or where boxes have grown so much that rays would take half as long again
+    /// as when it was built.
+    ///
+    /// Hits are those of a new hierarchy, bit for bit.
+    ///
+    /// # Panics
+    ///
+    /// If an index is out of range, or the triangles are not those it was built over.
+    pub fn refit(&mut self, positions: &[DVec3], triangles: &[[u32; 3]]) {
+        let mesh = Mesh { positions, triangles };
+        if mesh.left_out() == self.left_out {
+            self.bounds = mesh.bounds(&self.left_out);
+            self.frame = Frame::around(self.bounds);
+            if self.tree.fit(&self.frame, mesh) <= WORST_COST * self.cost {
+                return;
+            }
+        }
+        *self = Self::build(positions, triangles);
     }
 
     /// Lower and upper corner of the box around all triangles that can be hit; without any, the lower one is
@@ -153,6 +172,26 @@ struct Mesh<'a> {
 impl Mesh<'_> {
     fn corners(&self, triangle: u32) -> [DVec3; 3] {
         self.triangles[triangle as usize].map(|vertex| self.positions[vertex as usize])
+    }
+
+    fn len(&self) -> u32 {
+        self.triangles.len() as u32
+    }
+
+    /// The triangles that no ray hits, in order.
+    fn left_out(&self) -> Vec<u32> {
+        (0..self.len()).into_par_iter().filter(|&triangle| !is_solid(&self.corners(triangle))).collect()
+    }
+
+    /// The box around all triangles but those left out.
+    fn bounds(&self, left_out: &[u32]) -> (DVec3, DVec3) {
+        let empty = || (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let union = |a: (DVec3, DVec3), b: (DVec3, DVec3)| (a.0.min(b.0), a.1.max(b.1));
+        (0..self.len())
+            .into_par_iter()
+            .filter(|triangle| left_out.binary_search(triangle).is_err())
+            .map(|triangle| self.corners(triangle).into_iter().fold(empty(), |sum, p| union(sum, (p, p))))
+            .reduce(empty, union)
     }
 }
 

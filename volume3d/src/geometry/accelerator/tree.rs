@@ -4,13 +4,14 @@
 //! one after the other. So the filter has three lines a leaf, asked for when its box is entered, and the exact test
 //! finds its part of a leaf by the same place, so that both are on their way at once.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
 
-use super::Mesh;
 use super::build::{Binary, Bounds, Reference};
+use super::collapse::LEAF_COST;
 use super::frame::Frame;
 use super::lanes::{Lanes, Row, Steps, WIDTH};
+use super::{Mesh, rounded_out};
 
 /// What a cache line holds, in bytes.
 const LINE: usize = 64;
@@ -111,7 +112,9 @@ pub(super) struct Tree {
     pub(super) leaves: Vec<Leaf>,
     /// Indices in the mesh of the triangles of each leaf.
     pub(super) triangles: Vec<[u32; WIDTH]>,
-    /// Vertices, each once a leaf, from [`VERTICES`] times the leaf's place on.
+    /// Vertices of leaves in the mesh, each once a leaf, from [`VERTICES`] times the leaf's place on, or [`NO_VERTEX`].
+    vertices: Vec<u32>,
+    /// Where they are.
     positions: Vec<[f64; 3]>,
     /// Root of the mean of half the surface of leaves.
     pub(super) leaf_size: f64,
@@ -120,23 +123,55 @@ pub(super) struct Tree {
 }
 
 impl Tree {
-    /// Lays out a hierarchy over `references` to triangles of a mesh.
-    pub(super) fn new(root: &Binary, references: &[Reference], frame: &Frame, mesh: Mesh<'_>) -> Self {
-        let mut layout = Layout::new(references, mesh);
+    /// Lays out a hierarchy over `references` to triangles of a mesh, without places: see [`fit`](Self::fit).
+    pub(super) fn new(root: &Binary, references: &[Reference], mesh: Mesh<'_>) -> Self {
+        let mut layout = Layout { references, mesh, tree: Self::empty() };
         let depth = if root.is_leaf() { layout.root_leaf(root) } else { layout.node(root) };
-        let positions: Vec<[f64; 3]> = layout
-            .vertices
-            .par_iter()
-            .map(|&vertex| mesh.positions.get(vertex as usize).map_or([0.0; 3], DVec3::to_array))
-            .collect();
-        let mut leaves = layout.leaves;
-        leaves
-            .par_iter_mut()
-            .enumerate()
-            .for_each(|(place, leaf)| leaf.place(&positions[VERTICES * place..], frame));
-        let leaf_size = (layout.surface / f64::from(layout.count.max(1))).sqrt();
-        let pending = depth * (WIDTH - 1) + 1;
-        Self { nodes: layout.nodes, leaves, triangles: layout.triangles, positions, leaf_size, pending }
+        layout.tree.pending = depth * (WIDTH - 1) + 1;
+        layout.tree.positions = vec![[0.0; 3]; layout.tree.vertices.len()];
+        layout.tree
+    }
+
+    fn empty() -> Self {
+        let (nodes, leaves, triangles, vertices) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { nodes, leaves, triangles, vertices, positions: Vec::new(), leaf_size: 0.0, pending: 0 }
+    }
+
+    /// Makes all boxes and grids those of the mesh's positions. Returns the cost of the hierarchy: the surface of all boxes
+    /// over that of the root's, which is the expected number of boxes that a ray which meets the root's enters, leaves
+    /// counted as often as they take longer.
+    pub(super) fn fit(&mut self, frame: &Frame, mesh: Mesh<'_>) -> f64 {
+        self.positions.par_iter_mut().zip(&self.vertices).for_each(|(position, &vertex)| {
+            if let Some(p) = mesh.positions.get(vertex as usize) {
+                *position = p.to_array();
+            }
+        });
+        let positions = &self.positions;
+        let leaves = self.leaves.par_iter_mut().enumerate();
+        let boxes: Vec<Bounds> =
+            leaves.map(|(place, leaf)| leaf.fit(&positions[VERTICES * place..], frame)).collect();
+        // Children come after their parents.
+        let (mut inner, mut outer, mut count) = (0.0, 0.0, 0_u32);
+        for index in (0..self.nodes.len()).rev() {
+            for lane in 0..WIDTH {
+                let link = self.nodes[index].children[lane];
+                if link == Link::ROOT {
+                    continue;
+                }
+                let bounds =
+                    if link.is_leaf() { boxes[link.index()] } else { self.nodes[link.index()].hull() };
+                self.nodes[index].set(lane, bounds);
+                if link.is_leaf() {
+                    outer += f64::from(bounds.area());
+                    count += 1;
+                } else {
+                    inner += f64::from(bounds.area());
+                }
+            }
+        }
+        self.leaf_size = (outer / f64::from(count.max(1))).sqrt();
+        let root = f64::from(self.nodes[0].hull().area());
+        if root > 0.0 { (inner + f64::from(LEAF_COST) * outer) / root } else { 0.0 }
     }
 
     /// Asks for what a link points to, ahead of time: a node, or what the filter needs of a leaf. Without a branch on
@@ -192,48 +227,35 @@ fn address<T>(elements: &[T], index: usize) -> *const i8 {
     elements.as_ptr().cast::<i8>().wrapping_add(index * size_of::<T>())
 }
 
-/// Nodes and leaves in the order in which they are met.
+/// A hierarchy while it is laid out, in the order in which nodes and leaves are met.
 struct Layout<'a> {
     references: &'a [Reference],
     mesh: Mesh<'a>,
-    nodes: Vec<Node>,
-    leaves: Vec<Leaf>,
-    triangles: Vec<[u32; WIDTH]>,
-    /// Vertices of leaves in the mesh, [`VERTICES`] a place, or [`NO_VERTEX`].
-    vertices: Vec<u32>,
-    /// Number of leaves, and the sum of half their surfaces.
-    count: u32,
-    surface: f64,
+    tree: Tree,
 }
 
-impl<'a> Layout<'a> {
-    fn new(references: &'a [Reference], mesh: Mesh<'a>) -> Self {
-        let (nodes, leaves, triangles, vertices) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Self { references, mesh, nodes, leaves, triangles, vertices, count: 0, surface: 0.0 }
-    }
-
+impl Layout<'_> {
     /// Appends a node and all below it; returns its depth.
     fn node(&mut self, binary: &Binary) -> usize {
-        let index = self.nodes.len();
-        self.nodes.push(Node::empty());
+        let index = self.tree.nodes.len();
+        self.tree.nodes.push(Node::empty());
         let mut depth = 0;
         for (lane, child) in binary.children().into_iter().enumerate() {
-            let link = if child.is_leaf() {
+            self.tree.nodes[index].children[lane] = if child.is_leaf() {
                 self.leaf(child)
             } else {
-                let link = Link::node(self.nodes.len());
+                let link = Link::node(self.tree.nodes.len());
                 depth = depth.max(self.node(child));
                 link
             };
-            self.nodes[index].set(lane, child.bounds, link);
         }
         depth + 1
     }
 
     fn leaf(&mut self, binary: &Binary) -> Link {
         let range = binary.range();
-        let link = Link::leaf(self.leaves.len(), range.len());
-        let start = self.vertices.len();
+        let link = Link::leaf(self.tree.leaves.len(), range.len());
+        let start = self.tree.vertices.len();
         let mut corners = [[0; 3]; WIDTH];
         let mut triangles = [0; WIDTH];
         let (references, mesh) = (self.references, self.mesh);
@@ -242,27 +264,22 @@ impl<'a> Layout<'a> {
             triangles[lane..].fill(triangle);
             corners[lane..].fill(mesh.triangles[triangle as usize].map(|vertex| self.place(start, vertex)));
         }
-        let places = (self.vertices.len() - start).div_ceil(VERTICES);
-        self.vertices.resize(start + places * VERTICES, NO_VERTEX);
-        let Bounds { lower, upper } = binary.bounds;
-        // Rounded up, so that the box is within all steps.
-        let step = ((upper - lower).max_element() / f32::from(u16::MAX)) * (1.0 + 2.0 * f32::EPSILON);
-        let step = step.max(SMALLEST_STEP);
-        self.leaves.push(Leaf { anchor: lower.to_array(), step, corners, ..Leaf::EMPTY });
-        self.triangles.push(triangles);
-        self.triangles.resize(self.triangles.len() + places - 1, [0; WIDTH]);
-        self.leaves.resize(self.leaves.len() + places - 1, Leaf::EMPTY);
-        self.count += 1;
-        self.surface += f64::from(binary.bounds.area());
+        let tree = &mut self.tree;
+        let places = (tree.vertices.len() - start).div_ceil(VERTICES);
+        tree.vertices.resize(start + places * VERTICES, NO_VERTEX);
+        tree.leaves.push(Leaf { corners, ..Leaf::EMPTY });
+        tree.triangles.push(triangles);
+        tree.triangles.resize(tree.triangles.len() + places - 1, [0; WIDTH]);
+        tree.leaves.resize(tree.leaves.len() + places - 1, Leaf::EMPTY);
         link
     }
 
     /// The place of a vertex among those of the leaf that begins at `start`.
     fn place(&mut self, start: usize, vertex: u32) -> u8 {
-        let own = &self.vertices[start..];
+        let own = &self.tree.vertices[start..];
         let place = own.iter().position(|&other| other == vertex).unwrap_or(own.len());
         if place == own.len() {
-            self.vertices.push(vertex);
+            self.tree.vertices.push(vertex);
         }
         place as u8
     }
@@ -271,9 +288,9 @@ impl<'a> Layout<'a> {
     fn root_leaf(&mut self, root: &Binary) -> usize {
         let mut node = Node::empty();
         if !root.range().is_empty() {
-            node.set(0, root.bounds, self.leaf(root));
+            node.children[0] = self.leaf(root);
         }
-        self.nodes.push(node);
+        self.tree.nodes.push(node);
         1
     }
 }
@@ -283,12 +300,19 @@ impl Node {
         Self { planes: [[[NOWHERE; WIDTH], [-NOWHERE; WIDTH]]; 3], children: [Link::ROOT; WIDTH] }
     }
 
-    fn set(&mut self, lane: usize, bounds: Bounds, link: Link) {
+    fn set(&mut self, lane: usize, bounds: Bounds) {
         for axis in 0..3 {
             self.planes[axis][0][lane] = bounds.lower[axis];
             self.planes[axis][1][lane] = bounds.upper[axis];
         }
-        self.children[lane] = link;
+    }
+
+    /// The box around all children. Lanes without one do not matter.
+    fn hull(&self) -> Bounds {
+        let fold = |side: usize, f: fn(f32, f32) -> f32, start: f32| {
+            Vec3A::from_array(std::array::from_fn(|axis| self.planes[axis][side].into_iter().fold(start, f)))
+        };
+        Bounds { lower: fold(0, f32::min, NOWHERE), upper: fold(1, f32::max, -NOWHERE) }
     }
 }
 
@@ -300,11 +324,28 @@ impl Leaf {
         corners: [[0; 3]; WIDTH],
     };
 
-    /// Rounds the vertices to the grid.
-    fn place(&mut self, positions: &[[f64; 3]], frame: &Frame) {
+    /// Whether it only makes room for vertices of the one before: no triangle has one corner.
+    fn is_spare(&self) -> bool {
+        self.corners[0] == [0; 3]
+    }
+
+    /// Rounds the vertices to a grid over their box, and returns the box.
+    fn fit(&mut self, positions: &[[f64; 3]], frame: &Frame) -> Bounds {
+        if self.is_spare() {
+            return Bounds::EMPTY;
+        }
+        let place = |corner: u8| frame.place(DVec3::from_array(positions[usize::from(corner)]));
+        let mut bounds = Bounds::EMPTY;
+        for corners in &self.corners {
+            bounds = bounds.union(rounded_out(corners.map(place)));
+        }
+        let Bounds { lower, upper } = bounds;
+        // Rounded up, so that the box is within all steps.
+        let step = ((upper - lower).max_element() / f32::from(u16::MAX)) * (1.0 + 2.0 * f32::EPSILON);
+        (self.anchor, self.step) = (lower.to_array(), step.max(SMALLEST_STEP));
         for (lane, corners) in self.corners.iter().enumerate() {
             for (vertex, &corner) in corners.iter().enumerate() {
-                let p = frame.place(DVec3::from_array(positions[usize::from(corner)]));
+                let p = place(corner);
                 for axis in 0..3 {
                     let steps = (p[axis] - f64::from(self.anchor[axis])) / f64::from(self.step);
                     // To the nearest: steps are not negative.
@@ -312,5 +353,6 @@ impl Leaf {
                 }
             }
         }
+        bounds
     }
 }

@@ -24,7 +24,7 @@ fn moller_trumbore(ray: &Ray, [a, b, c]: [DVec3; 3]) -> Option<(f64, f64, f64)> 
 }
 
 /// The exact test on all triangles, which the hierarchy must reproduce bit for bit.
-fn one_by_one(mesh: &Mesh, ray: &Ray) -> Option<Hit> {
+pub(super) fn one_by_one(mesh: &Mesh, ray: &Ray) -> Option<Hit> {
     let shear = super::super::watertight::Shear::new(ray.origin, ray.direction)?;
     let mut best: Option<Hit> = None;
     for triangle in 0..mesh.triangles.len() {
@@ -43,7 +43,7 @@ fn one_by_one(mesh: &Mesh, ray: &Ray) -> Option<Hit> {
 }
 
 /// Rays of every kind: free, axis-aligned, in coordinate planes, at vertices and edges, with intervals.
-fn random_ray(mesh: &Mesh, i: usize, rng: &mut Stream) -> Ray {
+pub(super) fn random_ray(mesh: &Mesh, i: usize, rng: &mut Stream) -> Ray {
     let size = mesh.positions.iter().fold(0.0, |m: f64, p| m.max(p.abs().max_element()));
     let [a, b, c] = mesh.corners((open01(rng) * mesh.triangles.len() as f64) as usize);
     let origin = match i % 5 {
@@ -76,7 +76,7 @@ fn random_ray(mesh: &Mesh, i: usize, rng: &mut Stream) -> Ray {
     Ray { origin, direction, near, far, from }
 }
 
-fn meshes() -> Vec<Mesh> {
+pub(super) fn meshes() -> Vec<Mesh> {
     let mut rng = stream(20, &[]);
     let mut meshes = vec![
         cube(),

@@ -2,4 +2,5 @@
 
 mod exact;
 mod meshes;
+mod refit;
 mod watertight;
