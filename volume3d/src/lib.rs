@@ -90,6 +90,7 @@
 pub mod geometry;
 pub mod gradient;
 pub mod io;
+pub mod optimize;
 mod path;
 pub mod scene;
 mod sphere;

@@ -11,7 +11,7 @@ use super::info::overlap;
 use super::method::MethodOptions;
 use super::movement::{Moves, change};
 use super::output::{Output, Pixels, check_distinct};
-use super::parameter::Parameter;
+use super::parameter::Name;
 use super::session::{Bar, RunOptions, SceneOptions, located, stop_if_asked};
 use super::spp::{check_error_exists, samples};
 use super::summary::{INTERIOR, outlier, root_mean_square, totals};
@@ -44,6 +44,9 @@ pub(super) struct Options {
     /// Reverse mode: a parameter. May be repeated, and -o then names a folder.
     ///
     ///   SHAPE.vertex_positions   (vertices of its file, 3); see below
+    ///   SHAPE.translation        (3), of the shape as a whole
+    ///   SHAPE.rotation           (3), radians about the world's axes through the mean of its vertices
+    ///   SHAPE.scale              a number, about the mean of its vertices
     ///   SHAPE.radiance           (3)
     ///   LIGHT.radiance           (3), of a constant environment
     ///   LIGHT.intensity          (3), of a point light
@@ -58,7 +61,7 @@ pub(super) struct Options {
     /// Vertices of a file at one place move together. Each of them has the derivative by
     /// that place: the whole, not a share.
     #[arg(long = "wrt", value_name = "WHAT.PARAMETER", requires = "adjoint", verbatim_doc_comment)]
-    parameters: Vec<Parameter>,
+    parameters: Vec<Name>,
     /// The gradient. Forward: an image, .exr, .npy or .png. Reverse: .npy (float64), or an existing folder, into
     /// which every --wrt is written as WHAT.PARAMETER.npy.
     #[arg(short, long, value_name = "GRAD.exr")]

@@ -8,7 +8,6 @@ mod info;
 mod lint;
 mod method;
 mod movement;
-mod names;
 mod output;
 mod parameter;
 mod render;

@@ -2,13 +2,12 @@
 
 use std::str::FromStr;
 
-use anyhow::{anyhow, bail};
+use anyhow::bail;
 use clap::Args;
 use glam::DVec3;
 use volume3d::gradient::Tangent;
-use volume3d::scene::{Bsdf, Environment, Light, Reflectance, Scene};
-
-use super::names;
+use volume3d::optimize::{ParameterError, Quantity};
+use volume3d::scene::Scene;
 
 #[derive(Args, Debug)]
 pub(super) struct Moves {
@@ -45,13 +44,20 @@ pub(super) struct Move {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum How {
     Translate(DVec3),
-    Rotate { centre: DVec3, axis: DVec3 },
-    Scale { centre: DVec3, rate: f64 },
-    Vertex { index: usize, velocity: DVec3 },
-    Radiance(DVec3),
-    Intensity(DVec3),
-    Irradiance(DVec3),
-    Reflectance(DVec3),
+    Rotate {
+        centre: DVec3,
+        axis: DVec3,
+    },
+    Scale {
+        centre: DVec3,
+        rate: f64,
+    },
+    Vertex {
+        index: usize,
+        velocity: DVec3,
+    },
+    /// A radiance, an intensity, an irradiance or a reflectance.
+    Colour(&'static str, DVec3),
     Roughness(f64),
     CameraTranslate(DVec3),
     CameraRotate(DVec3),
@@ -102,10 +108,10 @@ impl FromStr for Move {
                     let index = index.parse().map_err(|_| format!("`{index}` is not a vertex's index"))?;
                     How::Vertex { index, velocity: vector(v)? }
                 }
-                ["radiance", v] => How::Radiance(vector(v)?),
-                ["intensity", v] => How::Intensity(vector(v)?),
-                ["irradiance", v] => How::Irradiance(vector(v)?),
-                ["reflectance", v] => How::Reflectance(vector(v)?),
+                ["radiance", v] => How::Colour("radiance", vector(v)?),
+                ["intensity", v] => How::Colour("intensity", vector(v)?),
+                ["irradiance", v] => How::Colour("irradiance", vector(v)?),
+                ["reflectance", v] => How::Colour("reflectance", vector(v)?),
                 ["roughness", rate] => How::Roughness(number(rate)?),
                 _ => return Err(format!("expected {SHAPE_FORMS}")),
             }
@@ -135,8 +141,12 @@ pub(super) fn change(scene: &Scene, moves: &[Move]) -> anyhow::Result<Tangent> {
 }
 
 impl Move {
+    fn quantity(&self, scene: &Scene, kind: &str) -> Result<Quantity, ParameterError> {
+        Quantity::find(scene, &format!("{}.{kind}", self.what))
+    }
+
     fn add_to(&self, scene: &Scene, change: &mut Tangent) -> anyhow::Result<()> {
-        let shape = || shape(scene, &self.what);
+        let shape = || scene.find_shape(&self.what);
         match self.how {
             How::Translate(velocity) => change.translate(scene, shape()?, velocity),
             How::Rotate { centre, axis } => change.rotate(scene, shape()?, centre, axis),
@@ -150,126 +160,22 @@ impl Move {
                 };
                 change.positions_of_mut(scene, shape)[position as usize] += velocity;
             }
-            How::Radiance(rate) => match emitter(scene, &self.what)? {
-                Emitter::Shape(shape) => change.radiance[shape] += rate,
-                Emitter::Environment => change.environment += rate,
+            How::Colour(kind, rate) => match self.quantity(scene, kind)? {
+                Quantity::Radiance { shape } => change.radiance[shape] += rate,
+                Quantity::EnvironmentRadiance => change.environment += rate,
+                Quantity::Intensity { light } => change.intensity[light] += rate,
+                Quantity::Reflectance { material } => change.reflectance[material] += rate,
+                other => bail!("{other:?} is no colour"),
             },
-            How::Intensity(rate) => change.intensity[point(scene, &self.what)?] += rate,
-            How::Irradiance(rate) => change.intensity[directional(scene, &self.what)?] += rate,
-            How::Reflectance(rate) => change.reflectance[plain(scene, &self.what)?] += rate,
-            How::Roughness(rate) => change.roughness[rough(scene, &self.what)?] += rate,
+            How::Roughness(rate) => match self.quantity(scene, "roughness")? {
+                Quantity::Roughness { material } => change.roughness[material] += rate,
+                other => bail!("{other:?} is no roughness"),
+            },
             How::CameraTranslate(velocity) => change.camera.translation += velocity,
             How::CameraRotate(axis) => change.camera.rotation += axis,
             How::CameraFieldOfView(rate) => change.camera.field_of_view += rate,
         }
         Ok(())
-    }
-}
-
-pub(super) fn shape(scene: &Scene, id: &str) -> anyhow::Result<usize> {
-    names::find("shape", id, scene.description().shapes.iter().map(|s| s.id.as_str()))
-}
-
-/// What has a radiance.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Emitter {
-    Shape(usize),
-    /// The environment, if it is constant.
-    Environment,
-}
-
-/// A shape that emits, or a constant environment.
-pub(super) fn emitter(scene: &Scene, id: &str) -> anyhow::Result<Emitter> {
-    let shapes = &scene.description().shapes;
-    match &scene.description().environment {
-        Some(Environment::Constant { id: sky, .. }) if sky == id => return Ok(Emitter::Environment),
-        Some(Environment::Map { id: map, .. }) if map == id => {
-            bail!("`{id}` is an environment map, which has no single radiance")
-        }
-        _ => {}
-    }
-    let emitters: Vec<&str> = shapes.iter().filter(|s| s.radiance.is_some()).map(|s| s.id.as_str()).collect();
-    let index = shape(scene, id)?;
-    if shapes[index].radiance.is_some() {
-        return Ok(Emitter::Shape(index));
-    }
-    Err(other("shape", id, "emits nothing", "that emit", &emitters))
-}
-
-/// A point light.
-pub(super) fn point(scene: &Scene, id: &str) -> anyhow::Result<usize> {
-    light(scene, id, "is no point light", "that are", |light| matches!(light, Light::Point { .. }))
-}
-
-/// A directional light.
-pub(super) fn directional(scene: &Scene, id: &str) -> anyhow::Result<usize> {
-    light(scene, id, "is no directional light", "that are", |light| {
-        matches!(light, Light::Directional { .. })
-    })
-}
-
-fn light(
-    scene: &Scene,
-    id: &str,
-    lacks: &str,
-    kind: &str,
-    is: impl Fn(&Light) -> bool,
-) -> anyhow::Result<usize> {
-    let lights = &scene.description().lights;
-    let index = names::find("light", id, lights.iter().map(|l| l.id().as_str()))?;
-    if is(&lights[index]) {
-        return Ok(index);
-    }
-    let those: Vec<&str> = lights.iter().filter(|l| is(l)).map(|l| l.id().as_str()).collect();
-    Err(other("light", id, lacks, kind, &those))
-}
-
-pub(super) fn material(scene: &Scene, id: &str) -> anyhow::Result<usize> {
-    names::find("material", id, scene.description().materials.iter().map(|m| m.id.as_str()))
-}
-
-/// A material of constant reflectance.
-pub(super) fn plain(scene: &Scene, id: &str) -> anyhow::Result<usize> {
-    material_with(scene, id, "has a texture, not one reflectance", "without a texture", |bsdf| {
-        matches!(bsdf.reflectance(), Reflectance::Constant(_))
-    })
-}
-
-/// A material with a texture.
-pub(super) fn textured(scene: &Scene, id: &str) -> anyhow::Result<usize> {
-    material_with(scene, id, "has no texture", "with a texture", |bsdf| {
-        matches!(bsdf.reflectance(), Reflectance::Texture(_))
-    })
-}
-
-/// A material with a roughness.
-pub(super) fn rough(scene: &Scene, id: &str) -> anyhow::Result<usize> {
-    material_with(scene, id, "has no roughness", "with one", |bsdf| {
-        matches!(bsdf, Bsdf::RoughConductor { .. })
-    })
-}
-
-fn material_with(
-    scene: &Scene,
-    id: &str,
-    lacks: &str,
-    kind: &str,
-    has: impl Fn(&Bsdf) -> bool,
-) -> anyhow::Result<usize> {
-    let index = material(scene, id)?;
-    let materials = &scene.description().materials;
-    if has(&materials[index].bsdf) {
-        return Ok(index);
-    }
-    let those: Vec<&str> = materials.iter().filter(|m| has(&m.bsdf)).map(|m| m.id.as_str()).collect();
-    Err(other("material", id, lacks, kind, &those))
-}
-
-fn other(what: &str, id: &str, lacks: &str, kind: &str, those: &[&str]) -> anyhow::Error {
-    if those.is_empty() {
-        anyhow!("{what} `{id}` {lacks}; no {what} of this scene does otherwise")
-    } else {
-        anyhow!("{what} `{id}` {lacks}; {what}s {kind}: {}", names::list(those))
     }
 }
 

@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{anyhow, bail};
-use volume3d::gradient::ActiveParameters;
 use volume3d::io::{Image, Precision, read_exr, read_npy, write_npy};
+use volume3d::optimize::Parameters;
 use volume3d::scene::{Overlap, Scene};
 
 use super::info::overlap;
 use super::method::MethodOptions;
 use super::output::{check_array, check_distinct};
-use super::parameter::{Located, Parameter};
+use super::parameter::{Name, arrays};
 use super::session::{Bar, RunOptions, SceneOptions, located as located_samples, stop_if_asked};
 use super::summary::{INTERIOR, outlier};
 use super::{Outcome, Report};
@@ -22,7 +22,7 @@ pub(super) struct Request<'o> {
     pub(super) run: &'o RunOptions,
     pub(super) method: &'o MethodOptions,
     pub(super) adjoint: &'o Path,
-    pub(super) parameters: &'o [Parameter],
+    pub(super) parameters: &'o [Name],
     pub(super) output: &'o Path,
     pub(super) samples: Option<usize>,
 }
@@ -39,10 +39,8 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     check_distinct(&outputs, &inputs)?;
     let scene = &loaded.scene;
     check_size(request.adjoint, &adjoint, scene)?;
-    let located =
-        request.parameters.iter().map(|p| p.locate(scene)).collect::<anyhow::Result<Vec<Located>>>()?;
-    let mut active = ActiveParameters::nothing(scene);
-    located.iter().for_each(|parameter| parameter.want(&mut active));
+    let parameters = Parameters::new(scene, request.parameters)?;
+    let active = parameters.active(scene);
 
     let samples = request.samples.unwrap_or(scene.description().samples);
     let start = Instant::now();
@@ -60,10 +58,9 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     }
     let heavy = gradient.outlier().map(|largest| outlier(largest, gradient.largest_share()));
     text += &heavy.unwrap_or_default();
-    for (parameter, path) in located.iter().zip(&paths) {
-        let array = parameter.pick(scene, &gradient.by_parameter);
+    for (array, path) in arrays(&parameters, scene, &gradient.by_parameter).iter().zip(&paths) {
         let size = array.values.iter().map(|x| x * x).sum::<f64>().sqrt();
-        write_npy(path, &array, Precision::Double)?;
+        write_npy(path, array, Precision::Double)?;
         if !size.is_finite() {
             text += "NOT FINITE: ";
         }

@@ -6,8 +6,8 @@
 //!
 //! | what | read | written |
 //! |---|---|---|
-//! | scenes | Mitsuba 3 XML, of which [`mitsuba`] says what is understood: [`load_scene`] | |
-//! | meshes | OBJ, PLY, also gzipped: [`load_mesh`] | PLY: [`write_ply`] |
+//! | scenes | Mitsuba 3 XML, of which [`mitsuba`] says what is understood: [`load_scene`] | the same, with its meshes and textures: [`write_scene`] |
+//! | meshes | OBJ, PLY, also gzipped: [`load_mesh`] | OBJ, PLY: [`write_obj`], [`write_ply`] |
 //! | images | PNG, OpenEXR, Radiance HDR: [`load_image`], [`read_exr`] | OpenEXR, PNG: [`write_exr`], [`write_png`], [`write_signed_png`] |
 //! | arrays | NPY: [`read_npy`] | NPY: [`write_npy`] |
 
@@ -33,9 +33,9 @@ pub use self::image::{
     Image, load_image, read_exr, read_image, signed_colour, signed_range, write_exr, write_png,
     write_signed_png,
 };
-pub use self::mitsuba::{load_scene, load_scene_with, read_scene};
+pub use self::mitsuba::{load_scene, load_scene_with, read_scene, write_scene};
 pub use self::npy::{Array, Precision, parse_npy, read_npy, write_npy};
-pub use self::obj::read_obj;
+pub use self::obj::{read_obj, write_obj};
 pub use self::ply::{read_ply, write_ply};
 
 use self::soup::Soup;

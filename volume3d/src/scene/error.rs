@@ -54,6 +54,14 @@ pub enum SceneError {
         /// The shape.
         id: String,
     },
+    /// The vertices of a shape cannot be moved where they should.
+    #[error("shape `{id}`: {error}")]
+    Mesh {
+        /// The shape.
+        id: String,
+        /// What is wrong.
+        error: crate::geometry::MeshError,
+    },
     /// The camera's frame is not orthonormal.
     #[error("the camera's right, up and forward are not orthonormal")]
     Frame,

@@ -46,6 +46,9 @@ mod shape;
 mod texture;
 mod transform;
 mod values;
+mod write;
+
+pub use self::write::write_scene;
 
 use std::path::Path;
 

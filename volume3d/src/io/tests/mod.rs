@@ -9,6 +9,7 @@ mod obj;
 mod ply;
 mod scene;
 mod scene_errors;
+mod write_scene;
 
 use std::path::Path;
 

@@ -3,10 +3,14 @@
 //! Read by hand: the crate `tobj` splits a file at its groups, which tears shared vertices apart, and its
 //! errors do not tell the line.
 
+mod write;
+
 use std::borrow::Cow;
 use std::path::Path;
 
 use glam::{DVec2, DVec3};
+
+pub use self::write::write_obj;
 
 use super::error::excerpt;
 use super::soup::{Soup, fan};

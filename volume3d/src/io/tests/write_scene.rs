@@ -1,0 +1,192 @@
+//! What is written is read again.
+
+use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3};
+
+use crate::geometry::{Attribute, Mesh, Normals};
+use crate::io::{load_scene, read_obj, write_obj, write_scene};
+use crate::scene::{
+    Bsdf, Camera, Crop, Description, Environment, Film, Filter, Integrator, Light, Material, Microfacets,
+    Reflectance, Scene, Texture, Wrap,
+};
+
+/// A square of two triangles whose diagonal is a crease of computed normals and whose texture is torn elsewhere.
+fn creased(uvs: bool) -> Mesh {
+    let positions = vec![DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.3), DVec3::Y, DVec3::splat(7.0 / 3.0)];
+    let mesh = Mesh::new(positions, vec![[0, 1, 2], [0, 2, 3]]).unwrap();
+    let normals = Normals::AngleWeighted { triangles: vec![[0, 1, 2], [4, 5, 3]], count: 6 };
+    let mesh = mesh.with_normals(normals).unwrap();
+    let values = [0.1, 0.2, 0.3, 0.4].map(|u| DVec2::new(u, 1.0 / u)).to_vec();
+    let uvs = uvs.then_some(Attribute { values, triangles: vec![[0, 1, 2], [0, 3, 1]] });
+    uvs.map_or(mesh.clone(), |uvs| mesh.with_uvs(uvs).unwrap())
+}
+
+fn given() -> Mesh {
+    let triangles = vec![[0, 1, 2], [0, 2, 3]];
+    let values = [DVec3::Z, DVec3::X, DVec3::new(0.6, 0.0, 0.8), DVec3::NEG_Y].to_vec();
+    Mesh::rectangle().with_normals(Normals::Given(Attribute { values, triangles })).unwrap()
+}
+
+fn meshes() -> Vec<Mesh> {
+    vec![
+        Mesh::cube(),
+        Mesh::rectangle().smooth(),
+        Mesh::new(vec![DVec3::X, DVec3::Y, DVec3::Z, DVec3::ONE], vec![[0, 1, 2]]).unwrap(),
+        creased(false),
+        creased(true),
+        given(),
+    ]
+}
+
+fn description() -> Description {
+    let camera = Camera::look_at(DVec3::new(0.3, 1.0, 6.0), DVec3::new(0.1, 0.0, 0.2), DVec3::Y, 0.7);
+    let crop = Some(Crop { x: 1, y: 2, width: 3, height: 4 });
+    let film = Film { width: 8, height: 9, crop, filter: Filter::Gaussian { deviation: 0.4 } };
+    let mut d = Description::new(camera, film);
+    (d.integrator, d.samples) = (Integrator { max_depth: Some(3), rr_depth: 2 }, 33);
+    let texels = |n: i32| (0..n).map(|i| DVec3::splat(0.125 * f64::from(i))).collect::<Vec<_>>();
+    let to_uv = DAffine2::from_scale_angle_translation(DVec2::new(2.0, -3.0), 0.5, DVec2::new(0.1, 0.2));
+    let wrap = Wrap::Mirror;
+    let paper =
+        Texture { id: "a \"b\" <&> $x".to_owned(), width: 3, height: 2, texels: texels(6), wrap, to_uv };
+    let sky = Texture {
+        id: "sky".to_owned(),
+        width: 2,
+        height: 1,
+        texels: texels(2),
+        wrap: Wrap::Repeat,
+        to_uv: DAffine2::IDENTITY,
+    };
+    let (paper, sky) = (d.add_texture(paper), d.add_texture(sky));
+    let white = d.add_material(Material::diffuse("white", DVec3::new(0.1, 0.2, 1.0 / 3.0)));
+    let printed = Bsdf::Diffuse { reflectance: Reflectance::Texture(paper) };
+    let printed = d.add_material(Material { bsdf: printed, two_sided: false, id: "printed".to_owned() });
+    let (eta, k) = (DVec3::new(0.2, 0.9, 1.1), DVec3::new(3.9, 2.4, 2.2));
+    let specular_reflectance = Reflectance::Constant(DVec3::splat(0.9));
+    let distribution = Microfacets::Ggx;
+    let rough = Bsdf::RoughConductor {
+        distribution,
+        alpha: 0.3,
+        eta,
+        k,
+        specular_reflectance: specular_reflectance.clone(),
+    };
+    let rough = d.add_material(Material { bsdf: rough, two_sided: true, id: "rough".to_owned() });
+    let mirror = Bsdf::Conductor { eta, k, specular_reflectance };
+    let mirror = d.add_material(Material { bsdf: mirror, two_sided: false, id: "mirror".to_owned() });
+    for (i, mesh) in meshes().into_iter().enumerate() {
+        let material = [white, rough, mirror][i % 3];
+        let material = if mesh.uvs().is_some() { printed } else { material };
+        d.add_shape(&format!("../shape {}", i % 5), mesh, material);
+        d.shapes[i].id.push_str(&"'".repeat(i / 5));
+    }
+    d.shapes[2].radiance = Some(DVec3::new(1.0, 2.0, 3.0));
+    let direction = DVec3::new(0.6, 0.0, -0.8);
+    let (id, irradiance) = ("sun".to_owned(), DVec3::ONE);
+    d.lights.push(Light::Directional { id, direction, irradiance, kappa: 50.0 });
+    let (id, intensity) = ("bulb".to_owned(), DVec3::splat(0.1));
+    d.lights.push(Light::Point { id, position: DVec3::new(5.0, 0.1, 1e-7), intensity });
+    let to_world = DMat3::from_rotation_y(0.5);
+    d.environment = Some(Environment::Map { id: "sky".to_owned(), texture: sky, scale: 2.0, to_world });
+    d
+}
+
+/// What each corner of each triangle has: its place, its shading normal and its texture coordinates.
+fn corners(mesh: &Mesh) -> Vec<(DVec3, DVec3, Option<DVec2>)> {
+    let camera = Camera::look_at(DVec3::ZERO, DVec3::X, DVec3::Y, 0.7);
+    let film = Film { width: 1, height: 1, crop: None, filter: Filter::Box };
+    let mut d = Description::new(camera, film);
+    let white = d.add_material(Material::diffuse("white", DVec3::ONE));
+    d.add_shape("mesh", mesh.clone(), white);
+    let scene = Scene::new(d).unwrap();
+    let corner = |t: usize, k: usize| {
+        let triangle = scene.triangles[t];
+        let normal = scene.normals.get(triangle.normals[k] as usize).copied().unwrap_or_default();
+        let uv = mesh.uvs().map(|uvs| uvs.values[uvs.triangles[t][k] as usize]);
+        (scene.positions[triangle.positions[k] as usize], normal, uv)
+    };
+    (0..mesh.triangles().len()).flat_map(|t| [0, 1, 2].map(|k| corner(t, k))).collect()
+}
+
+#[test]
+fn scenes_come_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.xml");
+    let before = description();
+    write_scene(&path, &before).unwrap();
+    let after = load_scene(&path).unwrap();
+    assert_eq!(
+        (before.film, before.integrator, before.samples),
+        (after.film, after.integrator, after.samples)
+    );
+    assert!((before.camera.field_of_view - after.camera.field_of_view).abs() < 1e-15);
+    let axes = |c: &Camera| [c.origin, c.right, c.up, c.forward];
+    for (a, b) in axes(&before.camera).into_iter().zip(axes(&after.camera)) {
+        assert!((a - b).length() < 1e-15);
+    }
+    assert_eq!(before.lights, after.lights);
+    assert_eq!(before.environment.is_some(), after.environment.is_some());
+    for material in &before.materials {
+        let again = after.materials.iter().find(|m| m.id == material.id).unwrap();
+        assert_eq!(material.two_sided, again.two_sided);
+        let texture = |m: &Material, d: &Description| match m.bsdf.reflectance() {
+            Reflectance::Texture(t) => Some(d.textures[*t].clone()),
+            Reflectance::Constant(_) => None,
+        };
+        match texture(material, &before) {
+            None => assert_eq!(material.bsdf, again.bsdf),
+            Some(a) => {
+                let b = texture(again, &after).unwrap();
+                assert_eq!(
+                    (a.id, a.width, a.height, a.texels, a.wrap),
+                    (b.id, b.width, b.height, b.texels, b.wrap)
+                );
+                assert!(a.to_uv.abs_diff_eq(b.to_uv, 1e-15));
+            }
+        }
+    }
+    for (a, b) in before.shapes.iter().zip(&after.shapes) {
+        assert_eq!((&a.id, a.radiance), (&b.id, b.radiance));
+        assert_eq!(before.materials[a.material].id, after.materials[b.material].id);
+        assert_eq!(corners(&a.mesh), corners(&b.mesh), "{}", a.id);
+    }
+    // What the format says twice is written twice to the same end.
+    write_scene(&path, &after).unwrap();
+    let twice = load_scene(&path).unwrap();
+    assert!(Description { camera: after.camera.clone(), ..twice } == after, "{path:?}");
+    // Ids do not lead out of the folder.
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3);
+}
+
+#[test]
+fn names_that_two_things_have_are_told_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.xml");
+    let mut d = description();
+    d.shapes[0].id = "white".to_owned();
+    write_scene(&path, &d).unwrap();
+    assert_eq!(load_scene(&path).unwrap().shapes[0].id, "white_");
+}
+
+#[test]
+fn meshes_come_back_from_obj() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mesh.obj");
+    for mesh in meshes() {
+        let mesh = mesh.transformed(&DAffine3::from_rotation_x(0.3));
+        write_obj(&path, &mesh).unwrap();
+        let again = read_obj(&std::fs::read(&path).unwrap(), &path).unwrap();
+        assert_eq!(again.positions(), mesh.positions());
+        let is_face = *mesh.normals() == Normals::Face;
+        let again = if is_face { again.with_normals(Normals::Face).unwrap() } else { again };
+        assert_eq!(corners(&again), corners(&mesh));
+    }
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_to_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    std::fs::write(&file, "").unwrap();
+    let error = write_scene(&file.join("scene.xml"), &description()).unwrap_err().to_string();
+    assert!(error.contains("cannot make") && error.contains("file"), "{error}");
+}

@@ -1,0 +1,82 @@
+//! Steps of the size that the gradient's own history says.
+
+/// Adam (Kingma and Ba 2015).
+///
+/// With g the gradient, and first and second moments
+///
+/// ```text
+/// m ← β₁ m + (1 − β₁) g,   v ← β₂ v + (1 − β₂) g²,
+/// step = −rate m̂ / (√v̂ + ε),   m̂ = m/(1 − β₁ᵗ),   v̂ = v/(1 − β₂ᵗ).
+/// ```
+///
+/// A step is at most about `rate` in each number, whatever the size of the gradient: choose the rate in units of the
+/// parameter, as a few hundredths of the change that is expected in all. Noise of a gradient does not bias where Adam comes
+/// to rest, but the rate bounds how near it comes: lower it towards the end.
+///
+/// With [`uniform`](Self::uniform) there is one v for all numbers, the greatest (Nicolet, Jacobson and Jakob 2021): numbers that
+/// hardly matter then hardly move, which vertices of a mesh need, where Adam alone would move those that nobody sees by
+/// their noise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Adam {
+    /// The size of a step, in units of the parameters.
+    pub rate: f64,
+    /// How slowly the mean of gradients forgets: 0.9 averages over about 10 steps.
+    pub beta1: f64,
+    /// How slowly the mean of squares forgets: 0.999 averages over about 1,000 steps.
+    pub beta2: f64,
+    /// What keeps steps small where all gradients are 0, in units of the gradient.
+    pub epsilon: f64,
+    /// Whether all numbers have one v.
+    pub uniform: bool,
+    state: State,
+}
+
+/// What Adam remembers.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct State {
+    steps: u64,
+    first: Vec<f64>,
+    second: Vec<f64>,
+}
+
+impl Adam {
+    /// With β₁ = 0.9, β₂ = 0.999 and ε = 10⁻⁸.
+    #[must_use]
+    pub fn new(rate: f64) -> Self {
+        let state = State::default();
+        Self { rate, beta1: 0.9, beta2: 0.999, epsilon: 1e-8, uniform: false, state }
+    }
+
+    /// The same with one v for all numbers.
+    #[must_use]
+    pub fn uniform(self) -> Self {
+        Self { uniform: true, ..self }
+    }
+
+    /// The next step down a gradient.
+    ///
+    /// # Panics
+    /// If the gradient's length is not that of the one before.
+    pub fn step(&mut self, gradient: &[f64]) -> Vec<f64> {
+        let State { steps, first, second } = &mut self.state;
+        if *steps == 0 {
+            (*first, *second) = (vec![0.0; gradient.len()], vec![0.0; gradient.len()]);
+        }
+        assert_eq!(gradient.len(), first.len(), "a gradient by as many parameters as before");
+        *steps += 1;
+        for ((m, v), g) in first.iter_mut().zip(second.iter_mut()).zip(gradient) {
+            *m += (1.0 - self.beta1) * (g - *m);
+            *v += (1.0 - self.beta2) * (g * g - *v);
+        }
+        let correction = |beta: f64| 1.0 - beta.powf(*steps as f64);
+        let (c1, c2) = (correction(self.beta1), correction(self.beta2));
+        let greatest = second.iter().fold(0.0, |a: f64, &b| a.max(b));
+        let size = |v: f64| (if self.uniform { greatest } else { v } / c2).sqrt() + self.epsilon;
+        first.iter().zip(second.iter()).map(|(m, v)| -self.rate * (m / c1) / size(*v)).collect()
+    }
+
+    /// Forgets the gradients so far.
+    pub fn restart(&mut self) {
+        self.state = State::default();
+    }
+}

@@ -1,0 +1,148 @@
+//! How far an image is from a target, and which way is nearer.
+
+use glam::DVec3;
+
+/// How far an image I is from a target T: a mean over pixels and channels.
+///
+/// Every loss but the blurred one is a sum over pixels, and all of them are functions of the *noisy* image: a squared loss
+/// of an unbiased image with variance σ² is too large by σ², by the same amount for every θ only if the noise does not
+/// depend on it. Its adjoint 2 (I − T)/n is linear in I, so that the gradient, from samples independent of I, is unbiased; those of the
+/// other losses are not quite, and become so with the number of samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Loss {
+    /// Mean of (I − T)². The gradient is unbiased. Bright pixels count most.
+    L2,
+    /// Mean of |I − T|: outliers count less, and noise of the image near the target pulls both ways.
+    L1,
+    /// Mean of (I − T)²/(T² + ε²): dark pixels count as much as bright ones. The denominator is the target's, which has no
+    /// derivative: the gradient is unbiased. ε is the radiance below which darkness no longer counts, such as 0.01.
+    Relative {
+        /// ε.
+        epsilon: f64,
+    },
+    /// The mean of L2 over `levels` resolutions, each half the one before: by means over blocks of 2 × 2, so that what is
+    /// moved by many pixels pulls as well. The gradient is unbiased. 1 level is L2.
+    Multiscale {
+        /// How many.
+        levels: usize,
+    },
+}
+
+/// Images that cannot be compared.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LossError {
+    /// They have not as many pixels as their size says, or as one another.
+    #[error("an image of {image} pixels cannot be compared with a target of {target}, at {width} x {height}")]
+    Size {
+        /// Pixels of the image.
+        image: usize,
+        /// Pixels of the target.
+        target: usize,
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+    },
+    /// A pixel of the target is not a number.
+    #[error("the target in column {x}, row {y} (from the top left, from 0) is not finite")]
+    NotFinite {
+        /// Its column.
+        x: usize,
+        /// Its row.
+        y: usize,
+    },
+}
+
+impl Loss {
+    /// The loss of an image, and the adjoint ∂L/∂I of every pixel.
+    ///
+    /// # Errors
+    /// A [`LossError`] if sizes differ or the target is not finite.
+    pub fn of(
+        self,
+        (width, height): (usize, usize),
+        image: &[DVec3],
+        target: &[DVec3],
+    ) -> Result<(f64, Vec<DVec3>), LossError> {
+        if image.len() != target.len() || image.len() != width * height || image.is_empty() {
+            let (image, target) = (image.len(), target.len());
+            return Err(LossError::Size { image, target, width, height });
+        }
+        if let Some(at) = target.iter().position(|t| !t.is_finite()) {
+            return Err(LossError::NotFinite { x: at % width, y: at / width });
+        }
+        let count = 3.0 * image.len() as f64;
+        let each = |f: &dyn Fn(DVec3, DVec3) -> (f64, DVec3)| {
+            let (mut loss, mut adjoint) = (0.0, Vec::with_capacity(image.len()));
+            for (i, t) in image.iter().zip(target) {
+                let (value, slope) = f(*i - *t, *t);
+                loss += value;
+                adjoint.push(slope / count);
+            }
+            (loss / count, adjoint)
+        };
+        Ok(match self {
+            Self::L2 => each(&|d, _| (d.length_squared(), 2.0 * d)),
+            Self::L1 => each(&|d, _| (d.abs().element_sum(), d.signum() * sign_of_nothing(d))),
+            Self::Relative { epsilon } => each(&|d, t| {
+                let scale = t * t + epsilon * epsilon;
+                ((d * d / scale).element_sum(), 2.0 * d / scale)
+            }),
+            Self::Multiscale { levels } => {
+                let difference: Vec<DVec3> = image.iter().zip(target).map(|(i, t)| *i - *t).collect();
+                multiscale((width, height), &difference, levels.max(1))
+            }
+        })
+    }
+}
+
+/// 0 where a number is 0, else 1.
+fn sign_of_nothing(d: DVec3) -> DVec3 {
+    DVec3::from_array(d.to_array().map(|x| f64::from(x != 0.0)))
+}
+
+/// The mean over levels of the mean square, and its derivative by every pixel.
+fn multiscale(size: (usize, usize), difference: &[DVec3], levels: usize) -> (f64, Vec<DVec3>) {
+    let (mut loss, mut pyramid) = (0.0, vec![(size, difference.to_vec())]);
+    for _ in 1..levels {
+        let (size, finer) = pyramid.last().expect("the image itself");
+        if *size == (1, 1) {
+            break;
+        }
+        let coarser = halved(*size, finer);
+        pyramid.push(coarser);
+    }
+    let count = pyramid.len() as f64;
+    let mut adjoint: Option<((usize, usize), Vec<DVec3>)> = None;
+    for (size, level) in pyramid.into_iter().rev() {
+        let scale = 1.0 / (3.0 * level.len() as f64 * count);
+        loss += scale * level.iter().map(|d| d.length_squared()).sum::<f64>();
+        let mut slopes: Vec<DVec3> = level.iter().map(|d| 2.0 * scale * *d).collect();
+        if let Some((coarse, above)) = adjoint {
+            for (i, slope) in slopes.iter_mut().enumerate() {
+                let block = (i / size.0 / 2) * coarse.0 + (i % size.0) / 2;
+                *slope += above[block] / block_size(size, block % coarse.0, block / coarse.0);
+            }
+        }
+        adjoint = Some((size, slopes));
+    }
+    (loss, adjoint.expect("the image itself").1)
+}
+
+/// Means over blocks of 2 × 2; at an odd border of what there is.
+fn halved(size: (usize, usize), image: &[DVec3]) -> ((usize, usize), Vec<DVec3>) {
+    let half = (size.0.div_ceil(2), size.1.div_ceil(2));
+    let mut means = vec![DVec3::ZERO; half.0 * half.1];
+    for (i, pixel) in image.iter().enumerate() {
+        let (x, y) = ((i % size.0) / 2, i / size.0 / 2);
+        means[y * half.0 + x] += *pixel / block_size(size, x, y);
+    }
+    (half, means)
+}
+
+/// How many pixels a block has.
+fn block_size(size: (usize, usize), x: usize, y: usize) -> f64 {
+    ((size.0 - 2 * x).min(2) * (size.1 - 2 * y).min(2)) as f64
+}

@@ -1,0 +1,25 @@
+//! From gradients to fitted scenes: parameters as one vector, losses with their adjoint images, and optimisers.
+//!
+//! One step of a fit renders an image, asks a [`Loss`] for the adjoint ∂L/∂I, propagates it back through the image with a method of
+//! [`gradient`](crate::gradient), turns the result into the derivative by the [`Parameters`] that are fitted, and lets an
+//! optimiser choose a step:
+//!
+//! ```text
+//! x → scene → I → L, ∂L/∂I → ∂L/∂scene → ∂L/∂x → step
+//! ```
+//!
+//! The image must come from other samples than the gradient, or their product is biased: [`render`](crate::gradient::render) draws its own at
+//! any seed.
+
+mod adam;
+mod loss;
+mod parameters;
+mod pose;
+mod quantity;
+#[cfg(test)]
+mod tests;
+
+pub use adam::Adam;
+pub use loss::{Loss, LossError};
+pub use parameters::{Group, Parameters};
+pub use quantity::{ParameterError, Quantity};

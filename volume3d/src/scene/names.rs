@@ -1,0 +1,182 @@
+//! Names of a scene, found or suggested.
+
+use super::{Bsdf, Environment, Light, Reflectance, Scene};
+
+/// A name that a scene does not have, or that is of another kind than what is asked for.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum NameError {
+    /// Nothing of the kind is there.
+    #[error("there is no {what} `{id}`: the scene has no {what} at all")]
+    Nothing {
+        /// "shape", "material" or "light".
+        what: &'static str,
+        /// The name.
+        id: String,
+    },
+    /// Others of the kind are there.
+    #[error("there is no {what} `{id}`; closest first, there are: {}", list(.known))]
+    Unknown {
+        /// "shape", "material" or "light".
+        what: &'static str,
+        /// The name.
+        id: String,
+        /// The names there are, the most alike first.
+        known: Vec<String>,
+    },
+    /// What has the name lacks what is asked for.
+    #[error("{what} `{id}` {lacks}; {}", others(.what, .kind, .known))]
+    Lacks {
+        /// "shape", "material" or "light".
+        what: &'static str,
+        /// The name.
+        id: String,
+        /// What it lacks, as the end of a sentence.
+        lacks: &'static str,
+        /// What others have.
+        kind: &'static str,
+        /// The names of those.
+        known: Vec<String>,
+    },
+    /// An environment map has texels and no single radiance.
+    #[error("`{id}` is an environment map, which has no single radiance")]
+    Map {
+        /// Its name.
+        id: String,
+    },
+}
+
+/// Some names, and how many more.
+fn list(names: &[String]) -> String {
+    /// As many as are read.
+    const SHOWN: usize = 12;
+    let shown = names.iter().take(SHOWN).map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    match names.len().saturating_sub(SHOWN) {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
+}
+
+fn others(what: &str, kind: &str, known: &[String]) -> String {
+    if known.is_empty() {
+        format!("no {what} of this scene does otherwise")
+    } else {
+        format!("{what}s {kind}: {}", list(known))
+    }
+}
+
+/// What has a radiance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Emitter {
+    Shape(usize),
+    /// The environment, if it is constant.
+    Environment,
+}
+
+impl Scene {
+    /// The index of the shape with a name.
+    ///
+    /// # Errors
+    /// A [`NameError`] that suggests names, if there is none.
+    pub fn find_shape(&self, id: &str) -> Result<usize, NameError> {
+        find("shape", id, self.description().shapes.iter().map(|s| &s.id))
+    }
+
+    /// A shape that emits, or a constant environment.
+    pub(crate) fn find_emitter(&self, id: &str) -> Result<Emitter, NameError> {
+        let shapes = &self.description().shapes;
+        match &self.description().environment {
+            Some(Environment::Constant { id: sky, .. }) if sky == id => return Ok(Emitter::Environment),
+            Some(Environment::Map { id: map, .. }) if map == id => {
+                return Err(NameError::Map { id: id.to_owned() });
+            }
+            _ => {}
+        }
+        let all = shapes.iter().map(|s| (&s.id, s.radiance.is_some()));
+        find_with("shape", id, all, "emits nothing", "that emit").map(Emitter::Shape)
+    }
+
+    /// A point light.
+    pub(crate) fn find_point_light(&self, id: &str) -> Result<usize, NameError> {
+        let lights = self.description().lights.iter();
+        let all = lights.map(|l| (l.id(), matches!(l, Light::Point { .. })));
+        find_with("light", id, all, "is no point light", "that are")
+    }
+
+    /// A directional light.
+    pub(crate) fn find_directional_light(&self, id: &str) -> Result<usize, NameError> {
+        let lights = self.description().lights.iter();
+        let all = lights.map(|l| (l.id(), matches!(l, Light::Directional { .. })));
+        find_with("light", id, all, "is no directional light", "that are")
+    }
+
+    /// A material of constant reflectance.
+    pub(crate) fn find_plain(&self, id: &str) -> Result<usize, NameError> {
+        let lacks = "has a texture, not one reflectance";
+        self.find_material_with(id, lacks, "without a texture", |bsdf| {
+            matches!(bsdf.reflectance(), Reflectance::Constant(_))
+        })
+    }
+
+    /// A material with a texture, and the texture.
+    pub(crate) fn find_textured(&self, id: &str) -> Result<(usize, usize), NameError> {
+        let texture = |bsdf: &Bsdf| match bsdf.reflectance() {
+            Reflectance::Texture(texture) => Some(*texture),
+            Reflectance::Constant(_) => None,
+        };
+        let index =
+            self.find_material_with(id, "has no texture", "with a texture", |bsdf| texture(bsdf).is_some())?;
+        let found = texture(&self.description().materials[index].bsdf);
+        Ok((index, found.expect("a material with a texture was asked for")))
+    }
+
+    /// A material with a roughness.
+    pub(crate) fn find_rough(&self, id: &str) -> Result<usize, NameError> {
+        let rough = |bsdf: &Bsdf| matches!(bsdf, Bsdf::RoughConductor { .. });
+        self.find_material_with(id, "has no roughness", "with one", rough)
+    }
+
+    fn find_material_with(
+        &self,
+        id: &str,
+        lacks: &'static str,
+        kind: &'static str,
+        has: impl Fn(&Bsdf) -> bool,
+    ) -> Result<usize, NameError> {
+        let all = self.description().materials.iter().map(|m| (&m.id, has(&m.bsdf)));
+        find_with("material", id, all, lacks, kind)
+    }
+}
+
+fn find<'a>(
+    what: &'static str,
+    id: &str,
+    known: impl Iterator<Item = &'a String> + Clone,
+) -> Result<usize, NameError> {
+    if let Some(index) = known.clone().position(|name| name == id) {
+        return Ok(index);
+    }
+    let id = id.to_owned();
+    let mut known: Vec<String> = known.cloned().collect();
+    if known.is_empty() {
+        return Err(NameError::Nothing { what, id });
+    }
+    known.sort_by_key(|name| strsim::osa_distance(&id, name));
+    Err(NameError::Unknown { what, id, known })
+}
+
+/// The same among things of which some are of a kind.
+fn find_with<'a>(
+    what: &'static str,
+    id: &str,
+    all: impl Iterator<Item = (&'a String, bool)> + Clone,
+    lacks: &'static str,
+    kind: &'static str,
+) -> Result<usize, NameError> {
+    let index = find(what, id, all.clone().map(|(name, _)| name))?;
+    if all.clone().nth(index).is_some_and(|(_, is)| is) {
+        return Ok(index);
+    }
+    let known = all.filter(|(_, is)| *is).map(|(name, _)| name.clone()).collect();
+    Err(NameError::Lacks { what, id: id.to_owned(), lacks, kind, known })
+}
