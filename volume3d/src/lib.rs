@@ -49,6 +49,7 @@
 //! | [`io`] | readers and writers that end in a value or a typed error |
 //! | `path` | the path tracer, written once over the numbers of [`flatland::calculus`] |
 //! | [`gradient`] | what may change; one sample over numbers, forward and reverse; one file a method |
+//! | [`optimize`] | parameters of a scene as one vector, losses with their adjoints, steps down a gradient |
 //!
 //! The path tracer is one program over a number type. With plain numbers it is the primal; with dual numbers, forward
 //! mode; with numbers that write to a tape, reverse mode. So a path has the same value with and without derivatives,
@@ -75,8 +76,8 @@
 //!
 //! Surfaces that pass through one another jump along a curve that is no edge of a mesh. The first geometric gradient of a
 //! scene looks for such crossings, by a query of the hierarchy with itself that is decided exactly, and every method
-//! follows them like edges ([`scene::Scene::crossing_shapes`] counts them). The query takes about 0.1 s for 10⁵ triangles and
-//! 2 s for 10⁶ on two cores (`cargo bench --bench crossing`), and about 300 bytes are kept for every pair of triangles that
+//! follows them like edges ([`scene::Scene::crossing_shapes`] counts them). The query takes about 0.05 s for 10⁵ triangles and
+//! 0.5 s for 10⁶ on two cores (`cargo bench --bench crossing`), and about 300 bytes are kept for every pair of triangles that
 //! cross. Auxiliary rays look at the crossings of the triangle they hit one by one.
 //!
 //! Where surfaces cover one another in one plane, as a lamp drawn exactly on a ceiling, rounding decides which is seen:
