@@ -36,7 +36,6 @@ const ROUGH: f64 = 0.1;
 
 /// Weights of length 1 that are mostly those of a derivative, so that its parts of opposite sign add up and every pixel
 /// counts as it should; and in part rough from pixel to pixel, so that an error counts also where the derivative is 0.
-#[must_use]
 pub fn focused(derivative: &[f64]) -> Vec<f64> {
     let unit = |v: Vec<f64>| {
         let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -49,9 +48,7 @@ pub fn focused(derivative: &[f64]) -> Vec<f64> {
 }
 
 impl Known {
-    /// # Panics
-    /// If the case has no derivative.
-    #[must_use]
+    /// By the exact engine; the case must have a derivative.
     pub fn new(case: Case) -> Self {
         let gradient = Exact.forward(&case.scene, &case.motion, &case.film);
         let gradient = gradient.unwrap_or_else(|e| panic!("{e}\n{}", case.label));
@@ -67,7 +64,6 @@ impl Known {
     }
 
     /// The weighted sum of a gradient image.
-    #[must_use]
     pub fn estimate(&self, gradient: &GradientImage) -> Estimate {
         assert_eq!(gradient.non_finite, 0, "{}", self.case.label);
         let squared = self.weights.zip(&gradient.standard_error, |w, e| (w * e) * (w * e));
@@ -76,10 +72,6 @@ impl Known {
     }
 
     /// The estimate of a method.
-    ///
-    /// # Panics
-    /// If the method refuses the scene.
-    #[must_use]
     pub fn run(&self, method: &impl Method) -> Estimate {
         let Case { scene, motion, film, label } = &self.case;
         let gradient: Result<_, EstimatorError> = method.forward(scene, motion, film);
@@ -87,14 +79,12 @@ impl Known {
     }
 
     /// The estimate from a function of scene, motion and film.
-    #[must_use]
     pub fn run_with(&self, estimate: impl Fn(&Scene, &Motion, &Film) -> GradientImage) -> Estimate {
         self.estimate(&estimate(&self.case.scene, &self.case.motion, &self.case.film))
     }
 }
 
 /// `per_kind` scenes of each of some kinds. Where nothing that is seen moves, nothing may be found.
-#[must_use]
 pub fn known(kinds: &[Kind], per_kind: u64) -> Vec<Known> {
     let knobs: Vec<Knobs> = kinds
         .iter()
@@ -137,13 +127,11 @@ pub struct Limits {
 
 impl Limits {
     /// Both the same.
-    #[must_use]
     pub fn both(limit: f64) -> Self {
         Self { scene: limit, slope: limit }
     }
 
     /// Where single scenes prove nothing, because variance is infinite: the regression alone.
-    #[must_use]
     pub fn slope_alone(self) -> Self {
         Self { scene: f64::INFINITY, ..self }
     }
@@ -249,19 +237,16 @@ impl Verdict {
     }
 
     /// z of the slope against 1.
-    #[must_use]
     pub fn slope_z(&self) -> f64 {
         (self.slope - 1.0) / self.slope_error
     }
 
     /// Whether nothing speaks against the method being unbiased: no scene alone, and not their slope.
-    #[must_use]
     pub fn passes(&self, limits: Limits) -> bool {
         self.worst <= limits.scene && self.slope_z().abs() <= limits.slope
     }
 
     /// The verdict on the same estimates times a factor, as far as their slope tells.
-    #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         Self { slope: factor * self.slope, slope_error: factor * self.slope_error, ..self.clone() }
     }
@@ -296,9 +281,6 @@ impl Verdict {
 
     /// Asserts that it passes and says what could have been noticed; that it could have been is proved by the same
     /// estimates less [`NOTICED`], which must not pass.
-    ///
-    /// # Panics
-    /// If one or the other is not so.
     pub fn accept(&self, power: &mut Power, name: &str, limits: Limits) {
         self.print(name, limits);
         assert!(self.passes(limits), "{name} is biased: {self:?}");
@@ -308,9 +290,6 @@ impl Verdict {
     }
 
     /// Asserts that it does not pass.
-    ///
-    /// # Panics
-    /// If it does.
     pub fn reject(&self, name: &str, limits: Limits) {
         self.print(&format!("control {name}"), limits);
         assert!(!self.passes(limits), "the control {name} was not rejected: {self:?}");

@@ -11,6 +11,11 @@
 //! - [`space`]: the same in three dimensions: coverage, direct light and constants.
 //! - [`statistics`]: z-tests with corrected thresholds, and rates on log–log data.
 //! - [`transport`]: the same for flat worlds in which light is scattered.
+//!
+//! Where a test would fail, functions of this crate panic: at scenes that are refused, at numbers that are not finite,
+//! and at arguments that do not belong together.
+
+#![allow(clippy::must_use_candidate, reason = "nearly all of these functions are pure, and saying so at each says nothing")]
 
 pub mod campaign;
 mod dice;

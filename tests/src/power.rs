@@ -26,7 +26,6 @@ pub struct Power {
 
 impl Power {
     /// Of no comparisons yet; `test` is its file and name.
-    #[must_use]
     pub fn of(test: &'static str) -> Self {
         Self { test, rows: vec![] }
     }
@@ -38,7 +37,6 @@ impl Power {
     }
 
     /// The comparison that notices least, NaN being the worst of all.
-    #[must_use]
     pub fn worst(&self) -> Option<(&str, f64)> {
         let size = |bias: f64| if bias.is_nan() { f64::INFINITY } else { bias };
         let worst = self.rows.iter().max_by(|a, b| size(a.1).total_cmp(&size(b.1)));
@@ -46,10 +44,6 @@ impl Power {
     }
 
     /// Prints the row of the README's table.
-    ///
-    /// # Panics
-    /// If nothing was compared, if some comparison could not have noticed a bias of [`NOTICED`], or if the README's
-    /// table lacks this test.
     pub fn finish(self) {
         let (label, bias) = self.worst().unwrap_or_else(|| panic!("{} compares nothing", self.test));
         let weak: Vec<_> = self.rows.iter().filter(|(_, bias)| bias.is_nan() || *bias > NOTICED).collect();

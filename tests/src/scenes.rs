@@ -32,10 +32,6 @@ pub struct Case {
 
 impl Case {
     /// The velocity of every vertex.
-    ///
-    /// # Panics
-    /// Never for cases of this module, whose motions fit their scenes.
-    #[must_use]
     pub fn velocities(&self) -> Vec<DVec2> {
         self.motion.velocities(&self.scene).expect("the motion fits its scene")
     }
@@ -109,7 +105,6 @@ pub struct Knobs {
 
 impl Knobs {
     /// Knobs drawn from a seed.
-    #[must_use]
     pub fn random(seed: u64, kind: Kind) -> Self {
         let mut dice = Dice::new(seed, u64::MAX);
         let filter = dice.pick(&[Filter::Box, Filter::Tent, Filter::Gaussian]);
@@ -117,10 +112,6 @@ impl Knobs {
     }
 
     /// The case with these knobs: the same on every machine and in every thread.
-    ///
-    /// # Panics
-    /// If a generator is wrong: every scene it makes must be valid.
-    #[must_use]
     pub fn build(&self) -> Case {
         let window = Window::random(&mut Dice::new(self.seed, 0), self.filter, self.kind == Kind::Generic);
         let mut stack = pieces(self, &window);
@@ -140,7 +131,6 @@ impl Knobs {
 }
 
 /// The case of a kind with all other knobs drawn from a seed.
-#[must_use]
 pub fn random(seed: u64, kind: Kind) -> Case {
     Knobs::random(seed, kind).build()
 }
@@ -161,7 +151,6 @@ pub fn knobs(kinds: Vec<Kind>) -> impl Strategy<Value = Knobs> {
 /// A case whose image has no derivative, in a pixel well inside the film: even seeds tear two
 /// polygons apart along a visible edge that they share, odd seeds push an edge across the border
 /// of a box pixel that it lies on.
-#[must_use]
 pub fn non_differentiable(seed: u64) -> Case {
     degenerate::non_differentiable(seed)
 }

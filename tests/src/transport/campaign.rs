@@ -27,7 +27,6 @@ pub struct Known {
 
 impl Known {
     /// By the oracle; see [`oracle::image`] for its cost.
-    #[must_use]
     pub fn new(case: Case, bounces: usize) -> Self {
         let pixels = oracle::image(&case.world, &case.camera, &case.change, bounces);
         let derivative: Vec<f64> = pixels.iter().map(|p| p.derivative).collect();
@@ -41,10 +40,6 @@ impl Known {
     }
 
     /// The weighted sum of pixels with their standard errors, which are independent.
-    ///
-    /// # Panics
-    /// If there is not one of each per pixel of the case.
-    #[must_use]
     pub fn estimate(&self, mean: &[f64], standard_error: &[f64]) -> Estimate {
         assert_eq!(mean.len(), self.weights.len(), "one mean per pixel");
         assert_eq!(standard_error.len(), self.weights.len(), "one standard error per pixel");
@@ -55,7 +50,6 @@ impl Known {
     }
 
     /// The covector ∂L/∂I of the loss L = Σ weight · I, one per pixel: what reverse mode starts from.
-    #[must_use]
     pub fn adjoint(&self) -> &[f64] {
         &self.weights
     }
@@ -69,10 +63,6 @@ impl Reference for Known {
 
 /// `per_kind` worlds of each of some kinds, in each of which one of `movings` changes something,
 /// with light scattered at most `bounces` times.
-///
-/// # Panics
-/// If nothing is to move.
-#[must_use]
 pub fn known(kinds: &[Kind], movings: &[Moving], per_kind: u64, bounces: usize) -> Vec<Known> {
     assert!(!movings.is_empty(), "nothing moves");
     let drawn = |&kind: &Kind| {

@@ -24,7 +24,6 @@ fn p(x: f64, y: f64) -> DVec2 {
 }
 
 /// All of them, with some filters, and light scattered at most `bounces` times.
-#[must_use]
 pub fn constants(filters: &[Filter], bounces: usize) -> Vec<Constant> {
     let mut all = vec![];
     for &filter in filters {

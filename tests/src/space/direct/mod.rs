@@ -60,7 +60,6 @@ pub struct Pixel {
 
 impl DirectScene {
     /// The scene at θ, at rest.
-    #[must_use]
     pub fn displaced(&self, theta: f64) -> Self {
         Self {
             world: self.world.displaced(theta),

@@ -37,9 +37,6 @@ impl DirectScene {
     ///
     /// Where bodies touch the ground dE/dθ grows like the inverse distance from the ends of the
     /// crossing. That is integrable, but what two rules differ by is then up to a third of the error.
-    ///
-    /// # Errors
-    /// As [`image`](Self::image).
     pub fn image_past_bodies(&self, tolerance: f64) -> Result<Vec<Pixel>> {
         self.camera.check(&self.camera_motion)?;
         let (width, height) = (self.camera.width, self.camera.height);

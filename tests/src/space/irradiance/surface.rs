@@ -38,23 +38,17 @@ pub struct Surface {
 
 impl Surface {
     /// A surface that stands still and emits from its front.
-    #[must_use]
     pub fn emitter(vertices: Vec<DVec3>, radiance: DVec3) -> Self {
         let velocities = vec![DVec3::ZERO; vertices.len()];
         Self { vertices, velocities, radiance, sides: Sides::Front }
     }
 
     /// A surface that stands still and emits nothing.
-    #[must_use]
     pub fn occluder(vertices: Vec<DVec3>) -> Self {
         Self::emitter(vertices, DVec3::ZERO)
     }
 
     /// The surface at θ: every corner p at p + θ ṗ, at rest.
-    ///
-    /// # Panics
-    /// If there is not one velocity per corner.
-    #[must_use]
     pub fn displaced(&self, theta: f64) -> Self {
         assert_eq!(self.vertices.len(), self.velocities.len(), "one velocity per corner");
         let moved = |(p, v): (&DVec3, &DVec3)| *p + theta * *v;

@@ -78,7 +78,6 @@ impl CoverageKind {
         [Self::Sliver, Self::Grazing, Self::Small, Self::Large, Self::FarFromOrigin];
 
     /// The unit of length.
-    #[must_use]
     pub fn unit(self) -> f64 {
         match self {
             Self::Small => 1e-6,
@@ -117,7 +116,6 @@ pub struct CoverageKnobs {
 
 impl CoverageKnobs {
     /// Knobs of a kind, all others drawn from a seed.
-    #[must_use]
     pub fn random(seed: u64, kind: CoverageKind) -> Self {
         let mut dice = Dice::new(seed, u64::MAX - kind as u64);
         let filter = dice.pick(&[Filter::Box, Filter::Tent, Filter::Gaussian]);
@@ -125,17 +123,12 @@ impl CoverageKnobs {
     }
 
     /// Knobs drawn from a seed.
-    #[must_use]
     pub fn any(seed: u64) -> Self {
         let kinds = [CoverageKind::GENERIC, CoverageKind::DEGENERATE].concat();
         Self::random(seed, Dice::new(seed, u64::MAX / 2).pick(&kinds))
     }
 
     /// The case with these knobs: the same on every machine and in every thread.
-    ///
-    /// # Panics
-    /// If a hundred attempts have no exact reference, which is a mistake in this file.
-    #[must_use]
     pub fn build(&self) -> CoverageCase {
         let purpose = |attempt: u64| 10_000 * attempt + self.kind as u64;
         let case = (0..100).find_map(|attempt| self.attempt(Dice::new(self.seed, purpose(attempt))));

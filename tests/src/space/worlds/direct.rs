@@ -75,7 +75,6 @@ pub struct DirectKnobs {
 
 impl DirectKnobs {
     /// Knobs of a kind, all others drawn from a seed.
-    #[must_use]
     pub fn random(seed: u64, kind: DirectKind) -> Self {
         let mut dice = Dice::new(seed, u64::MAX - kind as u64);
         let filter = dice.pick(&[Filter::Box, Filter::Tent, Filter::Gaussian]);
@@ -83,16 +82,11 @@ impl DirectKnobs {
     }
 
     /// Knobs drawn from a seed.
-    #[must_use]
     pub fn any(seed: u64) -> Self {
         Self::random(seed, Dice::new(seed, u64::MAX / 2).pick(&DirectKind::ALL))
     }
 
     /// The case with these knobs: the same on every machine and in every thread.
-    ///
-    /// # Panics
-    /// If a generator is wrong: in a thousand arrangements in a row, the camera sees too much.
-    #[must_use]
     pub fn build(&self) -> DirectCase {
         for attempt in 0..1000 {
             let dice = Dice::new(self.seed, 1000 * self.kind as u64 + attempt);

@@ -84,7 +84,6 @@ impl IrradianceKind {
     ];
 
     /// The unit of length.
-    #[must_use]
     pub fn unit(self) -> f64 {
         match self {
             Self::Small => 1e-6,
@@ -126,14 +125,12 @@ const CLEARANCE: f64 = 0.03;
 
 impl IrradianceKnobs {
     /// Knobs of a kind, all others drawn from a seed.
-    #[must_use]
     pub fn random(seed: u64, kind: IrradianceKind) -> Self {
         let mut dice = Dice::new(seed, u64::MAX - kind as u64);
         Self { seed, kind, moving: dice.pick(&IrradianceMoving::ALL), occluders: dice.count(0, 4) }
     }
 
     /// Knobs drawn from a seed.
-    #[must_use]
     pub fn any(seed: u64) -> Self {
         let mut dice = Dice::new(seed, u64::MAX / 2);
         let generic = IrradianceKind::GENERIC.to_vec();
@@ -142,10 +139,6 @@ impl IrradianceKnobs {
     }
 
     /// The case with these knobs: the same on every machine and in every thread.
-    ///
-    /// # Panics
-    /// If a generator is wrong: a ray that does not meet its ground.
-    #[must_use]
     pub fn build(&self) -> IrradianceCase {
         let mut stage = Stage::new(Dice::new(self.seed, self.kind as u64));
         stage.furnish(self.kind, self.occluders);

@@ -21,19 +21,16 @@ pub use irradiance::{IrradianceCase, IrradianceKind, IrradianceKnobs, Irradiance
 pub use lit_crossing::{LitCrossing, LitCrossingKind, LitCrossingMoving};
 
 /// A case of [`crate::space::coverage`], of any kind, with any motion and filter.
-#[must_use]
 pub fn coverage(seed: u64) -> CoverageCase {
     CoverageKnobs::any(seed).build()
 }
 
 /// A case of [`crate::space::direct`], of any kind, with any motion and filter.
-#[must_use]
 pub fn direct(seed: u64) -> DirectCase {
     DirectKnobs::any(seed).build()
 }
 
 /// A case of [`crate::space::irradiance`], of any kind, with any motion.
-#[must_use]
 pub fn irradiance(seed: u64) -> IrradianceCase {
     IrradianceKnobs::any(seed).build()
 }

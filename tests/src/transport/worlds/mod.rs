@@ -156,7 +156,6 @@ pub struct Knobs {
 
 impl Knobs {
     /// Knobs drawn from a seed.
-    #[must_use]
     pub fn random(seed: u64, kind: Kind) -> Self {
         let mut dice = Dice::new(seed, u64::MAX - kind as u64);
         let filter = dice.pick(&[Filter::Box, Filter::Tent, Filter::Gaussian]);
@@ -165,10 +164,6 @@ impl Knobs {
     }
 
     /// The case with these knobs: the same on every machine and in every thread.
-    ///
-    /// # Panics
-    /// If a generator is wrong: a thousand arrangements of a kind in a row meet themselves.
-    #[must_use]
     pub fn build(&self) -> Case {
         let unit = self.kind.unit();
         for attempt in 0..1000 {
@@ -188,7 +183,6 @@ impl Knobs {
 }
 
 /// The case of a kind with all other knobs drawn from a seed.
-#[must_use]
 pub fn random(seed: u64, kind: Kind) -> Case {
     Knobs::random(seed, kind).build()
 }
