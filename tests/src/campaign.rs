@@ -6,6 +6,7 @@ use flatland::plane::{Film, Image, Motion, Scene};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::comparison::Estimate;
 use crate::power::{NOTICED, Power};
 use crate::scenes::{Case, Kind, Knobs};
 
@@ -20,15 +21,6 @@ pub struct Known {
     pub exact: f64,
     /// What errors are measured by where that is nearly 0: |weights| · |I|, the change of the whole image by itself.
     pub scale: f64,
-}
-
-/// The estimate of [`Known::exact`].
-#[derive(Clone, Copy, Debug)]
-pub struct Estimate {
-    /// Σ weight · mean.
-    pub mean: f64,
-    /// Its standard error; pixels are independent.
-    pub standard_error: f64,
 }
 
 /// How much of the weights' square is not the derivative's.
@@ -152,7 +144,7 @@ pub fn halves<K: Reference>(
 }
 
 /// How estimates compare with exact values over a campaign.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Verdict {
     /// The largest |z| of a single scene.
     pub worst: f64,
@@ -161,9 +153,7 @@ pub struct Verdict {
     /// The root mean square of z: 1 for normal errors.
     pub spread: f64,
     /// The weighted regression of estimates on exact values: 1 for an unbiased method.
-    pub slope: f64,
-    /// Its standard error.
-    pub slope_error: f64,
+    pub slope: Estimate,
     /// How many scenes.
     pub count: usize,
     /// Of how many the exact value is nearly 0.
@@ -186,16 +176,7 @@ impl Verdict {
     /// distribution is skewed a large mean comes with a large variance, and the slope would be
     /// biased by them.
     pub fn on<'a, K: Reference + 'a>(found: impl Iterator<Item = (&'a K, &'a [Estimate; 2])>) -> Self {
-        let mut this = Self {
-            worst: 0.0,
-            worst_label: String::new(),
-            spread: 0.0,
-            slope: 0.0,
-            slope_error: 0.0,
-            count: 0,
-            zeros: 0,
-            noise: ([0.0; 2], String::new()),
-        };
+        let mut this = Self::default();
         let (mut xy, mut xx, mut variance) = (0.0, 0.0, 0.0);
         for (k, pair) in found {
             let ([a, b], Target { exact, scale, label }) = (pair, k.target());
@@ -231,30 +212,23 @@ impl Verdict {
             }
         }
         this.spread = (this.spread / this.count as f64).sqrt();
-        this.slope = xy / xx;
-        this.slope_error = variance.sqrt() / xx;
+        this.slope = Estimate { mean: xy / xx, standard_error: variance.sqrt() / xx };
         this
-    }
-
-    /// z of the slope against 1.
-    pub fn slope_z(&self) -> f64 {
-        (self.slope - 1.0) / self.slope_error
     }
 
     /// Whether nothing speaks against the method being unbiased: no scene alone, and not their slope.
     pub fn passes(&self, limits: Limits) -> bool {
-        self.worst <= limits.scene && self.slope_z().abs() <= limits.slope
-    }
-
-    /// The verdict on the same estimates times a factor, as far as their slope tells.
-    pub fn scaled(&self, factor: f64) -> Self {
-        Self { slope: factor * self.slope, slope_error: factor * self.slope_error, ..self.clone() }
+        self.worst <= limits.scene && has_slope_1(self.slope, limits)
     }
 
     /// What could have been noticed: by the slope a relative bias, and where the exact value is nearly 0 an error
     /// relative to its scale.
-    pub fn tell(&self, power: &mut Power, name: &str, limits: Limits) {
-        power.add(format!("{name}: slope of {} scenes", self.count), limits.slope * self.slope_error, 1.0);
+    fn tell(&self, power: &mut Power, name: &str, limits: Limits) {
+        power.add(
+            format!("{name}: slope of {} scenes", self.count),
+            limits.slope * self.slope.standard_error,
+            1.0,
+        );
         if self.zeros > 0 && limits.scene.is_finite() {
             let label = format!("{name}: of the scale of {} scenes of nearly 0", self.zeros);
             let [error, slack] = self.noise.0;
@@ -270,8 +244,8 @@ impl Verdict {
             self.worst,
             limits.scene,
             self.spread,
-            self.slope,
-            self.slope_error,
+            self.slope.mean,
+            self.slope.standard_error,
             self.worst_label,
             self.zeros,
             self.noise.0[0],
@@ -284,8 +258,8 @@ impl Verdict {
     pub fn accept(&self, power: &mut Power, name: &str, limits: Limits) {
         self.print(name, limits);
         assert!(self.passes(limits), "{name} is biased: {self:?}");
-        let less = self.scaled(1.0 - NOTICED);
-        assert!(less.slope_z().abs() > limits.slope, "{name} would pass with a bias of {NOTICED}: {self:?}");
+        let less = self.slope.scaled(1.0 - NOTICED);
+        assert!(!has_slope_1(less, limits), "{name} would pass with a bias of {NOTICED}: {self:?}");
         self.tell(power, name, limits);
     }
 
@@ -294,4 +268,9 @@ impl Verdict {
         self.print(&format!("control {name}"), limits);
         assert!(!self.passes(limits), "the control {name} was not rejected: {self:?}");
     }
+}
+
+/// Whether a slope may be that of an unbiased method; NaN is none.
+fn has_slope_1(slope: Estimate, limits: Limits) -> bool {
+    ((slope.mean - 1.0) / slope.standard_error).abs() <= limits.slope
 }

@@ -6,15 +6,13 @@ use std::f64::consts::PI;
 use flatland::plane;
 use flatland::warp::{Debias, Warp};
 use glam::{DAffine3, DQuat, DVec2, DVec3};
-use rayon::prelude::*;
-use tests::campaign::Estimate;
+use tests::comparison::{Comparison, Estimate};
 use tests::effort::pick;
-use tests::power::{NOTICED, Power};
-use tests::space::campaign::{Known, Sampler, directed, limit, pulled, weights};
+use tests::power::Power;
+use tests::space::campaign::{Known, Sampler, directed, limit, pulled, warped, weights};
 use tests::space::constants::{furnace_room, furnace_up_to};
 use tests::space::coverage;
 use tests::space::scenes::{Stage, film, plate};
-use tests::statistics::Moments;
 use volume3d::geometry::{Attribute, Mesh};
 use volume3d::gradient::{
     CameraTangent, EdgeSampling, Field, FiniteDifference, GradientError, GradientImage, Progress, Tangent,
@@ -36,23 +34,9 @@ fn cube(centre: DVec3, half: f64, turn: DQuat) -> Mesh {
 
 /// A scene whose derivative is known. Where that is 0, errors are measured by the image, as if it changed by itself.
 fn known(scene: Scene, change: Tangent, exact: f64, label: &str) -> Known {
-    let (width, height) = scene.size();
-    let weights = weights(width * height);
-    let label = label.to_owned();
-    let mut k = Known { scene, change, weights, exact, error: 0.0, scale: 0.0, label };
+    let mut k = Known::given(scene, change, exact, label);
     k.scale = k.weighted(&render(&k.scene, 64, 1, &Progress::none()).expect("not stopped").pixels);
     k
-}
-
-/// The same in the weights of its gradient, from other samples: parts of opposite sign do not cancel.
-fn focused(k: Known) -> Known {
-    let other = EdgeSampling { samples: 512, primary: 512, secondary: 2048, seed: 7777 };
-    let other = other.forward(&k.scene, &k.change, &Progress::none()).expect("valid").gradient;
-    Known { weights: directed(&other), ..k }
-}
-
-fn warped(samples: usize) -> WarpedArea {
-    WarpedArea { samples, ..WarpedArea::default() }
 }
 
 /// A fixed number of rays, which is biased but has no heavy tail: for what holds of that bias too.
@@ -63,12 +47,12 @@ fn consistent(samples: usize) -> WarpedArea {
 
 /// The mean of all repetitions.
 fn repeated(k: &Known, run: impl Fn(u64) -> f64 + Sync) -> Estimate {
-    let [a, b]: [Estimate; 2] = [0, 1].map(|half| k.repeated(half, &run));
-    Estimate { mean: 0.5 * (a.mean + b.mean), standard_error: 0.5 * a.standard_error.hypot(b.standard_error) }
+    let [a, b] = [0, 1].map(|half| k.repeated(half, &run));
+    a.plus(b).scaled(0.5)
 }
 
 fn gradient(k: &Known, method: &impl Sampler) -> Estimate {
-    repeated(k, |seed| k.weighted(&k.run(&method.reseeded(seed)).gradient))
+    repeated(k, |seed| k.sample(&method.reseeded(seed)))
 }
 
 fn edges(samples: usize) -> EdgeSampling {
@@ -78,22 +62,13 @@ fn edges(samples: usize) -> EdgeSampling {
 /// Asserts that an estimate is its reference but for its noise and the slack, and that it would not be with a bias that
 /// must be noticed. Of a reference of 0, noise is measured by `scale`.
 fn agree(power: &mut Power, label: &str, found: Estimate, reference: Estimate, [slack, scale]: [f64; 2]) {
-    let error = found.standard_error.hypot(reference.standard_error);
-    let (tolerance, off) = (limit() * error + slack, found.mean - reference.mean);
-    println!("{label}: {found:?} for {reference:?}, z {:.2}, rejects {:.2e}", off / error, tolerance / scale);
-    assert!(off.abs() <= tolerance, "{label}: {found:?} for {reference:?}");
-    power.add(label, tolerance, scale);
-    if reference.mean != 0.0 {
-        let less = (1.0 - NOTICED) * found.mean - reference.mean;
-        assert!(less.abs() > tolerance, "{label} would pass with a bias of {NOTICED}");
-    }
+    Comparison { found, reference, limit: limit(), slack }.accept(power, label, scale);
 }
 
 /// A number that is known, against warped area.
 fn accept(power: &mut Power, k: &Known, method: &WarpedArea) {
-    let exact = Estimate { mean: k.exact, standard_error: 0.0 };
     let scale = if k.exact == 0.0 { k.scale } else { k.exact };
-    agree(power, &k.label, gradient(k, method), exact, [1e-9, scale]);
+    agree(power, &k.label, gradient(k, method), Estimate::exact(k.exact), [1e-9, scale]);
 }
 
 /// A floor with a lamp and a block over it, under some sky; unit size, somewhere, of some scale.
@@ -145,7 +120,6 @@ fn a_lit_plane_slides_under_itself() {
             accept(&mut power, &k, &warped(16));
         }
     }
-    power.finish();
 }
 
 #[test]
@@ -163,7 +137,6 @@ fn everything_moves_together() {
         change.camera = CameraTangent { translation, rotation: turn, field_of_view: 0.0 };
         accept(&mut power, &known(scene, change, 0.0, &format!("moved as one, {filter:?}")), &warped(32));
     }
-    power.finish();
 }
 
 fn furnace(albedo: f64, emission: f64, bounces: usize) -> Description {
@@ -226,7 +199,6 @@ fn a_white_furnace() {
             &warped(pick(16, 64)),
         );
     }
-    power.finish();
 }
 
 /// A floor under a sky reflects a L: by L, it is a; by a, L.
@@ -247,7 +219,6 @@ fn a_sky_over_a_floor() {
     let mut by_albedo = Tangent::still(&scene());
     by_albedo.reflectance[grey] = DVec3::ONE;
     accept(&mut power, &known(scene(), by_albedo, total.dot(radiance), "floor by its albedo"), &warped(64));
-    power.finish();
 }
 
 /// A cube that looks the same from everywhere, lit by a sky or shining by itself, and its exact derivative.
@@ -285,70 +256,44 @@ fn lonely_cube(filter: plane::Filter, shines: bool) -> Known {
 
 /// Primary and secondary term of a cube alone, by both methods.
 fn terms_of_cube(k: &Known) -> [[Estimate; 2]; 2] {
+    type Run<'a> = &'a (dyn Fn(u64) -> Result<GradientImage, GradientError> + Sync);
     let none = &Progress::none();
-    let term = |of: &(dyn Fn(u64) -> Result<GradientImage, GradientError> + Sync),
-                pick: &(dyn Fn(&Terms) -> &Vec<DVec3> + Sync)| {
-        repeated(k, |seed| k.weighted(pick(&of(seed).expect("valid").terms.expect("asked for"))))
+    let terms = |run: Run<'_>| {
+        let term = |pick: fn(&Terms) -> &Vec<DVec3>| {
+            repeated(k, |seed| k.weighted(pick(&run(seed).expect("valid").terms.expect("asked for"))))
+        };
+        [term(|t| &t.primary), term(|t| &t.secondary)]
     };
     let area = |seed| WarpedArea { seed, ..warped(pick(9, 16)) }.forward_terms(&k.scene, &k.change, none);
     let edges = |seed| {
         let method = EdgeSampling { samples: 2, primary: 16, secondary: 16, seed };
         method.forward_terms(&k.scene, &k.change, none)
     };
-    let both = |of: &(dyn Fn(u64) -> Result<GradientImage, GradientError> + Sync)| {
-        [term(of, &|t| &t.primary), term(of, &|t| &t.secondary)]
-    };
-    [both(&area), both(&edges)]
+    [terms(&area), terms(&edges)]
 }
-
-fn exact(k: &Known) -> Estimate {
-    Estimate { mean: k.exact, standard_error: 0.0 }
-}
-
-const PLANE_FILTERS: [plane::Filter; 3] = [plane::Filter::Box, plane::Filter::Tent, plane::Filter::Gaussian];
 
 /// Convex and alone, a cube sees nothing that moves: the secondary term is 0 (as it was not in Mitsuba 3,
 /// whose tracker has it under number 1895), and the primary term is the whole.
-#[test]
-fn a_shining_cube_alone_has_no_secondary_term() {
-    let mut power = Power::of("space_known::a_shining_cube_alone_has_no_secondary_term");
-    for filter in PLANE_FILTERS {
-        let k = lonely_cube(filter, true);
+fn a_cube_alone_has_no_secondary_term(mut power: Power, shines: bool) {
+    for filter in [plane::Filter::Box, plane::Filter::Tent, plane::Filter::Gaussian] {
+        let k = lonely_cube(filter, shines);
         for [primary, secondary] in terms_of_cube(&k) {
-            agree(&mut power, &k.label, primary, exact(&k), [0.0, k.exact]);
+            agree(&mut power, &k.label, primary, Estimate::exact(k.exact), [0.0, k.exact]);
             assert!(secondary.mean == 0.0 && secondary.standard_error == 0.0, "{secondary:?}");
         }
     }
-    power.finish();
+}
+
+#[test]
+fn a_shining_cube_alone_has_no_secondary_term() {
+    let power = Power::of("space_known::a_shining_cube_alone_has_no_secondary_term");
+    a_cube_alone_has_no_secondary_term(power, true);
 }
 
 #[test]
 fn a_lit_cube_alone_has_no_secondary_term() {
-    let mut power = Power::of("space_known::a_lit_cube_alone_has_no_secondary_term");
-    for filter in PLANE_FILTERS {
-        let k = lonely_cube(filter, false);
-        for [primary, secondary] in terms_of_cube(&k) {
-            agree(&mut power, &k.label, primary, exact(&k), [0.0, k.exact]);
-            assert!(secondary.mean == 0.0 && secondary.standard_error == 0.0, "{secondary:?}");
-        }
-    }
-    power.finish();
-}
-
-/// Central differences with common random numbers at h and 2h, extrapolated, and how far that is from the narrower.
-fn difference(k: &Known, step: f64, samples: usize, runs: u64) -> (Estimate, f64) {
-    let runs: Vec<[f64; 2]> = (0..runs)
-        .into_par_iter()
-        .map(|seed| {
-            let [narrow, wide] = [1.0, 2.0].map(|times| {
-                let method = FiniteDifference { samples, step: times * step, seed: 1000 + seed };
-                k.weighted(&method.forward(&k.scene, &k.change, &Progress::none()).expect("valid").gradient)
-            });
-            [(4.0 * narrow - wide) / 3.0, (narrow - wide) / 3.0]
-        })
-        .collect();
-    let [all, apart]: [Moments; 2] = [0, 1].map(|i| runs.iter().map(|r| r[i]).collect());
-    (Estimate { mean: all.mean(), standard_error: all.standard_error() }, apart.mean().abs())
+    let power = Power::of("space_known::a_lit_cube_alone_has_no_secondary_term");
+    a_cube_alone_has_no_secondary_term(power, false);
 }
 
 /// A texture of one colour shows no seam. What is duplicated for its coordinates is one vertex.
@@ -387,7 +332,7 @@ fn a_seam_of_texture_coordinates_does_not_tear_the_surface() {
     let mut power = Power::of("space_known::a_seam_of_texture_coordinates_does_not_tear_the_surface");
     let seamless = scene(false);
     let change = block_moves(&seamless, 1.0, DVec3::ZERO);
-    let weights = focused(known(seamless, change, 0.0, "seamless")).weights;
+    let weights = known(seamless, change, 0.0, "seamless").focused(512).weights;
     let of = |seamed| {
         let scene = scene(seamed);
         assert_eq!(scene.description().shapes[1].mesh.positions().len(), 8);
@@ -400,7 +345,6 @@ fn a_seam_of_texture_coordinates_does_not_tear_the_surface() {
     for ((seamless, seamed), name) in of(false).into_iter().zip(of(true)).zip(["16 rays", "edges"]) {
         agree(&mut power, name, seamed, seamless, [0.0, seamless.mean]);
     }
-    power.finish();
 }
 
 /// A floor beyond the view under a point, or under a broad lobe of light, or under a sky: nothing jumps, only
@@ -437,10 +381,9 @@ fn a_floor_under_a_point_of_light() {
         let exact = weights(1)[0].dot(intensity) * rate;
         let method = WarpedArea { warps: false, ..warped(64) };
         let k = known(scene(), change, exact, &format!("point of light, change {i}"));
-        let point = Estimate { mean: exact, standard_error: 0.0 };
-        agree(&mut power, &k.label, gradient(&k, &method), point, [1e-3 * exact.abs(), exact]);
+        let found = gradient(&k, &method);
+        agree(&mut power, &k.label, found, Estimate::exact(exact), [1e-3 * exact.abs(), exact]);
     }
-    power.finish();
 }
 
 /// The same under a lobe of light, where a warp may be asked for: with it and without it is the same number.
@@ -467,11 +410,11 @@ fn a_floor_under_a_lobe_of_light() {
         let k = known(scene, change, 0.0, &format!("lobe of light, {filter:?}"));
         let [still, moved] =
             [false, true].map(|warps| gradient(&k, &WarpedArea { warps, seed: 9, ..warped(64) }));
-        let (differences, slack) = difference(&k, 1e-2, 128, 64);
+        let (differences, slack) =
+            k.differences::<2>(FiniteDifference { samples: 128, step: 1e-2, seed: 1000 }, 64);
         agree(&mut power, &format!("{}, still", k.label), still, differences, [slack, still.mean]);
         agree(&mut power, &format!("{}, warped", k.label), moved, differences, [slack, still.mean]);
     }
-    power.finish();
 }
 
 #[test]
@@ -507,7 +450,7 @@ fn scenes_of_any_size_and_anywhere() {
         let change = block_moves(&scene, scale, place);
         known(scene, change, 0.0, &format!("scale {scale:e} at {place}"))
     };
-    let unit = focused(at(1.0, DVec3::ZERO));
+    let unit = at(1.0, DVec3::ZERO).focused(512);
     let found = gradient(&unit, &WarpedArea { seed: 1000, ..warped(SIZED) });
     let far = DVec3::new(1.0, -0.7, 0.4);
     let places = [(1e-6, DVec3::ZERO), (1e6, DVec3::ZERO), (1.0, 1e3 * far), (1.0, 1e6 * far)];
@@ -515,7 +458,6 @@ fn scenes_of_any_size_and_anywhere() {
         let k = Known { weights: unit.weights.clone(), ..at(scale, place) };
         agree(&mut power, &k.label, gradient(&k, &warped(SIZED)), found, [0.0, found.mean]);
     }
-    power.finish();
 }
 
 /// Samples a pixel in each run.
@@ -544,10 +486,10 @@ fn awkward_places() {
     for (name, d, runs, samples) in places.into_iter().take(pick(2, 3)) {
         let scene = still(d);
         let change = block_moves(&scene, 1.0, DVec3::ZERO);
-        let k = focused(known(scene, change, 0.0, name));
-        let (differences, slack) = difference(&k, 2e-2, 512, runs * pick(96, 192));
+        let k = known(scene, change, 0.0, name).focused(512);
+        let narrowest = FiniteDifference { samples: 512, step: 2e-2, seed: 1000 };
+        let (differences, slack) = k.differences::<2>(narrowest, runs * pick(96, 192));
         let found = gradient(&k, &warped(samples * pick(128, 256)));
         agree(&mut power, name, found, differences, [slack, differences.mean]);
     }
-    power.finish();
 }

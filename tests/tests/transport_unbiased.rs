@@ -16,7 +16,8 @@ use flatland::transport::{Camera, CameraTangent, Film, Material, Paths, Shape, T
 use flatland::warp::{AuxiliaryPoints, Debias, Warp, Weighting};
 use glam::DVec2;
 use rayon::prelude::*;
-use tests::campaign::{Estimate, Limits, Reference, Target, Verdict, focused};
+use tests::campaign::{Limits, Reference, Target, Verdict, focused};
+use tests::comparison::{Comparison, Estimate};
 use tests::effort::pick;
 use tests::power::Power;
 use tests::statistics::suite_threshold;
@@ -140,7 +141,6 @@ fn worlds_without_a_jump() {
         let fault = Some(Fault::AttachedDensity);
         total(k, &WarpedArea { fault, ..constructed(Construction::Still)(seed, paths(k)) })
     });
-    power.finish();
 }
 
 #[test]
@@ -157,7 +157,6 @@ fn worlds_without_a_jump_over_the_film() {
         seed,
         ..EdgeSampling::default()
     });
-    power.finish();
 }
 
 /// What is 0, or known without computing anything: furnaces, a floor that slides under itself, all
@@ -208,7 +207,6 @@ fn what_is_known_by_an_argument() {
         }
     }
     println!("known by an argument: worst |z| {worst:.2?}");
-    power.finish();
 }
 
 /// A method by how many paths a pixel it is given.
@@ -253,7 +251,6 @@ fn warped_area_with_multilevel_debiasing() {
     let mut power = Power::of("transport_unbiased::warped_area_with_multilevel_debiasing");
     accept(&mut power, "warped area", &ONCE, warped);
     accept(&mut power, "warped area, two bounces", &TWICE, warped);
-    power.finish();
 }
 
 #[test]
@@ -264,7 +261,6 @@ fn warped_area_with_other_warps() {
     let points = AuxiliaryPoints::Antithetic;
     accept(&mut power, "antithetic points", &ONCE, with(Warp { points, ..warp }));
     accept(&mut power, "the plane's default", &ONCE, with(Warp::default()));
-    power.finish();
 }
 
 /// Russian roulette has infinite variance, so that no single world's error is normal: where two jumps
@@ -276,7 +272,6 @@ fn russian_roulette() {
     let v = Verdict::of(&ONCE, |k, seed| total(k, &method(seed, paths(k))));
     let mut power = Power::of("transport_unbiased::russian_roulette");
     v.accept(&mut power, "Russian roulette", limits().slope_alone());
-    power.finish();
 }
 
 #[test]
@@ -289,7 +284,6 @@ fn the_harmonic_field() {
     };
     accept(&mut power, "harmonic field", &FEW, harmonic);
     accept(&mut power, "harmonic field, two bounces", &TWICE, harmonic);
-    power.finish();
 }
 
 #[test]
@@ -302,7 +296,6 @@ fn the_mean_over_jumps() {
     accept(&mut power, "film without a jump, mean over jumps", &UNBROKEN, mean);
     accept(&mut power, "mean over jumps", &ONCE, mean);
     accept(&mut power, "mean over jumps, two bounces", &TWICE, mean);
-    power.finish();
 }
 
 #[test]
@@ -313,7 +306,6 @@ fn edge_sampling() {
         accept(&mut power, &format!("edge sampling, {choice:?}"), &ONCE, edges);
         accept(&mut power, &format!("edge sampling, {choice:?}, two bounces"), &TWICE, edges);
     }
-    power.finish();
 }
 
 /// One term of a world.
@@ -384,19 +376,12 @@ fn terms_are_those_of_the_exact_engine() {
         harmonic.accept(&mut power, &format!("{name} term, harmonic field"), limits());
         on(&edges, &|_| true).accept(&mut power, &format!("{name} term, edge sampling"), limits());
     }
-    power.finish();
 }
 
 #[test]
 fn controls_are_rejected() {
     let interior = |seed, paths| WarpedArea { construction: Construction::Still, ..warped(seed, paths) };
-    let own = |factor: f64| {
-        move |k: &Known, seed| {
-            let e = total(k, &warped(seed, paths(k)));
-            Estimate { mean: factor * e.mean, standard_error: factor.abs() * e.standard_error }
-        }
-    };
-    reject("sign flipped", &SOME, own(-1.0));
+    reject("sign flipped", &SOME, |k, seed| total(k, &warped(seed, paths(k))).scaled(-1.0));
     reject("interior only", &SOME, |k, seed| total(k, &interior(seed, paths(k))));
     reject("primary only", &SOME, |k, seed| {
         let found = run(k, &warped(seed, paths(k)));
@@ -452,7 +437,6 @@ fn a_shadow_seen_by_reflection() {
         let fault = Some(Fault::NoWarpFrom { surface: 1 });
         total(k, &WarpedArea { fault, ..many(seed, paths(k)) })
     });
-    power.finish();
 }
 
 /// Central differences are biased by h² and noisy by 1/h: of a world that they can manage.
@@ -461,11 +445,8 @@ fn finite_differences() {
     let rooms = |k: &&Known| k.case.label.contains("Room") && k.exact.abs() > 0.1 * k.scale;
     let k = ONCE.iter().find(rooms).expect("a room in which something moves");
     let found = total(k, &FiniteDifference { samples: 250_000, paths: paths(k), step: 3e-3, seed: 1 });
-    println!("finite differences: {found:?}, exact {}", k.exact);
-    let bias = 1e-3 * k.exact.abs();
-    let tolerance = suite_threshold() * found.standard_error + bias;
-    assert!((found.mean - k.exact).abs() < tolerance);
+    let (reference, slack) = (Estimate::exact(k.exact), 1e-3 * k.exact.abs());
     let mut power = Power::of("transport_unbiased::finite_differences");
-    power.add("a room", tolerance, k.exact);
-    power.finish();
+    let compared = Comparison { found, reference, limit: suite_threshold(), slack };
+    compared.accept(&mut power, "a room", k.exact);
 }

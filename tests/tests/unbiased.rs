@@ -18,7 +18,8 @@ use flatland::warp::{
     AuxiliaryPoints, BoundaryFunction, Debias, Field, JumpMean, Plane, Warp, WarpField, Weighting,
 };
 use glam::{DVec2, DVec3};
-use tests::campaign::{Estimate, Known, Limits, Verdict, known};
+use tests::campaign::{Known, Limits, Verdict, known};
+use tests::comparison::Estimate;
 use tests::effort::{pick, thorough};
 use tests::power::Power;
 use tests::scenes::{Case, Kind};
@@ -70,7 +71,6 @@ fn warped(warp: Warp, seed: u64) -> WarpedArea {
 fn warped_area_with_multilevel_debiasing() {
     let mut power = Power::of("unbiased::warped_area_with_multilevel_debiasing");
     accept(&mut power, "warped area, default", |seed| warped(Warp::default(), seed));
-    power.finish();
 }
 
 /// One pixel on a corner of a rigid quadrilateral, and many samples: a bias of one percent would
@@ -91,7 +91,6 @@ fn warped_area_in_depth() {
     let method = |seed| WarpedArea { samples: pick(40_000, 200_000), ..warped(Warp::default(), seed) };
     let mut power = Power::of("unbiased::warped_area_in_depth");
     Verdict::of(&deep, |k, seed| k.run(&method(seed))).accept(&mut power, "in depth", limits());
-    power.finish();
 }
 
 #[test]
@@ -106,7 +105,6 @@ fn warped_area_at_other_concentrations() {
             ..warped(Warp::default(), seed)
         });
     }
-    power.finish();
 }
 
 #[test]
@@ -136,7 +134,6 @@ fn warped_area_with_other_warps() {
         let v = Verdict::of(&KNOWN, |k, seed| k.run(&roulette(seed)));
         v.accept(&mut power, "Russian roulette", limits().slope_alone());
     }
-    power.finish();
 }
 
 #[test]
@@ -150,7 +147,6 @@ fn mean_over_jumps() {
             ..WarpedArea::default()
         });
     }
-    power.finish();
 }
 
 #[test]
@@ -169,7 +165,6 @@ fn edge_sampling() {
         k.run(&EdgeSampling { samples: 6 * SAMPLES, seed })
     });
     v.accept(&mut power, "edge sampling", limits());
-    power.finish();
 }
 
 /// The area integral of a field that the arrangement knows.
@@ -201,7 +196,6 @@ fn fields_that_know_all_silhouettes() {
         })
     });
     harmonic.accept(&mut power, "harmonic field", limits());
-    power.finish();
 }
 
 /// A smooth field that knows nothing of the scene, V(u) = a + A u: a translation, a turn and a stretch at once.
@@ -239,14 +233,9 @@ fn any_continuous_field_with_its_residual() {
         let rest = with_field(k, |_, scene, v, film| {
             BoundaryIntegral { samples: 3 * SAMPLES, seed: !seed }.forward(scene, v, film, &Affine)
         });
-        let area = area(k, seed);
-        Estimate {
-            mean: area.mean + rest.mean,
-            standard_error: area.standard_error.hypot(rest.standard_error),
-        }
+        area(k, seed).plus(rest)
     });
     whole.accept(&mut power, "an affine field and its residual", limits());
-    power.finish();
     for k in &some {
         // A field that is boundary consistent leaves nothing.
         let Case { scene, motion, film, .. } = &k.case;
@@ -265,13 +254,7 @@ fn any_continuous_field_with_its_residual() {
 
 #[test]
 fn controls_are_rejected() {
-    let own = |factor: f64| {
-        move |k: &Known, seed| {
-            let e = k.run(&warped(Warp::default(), seed));
-            Estimate { mean: factor * e.mean, standard_error: factor.abs() * e.standard_error }
-        }
-    };
-    reject("sign flipped", own(-1.0));
+    reject("sign flipped", |k, seed| k.run(&warped(Warp::default(), seed)).scaled(-1.0));
     reject("interior only", |k, seed| {
         // The noise is that of the method under test.
         let noise = k.run(&warped(Warp::default(), seed));

@@ -10,7 +10,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use volume3d::gradient::{
-    ActiveParameters, EdgeSampling, Gradient, GradientError, GradientImage, Progress, Tangent, WarpedArea,
+    ActiveParameters, EdgeSampling, FiniteDifference, Gradient, GradientError, GradientImage, Progress,
+    Tangent, WarpedArea,
 };
 use volume3d::scene::{Crop, Scene};
 
@@ -18,9 +19,10 @@ use super::coverage::ProjectedScene;
 use super::direct::{DirectScene, Pixel};
 use super::scenes::{self, Moving};
 use super::worlds::{CoverageCase, CoverageKind, CoverageKnobs};
-use crate::campaign::{Estimate, Limits, Reference, Target, Verdict, focused};
+use crate::campaign::{Limits, Reference, Target, Verdict, focused};
+use crate::comparison::Estimate;
 use crate::power::Power;
-use crate::statistics::{Moments, suite_threshold};
+use crate::statistics::suite_threshold;
 
 /// How often a gradient is estimated, in each of a verdict's two halves.
 pub const REPETITIONS: u64 = 32;
@@ -87,6 +89,11 @@ macro_rules! sampler {
 
 sampler!(WarpedArea);
 sampler!(EdgeSampling);
+
+/// The default method with so many samples a pixel.
+pub fn warped(samples: usize) -> WarpedArea {
+    WarpedArea { samples, ..WarpedArea::default() }
+}
 
 /// Weights that are not smooth from pixel to pixel.
 pub fn weights(pixels: usize) -> Vec<DVec3> {
@@ -159,17 +166,59 @@ impl Known {
         self.weights.iter().zip(pixels).map(|(w, p)| w.dot(*p)).sum()
     }
 
+    /// A scene whose derivative is known by an argument, or is to be compared with that of another method.
+    pub fn given(scene: Scene, change: Tangent, exact: f64, label: &str) -> Self {
+        let (width, height) = scene.size();
+        let weights = weights(width * height);
+        Self { scene, change, weights, exact, error: 0.0, scale: 0.0, label: label.to_owned() }
+    }
+
+    /// The same in the weights of its gradient, from other samples: parts of opposite sign do not cancel.
+    pub fn focused(self, samples: usize) -> Self {
+        let other = EdgeSampling { samples, primary: samples, secondary: 4 * samples, seed: 7777 };
+        Self { weights: directed(&self.run(&other).gradient), ..self }
+    }
+
+    /// The weighted gradient of a method.
+    pub fn sample(&self, method: &impl Sampler) -> f64 {
+        self.weighted(&self.run(method).gradient)
+    }
+
+    /// Central differences with common random numbers at N steps, each twice the last, extrapolated (Richardson), and
+    /// how far apart the last two extrapolations are: errors of order h²ᴺ and h²ᴺ⁻².
+    pub fn differences<const N: usize>(&self, narrowest: FiniteDifference, runs: u64) -> (Estimate, f64) {
+        let run = |k: u64| {
+            let mut at: Vec<f64> = (0..N as i32)
+                .map(|i| {
+                    let step = 2.0_f64.powi(i) * narrowest.step;
+                    let method = FiniteDifference { step, seed: narrowest.seed + k, ..narrowest };
+                    let found = method.forward(&self.scene, &self.change, &Progress::none()).expect("valid");
+                    self.weighted(&found.gradient)
+                })
+                .collect();
+            let (mut apart, mut order) = (0.0, 4.0);
+            while at.len() > 1 {
+                apart = (at[0] - at[1]) / (order - 1.0);
+                at = at.windows(2).map(|w| (order * w[0] - w[1]) / (order - 1.0)).collect();
+                order *= 4.0;
+            }
+            (at[0], apart)
+        };
+        let (found, apart): (Vec<f64>, Vec<f64>) = (0..runs).into_par_iter().map(run).unzip();
+        (Estimate::of(found), Estimate::of(apart).mean.abs())
+    }
+
     /// The mean of [`REPETITIONS`] runs of one half, with seeds of their own.
     pub fn repeated(&self, half: u64, run: impl Fn(u64) -> f64) -> Estimate {
-        let runs: Moments = (0..REPETITIONS).map(|k| run(half * REPETITIONS + k)).collect();
+        let runs = Estimate::of((0..REPETITIONS).map(|k| run(half * REPETITIONS + k)));
         // Both halves are compared with the same number, whose error their mean does not reduce.
-        let standard_error = runs.standard_error().hypot(std::f64::consts::SQRT_2 * self.error);
-        Estimate { mean: runs.mean(), standard_error }
+        let standard_error = runs.standard_error.hypot(std::f64::consts::SQRT_2 * self.error);
+        Estimate { standard_error, ..runs }
     }
 
     /// The estimate of a method.
     pub fn estimate(&self, half: u64, method: &impl Sampler) -> Estimate {
-        self.repeated(half, |seed| self.weighted(&self.run(&method.reseeded(seed)).gradient))
+        self.repeated(half, |seed| self.sample(&method.reseeded(seed)))
     }
 
     /// What moves, as edge sampling wants it, which draws from the edges of that alone.

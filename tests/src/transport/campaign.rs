@@ -5,7 +5,8 @@ use rayon::prelude::*;
 
 use super::oracle;
 use super::worlds::{Case, Kind, Knobs, Moving};
-use crate::campaign::{Estimate, Reference, Target, focused};
+use crate::campaign::{Reference, Target, focused};
+use crate::comparison::Estimate;
 
 /// A world with its exact derivative, seen through fixed random weights.
 #[derive(Clone, Debug)]
