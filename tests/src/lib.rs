@@ -22,6 +22,7 @@
 )]
 
 pub mod campaign;
+mod choices;
 pub mod comparison;
 mod dice;
 mod double_double;
@@ -35,6 +36,8 @@ pub mod scenes;
 pub mod space;
 pub mod statistics;
 pub mod transport;
+#[cfg(test)]
+mod worst;
 
 /// The README's examples compile and run.
 #[cfg(doctest)]

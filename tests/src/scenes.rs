@@ -15,6 +15,7 @@ use proptest::prelude::*;
 use degenerate::pieces;
 use pieces::{Piece, Window};
 
+use crate::choices::choices;
 use crate::dice::Dice;
 
 /// A scene that moves, and a film that looks at it.
@@ -37,55 +38,37 @@ impl Case {
     }
 }
 
-/// What is degenerate about a scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Kind {
-    /// Nothing.
-    Generic,
-    /// Two polygons side by side share edges, or parts of one, and move as one.
-    CoincidentTogether,
-    /// Two polygons that share part of an edge move apart, below a third that hides where.
-    CoincidentHidden,
-    /// Two polygons that move differently have a vertex in common.
-    SharedVertex,
-    /// A vertex of a polygon lies exactly on another's edge, and they move differently.
-    TJunction,
-    /// Two polygons, or two rings of one, touch in a point from outside.
-    Touching,
-    /// An edge runs exactly through a pixel's corner, or through several.
-    EdgeThroughCorner,
-    /// Vertices lie exactly on pixels' corners.
-    VertexOnCorner,
-    /// Edges run along the lines where the filter is not smooth; along a box's border they stand
-    /// still or slide along themselves.
-    GridAligned,
-    /// Polygons 10³ to 10⁶ times as long as wide.
-    Sliver,
-    /// Edges of two polygons that move differently are 10⁻⁶, 10⁻¹⁰ or 10⁻¹³ pixels apart.
-    NearlyCoincident,
-    /// Copies of one polygon lie on each other and move as one.
-    NestedCopies,
-    /// A polygon's hole is exactly filled by another, and they move as one.
-    FilledHole,
-}
-
-impl Kind {
-    /// All kinds, the generic first.
-    pub const ALL: [Self; 13] = [
-        Self::Generic,
-        Self::CoincidentTogether,
-        Self::CoincidentHidden,
-        Self::SharedVertex,
-        Self::TJunction,
-        Self::Touching,
-        Self::EdgeThroughCorner,
-        Self::VertexOnCorner,
-        Self::GridAligned,
-        Self::Sliver,
-        Self::NearlyCoincident,
-        Self::NestedCopies,
-        Self::FilledHole,
-    ];
+choices! {
+    /// What is degenerate about a scene.
+    Kind {
+        /// Nothing.
+        Generic,
+        /// Two polygons side by side share edges, or parts of one, and move as one.
+        CoincidentTogether,
+        /// Two polygons that share part of an edge move apart, below a third that hides where.
+        CoincidentHidden,
+        /// Two polygons that move differently have a vertex in common.
+        SharedVertex,
+        /// A vertex of a polygon lies exactly on another's edge, and they move differently.
+        TJunction,
+        /// Two polygons, or two rings of one, touch in a point from outside.
+        Touching,
+        /// An edge runs exactly through a pixel's corner, or through several.
+        EdgeThroughCorner,
+        /// Vertices lie exactly on pixels' corners.
+        VertexOnCorner,
+        /// Edges run along the lines where the filter is not smooth; along a box's border they stand
+        /// still or slide along themselves.
+        GridAligned,
+        /// Polygons 10³ to 10⁶ times as long as wide.
+        Sliver,
+        /// Edges of two polygons that move differently are 10⁻⁶, 10⁻¹⁰ or 10⁻¹³ pixels apart.
+        NearlyCoincident,
+        /// Copies of one polygon lie on each other and move as one.
+        NestedCopies,
+        /// A polygon's hole is exactly filled by another, and they move as one.
+        FilledHole,
+    }
 }
 
 /// All that a case depends on.

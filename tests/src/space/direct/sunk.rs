@@ -118,24 +118,9 @@ impl DirectScene {
         let allowed = tolerance * magnitude / triangles.len().max(1) as f64;
         let most = (SQUARES / triangles.len().max(1)).max(LEAST_SQUARES);
         let mut pixel = Pixel::default();
-        for (corners, mut squares) in triangles.iter().zip(parts) {
+        for (corners, squares) in triangles.iter().zip(parts) {
             let integrand = |at: DVec2| self.integrand(film, centre, corners, at);
-            let mut error: f64 = squares.iter().map(Square::error).sum();
-            while error > allowed && squares.len() < most {
-                let Some(worst) = squares.pop() else { break };
-                error -= worst.error();
-                for [min, max] in quarters(worst.min, worst.max) {
-                    let square = Square::new(&integrand, min, max)?;
-                    error += square.error();
-                    squares.push(square);
-                }
-            }
-            for square in squares.into_sorted_vec() {
-                pixel.value += square.fine.value;
-                pixel.derivative += square.fine.derivative;
-                pixel.value_error += square.errors[0];
-                pixel.derivative_error += square.errors[1];
-            }
+            pixel.add(&integrand, squares, allowed, most)?;
         }
         Ok(pixel)
     }

@@ -62,6 +62,17 @@ impl Surface {
         self.vertices.iter().zip(&self.velocities).map(|(p, v)| Vector3::new(*p, *v) - point).collect()
     }
 
+    /// Whether a segment from x to a point meets it: brute force for tests, by the sides of its plane and edges.
+    #[cfg(test)]
+    pub(in crate::space) fn hides(&self, x: DVec3, point: DVec3) -> bool {
+        let p = &self.vertices;
+        let normal = (p[1] - p[0]).cross(p[2] - p[0]);
+        let t = normal.dot(p[0] - x) / normal.dot(point - x);
+        let at = x + t * (point - x);
+        let inside = |k: usize| (p[(k + 1) % p.len()] - p[k]).cross(at - p[k]).dot(normal) >= 0.0;
+        t > 0.0 && t < 1.0 && (0..p.len()).all(inside)
+    }
+
     pub(super) fn check(&self) -> Result<()> {
         let (corners, velocities) = (self.vertices.len(), self.velocities.len());
         ensure!(corners >= 3 && velocities == corners, "{corners} corners and {velocities} velocities");

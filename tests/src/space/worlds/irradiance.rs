@@ -6,6 +6,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::moves::Affine;
 use super::stage::in_plane;
+use crate::choices::choices;
 use crate::dice::Dice;
 use crate::space::irradiance::{Ground, Ray, Receiver, Sides, Surface, World};
 
@@ -24,65 +25,60 @@ pub struct IrradianceCase {
     pub label: String,
 }
 
-/// What there is between light and receiver, or what is degenerate about it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum IrradianceKind {
-    /// One or two emitters and nothing else.
-    Open,
-    /// One emitter and one to four occluders, most of which cover some of it.
-    Occluded,
-    /// Two emitters, occluders, and a uniform environment.
-    Glowing,
-    /// An emitter that crosses the receiver's horizon.
-    Horizon,
-    /// An emitter at a distance of 10⁻³ to 10⁻² of the others', from so small to 100 times as
-    /// large.
-    NearEmitter,
-    /// An emitter of 10⁻⁶ to 10⁻² of its distance.
-    TinyEmitter,
-    /// An occluder with an edge seen within 10⁻⁹ to 10⁻³ of an emitter's.
-    AlignedEdges,
-    /// As [`Occluded`](Self::Occluded), with a unit of length of 10⁻⁶.
-    Small,
-    /// The same with 10⁶.
-    Large,
-    /// The same at a distance of 10⁶ from the origin.
-    FarFromOrigin,
+choices! {
+    /// What there is between light and receiver, or what is degenerate about it.
+    IrradianceKind {
+        /// Kinds without anything degenerate.
+        GENERIC {
+            /// One or two emitters and nothing else.
+            Open,
+            /// One emitter and one to four occluders, most of which cover some of it.
+            Occluded,
+            /// Two emitters, occluders, and a uniform environment.
+            Glowing,
+        }
+        /// All others.
+        DEGENERATE {
+            /// An emitter that crosses the receiver's horizon.
+            Horizon,
+            /// An emitter at a distance of 10⁻³ to 10⁻² of the others', from so small to 100 times as
+            /// large.
+            NearEmitter,
+            /// An emitter of 10⁻⁶ to 10⁻² of its distance.
+            TinyEmitter,
+            /// An occluder with an edge seen within 10⁻⁹ to 10⁻³ of an emitter's.
+            AlignedEdges,
+            /// As [`Occluded`](Self::Occluded), with a unit of length of 10⁻⁶.
+            Small,
+            /// The same with 10⁶.
+            Large,
+            /// The same at a distance of 10⁶ from the origin.
+            FarFromOrigin,
+        }
+    }
 }
 
-/// What θ changes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum IrradianceMoving {
-    /// The ground, along a line.
-    Ground,
-    /// The ground, about an axis.
-    GroundRotation,
-    /// The ray: another point of the ground.
-    Ray,
-    /// An emitter: translation, rotation or scale.
-    Emitter,
-    /// The occluders, all alike; an emitter where there is none.
-    Occluders,
-    /// One corner of one surface, in its plane.
-    Vertex,
-    /// Everything at once.
-    Mixed,
+choices! {
+    /// What θ changes.
+    IrradianceMoving {
+        /// The ground, along a line.
+        Ground,
+        /// The ground, about an axis.
+        GroundRotation,
+        /// The ray: another point of the ground.
+        Ray,
+        /// An emitter: translation, rotation or scale.
+        Emitter,
+        /// The occluders, all alike; an emitter where there is none.
+        Occluders,
+        /// One corner of one surface, in its plane.
+        Vertex,
+        /// Everything at once.
+        Mixed,
+    }
 }
 
 impl IrradianceKind {
-    /// Kinds without anything degenerate.
-    pub const GENERIC: [Self; 3] = [Self::Open, Self::Occluded, Self::Glowing];
-    /// All others.
-    pub const DEGENERATE: [Self; 7] = [
-        Self::Horizon,
-        Self::NearEmitter,
-        Self::TinyEmitter,
-        Self::AlignedEdges,
-        Self::Small,
-        Self::Large,
-        Self::FarFromOrigin,
-    ];
-
     /// The unit of length.
     pub fn unit(self) -> f64 {
         match self {
@@ -91,19 +87,6 @@ impl IrradianceKind {
             _ => 1.0,
         }
     }
-}
-
-impl IrradianceMoving {
-    /// All of them.
-    pub const ALL: [Self; 7] = [
-        Self::Ground,
-        Self::GroundRotation,
-        Self::Ray,
-        Self::Emitter,
-        Self::Occluders,
-        Self::Vertex,
-        Self::Mixed,
-    ];
 }
 
 /// All that a case depends on.
@@ -132,10 +115,7 @@ impl IrradianceKnobs {
 
     /// Knobs drawn from a seed.
     pub fn any(seed: u64) -> Self {
-        let mut dice = Dice::new(seed, u64::MAX / 2);
-        let generic = IrradianceKind::GENERIC.to_vec();
-        let kinds = [generic, IrradianceKind::DEGENERATE.to_vec()].concat();
-        Self::random(seed, dice.pick(&kinds))
+        Self::random(seed, Dice::new(seed, u64::MAX / 2).pick(&IrradianceKind::ALL))
     }
 
     /// The case with these knobs: the same on every machine and in every thread.
