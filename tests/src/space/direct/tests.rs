@@ -2,7 +2,7 @@ use flatland::random::{open01, stream};
 
 use super::*;
 use crate::effort::pick;
-use crate::space::worlds::{self, DirectCase, DirectKind, DirectKnobs};
+use crate::space::worlds::{DirectCase, DirectKind, DirectKnobs};
 use crate::worst;
 
 fn image(scene: &DirectScene, tolerance: f64, label: &str) -> Vec<Pixel> {
@@ -39,7 +39,7 @@ pub(super) fn error_of_points(
 #[test]
 fn points_of_the_film_have_the_derivatives_of_their_values() {
     worst::assert_below(1e-6, 0..60, |seed| {
-        let case = worlds::direct(seed);
+        let case = DirectKnobs::any(seed).build();
         let quotient = |[ahead, behind, ..]: [DVec3; 4], h: f64| (ahead - behind) / (2.0 * h);
         (error_of_points(&case, (seed, 30), &[1e-4, 1e-5, 1e-6], quotient), case.label)
     });
@@ -90,7 +90,7 @@ fn errors_are_what_a_finer_rule_finds() {
 #[test]
 fn the_camera_sees_the_ground_only() {
     for seed in 0..60 {
-        let DirectCase { scene, label } = worlds::direct(seed);
+        let DirectCase { scene, label } = DirectKnobs::any(seed).build();
         let film = Film::new(scene.camera.width, scene.camera.height, scene.filter).expect("a film");
         let (min, max) = film.extent();
         for k in 0..400 {
@@ -105,29 +105,9 @@ fn the_camera_sees_the_ground_only() {
     }
 }
 
-/// The rate of a camera's ray is that of the ray of the displaced camera.
-#[test]
-fn rays_move_with_the_camera() {
-    for seed in 0..50 {
-        let case = worlds::coverage(seed);
-        let motion = CameraMotion {
-            origin: DVec3::new(1.0, -2.0, 0.5),
-            angular: DVec3::new(0.4, 0.3, -0.2),
-            field_of_view: 0.3,
-        };
-        let (u, h) = (DVec2::new(1.3, 2.9), 1e-5);
-        let ray = case.camera.ray(&motion, u);
-        let at = |h: f64| case.camera.displaced(&motion, h).direction(u);
-        let rate = (at(h) - at(-h)) / (2.0 * h);
-        // The axes turn, so only what is across the direction counts; here all of it agrees.
-        assert!((rate - ray.direction_rate).length() < 1e-8, "{rate} {}", ray.direction_rate);
-        assert_eq!(ray.origin_velocity, motion.origin);
-    }
-}
-
 #[test]
 fn under_an_environment_alone_every_pixel_is_the_albedo() {
-    let mut scene = worlds::direct(3).scene;
+    let mut scene = DirectKnobs::any(3).build().scene;
     scene.world = World { surfaces: vec![], environment: DVec3::new(2.0, 1.0, 0.5) };
     for pixel in image(&scene, 1e-4, "environment") {
         let error = (pixel.value - scene.albedo * scene.world.environment).abs().max_element();
@@ -138,7 +118,7 @@ fn under_an_environment_alone_every_pixel_is_the_albedo() {
 
 #[test]
 fn what_has_no_ground_is_an_error_that_names_the_place() {
-    let mut scene = worlds::direct(0).scene;
+    let mut scene = DirectKnobs::any(0).build().scene;
     scene.ground.corners = [DVec3::ZERO; 3];
     let error = format!("{:#}", scene.image(1e-3).expect_err("no ground"));
     assert!(

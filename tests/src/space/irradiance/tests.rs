@@ -5,7 +5,7 @@ use crate::quadrature::rule;
 use crate::space::constants::{
     BOX_FACES, box_corners, element_to_parallel_rectangle, parallel_rectangles, perpendicular_rectangles,
 };
-use crate::space::worlds::{self, IrradianceCase, IrradianceKind, IrradianceKnobs, IrradianceMoving};
+use crate::space::worlds::{IrradianceCase, IrradianceKind, IrradianceKnobs, IrradianceMoving};
 use crate::worst;
 
 fn exact(case: &IrradianceCase) -> Irradiance {
@@ -243,28 +243,6 @@ fn emitters_of_a_size_of_10_to_the_minus_k_lose_k_digits() {
         let errors = [light.value.x / value - 1.0, light.derivative.x / derivative - 1.0];
         assert!(errors.iter().all(|e| e.abs() < 1e-15 / size), "{size:e}: {errors:?}");
     }
-}
-
-#[test]
-fn ground_that_slides_in_its_plane_changes_nothing() {
-    for seed in 0..50 {
-        let mut case = worlds::irradiance(seed);
-        case.world.surfaces.iter_mut().for_each(|s| s.velocities.fill(DVec3::ZERO));
-        let [a, b, c] = case.ground.corners;
-        case.ground.velocities = [2.0 * (b - a) + (c - a); 3];
-        let receiver = Receiver::on_ray(&Ray::still(case.ray.origin, case.ray.direction), &case.ground);
-        let light = irradiance(&case.world, &receiver.expect("a receiver")).expect("irradiance");
-        let scale = light.value.max_element() + light.absolute;
-        assert!(light.derivative.abs().max_element() <= 1e-9 * scale, "{}: {light:?}", case.label);
-    }
-}
-
-#[test]
-fn outgoing_radiance_under_an_environment_is_the_albedo_times_it() {
-    let world = World { surfaces: vec![], environment: DVec3::new(2.0, 1.0, 0.5) };
-    let light = irradiance(&world, &Receiver::still(DVec3::ONE, DVec3::X)).expect("irradiance");
-    let outgoing = light.outgoing(DVec3::new(0.5, 0.25, 1.0));
-    assert!((outgoing.value - DVec3::new(1.0, 0.25, 0.5)).abs().max_element() < 1e-15);
 }
 
 #[test]

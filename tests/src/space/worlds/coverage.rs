@@ -111,11 +111,6 @@ impl CoverageKnobs {
         Self { seed, kind, moving: dice.pick(&CoverageMoving::ALL), filter }
     }
 
-    /// Knobs drawn from a seed.
-    pub fn any(seed: u64) -> Self {
-        Self::random(seed, Dice::new(seed, u64::MAX / 2).pick(&CoverageKind::ALL))
-    }
-
     /// The case with these knobs: the same on every machine and in every thread.
     pub fn build(&self) -> CoverageCase {
         let purpose = |attempt: u64| 10_000 * attempt + self.kind as u64;
