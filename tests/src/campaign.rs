@@ -1,6 +1,6 @@
 //! One number per scene, estimated and exact, over many scenes: what the statistical tests compare.
 
-use flatland::estimator::{EstimatorError, Exact, GradientImage, Method};
+use flatland::estimator::{EdgeSampling, EstimatorError, Exact, GradientImage, Method, Rotation, WarpedArea};
 use flatland::plane::exact::Arrangement;
 use flatland::plane::{Film, Image, Motion, Scene};
 use glam::DVec3;
@@ -9,6 +9,24 @@ use rayon::prelude::*;
 use crate::comparison::Estimate;
 use crate::power::{NOTICED, Power};
 use crate::scenes::{Case, Kind, Knobs};
+
+/// A method that draws samples, all of them from its seed.
+pub trait Sampler: Method + Sync {
+    /// The same with another seed.
+    fn reseeded(&self, seed: u64) -> Self;
+}
+
+macro_rules! sampler {
+    ($($method:ty),*) => {
+        $(impl Sampler for $method {
+            fn reseeded(&self, seed: u64) -> Self {
+                Self { seed, ..*self }
+            }
+        })*
+    };
+}
+
+sampler!(WarpedArea, EdgeSampling, Rotation);
 
 /// A scene with its exact derivative, seen through fixed random weights.
 #[derive(Debug)]
@@ -63,10 +81,10 @@ impl Known {
         Estimate { mean: self.weights.dot(&gradient.mean), standard_error: variance.sqrt() }
     }
 
-    /// The estimate of a method.
-    pub fn run(&self, method: &impl Method) -> Estimate {
+    /// The estimate of a method with another seed.
+    pub fn run(&self, seed: u64, method: &impl Sampler) -> Estimate {
         let Case { scene, motion, film, label } = &self.case;
-        let gradient: Result<_, EstimatorError> = method.forward(scene, motion, film);
+        let gradient: Result<_, EstimatorError> = method.reseeded(seed).forward(scene, motion, film);
         self.estimate(&gradient.unwrap_or_else(|e| panic!("{e}\n{label}")))
     }
 
