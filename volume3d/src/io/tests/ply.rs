@@ -1,10 +1,8 @@
 //! Stanford PLY.
 
-use std::io::Write;
-
 use glam::{DVec2, DVec3};
 
-use super::{check_table, here, message};
+use super::{check_table, gzipped, here, message};
 use crate::geometry::{Attribute, Mesh, Normals};
 use crate::io::{Error, load_mesh, read_ply, write_ply};
 
@@ -86,10 +84,8 @@ fn duplicated_vertices_are_one_place_and_a_crease() {
 fn gzip_is_seen_by_its_first_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("m.ply.gz");
-    let mut encoder = flate2::write::GzEncoder::new(vec![], flate2::Compression::fast());
     let header = format!("ply\nformat ascii 1.0\nelement vertex 3\n{XYZ}element face 1\n{FACES}end_header\n");
-    encoder.write_all(format!("{header}0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").as_bytes()).unwrap();
-    let bytes = encoder.finish().unwrap();
+    let bytes = gzipped(format!("{header}0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").as_bytes());
     std::fs::write(&path, &bytes).unwrap();
     assert_eq!(load_mesh(&path).unwrap().triangles(), [[0, 1, 2]]);
     std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
