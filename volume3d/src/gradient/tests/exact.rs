@@ -1,6 +1,5 @@
 //! What holds sample by sample.
 
-use flatland::random::{open01, stream};
 use flatland::warp::{Debias, Warp};
 use glam::DVec3;
 
@@ -60,9 +59,7 @@ fn forward_and_reverse_are_transposes() {
     for (k, filter) in filters().into_iter().enumerate() {
         let scene = room(filter);
         let change = random_tangent(&scene, k as u64);
-        let mut rng = stream(5, &[]);
-        let adjoint: Vec<DVec3> =
-            (0..36).map(|_| DVec3::from_array(std::array::from_fn(|_| open01(&mut rng) - 0.5))).collect();
+        let adjoint = random_adjoint(36);
         let rays = |debias| WarpedArea {
             field: Field::AuxiliaryRays,
             warp: Warp { debias, ..Warp::default() },

@@ -11,7 +11,9 @@ use crate::geometry::Mesh;
 use crate::scene::{Camera, Description, Environment, Filter, Integrator, Material, Scene};
 
 pub(super) use comparisons::{Comparisons, statistics, terms, thorough, total};
-pub(super) use scenes::{at, down, film, filters, random_tangent, rate_of_square, room, square, up};
+pub(super) use scenes::{
+    at, down, film, filters, random_adjoint, random_tangent, rate_of_square, room, square, up,
+};
 
 /// Independent runs of statistical tests.
 const SHARED_RUNS: u64 = 2048;

@@ -66,6 +66,12 @@ pub(crate) fn down() -> DAffine3 {
     DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2)
 }
 
+/// An adjoint for so many pixels.
+pub(crate) fn random_adjoint(pixels: usize) -> Vec<DVec3> {
+    let mut rng = stream(5, &[]);
+    (0..pixels).map(|_| DVec3::from_array(std::array::from_fn(|_| open01(&mut rng) - 0.5))).collect()
+}
+
 pub(crate) fn random_tangent(scene: &Scene, seed: u64) -> Tangent {
     let mut rng = stream(seed, &[]);
     let mut random = || DVec3::from_array(std::array::from_fn(|_| open01(&mut rng) - 0.5));
