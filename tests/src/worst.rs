@@ -2,6 +2,10 @@
 
 use rayon::prelude::*;
 
+/// Numbers that references must answer with finite ones, or refuse.
+pub(crate) const HOSTILE: [f64; 12] =
+    [f64::NAN, f64::INFINITY, -1e300, 1e300, 1e-300, 5e-324, 0.0, -0.0, 1.0, -1.0, 1e-9, 3.0];
+
 /// Asserts that a figure is below a limit in all cases, each of which says its own and its label; NaN is none.
 pub(crate) fn assert_below<T: Send>(
     limit: f64,

@@ -1,3 +1,4 @@
+use flatland::random::{open01, stream};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -262,4 +263,35 @@ fn rings_of_triangles_that_hide_each_other_are_refused() {
     let motion = Motion { positions: vec![DVec3::ZERO; 9], ..Motion::default() };
     let error = ProjectedScene::new(&mesh, &camera, &motion, Filter::Box).expect_err("a ring").to_string();
     assert!(error.contains("ring"), "{error}");
+}
+
+#[test]
+fn any_numbers_are_answered_or_refused() {
+    let mut answers = 0;
+    for seed in 0..1000 {
+        let mut rng = stream(seed, &[]);
+        let kind = CoverageKind::ALL[seed as usize % CoverageKind::ALL.len()];
+        let mut case = CoverageKnobs::random(seed % 50, kind).build();
+        for _ in 0..3 {
+            let mut index = |n: usize| (open01(&mut rng) * n as f64) as usize;
+            let (number, axis) = (worst::HOSTILE[index(12)], index(3));
+            let vertex = index(case.mesh.positions.len());
+            match index(6) {
+                0 => case.mesh.positions[vertex][axis] = number,
+                1 => case.motion.positions[vertex][axis] = number,
+                2 => case.camera.origin[axis] = number,
+                3 => case.camera.field_of_view = number,
+                4 => case.motion.camera.angular[axis] = number,
+                _ => case.mesh.positions[vertex] = case.mesh.positions[0],
+            }
+        }
+        let CoverageCase { mesh, camera, motion, filter, .. } = &case;
+        let answer = ProjectedScene::new(mesh, camera, motion, *filter).and_then(|p| p.derivative());
+        if let Ok(image) = answer {
+            answers += 1;
+            assert!(image.pixels().iter().all(|p| p.is_finite()), "seed {seed}");
+        }
+    }
+    println!("{answers} answers");
+    assert!(answers > 100, "{answers}");
 }

@@ -312,3 +312,34 @@ fn bad_worlds_are_errors_that_name_the_surface() {
         Receiver::on_ray(&Ray::still(DVec3::Z, direction), &ground).expect_err("no ground");
     }
 }
+
+#[test]
+fn any_numbers_are_answered_or_refused() {
+    let mut answers = 0;
+    for seed in 0..3000 {
+        let mut rng = stream(seed, &[]);
+        let kind = IrradianceKind::ALL[seed as usize % IrradianceKind::ALL.len()];
+        let mut case = IrradianceKnobs::random(seed % 50, kind).build();
+        for _ in 0..3 {
+            let mut index = |n: usize| (open01(&mut rng) * n as f64) as usize;
+            let (number, axis) = (worst::HOSTILE[index(12)], index(3));
+            let surface = index(case.world.surfaces.len());
+            let surface = &mut case.world.surfaces[surface];
+            let vertex = index(surface.vertices.len());
+            match index(6) {
+                0 => surface.vertices[vertex][axis] = number,
+                1 => surface.velocities[vertex][axis] = number,
+                2 => surface.radiance[axis] = number,
+                3 => case.receiver.point[axis] = number,
+                4 => case.receiver.normal = DVec3::splat(number),
+                _ => surface.vertices[vertex] = case.receiver.point,
+            }
+        }
+        if let Ok(light) = irradiance(&case.world, &case.receiver) {
+            answers += 1;
+            assert!(light.value.is_finite() && light.derivative.is_finite(), "seed {seed}: {light:?}");
+        }
+    }
+    println!("{answers} answers");
+    assert!(answers > 100, "{answers}");
+}

@@ -127,7 +127,7 @@ fn written_meshes_are_read_again() {
 fn refused(text: &str) -> String {
     let texts =
         [("START", "ply|format ascii 1.0"), ("VERTEX", "element vertex 3"), ("CORNERS", "0 0 0|1 0 0|0 1 0")];
-    let text = texts.iter().fold(format!("{text}|"), |text, (name, meaning)| text.replace(name, meaning));
+    let text = texts.iter().fold(text.to_owned(), |text, (name, meaning)| text.replace(name, meaning));
     message(read(text.replace("XYZ|", XYZ).replace("FACES|", FACES).replace('|', "\n")))
 }
 
@@ -177,7 +177,7 @@ START|VERTEX|XYZ|property float nx|element face 1|FACES|end_header
 START|VERTEX|XYZ|property float u|element face 1|FACES|end_header
     m.ply: the header has no vertex properties u and v (both or none)
 "#,
-        refused,
+        |lines| refused(&format!("{lines}|")),
     );
 }
 
@@ -206,7 +206,7 @@ CORNERS|4000000000 0 1 2
 CORNERS|3 0 1
     m.ply:14: the file ends before the 3 values of the list "vertex_indices"
 CORNERS|3 0 1 2|3 0 1 2
-    m.ply:15: 8 bytes follow the last element that the header announces
+    m.ply:15: 7 bytes follow the last element that the header announces
 "#,
         |body| refused(&format!("START|comment c|VERTEX|XYZ|element face 1|FACES|end_header|{body}")),
     );
