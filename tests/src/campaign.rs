@@ -1,13 +1,32 @@
 //! One number per scene, estimated and exact, over many scenes: what the statistical tests compare.
 
-use flatland::estimator::{EstimatorError, Exact, GradientImage, Method};
+use flatland::estimator::{EdgeSampling, EstimatorError, Exact, GradientImage, Method, Rotation, WarpedArea};
 use flatland::plane::exact::Arrangement;
 use flatland::plane::{Film, Image, Motion, Scene};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::comparison::Estimate;
 use crate::power::{NOTICED, Power};
 use crate::scenes::{Case, Kind, Knobs};
+
+/// A method that draws samples, all of them from its seed.
+pub trait Sampler: Method + Sync {
+    /// The same with another seed.
+    fn reseeded(&self, seed: u64) -> Self;
+}
+
+macro_rules! sampler {
+    ($($method:ty),*) => {
+        $(impl Sampler for $method {
+            fn reseeded(&self, seed: u64) -> Self {
+                Self { seed, ..*self }
+            }
+        })*
+    };
+}
+
+sampler!(WarpedArea, EdgeSampling, Rotation);
 
 /// A scene with its exact derivative, seen through fixed random weights.
 #[derive(Debug)]
@@ -22,21 +41,11 @@ pub struct Known {
     pub scale: f64,
 }
 
-/// The estimate of [`Known::exact`].
-#[derive(Clone, Copy, Debug)]
-pub struct Estimate {
-    /// Σ weight · mean.
-    pub mean: f64,
-    /// Its standard error; pixels are independent.
-    pub standard_error: f64,
-}
-
 /// How much of the weights' square is not the derivative's.
 const ROUGH: f64 = 0.1;
 
 /// Weights of length 1 that are mostly those of a derivative, so that its parts of opposite sign add up and every pixel
 /// counts as it should; and in part rough from pixel to pixel, so that an error counts also where the derivative is 0.
-#[must_use]
 pub fn focused(derivative: &[f64]) -> Vec<f64> {
     let unit = |v: Vec<f64>| {
         let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -49,9 +58,7 @@ pub fn focused(derivative: &[f64]) -> Vec<f64> {
 }
 
 impl Known {
-    /// # Panics
-    /// If the case has no derivative.
-    #[must_use]
+    /// By the exact engine; the case must have a derivative.
     pub fn new(case: Case) -> Self {
         let gradient = Exact.forward(&case.scene, &case.motion, &case.film);
         let gradient = gradient.unwrap_or_else(|e| panic!("{e}\n{}", case.label));
@@ -67,7 +74,6 @@ impl Known {
     }
 
     /// The weighted sum of a gradient image.
-    #[must_use]
     pub fn estimate(&self, gradient: &GradientImage) -> Estimate {
         assert_eq!(gradient.non_finite, 0, "{}", self.case.label);
         let squared = self.weights.zip(&gradient.standard_error, |w, e| (w * e) * (w * e));
@@ -75,26 +81,20 @@ impl Known {
         Estimate { mean: self.weights.dot(&gradient.mean), standard_error: variance.sqrt() }
     }
 
-    /// The estimate of a method.
-    ///
-    /// # Panics
-    /// If the method refuses the scene.
-    #[must_use]
-    pub fn run(&self, method: &impl Method) -> Estimate {
+    /// The estimate of a method with another seed.
+    pub fn run(&self, seed: u64, method: &impl Sampler) -> Estimate {
         let Case { scene, motion, film, label } = &self.case;
-        let gradient: Result<_, EstimatorError> = method.forward(scene, motion, film);
+        let gradient: Result<_, EstimatorError> = method.reseeded(seed).forward(scene, motion, film);
         self.estimate(&gradient.unwrap_or_else(|e| panic!("{e}\n{label}")))
     }
 
     /// The estimate from a function of scene, motion and film.
-    #[must_use]
     pub fn run_with(&self, estimate: impl Fn(&Scene, &Motion, &Film) -> GradientImage) -> Estimate {
         self.estimate(&estimate(&self.case.scene, &self.case.motion, &self.case.film))
     }
 }
 
 /// `per_kind` scenes of each of some kinds. Where nothing that is seen moves, nothing may be found.
-#[must_use]
 pub fn known(kinds: &[Kind], per_kind: u64) -> Vec<Known> {
     let knobs: Vec<Knobs> = kinds
         .iter()
@@ -137,13 +137,11 @@ pub struct Limits {
 
 impl Limits {
     /// Both the same.
-    #[must_use]
     pub fn both(limit: f64) -> Self {
         Self { scene: limit, slope: limit }
     }
 
     /// Where single scenes prove nothing, because variance is infinite: the regression alone.
-    #[must_use]
     pub fn slope_alone(self) -> Self {
         Self { scene: f64::INFINITY, ..self }
     }
@@ -164,7 +162,7 @@ pub fn halves<K: Reference>(
 }
 
 /// How estimates compare with exact values over a campaign.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Verdict {
     /// The largest |z| of a single scene.
     pub worst: f64,
@@ -173,9 +171,7 @@ pub struct Verdict {
     /// The root mean square of z: 1 for normal errors.
     pub spread: f64,
     /// The weighted regression of estimates on exact values: 1 for an unbiased method.
-    pub slope: f64,
-    /// Its standard error.
-    pub slope_error: f64,
+    pub slope: Estimate,
     /// How many scenes.
     pub count: usize,
     /// Of how many the exact value is nearly 0.
@@ -198,16 +194,7 @@ impl Verdict {
     /// distribution is skewed a large mean comes with a large variance, and the slope would be
     /// biased by them.
     pub fn on<'a, K: Reference + 'a>(found: impl Iterator<Item = (&'a K, &'a [Estimate; 2])>) -> Self {
-        let mut this = Self {
-            worst: 0.0,
-            worst_label: String::new(),
-            spread: 0.0,
-            slope: 0.0,
-            slope_error: 0.0,
-            count: 0,
-            zeros: 0,
-            noise: ([0.0; 2], String::new()),
-        };
+        let mut this = Self::default();
         let (mut xy, mut xx, mut variance) = (0.0, 0.0, 0.0);
         for (k, pair) in found {
             let ([a, b], Target { exact, scale, label }) = (pair, k.target());
@@ -243,33 +230,23 @@ impl Verdict {
             }
         }
         this.spread = (this.spread / this.count as f64).sqrt();
-        this.slope = xy / xx;
-        this.slope_error = variance.sqrt() / xx;
+        this.slope = Estimate { mean: xy / xx, standard_error: variance.sqrt() / xx };
         this
     }
 
-    /// z of the slope against 1.
-    #[must_use]
-    pub fn slope_z(&self) -> f64 {
-        (self.slope - 1.0) / self.slope_error
-    }
-
     /// Whether nothing speaks against the method being unbiased: no scene alone, and not their slope.
-    #[must_use]
     pub fn passes(&self, limits: Limits) -> bool {
-        self.worst <= limits.scene && self.slope_z().abs() <= limits.slope
-    }
-
-    /// The verdict on the same estimates times a factor, as far as their slope tells.
-    #[must_use]
-    pub fn scaled(&self, factor: f64) -> Self {
-        Self { slope: factor * self.slope, slope_error: factor * self.slope_error, ..self.clone() }
+        self.worst <= limits.scene && has_slope_1(self.slope, limits)
     }
 
     /// What could have been noticed: by the slope a relative bias, and where the exact value is nearly 0 an error
     /// relative to its scale.
-    pub fn tell(&self, power: &mut Power, name: &str, limits: Limits) {
-        power.add(format!("{name}: slope of {} scenes", self.count), limits.slope * self.slope_error, 1.0);
+    fn tell(&self, power: &mut Power, name: &str, limits: Limits) {
+        power.add(
+            format!("{name}: slope of {} scenes", self.count),
+            limits.slope * self.slope.standard_error,
+            1.0,
+        );
         if self.zeros > 0 && limits.scene.is_finite() {
             let label = format!("{name}: of the scale of {} scenes of nearly 0", self.zeros);
             let [error, slack] = self.noise.0;
@@ -285,8 +262,8 @@ impl Verdict {
             self.worst,
             limits.scene,
             self.spread,
-            self.slope,
-            self.slope_error,
+            self.slope.mean,
+            self.slope.standard_error,
             self.worst_label,
             self.zeros,
             self.noise.0[0],
@@ -296,23 +273,22 @@ impl Verdict {
 
     /// Asserts that it passes and says what could have been noticed; that it could have been is proved by the same
     /// estimates less [`NOTICED`], which must not pass.
-    ///
-    /// # Panics
-    /// If one or the other is not so.
     pub fn accept(&self, power: &mut Power, name: &str, limits: Limits) {
         self.print(name, limits);
         assert!(self.passes(limits), "{name} is biased: {self:?}");
-        let less = self.scaled(1.0 - NOTICED);
-        assert!(less.slope_z().abs() > limits.slope, "{name} would pass with a bias of {NOTICED}: {self:?}");
+        let less = self.slope.scaled(1.0 - NOTICED);
+        assert!(!has_slope_1(less, limits), "{name} would pass with a bias of {NOTICED}: {self:?}");
         self.tell(power, name, limits);
     }
 
     /// Asserts that it does not pass.
-    ///
-    /// # Panics
-    /// If it does.
     pub fn reject(&self, name: &str, limits: Limits) {
         self.print(&format!("control {name}"), limits);
         assert!(!self.passes(limits), "the control {name} was not rejected: {self:?}");
     }
+}
+
+/// Whether a slope may be that of an unbiased method; NaN is none.
+fn has_slope_1(slope: Estimate, limits: Limits) -> bool {
+    ((slope.mean - 1.0) / slope.standard_error).abs() <= limits.slope
 }

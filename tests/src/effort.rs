@@ -5,10 +5,6 @@
 //! and samples.
 
 /// Whether the environment variable `WARPED_AREA_TESTS` asks for everything.
-///
-/// # Panics
-/// If it is set to anything but `quick` or `thorough`: a typing error must not pass for a thorough test.
-#[must_use]
 pub fn thorough() -> bool {
     match std::env::var("WARPED_AREA_TESTS").as_deref() {
         Err(std::env::VarError::NotPresent) | Ok("" | "quick") => false,
@@ -18,7 +14,6 @@ pub fn thorough() -> bool {
 }
 
 /// One of two numbers: of scenes, say, or of samples.
-#[must_use]
 pub fn pick<T>(quick: T, thorough: T) -> T {
     if self::thorough() { thorough } else { quick }
 }

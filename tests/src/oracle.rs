@@ -49,10 +49,6 @@ impl<'a> Oracle<'a> {
     /// Shades must be polynomial: a ramp's creases are not events, so a ramp is integrated
     /// inaccurately. Material shades are taken to be fixed to the material where it is now; for a
     /// scene that was displaced, say where it was by [`material`](Self::material).
-    ///
-    /// # Panics
-    /// If there is not one velocity per vertex of the scene.
-    #[must_use]
     pub fn new(scene: &'a Scene, velocities: &'a [DVec2], film: &Film) -> Self {
         assert_eq!(velocities.len(), scene.vertices().len(), "one velocity per vertex");
         Self::turned(scene, velocities, film, Frame::new(scene))
@@ -65,10 +61,6 @@ impl<'a> Oracle<'a> {
     }
 
     /// The same for a scene displaced from `undisplaced`, where its material shades were fixed.
-    ///
-    /// # Panics
-    /// If the two scenes have different numbers of vertices.
-    #[must_use]
     pub fn material(self, undisplaced: &'a Scene) -> Self {
         let material = undisplaced.vertices();
         assert_eq!(material.len(), self.integrand.material.len(), "one scene displaced");
@@ -76,13 +68,11 @@ impl<'a> Oracle<'a> {
     }
 
     /// Pixel (x, y).
-    #[must_use]
     pub fn pixel(&self, x: usize, y: usize) -> PixelOracle {
         column::integrate(&self.sweep, &self.integrand, x, y)
     }
 
     /// All pixels, row by row.
-    #[must_use]
     pub fn image(&self) -> Vec<PixelOracle> {
         let width = self.integrand.film.width();
         let count = width * self.integrand.film.height();
@@ -91,19 +81,11 @@ impl<'a> Oracle<'a> {
 }
 
 /// Pixel (x, y) of a scene whose vertices move with `velocities`; see [`Oracle::new`].
-///
-/// # Panics
-/// If there is not one velocity per vertex of the scene.
-#[must_use]
 pub fn pixel(scene: &Scene, velocities: &[DVec2], film: &Film, x: usize, y: usize) -> PixelOracle {
     Oracle::new(scene, velocities, film).pixel(x, y)
 }
 
 /// All pixels of a scene whose vertices move with `velocities`, row by row; see [`Oracle::new`].
-///
-/// # Panics
-/// If there is not one velocity per vertex of the scene.
-#[must_use]
 pub fn image(scene: &Scene, velocities: &[DVec2], film: &Film) -> Vec<PixelOracle> {
     Oracle::new(scene, velocities, film).image()
 }

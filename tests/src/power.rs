@@ -17,8 +17,9 @@ pub const NOTICED: f64 = 0.15;
 /// The name of the table in the README.
 pub const TABLE: &str = "power table";
 
-/// What the comparisons of one test could have noticed.
-#[derive(Clone, Debug)]
+/// What the comparisons of one test could have noticed. Dropped, it prints the row of the README's table; it panics if
+/// nothing was compared, if some comparison could not have noticed a bias of [`NOTICED`], or if the table lacks the test.
+#[derive(Debug)]
 pub struct Power {
     test: &'static str,
     rows: Vec<(String, f64)>,
@@ -26,7 +27,6 @@ pub struct Power {
 
 impl Power {
     /// Of no comparisons yet; `test` is its file and name.
-    #[must_use]
     pub fn of(test: &'static str) -> Self {
         Self { test, rows: vec![] }
     }
@@ -36,22 +36,15 @@ impl Power {
     pub fn add(&mut self, label: impl Into<String>, tolerance: f64, reference: f64) {
         self.rows.push((label.into(), tolerance / reference.abs()));
     }
+}
 
-    /// The comparison that notices least, NaN being the worst of all.
-    #[must_use]
-    pub fn worst(&self) -> Option<(&str, f64)> {
-        let size = |bias: f64| if bias.is_nan() { f64::INFINITY } else { bias };
-        let worst = self.rows.iter().max_by(|a, b| size(a.1).total_cmp(&size(b.1)));
-        worst.map(|(label, bias)| (label.as_str(), size(*bias)))
-    }
-
-    /// Prints the row of the README's table.
-    ///
-    /// # Panics
-    /// If nothing was compared, if some comparison could not have noticed a bias of [`NOTICED`], or if the README's
-    /// table lacks this test.
-    pub fn finish(self) {
-        let (label, bias) = self.worst().unwrap_or_else(|| panic!("{} compares nothing", self.test));
+impl Drop for Power {
+    fn drop(&mut self) {
+        // The test has failed already.
+        if std::thread::panicking() {
+            return;
+        }
+        let (label, bias) = worst(&self.rows).unwrap_or_else(|| panic!("{} compares nothing", self.test));
         let weak: Vec<_> = self.rows.iter().filter(|(_, bias)| bias.is_nan() || *bias > NOTICED).collect();
         assert!(weak.is_empty(), "{} would not notice a bias of {NOTICED}: {weak:?}", self.test);
         let label = label.replace('|', "/");
@@ -63,33 +56,36 @@ impl Power {
     }
 }
 
+/// The comparison that notices least, NaN being the worst of all.
+fn worst(rows: &[(String, f64)]) -> Option<(&str, f64)> {
+    let size = |bias: f64| if bias.is_nan() { f64::INFINITY } else { bias };
+    let worst = rows.iter().max_by(|a, b| size(a.1).total_cmp(&size(b.1)));
+    worst.map(|(label, bias)| (label.as_str(), size(*bias)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn the_worst_comparison_is_told() {
-        let mut power = Power::of("power::tests");
-        assert_eq!(power.worst(), None);
-        power.add("fair", 0.1, 2.0);
-        power.add("fair, of the other sign", 0.1, -1.0);
-        assert_eq!(power.worst(), Some(("fair, of the other sign", 0.1)));
-        power.add("nothing", 0.0, 0.0);
-        assert_eq!(power.worst(), Some(("nothing", f64::INFINITY)));
+        let row = |label: &str, bias| (label.to_owned(), bias);
+        assert_eq!(worst(&[]), None);
+        assert_eq!(worst(&[row("fair", 0.05), row("poor", 0.1)]), Some(("poor", 0.1)));
+        assert_eq!(worst(&[row("nothing", f64::NAN), row("poor", 0.1)]), Some(("nothing", f64::INFINITY)));
     }
 
     #[test]
     #[should_panic(expected = "would not notice")]
     fn a_weak_comparison_is_a_failure() {
         let mut power = Power::of("power::tests");
-        power.add("fair", 0.1, 2.0);
+        power.add("fair, of the other sign", 0.1, -1.0);
         power.add("weak", 0.16, 1.0);
-        power.finish();
     }
 
     #[test]
     #[should_panic(expected = "compares nothing")]
     fn a_test_without_comparisons_is_a_failure() {
-        Power::of("power::tests").finish();
+        drop(Power::of("power::tests"));
     }
 }

@@ -17,19 +17,12 @@ fn place(name: &str) -> (String, Range<usize>) {
 }
 
 /// A table as the README shows it.
-///
-/// # Panics
-/// If the README has no place for it.
-#[must_use]
 pub fn shown(name: &str) -> String {
     let (readme, place) = place(name);
     readme[place].to_owned()
 }
 
 /// Puts a table in its place in the README.
-///
-/// # Panics
-/// If the README has no place for it, or cannot be written.
 pub fn fill(name: &str, table: &str) {
     let (readme, place) = place(name);
     let filled = format!("{}{table}{}", &readme[..place.start], &readme[place.end..]);
@@ -43,9 +36,6 @@ fn updates() -> bool {
 
 /// Puts a table in its place if `UPDATE_README` is set, and otherwise checks that the README shows a table with the
 /// same first column: the last digits of the others differ between machines.
-///
-/// # Panics
-/// If the README has no such place, or shows other rows.
 pub fn table<const N: usize>(name: &str, header: [&str; N], rows: Vec<[String; N]>) {
     let mut table = format!("| {} |\n|{}\n", header.join(" | "), "---|".repeat(N));
     rows.iter().for_each(|row| table += &format!("| {} |\n", row.join(" | ")));
@@ -59,19 +49,12 @@ pub fn table<const N: usize>(name: &str, header: [&str; N], rows: Vec<[String; N
 }
 
 /// The power of ten at or above an error, which must be small, as a table shows it.
-///
-/// # Panics
-/// If it is not finite or above 0.01.
-#[must_use]
 pub fn power_of_ten(error: f64) -> String {
     assert!(error.is_finite() && error <= 1e-2, "{error}");
     if error == 0.0 { "0".into() } else { format!("≤ 1e{}", error.log10().ceil()) }
 }
 
 /// Checks that a table's first column has a row of this name, unless `UPDATE_README` is set.
-///
-/// # Panics
-/// If it has none.
 pub fn names(table: &str, row: &str) {
     let named =
         shown(table).lines().any(|line| line.split('|').nth(1).is_some_and(|cell| cell.trim() == row));

@@ -15,6 +15,7 @@ use proptest::prelude::*;
 use degenerate::pieces;
 use pieces::{Piece, Window};
 
+use crate::choices::choices;
 use crate::dice::Dice;
 
 /// A scene that moves, and a film that looks at it.
@@ -32,64 +33,42 @@ pub struct Case {
 
 impl Case {
     /// The velocity of every vertex.
-    ///
-    /// # Panics
-    /// Never for cases of this module, whose motions fit their scenes.
-    #[must_use]
     pub fn velocities(&self) -> Vec<DVec2> {
         self.motion.velocities(&self.scene).expect("the motion fits its scene")
     }
 }
 
-/// What is degenerate about a scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Kind {
-    /// Nothing.
-    Generic,
-    /// Two polygons side by side share edges, or parts of one, and move as one.
-    CoincidentTogether,
-    /// Two polygons that share part of an edge move apart, below a third that hides where.
-    CoincidentHidden,
-    /// Two polygons that move differently have a vertex in common.
-    SharedVertex,
-    /// A vertex of a polygon lies exactly on another's edge, and they move differently.
-    TJunction,
-    /// Two polygons, or two rings of one, touch in a point from outside.
-    Touching,
-    /// An edge runs exactly through a pixel's corner, or through several.
-    EdgeThroughCorner,
-    /// Vertices lie exactly on pixels' corners.
-    VertexOnCorner,
-    /// Edges run along the lines where the filter is not smooth; along a box's border they stand
-    /// still or slide along themselves.
-    GridAligned,
-    /// Polygons 10³ to 10⁶ times as long as wide.
-    Sliver,
-    /// Edges of two polygons that move differently are 10⁻⁶, 10⁻¹⁰ or 10⁻¹³ pixels apart.
-    NearlyCoincident,
-    /// Copies of one polygon lie on each other and move as one.
-    NestedCopies,
-    /// A polygon's hole is exactly filled by another, and they move as one.
-    FilledHole,
-}
-
-impl Kind {
-    /// All kinds, the generic first.
-    pub const ALL: [Self; 13] = [
-        Self::Generic,
-        Self::CoincidentTogether,
-        Self::CoincidentHidden,
-        Self::SharedVertex,
-        Self::TJunction,
-        Self::Touching,
-        Self::EdgeThroughCorner,
-        Self::VertexOnCorner,
-        Self::GridAligned,
-        Self::Sliver,
-        Self::NearlyCoincident,
-        Self::NestedCopies,
-        Self::FilledHole,
-    ];
+choices! {
+    /// What is degenerate about a scene.
+    Kind {
+        /// Nothing.
+        Generic,
+        /// Two polygons side by side share edges, or parts of one, and move as one.
+        CoincidentTogether,
+        /// Two polygons that share part of an edge move apart, below a third that hides where.
+        CoincidentHidden,
+        /// Two polygons that move differently have a vertex in common.
+        SharedVertex,
+        /// A vertex of a polygon lies exactly on another's edge, and they move differently.
+        TJunction,
+        /// Two polygons, or two rings of one, touch in a point from outside.
+        Touching,
+        /// An edge runs exactly through a pixel's corner, or through several.
+        EdgeThroughCorner,
+        /// Vertices lie exactly on pixels' corners.
+        VertexOnCorner,
+        /// Edges run along the lines where the filter is not smooth; along a box's border they stand
+        /// still or slide along themselves.
+        GridAligned,
+        /// Polygons 10³ to 10⁶ times as long as wide.
+        Sliver,
+        /// Edges of two polygons that move differently are 10⁻⁶, 10⁻¹⁰ or 10⁻¹³ pixels apart.
+        NearlyCoincident,
+        /// Copies of one polygon lie on each other and move as one.
+        NestedCopies,
+        /// A polygon's hole is exactly filled by another, and they move as one.
+        FilledHole,
+    }
 }
 
 /// All that a case depends on.
@@ -109,7 +88,6 @@ pub struct Knobs {
 
 impl Knobs {
     /// Knobs drawn from a seed.
-    #[must_use]
     pub fn random(seed: u64, kind: Kind) -> Self {
         let mut dice = Dice::new(seed, u64::MAX);
         let filter = dice.pick(&[Filter::Box, Filter::Tent, Filter::Gaussian]);
@@ -117,10 +95,6 @@ impl Knobs {
     }
 
     /// The case with these knobs: the same on every machine and in every thread.
-    ///
-    /// # Panics
-    /// If a generator is wrong: every scene it makes must be valid.
-    #[must_use]
     pub fn build(&self) -> Case {
         let window = Window::random(&mut Dice::new(self.seed, 0), self.filter, self.kind == Kind::Generic);
         let mut stack = pieces(self, &window);
@@ -140,7 +114,6 @@ impl Knobs {
 }
 
 /// The case of a kind with all other knobs drawn from a seed.
-#[must_use]
 pub fn random(seed: u64, kind: Kind) -> Case {
     Knobs::random(seed, kind).build()
 }
@@ -161,7 +134,6 @@ pub fn knobs(kinds: Vec<Kind>) -> impl Strategy<Value = Knobs> {
 /// A case whose image has no derivative, in a pixel well inside the film: even seeds tear two
 /// polygons apart along a visible edge that they share, odd seeds push an edge across the border
 /// of a box pixel that it lies on.
-#[must_use]
 pub fn non_differentiable(seed: u64) -> Case {
     degenerate::non_differentiable(seed)
 }

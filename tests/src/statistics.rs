@@ -10,7 +10,6 @@ use statrs::distribution::{ContinuousCDF, Normal};
 /// |z| above this rejects: the threshold of every statistical test of the suite, which makes no more
 /// than 12,000 comparisons, thorough ones included, for a false-alarm rate of 10⁻⁶ of all of them
 /// together.
-#[must_use]
 pub fn suite_threshold() -> f64 {
     threshold(1e-6, 12_000)
 }
@@ -26,7 +25,6 @@ pub struct Moments {
 
 impl Moments {
     /// Of no numbers.
-    #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
@@ -40,7 +38,6 @@ impl Moments {
     }
 
     /// Those of both streams together (Chan, Golub and LeVeque 1979).
-    #[must_use]
     pub fn merge(self, other: Self) -> Self {
         if self.count == 0 || other.count == 0 {
             return if self.count == 0 { other } else { self };
@@ -56,25 +53,21 @@ impl Moments {
     }
 
     /// How many numbers.
-    #[must_use]
     pub fn count(&self) -> u64 {
         self.count
     }
 
     /// Their mean; 0 of none.
-    #[must_use]
     pub fn mean(&self) -> f64 {
         self.mean
     }
 
     /// The unbiased estimate of their variance; infinite of fewer than two.
-    #[must_use]
     pub fn variance(&self) -> f64 {
         if self.count < 2 { f64::INFINITY } else { self.squares / (self.count - 1) as f64 }
     }
 
     /// The standard error of the mean, √(variance/count).
-    #[must_use]
     pub fn standard_error(&self) -> f64 {
         (self.variance() / self.count.max(1) as f64).sqrt()
     }
@@ -96,10 +89,6 @@ impl FromIterator<f64> for Moments {
 
 /// The |z| that the largest of `comparisons` normal deviates exceeds with probability at most
 /// `false_alarm`: the two-sided normal quantile, corrected by Bonferroni.
-///
-/// # Panics
-/// If `false_alarm` is not in (0, 1) or there is nothing to compare.
-#[must_use]
 pub fn threshold(false_alarm: f64, comparisons: usize) -> f64 {
     assert!(false_alarm > 0.0 && false_alarm < 1.0, "false-alarm rate {false_alarm}");
     assert!(comparisons > 0, "no comparison");
@@ -108,10 +97,6 @@ pub fn threshold(false_alarm: f64, comparisons: usize) -> f64 {
 }
 
 /// The slope of the least-squares line through (x, y): of logarithms, the rate of a power law.
-///
-/// # Panics
-/// If the numbers of x and y differ, there are fewer than two, or all x are equal.
-#[must_use]
 pub fn regression_slope(x: &[f64], y: &[f64]) -> f64 {
     assert_eq!(x.len(), y.len(), "one y per x");
     assert!(x.len() >= 2, "a line needs two points");

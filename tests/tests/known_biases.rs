@@ -86,7 +86,6 @@ fn rotation_is_right_on_a_turning_disc_alone() {
     let mut power = Power::of("known_biases::rotation_is_right_on_a_turning_disc_alone");
     let z = leak(&mut power, "disc alone", &rotation, &scene, &motion);
     assert!(z < suite_threshold(), "{z}");
-    power.finish();
 }
 
 /// The bar breaks the symmetry: kernels near it follow it and stand still, or follow only what is
@@ -102,7 +101,6 @@ fn rotation_is_biased_on_a_turning_disc_behind_a_bar() {
     let warped = WarpedArea { samples: 4000, construction, ..WarpedArea::default() };
     let z = leak(&mut power, "disc behind a bar, warped area", &warped, &scene, &motion);
     assert!(z < suite_threshold(), "{z}");
-    power.finish();
 }
 
 /// A disc that grows: the points inside it are slower than its boundary.
@@ -143,7 +141,6 @@ fn rotation_is_biased_on_a_turning_disc_in_a_flat_world() {
     } else {
         worst("in a flat world, harmonic field", PathConstruction::Harmonic, 16_000)
     };
-    power.finish();
     assert!(rotation > suite_threshold() && warped < suite_threshold(), "{rotation} {warped}");
 }
 

@@ -9,7 +9,7 @@ use std::sync::LazyLock;
 use tests::campaign::{Limits, Verdict};
 use tests::effort::{pick, thorough};
 use tests::power::Power;
-use tests::space::campaign::{Known, Sampler as _, accept, limit, reject};
+use tests::space::campaign::{Known, Sampler as _, accept, limit, reject, warped};
 use tests::space::crossing::{coverage, lit, zeros};
 use tests::space::worlds::{CrossingMoving, LitCrossingKind, LitCrossingMoving};
 use volume3d::gradient::{EdgeSampling, Field, WarpedArea};
@@ -36,10 +36,6 @@ static SUNK: LazyLock<Vec<Known>> = LazyLock::new(|| lit(&LitCrossingKind::SEEN,
 /// Exact zeros.
 static ZEROS: LazyLock<Vec<Known>> = LazyLock::new(|| zeros(6));
 
-fn warped(samples: usize) -> WarpedArea {
-    WarpedArea { samples, ..WarpedArea::default() }
-}
-
 fn rays(samples: usize) -> WarpedArea {
     WarpedArea { field: Field::AuxiliaryRays, ..warped(samples) }
 }
@@ -54,7 +50,6 @@ fn warped_area_is_unbiased() {
     accept(&mut power, "warped area, crossings that move", &MOVING, &warped(8));
     accept(&mut power, "warped area, crossings in the light", &LIT, &warped(pick(16, 32)));
     accept(&mut power, "warped area, bodies in the ground", &SUNK, &warped(pick(16, 32)));
-    power.finish();
 }
 
 #[test]
@@ -65,7 +60,6 @@ fn auxiliary_rays_are_unbiased() {
     let mut power = Power::of("space_crossing::auxiliary_rays_are_unbiased");
     accept(&mut power, "auxiliary rays, crossings", &CAMERA, &rays(8));
     accept(&mut power, "auxiliary rays, crossings in the light", &LIT, &rays(16));
-    power.finish();
 }
 
 #[test]
@@ -77,7 +71,6 @@ fn edge_sampling_is_unbiased() {
         accept(&mut power, "edge sampling, crossings in the light", &LIT_BY_EDGES, &LIT_EDGES);
         accept(&mut power, "edge sampling, bodies in the ground", &SUNK, &LIT_EDGES);
     }
-    power.finish();
 }
 
 /// By estimates whose error is small.
@@ -92,7 +85,6 @@ fn sums_that_are_zero_are_found_to_be() {
     };
     zeros("warped area", Verdict::of(&ZEROS, |k, half| k.estimate(half, &warped(64))));
     zeros("edge sampling", Verdict::of(&ZEROS, |k, half| k.estimate(half, &EDGES)));
-    power.finish();
 }
 
 /// The same numbers, forwards and backwards.

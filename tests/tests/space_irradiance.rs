@@ -11,7 +11,8 @@ use flatland::plane::Filter;
 use flatland::warp::{Debias, Warp, Weighting};
 use glam::DVec3;
 use rayon::prelude::*;
-use tests::campaign::{Estimate, Verdict, halves};
+use tests::campaign::{Verdict, halves};
+use tests::comparison::Estimate;
 use tests::effort::{pick, thorough};
 use tests::power::Power;
 use tests::space::campaign::{Known, accept, limits, reject};
@@ -151,7 +152,6 @@ fn pixels_with_penumbras() {
     judge(&mut power, "edge sampling", &PENUMBRAS, &PENUMBRA_MOTIONS, |k, half| {
         k.estimate(half, &edges(pick(1, 6) * SAMPLES))
     });
-    power.finish();
 }
 
 /// Edge sampling hardly finds receivers as small as these, and is judged by penumbras alone.
@@ -159,7 +159,6 @@ fn pixels_with_penumbras() {
 fn receivers() {
     let mut power = Power::of("space_irradiance::receivers");
     judge(&mut power, "warped area", &POINTS, &POINT_MOTIONS, |k, half| k.estimate(half, &pixel()));
-    power.finish();
 }
 
 /// Kinds in which something is hard to see, each by itself.
@@ -179,7 +178,6 @@ fn degenerate_kinds() {
         let method = WarpedArea { samples: times * pixel().samples, ..pixel() };
         accept(&mut power, &format!("{kind:?}"), &known, &method);
     }
-    power.finish();
 }
 
 /// The reference itself: the pixel's quadrature agrees with the irradiance at its centre to the size of
@@ -218,13 +216,7 @@ fn controls_are_rejected() {
     // Those with occluders, without which nothing jumps but what is sampled as light.
     let (first, count) = (POINTS.len() / 3, POINTS.len() / pick(12, 6));
     let some: &[Known] = &POINTS[first..first + count];
-    let own = |factor: f64| {
-        move |k: &Known, half| {
-            let e = k.estimate(half, &pixel());
-            Estimate { mean: factor * e.mean, standard_error: factor.abs() * e.standard_error }
-        }
-    };
-    reject("sign flipped", some, own(-1.0));
+    reject("sign flipped", some, |k, half| k.estimate(half, &pixel()).scaled(-1.0));
     let still = WarpedArea { warps: false, ..pixel() };
     reject("interior only", some, |k, half| k.estimate(half, &still));
     let terms = |k: &Known, half: u64, sum: &dyn Fn(&volume3d::gradient::Terms, usize) -> DVec3| {
@@ -275,5 +267,4 @@ fn an_environment_behind_occluders() {
     accept(&mut power, "environment", &known, &WarpedArea { samples: pick(64, 128) * SAMPLES, ..warped() });
     let still = WarpedArea { warps: false, ..warped() };
     reject("environment, interior only", &known, |k, half| k.estimate(half, &still));
-    power.finish();
 }

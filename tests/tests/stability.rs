@@ -3,7 +3,7 @@
 //! `UPDATE_README=1 cargo test --release -p tests --test stability` writes the table into the README;
 //! without it the test holds every row to its bound, and fails if the README shows other rows.
 
-use flatland::estimator::{Construction, Exact, GradientImage, Method, WarpedArea};
+use flatland::estimator::{Construction, GradientImage, Method, WarpedArea};
 use flatland::plane::exact::Arrangement;
 use flatland::plane::fields::scene_stencil;
 use flatland::plane::{Attachment, Film, Filter, Image, Motion, Polygon, Scene, Shade, Shape};
@@ -38,8 +38,9 @@ fn pair(scale: f64, offset: DVec2) -> Case {
     Case { scene, motion, film, label: format!("pair × {scale} + {offset}") }
 }
 
-/// The exact engine against the oracle and against itself, and warped area against the exact engine.
-fn row(extreme: impl Into<String>, case: Case, method: &WarpedArea) -> Row {
+/// The exact engine against the oracle and against itself, and warped area against the exact engine, `held` to all of
+/// the derivative where nothing is far below the spacing of samples.
+fn row(extreme: impl Into<String>, case: Case, method: &WarpedArea, held: bool) -> Row {
     let velocities = case.velocities();
     let oracle = oracle::image(&case.scene, &velocities, &case.film);
     let arrangement = Arrangement::new(&case.scene, &case.film).expect("an arrangement");
@@ -54,7 +55,7 @@ fn row(extreme: impl Into<String>, case: Case, method: &WarpedArea) -> Row {
     let apart = apart.pixels().iter().map(|p| p.max_element()).fold(0.0, f64::max) / size;
     let sampled = method.forward(&case.scene, &case.motion, &case.film).expect("valid");
     let (found, error) = found(&total, &sampled);
-    assert!((found - 1.0).abs() < 5.0 * error && error < 0.1, "{found} ± {error}");
+    assert!(!held || (found - 1.0).abs() < 5.0 * error && error < 0.1, "{found} ± {error}");
     [extreme.into(), power_of_ten(edge), power_of_ten(apart), percent(found, error)]
 }
 
@@ -127,17 +128,18 @@ fn rows() -> Vec<Row> {
             format!("scene and film scaled by 2^{exponent} ≈ {scale:.0e}"),
             pair(scale, DVec2::ZERO),
             &method(),
+            true,
         ));
     }
     for offset in [1e3, 1e6, 1e9] {
         let at = DVec2::new(offset, -offset);
-        rows.push(row(format!("{offset:.0e} pixels away from the origin"), pair(1.0, at), &method()));
+        rows.push(row(format!("{offset:.0e} pixels away from the origin"), pair(1.0, at), &method(), true));
     }
     for kappa in [1.0, 100.0, 1e4] {
         let samples = if kappa > 1e3 { 40_000 } else { 4000 };
         let construction = Construction::Auxiliary { warp: Warp::default(), kappa };
         let method = WarpedArea { construction, samples, ..method() };
-        rows.push(row(format!("κ = {kappa:.0e} per square pixel"), pair(1.0, DVec2::ZERO), &method));
+        rows.push(row(format!("κ = {kappa:.0e} per square pixel"), pair(1.0, DVec2::ZERO), &method, true));
     }
     for kappa in [1e6, 1e9, 1e12] {
         let extreme = format!("κ = {kappa:.0e}, V and ∇·V against κ = 1 scaled");
@@ -152,7 +154,7 @@ fn rows() -> Vec<Row> {
         let motion = Motion::vertex(0, 2, DVec2::Y);
         let film = Film::new(7, 5, Filter::Tent).expect("a film");
         let case = Case { scene, motion, film, label: format!("aspect {aspect}") };
-        rows.push(exact_row(format!("a sliver of aspect {aspect:.0e} that widens"), &case));
+        rows.push(row(format!("a sliver of aspect {aspect:.0e} that widens"), case, &method(), false));
     }
     for gap in [1e-6, 1e-9, 1e-12, 1e-15] {
         let right =
@@ -163,7 +165,7 @@ fn rows() -> Vec<Row> {
         let motion = Motion::translate([0], DVec2::new(-0.5, 0.25));
         let film = Film::new(7, 5, Filter::Tent).expect("a film");
         let case = Case { scene, motion, film, label: format!("gap {gap}") };
-        rows.push(exact_row(format!("edges {gap:.0e} apart that part"), &case));
+        rows.push(row(format!("edges {gap:.0e} apart that part"), case, &method(), false));
     }
     for distance in [1e-3, 1e-9, 1e-15] {
         let extreme = format!("u within {distance:.0e} of a boundary: V against v, 2^14 rays");
@@ -174,27 +176,9 @@ fn rows() -> Vec<Row> {
         "one auxiliary ray, debiased",
         pair(1.0, DVec2::ZERO),
         &WarpedArea { construction: one.into(), samples: 16_000, ..method() },
+        true,
     ));
     rows
-}
-
-/// A row for scenes whose features are far below the spacing of samples: the exact engine, and what
-/// warped area finds of the derivative.
-fn exact_row(extreme: String, case: &Case) -> Row {
-    let velocities = case.velocities();
-    let oracle = oracle::image(&case.scene, &velocities, &case.film);
-    let size = oracle.iter().map(|o| o.absolute).fold(0.0, f64::max);
-    let sampled = method().forward(&case.scene, &case.motion, &case.film).expect("valid");
-    let exact = Exact.forward(&case.scene, &case.motion, &case.film);
-    let exact = exact.expect("differentiable").mean;
-    let (found, error) = found(&exact, &sampled);
-    let edge = exact.pixels().iter().zip(&oracle).map(|(t, o)| (*t - o.derivative).abs().max_element());
-    let arrangement = Arrangement::new(&case.scene, &case.film).expect("an arrangement");
-    let divergence = arrangement.divergence(&case.film, &arrangement.oracle(&velocities));
-    let apart = exact.zip(&divergence, |b, d| (b - d).abs());
-    let apart = apart.pixels().iter().map(|p| p.max_element()).fold(0.0, f64::max);
-    let edge = edge.fold(0.0, f64::max);
-    [extreme, power_of_ten(edge / size), power_of_ten(apart / size), percent(found, error)]
 }
 
 #[test]

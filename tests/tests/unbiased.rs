@@ -7,8 +7,7 @@
 use std::sync::LazyLock;
 
 use flatland::estimator::{
-    AreaIntegral, BoundaryIntegral, Construction, EdgeSampling, Form, GradientImage, Method, Rotation,
-    WarpedArea,
+    AreaIntegral, BoundaryIntegral, Construction, EdgeSampling, Form, GradientImage, Rotation, WarpedArea,
 };
 use flatland::plane::exact::Arrangement;
 use flatland::plane::fields::{DirectField, JumpField, SceneJumps};
@@ -18,7 +17,8 @@ use flatland::warp::{
     AuxiliaryPoints, BoundaryFunction, Debias, Field, JumpMean, Plane, Warp, WarpField, Weighting,
 };
 use glam::{DVec2, DVec3};
-use tests::campaign::{Estimate, Known, Limits, Verdict, known};
+use tests::campaign::{Known, Limits, Sampler, Verdict, known};
+use tests::comparison::Estimate;
 use tests::effort::{pick, thorough};
 use tests::power::Power;
 use tests::scenes::{Case, Kind};
@@ -51,8 +51,8 @@ fn limits() -> Limits {
     Limits::both(suite_threshold())
 }
 
-fn accept<M: Method>(power: &mut Power, name: &str, method: impl Fn(u64) -> M + Sync) {
-    Verdict::of(&KNOWN, |k, seed| k.run(&method(seed))).accept(power, name, limits());
+fn accept(power: &mut Power, name: &str, method: &impl Sampler) {
+    Verdict::of(&KNOWN, |k, seed| k.run(seed, method)).accept(power, name, limits());
 }
 
 fn reject(name: &str, estimate: impl Fn(&Known, u64) -> Estimate + Sync) {
@@ -62,15 +62,14 @@ fn reject(name: &str, estimate: impl Fn(&Known, u64) -> Estimate + Sync) {
 /// A pixel, in each of two halves.
 const SAMPLES: usize = 384;
 
-fn warped(warp: Warp, seed: u64) -> WarpedArea {
-    WarpedArea { samples: SAMPLES, construction: warp.into(), seed, ..WarpedArea::default() }
+fn warped(construction: impl Into<Construction>) -> WarpedArea {
+    WarpedArea { samples: SAMPLES, construction: construction.into(), ..WarpedArea::default() }
 }
 
 #[test]
 fn warped_area_with_multilevel_debiasing() {
     let mut power = Power::of("unbiased::warped_area_with_multilevel_debiasing");
-    accept(&mut power, "warped area, default", |seed| warped(Warp::default(), seed));
-    power.finish();
+    accept(&mut power, "warped area, default", &warped(Warp::default()));
 }
 
 /// One pixel on a corner of a rigid quadrilateral, and many samples: a bias of one percent would
@@ -88,10 +87,9 @@ fn warped_area_in_depth() {
             Known::new(Case { scene: scene.clone(), motion, film, label: format!("{filter:?}") })
         })
         .collect();
-    let method = |seed| WarpedArea { samples: pick(40_000, 200_000), ..warped(Warp::default(), seed) };
+    let method = WarpedArea { samples: pick(40_000, 200_000), ..warped(Warp::default()) };
     let mut power = Power::of("unbiased::warped_area_in_depth");
-    Verdict::of(&deep, |k, seed| k.run(&method(seed))).accept(&mut power, "in depth", limits());
-    power.finish();
+    Verdict::of(&deep, |k, seed| k.run(seed, &method)).accept(&mut power, "in depth", limits());
 }
 
 #[test]
@@ -100,13 +98,10 @@ fn warped_area_at_other_concentrations() {
     // Where kernels are narrow zeros take long.
     let kappas = [(10.0, SAMPLES), (400.0, 3 * SAMPLES)];
     for &(kappa, samples) in &kappas[..pick(1, 2)] {
-        accept(&mut power, &format!("warped area, κ = {kappa}"), |seed| WarpedArea {
-            samples,
-            construction: Construction::Auxiliary { warp: Warp::default(), kappa },
-            ..warped(Warp::default(), seed)
-        });
+        let construction = Construction::Auxiliary { warp: Warp::default(), kappa };
+        let method = WarpedArea { samples, ..warped(construction) };
+        accept(&mut power, &format!("warped area, κ = {kappa}"), &method);
     }
-    power.finish();
 }
 
 #[test]
@@ -114,43 +109,32 @@ fn warped_area_with_other_warps() {
     let mut power = Power::of("unbiased::warped_area_with_other_warps");
     let points = [AuxiliaryPoints::Stratified, AuxiliaryPoints::Independent];
     for &points in &points[..pick(1, 2)] {
-        let warp = Warp { points, ..Warp::default() };
         let samples = pick(SAMPLES / 2, SAMPLES);
-        accept(&mut power, &format!("warped area, {points:?}"), |seed| WarpedArea {
-            samples,
-            ..warped(warp, seed)
-        });
+        let method = WarpedArea { samples, ..warped(Warp { points, ..Warp::default() }) };
+        accept(&mut power, &format!("warped area, {points:?}"), &method);
     }
     if thorough() {
         let debias = Debias::Multilevel { rays: 8, first: 0.5, ratio: 0.4 };
         let original = Warp { debias, ..Warp::original(8) };
-        accept(&mut power, "warped area, γ = 3, linear B", |seed| WarpedArea {
-            samples: 2 * SAMPLES,
-            ..warped(original, seed)
-        });
+        let method = WarpedArea { samples: 2 * SAMPLES, ..warped(original) };
+        accept(&mut power, "warped area, γ = 3, linear B", &method);
         // Its variance is infinite: no single scene's error is normal, the regression over all of them has to do, and
         // takes longer than all else here.
         let debias = Debias::RussianRoulette { rays: 4, tail: 1.5 };
-        let roulette =
-            |seed| WarpedArea { samples: 3 * SAMPLES, ..warped(Warp { debias, ..Warp::default() }, seed) };
-        let v = Verdict::of(&KNOWN, |k, seed| k.run(&roulette(seed)));
+        let roulette = WarpedArea { samples: 3 * SAMPLES, ..warped(Warp { debias, ..Warp::default() }) };
+        let v = Verdict::of(&KNOWN, |k, seed| k.run(seed, &roulette));
         v.accept(&mut power, "Russian roulette", limits().slope_alone());
     }
-    power.finish();
 }
 
 #[test]
 fn mean_over_jumps() {
     let mut power = Power::of("unbiased::mean_over_jumps");
     for reach in [0.3, 1.2] {
-        accept(&mut power, &format!("mean over jumps, R = {reach}"), |seed| WarpedArea {
-            samples: pick(SAMPLES, 4 * SAMPLES),
-            construction: Construction::JumpMean { reach },
-            seed,
-            ..WarpedArea::default()
-        });
+        let mean = Construction::JumpMean { reach };
+        let method = WarpedArea { samples: pick(SAMPLES, 4 * SAMPLES), ..warped(mean) };
+        accept(&mut power, &format!("mean over jumps, R = {reach}"), &method);
     }
-    power.finish();
 }
 
 #[test]
@@ -165,11 +149,9 @@ fn edge_sampling() {
         Kind::VertexOnCorner,
         Kind::Sliver,
     ];
-    let v = Verdict::of(&known(&kinds, pick(20, 48)), |k, seed| {
-        k.run(&EdgeSampling { samples: 6 * SAMPLES, seed })
-    });
+    let method = EdgeSampling { samples: 6 * SAMPLES, ..EdgeSampling::default() };
+    let v = Verdict::of(&known(&kinds, pick(20, 48)), |k, seed| k.run(seed, &method));
     v.accept(&mut power, "edge sampling", limits());
-    power.finish();
 }
 
 /// The area integral of a field that the arrangement knows.
@@ -201,7 +183,6 @@ fn fields_that_know_all_silhouettes() {
         })
     });
     harmonic.accept(&mut power, "harmonic field", limits());
-    power.finish();
 }
 
 /// A smooth field that knows nothing of the scene, V(u) = a + A u: a translation, a turn and a stretch at once.
@@ -239,14 +220,9 @@ fn any_continuous_field_with_its_residual() {
         let rest = with_field(k, |_, scene, v, film| {
             BoundaryIntegral { samples: 3 * SAMPLES, seed: !seed }.forward(scene, v, film, &Affine)
         });
-        let area = area(k, seed);
-        Estimate {
-            mean: area.mean + rest.mean,
-            standard_error: area.standard_error.hypot(rest.standard_error),
-        }
+        area(k, seed).plus(rest)
     });
     whole.accept(&mut power, "an affine field and its residual", limits());
-    power.finish();
     for k in &some {
         // A field that is boundary consistent leaves nothing.
         let Case { scene, motion, film, .. } = &k.case;
@@ -265,16 +241,10 @@ fn any_continuous_field_with_its_residual() {
 
 #[test]
 fn controls_are_rejected() {
-    let own = |factor: f64| {
-        move |k: &Known, seed| {
-            let e = k.run(&warped(Warp::default(), seed));
-            Estimate { mean: factor * e.mean, standard_error: factor.abs() * e.standard_error }
-        }
-    };
-    reject("sign flipped", own(-1.0));
+    reject("sign flipped", |k, seed| k.run(seed, &warped(Warp::default())).scaled(-1.0));
     reject("interior only", |k, seed| {
         // The noise is that of the method under test.
-        let noise = k.run(&warped(Warp::default(), seed));
+        let noise = k.run(seed, &warped(Warp::default()));
         let interior = k.run_with(|scene, motion, film| {
             let velocities = motion.velocities(scene).expect("the motion fits");
             let arrangement = Arrangement::new(scene, film).expect("an arrangement");
@@ -293,7 +263,7 @@ fn controls_are_rejected() {
         radial_exponent: 1.0,
         ..Warp::default()
     };
-    reject("Gaussian weights", |k, seed| k.run(&warped(gaussian, seed)));
+    reject("Gaussian weights", |k, seed| k.run(seed, &warped(gaussian)));
     reject("direct field", |k, seed| {
         with_field(k, |_, scene, velocities, film| {
             let integral = AreaIntegral { control_variate: false, ..integral(seed) };
@@ -303,7 +273,7 @@ fn controls_are_rejected() {
     // γ below 1/p + 1/2: no debiasing mends a field that is not boundary consistent.
     let boundary = BoundaryFunction::KernelScaled { scale: 0.6 };
     let weighting = Weighting::BoundaryAware { gamma: 0.75, boundary };
-    reject("γ below its bound", |k, seed| k.run(&warped(Warp { weighting, ..Warp::default() }, seed)));
-    reject("rotation", |k, seed| k.run(&Rotation { samples: SAMPLES, seed, ..Rotation::default() }));
-    reject("4 auxiliary rays, taken as they are", |k, seed| k.run(&warped(Warp::original(4), seed)));
+    reject("γ below its bound", |k, seed| k.run(seed, &warped(Warp { weighting, ..Warp::default() })));
+    reject("rotation", |k, seed| k.run(seed, &Rotation { samples: SAMPLES, ..Rotation::default() }));
+    reject("4 auxiliary rays, taken as they are", |k, seed| k.run(seed, &warped(Warp::original(4))));
 }

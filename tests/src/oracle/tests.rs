@@ -6,6 +6,7 @@ use glam::DMat2;
 use super::*;
 use crate::effort::pick;
 use crate::scenes::{Case, Kind, random};
+use crate::worst;
 
 fn polygon(points: &[(f64, f64)]) -> Polygon {
     Polygon::simple(points.iter().map(|&(x, y)| DVec2::new(x, y)).collect::<Vec<_>>()).unwrap()
@@ -177,28 +178,25 @@ fn derivatives_are_those_of_the_values() {
     assert!(failures.is_empty(), "{} of {count} failures\n{}", failures.len(), failures.join("\n"));
 }
 
+/// Cases of every kind and some seeds.
+fn cases(seeds: std::ops::Range<u64>) -> impl Iterator<Item = (Kind, u64)> {
+    Kind::ALL.into_iter().flat_map(move |kind| seeds.clone().map(move |seed| (kind, seed)))
+}
+
 #[test]
 fn no_angle_is_special() {
-    let mut worst = (0.0, String::new());
-    for kind in Kind::ALL {
-        for seed in 100..pick(108, 124) {
-            let case = random(seed, kind);
-            let velocities = case.velocities();
-            let oracle = |frame| Oracle::turned(&case.scene, &velocities, &case.film, frame).image();
-            let chosen = oracle(Frame::new(&case.scene));
-            for angle in [0.27, 0.71, 1.13] {
-                for (i, (a, b)) in oracle(Frame::at(angle)).iter().zip(&chosen).enumerate() {
-                    let error = (a.derivative - b.derivative).abs().max_element() / b.absolute.max(1.0);
-                    let error = error.max((a.value - b.value).abs().max_element());
-                    if error > worst.0 {
-                        worst = (error, format!("pixel {i} of {} at {angle}: {a:?} for {b:?}", case.label));
-                    }
-                }
-            }
-        }
-    }
-    println!("worst {:e}, {}", worst.0, worst.1);
-    assert!(worst.0 < 1e-12, "{:e}, {}", worst.0, worst.1);
+    worst::assert_below(1e-12, cases(100..pick(108, 124)), |(kind, seed)| {
+        let case = random(seed, kind);
+        let velocities = case.velocities();
+        let oracle = |frame| Oracle::turned(&case.scene, &velocities, &case.film, frame).image();
+        let chosen = oracle(Frame::new(&case.scene));
+        let error = |(a, b): (PixelOracle, &PixelOracle)| {
+            let derivative = (a.derivative - b.derivative).abs().max_element() / b.absolute.max(1.0);
+            derivative.max((a.value - b.value).abs().max_element())
+        };
+        let others = [0.27, 0.71, 1.13].into_iter().flat_map(|angle| oracle(Frame::at(angle)));
+        (others.zip(chosen.iter().cycle()).map(error).fold(0.0, f64::max), case.label)
+    });
 }
 
 #[test]
@@ -219,31 +217,22 @@ fn a_vertex_halfway_between_two_events_counts_once() {
 fn values_are_those_of_what_the_scene_shows() {
     // Against sums over a grid, which err by about the length of the edges times its spacing.
     const SIDE: i32 = 60;
-    let mut worst = (0.0, String::new());
-    for kind in Kind::ALL {
-        for seed in 200..206 {
-            let case = random(seed, kind);
-            let pixels = image(&case.scene, &case.velocities(), &case.film);
-            for (i, pixel) in pixels.iter().enumerate() {
-                let centre = case.film.centre(i % case.film.width(), i / case.film.width());
-                let (min, max) = case.film.support(centre);
-                let (mut sum, mut mass) = (DVec3::ZERO, 0.0);
-                for k in 0..SIDE * SIDE {
-                    let at =
-                        DVec2::new(f64::from(k % SIDE) + 0.5, f64::from(k / SIDE) + 0.5) / f64::from(SIDE);
-                    let u = min + (max - min) * at;
-                    let h = case.film.filter_value(centre, u);
-                    sum += h * case.scene.value(case.scene.hit(u).as_ref(), u);
-                    mass += h;
-                }
-                let error = (sum / mass - pixel.value).abs().max_element();
-                if error > worst.0 {
-                    worst =
-                        (error, format!("pixel {i} of {}: {} for {}", case.label, pixel.value, sum / mass));
-                }
+    worst::assert_below(0.02, cases(200..206), |(kind, seed)| {
+        let case = random(seed, kind);
+        let pixels = image(&case.scene, &case.velocities(), &case.film);
+        let error = |(i, pixel): (usize, &PixelOracle)| {
+            let centre = case.film.centre(i % case.film.width(), i / case.film.width());
+            let (min, max) = case.film.support(centre);
+            let (mut sum, mut mass) = (DVec3::ZERO, 0.0);
+            for k in 0..SIDE * SIDE {
+                let at = DVec2::new(f64::from(k % SIDE) + 0.5, f64::from(k / SIDE) + 0.5) / f64::from(SIDE);
+                let u = min + (max - min) * at;
+                let h = case.film.filter_value(centre, u);
+                sum += h * case.scene.value(case.scene.hit(u).as_ref(), u);
+                mass += h;
             }
-        }
-    }
-    println!("worst {:e}, {}", worst.0, worst.1);
-    assert!(worst.0 < 0.02, "{:e}, {}", worst.0, worst.1);
+            (sum / mass - pixel.value).abs().max_element()
+        };
+        (pixels.iter().enumerate().map(error).fold(0.0, f64::max), case.label)
+    });
 }

@@ -63,6 +63,11 @@ fn pin(ring: &mut [DVec2], k: usize, p: DVec2) {
     ring[k] = p;
 }
 
+/// Polygons of one ring, each with a motion of its own.
+fn each(dice: &mut Dice, window: &Window, rings: [Vec<DVec2>; 2], motions: [Move; 2]) -> Vec<Piece> {
+    rings.into_iter().zip(motions).map(|(r, m)| Piece::new(dice, window, &[r], m)).collect()
+}
+
 fn coincident_together(dice: &mut Dice, window: &Window, vertices: usize) -> Vec<Piece> {
     let motion = Move::affine(dice, window);
     let rings = if dice.chance(0.5) {
@@ -122,8 +127,7 @@ fn t_junction(dice: &mut Dice, window: &Window, vertices: usize) -> Vec<Piece> {
     let mut second = star(dice, place, radius, n);
     pin(&mut second, dice.count(0, n - 1), place);
     let motions = [Move::any(dice, window, 4), Move::any(dice, window, n)];
-    let mut pieces: Vec<_> =
-        [first, second].into_iter().zip(motions).map(|(r, m)| Piece::new(dice, window, &[r], m)).collect();
+    let mut pieces = each(dice, window, [first, second], motions);
     if dice.chance(0.5) {
         pieces.reverse();
     }
@@ -149,7 +153,7 @@ fn touching(dice: &mut Dice, window: &Window, vertices: usize) -> Vec<Piece> {
             let (tip, direction) = (at(0.0, 0.0), DVec2::from_angle(dice.between(0.0, PI)));
             let rings = [wedge(dice, tip, direction, a), wedge(dice, tip, -direction, b)];
             let motions = [Move::any(dice, window, a), Move::any(dice, window, b)];
-            rings.into_iter().zip(motions).map(|(r, m)| Piece::new(dice, window, &[r], m)).collect()
+            each(dice, window, rings, motions)
         }
         1 => {
             // Tip to edge.
@@ -159,11 +163,7 @@ fn touching(dice: &mut Dice, window: &Window, vertices: usize) -> Vec<Piece> {
                 if edge.perp().dot(at(0.0, 1.0) - at(0.0, 0.0)) > 0.0 { edge.perp() } else { -edge.perp() };
             let tip = wedge(dice, at(0.0, 0.0), outward.normalize(), b);
             let motions = [Move::any(dice, window, 4), Move::any(dice, window, b)];
-            [rectangle, tip]
-                .into_iter()
-                .zip(motions)
-                .map(|(r, m)| Piece::new(dice, window, &[r], m))
-                .collect()
+            each(dice, window, [rectangle, tip], motions)
         }
         _ => {
             // Two rings of one polygon, which may come apart.
@@ -269,7 +269,7 @@ fn nearly_coincident(dice: &mut Dice, window: &Window) -> Vec<Piece> {
     let pixel = window.film.pixel();
     let away = dice.pick(&[-1.0, 1.0]) * pixel * across + dice.vector2(0.2 * pixel);
     let motions = [Move::affine(dice, window), Move::Translate(away)];
-    [first, second].into_iter().zip(motions).map(|(r, m)| Piece::new(dice, window, &[r], m)).collect()
+    each(dice, window, [first, second], motions)
 }
 
 fn nested_copies(dice: &mut Dice, window: &Window, vertices: usize) -> Vec<Piece> {

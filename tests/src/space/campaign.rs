@@ -10,7 +10,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use volume3d::gradient::{
-    ActiveParameters, EdgeSampling, Gradient, GradientError, GradientImage, Progress, Tangent, WarpedArea,
+    ActiveParameters, EdgeSampling, FiniteDifference, Gradient, GradientError, GradientImage, Progress,
+    Tangent, WarpedArea,
 };
 use volume3d::scene::{Crop, Scene};
 
@@ -18,9 +19,10 @@ use super::coverage::ProjectedScene;
 use super::direct::{DirectScene, Pixel};
 use super::scenes::{self, Moving};
 use super::worlds::{CoverageCase, CoverageKind, CoverageKnobs};
-use crate::campaign::{Estimate, Limits, Reference, Target, Verdict, focused};
+use crate::campaign::{Limits, Reference, Target, Verdict, focused};
+use crate::comparison::Estimate;
 use crate::power::Power;
-use crate::statistics::{Moments, suite_threshold};
+use crate::statistics::suite_threshold;
 
 /// How often a gradient is estimated, in each of a verdict's two halves.
 pub const REPETITIONS: u64 = 32;
@@ -48,19 +50,12 @@ pub struct Known {
 /// A method that draws samples, all of them from its seed.
 pub trait Sampler: Sync {
     /// The same with another seed: its own and so much more.
-    #[must_use]
     fn reseeded(&self, more: u64) -> Self;
 
     /// The gradient image.
-    ///
-    /// # Errors
-    /// If the method refuses the scene.
     fn forward(&self, scene: &Scene, change: &Tangent) -> Result<GradientImage, GradientError>;
 
     /// Its transpose.
-    ///
-    /// # Errors
-    /// If the method refuses the scene.
     fn reverse(
         &self,
         scene: &Scene,
@@ -95,15 +90,18 @@ macro_rules! sampler {
 sampler!(WarpedArea);
 sampler!(EdgeSampling);
 
+/// The default method with so many samples a pixel.
+pub fn warped(samples: usize) -> WarpedArea {
+    WarpedArea { samples, ..WarpedArea::default() }
+}
+
 /// Weights that are not smooth from pixel to pixel.
-#[must_use]
 pub fn weights(pixels: usize) -> Vec<DVec3> {
     let wave = |i: usize, k: f64| 1.0 + 0.5 * (7.3 * i as f64 + k).sin();
     (0..pixels).map(|i| DVec3::new(wave(i, 0.0), 0.5 * wave(i, 2.0), 0.7 * wave(i, 4.0))).collect()
 }
 
 /// The weights of [`focused`], pixel by pixel.
-#[must_use]
 pub fn directed(derivative: &[DVec3]) -> Vec<DVec3> {
     let channels: Vec<f64> = derivative.iter().flat_map(DVec3::to_array).collect();
     focused(&channels).chunks(3).map(DVec3::from_slice).collect()
@@ -126,10 +124,6 @@ impl Known {
     }
 
     /// A mesh of constant radiance, by the plane's exact arrangement.
-    ///
-    /// # Panics
-    /// If the case has no derivative.
-    #[must_use]
     pub fn of_coverage(case: &CoverageCase, crop: Option<Crop>) -> Self {
         let CoverageCase { mesh, camera, motion, filter, label } = case;
         let projected = ProjectedScene::new(mesh, camera, motion, *filter);
@@ -146,10 +140,6 @@ impl Known {
     }
 
     /// A ground in direct light, by quadrature to `tolerance`.
-    ///
-    /// # Panics
-    /// If some pixel cannot be had.
-    #[must_use]
     pub fn of_direct(direct: &DirectScene, tolerance: f64, label: &str) -> Self {
         let pixels = direct.image(tolerance).unwrap_or_else(|e| panic!("{e}\n{label}"));
         Self::of_pixels(direct, &pixels, 1.0, label)
@@ -164,10 +154,6 @@ impl Known {
     }
 
     /// The gradient image of one run.
-    ///
-    /// # Panics
-    /// If the method refuses the scene, or a sample is not finite.
-    #[must_use]
     pub fn run(&self, method: &impl Sampler) -> GradientImage {
         let found = method.forward(&self.scene, &self.change);
         let found = found.unwrap_or_else(|e| panic!("{e}\n{}", self.label));
@@ -176,28 +162,66 @@ impl Known {
     }
 
     /// Σ weight · pixel.
-    #[must_use]
     pub fn weighted(&self, pixels: &[DVec3]) -> f64 {
         self.weights.iter().zip(pixels).map(|(w, p)| w.dot(*p)).sum()
     }
 
+    /// A scene whose derivative is known by an argument, or is to be compared with that of another method.
+    pub fn given(scene: Scene, change: Tangent, exact: f64, label: &str) -> Self {
+        let (width, height) = scene.size();
+        let weights = weights(width * height);
+        Self { scene, change, weights, exact, error: 0.0, scale: 0.0, label: label.to_owned() }
+    }
+
+    /// The same in the weights of its gradient, from other samples: parts of opposite sign do not cancel.
+    pub fn focused(self, samples: usize) -> Self {
+        let other = EdgeSampling { samples, primary: samples, secondary: 4 * samples, seed: 7777 };
+        Self { weights: directed(&self.run(&other).gradient), ..self }
+    }
+
+    /// The weighted gradient of a method.
+    pub fn sample(&self, method: &impl Sampler) -> f64 {
+        self.weighted(&self.run(method).gradient)
+    }
+
+    /// Central differences with common random numbers at N steps, each twice the last, extrapolated (Richardson), and
+    /// how far apart the last two extrapolations are: errors of order h²ᴺ and h²ᴺ⁻².
+    pub fn differences<const N: usize>(&self, narrowest: FiniteDifference, runs: u64) -> (Estimate, f64) {
+        let run = |k: u64| {
+            let mut at: Vec<f64> = (0..N as i32)
+                .map(|i| {
+                    let step = 2.0_f64.powi(i) * narrowest.step;
+                    let method = FiniteDifference { step, seed: narrowest.seed + k, ..narrowest };
+                    let found = method.forward(&self.scene, &self.change, &Progress::none()).expect("valid");
+                    self.weighted(&found.gradient)
+                })
+                .collect();
+            let (mut apart, mut order) = (0.0, 4.0);
+            while at.len() > 1 {
+                apart = (at[0] - at[1]) / (order - 1.0);
+                at = at.windows(2).map(|w| (order * w[0] - w[1]) / (order - 1.0)).collect();
+                order *= 4.0;
+            }
+            (at[0], apart)
+        };
+        let (found, apart): (Vec<f64>, Vec<f64>) = (0..runs).into_par_iter().map(run).unzip();
+        (Estimate::of(found), Estimate::of(apart).mean.abs())
+    }
+
     /// The mean of [`REPETITIONS`] runs of one half, with seeds of their own.
-    #[must_use]
     pub fn repeated(&self, half: u64, run: impl Fn(u64) -> f64) -> Estimate {
-        let runs: Moments = (0..REPETITIONS).map(|k| run(half * REPETITIONS + k)).collect();
+        let runs = Estimate::of((0..REPETITIONS).map(|k| run(half * REPETITIONS + k)));
         // Both halves are compared with the same number, whose error their mean does not reduce.
-        let standard_error = runs.standard_error().hypot(std::f64::consts::SQRT_2 * self.error);
-        Estimate { mean: runs.mean(), standard_error }
+        let standard_error = runs.standard_error.hypot(std::f64::consts::SQRT_2 * self.error);
+        Estimate { standard_error, ..runs }
     }
 
     /// The estimate of a method.
-    #[must_use]
     pub fn estimate(&self, half: u64, method: &impl Sampler) -> Estimate {
-        self.repeated(half, |seed| self.weighted(&self.run(&method.reseeded(seed)).gradient))
+        self.repeated(half, |seed| self.sample(&method.reseeded(seed)))
     }
 
     /// What moves, as edge sampling wants it, which draws from the edges of that alone.
-    #[must_use]
     pub fn moving(&self) -> ActiveParameters {
         let Self { scene, change, .. } = self;
         let moves = |shape: usize| change.positions_of(scene, shape).iter().any(|v| *v != DVec3::ZERO);
@@ -213,7 +237,6 @@ impl Known {
 
     /// Everything, but materials only if asked for: black surfaces of which the reflectance is active are followed
     /// farther.
-    #[must_use]
     pub fn everything(&self, materials: bool) -> ActiveParameters {
         let materials = vec![materials; self.scene.description().materials.len()];
         ActiveParameters { materials, ..ActiveParameters::everything(&self.scene) }
@@ -221,9 +244,6 @@ impl Known {
 
     /// Asserts that reverse mode is the transpose of forward mode, sample by sample, and returns how far it is from
     /// that, relative to the absolute values of what is summed: sums over parameters may cancel.
-    ///
-    /// # Panics
-    /// If it is off by more than rounding, or as [`run`](Self::run).
     pub fn assert_transposed(&self, method: &impl Sampler, active: &ActiveParameters) -> f64 {
         let image = self.run(method).gradient;
         let forward = self.weighted(&image);
@@ -254,10 +274,6 @@ impl Reference for Known {
 }
 
 /// What reverse mode returns, of which every sample must have been finite.
-///
-/// # Panics
-/// If one was not.
-#[must_use]
 pub fn pulled(found: impl Into<Gradient>) -> Tangent {
     let Gradient { by_parameter: change, non_finite, .. } = found.into();
     assert!(non_finite.is_empty(), "{non_finite:?}");
@@ -266,10 +282,6 @@ pub fn pulled(found: impl Into<Gradient>) -> Tangent {
 
 /// |z| above this rejects a mean whose error is that of repetitions: what Student's distribution, of so many degrees of
 /// freedom, exceeds as rarely as the normal one the threshold of the suite.
-///
-/// # Panics
-/// If there are no degrees of freedom.
-#[must_use]
 pub fn student(freedom: u64) -> f64 {
     let normal = statrs::distribution::Normal::standard();
     let student = StudentsT::new(0.0, 1.0, freedom as f64).expect("degrees of freedom");
@@ -284,19 +296,16 @@ pub fn student(freedom: u64) -> f64 {
 }
 
 /// [`student`] for a single scene of a campaign, with the degrees of freedom of both halves.
-#[must_use]
 pub fn limit() -> f64 {
     student(2 * (REPETITIONS - 1))
 }
 
 /// Those of a campaign.
-#[must_use]
 pub fn limits() -> Limits {
     Limits { scene: limit(), slope: suite_threshold() }
 }
 
 /// `per_kind` cases of each kind, some of them cropped. Where nothing that is seen moves, nothing may be found.
-#[must_use]
 pub fn coverage(kinds: &[CoverageKind], per_kind: u64) -> Vec<Known> {
     let knobs = kinds.iter().flat_map(|&k| (0..per_kind).map(move |i| CoverageKnobs::random(70_000 + i, k)));
     let knobs: Vec<_> = knobs.collect();
@@ -317,17 +326,11 @@ fn inner(width: usize, height: usize, seed: u64) -> Crop {
 }
 
 /// Asserts that a method is unbiased on all scenes.
-///
-/// # Panics
-/// If it is not, or if it would pass with a bias of [`NOTICED`](crate::power::NOTICED).
 pub fn accept(power: &mut Power, name: &str, known: &[Known], method: &impl Sampler) {
     Verdict::of(known, |k, half| k.estimate(half, method)).accept(power, name, limits());
 }
 
 /// Asserts that a wrong method is found out.
-///
-/// # Panics
-/// If it is not.
 pub fn reject(name: &str, known: &[Known], estimate: impl Fn(&Known, u64) -> Estimate + Sync) {
     Verdict::of(known, estimate).reject(name, limits());
 }

@@ -9,14 +9,12 @@ use super::coverage::Mesh;
 /// e Σ aʲ for j = 0 … `bounces`: the radiance, of light scattered at most so many times, everywhere in a closed room
 /// whose walls all emit e and reflect the share a of what arrives, whatever the shape of the room and whatever moves in
 /// it, if that has the same walls.
-#[must_use]
 pub fn furnace_up_to(albedo: f64, emission: f64, bounces: i32) -> f64 {
     (0..=bounces).map(|j| emission * albedo.powi(j)).sum()
 }
 
 /// The form factor between two equal rectangles a × b that face each other at a distance c:
 /// the share of the diffuse light leaving one that arrives at the other (Howell, configuration C-11).
-#[must_use]
 pub fn parallel_rectangles(a: f64, b: f64, c: f64) -> f64 {
     let (x, y) = (a / c, b / c);
     let (u, v) = ((1.0 + x * x).sqrt(), (1.0 + y * y).sqrt());
@@ -27,7 +25,6 @@ pub fn parallel_rectangles(a: f64, b: f64, c: f64) -> f64 {
 
 /// The form factor from a rectangle w × l to a rectangle h × l that stands on its side l at a right
 /// angle (Howell, configuration C-14).
-#[must_use]
 pub fn perpendicular_rectangles(h: f64, w: f64, l: f64) -> f64 {
     let (h, w) = (h / l, w / l);
     let (h2, w2) = (h * h, w * w);
@@ -41,7 +38,6 @@ pub fn perpendicular_rectangles(h: f64, w: f64, l: f64) -> f64 {
 
 /// The form factor from a point to a parallel rectangle a × b at the distance c, a corner of which
 /// is straight above the point (Howell, configuration B-3).
-#[must_use]
 pub fn element_to_parallel_rectangle(a: f64, b: f64, c: f64) -> f64 {
     let (x, y) = (a / c, b / c);
     let (u, v) = ((1.0 + x * x).sqrt(), (1.0 + y * y).sqrt());
@@ -50,7 +46,6 @@ pub fn element_to_parallel_rectangle(a: f64, b: f64, c: f64) -> f64 {
 
 /// The corners of a box from `min` to `max`: corner k has the larger coordinate on axis j where bit j
 /// of k is set.
-#[must_use]
 pub fn box_corners(min: DVec3, max: DVec3) -> [DVec3; 8] {
     std::array::from_fn(|bits| {
         let pick = |axis: usize| if bits >> axis & 1 == 1 { max[axis] } else { min[axis] };
@@ -64,7 +59,6 @@ pub const BOX_FACES: [[usize; 4]; 6] =
 
 /// The room of [`furnace_up_to`]: a box of 12 triangles whose normals point inwards, all of the radiance
 /// `emission`, before a black background.
-#[must_use]
 pub fn furnace_room(min: DVec3, max: DVec3, emission: f64) -> Mesh {
     // From inside the order is the other way round.
     let triangles: Vec<_> = BOX_FACES.iter().flat_map(|&[a, b, c, d]| [[a, c, b], [a, d, c]]).collect();

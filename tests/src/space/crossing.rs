@@ -12,10 +12,6 @@ use super::worlds::{
 };
 
 /// Light on a ground past bodies that cross, of some kinds, by quadrature; `count` of each with every motion.
-///
-/// # Panics
-/// If some pixel cannot be had.
-#[must_use]
 pub fn lit(kinds: &[LitCrossingKind], movings: &[LitCrossingMoving], count: u64) -> Vec<Known> {
     let pairs = kinds.iter().flat_map(|&kind| movings.iter().map(move |&moving| (kind, moving)));
     let knobs = pairs
@@ -33,7 +29,6 @@ pub fn lit(kinds: &[LitCrossingKind], movings: &[LitCrossingMoving], count: u64)
 }
 
 /// `per_pair` cases of every kind, each with every one of some motions.
-#[must_use]
 pub fn coverage(movings: &[CrossingMoving], per_pair: u64) -> Vec<Known> {
     let pairs = CrossingKind::ALL.iter().flat_map(|&k| movings.iter().map(move |&m| (k, m)));
     let knobs = pairs.flat_map(|(k, m)| (0..per_pair).map(move |i| CrossingKnobs::random(80_000 + i, k, m)));
@@ -42,10 +37,6 @@ pub fn coverage(movings: &[CrossingMoving], per_pair: u64) -> Vec<Known> {
 
 /// Sums over the film that are 0 exactly: a black bar slides before a wall of one radiance, close to
 /// where another wall, at rest as well, comes out of it.
-///
-/// # Panics
-/// If a sum is not 0.
-#[must_use]
 pub fn zeros(count: u64) -> Vec<Known> {
     let zero = |seed: u64| {
         let case = bar(seed);

@@ -37,7 +37,6 @@ pub struct Stage {
 
 impl Stage {
     /// An empty scene before a camera that moves.
-    #[must_use]
     pub fn new(camera: &coverage::Camera, motion: &CameraMotion, filter: plane::Filter) -> Self {
         let filter = match filter {
             plane::Filter::Box => Filter::Box,
@@ -58,9 +57,6 @@ impl Stage {
     }
 
     /// Adds a moving shape, black if it has no other material.
-    ///
-    /// # Panics
-    /// If the triangles are not the vertices', or there is not one velocity each.
     pub fn add(
         &mut self,
         vertices: &[(DVec3, DVec3)],
@@ -87,10 +83,6 @@ impl Stage {
     }
 
     /// Done.
-    ///
-    /// # Panics
-    /// If the scene is refused.
-    #[must_use]
     pub fn finish(self) -> Moving {
         let scene = Scene::new(self.description).expect("a scene");
         let mut change = Tangent::still(&scene);
@@ -103,13 +95,11 @@ impl Stage {
 }
 
 /// A film of so many pixels a side.
-#[must_use]
 pub fn film(size: usize, filter: Filter) -> Film {
     Film { width: size, height: size, crop: None, filter }
 }
 
 /// A square of half size `half`, facing `normal`.
-#[must_use]
 pub fn plate(centre: DVec3, normal: DVec3, half: f64) -> Mesh {
     let turn = DQuat::from_rotation_arc(DVec3::Z, normal.normalize());
     let place = DAffine3::from_scale_rotation_translation(DVec3::splat(half), turn, centre);
@@ -117,7 +107,6 @@ pub fn plate(centre: DVec3, normal: DVec3, half: f64) -> Mesh {
 }
 
 /// A mesh of constant radiance, one shape for every radiance there is.
-#[must_use]
 pub fn coverage(case: &CoverageCase, crop: Option<Crop>) -> Moving {
     let CoverageCase { mesh, camera, motion, filter, .. } = case;
     let mut stage = Stage::new(camera, &motion.camera, *filter);
@@ -139,7 +128,6 @@ pub fn coverage(case: &CoverageCase, crop: Option<Crop>) -> Moving {
 }
 
 /// A ground in direct light.
-#[must_use]
 pub fn direct(direct: &DirectScene) -> Moving {
     let mut stage = Stage::new(&direct.camera, &direct.camera_motion, direct.filter);
     stage.surround(direct.world.environment);

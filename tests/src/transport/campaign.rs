@@ -1,11 +1,32 @@
 //! One number per flat world, estimated and exact, over many worlds: what the statistical tests of
 //! transport compare, by the [`Verdict`](crate::campaign::Verdict) of the plane's campaigns.
 
+use flatland::estimator::transport::{EdgeSampling, FiniteDifference, GradientImage, Method, WarpedArea};
+use flatland::transport::Paths;
 use rayon::prelude::*;
 
 use super::oracle;
 use super::worlds::{Case, Kind, Knobs, Moving};
-use crate::campaign::{Estimate, Reference, Target, focused};
+use crate::campaign::{Reference, Target, focused};
+use crate::comparison::Estimate;
+
+/// A method that draws paths, all of them from its seed.
+pub trait Sampler: Method + Sync {
+    /// The same with other paths and another seed.
+    fn on(&self, paths: Paths, seed: u64) -> Self;
+}
+
+macro_rules! sampler {
+    ($($method:ty),*) => {
+        $(impl Sampler for $method {
+            fn on(&self, paths: Paths, seed: u64) -> Self {
+                Self { paths, seed, ..*self }
+            }
+        })*
+    };
+}
+
+sampler!(WarpedArea, EdgeSampling, FiniteDifference);
 
 /// A world with its exact derivative, seen through fixed random weights.
 #[derive(Clone, Debug)]
@@ -27,7 +48,6 @@ pub struct Known {
 
 impl Known {
     /// By the oracle; see [`oracle::image`] for its cost.
-    #[must_use]
     pub fn new(case: Case, bounces: usize) -> Self {
         let pixels = oracle::image(&case.world, &case.camera, &case.change, bounces);
         let derivative: Vec<f64> = pixels.iter().map(|p| p.derivative).collect();
@@ -41,10 +61,6 @@ impl Known {
     }
 
     /// The weighted sum of pixels with their standard errors, which are independent.
-    ///
-    /// # Panics
-    /// If there is not one of each per pixel of the case.
-    #[must_use]
     pub fn estimate(&self, mean: &[f64], standard_error: &[f64]) -> Estimate {
         assert_eq!(mean.len(), self.weights.len(), "one mean per pixel");
         assert_eq!(standard_error.len(), self.weights.len(), "one standard error per pixel");
@@ -54,8 +70,30 @@ impl Known {
         Estimate { mean: weighted(mean).iter().sum(), standard_error: variance.sqrt() }
     }
 
+    /// How light is scattered here.
+    pub fn paths(&self) -> Paths {
+        Paths { bounces: self.bounces, ..Paths::default() }
+    }
+
+    /// What a method finds on this world's paths with a seed.
+    pub fn run(&self, seed: u64, method: &impl Sampler) -> GradientImage {
+        let Case { world, camera, change, label } = &self.case;
+        let found = method.on(self.paths(), seed).forward(world, camera, change);
+        let found = found.unwrap_or_else(|e| panic!("{e}\n{label}"));
+        assert!(found.non_finite.is_empty(), "{:?} {label}", found.non_finite);
+        found
+    }
+
+    /// Its estimate, beside whose error the reference's own must not count.
+    pub fn total(&self, seed: u64, method: &impl Sampler) -> Estimate {
+        let found = self.run(seed, method);
+        let estimate = self.estimate(&found.total(), &found.standard_error);
+        let least = (1e-6 * self.exact.abs()).max(1e-9 * self.scale);
+        assert!(self.error <= 0.2 * estimate.standard_error.max(least), "{:e} {estimate:?}", self.error);
+        estimate
+    }
+
     /// The covector ∂L/∂I of the loss L = Σ weight · I, one per pixel: what reverse mode starts from.
-    #[must_use]
     pub fn adjoint(&self) -> &[f64] {
         &self.weights
     }
@@ -69,10 +107,6 @@ impl Reference for Known {
 
 /// `per_kind` worlds of each of some kinds, in each of which one of `movings` changes something,
 /// with light scattered at most `bounces` times.
-///
-/// # Panics
-/// If nothing is to move.
-#[must_use]
 pub fn known(kinds: &[Kind], movings: &[Moving], per_kind: u64, bounces: usize) -> Vec<Known> {
     assert!(!movings.is_empty(), "nothing moves");
     let drawn = |&kind: &Kind| {

@@ -11,8 +11,6 @@ use super::worlds::{Case, Kind, Knobs};
 pub struct Constant {
     /// The world.
     pub case: Case,
-    /// How often light is scattered at most.
-    pub bounces: usize,
     /// Every pixel, if that is known.
     pub value: Option<f64>,
     /// The derivative of every pixel.
@@ -24,17 +22,27 @@ fn p(x: f64, y: f64) -> DVec2 {
 }
 
 /// All of them, with some filters, and light scattered at most `bounces` times.
-#[must_use]
 pub fn constants(filters: &[Filter], bounces: usize) -> Vec<Constant> {
     let mut all = vec![];
     for &filter in filters {
         all.extend(furnaces(filter, bounces));
         all.extend(alone_under_a_sky(filter, bounces));
-        all.push(sliding_under_itself(filter, bounces));
-        all.push(turning_in_the_furnace(filter, bounces));
-        all.extend(moved_as_one(filter, bounces));
+        all.push(sliding_under_itself(filter));
+        all.push(turning_in_the_furnace(filter));
+        all.extend(moved_as_one(filter));
     }
     all
+}
+
+fn constant(
+    world: &World,
+    camera: Camera,
+    change: Tangent,
+    label: String,
+    value: Option<f64>,
+    derivative: f64,
+) -> Constant {
+    Constant { case: Case { world: world.clone(), camera, change, label }, value, derivative }
 }
 
 fn camera(position: DVec2, angle: f64, field_of_view: f64, filter: Filter) -> Camera {
@@ -72,11 +80,9 @@ fn furnaces(filter: Filter, bounces: usize) -> Vec<Constant> {
         ("the camera moves", Tangent::of_camera(&world, eye), 0.0),
         ("the material changes", by_material, 0.3 * emission * slope - 0.8 * sum),
     ]
-    .map(|(what, change, derivative)| Constant {
-        case: Case { world: world.clone(), camera, change, label: format!("furnace, {what}, {filter:?}") },
-        bounces,
-        value: Some(emission * sum),
-        derivative,
+    .map(|(what, change, derivative)| {
+        let label = format!("furnace, {what}, {filter:?}");
+        constant(&world, camera, change, label, Some(emission * sum), derivative)
     })
     .into()
 }
@@ -98,23 +104,16 @@ fn alone_under_a_sky(filter: Filter, bounces: usize) -> Vec<Constant> {
         ("it turns", Tangent::rotate(&world, [0], p(0.5, 0.0)), 0.0),
         ("the sky brightens", by_sky, (0.7 * reflectance + 0.2 * sky) * reflected),
     ]
-    .map(|(what, change, derivative)| Constant {
-        case: Case {
-            world: world.clone(),
-            camera,
-            change,
-            label: format!("under a sky, {what}, {filter:?}"),
-        },
-        bounces,
-        value: Some(sky * reflectance * reflected),
-        derivative,
+    .map(|(what, change, derivative)| {
+        let label = format!("under a sky, {what}, {filter:?}");
+        constant(&world, camera, change, label, Some(sky * reflectance * reflected), derivative)
     })
     .into()
 }
 
 /// A line that slides along itself below a light, its ends out of view: no surface point stays and
 /// nothing that is seen changes.
-fn sliding_under_itself(filter: Filter, bounces: usize) -> Constant {
+fn sliding_under_itself(filter: Filter) -> Constant {
     let gloss = Some(Gloss { strength: 0.4, width: 0.2 });
     let material = Material { reflectance: 0.5, gloss, emission: 0.1 };
     let line = Shape::open([p(-30.0, -16.0), p(40.0, 19.0)], material);
@@ -122,23 +121,21 @@ fn sliding_under_itself(filter: Filter, bounces: usize) -> Constant {
     let world = World::new(0.3, vec![line, light]).expect("a world");
     let camera = camera(p(0.2, 2.0), -1.4, 0.7, filter);
     let change = Tangent::translate(&world, [0], p(2.0, 1.0));
-    let label = format!("sliding under itself, {filter:?}");
-    Constant { case: Case { world, camera, change, label }, bounces, value: None, derivative: 0.0 }
+    constant(&world, camera, change, format!("sliding under itself, {filter:?}"), None, 0.0)
 }
 
 /// A many-sided disc that turns about its centre, in front of what looks as it does.
-fn turning_in_the_furnace(filter: Filter, bounces: usize) -> Constant {
+fn turning_in_the_furnace(filter: Filter) -> Constant {
     let corner = |i: u32| 0.5 * DVec2::from_angle(std::f64::consts::TAU * f64::from(i) / 24.0);
     let disc = Shape::closed((0..24).map(corner), Material::emitter(1.3));
     let world = World::new(1.3, vec![disc]).expect("a world");
     let camera = camera(p(-1.4, 0.2), -0.1, 1.2, filter);
     let change = Tangent::rotate(&world, [0], DVec2::ZERO);
-    let label = format!("a disc that turns, {filter:?}");
-    Constant { case: Case { world, camera, change, label }, bounces, value: Some(1.3), derivative: 0.0 }
+    constant(&world, camera, change, format!("a disc that turns, {filter:?}"), Some(1.3), 0.0)
 }
 
 /// Random worlds that are translated, turned or scaled together with their camera.
-fn moved_as_one(filter: Filter, bounces: usize) -> Vec<Constant> {
+fn moved_as_one(filter: Filter) -> Vec<Constant> {
     let knobs = |seed, kind| Knobs { filter, shapes: 1, pixels: 4, ..Knobs::random(seed, kind) };
     let mut all = vec![];
     for (seed, kind) in [(1, Kind::Shadows), (2, Kind::Glossy), (3, Kind::Glowing), (4, Kind::Room)] {
@@ -158,9 +155,7 @@ fn moved_as_one(filter: Filter, bounces: usize) -> Vec<Constant> {
             Tangent::scale(&world, every, centre).and(&eye(CameraTangent { position: arm, ..none })),
         ];
         for (what, change) in ["translated", "turned", "scaled"].into_iter().zip(changes) {
-            let label = format!("{what} as one: {label}");
-            let case = Case { world: world.clone(), camera, change, label };
-            all.push(Constant { case, bounces, value: None, derivative: 0.0 });
+            all.push(constant(&world, camera, change, format!("{what} as one: {label}"), None, 0.0));
         }
     }
     all

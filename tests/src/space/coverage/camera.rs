@@ -52,7 +52,6 @@ pub struct CameraMotion {
 
 impl Camera {
     /// The camera at θ: turned by the rotation vector θω, everything else linear in θ.
-    #[must_use]
     pub fn displaced(&self, motion: &CameraMotion, theta: f64) -> Self {
         let turn = DQuat::from_scaled_axis(theta * motion.angular);
         Self {
@@ -66,7 +65,6 @@ impl Camera {
     }
 
     /// The direction, not of unit length, in which the film's point u is seen.
-    #[must_use]
     pub fn direction(&self, u: DVec2) -> DVec3 {
         let scale = self.pixels_per_slope();
         let offset = (u - 0.5 * DVec2::new(self.width as f64, self.height as f64)) / scale;
@@ -74,7 +72,6 @@ impl Camera {
     }
 
     /// The ray to the film's point u, which stays where it is while the camera moves.
-    #[must_use]
     pub fn ray(&self, motion: &CameraMotion, u: DVec2) -> Ray {
         let direction = self.direction(u);
         // The offset from `forward` is proportional to tan(φ/2), of logarithmic derivative 1/sin φ.
@@ -88,7 +85,6 @@ impl Camera {
     }
 
     /// s: how many pixels a direction of slope 1 is away from the film's middle.
-    #[must_use]
     pub fn pixels_per_slope(&self) -> f64 {
         0.5 * self.width as f64 / (0.5 * self.field_of_view).tan()
     }

@@ -75,10 +75,6 @@ pub struct Motion {
 
 impl Mesh {
     /// The mesh at θ: every vertex p at p + θ ṗ.
-    ///
-    /// # Panics
-    /// If there is not one velocity per vertex.
-    #[must_use]
     pub fn displaced(&self, motion: &Motion, theta: f64) -> Self {
         assert_eq!(self.positions.len(), motion.positions.len(), "one velocity per vertex");
         let positions = self.positions.iter().zip(&motion.positions).map(|(p, v)| *p + theta * *v);
@@ -133,27 +129,21 @@ impl ProjectedScene {
     }
 
     /// The triangles' images, the farthest first, in pixels.
-    #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
     /// The velocity of every vertex of [`scene`](Self::scene), in pixels per unit of θ.
-    #[must_use]
     pub fn velocities(&self) -> &[DVec2] {
         &self.velocities
     }
 
     /// The camera's pixels.
-    #[must_use]
     pub fn film(&self) -> &Film {
         &self.film
     }
 
     /// I = ∫ h f du of every pixel.
-    ///
-    /// # Errors
-    /// If there is no arrangement.
     pub fn image(&self) -> Result<Image> {
         Ok(Arrangement::new(&self.scene, &self.film)?.primal(&self.film))
     }

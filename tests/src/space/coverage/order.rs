@@ -114,9 +114,6 @@ fn twice_area(polygon: &[DVec2]) -> f64 {
 
 /// The pieces from the farthest to the nearest: none hides a later one. Where the order is free it is
 /// that of their numbers.
-///
-/// # Errors
-/// If there is no such order.
 pub(super) fn painters(seen: &[Seen]) -> Result<Vec<usize>> {
     let mut nearer: Vec<Vec<usize>> = vec![vec![]; seen.len()];
     let mut farther = vec![0; seen.len()];

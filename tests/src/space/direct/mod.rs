@@ -60,7 +60,6 @@ pub struct Pixel {
 
 impl DirectScene {
     /// The scene at θ, at rest.
-    #[must_use]
     pub fn displaced(&self, theta: f64) -> Self {
         Self {
             world: self.world.displaced(theta),
@@ -97,25 +96,9 @@ impl DirectScene {
             squares.push(Square::new(&integrand, min, max)?);
         }
         let allowed = tolerance * squares.iter().map(|s| s.magnitude).sum::<f64>();
-        let mut error: f64 = squares.iter().map(Square::error).sum();
-        while error > allowed && squares.len() < SQUARES {
-            let Some(worst) = squares.pop() else { break };
-            error -= worst.error();
-            for [min, max] in quarters(worst.min, worst.max) {
-                let square = Square::new(&integrand, min, max)?;
-                error += square.error();
-                squares.push(square);
-            }
-        }
-        // In an order that does not depend on ties in the heap.
-        let mut sum = Pixel::default();
-        for square in squares.into_sorted_vec() {
-            sum.value += square.fine.value;
-            sum.derivative += square.fine.derivative;
-            sum.value_error += square.errors[0];
-            sum.derivative_error += square.errors[1];
-        }
-        Ok(sum)
+        let mut pixel = Pixel::default();
+        pixel.add(&integrand, squares, allowed, SQUARES)?;
+        Ok(pixel)
     }
 
     /// L and dL/dθ at a point of the film.
@@ -147,6 +130,37 @@ impl Sample {
     /// The largest component of either.
     fn magnitudes(self) -> [f64; 2] {
         [self.value, self.derivative].map(|v| v.abs().max_element())
+    }
+}
+
+impl Pixel {
+    /// Adds an integral over squares, cut into quarters where two rules differ most: until they differ by what is
+    /// allowed, or there are as many squares as there may be.
+    fn add(
+        &mut self,
+        integrand: &impl Fn(DVec2) -> Result<Sample>,
+        mut squares: BinaryHeap<Square>,
+        allowed: f64,
+        most: usize,
+    ) -> Result<()> {
+        let mut error: f64 = squares.iter().map(Square::error).sum();
+        while error > allowed && squares.len() < most {
+            let Some(worst) = squares.pop() else { break };
+            error -= worst.error();
+            for [min, max] in quarters(worst.min, worst.max) {
+                let square = Square::new(integrand, min, max)?;
+                error += square.error();
+                squares.push(square);
+            }
+        }
+        // In an order that does not depend on ties in the heap.
+        for square in squares.into_sorted_vec() {
+            self.value += square.fine.value;
+            self.derivative += square.fine.derivative;
+            self.value_error += square.errors[0];
+            self.derivative_error += square.errors[1];
+        }
+        Ok(())
     }
 }
 

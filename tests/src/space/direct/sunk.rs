@@ -37,9 +37,6 @@ impl DirectScene {
     ///
     /// Where bodies touch the ground dE/dθ grows like the inverse distance from the ends of the
     /// crossing. That is integrable, but what two rules differ by is then up to a third of the error.
-    ///
-    /// # Errors
-    /// As [`image`](Self::image).
     pub fn image_past_bodies(&self, tolerance: f64) -> Result<Vec<Pixel>> {
         self.camera.check(&self.camera_motion)?;
         let (width, height) = (self.camera.width, self.camera.height);
@@ -121,24 +118,9 @@ impl DirectScene {
         let allowed = tolerance * magnitude / triangles.len().max(1) as f64;
         let most = (SQUARES / triangles.len().max(1)).max(LEAST_SQUARES);
         let mut pixel = Pixel::default();
-        for (corners, mut squares) in triangles.iter().zip(parts) {
+        for (corners, squares) in triangles.iter().zip(parts) {
             let integrand = |at: DVec2| self.integrand(film, centre, corners, at);
-            let mut error: f64 = squares.iter().map(Square::error).sum();
-            while error > allowed && squares.len() < most {
-                let Some(worst) = squares.pop() else { break };
-                error -= worst.error();
-                for [min, max] in quarters(worst.min, worst.max) {
-                    let square = Square::new(&integrand, min, max)?;
-                    error += square.error();
-                    squares.push(square);
-                }
-            }
-            for square in squares.into_sorted_vec() {
-                pixel.value += square.fine.value;
-                pixel.derivative += square.fine.derivative;
-                pixel.value_error += square.errors[0];
-                pixel.derivative_error += square.errors[1];
-            }
+            pixel.add(&integrand, squares, allowed, most)?;
         }
         Ok(pixel)
     }

@@ -50,9 +50,6 @@ pub struct World {
 
 impl World {
     /// Refuses numbers that are not finite and surfaces that are not flat and convex.
-    ///
-    /// # Errors
-    /// That say which surface it is.
     pub fn check(&self) -> Result<()> {
         ensure!(self.environment.is_finite(), "the environment is not finite");
         let mut surfaces = self.surfaces.iter().enumerate();
@@ -60,7 +57,6 @@ impl World {
     }
 
     /// The world at θ, at rest.
-    #[must_use]
     pub fn displaced(&self, theta: f64) -> Self {
         let surfaces = self.surfaces.iter().map(|s| s.displaced(theta)).collect();
         Self { surfaces, ..self.clone() }
@@ -95,7 +91,6 @@ pub struct Irradiance {
 
 impl Irradiance {
     /// The radiance that a diffuse receiver sends in all directions, albedo/π · E.
-    #[must_use]
     pub fn outgoing(&self, albedo: DVec3) -> Self {
         let factor = albedo / PI;
         Self {
@@ -136,9 +131,6 @@ pub(super) fn unchecked(world: &World, receiver: &Receiver) -> Result<Irradiance
 }
 
 /// What a receiver sees of every surface.
-///
-/// # Errors
-/// As [`irradiance`].
 pub fn factors(world: &World, receiver: &Receiver) -> Result<Vec<Factor>> {
     world.check()?;
     unchecked_factors(world, receiver)

@@ -42,7 +42,6 @@ pub struct Ground {
 
 impl Receiver {
     /// A point that stands still.
-    #[must_use]
     pub fn still(point: DVec3, normal: DVec3) -> Self {
         Self { point, normal, velocity: DVec3::ZERO, normal_rate: DVec3::ZERO }
     }
@@ -71,7 +70,6 @@ impl Receiver {
     }
 
     /// The receiver at θ, at rest.
-    #[must_use]
     pub fn displaced(&self, theta: f64) -> Self {
         Self::still(self.point + theta * self.velocity, self.normal + theta * self.normal_rate)
     }
@@ -89,13 +87,11 @@ impl Receiver {
 
 impl Ray {
     /// A ray that stands still.
-    #[must_use]
     pub fn still(origin: DVec3, direction: DVec3) -> Self {
         Self { origin, direction, origin_velocity: DVec3::ZERO, direction_rate: DVec3::ZERO }
     }
 
     /// The ray at θ, at rest.
-    #[must_use]
     pub fn displaced(&self, theta: f64) -> Self {
         let origin = self.origin + theta * self.origin_velocity;
         Self::still(origin, self.direction + theta * self.direction_rate)
@@ -104,7 +100,6 @@ impl Ray {
 
 impl Ground {
     /// The triangle at θ, at rest.
-    #[must_use]
     pub fn displaced(&self, theta: f64) -> Self {
         let corners = std::array::from_fn(|k| self.corners[k] + theta * self.velocities[k]);
         Self { corners, velocities: [DVec3::ZERO; 3] }

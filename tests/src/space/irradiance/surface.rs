@@ -38,23 +38,17 @@ pub struct Surface {
 
 impl Surface {
     /// A surface that stands still and emits from its front.
-    #[must_use]
     pub fn emitter(vertices: Vec<DVec3>, radiance: DVec3) -> Self {
         let velocities = vec![DVec3::ZERO; vertices.len()];
         Self { vertices, velocities, radiance, sides: Sides::Front }
     }
 
     /// A surface that stands still and emits nothing.
-    #[must_use]
     pub fn occluder(vertices: Vec<DVec3>) -> Self {
         Self::emitter(vertices, DVec3::ZERO)
     }
 
     /// The surface at θ: every corner p at p + θ ṗ, at rest.
-    ///
-    /// # Panics
-    /// If there is not one velocity per corner.
-    #[must_use]
     pub fn displaced(&self, theta: f64) -> Self {
         assert_eq!(self.vertices.len(), self.velocities.len(), "one velocity per corner");
         let moved = |(p, v): (&DVec3, &DVec3)| *p + theta * *v;
@@ -66,6 +60,17 @@ impl Surface {
     /// The corners as seen from a moving point.
     pub(in crate::space) fn seen_from(&self, point: Vector3) -> Vec<Vector3> {
         self.vertices.iter().zip(&self.velocities).map(|(p, v)| Vector3::new(*p, *v) - point).collect()
+    }
+
+    /// Whether a segment from x to a point meets it: brute force for tests, by the sides of its plane and edges.
+    #[cfg(test)]
+    pub(in crate::space) fn hides(&self, x: DVec3, point: DVec3) -> bool {
+        let p = &self.vertices;
+        let normal = (p[1] - p[0]).cross(p[2] - p[0]);
+        let t = normal.dot(p[0] - x) / normal.dot(point - x);
+        let at = x + t * (point - x);
+        let inside = |k: usize| (p[(k + 1) % p.len()] - p[k]).cross(at - p[k]).dot(normal) >= 0.0;
+        t > 0.0 && t < 1.0 && (0..p.len()).all(inside)
     }
 
     pub(super) fn check(&self) -> Result<()> {

@@ -5,6 +5,7 @@ use glam::{DVec2, DVec3};
 
 use super::moves::Affine;
 use super::stage::{Body, Stage};
+use crate::choices::choices;
 use crate::dice::Dice;
 use crate::space::coverage::{Camera, Mesh, Motion, ProjectedScene};
 
@@ -24,61 +25,62 @@ pub struct CoverageCase {
     pub label: String,
 }
 
-/// What there is to be seen, or what is degenerate about it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum CoverageKind {
-    /// One triangle.
-    Triangle,
-    /// A quadrilateral of two triangles, of one radiance or of two.
-    Quad,
-    /// A closed convex mesh of up to 20 triangles, every one of its own radiance.
-    Solid,
-    /// Two or three things behind each other or in each other's place, where they may pass through one another.
-    Shells,
-    /// Something large about a point of the film's border.
-    Border,
-    /// A triangle 10² to 10⁵ times as long as wide, before something else.
-    Sliver,
-    /// A triangle seen at an angle of 10⁻⁴ to 10⁻¹ to its plane, before something else.
-    Grazing,
-    /// As [`Shells`](Self::Shells), with a unit of length of 10⁻⁶.
-    Small,
-    /// The same with 10⁶.
-    Large,
-    /// The same at a distance of 10⁶ from the origin.
-    FarFromOrigin,
+choices! {
+    /// What there is to be seen, or what is degenerate about it.
+    CoverageKind {
+        /// Kinds without anything degenerate.
+        GENERIC {
+            /// One triangle.
+            Triangle,
+            /// A quadrilateral of two triangles, of one radiance or of two.
+            Quad,
+            /// A closed convex mesh of up to 20 triangles, every one of its own radiance.
+            Solid,
+            /// Two or three things behind each other or in each other's place, where they may pass through one another.
+            Shells,
+            /// Something large about a point of the film's border.
+            Border,
+        }
+        /// All others.
+        DEGENERATE {
+            /// A triangle 10² to 10⁵ times as long as wide, before something else.
+            Sliver,
+            /// A triangle seen at an angle of 10⁻⁴ to 10⁻¹ to its plane, before something else.
+            Grazing,
+            /// As [`Shells`](Self::Shells), with a unit of length of 10⁻⁶.
+            Small,
+            /// The same with 10⁶.
+            Large,
+            /// The same at a distance of 10⁶ from the origin.
+            FarFromOrigin,
+        }
+    }
 }
 
-/// What θ changes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum CoverageMoving {
-    /// One thing, along a line.
-    Translate,
-    /// One thing, about an axis.
-    Rotate,
-    /// One thing, away from a point.
-    Scale,
-    /// One vertex.
-    Vertex,
-    /// The camera's position.
-    CameraPosition,
-    /// The camera's direction of view and its roll.
-    CameraRotation,
-    /// The field of view.
-    FieldOfView,
-    /// Everything at once.
-    Mixed,
+choices! {
+    /// What θ changes.
+    CoverageMoving {
+        /// One thing, along a line.
+        Translate,
+        /// One thing, about an axis.
+        Rotate,
+        /// One thing, away from a point.
+        Scale,
+        /// One vertex.
+        Vertex,
+        /// The camera's position.
+        CameraPosition,
+        /// The camera's direction of view and its roll.
+        CameraRotation,
+        /// The field of view.
+        FieldOfView,
+        /// Everything at once.
+        Mixed,
+    }
 }
 
 impl CoverageKind {
-    /// Kinds without anything degenerate.
-    pub const GENERIC: [Self; 5] = [Self::Triangle, Self::Quad, Self::Solid, Self::Shells, Self::Border];
-    /// All others.
-    pub const DEGENERATE: [Self; 5] =
-        [Self::Sliver, Self::Grazing, Self::Small, Self::Large, Self::FarFromOrigin];
-
     /// The unit of length.
-    #[must_use]
     pub fn unit(self) -> f64 {
         match self {
             Self::Small => 1e-6,
@@ -86,20 +88,6 @@ impl CoverageKind {
             _ => 1.0,
         }
     }
-}
-
-impl CoverageMoving {
-    /// All of them.
-    pub const ALL: [Self; 8] = [
-        Self::Translate,
-        Self::Rotate,
-        Self::Scale,
-        Self::Vertex,
-        Self::CameraPosition,
-        Self::CameraRotation,
-        Self::FieldOfView,
-        Self::Mixed,
-    ];
 }
 
 /// All that a case depends on.
@@ -117,25 +105,13 @@ pub struct CoverageKnobs {
 
 impl CoverageKnobs {
     /// Knobs of a kind, all others drawn from a seed.
-    #[must_use]
     pub fn random(seed: u64, kind: CoverageKind) -> Self {
         let mut dice = Dice::new(seed, u64::MAX - kind as u64);
         let filter = dice.pick(&[Filter::Box, Filter::Tent, Filter::Gaussian]);
         Self { seed, kind, moving: dice.pick(&CoverageMoving::ALL), filter }
     }
 
-    /// Knobs drawn from a seed.
-    #[must_use]
-    pub fn any(seed: u64) -> Self {
-        let kinds = [CoverageKind::GENERIC, CoverageKind::DEGENERATE].concat();
-        Self::random(seed, Dice::new(seed, u64::MAX / 2).pick(&kinds))
-    }
-
     /// The case with these knobs: the same on every machine and in every thread.
-    ///
-    /// # Panics
-    /// If a hundred attempts have no exact reference, which is a mistake in this file.
-    #[must_use]
     pub fn build(&self) -> CoverageCase {
         let purpose = |attempt: u64| 10_000 * attempt + self.kind as u64;
         let case = (0..100).find_map(|attempt| self.attempt(Dice::new(self.seed, purpose(attempt))));

@@ -10,55 +10,51 @@ use glam::{DVec2, DVec3};
 use super::coverage::CoverageCase;
 use super::moves::Affine;
 use super::stage::{Body, Stage};
+use crate::choices::choices;
 use crate::dice::Dice;
 use crate::space::coverage::{Camera, Crossing, ProjectedScene, crossings};
 
-/// What passes through what.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum CrossingKind {
-    /// Two flat convex plates: the crossing ends where an edge of one pierces the other, or at both
-    /// borders of one.
-    Plates,
-    /// Three to five triangles.
-    Leaves,
-    /// Two closed solids.
-    Solids,
-    /// A closed solid sunk into a rectangular floor.
-    Sunk,
-    /// A plate through the ridge of a roof: the crossing has a kink.
-    Crease,
-    /// Three plates through a common point, in which their crossings meet.
-    Three,
+choices! {
+    /// What passes through what.
+    CrossingKind {
+        /// Two flat convex plates: the crossing ends where an edge of one pierces the other, or at both
+        /// borders of one.
+        Plates,
+        /// Three to five triangles.
+        Leaves,
+        /// Two closed solids.
+        Solids,
+        /// A closed solid sunk into a rectangular floor.
+        Sunk,
+        /// A plate through the ridge of a roof: the crossing has a kink.
+        Crease,
+        /// Three plates through a common point, in which their crossings meet.
+        Three,
+    }
 }
 
-/// What θ changes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum CrossingMoving {
-    /// A plate before what crosses; the crossing rests.
-    Front,
-    /// The camera: the crossing rests in the world.
-    Camera,
-    /// One of the bodies that cross, as an affine map.
-    One,
-    /// Every body, each on its own.
-    All,
-    /// One vertex of a body of triangles.
-    Vertex,
-    /// Every body and the camera.
-    Mixed,
-}
-
-impl CrossingKind {
-    /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::Plates, Self::Leaves, Self::Solids, Self::Sunk, Self::Crease, Self::Three];
-}
-
-impl CrossingMoving {
-    /// The crossing rests in the world.
-    pub const AT_REST: [Self; 2] = [Self::Front, Self::Camera];
-    /// It moves.
-    pub const MOVING: [Self; 4] = [Self::One, Self::All, Self::Vertex, Self::Mixed];
+choices! {
+    /// What θ changes.
+    CrossingMoving {
+        /// The crossing rests in the world.
+        AT_REST {
+            /// A plate before what crosses; the crossing rests.
+            Front,
+            /// The camera: the crossing rests in the world.
+            Camera,
+        }
+        /// It moves.
+        MOVING {
+            /// One of the bodies that cross, as an affine map.
+            One,
+            /// Every body, each on its own.
+            All,
+            /// One vertex of a body of triangles.
+            Vertex,
+            /// Every body and the camera.
+            Mixed,
+        }
+    }
 }
 
 /// All that a case depends on.
@@ -76,17 +72,12 @@ pub struct CrossingKnobs {
 
 impl CrossingKnobs {
     /// Knobs of a kind and a motion, the filter drawn from a seed.
-    #[must_use]
     pub fn random(seed: u64, kind: CrossingKind, moving: CrossingMoving) -> Self {
         let filter = Dice::new(seed, 500 + kind as u64).pick(&[Filter::Box, Filter::Tent, Filter::Gaussian]);
         Self { seed, kind, moving, filter }
     }
 
     /// The case with these knobs: the same on every machine and in every thread.
-    ///
-    /// # Panics
-    /// If a thousand attempts show no crossing, which is a mistake in this file.
-    #[must_use]
     pub fn build(&self) -> CoverageCase {
         let purpose = |attempt: u64| 1_000_000 + 100 * attempt + 10 * self.kind as u64 + self.moving as u64;
         let case = (0..1000).find_map(|attempt| self.attempt(Dice::new(self.seed, purpose(attempt))));

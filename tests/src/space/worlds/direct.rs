@@ -7,6 +7,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::moves::Affine;
 use super::stage::in_plane;
+use crate::choices::choices;
 use crate::dice::Dice;
 use crate::space::coverage::{Camera, CameraMotion};
 use crate::space::direct::DirectScene;
@@ -21,43 +22,34 @@ pub struct DirectCase {
     pub label: String,
 }
 
-/// What there is above the ground.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum DirectKind {
-    /// An emitter.
-    Open,
-    /// An emitter and one or two occluders, whose penumbras are seen.
-    Shadow,
-    /// Two emitters, one or two occluders, and a uniform environment.
-    Glowing,
+choices! {
+    /// What there is above the ground.
+    DirectKind {
+        /// An emitter.
+        Open,
+        /// An emitter and one or two occluders, whose penumbras are seen.
+        Shadow,
+        /// Two emitters, one or two occluders, and a uniform environment.
+        Glowing,
+    }
 }
 
-/// What θ changes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum DirectMoving {
-    /// The ground, along a line.
-    Ground,
-    /// The ground, about an axis.
-    GroundRotation,
-    /// The camera: position, direction and field of view.
-    Camera,
-    /// The emitters, all alike.
-    Emitters,
-    /// The occluders, all alike; the emitters where there is none.
-    Occluders,
-    /// Everything at once.
-    Mixed,
-}
-
-impl DirectKind {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Open, Self::Shadow, Self::Glowing];
-}
-
-impl DirectMoving {
-    /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::Ground, Self::GroundRotation, Self::Camera, Self::Emitters, Self::Occluders, Self::Mixed];
+choices! {
+    /// What θ changes.
+    DirectMoving {
+        /// The ground, along a line.
+        Ground,
+        /// The ground, about an axis.
+        GroundRotation,
+        /// The camera: position, direction and field of view.
+        Camera,
+        /// The emitters, all alike.
+        Emitters,
+        /// The occluders, all alike; the emitters where there is none.
+        Occluders,
+        /// Everything at once.
+        Mixed,
+    }
 }
 
 /// All that a case depends on.
@@ -75,7 +67,6 @@ pub struct DirectKnobs {
 
 impl DirectKnobs {
     /// Knobs of a kind, all others drawn from a seed.
-    #[must_use]
     pub fn random(seed: u64, kind: DirectKind) -> Self {
         let mut dice = Dice::new(seed, u64::MAX - kind as u64);
         let filter = dice.pick(&[Filter::Box, Filter::Tent, Filter::Gaussian]);
@@ -83,16 +74,11 @@ impl DirectKnobs {
     }
 
     /// Knobs drawn from a seed.
-    #[must_use]
     pub fn any(seed: u64) -> Self {
         Self::random(seed, Dice::new(seed, u64::MAX / 2).pick(&DirectKind::ALL))
     }
 
     /// The case with these knobs: the same on every machine and in every thread.
-    ///
-    /// # Panics
-    /// If a generator is wrong: in a thousand arrangements in a row, the camera sees too much.
-    #[must_use]
     pub fn build(&self) -> DirectCase {
         for attempt in 0..1000 {
             let dice = Dice::new(self.seed, 1000 * self.kind as u64 + attempt);

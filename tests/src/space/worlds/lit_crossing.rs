@@ -10,52 +10,49 @@ use glam::{DMat3, DVec3};
 use super::direct::{DirectCase, camera_motion, fits, ground, lamp};
 use super::moves::Affine;
 use super::stage::in_plane;
+use crate::choices::choices;
 use crate::dice::Dice;
 use crate::space::constants::{BOX_FACES, box_corners};
 use crate::space::coverage::{Mesh, Motion, crossings};
 use crate::space::direct::DirectScene;
 use crate::space::irradiance::Surface;
 
-/// What passes through what.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum LitCrossingKind {
-    /// A black plate through the lamp.
-    Plate,
-    /// A black box through the lamp.
-    Block,
-    /// A lamp through a black ceiling.
-    Ceiling,
-    /// Two black plates through one another, before the lamp.
-    Shadows,
-    /// A black plate that stands in the ground, before the camera.
-    Fence,
-    /// A black box sunk into the ground, before the camera.
-    Sunk,
+choices! {
+    /// What passes through what.
+    LitCrossingKind {
+        /// Where the camera sees the ground alone.
+        UNSEEN {
+            /// A black plate through the lamp.
+            Plate,
+            /// A black box through the lamp.
+            Block,
+            /// A lamp through a black ceiling.
+            Ceiling,
+            /// Two black plates through one another, before the lamp.
+            Shadows,
+        }
+        /// Where it sees what passes through the ground.
+        SEEN {
+            /// A black plate that stands in the ground, before the camera.
+            Fence,
+            /// A black box sunk into the ground, before the camera.
+            Sunk,
+        }
+    }
 }
 
-/// What θ changes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum LitCrossingMoving {
-    /// The camera: all crossings rest in the world.
-    Camera,
-    /// The lamp.
-    Lamp,
-    /// One black body.
-    Body,
-    /// Every body and the lamp, each on its own, and the ground.
-    All,
-}
-
-impl LitCrossingKind {
-    /// Where the camera sees the ground alone.
-    pub const UNSEEN: [Self; 4] = [Self::Plate, Self::Block, Self::Ceiling, Self::Shadows];
-    /// Where it sees what passes through the ground.
-    pub const SEEN: [Self; 2] = [Self::Fence, Self::Sunk];
-}
-
-impl LitCrossingMoving {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Camera, Self::Lamp, Self::Body, Self::All];
+choices! {
+    /// What θ changes.
+    LitCrossingMoving {
+        /// The camera: all crossings rest in the world.
+        Camera,
+        /// The lamp.
+        Lamp,
+        /// One black body.
+        Body,
+        /// Every body and the lamp, each on its own, and the ground.
+        All,
+    }
 }
 
 /// All that a case depends on.
@@ -71,10 +68,6 @@ pub struct LitCrossing {
 
 impl LitCrossing {
     /// The case with these knobs: the same on every machine and in every thread.
-    ///
-    /// # Panics
-    /// If a thousand attempts show no crossing, which is a mistake in this file.
-    #[must_use]
     pub fn build(&self) -> DirectCase {
         let purpose = |attempt: u64| 3_000_000 + 100 * attempt + 10 * self.kind as u64 + self.moving as u64;
         let case = (0..1000).find_map(|attempt| {

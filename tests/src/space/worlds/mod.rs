@@ -1,9 +1,8 @@
 //! Random cases of three dimensions: generic by what happens in them, and degenerate in a named way.
 //!
-//! A case is built from its knobs by `build`; `random` draws the knobs of a kind from a seed, and
-//! [`coverage`](coverage()), [`direct`](direct()) and [`irradiance`](irradiance()) draw the kind as
-//! well. All cases have a derivative. Velocities are proportional to the size of the world, so that
-//! derivatives with respect to θ are of order one for worlds of all sizes.
+//! A case is built from its knobs by `build`; `random` draws the knobs of a kind from a seed. All cases have a
+//! derivative. Velocities are proportional to the size of the world, so that derivatives with respect to θ are of order
+//! one for worlds of all sizes.
 
 mod coverage;
 mod crossing;
@@ -19,21 +18,3 @@ pub use crossing::{CrossingKind, CrossingKnobs, CrossingMoving};
 pub use direct::{DirectCase, DirectKind, DirectKnobs, DirectMoving};
 pub use irradiance::{IrradianceCase, IrradianceKind, IrradianceKnobs, IrradianceMoving};
 pub use lit_crossing::{LitCrossing, LitCrossingKind, LitCrossingMoving};
-
-/// A case of [`crate::space::coverage`], of any kind, with any motion and filter.
-#[must_use]
-pub fn coverage(seed: u64) -> CoverageCase {
-    CoverageKnobs::any(seed).build()
-}
-
-/// A case of [`crate::space::direct`], of any kind, with any motion and filter.
-#[must_use]
-pub fn direct(seed: u64) -> DirectCase {
-    DirectKnobs::any(seed).build()
-}
-
-/// A case of [`crate::space::irradiance`], of any kind, with any motion.
-#[must_use]
-pub fn irradiance(seed: u64) -> IrradianceCase {
-    IrradianceKnobs::any(seed).build()
-}

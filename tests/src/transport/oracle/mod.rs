@@ -57,10 +57,6 @@ const INNER: Precision = Precision { relative: 1e-8, halvings: 30, pieces: 500 }
 ///
 /// The time is that of N² visibility tests per node, for N lines, and the number of nodes grows
 /// a few hundred times with each scattering event after the first: three are too many.
-///
-/// # Panics
-/// If the change was made for another world.
-#[must_use]
 pub fn image(world: &World, camera: &Camera, change: &Tangent, bounces: usize) -> Vec<PixelOracle> {
     change.check(world).expect("the change fits its world");
     let scene = Scene::new(world, camera, change);

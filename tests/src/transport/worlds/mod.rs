@@ -10,6 +10,7 @@ mod things;
 use flatland::plane::Filter;
 use flatland::transport::{Camera, Film, Shape, Tangent, World};
 
+use crate::choices::choices;
 use crate::dice::Dice;
 use scenes::Arrangement;
 
@@ -26,81 +27,80 @@ pub struct Case {
     pub label: String,
 }
 
-/// What happens in a world, or what is degenerate about it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Kind {
-    /// A receiver that fills the view and a light, wholly visible from all of it: over the film,
-    /// nothing jumps.
-    Direct,
-    /// A receiver, a light, and things between them.
-    Shadows,
-    /// The same with lobes 0.02 to 0.5 wide.
-    Glossy,
-    /// The same in an environment of its own light.
-    Glowing,
-    /// Up to five lights.
-    ManyLights,
-    /// A closed room around everything, of an albedo below 0.8.
-    Room,
-    /// A light 10⁻⁹ to 10⁻¹ over the line of the receiver.
-    GrazingLight,
-    /// A light 10⁻¹² to 10⁻³ long.
-    TinyEmitter,
-    /// A camera 10⁻⁹ to 10⁻² from a wall.
-    NearWall,
-    /// Lobes 10⁻⁶ to 10⁻² wide.
-    NearSpecular,
-    /// Polygons 10³ to 10⁶ times as long as wide.
-    Sliver,
-    /// Vertices 10⁻⁹ to 10⁻⁴ from one line through the camera.
-    Aligned,
-    /// 10⁶ times as large as the others.
-    Large,
-    /// 10⁻⁶ times as large.
-    Small,
+choices! {
+    /// What happens in a world, or what is degenerate about it.
+    Kind {
+        /// Kinds without anything degenerate.
+        GENERIC {
+            /// A receiver that fills the view and a light, wholly visible from all of it: over the film,
+            /// nothing jumps.
+            Direct,
+            /// A receiver, a light, and things between them.
+            Shadows,
+            /// The same with lobes 0.02 to 0.5 wide.
+            Glossy,
+            /// The same in an environment of its own light.
+            Glowing,
+            /// Up to five lights.
+            ManyLights,
+            /// A closed room around everything, of an albedo below 0.8.
+            Room,
+        }
+        /// All others.
+        DEGENERATE {
+            /// A light 10⁻⁹ to 10⁻¹ over the line of the receiver.
+            GrazingLight,
+            /// A light 10⁻¹² to 10⁻³ long.
+            TinyEmitter,
+            /// A camera 10⁻⁹ to 10⁻² from a wall.
+            NearWall,
+            /// Lobes 10⁻⁶ to 10⁻² wide.
+            NearSpecular,
+            /// Polygons 10³ to 10⁶ times as long as wide.
+            Sliver,
+            /// Vertices 10⁻⁹ to 10⁻⁴ from one line through the camera.
+            Aligned,
+            /// 10⁶ times as large as the others.
+            Large,
+            /// 10⁻⁶ times as large.
+            Small,
+        }
+    }
 }
 
-/// What θ changes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Moving {
-    /// Some shapes, along a line.
-    Translate,
-    /// Some shapes, about a point.
-    Rotate,
-    /// Some shapes, away from a point.
-    Scale,
-    /// One vertex.
-    Vertex,
-    /// The camera's position.
-    CameraPosition,
-    /// The camera's angle.
-    CameraAngle,
-    /// The field of view.
-    FieldOfView,
-    /// Every parameter of every material.
-    Material,
-    /// The environment's radiance.
-    Environment,
-    /// Everything at once.
-    Mixed,
+choices! {
+    /// What θ changes.
+    Moving {
+        /// Those of geometry.
+        GEOMETRIC {
+            /// Some shapes, along a line.
+            Translate,
+            /// Some shapes, about a point.
+            Rotate,
+            /// Some shapes, away from a point.
+            Scale,
+            /// One vertex.
+            Vertex,
+            /// The camera's position.
+            CameraPosition,
+            /// The camera's angle.
+            CameraAngle,
+            /// The field of view.
+            FieldOfView,
+        }
+        /// All others.
+        OTHER {
+            /// Every parameter of every material.
+            Material,
+            /// The environment's radiance.
+            Environment,
+            /// Everything at once.
+            Mixed,
+        }
+    }
 }
 
 impl Kind {
-    /// Kinds without anything degenerate.
-    pub const GENERIC: [Self; 6] =
-        [Self::Direct, Self::Shadows, Self::Glossy, Self::Glowing, Self::ManyLights, Self::Room];
-    /// All others.
-    pub const DEGENERATE: [Self; 8] = [
-        Self::GrazingLight,
-        Self::TinyEmitter,
-        Self::NearWall,
-        Self::NearSpecular,
-        Self::Sliver,
-        Self::Aligned,
-        Self::Large,
-        Self::Small,
-    ];
-
     /// The unit of length.
     fn unit(self) -> f64 {
         match self {
@@ -109,32 +109,6 @@ impl Kind {
             _ => 1.0,
         }
     }
-}
-
-impl Moving {
-    /// All of them.
-    pub const ALL: [Self; 10] = [
-        Self::Translate,
-        Self::Rotate,
-        Self::Scale,
-        Self::Vertex,
-        Self::CameraPosition,
-        Self::CameraAngle,
-        Self::FieldOfView,
-        Self::Material,
-        Self::Environment,
-        Self::Mixed,
-    ];
-    /// Those of geometry.
-    pub const GEOMETRIC: [Self; 7] = [
-        Self::Translate,
-        Self::Rotate,
-        Self::Scale,
-        Self::Vertex,
-        Self::CameraPosition,
-        Self::CameraAngle,
-        Self::FieldOfView,
-    ];
 }
 
 /// All that a case depends on.
@@ -156,7 +130,6 @@ pub struct Knobs {
 
 impl Knobs {
     /// Knobs drawn from a seed.
-    #[must_use]
     pub fn random(seed: u64, kind: Kind) -> Self {
         let mut dice = Dice::new(seed, u64::MAX - kind as u64);
         let filter = dice.pick(&[Filter::Box, Filter::Tent, Filter::Gaussian]);
@@ -165,10 +138,6 @@ impl Knobs {
     }
 
     /// The case with these knobs: the same on every machine and in every thread.
-    ///
-    /// # Panics
-    /// If a generator is wrong: a thousand arrangements of a kind in a row meet themselves.
-    #[must_use]
     pub fn build(&self) -> Case {
         let unit = self.kind.unit();
         for attempt in 0..1000 {
@@ -188,7 +157,6 @@ impl Knobs {
 }
 
 /// The case of a kind with all other knobs drawn from a seed.
-#[must_use]
 pub fn random(seed: u64, kind: Kind) -> Case {
     Knobs::random(seed, kind).build()
 }
@@ -210,7 +178,7 @@ mod tests {
     fn every_kind_is_built_repeatably_and_quickly() {
         let start = std::time::Instant::now();
         let mut count = 0_u32;
-        for kind in Kind::GENERIC.into_iter().chain(Kind::DEGENERATE) {
+        for kind in Kind::ALL {
             for seed in 0..50 {
                 let [a, b] = [random(seed, kind), random(seed, kind)];
                 assert_eq!(format!("{a:?}"), format!("{b:?}"));

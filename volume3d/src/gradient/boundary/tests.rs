@@ -6,11 +6,12 @@ use super::warped::tests::{bent, sheet};
 use super::*;
 use crate::geometry::Mesh;
 use crate::gradient::accumulator::Sums;
-use crate::gradient::tests::{Comparisons, at, down, film, filters, random_tangent, rate_of_square, room};
-use crate::gradient::tests::{square, terms, thorough, total, up};
+use crate::gradient::tests::{
+    Comparisons, at, down, film, filters, random_adjoint, random_tangent, rate_of_square, room, square,
+    terms, thorough, total, up,
+};
 use crate::gradient::{ActiveParameters, EdgeSampling, Progress, Tangent};
 use crate::scene::{Camera, Description, Filter, Integrator, Material};
-use flatland::random::{open01, stream};
 
 #[test]
 fn the_edge_of_a_square_moves_its_area() {
@@ -62,10 +63,7 @@ fn forward_and_reverse_are_transposes() {
         for scene in [room(filter), square(filter)] {
             let mut change = random_tangent(&scene, 3);
             change.normals.fill(DVec3::ZERO);
-            let mut rng = stream(5, &[]);
-            let pixels = scene.size().0 * scene.size().1;
-            let mut random = || DVec3::from_array(std::array::from_fn(|_| open01(&mut rng) - 0.5));
-            let adjoint: Vec<DVec3> = (0..pixels).map(|_| random()).collect();
+            let adjoint = random_adjoint(scene.size().0 * scene.size().1);
             let method = EdgeSampling { samples: 4, primary: 4, secondary: 20, seed: 0 };
             let image = method.forward(&scene, &change, &Progress::none()).unwrap();
             let active = ActiveParameters::everything(&scene);

@@ -1,11 +1,10 @@
 //! Mutated files: whatever is in a file, readers return. The same mutations each time.
 
-use std::io::{Cursor, Write};
-
 use flatland::random::{open01, stream};
 use glam::DVec3;
 use image::{DynamicImage, ImageBuffer, ImageFormat};
 
+use super::{encoded, gzipped};
 use crate::io::fuzz;
 
 /// Runs `target` on `count` mutations of the seeds.
@@ -66,18 +65,6 @@ const HOSTILE: [&[u8]; 18] = [
     b"\xff\xff\xff\x7f",
     b"\r",
 ];
-
-fn encoded(format: ImageFormat, image: impl Into<DynamicImage>) -> Vec<u8> {
-    let mut bytes = vec![];
-    image.into().write_to(&mut Cursor::new(&mut bytes), format).unwrap();
-    bytes
-}
-
-fn gzipped(bytes: &[u8]) -> Vec<u8> {
-    let mut encoder = flate2::write::GzEncoder::new(vec![], flate2::Compression::fast());
-    encoder.write_all(bytes).unwrap();
-    encoder.finish().unwrap()
-}
 
 #[test]
 fn obj() {

@@ -5,17 +5,11 @@ use std::io::Cursor;
 use glam::DVec3;
 use image::{DynamicImage, ImageBuffer, ImageFormat, Luma, Rgb, Rgba};
 
-use super::{check_messages, here, message};
+use super::{check_messages, encoded, here, message};
 use crate::io::{
     Image, load_image, read_exr, read_image, signed_colour, signed_range, write_exr, write_png,
     write_signed_png,
 };
-
-fn encode(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
-    let mut bytes = vec![];
-    image.into().write_to(&mut Cursor::new(&mut bytes), format).unwrap();
-    bytes
-}
 
 fn signed() -> Image {
     let pixels = (0..6).map(|i| DVec3::new(f64::from(i) - 2.5, 0.25, -1e-20)).collect();
@@ -48,7 +42,7 @@ fn exr_keeps_what_is_not_finite_and_textures_refuse_it() {
 #[test]
 fn png_is_srgb_unless_raw() {
     let eight = ImageBuffer::from_raw(2, 1, vec![0_u8, 128, 255, 10, 11, 12]).unwrap();
-    let bytes = encode(DynamicImage::ImageRgb8(eight), ImageFormat::Png);
+    let bytes = encoded(ImageFormat::Png, DynamicImage::ImageRgb8(eight));
     let linear = read_image(&bytes, here("a.png"), false).unwrap();
     // 128/255 in sRGB (IEC 61966-2-1).
     assert!(
@@ -61,7 +55,7 @@ fn png_is_srgb_unless_raw() {
     assert_eq!(raw.pixels[0], DVec3::new(0.0, 128.0 / 255.0, 1.0));
 
     let sixteen: ImageBuffer<Rgb<u16>, _> = ImageBuffer::from_raw(1, 1, vec![1_u16, 2, 65535]).unwrap();
-    let bytes = encode(DynamicImage::ImageRgb16(sixteen), ImageFormat::Png);
+    let bytes = encoded(ImageFormat::Png, DynamicImage::ImageRgb16(sixteen));
     let raw = read_image(&bytes, here("a.png"), true).unwrap();
     assert_eq!(raw.pixels[0], DVec3::new(1.0, 2.0, 65535.0) / 65535.0);
 }
@@ -69,17 +63,17 @@ fn png_is_srgb_unless_raw() {
 #[test]
 fn alpha_is_left_out_and_grey_becomes_colour() {
     let rgba: ImageBuffer<Rgba<u8>, _> = ImageBuffer::from_raw(1, 1, vec![255_u8, 0, 0, 0]).unwrap();
-    let bytes = encode(DynamicImage::ImageRgba8(rgba), ImageFormat::Png);
+    let bytes = encoded(ImageFormat::Png, DynamicImage::ImageRgba8(rgba));
     assert_eq!(read_image(&bytes, here("a.png"), false).unwrap().pixels, [DVec3::X]);
     let grey: ImageBuffer<Luma<u8>, _> = ImageBuffer::from_raw(1, 1, vec![255_u8]).unwrap();
-    let bytes = encode(DynamicImage::ImageLuma8(grey), ImageFormat::Png);
+    let bytes = encoded(ImageFormat::Png, DynamicImage::ImageLuma8(grey));
     assert_eq!(read_image(&bytes, here("a.png"), false).unwrap().pixels, [DVec3::ONE]);
 }
 
 #[test]
 fn radiance_hdr_is_linear() {
     let rgb: ImageBuffer<Rgb<f32>, _> = ImageBuffer::from_raw(1, 1, vec![0.5_f32, 2.0, 8.0]).unwrap();
-    let bytes = encode(DynamicImage::ImageRgb32F(rgb), ImageFormat::Hdr);
+    let bytes = encoded(ImageFormat::Hdr, DynamicImage::ImageRgb32F(rgb));
     // One exponent for all: 8 bits below the largest channel.
     let pixel = read_image(&bytes, here("a.hdr"), false).unwrap().pixels[0];
     assert!((pixel - DVec3::new(0.5, 2.0, 8.0)).abs().max_element() <= 16.0 / 256.0, "{pixel}");
@@ -140,7 +134,7 @@ fn signed_png_states_its_range() {
 #[test]
 fn exr_tiles_larger_than_the_file_are_refused() {
     let image = DynamicImage::ImageRgb32F(ImageBuffer::from_pixel(4, 4, Rgb([0.5_f32; 3])));
-    let mut bytes = encode(image, ImageFormat::OpenExr);
+    let mut bytes = encoded(ImageFormat::OpenExr, image);
     read_image(&bytes, here("a.exr"), false).unwrap();
     // A name, its type and a length come before width and height.
     let tiles = b"tiles\0tiledesc\0\x09\0\0\0";
@@ -169,10 +163,8 @@ fn a_header_that_lies_is_refused() {
 #[test]
 fn errors() {
     let bad = Image { width: 2, height: 2, pixels: vec![DVec3::ZERO; 3] };
-    let exr = encode(
-        DynamicImage::ImageRgb32F(ImageBuffer::from_pixel(4, 4, Rgb([0.5_f32; 3]))),
-        ImageFormat::OpenExr,
-    );
+    let grey = DynamicImage::ImageRgb32F(ImageBuffer::from_pixel(4, 4, Rgb([0.5_f32; 3])));
+    let exr = encoded(ImageFormat::OpenExr, grey);
     let folder = tempfile::tempdir().unwrap();
     let png = folder.path().join("a.png");
     write_png(&png, &signed()).unwrap();

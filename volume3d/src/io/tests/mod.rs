@@ -11,7 +11,10 @@ mod scene;
 mod scene_errors;
 mod write_scene;
 
+use std::io::{Cursor, Write as _};
 use std::path::Path;
+
+use ::image::{DynamicImage, ImageFormat};
 
 use super::Error;
 
@@ -47,4 +50,17 @@ fn check_table(table: &str, refused: impl Fn(&str) -> String) {
 
 fn here(name: &str) -> &Path {
     Path::new(name)
+}
+
+/// An image as a file.
+fn encoded(format: ImageFormat, image: impl Into<DynamicImage>) -> Vec<u8> {
+    let mut bytes = vec![];
+    image.into().write_to(&mut Cursor::new(&mut bytes), format).unwrap();
+    bytes
+}
+
+fn gzipped(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = flate2::write::GzEncoder::new(vec![], flate2::Compression::fast());
+    encoder.write_all(bytes).unwrap();
+    encoder.finish().unwrap()
 }

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{check_messages, here, message};
+use super::{check_table, here, message};
 use crate::geometry::{Mesh, Normals};
 use crate::io::{Error, read_obj};
 
@@ -67,48 +67,52 @@ fn an_empty_file_is_an_empty_mesh() {
 
 #[test]
 fn errors_name_the_line() {
-    let case = |text: &str| message(read(&format!("{CORNERS}{text}")));
-    check_messages(&[
-        (case("v 1 2"), "m.obj:5: expected v x y z, found \"v 1 2\""),
-        (case("v 1 2 x"), "m.obj:5: expected v x y z, found \"v 1 2 x\""),
-        (case("v 1 nan 3"), "m.obj:5: expected v x y z, found \"v 1 nan 3\""),
-        (case("v 1 2 3 4 5"), "m.obj:5: expected v x y z, found \"v 1 2 3 4 5\""),
-        (
-            case("v 1 2 3 2"),
-            "m.obj:5: a vertex of weight other than 1 is not supported; divide x, y and z by it",
-        ),
-        (case("vn 1 2"), "m.obj:5: expected vn x y z, found \"vn 1 2\""),
-        (case("vt"), "m.obj:5: expected vt u v, found \"vt\""),
-        (case("\n\nf 1 2"), "m.obj:7: a face of 2 corners; a face needs at least 3"),
-        (case("f 1 2 5"), "m.obj:5: the face refers to vertex 5, but there are 4 so far"),
-        (case("f 1 2 0"), "m.obj:5: the face refers to vertex 0, but there are 4 so far"),
-        (case("f 1 2 -5"), "m.obj:5: the face refers to vertex -5, but there are 4 so far"),
-        (case("f 1/1 2/1 3/1"), "m.obj:5: the face refers to texture coordinate 1, but there are 0 so far"),
-        (case("f 1//1 2//1 3//1"), "m.obj:5: the face refers to normal 1, but there are 0 so far"),
-        (
-            case("f 1/2/3/4 2 3"),
-            "m.obj:5: expected a corner v, v/vt, v//vn or v/vt/vn of whole numbers, found \"1/2/3/4\"",
-        ),
-        (
-            case("f 1/ 2/ 3/"),
-            "m.obj:5: expected a corner v, v/vt, v//vn or v/vt/vn of whole numbers, found \"1/\"",
-        ),
-        (
-            case("vn 0 0 1\nf 1//1 2//1 3//1\nf 1 2 3"),
-            "m.obj:7: some corners have normals and others have none; give all or none",
-        ),
-        (
-            case("vt 0 0\nf 1/1 2 3"),
-            "m.obj:6: some corners have texture coordinates and others have none; give all or none",
-        ),
-        (
-            case("vp 0 0"),
-            "m.obj:5: the keyword \"vp\" is not supported; supported: v, vt, vn, f, and without effect g, o, \
-             s, usemtl, mtllib, p, l",
-        ),
-        (
-            message(read_obj(b"v 1 2 3\nv \xff 2 3\n", here("m.obj"))),
-            "m.obj:2: expected UTF-8 text, found \"v \u{fffd} 2 3\"",
-        ),
-    ]);
+    check_table(
+        r#"
+v 1 2
+    m.obj:5: expected v x y z, found "v 1 2"
+v 1 2 x
+    m.obj:5: expected v x y z, found "v 1 2 x"
+v 1 nan 3
+    m.obj:5: expected v x y z, found "v 1 nan 3"
+v 1 2 3 4 5
+    m.obj:5: expected v x y z, found "v 1 2 3 4 5"
+v 1 2 3 2
+    m.obj:5: a vertex of weight other than 1 is not supported; divide x, y and z by it
+vn 1 2
+    m.obj:5: expected vn x y z, found "vn 1 2"
+vt
+    m.obj:5: expected vt u v, found "vt"
+
+
+f 1 2
+    m.obj:7: a face of 2 corners; a face needs at least 3
+f 1 2 5
+    m.obj:5: the face refers to vertex 5, but there are 4 so far
+f 1 2 0
+    m.obj:5: the face refers to vertex 0, but there are 4 so far
+f 1 2 -5
+    m.obj:5: the face refers to vertex -5, but there are 4 so far
+f 1/1 2/1 3/1
+    m.obj:5: the face refers to texture coordinate 1, but there are 0 so far
+f 1//1 2//1 3//1
+    m.obj:5: the face refers to normal 1, but there are 0 so far
+f 1/2/3/4 2 3
+    m.obj:5: expected a corner v, v/vt, v//vn or v/vt/vn of whole numbers, found "1/2/3/4"
+f 1/ 2/ 3/
+    m.obj:5: expected a corner v, v/vt, v//vn or v/vt/vn of whole numbers, found "1/"
+vn 0 0 1
+f 1//1 2//1 3//1
+f 1 2 3
+    m.obj:7: some corners have normals and others have none; give all or none
+vt 0 0
+f 1/1 2 3
+    m.obj:6: some corners have texture coordinates and others have none; give all or none
+vp 0 0
+    m.obj:5: the keyword "vp" is not supported; supported: v, vt, vn, f, and without effect g, o, s, usemtl, mtllib, p, l
+"#,
+        |text| message(read(&format!("{CORNERS}{text}"))),
+    );
+    let latin = message(read_obj(b"v 1 2 3\nv \xff 2 3\n", here("m.obj")));
+    assert_eq!(latin, "m.obj:2: expected UTF-8 text, found \"v \u{fffd} 2 3\"");
 }

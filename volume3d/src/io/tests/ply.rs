@@ -1,10 +1,8 @@
 //! Stanford PLY.
 
-use std::io::Write;
-
 use glam::{DVec2, DVec3};
 
-use super::{check_messages, here, message};
+use super::{check_table, gzipped, here, message};
 use crate::geometry::{Attribute, Mesh, Normals};
 use crate::io::{Error, load_mesh, read_ply, write_ply};
 
@@ -14,12 +12,6 @@ fn read(bytes: impl AsRef<[u8]>) -> Result<Mesh, Error> {
 
 const XYZ: &str = "property float x\nproperty float y\nproperty float z\n";
 const FACES: &str = "property list uchar int vertex_indices\n";
-
-fn ascii(vertex: &str, faces: usize, body: &str) -> String {
-    format!(
-        "ply\nformat ascii 1.0\ncomment c\nelement vertex 3\n{vertex}element face {faces}\n{FACES}end_header\n{body}"
-    )
-}
 
 #[test]
 fn ascii_with_everything() {
@@ -92,9 +84,8 @@ fn duplicated_vertices_are_one_place_and_a_crease() {
 fn gzip_is_seen_by_its_first_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("m.ply.gz");
-    let mut encoder = flate2::write::GzEncoder::new(vec![], flate2::Compression::fast());
-    encoder.write_all(ascii(XYZ, 1, "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").as_bytes()).unwrap();
-    let bytes = encoder.finish().unwrap();
+    let header = format!("ply\nformat ascii 1.0\nelement vertex 3\n{XYZ}element face 1\n{FACES}end_header\n");
+    let bytes = gzipped(format!("{header}0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").as_bytes());
     std::fs::write(&path, &bytes).unwrap();
     assert_eq!(load_mesh(&path).unwrap().triangles(), [[0, 1, 2]]);
     std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
@@ -132,98 +123,93 @@ fn written_meshes_are_read_again() {
     assert_eq!(load_mesh(&path).unwrap().positions(), [DVec3::X]);
 }
 
+/// What a text is refused with, of which `|` ends the lines, and some stand for more.
+fn refused(text: &str) -> String {
+    let texts =
+        [("START", "ply|format ascii 1.0"), ("VERTEX", "element vertex 3"), ("CORNERS", "0 0 0|1 0 0|0 1 0")];
+    let text = texts.iter().fold(text.to_owned(), |text, (name, meaning)| text.replace(name, meaning));
+    message(read(text.replace("XYZ|", XYZ).replace("FACES|", FACES).replace('|', "\n")))
+}
+
 #[test]
 fn headers_that_are_refused() {
-    let case = |lines: &str| message(read(format!("ply\nformat ascii 1.0\n{lines}")));
-    let vertex = format!("element vertex 3\n{XYZ}");
-    check_messages(&[
-        (message(read("")), "m.ply:1: expected \"ply\", found \"\""),
-        (message(read("plx\nformat")), "m.ply:1: expected \"ply\", found \"plx\""),
-        (message(read("ply\nformat ascii 1.0\n")), "m.ply:3: the file ends before end_header"),
-        (
-            message(read("ply\nformat text 1.0\n")),
-            "m.ply:2: expected format ascii, binary_little_endian or binary_big_endian 1.0, found \"format text \
-             1.0\"",
-        ),
-        (message(read("ply\nend_header\n")), "m.ply:2: the header has no line \"format …\""),
-        (
-            case("vertices 3\n"),
-            "m.ply:3: expected comment, format, element, property or end_header, found \"vertices 3\"",
-        ),
-        (case("element vertex -3\n"), "m.ply:3: expected element NAME COUNT, found \"element vertex -3\""),
-        (
-            case("property float x\n"),
-            "m.ply:3: expected an element before its properties, found \"property float x\"",
-        ),
-        (
-            case("element a 1\nproperty real x\n"),
-            "m.ply:4: expected property TYPE NAME or property list INTEGER_TYPE TYPE NAME, found \"property \
-             real x\"",
-        ),
-        (
-            case("element a 1\nproperty list float int x\n"),
-            "m.ply:4: expected property TYPE NAME or property list INTEGER_TYPE TYPE NAME, found \"property list \
-             float int x\"",
-        ),
-        (
-            case("element a 1\nproperty int x\nproperty int x\n"),
-            "m.ply:5: expected each property once, found \"property int x\"",
-        ),
-        (case("element a 1\nelement a 1\n"), "m.ply:4: expected each element once, found \"a\""),
-        (
-            case("element tristrips 1\n"),
-            "m.ply:3: the element \"tristrips\" is not supported; save the mesh with an element \"face\"",
-        ),
-        (case("end_header\n"), "m.ply:3: the header has no element vertex"),
-        (case(&format!("{vertex}end_header\n")), "m.ply:7: the header has no element face"),
-        (
-            case(&format!("{vertex}element face 1\nend_header\n")),
-            "m.ply:8: the header has no list vertex_index or vertex_indices in its element face",
-        ),
-        (
-            case(&format!("element face 1\n{FACES}{vertex}end_header\n")),
-            "m.ply:9: expected vertices before faces, found \"face\"",
-        ),
-        (
-            case("element face 1\nproperty list uchar float vertex_index\n"),
-            "m.ply:4: expected indices of an integer type, found \"property list uchar float vertex_index\"",
-        ),
-        (
-            message(read(ascii("property float x\nproperty float y\n", 1, ""))),
-            "m.ply: the header has no vertex properties x, y and z",
-        ),
-        (
-            message(read(ascii(&format!("{XYZ}property float nx\n"), 1, ""))),
-            "m.ply: the header has no vertex properties nx, ny and nz (all or none)",
-        ),
-        (
-            message(read(ascii(&format!("{XYZ}property float u\n"), 1, ""))),
-            "m.ply: the header has no vertex properties u and v (both or none)",
-        ),
-    ]);
+    assert_eq!(message(read("")), "m.ply:1: expected \"ply\", found \"\"");
+    check_table(
+        r#"
+plx|format
+    m.ply:1: expected "ply", found "plx"
+START
+    m.ply:3: the file ends before end_header
+ply|format text 1.0
+    m.ply:2: expected format ascii, binary_little_endian or binary_big_endian 1.0, found "format text 1.0"
+ply|end_header
+    m.ply:2: the header has no line "format …"
+START|vertices 3
+    m.ply:3: expected comment, format, element, property or end_header, found "vertices 3"
+START|element vertex -3
+    m.ply:3: expected element NAME COUNT, found "element vertex -3"
+START|property float x
+    m.ply:3: expected an element before its properties, found "property float x"
+START|element a 1|property real x
+    m.ply:4: expected property TYPE NAME or property list INTEGER_TYPE TYPE NAME, found "property real x"
+START|element a 1|property list float int x
+    m.ply:4: expected property TYPE NAME or property list INTEGER_TYPE TYPE NAME, found "property list float int x"
+START|element a 1|property int x|property int x
+    m.ply:5: expected each property once, found "property int x"
+START|element a 1|element a 1
+    m.ply:4: expected each element once, found "a"
+START|element tristrips 1
+    m.ply:3: the element "tristrips" is not supported; save the mesh with an element "face"
+START|end_header
+    m.ply:3: the header has no element vertex
+START|VERTEX|XYZ|end_header
+    m.ply:7: the header has no element face
+START|VERTEX|XYZ|element face 1|end_header
+    m.ply:8: the header has no list vertex_index or vertex_indices in its element face
+START|element face 1|FACES|VERTEX|XYZ|end_header
+    m.ply:9: expected vertices before faces, found "face"
+START|element face 1|property list uchar float vertex_index
+    m.ply:4: expected indices of an integer type, found "property list uchar float vertex_index"
+START|VERTEX|property float x|property float y|element face 1|FACES|end_header
+    m.ply: the header has no vertex properties x, y and z
+START|VERTEX|XYZ|property float nx|element face 1|FACES|end_header
+    m.ply: the header has no vertex properties nx, ny and nz (all or none)
+START|VERTEX|XYZ|property float u|element face 1|FACES|end_header
+    m.ply: the header has no vertex properties u and v (both or none)
+"#,
+        |lines| refused(&format!("{lines}|")),
+    );
 }
 
 #[test]
 fn bodies_that_are_refused() {
-    let corners = "0 0 0\n1 0 0\n0 1 0\n";
-    let case = |body: &str| message(read(ascii(XYZ, 1, body)));
-    let face = |face: &str| case(&format!("{corners}{face}"));
-    check_messages(&[
-        (case("0 0 0\n1 0"), "m.ply:12: the file ends before the end of vertex 1"),
-        (case("0 0 zero"), "m.ply:11: expected a number, found \"zero\""),
-        (case("0 0 nan 1 0 0 0 1 0 3 0 1 2"), "m.ply: position 0 is not finite"),
-        (face("3 0 1 3"), "m.ply:14: the face refers to vertex 3, but there are 3 so far"),
-        (face("3 0 1 -1"), "m.ply:14: the face refers to vertex -1, but there are 3 so far"),
-        (face("3 0 1 1.5"), "m.ply:14: expected a whole number, found \"1.5\""),
-        (face("2 0 1"), "m.ply:14: a face of 2 corners; a face needs at least 3"),
-        (face("-3 0 1 2"), "m.ply:14: expected the length of a list, found \"-3\""),
-        (
-            face("4000000000 0 1 2"),
-            "m.ply:14: the file ends before the 4000000000 values of the list \"vertex_indices\"",
-        ),
-        (face("3 0 1"), "m.ply:14: the file ends before the 3 values of the list \"vertex_indices\""),
-        (face("3 0 1 2\n3 0 1 2"), "m.ply:15: 7 bytes follow the last element that the header announces"),
-    ]);
+    check_table(
+        r#"
+0 0 0|1 0
+    m.ply:12: the file ends before the end of vertex 1
+0 0 zero
+    m.ply:11: expected a number, found "zero"
+0 0 nan 1 0 0 0 1 0 3 0 1 2
+    m.ply: position 0 is not finite
+CORNERS|3 0 1 3
+    m.ply:14: the face refers to vertex 3, but there are 3 so far
+CORNERS|3 0 1 -1
+    m.ply:14: the face refers to vertex -1, but there are 3 so far
+CORNERS|3 0 1 1.5
+    m.ply:14: expected a whole number, found "1.5"
+CORNERS|2 0 1
+    m.ply:14: a face of 2 corners; a face needs at least 3
+CORNERS|-3 0 1 2
+    m.ply:14: expected the length of a list, found "-3"
+CORNERS|4000000000 0 1 2
+    m.ply:14: the file ends before the 4000000000 values of the list "vertex_indices"
+CORNERS|3 0 1
+    m.ply:14: the file ends before the 3 values of the list "vertex_indices"
+CORNERS|3 0 1 2|3 0 1 2
+    m.ply:15: 7 bytes follow the last element that the header announces
+"#,
+        |body| refused(&format!("START|comment c|VERTEX|XYZ|element face 1|FACES|end_header|{body}")),
+    );
     let header = format!(
         "ply\nformat binary_little_endian 1.0\nelement vertex 3\n{XYZ}element face 4294967295\n{FACES}end_header\n"
     );

@@ -1,13 +1,13 @@
 //! Scenes that are understood: every plugin once.
 
 use std::f64::consts::FRAC_1_SQRT_2;
-use std::io::{Cursor, Error as IoError, ErrorKind};
+use std::io::{Error as IoError, ErrorKind};
 use std::path::Path;
 
 use glam::{DMat3, DVec2, DVec3};
 use image::{DynamicImage, ImageBuffer, ImageFormat};
 
-use super::here;
+use super::{encoded, here};
 use crate::geometry::{Mesh, Normals};
 use crate::io::{Error, load_scene, read_scene};
 use crate::scene::{
@@ -21,18 +21,11 @@ pub(super) fn open(path: &Path) -> std::io::Result<Vec<u8>> {
         property float z\nproperty float nx\nproperty float ny\nproperty float nz\nelement face 1\n\
         property list uchar int vertex_indices\nend_header\n0 0 0 0 0 1\n1 0 0 0 0 1\n0 1 0 0 0 1\n3 0 1 2\n";
     let png = |bytes: Vec<u8>| {
-        let image = DynamicImage::ImageRgb8(ImageBuffer::from_raw(1, 2, bytes).unwrap());
-        let mut file = vec![];
-        image.write_to(&mut Cursor::new(&mut file), ImageFormat::Png).unwrap();
-        file
+        encoded(ImageFormat::Png, DynamicImage::ImageRgb8(ImageBuffer::from_raw(1, 2, bytes).unwrap()))
     };
     let hdr = || {
-        let image = DynamicImage::ImageRgb32F(
-            ImageBuffer::from_raw(2, 1, vec![1.0_f32, 2.0, 4.0, 0.0, 0.0, 0.0]).unwrap(),
-        );
-        let mut file = vec![];
-        image.write_to(&mut Cursor::new(&mut file), ImageFormat::OpenExr).unwrap();
-        file
+        let pixels = vec![1.0_f32, 2.0, 4.0, 0.0, 0.0, 0.0];
+        encoded(ImageFormat::OpenExr, DynamicImage::ImageRgb32F(ImageBuffer::from_raw(2, 1, pixels).unwrap()))
     };
     match path.to_str() {
         Some("dir/quad.obj") => Ok(QUAD.into()),

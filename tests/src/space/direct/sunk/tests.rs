@@ -1,8 +1,10 @@
 use flatland::random::{open01, stream};
 
+use super::super::tests::error_of_points;
 use super::*;
 use crate::effort::pick;
 use crate::space::worlds::{DirectCase, LitCrossing, LitCrossingKind, LitCrossingMoving};
+use crate::worst;
 
 fn cases(kinds: &[LitCrossingKind], seeds: std::ops::Range<u64>) -> Vec<DirectCase> {
     let pairs = kinds.iter().flat_map(|&kind| LitCrossingMoving::ALL.map(|moving| (kind, moving)));
@@ -16,30 +18,10 @@ fn cases(kinds: &[LitCrossingKind], seeds: std::ops::Range<u64>) -> Vec<DirectCa
 #[test]
 fn points_have_the_derivatives_of_their_values() {
     let all = cases(&LitCrossingKind::UNSEEN, 0..pick(5, 20));
-    let error = |(seed, DirectCase { scene, label }): (usize, &DirectCase)| {
-        let mut rng = stream(seed as u64, &[]);
-        let steps =
-            [1e-2, 1e-3, 1e-4, 1e-5].map(|h| (h, [h, -h, 0.5 * h, -0.5 * h].map(|h| scene.displaced(h))));
-        let mut worst = 0.0_f64;
-        for _ in 0..20 {
-            let u = DVec2::new(open01(&mut rng), open01(&mut rng)) * scene.camera.width as f64;
-            let at = |scene: &DirectScene| scene.radiance(u).unwrap_or_else(|e| panic!("{e}\n{label}"));
-            let exact = at(scene);
-            let [value, derivative] = exact.magnitudes();
-            let error = |(h, [a, b, c, d]): &(f64, [DirectScene; 4])| {
-                let [whole, half] =
-                    [(a, b, 2.0 * h), (c, d, *h)].map(|(x, y, w)| (at(x).value - at(y).value) / w);
-                let quotient = (4.0 * half - whole) / 3.0;
-                (quotient - exact.derivative).abs().max_element() / (value + derivative + 1e-3)
-            };
-            worst = worst.max(steps.iter().map(error).fold(f64::INFINITY, f64::min));
-        }
-        (worst, label.clone())
-    };
-    let all: Vec<_> = all.par_iter().enumerate().map(|(k, c)| error((k, c))).collect();
-    let worst = all.iter().max_by(|a, b| a.0.total_cmp(&b.0)).expect("cases");
-    println!("{} cases, worst: {:e}, {}", all.len(), worst.0, worst.1);
-    assert!(worst.0 < 1e-8, "{:e}, {}", worst.0, worst.1);
+    worst::assert_below(1e-8, all.into_iter().enumerate(), |(seed, case)| {
+        let quotient = |[a, b, c, d]: [DVec3; 4], h: f64| (4.0 * ((c - d) / h) - (a - b) / (2.0 * h)) / 3.0;
+        (error_of_points(&case, (seed as u64, 20), &[1e-2, 1e-3, 1e-4, 1e-5], quotient), case.label)
+    });
 }
 
 /// Where the camera sees the ground alone, there is nothing to leave out.
@@ -110,16 +92,8 @@ fn visible_polygons_are_what_rays_see() {
             };
             let count = polygons.iter().filter(|p| inside(p)).count();
             let ray = scene.camera.ray(&scene.camera_motion, u);
-            let ground = Receiver::on_ray(&ray, &scene.ground).expect("a ground").point.distance(ray.origin);
-            let hides = |surface: &crate::space::irradiance::Surface| {
-                let p = &surface.vertices;
-                let normal = (p[1] - p[0]).cross(p[2] - p[0]);
-                let t = normal.dot(p[0] - ray.origin) / normal.dot(ray.direction);
-                let at = ray.origin + t * ray.direction;
-                let inside = |k: usize| (p[(k + 1) % p.len()] - p[k]).cross(at - p[k]).dot(normal) >= 0.0;
-                t > 0.0 && at.distance(ray.origin) < ground && (0..p.len()).all(inside)
-            };
-            let is_hidden = scene.world.surfaces.iter().any(hides);
+            let ground = Receiver::on_ray(&ray, &scene.ground).expect("a ground").point;
+            let is_hidden = scene.world.surfaces.iter().any(|s| s.hides(ray.origin, ground));
             assert_eq!(count, usize::from(!is_hidden), "{u} {label}");
         }
     }

@@ -109,8 +109,8 @@ fn instruction_sets() -> Vec<Instructions> {
     sets
 }
 
-#[test]
-fn every_instruction_set_answers_like_all_triangles_one_by_one() {
+/// Asks something of every mesh with every instruction set, so many times; the label says which it is.
+fn on_every_mesh(times: usize, ask: impl Fn(&Mesh, &Accelerator, usize, &str) + Sync) {
     for (index, mesh) in meshes().iter().enumerate() {
         let mut accelerator = Accelerator::build(&mesh.positions, &mesh.triangles);
         if index % 2 == 1 {
@@ -119,14 +119,20 @@ fn every_instruction_set_answers_like_all_triangles_one_by_one() {
         }
         for instructions in instruction_sets() {
             accelerator.instructions = instructions;
-            (0..8_000_usize).into_par_iter().for_each(|i| {
-                let ray = random_ray(mesh, i, &mut stream(21, &[i as u64]));
-                let expected = one_by_one(mesh, &ray);
-                assert_eq!(accelerator.closest(&ray), expected, "{index} {i} {instructions:?} {ray:?}");
-                assert_eq!(accelerator.occluded(&ray), expected.is_some(), "{index} {i} {ray:?}");
-            });
+            let label = format!("{index} {instructions:?}");
+            (0..times).into_par_iter().for_each(|i| ask(mesh, &accelerator, i, &label));
         }
     }
+}
+
+#[test]
+fn every_instruction_set_answers_like_all_triangles_one_by_one() {
+    on_every_mesh(8_000, |mesh, accelerator, i, label| {
+        let ray = random_ray(mesh, i, &mut stream(21, &[i as u64]));
+        let expected = one_by_one(mesh, &ray);
+        assert_eq!(accelerator.closest(&ray), expected, "{label} {i} {ray:?}");
+        assert_eq!(accelerator.occluded(&ray), expected.is_some(), "{label} {i} {ray:?}");
+    });
 }
 
 #[test]
@@ -145,40 +151,25 @@ fn occlusion_agrees_with_the_closest_hit_at_scales_where_products_overflow_and_u
 
 #[test]
 fn bundles_answer_like_single_rays() {
-    for (index, mesh) in meshes().iter().enumerate() {
-        let mut accelerator = Accelerator::build(&mesh.positions, &mesh.triangles);
-        if index % 2 == 1 {
-            // As if the tree were so deep that what is pending needs memory from the heap.
-            accelerator.tree.pending = 1000;
+    on_every_mesh(6_000, |mesh, accelerator, i, label| {
+        let mut rng = stream(24, &[i as u64]);
+        let ray = random_ray(mesh, i, &mut rng);
+        let spread = 10.0_f64.powf(-9.0 * open01(&mut rng));
+        let count = (40.0 * open01(&mut rng).powi(2)) as usize;
+        let mut direction = |k: usize| match k % 8 {
+            7 => ray.direction,
+            _ => (ray.direction + spread * in_cube(&mut rng)).normalize(),
+        };
+        let directions: Vec<DVec3> = (0..count).map(&mut direction).collect();
+        let Ray { origin, near, far, from, .. } = ray;
+        let mut hits = vec![None; 3];
+        accelerator.closest_bundle(origin, &directions, near, far, from, &mut hits);
+        assert_eq!(hits.len(), count);
+        for (&direction, hit) in directions.iter().zip(hits) {
+            let ray = Ray { direction, ..ray };
+            assert_eq!(hit, accelerator.closest(&ray), "{label} {i} {spread} {ray:?}");
         }
-        for instructions in instruction_sets() {
-            accelerator.instructions = instructions;
-            (0..6_000_usize).into_par_iter().for_each(|i| {
-                let mut rng = stream(24, &[i as u64]);
-                let ray = random_ray(mesh, i, &mut rng);
-                let spread = 10.0_f64.powf(-9.0 * open01(&mut rng));
-                let count = (40.0 * open01(&mut rng).powi(2)) as usize;
-                let directions: Vec<DVec3> = (0..count)
-                    .map(|k| match k % 8 {
-                        7 => ray.direction,
-                        _ => (ray.direction + spread * in_cube(&mut rng)).normalize(),
-                    })
-                    .collect();
-                let Ray { origin, near, far, from, .. } = ray;
-                let mut hits = vec![None; 3];
-                accelerator.closest_bundle(origin, &directions, near, far, from, &mut hits);
-                assert_eq!(hits.len(), count);
-                for (&direction, hit) in directions.iter().zip(hits) {
-                    let ray = Ray { direction, ..ray };
-                    assert_eq!(
-                        hit,
-                        accelerator.closest(&ray),
-                        "{index} {i} {spread} {instructions:?} {ray:?}"
-                    );
-                }
-            });
-        }
-    }
+    });
 }
 
 #[test]

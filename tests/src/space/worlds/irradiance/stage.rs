@@ -1,211 +1,38 @@
-//! Emitters, occluders and a receiver.
+//! What is being built: emitters and occluders around a receiver.
 
 use std::ops::Range;
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 
-use super::moves::Affine;
-use super::stage::in_plane;
+use super::{IrradianceKind, IrradianceMoving};
 use crate::dice::Dice;
-use crate::space::irradiance::{Ground, Ray, Receiver, Sides, Surface, World};
-
-/// A receiver, what it sees, and what θ does to them.
-#[derive(Clone, Debug)]
-pub struct IrradianceCase {
-    /// All but the ground.
-    pub world: World,
-    /// Where the ray meets the ground: what [`Receiver::on_ray`] makes of the next two.
-    pub receiver: Receiver,
-    /// The receiver's surface. It is so small that nothing else meets it.
-    pub ground: Ground,
-    /// A ray to the ground's front, with nothing in its way.
-    pub ray: Ray,
-    /// The knobs, in words: what a failing test should print.
-    pub label: String,
-}
-
-/// What there is between light and receiver, or what is degenerate about it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum IrradianceKind {
-    /// One or two emitters and nothing else.
-    Open,
-    /// One emitter and one to four occluders, most of which cover some of it.
-    Occluded,
-    /// Two emitters, occluders, and a uniform environment.
-    Glowing,
-    /// An emitter that crosses the receiver's horizon.
-    Horizon,
-    /// An emitter at a distance of 10⁻³ to 10⁻² of the others', from so small to 100 times as
-    /// large.
-    NearEmitter,
-    /// An emitter of 10⁻⁶ to 10⁻² of its distance.
-    TinyEmitter,
-    /// An occluder with an edge seen within 10⁻⁹ to 10⁻³ of an emitter's.
-    AlignedEdges,
-    /// As [`Occluded`](Self::Occluded), with a unit of length of 10⁻⁶.
-    Small,
-    /// The same with 10⁶.
-    Large,
-    /// The same at a distance of 10⁶ from the origin.
-    FarFromOrigin,
-}
-
-/// What θ changes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum IrradianceMoving {
-    /// The ground, along a line.
-    Ground,
-    /// The ground, about an axis.
-    GroundRotation,
-    /// The ray: another point of the ground.
-    Ray,
-    /// An emitter: translation, rotation or scale.
-    Emitter,
-    /// The occluders, all alike; an emitter where there is none.
-    Occluders,
-    /// One corner of one surface, in its plane.
-    Vertex,
-    /// Everything at once.
-    Mixed,
-}
-
-impl IrradianceKind {
-    /// Kinds without anything degenerate.
-    pub const GENERIC: [Self; 3] = [Self::Open, Self::Occluded, Self::Glowing];
-    /// All others.
-    pub const DEGENERATE: [Self; 7] = [
-        Self::Horizon,
-        Self::NearEmitter,
-        Self::TinyEmitter,
-        Self::AlignedEdges,
-        Self::Small,
-        Self::Large,
-        Self::FarFromOrigin,
-    ];
-
-    /// The unit of length.
-    #[must_use]
-    pub fn unit(self) -> f64 {
-        match self {
-            Self::Small => 1e-6,
-            Self::Large => 1e6,
-            _ => 1.0,
-        }
-    }
-}
-
-impl IrradianceMoving {
-    /// All of them.
-    pub const ALL: [Self; 7] = [
-        Self::Ground,
-        Self::GroundRotation,
-        Self::Ray,
-        Self::Emitter,
-        Self::Occluders,
-        Self::Vertex,
-        Self::Mixed,
-    ];
-}
-
-/// All that a case depends on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct IrradianceKnobs {
-    /// Everything that has no knob of its own.
-    pub seed: u64,
-    /// What there is.
-    pub kind: IrradianceKind,
-    /// What θ changes.
-    pub moving: IrradianceMoving,
-    /// How many occluders, 0 to 4; some kinds have none or need one.
-    pub occluders: usize,
-}
+use crate::space::irradiance::{Ground, Ray, Sides, Surface, World};
+use crate::space::worlds::moves::Affine;
+use crate::space::worlds::stage::in_plane;
 
 /// No surface's plane is nearer to the receiver than this, in units of the world, except where the
 /// emitter is near.
 const CLEARANCE: f64 = 0.03;
 
-impl IrradianceKnobs {
-    /// Knobs of a kind, all others drawn from a seed.
-    #[must_use]
-    pub fn random(seed: u64, kind: IrradianceKind) -> Self {
-        let mut dice = Dice::new(seed, u64::MAX - kind as u64);
-        Self { seed, kind, moving: dice.pick(&IrradianceMoving::ALL), occluders: dice.count(0, 4) }
-    }
-
-    /// Knobs drawn from a seed.
-    #[must_use]
-    pub fn any(seed: u64) -> Self {
-        let mut dice = Dice::new(seed, u64::MAX / 2);
-        let generic = IrradianceKind::GENERIC.to_vec();
-        let kinds = [generic, IrradianceKind::DEGENERATE.to_vec()].concat();
-        Self::random(seed, dice.pick(&kinds))
-    }
-
-    /// The case with these knobs: the same on every machine and in every thread.
-    ///
-    /// # Panics
-    /// If a generator is wrong: a ray that does not meet its ground.
-    #[must_use]
-    pub fn build(&self) -> IrradianceCase {
-        let mut stage = Stage::new(Dice::new(self.seed, self.kind as u64));
-        stage.furnish(self.kind, self.occluders);
-        stage.set_in_motion(self.moving);
-        let (rotation, place) = (stage.dice.frame(), stage.dice.vector3(1.0));
-        let far = if self.kind == IrradianceKind::FarFromOrigin { 1e6 } else { 1.0 };
-        let map = Map { linear: rotation * self.kind.unit(), place: place * far * self.kind.unit() };
-        let Stage { world, ground, ray, .. } = stage;
-        let surfaces = world.surfaces.into_iter().map(|s| Surface {
-            vertices: s.vertices.iter().map(|p| map.point(*p)).collect(),
-            velocities: s.velocities.iter().map(|v| map.linear * *v).collect(),
-            ..s
-        });
-        let world = World { surfaces: surfaces.collect(), ..world };
-        let ground = Ground {
-            corners: ground.corners.map(|p| map.point(p)),
-            velocities: ground.velocities.map(|v| map.linear * v),
-        };
-        let ray = Ray {
-            origin: map.point(ray.origin),
-            direction: rotation * ray.direction,
-            origin_velocity: map.linear * ray.origin_velocity,
-            direction_rate: rotation * ray.direction_rate,
-        };
-        let receiver = Receiver::on_ray(&ray, &ground).expect("a ray to the ground");
-        IrradianceCase { world, receiver, ground, ray, label: format!("{self:?}") }
-    }
-}
-
-/// From the stage to the world.
-struct Map {
-    linear: DMat3,
-    place: DVec3,
-}
-
-impl Map {
-    fn point(&self, p: DVec3) -> DVec3 {
-        self.linear * p + self.place
-    }
-}
-
 /// What is being built: the receiver is at 0 and faces +z.
-struct Stage {
-    dice: Dice,
-    world: World,
-    ground: Ground,
-    ray: Ray,
+pub(super) struct Stage {
+    pub(super) dice: Dice,
+    pub(super) world: World,
+    pub(super) ground: Ground,
+    pub(super) ray: Ray,
     emitters: usize,
     /// The size of everything near the receiver.
     clearance: f64,
 }
 
 impl Stage {
-    fn new(dice: Dice) -> Self {
+    pub(super) fn new(dice: Dice) -> Self {
         let ground = Ground { corners: [DVec3::ZERO; 3], velocities: [DVec3::ZERO; 3] };
         let ray = Ray::still(DVec3::Z, -DVec3::Z);
         Self { dice, world: World::default(), ground, ray, emitters: 0, clearance: CLEARANCE }
     }
 
-    fn furnish(&mut self, kind: IrradianceKind, occluders: usize) {
+    pub(super) fn furnish(&mut self, kind: IrradianceKind, occluders: usize) {
         let (emitter, occluders) = match kind {
             IrradianceKind::Open => {
                 for _ in 0..self.dice.count(0, 1) {
@@ -375,7 +202,7 @@ impl Stage {
         self.ray = Ray::still(eye, -eye.normalize());
     }
 
-    fn set_in_motion(&mut self, moving: IrradianceMoving) {
+    pub(super) fn set_in_motion(&mut self, moving: IrradianceMoving) {
         let emitters = 0..self.emitters;
         match moving {
             IrradianceMoving::Ground => {

@@ -1,0 +1,95 @@
+//! Means of independent runs beside what they should be.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::gradient::GradientImage;
+
+/// The mean of independent runs, and its standard error.
+pub(crate) fn statistics(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let spread: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+    (mean, (spread / (n - 1.0) / n).sqrt())
+}
+
+/// Independent runs behind a mean and its error.
+pub(crate) const RUNS: u64 = 64;
+
+/// How many standard errors a mean may be off: what Student's distribution with [`RUNS`] − 1 degrees of freedom exceeds
+/// as rarely as the normal one the 6.49 of the integration tests' threshold.
+pub(crate) const LIMIT: f64 = 7.8;
+
+/// The mean of the sum of all pixels over runs with seeds of their own, and its standard error.
+pub(crate) fn total(run: impl Fn(u64) -> Vec<DVec3> + Send + Sync) -> (f64, f64) {
+    let sums: Vec<f64> =
+        (0..RUNS).into_par_iter().map(|s| run(s).iter().map(|p| p.element_sum()).sum()).collect();
+    statistics(&sums)
+}
+
+/// What one test compares: what is off, and the smallest relative bias that it rejects, which may not exceed 15% in any
+/// comparison. It prints a row of the README's table of power.
+pub(crate) struct Comparisons {
+    test: &'static str,
+    rows: Vec<(String, f64)>,
+    failures: Vec<String>,
+}
+
+impl Comparisons {
+    pub(crate) fn of(test: &'static str) -> Self {
+        Self { test, rows: vec![], failures: vec![] }
+    }
+
+    /// A mean against its reference. What may be noticed is relative to `scale`: the reference, or the terms that cancel
+    /// in it. Where nothing cancels, the same mean less 15% must be rejected.
+    pub(crate) fn add(
+        &mut self,
+        name: String,
+        found: (f64, f64),
+        reference: (f64, f64),
+        slack: f64,
+        scale: f64,
+    ) {
+        let tolerance = LIMIT * found.1.hypot(reference.1) + slack;
+        let off = (found.0 - reference.0).abs();
+        let power = tolerance / scale.abs();
+        println!(
+            "{name}: {found:?} for {reference:?}, off by {off:.2e} of {tolerance:.2e}, rejects {power:.3}"
+        );
+        let cancels = reference.0.abs() < 0.9 * scale.abs();
+        let less = (0.85 * found.0 - reference.0).abs() > tolerance;
+        let right = off <= tolerance && power <= 0.15 && (cancels || less);
+        if !right {
+            self.failures
+                .push(format!("{name}: {found:?} for {reference:?}, rejects {power:.3} of {scale:.3}"));
+        }
+        self.rows.push((name, power));
+    }
+
+    /// What is wrong on purpose must be rejected.
+    pub(crate) fn reject(&mut self, name: &str, found: (f64, f64), reference: (f64, f64)) {
+        let z = (found.0 - reference.0).abs() / found.1.hypot(reference.1);
+        println!("control {name}: {found:?} for {reference:?}, z {z:.1}");
+        if z.is_nan() || z <= LIMIT {
+            self.failures.push(format!("the control {name} was not rejected: {found:?} for {reference:?}"));
+        }
+    }
+
+    pub(crate) fn finish(self) {
+        let (name, power) = self.rows.iter().max_by(|a, b| a.1.total_cmp(&b.1)).expect("a comparison");
+        println!("power | volume3d::{} | {} | {:.1} % | {name} |", self.test, self.rows.len(), 100.0 * power);
+        assert!(self.failures.is_empty(), "{:?}", self.failures);
+    }
+}
+
+/// Whether the environment asks for everything, as the integration tests have it.
+pub(crate) fn thorough() -> bool {
+    std::env::var("WARPED_AREA_TESTS").is_ok_and(|effort| effort == "thorough")
+}
+
+/// Σ |term| of the sum of all pixels.
+pub(crate) fn terms(image: &GradientImage) -> f64 {
+    let terms = image.terms.as_ref().expect("asked for");
+    let sum = |term: &[DVec3]| term.iter().map(|p| p.element_sum()).sum::<f64>().abs();
+    sum(&terms.interior) + sum(&terms.primary) + sum(&terms.secondary)
+}

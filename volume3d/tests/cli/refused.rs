@@ -1,0 +1,152 @@
+//! What is refused or stopped, and says so.
+
+use std::process::Command;
+
+use glam::DVec3;
+use volume3d::io::{Image, write_exr};
+
+use super::Place;
+
+#[test]
+fn failures_say_what_to_do() {
+    let place = Place::new();
+    std::fs::write(place.path("bad.xml"), "<scene version='3.0.0'>\n<shape type='sphere'/></scene>").unwrap();
+    let image =
+        |width: usize, value: f64| Image { width, height: 8, pixels: vec![DVec3::splat(value); width * 8] };
+    write_exr(&place.path("narrow.exr"), &image(7, 1.0)).unwrap();
+    write_exr(&place.path("nan.exr"), &image(8, f64::NAN)).unwrap();
+    place.write_adjoint(vec![DVec3::ONE; 64]);
+    std::fs::create_dir(place.path("folder")).unwrap();
+    let before = place.bytes("scene.xml");
+    let moved = "gradient scene.xml --move sheet:translate:1,0,0";
+    let reverse = "gradient scene.xml --adjoint adj.exr";
+    let cases = [
+        ("render none.xml -o a.exr", 1, "cannot read none.xml"),
+        ("render bad.xml -o a.exr", 1, "bad.xml:"),
+        ("render scene.xml -o a.jpg", 1, ".exr, .npy or .png"),
+        ("render scene.xml -o a.exr --png b.exr", 1, "--png writes .png"),
+        ("render scene.xml -o none/a.exr", 1, "there is no folder none"),
+        ("render scene.xml -o folder", 1, ".exr, .npy or .png"),
+        ("render scene.xml -o a.png --png ./a.png", 1, "written twice"),
+        ("render scene.xml -o paper.png", 1, "is read and will not be overwritten"),
+        ("render scene.xml -o a.exr -D nothing=1", 1, "nothing"),
+        ("render scene.xml -o a.exr -D nothing", 2, "NAME=VALUE"),
+        ("render scene.xml -o a.exr --spp 0", 2, "whole number from 1"),
+        ("render scene.xml -o a.exr --spp 1 --stderr e.exr", 1, "at least 2 samples"),
+        ("render scene.xml -o a.exr --threads 0", 2, "--threads"),
+        ("render scene.xml", 2, "--output"),
+        ("paint scene.xml", 2, "paint"),
+        ("gradient scene.xml -o a.exr", 2, "--move, or --adjoint"),
+        ("gradient scene.xml --move sheet:jump:1 -o a.exr", 2, "SHAPE:translate:x,y,z"),
+        ("gradient scene.xml --move sheet:translate:1,2 -o a.exr", 2, "three numbers"),
+        ("gradient scene.xml --move sheet:scale:0,0,0:nan -o a.exr", 2, "finite number"),
+        ("gradient scene.xml --move sheat:translate:1,0,0 -o a.exr", 1, "there are: `sheet`, "),
+        ("gradient scene.xml --move mettle:roughness:1 -o a.exr", 1, "there are: `metal`, "),
+        ("gradient scene.xml --move sheet:vertex:6:1,0,0 -o a.exr", 1, "its 6 vertices count from 0"),
+        ("gradient scene.xml --move sheet:radiance:1,0,0 -o a.exr", 1, "that emit: `lamp`"),
+        ("gradient scene.xml --move paper:reflectance:1,0,0 -o a.exr", 1, "has a texture"),
+        ("gradient scene.xml --move plain:roughness:1 -o a.exr", 1, "with one: `metal`"),
+        (&format!("{moved} -o a.exr --method magic"), 2, "warped-area"),
+        (&format!("{moved} -o a.exr --step 0.1"), 2, "--method finite-difference"),
+        (&format!("{moved} -o a.exr --method interior --aux 4"), 2, "--method warped-area"),
+        (&format!("{moved} -o a.exr --method finite-difference --terms t"), 2, "--terms"),
+        (&format!("{moved} -o a.exr --step -1 --method finite-difference"), 2, "positive"),
+        (&format!("{moved} -o a.exr --terms none/t"), 1, "there is no folder none"),
+        (&format!("{moved} -o a.exr --adjoint adj.exr --wrt camera.fov"), 2, "cannot be used with"),
+        (&format!("{reverse} -o a.npy"), 2, "--wrt"),
+        (&format!("{reverse} --wrt sheet -o a.npy"), 2, "SHAPE.vertex_positions"),
+        (&format!("{reverse} --wrt sheet.texture -o a.npy"), 1, "no material `sheet`"),
+        (&format!("{reverse} --wrt plain.texture -o a.npy"), 1, "with a texture: `paper`"),
+        (&format!("{reverse} --wrt camera.fov -o a.exr"), 1, "is written as .npy"),
+        (&format!("{reverse} --wrt camera.fov --wrt sheet.vertex_positions -o a.npy"), 1, "need a folder"),
+        (&format!("{reverse} --wrt camera.fov --method finite-difference -o a.npy"), 2, "no reverse mode"),
+        ("gradient scene.xml --adjoint narrow.exr --wrt camera.fov -o a.npy", 1, "7 × 8 pixels"),
+        ("gradient scene.xml --adjoint nan.exr --wrt camera.fov -o a.npy", 1, "column 0, row 0"),
+        ("gradient scene.xml --adjoint sheet.obj --wrt camera.fov -o a.npy", 1, "sheet.obj"),
+        ("check scene.xml", 2, "--move"),
+        ("check scene.xml --move lamp:radiance:1,1,1 --method finite-difference", 2, "checked against"),
+        ("info none.xml", 1, "none.xml"),
+    ];
+    for (line, code, message) in cases {
+        place.fail(line, code, &[message]);
+    }
+    for name in ["a.exr", "a.npy", "a.png"] {
+        assert!(!place.path(name).exists(), "{name} was written by a run that failed");
+    }
+    assert_eq!(place.bytes("scene.xml"), before);
+}
+
+#[test]
+fn what_no_warp_sees_is_refused_by_name() {
+    let place =
+        Place::with("<emitter type='point' id='bulb'><point name='position' value='0,0,2'/></emitter>");
+    let moved = "gradient scene.xml --move sheet:translate:1,0,0 -o a.exr";
+    assert!(!place.fail(moved, 1, &["`bulb`"]).contains("kappa"));
+    let text = place.succeed(&format!("{moved} --method interior"));
+    assert!(text.contains("WARNING: the interior term alone is biased"), "{text}");
+    place.succeed(&format!("{moved} --method finite-difference"));
+    assert!(place.succeed("info scene.xml").contains("light `bulb` has no extent"));
+}
+
+#[test]
+fn what_cannot_be_held_is_refused_and_nothing_is_sent_to_the_terminal() {
+    let place = Place::new();
+    place.fail("render scene.xml -o a.exr -D size=20000", 1, &["GiB", "crop_width"]);
+    std::fs::write(place.path("bad.xml"), "<scene version='3.0.0'><shape type='\u{7f}\u{85}'/></scene>")
+        .unwrap();
+    let text = place.fail("render bad.xml -o a.exr", 1, &[]);
+    assert!(!text.chars().any(|c| c.is_control() && c != '\n'), "{text:?}");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_leaves_the_old_file() {
+    use std::time::{Duration, Instant};
+
+    let place = Place::new();
+    let commands = [
+        "render scene.xml -o old.exr -D size=256 --spp 20000",
+        "gradient scene.xml --move sheet:translate:1,0,0 -o old.exr -D size=256 --spp 20000",
+        "check scene.xml --move sheet:translate:1,0,0 -D size=256 --spp 200000",
+    ];
+    for line in commands {
+        std::fs::write(place.path("old.exr"), "old").unwrap();
+        let pipe = std::process::Stdio::piped;
+        let child = place.command(line).stdout(pipe()).stderr(pipe()).spawn().unwrap();
+        let pid = child.id();
+        wait_until_listening(pid);
+        let start = Instant::now();
+        assert!(Command::new("kill").args(["-INT", &pid.to_string()]).status().unwrap().success());
+        let output = child.wait_with_output().unwrap();
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(130), "{line}: {text}");
+        assert!(text.contains("nothing was written"), "{line}: {text}");
+        assert!(start.elapsed() < Duration::from_secs(20), "{line}: {:?}", start.elapsed());
+        assert_eq!(place.bytes("old.exr"), b"old", "{line}");
+        assert_eq!(
+            std::fs::read_dir(place.path("")).unwrap().count(),
+            4,
+            "{line}: something was left behind"
+        );
+    }
+}
+
+/// Waits until the process has a handler for SIGINT, as Linux tells; two seconds elsewhere.
+#[cfg(unix)]
+fn wait_until_listening(pid: u32) {
+    use std::time::Duration;
+
+    const SIGINT: u64 = 1 << 1;
+    for _ in 0..1000 {
+        let Ok(status) = std::fs::read_to_string(format!("/proc/{pid}/status")) else {
+            std::thread::sleep(Duration::from_secs(2));
+            return;
+        };
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
+        let caught = caught.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
+        if caught & SIGINT != 0 {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
