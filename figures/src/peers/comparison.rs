@@ -54,7 +54,8 @@ impl Contender {
         }
     }
 
-    /// The mean squared error at another time, b² + v · seconds/t. A bias² of ours that noise made negative counts as none.
+    /// The mean squared error at another time, b² + v · seconds/t. A bias² of ours that noise made negative counts as
+    /// none.
     fn error_at(&self, time: f64) -> Ratio {
         let noise = self.variance.scaled(self.seconds / time);
         let bias2 = if self.ours { self.bias2.value.max(0.0) } else { self.bias2.value };

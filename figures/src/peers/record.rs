@@ -73,8 +73,8 @@ impl Records {
     }
 }
 
-/// What other systems were measured to do, of the file's columns those that are used here. All errors are relative to the
-/// mean square of the reference.
+/// What other systems were measured to do, of the file's columns those that are used here. All errors are relative to
+/// the mean square of the reference.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub(super) struct Stored {
     pub(super) scene: String,

@@ -63,8 +63,8 @@ impl Raster {
 }
 
 impl Canvas {
-    /// Stretches a picture over `target`, whose edges move to device pixels: every pixel becomes a rectangle of one colour,
-    /// or, where the picture shrinks, device pixels take means. Returns the rectangle covered.
+    /// Stretches a picture over `target`, whose edges move to device pixels: every pixel becomes a rectangle of one
+    /// colour, or, where the picture shrinks, device pixels take means. Returns the rectangle covered.
     pub(crate) fn image(&mut self, raster: &Raster, target: Rect) -> Rect {
         let (left, top) = ((target.x * SCALE).round(), (target.y * SCALE).round());
         let columns = (target.right() * SCALE).round() - left;

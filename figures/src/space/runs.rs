@@ -32,9 +32,9 @@ impl Reference {
 
 /// What independent runs of one method tell, in units of the reference's power.
 ///
-/// With rᵢ the difference of run i and the reference, ⟨rᵢ, rᵢ⟩ has the mean b² + v + f and ⟨rᵢ, rⱼ⟩ the mean
-/// b² + f, where b is the bias, v the variance of one run and f the reference's own noise. Everything below follows from these
-/// products; errors are those of the jackknife over runs.
+/// With rᵢ the difference of run i and the reference, ⟨rᵢ, rᵢ⟩ has the mean b² + v + f and ⟨rᵢ, rⱼ⟩ the mean b² + f,
+/// where b is the bias, v the variance of one run and f the reference's own noise. Everything below follows from
+/// these products; errors are those of the jackknife over runs.
 #[derive(Clone, Debug)]
 pub(crate) struct Compared {
     /// v, of one run.

@@ -46,7 +46,8 @@ pub(super) struct Estimate {
     pub(super) standard_error: Vec<f64>,
     /// With the exact gradient.
     pub(super) agreement: Agreement,
-    /// (estimate − exact)/standard error of every pixel, and of the sums over blocks of pixels; NaN where nothing varies.
+    /// (estimate − exact)/standard error of every pixel, and of the sums over blocks of pixels; NaN where nothing
+    /// varies.
     pub(super) z: [Vec<f64>; 2],
 }
 

@@ -17,8 +17,8 @@ use crate::space::{Compared, Reference};
 /// Independent runs of each method: their spread is the error of everything that is said about it.
 pub(super) const RUNS: u64 = 4;
 
-/// The step of finite differences in pixels, and the distance from the axis at which it is that much. A quarter of a pixel
-/// blurs edges by as much and so makes the gradient 5 % too small.
+/// The step of finite differences in pixels, and the distance from the axis at which it is that much. A quarter of a
+/// pixel blurs edges by as much and so makes the gradient 5 % too small.
 pub(super) const STEP: f64 = 0.08;
 const RADIUS: f64 = 0.5;
 
@@ -96,8 +96,8 @@ impl Study {
     }
 }
 
-/// All runs of a method, with all light and with direct light only. Each method has random numbers of its own, or the noise
-/// that they share would pass for agreement.
+/// All runs of a method, with all light and with direct light only. Each method has random numbers of its own, or the
+/// noise that they share would pass for agreement.
 fn apart(
     context: &Context,
     (name, stream): (&str, u64),
@@ -149,8 +149,8 @@ impl Parts {
         Reference::of_runs(self.parts[part as usize].clone())
     }
 
-    /// How the mean of all runs of a part agrees with another method's, whose own noise is taken out: the slope, 1 if both
-    /// are right, and the mean squared error over the other's mean square.
+    /// How the mean of all runs of a part agrees with another method's, whose own noise is taken out: the slope, 1 if
+    /// both are right, and the mean squared error over the other's mean square.
     pub(super) fn agreement(&self, part: Part, other: &Self) -> (Ratio, f64) {
         let (runs, reference) = (&self.parts[part as usize], other.reference(part));
         let compared = Compared::new(runs, &reference);

@@ -129,8 +129,8 @@ pub(super) fn against_gamma(context: &Context, target: &Target) -> anyhow::Resul
 }
 
 impl Curve {
-    /// The exponent of N' that the bias follows: the log–log slope by weighted least squares, over the settled points that stand out of the noise by
-    /// three standard errors; None if those are fewer than three.
+    /// The exponent of N' that the bias follows: the log–log slope by weighted least squares, over the settled points
+    /// that stand out of the noise by three standard errors; None if those are fewer than three.
     pub(in crate::figures) fn rate(&self) -> Option<Ratio> {
         let fitted: Vec<[f64; 3]> = self
             .points

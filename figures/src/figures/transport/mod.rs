@@ -104,7 +104,8 @@ struct Results<'a> {
 }
 
 impl Results<'_> {
-    /// The pixel of the largest error in its own standard errors, and that ratio, where the derivative is not negligible.
+    /// The pixel of the largest error in its own standard errors, and that ratio, where the derivative is not
+    /// negligible.
     fn worst(&self, name: &str) -> (usize, f64) {
         let exact = self.study.total();
         let least = NEGLIGIBLE * largest(&exact);
