@@ -115,6 +115,6 @@ fn advantage(plants: &[Plant]) -> Axes {
     curve("variance × rays", Palette::GREEN, Marker::TriangleUp, Run::rays_cost);
     curve("variance × time", Palette::PURPLE, Marker::Circle, Run::time_cost);
     axes.horizontal(1.0, &Style::new(Color::INK).dashed().width(1.0));
-    axes.note([3.0, 0.8], "equal", Color::INK);
+    axes.note([3.0, 0.6], "equal", Color::INK);
     axes
 }
