@@ -60,7 +60,7 @@ impl Context {
     }
 
     /// Writes drawings of one size as one animated file, each shown for `milliseconds`.
-    pub(crate) fn animation(&self, file: &str, frames: Vec<Canvas>, milliseconds: u16) -> Result<()> {
+    pub(crate) fn animation(&self, file: &str, frames: &[Canvas], milliseconds: u16) -> Result<()> {
         write_animation(&self.out.join(file), frames, milliseconds)
     }
 
@@ -73,7 +73,7 @@ impl Context {
     /// Writes linear colours row by row, signed ones too, and returns the file's name for the list of data.
     pub(crate) fn exr(&self, file: &str, width: usize, pixels: &[DVec3]) -> Result<String> {
         let pixels: Vec<[f32; 3]> = pixels.iter().map(|pixel| pixel.as_vec3().to_array()).collect();
-        write_exr(&self.out.join(file), width, pixels.len() / width, &pixels)?;
+        write_exr(&self.out.join(file), width, &pixels)?;
         Ok(file.to_owned())
     }
 

@@ -19,13 +19,10 @@ use clap::{Parser, Subcommand};
 use volume3d::gradient::Stopped;
 
 use context::{Context, Quality};
-use gallery::Gallery;
 
-/// Draws the figures of warped-area sampling and writes a gallery page, index.html, that explains
-/// them.
+/// Draws the figures of warped-area sampling and writes a gallery page, index.html, that explains them.
 ///
-/// Every number shown is computed by the run. The same seed gives the same pictures on any number of
-/// threads.
+/// Every number shown is computed by the run. The same seed gives the same pictures on any number of threads.
 #[derive(Debug, Parser)]
 #[command(version, args_conflicts_with_subcommands = true)]
 struct Options {
@@ -84,13 +81,13 @@ fn run(options: &Options) -> anyhow::Result<()> {
     std::fs::create_dir_all(&options.out)
         .with_context(|| format!("cannot make the folder {}", options.out.display()))?;
     let context = Context::new(options.quality, options.out.clone(), options.seed, chosen.len());
-    let mut gallery = Gallery::new("Warped-area sampling", prose::html(figures::INTRODUCTION)?);
+    let mut sections = vec![];
     for (index, figure) in chosen {
-        let section =
-            context.figure(&format!("{} {}", index + 1, figure.name), || (figure.draw)(&context))?;
-        gallery = gallery.section(index + 1, section);
+        let name = format!("{} {}", index + 1, figure.name);
+        sections.push((index + 1, context.figure(&name, || (figure.draw)(&context))?));
     }
-    gallery.write(&options.out)?;
+    let introduction = prose::html(figures::INTRODUCTION)?;
+    gallery::write(&options.out, "Warped-area sampling", &introduction, &sections)?;
     context.finish(&options.out.join("index.html"));
     Ok(())
 }

@@ -7,7 +7,7 @@ use std::{
     path::Path,
 };
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, bail};
 use image::{DynamicImage, ImageBuffer, ImageFormat, Rgb};
 
 use crate::plot::{Canvas, number};
@@ -25,7 +25,6 @@ pub(crate) enum Cell {
 
 impl Cell {
     /// The entry as a reader wants it: three significant digits.
-    #[must_use]
     pub(crate) fn shown(&self) -> String {
         match self {
             Self::Text(text) => text.clone(),
@@ -47,12 +46,6 @@ impl Cell {
 impl From<f64> for Cell {
     fn from(value: f64) -> Self {
         Self::Real(value)
-    }
-}
-
-impl From<i64> for Cell {
-    fn from(value: i64) -> Self {
-        Self::Whole(value)
     }
 }
 
@@ -86,7 +79,6 @@ type Column<'a, T> = (&'a str, &'a dyn Fn(&T) -> Cell);
 /// Named columns and the rows under them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Table {
-    /// Names of the columns.
     pub(crate) header: Vec<String>,
     /// Entries, as many in each row as there are columns.
     pub(crate) rows: Vec<Vec<Cell>>,
@@ -100,6 +92,14 @@ impl Table {
         Self { header, rows: items.into_iter().map(row).collect() }
     }
 
+    /// The table in Markdown, with numbers as readers want them.
+    pub(crate) fn markdown(&self) -> String {
+        let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+        let rule = self.header.iter().map(|_| "---".to_owned()).collect();
+        let rows = self.rows.iter().map(|row| line(row.iter().map(Cell::shown).collect()));
+        [line(self.header.clone()), line(rule)].into_iter().chain(rows).collect()
+    }
+
     /// Appends a row, such as `[method.into(), variance.into()]`.
     pub(crate) fn row(&mut self, cells: impl IntoIterator<Item = Cell>) {
         self.rows.push(cells.into_iter().collect());
@@ -107,9 +107,6 @@ impl Table {
 }
 
 /// Puts `bytes` at `path` in one step, making its folder if need be.
-///
-/// # Errors
-/// If the folder or file cannot be written; what stood at `path` is then still there.
 pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     fs::create_dir_all(folder).with_context(|| format!("making the folder {}", folder.display()))?;
@@ -132,27 +129,19 @@ pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
 }
 
 /// Writes a drawing as PNG.
-///
-/// # Errors
-/// If the file cannot be written.
 pub(crate) fn write_png(path: &Path, canvas: &Canvas) -> Result<()> {
-    let pixmap = canvas.pixmap();
-    png_file(path, pixmap.width(), pixmap.height(), &rgb8(canvas))
-}
-
-fn png_file(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<()> {
     let encode = || -> Result<Vec<u8>, png::EncodingError> {
         let mut bytes = Vec::new();
-        let mut writer = png_encoder(&mut bytes, width, height).write_header()?;
-        writer.write_image_data(rgb)?;
+        let mut writer = png_encoder(&mut bytes, canvas).write_header()?;
+        writer.write_image_data(&rgb8(canvas))?;
         writer.finish()?;
         Ok(bytes)
     };
     write_bytes(path, &encode().with_context(|| format!("encoding {}", path.display()))?)
 }
 
-fn png_encoder(bytes: &mut Vec<u8>, width: u32, height: u32) -> png::Encoder<'static, &mut Vec<u8>> {
-    let mut encoder = png::Encoder::new(bytes, width, height);
+fn png_encoder<'a>(bytes: &'a mut Vec<u8>, canvas: &Canvas) -> png::Encoder<'static, &'a mut Vec<u8>> {
+    let mut encoder = png::Encoder::new(bytes, canvas.pixmap().width(), canvas.pixmap().height());
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_compression(png::Compression::High);
@@ -167,47 +156,31 @@ fn rgb8(canvas: &Canvas) -> Vec<u8> {
 
 /// Writes drawings of one size as an animated PNG that repeats for ever, each shown for
 /// `milliseconds`. After the first, a frame stores only the rectangle that changed.
-///
-/// # Errors
-/// If there are no frames or their sizes differ, or the file cannot be written.
-pub(crate) fn write_animation<I>(path: &Path, frames: I, milliseconds: u16) -> Result<()>
-where
-    I: IntoIterator<Item = Canvas>,
-    I::IntoIter: ExactSizeIterator,
-{
-    let mut frames = frames.into_iter();
-    let count = u32::try_from(frames.len()).unwrap_or(u32::MAX);
-    let Some(first) = frames.next() else { bail!("{}: an animation without frames", path.display()) };
-    let (width, height) = (first.pixmap().width(), first.pixmap().height());
-    let context = || format!("encoding {}", path.display());
-    let mut bytes = Vec::new();
-    let mut encoder = png_encoder(&mut bytes, width, height);
-    encoder.set_animated(count, 0).with_context(context)?;
-    encoder.set_frame_delay(milliseconds, 1000).with_context(context)?;
-    let mut writer = encoder.write_header().with_context(context)?;
-    let mut shown = rgb8(&first);
-    writer.write_image_data(&shown).with_context(context)?;
-    for frame in frames {
-        let size = (frame.pixmap().width(), frame.pixmap().height());
-        ensure!(size == (width, height), "{}: frames of {size:?} and {:?}", path.display(), (width, height));
-        let next = rgb8(&frame);
-        let [x, y, w, h] = changed(&shown, &next, width as usize);
-        let part: Vec<u8> = (y..y + h)
-            .flat_map(|row| next[3 * (row * width as usize + x)..][..3 * w].iter().copied())
-            .collect();
-        let [x, y, w, h] = [x, y, w, h].map(|side| u32::try_from(side).unwrap_or(u32::MAX));
-        let mut write = || -> Result<(), png::EncodingError> {
+pub(crate) fn write_animation(path: &Path, frames: &[Canvas], milliseconds: u16) -> Result<()> {
+    let [first, rest @ ..] = frames else { bail!("{}: an animation without frames", path.display()) };
+    let encode = || -> Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        let mut encoder = png_encoder(&mut bytes, first);
+        encoder.set_animated(frames.len().try_into()?, 0)?;
+        encoder.set_frame_delay(milliseconds, 1000)?;
+        let mut writer = encoder.write_header()?;
+        let mut shown = rgb8(first);
+        writer.write_image_data(&shown)?;
+        for frame in rest {
+            let (next, width) = (rgb8(frame), frame.pixmap().width() as usize);
+            let [x, y, w, h] = changed(&shown, &next, width);
+            let rows = (y..y + h).map(|row| &next[3 * (row * width + x)..][..3 * w]);
             // The position is checked against the size in force, so it moves home first.
             writer.reset_frame_position()?;
-            writer.set_frame_dimension(w, h)?;
-            writer.set_frame_position(x, y)?;
-            writer.write_image_data(&part)
-        };
-        write().with_context(context)?;
-        shown = next;
-    }
-    writer.finish().with_context(context)?;
-    write_bytes(path, &bytes)
+            writer.set_frame_dimension(w.try_into()?, h.try_into()?)?;
+            writer.set_frame_position(x.try_into()?, y.try_into()?)?;
+            writer.write_image_data(&rows.collect::<Vec<_>>().concat())?;
+            shown = next;
+        }
+        writer.finish()?;
+        Ok(bytes)
+    };
+    write_bytes(path, &encode().with_context(|| format!("encoding {}", path.display()))?)
 }
 
 /// The smallest rectangle [x, y, width, height] that holds all differences; one pixel if there are none.
@@ -227,9 +200,6 @@ fn changed(before: &[u8], after: &[u8], width: usize) -> [usize; 4] {
 }
 
 /// Writes a table as CSV; reals keep every digit.
-///
-/// # Errors
-/// If a row has not as many entries as there are columns, or the file cannot be written.
 pub(crate) fn write_csv(path: &Path, table: &Table) -> Result<()> {
     let encode = || -> Result<Vec<u8>> {
         let mut writer = csv::Writer::from_writer(Vec::new());
@@ -242,31 +212,15 @@ pub(crate) fn write_csv(path: &Path, table: &Table) -> Result<()> {
     write_bytes(path, &encode().with_context(|| format!("encoding {}", path.display()))?)
 }
 
-/// Writes linear RGB values, signed ones too, as OpenEXR in single precision, row by row from the top.
-///
-/// # Errors
-/// If there are not `width`·`height` pixels or the file cannot be written.
-pub(crate) fn write_exr(path: &Path, width: usize, height: usize, pixels: &[[f32; 3]]) -> Result<()> {
-    ensure!(
-        pixels.len() == width * height,
-        "{}: {} pixels for a {width}×{height} picture",
-        path.display(),
-        pixels.len()
-    );
-    let (columns, rows) = sides(width, height, path)?;
-    let buffer: Option<ImageBuffer<Rgb<f32>, _>> =
-        ImageBuffer::from_raw(columns, rows, pixels.as_flattened().to_vec());
-    let buffer = buffer.with_context(|| format!("{}: a {width}×{height} picture", path.display()))?;
+/// Writes linear RGB values in rows of `width`, signed ones too, as OpenEXR in single precision.
+pub(crate) fn write_exr(path: &Path, width: usize, pixels: &[[f32; 3]]) -> Result<()> {
+    let (columns, rows) = (u32::try_from(width)?, u32::try_from(pixels.len() / width)?);
+    let buffer = ImageBuffer::<Rgb<f32>, _>::from_raw(columns, rows, pixels.as_flattened().to_vec());
+    let buffer = buffer.with_context(|| format!("{}: a picture of {columns}×{rows}", path.display()))?;
     let mut bytes = Cursor::new(Vec::new());
-    DynamicImage::ImageRgb32F(buffer)
-        .write_to(&mut bytes, ImageFormat::OpenExr)
-        .with_context(|| format!("encoding {}", path.display()))?;
+    let encoded = DynamicImage::ImageRgb32F(buffer).write_to(&mut bytes, ImageFormat::OpenExr);
+    encoded.with_context(|| format!("encoding {}", path.display()))?;
     write_bytes(path, bytes.get_ref())
-}
-
-fn sides(width: usize, height: usize, path: &Path) -> Result<(u32, u32)> {
-    ensure!(width > 0 && height > 0, "{}: an empty picture ({width}×{height})", path.display());
-    Ok((u32::try_from(width)?, u32::try_from(height)?))
 }
 
 #[cfg(test)]
@@ -286,8 +240,7 @@ mod tests {
         }
         assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
         // A folder stands where the file should go: the error names the file, nothing is left over.
-        let taken = folder.path().join("deeper");
-        let error = format!("{:#}", write_bytes(&taken, b"x").unwrap_err());
+        let error = format!("{:#}", write_bytes(path.parent().unwrap(), b"x").unwrap_err());
         assert!(error.contains("deeper"), "{error}");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }
@@ -316,25 +269,23 @@ mod tests {
     fn exr_keeps_signs() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
-        write_exr(&path, 2, 1, &[[-1.5; 3], [3e4; 3]]).unwrap();
+        write_exr(&path, 2, &[[-1.5; 3], [3e4; 3]]).unwrap();
         let read = image::open(&path).unwrap().to_rgb32f();
         assert_eq!(read.into_raw(), [-1.5, -1.5, -1.5, 3e4, 3e4, 3e4]);
-        assert!(write_exr(&path, 3, 1, &[[0.0; 3]]).is_err());
     }
 
     #[test]
     fn animations_repeat_and_store_changes() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.png");
-        let frames: Vec<Canvas> = (0..4)
-            .map(|i| {
-                let mut canvas = Canvas::new(30.0, 20.0);
-                canvas.disc(DVec2::new(5.0 + 5.0 * f64::from(i / 2), 10.0), 3.0, Color::INK);
-                canvas
-            })
-            .collect();
+        let frame = |x| {
+            let mut canvas = Canvas::new(30.0, 20.0);
+            canvas.disc(DVec2::new(x, 10.0), 3.0, Color::INK);
+            canvas
+        };
+        let frames = [5.0, 5.0, 10.0, 10.0].map(frame);
         let last = rgb8(&frames[3]);
-        write_animation(&path, frames, 40).unwrap();
+        write_animation(&path, &frames, 40).unwrap();
         let file = std::io::BufReader::new(fs::File::open(&path).unwrap());
         let mut reader = png::Decoder::new(file).read_info().unwrap();
         let control = reader.info().animation_control.unwrap();
@@ -351,6 +302,6 @@ mod tests {
             }
         }
         assert_eq!(shown, last);
-        assert!(write_animation(&path, Vec::new(), 40).is_err());
+        assert!(write_animation(&path, &[], 40).is_err());
     }
 }

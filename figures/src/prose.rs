@@ -24,9 +24,6 @@ pub(crate) struct Prose {
 
 impl Prose {
     /// Fills `{name}`s with the values of these names, which may contain Markdown.
-    ///
-    /// # Errors
-    /// If a name has no value, a value is not asked for, or a formula is not TeX.
     pub(crate) fn new(source: &str, values: &[(&str, &dyn Display)]) -> Result<Self> {
         let mut unused: Vec<&str> = values.iter().map(|(name, _)| *name).collect();
         let prose = Self::parse(source, &mut |name| {
@@ -80,7 +77,7 @@ impl Prose {
             formula_mathml: self.formula,
             pictures,
             data,
-            table: Some(table),
+            table,
         })
     }
 }

@@ -1,7 +1,7 @@
 //! Measured numbers.
 
 /// A number with its standard error.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Ratio {
     pub(crate) value: f64,
     pub(crate) error: f64,
@@ -20,6 +20,16 @@ impl Ratio {
     pub(crate) fn over(self, other: Self) -> Self {
         let value = self.value / other.value;
         Self { value, error: value.abs() * (self.error / self.value).hypot(other.error / other.value) }
+    }
+
+    /// The same in another unit, which has no error.
+    pub(crate) fn scaled(self, factor: f64) -> Self {
+        Self { value: factor * self.value, error: factor * self.error }
+    }
+
+    /// One standard error below and above.
+    pub(crate) fn ends(self) -> [f64; 2] {
+        [self.value - self.error, self.value + self.error]
     }
 
     /// "3.5 ± 0.6": as many digits as the error allows.

@@ -23,8 +23,7 @@ pub(crate) fn draw_world(canvas: &mut Canvas, view: &View, world: &World) {
         let points: Vec<DVec2> = shape.points().iter().map(|p| view.at(*p)).collect();
         let color = color(shape);
         if shape.is_closed() {
-            canvas.fill_polygon(&[points.as_slice()], color.tint(0.55));
-            canvas.stroke_polygon(&[points.as_slice()], &Pen::new(color, 1.6));
+            canvas.outlined(&points, color.tint(0.55), &Pen::new(color, 1.6));
         } else {
             canvas.polyline(&points, &Pen::new(color, 3.0));
         }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, bail, ensure};
 use clap::ValueEnum;
 use glam::DVec3;
-use serde_json::Value;
+use serde::{Deserialize, Serialize};
 use volume3d::gradient::Tangent;
 use volume3d::io::{load_scene, read_npy};
 use volume3d::scene::{Filter, Scene};
@@ -14,18 +14,22 @@ use volume3d::scene::{Filter, Scene};
 use crate::space::Reference;
 
 /// Which normals shade.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub(crate) enum Normals {
     /// Those of faces.
+    #[default]
     Face,
     /// Those of vertices, interpolated.
     Vertex,
 }
 
 /// The filter of every pixel, as Mitsuba 3 defines it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub(crate) enum FilterName {
     /// The pixel itself.
+    #[default]
     Box,
     /// Of radius 1 pixel.
     Tent,
@@ -63,8 +67,7 @@ impl fmt::Display for Group {
 }
 
 impl Group {
-    /// The group of a file called `SCENE_FILTER_grad.npy` or, with interpolated normals,
-    /// `SCENE_FILTER_vn_grad.npy`.
+    /// The group of a file called `SCENE_FILTER_grad.npy` or, with interpolated normals, `SCENE_FILTER_vn_grad.npy`.
     fn of_file(name: &str) -> Option<Self> {
         let rest = name.strip_suffix("_grad.npy")?;
         let (rest, normals) =
@@ -151,32 +154,43 @@ fn pixels(path: &Path, (width, height): (usize, usize)) -> anyhow::Result<Vec<DV
     Ok(image.pixels)
 }
 
-/// The change that θ means, and the step of finite differences: p' = p + θ·axis, or a right-handed rotation by θ
-/// radians about the axis through the centre.
+/// The parameter of a scene: p' = p + θ·axis, or a right-handed rotation by θ radians about the axis through the
+/// centre.
+#[derive(Deserialize)]
+struct Theta {
+    kind: Kind,
+    axis: [f64; 3],
+    center: Option<[f64; 3]>,
+    meshes: Vec<String>,
+    fd_step: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Kind {
+    Translate,
+    Rotate,
+}
+
+/// The change that θ means, and the step of finite differences.
 fn parameter(text: &str, scene: &Scene) -> anyhow::Result<(Tangent, f64)> {
-    let theta: Value = serde_json::from_str(text)?;
-    let vector = |key: &str| -> anyhow::Result<DVec3> {
-        let numbers = theta[key].as_array().filter(|a| a.len() == 3);
-        let [x, y, z] = std::array::from_fn(|i| numbers.and_then(|a| a[i].as_f64()).unwrap_or(f64::NAN));
-        let vector = DVec3::new(x, y, z);
-        ensure!(vector.is_finite(), "“{key}” must be three numbers");
-        Ok(vector)
-    };
-    let axis = vector("axis")?;
+    let Theta { kind, axis, center, meshes, fd_step } = serde_json::from_str(text)?;
+    let axis = DVec3::from(axis);
     ensure!(axis != DVec3::ZERO, "“axis” is zero");
-    let meshes = theta["meshes"].as_array().filter(|m| !m.is_empty()).context("“meshes” must name shapes")?;
+    ensure!(!meshes.is_empty(), "“meshes” must name shapes");
+    ensure!(fd_step > 0.0, "“fd_step” must be a positive number");
     let mut change = Tangent::still(scene);
-    for mesh in meshes {
-        let name = mesh.as_str().context("“meshes” must name shapes")?;
+    for name in &meshes {
         let shape = scene.shape(name).with_context(|| format!("the scene has no shape “{name}”"))?;
-        match theta["kind"].as_str() {
-            Some("translate") => change.translate(scene, shape, axis),
-            Some("rotate") => change.rotate(scene, shape, vector("center")?, axis.normalize()),
-            _ => bail!("“kind” must be “translate” or “rotate”"),
+        match kind {
+            Kind::Translate => change.translate(scene, shape, axis),
+            Kind::Rotate => {
+                let center = center.context("a rotation needs its “center”")?;
+                change.rotate(scene, shape, center.into(), axis.normalize());
+            }
         }
     }
-    let step = theta["fd_step"].as_f64().filter(|s| *s > 0.0 && s.is_finite());
-    Ok((change, step.context("“fd_step” must be a positive number")?))
+    Ok((change, fd_step))
 }
 
 #[cfg(test)]
@@ -210,9 +224,9 @@ mod tests {
         assert_eq!(parameter(&translated, &scene).unwrap().0, expected);
         for (from, to, words) in [
             ("block", "blok", "“blok”"),
-            ("rotate", "scale", "“kind”"),
+            ("rotate", "scale", "`scale`"),
             ("[0, 2, 0]", "[0, 0, 0]", "“axis”"),
-            ("[1, 0, 0]", "[1, 0]", "“center”"),
+            ("[1, 0, 0]", "null", "“center”"),
             ("0.01", "-1", "“fd_step”"),
             ("[\"block\"]", "[]", "“meshes”"),
             ("{", "", "line 1"),

@@ -3,11 +3,10 @@
 mod case;
 mod comparison;
 mod record;
-mod stored;
 #[cfg(test)]
 mod tests;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -18,12 +17,11 @@ use volume3d::gradient::{GradientError, GradientImage, Progress, Stopped};
 
 use self::case::{Case, FilterName, Group, Normals, mean, word};
 use self::comparison::Comparison;
-use self::record::{Records, Row, Settings};
-use self::stored::Stored;
+use self::record::{Records, Row, Stored};
 use crate::context::{style, told};
 use crate::figures::common::seed_of;
 use crate::output::{write_bytes, write_csv};
-use crate::space::{Clock, METHODS, Method, Runs, Task};
+use crate::space::{Clock, Compared, METHODS, Method, Task};
 
 /// Set by Ctrl-C.
 static STOP: AtomicBool = AtomicBool::new(false);
@@ -99,7 +97,7 @@ pub(crate) fn run(options: &Options) -> anyhow::Result<()> {
     let references = options.reference.clone().unwrap_or_else(|| options.scenes.join("ref"));
     let groups = options.groups(&Group::all(&references)?)?;
     let results = options.results.clone().unwrap_or_else(|| options.scenes.join("results.csv"));
-    let stored = stored::read(&results)?;
+    let stored = Stored::read(&results)?;
     let mut records = Records::open(options.out.join("peers_runs.csv"))?;
     let stop = || {
         if STOP.swap(true, Ordering::Relaxed) {
@@ -111,7 +109,7 @@ pub(crate) fn run(options: &Options) -> anyhow::Result<()> {
     let threads = threads.map_err(|e| anyhow!("cannot start {} threads: {e}", options.threads))?;
     let refused = threads.install(|| options.measure(&references, &groups, &mut records));
     let refused = refused.map_err(|error| match error.downcast_ref::<Stopped>() {
-        Some(_) => error.context(format!("{} keeps what was measured", records.path().display())),
+        Some(_) => error.context(format!("{} keeps what was measured", records.path.display())),
         None => error,
     })?;
     options.write(&groups, &records, &stored)?;
@@ -140,58 +138,59 @@ impl Options {
     }
 
     fn methods(&self) -> impl Iterator<Item = &'static Method> {
-        METHODS
-            .iter()
-            .filter(|method| self.methods.is_empty() || self.methods.iter().any(|k| k == method.key))
+        METHODS.iter().filter(|method| chosen(&self.methods, &method.key.to_owned()))
     }
 
-    fn settings(&self, group: &Group, method: &Method) -> Settings {
-        Settings {
-            group: group.clone(),
+    /// A row with the settings of a measurement to be made.
+    fn settings(&self, group: &Group, method: &Method) -> Row {
+        let Group { scene, normals, filter } = group.clone();
+        Row {
+            scene,
+            normals,
+            filter,
             method: method.key.to_owned(),
-            samples: self.samples.map_or(method.samples, |samples| samples as usize),
+            spp: self.samples.map_or(method.samples, |samples| samples as usize),
             runs: self.runs as usize,
             seed: self.seed,
             threads: self.threads as usize,
+            ..Row::default()
         }
     }
 
     /// Measures what is missing, and returns what cannot be measured and why.
     fn measure(
         &self,
-        references: &std::path::Path,
+        references: &Path,
         groups: &[Group],
         records: &mut Records,
     ) -> anyhow::Result<Vec<String>> {
-        let all = groups.iter().flat_map(|group| self.methods().map(move |method| (group, method)));
-        let (kept, missing): (Vec<_>, Vec<_>) = all.partition(|(group, method)| {
-            !self.again && records.find(&self.settings(group, method)).is_some()
-        });
-        if !kept.is_empty() {
-            println!(
-                "{} of {} rows are kept from {}",
-                kept.len(),
-                kept.len() + missing.len(),
-                records.path().display()
-            );
+        let missing = |group: &Group, records: &Records| -> Vec<&'static Method> {
+            let known = |method: &Method| records.find(&self.settings(group, method)).is_some();
+            self.methods().filter(|method| self.again || !known(method)).collect()
+        };
+        let count: usize = groups.iter().map(|group| missing(group, records).len()).sum();
+        let all = groups.len() * self.methods().count();
+        if count < all {
+            println!("{} of {all} rows are kept from {}", all - count, records.path.display());
         }
-        let bar = ProgressBar::new(missing.len() as u64)
+        let bar = ProgressBar::new(count as u64)
             .with_style(style("{pos}/{len} {bar:24} {elapsed} gone, {eta} to go  {msg}"));
         bar.enable_steady_tick(Duration::from_millis(200));
         let mut refused = vec![];
-        let mut case: Option<(&Group, Case)> = None;
-        for (group, method) in missing {
-            let current = match case.take() {
-                Some((of, loaded)) if of == group => loaded,
-                _ => Case::load(&self.scenes, references, group)?,
-            };
-            match self.row(&current, self.settings(group, method), method, &bar) {
-                Ok(row) => records.add(row)?,
-                Err(error @ GradientError::Stopped(_)) => return Err(error_of_stop(error)),
-                Err(error) => refused.push(format!("{group}: {}: {error}", method.name)),
+        for group in groups {
+            let methods = missing(group, records);
+            if methods.is_empty() {
+                continue;
             }
-            case = Some((group, current));
-            bar.inc(1);
+            let case = Case::load(&self.scenes, references, group)?;
+            for method in methods {
+                match self.row(&case, self.settings(group, method), method, &bar) {
+                    Ok(row) => records.add(row)?,
+                    Err(GradientError::Stopped(stopped)) => return Err(stopped.into()),
+                    Err(error) => refused.push(format!("{group}: {}: {error}", method.name)),
+                }
+                bar.inc(1);
+            }
         }
         bar.finish_and_clear();
         Ok(refused)
@@ -201,11 +200,11 @@ impl Options {
     fn row(
         &self,
         case: &Case,
-        settings: Settings,
+        settings: Row,
         method: &Method,
         bar: &ProgressBar,
     ) -> Result<Row, GradientError> {
-        let Group { scene, normals, filter } = &settings.group;
+        let Row { scene, normals, filter, .. } = &settings;
         let what = format!("{scene} {} {}: {}", word(*normals), word(*filter), method.name);
         let mut images: Vec<GradientImage> = vec![];
         let clock = Clock::start();
@@ -213,7 +212,7 @@ impl Options {
             let task = Task {
                 scene: &case.scene,
                 change: &case.change,
-                samples: settings.samples,
+                samples: settings.spp,
                 step: case.step,
                 seed: seed_of(settings.seed.into(), &[run as u64]),
             };
@@ -227,38 +226,34 @@ impl Options {
             images.iter().map(|image| image.auxiliary_rays).sum::<u64>() / settings.runs as u64;
         let radiance = images.iter().map(|image| mean(&image.image)).sum::<glam::DVec3>() / runs;
         let gradients: Vec<_> = images.into_iter().map(|image| image.gradient).collect();
+        let Compared { variance, bias2, slope, .. } = Compared::new(&gradients, &case.reference);
         Ok(Row {
-            measured: Runs::new(&gradients, &case.reference).measured(),
             seconds,
-            noise: case.reference.floor / case.reference.power(),
-            radiance: radiance.element_sum() / case.radiance.element_sum(),
+            rel_variance: variance.value,
+            rel_variance_error: variance.error,
+            rel_bias2: bias2.value,
+            rel_bias2_error: bias2.error,
+            slope: slope.value,
+            slope_error: slope.error,
+            reference_noise: case.reference.floor / case.reference.power(),
+            radiance_ratio: radiance.element_sum() / case.radiance.element_sum(),
             auxiliary_rays,
             non_finite,
-            settings,
+            ..settings
         })
     }
 
     /// Writes and prints the tables.
     fn write(&self, groups: &[Group], records: &Records, stored: &[Stored]) -> anyhow::Result<()> {
-        let comparisons: Vec<Comparison> = groups
-            .iter()
-            .map(|group| {
-                let rows: Vec<_> =
-                    self.methods().filter_map(|method| records.find(&self.settings(group, method))).collect();
-                Comparison::new(group, &rows, stored, &self.times)
-            })
-            .collect();
+        let comparison = |group: &Group| {
+            let rows = self.methods().filter_map(|method| records.find(&self.settings(group, method)));
+            Comparison::new(group, &rows.collect::<Vec<_>>(), stored, &self.times)
+        };
+        let comparisons: Vec<Comparison> = groups.iter().map(comparison).collect();
         let text = comparison::markdown(&comparisons, &self.times, self.threads as usize);
         write_bytes(&self.out.join("peers.md"), text.as_bytes())?;
         write_csv(&self.out.join("peers.csv"), &comparison::table(&comparisons, &self.times))?;
         println!("{text}");
         Ok(())
-    }
-}
-
-fn error_of_stop(error: GradientError) -> anyhow::Error {
-    match error {
-        GradientError::Stopped(stopped) => stopped.into(),
-        other => other.into(),
     }
 }

@@ -11,9 +11,8 @@ use super::{
     geometry::Rect,
     legend::{self, Legend},
     marks::{Mark, Placed, Style},
-    notes,
     scale::{Kind, Scale, Ticks},
-    text::{Align, Direction, Height, LINE_SPACING, TextStyle},
+    text::{Align, Height, TextStyle},
 };
 
 const TICK: f64 = 4.0;
@@ -34,19 +33,16 @@ pub(crate) struct Axis {
 
 impl Axis {
     /// A linear axis that follows its data.
-    #[must_use]
     pub(crate) fn linear(label: impl Into<String>) -> Self {
         Self { label: label.into(), kind: Kind::Linear, limits: None, ticks: None, grid: true }
     }
 
     /// A logarithmic axis that follows its positive data.
-    #[must_use]
     pub(crate) fn log(label: impl Into<String>) -> Self {
         Self { kind: Kind::Log, ..Self::linear(label) }
     }
 
     /// An axis of named places at 0, 1, 2…, for bars.
-    #[must_use]
     pub(crate) fn categories(label: impl Into<String>, names: &[&str]) -> Self {
         let ticks = names.iter().enumerate().map(|(i, name)| (i as f64, (*name).to_owned())).collect();
         let limits = Some((-0.6, names.len() as f64 - 0.4));
@@ -54,13 +50,11 @@ impl Axis {
     }
 
     /// The same from `low` to `high`, whatever the data.
-    #[must_use]
     pub(crate) fn limits(self, low: f64, high: f64) -> Self {
         Self { limits: Some((low, high)), ..self }
     }
 
     /// The same with ticks at the given values.
-    #[must_use]
     pub(crate) fn ticks<L: Into<String>>(self, ticks: impl IntoIterator<Item = (f64, L)>) -> Self {
         Self { ticks: Some(ticks.into_iter().map(|(value, label)| (value, label.into())).collect()), ..self }
     }
@@ -77,11 +71,8 @@ impl Axis {
             Some(ticks) => Ticks { major: ticks.clone(), ..Ticks::default() },
             None => scale.ticks((target as usize).clamp(2, 9)),
         };
-        let inside = |value: f64| {
-            scale.position(value).is_some_and(|position| (-1e-9..=1.0 + 1e-9).contains(&position))
-        };
-        ticks.major.retain(|(value, _)| inside(*value));
-        ticks.minor.retain(|value| inside(*value));
+        ticks.major.retain(|(value, _)| scale.holds(*value));
+        ticks.minor.retain(|value| scale.holds(*value));
         ticks
     }
 }
@@ -97,14 +88,12 @@ pub(crate) struct Axes {
 }
 
 impl Axes {
-    /// Empty axes.
-    #[must_use]
+    /// Empty axes, with the legend in the top right corner.
     pub(crate) fn new(x: Axis, y: Axis) -> Self {
         Self { x, y, legend: Legend::TopRight, marks: Vec::new(), notes: Vec::new() }
     }
 
-    /// The same with the legend elsewhere (it starts in the top right corner).
-    #[must_use]
+    /// The same with the legend elsewhere.
     pub(crate) fn legend(self, legend: Legend) -> Self {
         Self { legend, ..self }
     }
@@ -139,36 +128,38 @@ impl Axes {
         self.push(Mark::Bars(points.into_iter().collect(), width), style);
     }
 
-    /// A reference line at height y, named where there is room along it.
-    pub(crate) fn horizontal(&mut self, y: f64, label: impl Into<String>, style: &Style) {
-        self.push(Mark::Horizontal(y, label.into()), style);
+    /// A reference line at height y.
+    pub(crate) fn horizontal(&mut self, y: f64, style: &Style) {
+        self.push(Mark::Horizontal(y), style);
     }
 
-    /// A reference line at x, named where there is room along it.
-    pub(crate) fn vertical(&mut self, x: f64, label: impl Into<String>, style: &Style) {
-        self.push(Mark::Vertical(x, label.into()), style);
+    /// A reference line at x.
+    pub(crate) fn vertical(&mut self, x: f64, style: &Style) {
+        self.push(Mark::Vertical(x), style);
     }
 
-    /// A text beside a point, put where it covers the least.
+    /// A text to the right of a point.
     pub(crate) fn note(&mut self, point: [f64; 2], text: impl Into<String>, color: Color) {
         self.notes.push((point, text.into(), color));
+    }
+
+    /// A line through points with bars for their errors: [x, y, low, high].
+    pub(crate) fn measured(&mut self, points: impl IntoIterator<Item = [f64; 4]>, style: &Style) {
+        let points: Vec<[f64; 4]> = points.into_iter().collect();
+        let line = points.iter().map(|[x, y, ..]| [*x, *y]).collect();
+        self.error_bars(points, &Style::new(style.pen.color));
+        self.push(Mark::Line(line), style);
     }
 
     fn push(&mut self, mark: Mark, style: &Style) {
         self.marks.push((mark, style.clone()));
     }
 
-    /// Draws everything into `space` and returns the map from data to the page, for what else belongs
-    /// there.
+    /// Draws everything into `space` and returns the map from data to the page, for what else belongs there.
     pub(crate) fn draw(&self, canvas: &mut Canvas, space: Rect) -> Placed {
         let extent: Vec<[f64; 2]> = self.marks.iter().flat_map(|(mark, _)| mark.extent()).collect();
         let x = self.x.scale(extent.iter().map(|point| point[0]));
-        let mut y = self.y.scale(extent.iter().map(|point| point[1]));
-        let has_bars = self.marks.iter().any(|(mark, _)| matches!(mark, Mark::Bars(..)));
-        let lowest = extent.iter().map(|point| point[1]).fold(f64::INFINITY, f64::min);
-        if has_bars && self.y.limits.is_none() && self.y.kind == Kind::Linear && lowest >= 0.0 {
-            y = Scale::new(Kind::Linear, 0.0, y.high());
-        }
+        let y = self.y.scale(extent.iter().map(|point| point[1]));
         let entries: Vec<&(Mark, Style)> =
             self.marks.iter().filter(|(_, style)| !style.label.is_empty()).collect();
         let legend_width = if self.legend == Legend::Outside { legend::width(&entries) } else { 0.0 };
@@ -180,14 +171,12 @@ impl Axes {
         let tick_style = TextStyle::new(TICK_TEXT, Color::MUTED);
         let tick_width =
             y_ticks.major.iter().map(|(_, text)| tick_style.width(text)).fold(LEFT_ROOM, f64::max);
-        let names = self.x_names(&x_ticks, rough.width);
-        let name_lines = names.iter().map(Vec::len).max().unwrap_or(1).max(1);
 
         // The same with a common factor or without, so that frames in a row line up.
         let top = 15.0;
         let labelled = |label: &str| if label.is_empty() { 0.0 } else { LABEL_TEXT + 8.0 };
         let left = labelled(&self.y.label) + tick_width + TICK + 4.0;
-        let below = TICK + 4.0 + ((name_lines - 1) as f64 * LINE_SPACING + 0.8) * TICK_TEXT;
+        let below = TICK + 4.0 + 0.8 * TICK_TEXT;
         let bottom = below + labelled(&self.x.label) + 2.0;
         let frame = space.inset(left, top, legend_width + 9.0, bottom);
         let placed = Placed { frame, x, y };
@@ -196,15 +185,12 @@ impl Axes {
         for (mark, style) in &self.marks {
             placed.draw(canvas, mark, style);
         }
-        draw_spines(canvas, &placed, &x_ticks, &y_ticks, has_bars);
+        draw_spines(canvas, &placed, &x_ticks, &y_ticks);
 
-        for ((value, _), lines) in x_ticks.major.iter().zip(&names) {
+        for (value, text) in &x_ticks.major {
             let Some(at) = placed.at([*value, y.low()]) else { continue };
-            for (i, line) in lines.iter().enumerate() {
-                let drop = TICK + 4.0 + i as f64 * LINE_SPACING * TICK_TEXT;
-                let style = tick_style.anchored(Align::Centre, Height::Top);
-                canvas.text(line, DVec2::new(at.x, frame.bottom() + drop), &style);
-            }
+            let style = tick_style.anchored(Align::Centre, Height::Top);
+            canvas.text(text, DVec2::new(at.x, frame.bottom() + TICK + 4.0), &style);
         }
         for (value, text) in &y_ticks.major {
             let Some(at) = placed.at([x.low(), *value]) else { continue };
@@ -220,22 +206,16 @@ impl Axes {
         let at = DVec2::new(frame.centre().x, frame.bottom() + below + 6.0);
         canvas.text(&self.x.label, at, &style.anchored(Align::Centre, Height::Top));
         let at = DVec2::new(space.x + 1.0, frame.centre().y);
-        canvas.text(&self.y.label, at, &style.anchored(Align::Centre, Height::Top).running(Direction::Up));
+        canvas.text(&self.y.label, at, &style.anchored(Align::Centre, Height::Top).upwards());
 
-        let box_taken = legend::draw(canvas, self.legend, frame, &entries);
-        notes::draw(canvas, &placed, &self.marks, &self.notes, box_taken);
+        legend::draw(canvas, self.legend, frame, &entries);
+        for (point, text, color) in &self.notes {
+            let Some(at) = placed.at(*point).filter(|at| frame.contains(*at)) else { continue };
+            let style =
+                TextStyle::new(TICK_TEXT, *color).anchored(Align::Left, Height::Middle).halo(Color::WHITE);
+            canvas.text(text, at + DVec2::new(8.0, 0.0), &style);
+        }
         placed
-    }
-
-    /// The labels under the x axis, named places broken into lines that fit between their neighbours.
-    fn x_names(&self, ticks: &Ticks, width: f64) -> Vec<Vec<String>> {
-        let style = TextStyle::new(TICK_TEXT, Color::MUTED);
-        let room = 0.92 * width / ticks.major.len().max(1) as f64;
-        ticks
-            .major
-            .iter()
-            .map(|(_, text)| if self.x.ticks.is_some() { style.wrap(text, room) } else { vec![text.clone()] })
-            .collect()
     }
 
     fn draw_grid(&self, canvas: &mut Canvas, placed: &Placed, x_ticks: &Ticks, y_ticks: &Ticks) {
@@ -253,27 +233,22 @@ impl Axes {
 }
 
 /// The left and bottom edges of the frame with their ticks.
-fn draw_spines(canvas: &mut Canvas, placed: &Placed, x_ticks: &Ticks, y_ticks: &Ticks, has_bars: bool) {
+fn draw_spines(canvas: &mut Canvas, placed: &Placed, x_ticks: &Ticks, y_ticks: &Ticks) {
     let frame = placed.frame;
     let pen = Pen::new(Color::SPINE, 1.0);
     let thin = Pen::new(Color::SPINE, 0.5);
     let [_, _, _, corner] = frame.corners();
     canvas.rule(DVec2::new(frame.x, frame.y), corner, &pen);
     canvas.rule(corner, DVec2::new(frame.right(), frame.bottom()), &pen);
-    if let Some(level) = placed.foot().filter(|_| has_bars) {
-        canvas.rule(DVec2::new(frame.x, level), DVec2::new(frame.right(), level), &thin);
-    }
-    let major = |ticks: &Ticks| ticks.major.iter().map(|(value, _)| (*value, TICK)).collect::<Vec<_>>();
-    let minor = |ticks: &Ticks, kind: Kind| -> Vec<(f64, f64)> {
-        // Minor ticks tell a log axis from a linear one; on a linear one they are clutter.
-        let shown = if kind == Kind::Log { ticks.minor.as_slice() } else { &[] };
-        shown.iter().map(|value| (*value, 0.55 * TICK)).collect()
+    let lengths = |ticks: &Ticks| -> Vec<(f64, f64)> {
+        let major = ticks.major.iter().map(|(value, _)| (*value, TICK));
+        major.chain(ticks.minor.iter().map(|value| (*value, 0.55 * TICK))).collect()
     };
-    for (value, length) in major(x_ticks).into_iter().chain(minor(x_ticks, placed.x.kind())) {
+    for (value, length) in lengths(x_ticks) {
         let Some(at) = placed.at([value, placed.y.low()]) else { continue };
         canvas.rule(at, at + DVec2::new(0.0, length), &thin);
     }
-    for (value, length) in major(y_ticks).into_iter().chain(minor(y_ticks, placed.y.kind())) {
+    for (value, length) in lengths(y_ticks) {
         let Some(at) = placed.at([placed.x.low(), value]) else { continue };
         canvas.rule(at, at - DVec2::new(length, 0.0), &thin);
     }
@@ -297,17 +272,18 @@ mod tests {
             let style = Style::new(Color::INK).labelled("s").marker(Marker::Cross);
             let pairs: Vec<[f64; 2]> = odd.iter().flat_map(|a| odd.iter().map(|b| [*a, *b])).collect();
             axes.line([], &style);
-            axes.line(pairs.clone(), &style.clone().dashed());
-            axes.steps(pairs.clone(), &style);
-            axes.error_bars(pairs.iter().map(|[a, b]| [*a, *b, *b, *a]), &style);
+            axes.steps(pairs.clone(), &style.clone().dashed());
+            axes.measured(pairs.iter().map(|[a, b]| [*a, *b, *b, *a]), &style);
             axes.band(pairs.iter().map(|[a, b]| [*a, *b, *a]), &style);
             axes.bars(pairs, 0.5, &style);
             for value in odd {
-                axes.horizontal(value, "h", &style);
-                axes.vertical(value, "v", &style);
+                axes.horizontal(value, &style);
+                axes.vertical(value, &style);
             }
             for space in [Rect::new(0.0, 0.0, 200.0, 100.0), Rect::new(5.0, 5.0, 1.0, 0.0)] {
-                axes.draw(&mut Canvas::new(200.0, 100.0), space);
+                let mut canvas = Canvas::new(200.0, 100.0);
+                axes.draw(&mut canvas, space);
+                canvas.arrow(DVec2::ZERO, DVec2::splat(odd[0]), &Pen::new(Color::INK, 1.0));
             }
         }
     }

@@ -7,9 +7,9 @@ use super::{
     color::Color,
     colormap::Shading,
     geometry::Rect,
-    raster::{Filter, Raster},
+    raster::Raster,
     scale::{Kind, Ticks},
-    text::{Align, Direction, Height, TextStyle},
+    text::{Align, Height, TextStyle},
 };
 
 const TICK: f64 = 3.0;
@@ -24,90 +24,67 @@ const LABEL_ROOM: f64 = 24.0;
 const ABOVE: f64 = TEXT + 5.0;
 
 impl Canvas {
-    /// A bar filling `bar`, low values at the bottom, with ticks and `label` to its right.
-    pub(crate) fn vertical_color_bar(&mut self, bar: Rect, shading: &Shading, label: &str) {
-        let strip = Raster::from_fn(1, device_steps(bar.height), |_, row| {
-            let position = 1.0 - (row as f64 + 0.5) / device_steps(bar.height) as f64;
-            shading.color(shading.scale.value(position)).rgb.map(f64::from)
+    /// The colours for t from 0 to 1 along the longer side of `bar`, from the left or from the bottom.
+    pub(crate) fn color_strip(&mut self, bar: Rect, color: impl Fn(f64) -> Color) {
+        let upright = bar.height > bar.width;
+        let steps = (2.0 * bar.width.max(bar.height)).round().clamp(2.0, 4096.0) as usize;
+        let (columns, rows) = if upright { (1, steps) } else { (steps, 1) };
+        let strip = Raster::from_fn(columns, rows, |x, y| {
+            let t = (x.max(y) as f64 + 0.5) / steps as f64;
+            color(if upright { 1.0 - t } else { t }).rgb
         });
-        self.image(&strip, bar, Filter::Nearest);
+        self.image(&strip, bar);
         self.frame(bar, &Pen::new(Color::SPINE, 0.5));
-        let ticks = bar_ticks(shading, bar.height / 32.0);
-        let style = TextStyle::new(TEXT, Color::MUTED).anchored(Align::Left, Height::Middle);
+    }
+
+    /// The same for a shading, with ticks and `label` to the right of an upright bar and below a level one.
+    pub(crate) fn color_bar(&mut self, bar: Rect, shading: &Shading, label: &str) {
+        let upright = bar.height > bar.width;
+        self.color_strip(bar, |t| shading.color(shading.scale.value(t)));
+        let ticks = bar_ticks(shading, if upright { bar.height / 32.0 } else { bar.width / 44.0 });
+        let muted = TextStyle::new(TEXT, Color::MUTED);
+        let beside = muted.anchored(Align::Left, Height::Middle);
+        let (out, style) =
+            if upright { (DVec2::X, beside) } else { (DVec2::Y, muted.anchored(Align::Centre, Height::Top)) };
         let mut widest: f64 = 0.0;
         for (value, text) in &ticks.major {
-            let Some(position) = shading.scale.position(*value) else { continue };
-            let at = DVec2::new(bar.right(), bar.bottom() - position * bar.height);
-            self.rule(at, at + DVec2::new(TICK, 0.0), &Pen::new(Color::SPINE, 0.5));
-            widest = widest.max(self.text(text, at + DVec2::new(TICK + 3.0, 0.0), &style));
+            let Some(t) = shading.scale.position(*value) else { continue };
+            let at = if upright {
+                DVec2::new(bar.right(), bar.bottom() - t * bar.height)
+            } else {
+                DVec2::new(bar.x + t * bar.width, bar.bottom())
+            };
+            self.rule(at, at + TICK * out, &Pen::new(Color::SPINE, 0.5));
+            widest = widest.max(self.text(text, at + (TICK + 3.0) * out, &style));
         }
-        let above = DVec2::new(bar.x, bar.y - 5.0);
-        self.text(&ticks.factor, above, &style.anchored(Align::Left, Height::Baseline));
-        let style =
-            TextStyle::new(LABEL, Color::INK).anchored(Align::Centre, Height::Top).running(Direction::Up);
-        let x = bar.right() + TICK + 3.0 + widest + 6.0;
-        self.text(label, DVec2::new(x, bar.centre().y), &style);
+        let style = TextStyle::new(LABEL, Color::INK).anchored(Align::Centre, Height::Top);
+        if upright {
+            self.text(&ticks.factor, DVec2::new(bar.x, bar.y - 5.0), &muted);
+            let x = bar.right() + TICK + 3.0 + widest + 6.0;
+            self.text(label, DVec2::new(x, bar.centre().y), &style.upwards());
+        } else {
+            self.text(&ticks.factor, DVec2::new(bar.right() + 5.0, bar.centre().y), &beside);
+            let y = bar.bottom() + TICK + 3.0 + TEXT + 5.0;
+            self.text(label, DVec2::new(bar.centre().x, y), &style);
+        }
     }
 
-    /// A bar filling `bar`, low values on the left, with ticks and `label` below.
-    pub(crate) fn horizontal_color_bar(&mut self, bar: Rect, shading: &Shading, label: &str) {
-        let steps = device_steps(bar.width);
-        let strip = Raster::from_fn(steps, 1, |column, _| {
-            let position = (column as f64 + 0.5) / steps as f64;
-            shading.color(shading.scale.value(position)).rgb.map(f64::from)
-        });
-        self.image(&strip, bar, Filter::Nearest);
-        self.frame(bar, &Pen::new(Color::SPINE, 0.5));
-        let ticks = bar_ticks(shading, bar.width / 44.0);
-        let style = TextStyle::new(TEXT, Color::MUTED).anchored(Align::Centre, Height::Top);
-        for (value, text) in &ticks.major {
-            let Some(position) = shading.scale.position(*value) else { continue };
-            let at = DVec2::new(bar.x + position * bar.width, bar.bottom());
-            self.rule(at, at + DVec2::new(0.0, TICK), &Pen::new(Color::SPINE, 0.5));
-            self.text(text, at + DVec2::new(0.0, TICK + 3.0), &style);
-        }
-        let beside = DVec2::new(bar.right() + 5.0, bar.centre().y);
-        self.text(&ticks.factor, beside, &style.anchored(Align::Left, Height::Middle));
-        let below = DVec2::new(bar.centre().x, bar.bottom() + TICK + 3.0 + TEXT + 5.0);
-        self.text(label, below, &TextStyle::new(LABEL, Color::INK).anchored(Align::Centre, Height::Top));
-    }
-
-    /// The field of `width`×`height` values as a framed picture with its colour bar on the right, as
-    /// large as `space` allows, in its top left corner. Returns the rectangle of the picture alone.
-    ///
-    /// # Panics
-    /// If there are not `width`·`height` values.
-    pub(crate) fn field(
-        &mut self,
-        (width, height): (usize, usize),
-        values: &[f64],
-        shading: &Shading,
-        label: &str,
-        space: Rect,
-    ) -> Rect {
+    /// The field of `width` columns as a framed picture with its colour bar on the right, as large as `space` allows,
+    /// in its top left corner. Returns the rectangle of the picture alone.
+    pub(crate) fn field(&mut self, width: usize, values: &[f64], shading: &Shading, space: Rect) -> Rect {
         let ticks = bar_ticks(shading, 6.0);
         let style = TextStyle::new(TEXT, Color::MUTED);
         let widest = ticks.major.iter().map(|(_, text)| style.width(text)).fold(LABEL_ROOM, f64::max);
-        let labelled = if label.is_empty() { 0.0 } else { 6.0 + LABEL };
-        let beside = GAP + THICKNESS + TICK + 3.0 + widest + labelled;
-        let raster = shading.raster(width, height, values);
-        let picture = self.image_fit(&raster, space.inset(0.0, ABOVE, beside, 1.0), Filter::Nearest);
-        self.frame(picture, &Pen::new(Color::SPINE, 0.5));
-        let bar = Rect::new(picture.right() + GAP, picture.y, THICKNESS, picture.height);
-        self.vertical_color_bar(bar, shading, label);
+        let beside = GAP + THICKNESS + TICK + 3.0 + widest;
+        let picture = self.picture(&shading.raster(width, values), space.inset(0.0, ABOVE, beside, 1.0));
+        self.color_bar(Rect::new(picture.right() + GAP, picture.y, THICKNESS, picture.height), shading, "");
         picture
     }
-}
-
-fn device_steps(length: f64) -> usize {
-    (2.0 * length).round().clamp(2.0, 4096.0) as usize
 }
 
 /// About `target` ticks, two at the least.
 fn bar_ticks(shading: &Shading, target: f64) -> Ticks {
     let ticks = shading.scale.ticks((target as usize).clamp(2, 7));
-    if shading.scale.kind() == Kind::Linear && ticks.major.len() < 2 {
-        return shading.scale.ticks(4);
-    }
-    ticks
+    let too_few = shading.scale.kind() == Kind::Linear && ticks.major.len() < 2;
+    if too_few { shading.scale.ticks(4) } else { ticks }
 }

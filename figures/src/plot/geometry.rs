@@ -4,46 +4,34 @@
 
 use glam::DVec2;
 
-/// An axis-aligned rectangle in logical pixels.
+/// An axis-aligned rectangle in logical pixels, from its top left corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rect {
-    /// Left edge.
     pub(crate) x: f64,
-    /// Top edge.
     pub(crate) y: f64,
-    /// Extent to the right; never negative.
     pub(crate) width: f64,
-    /// Extent downwards; never negative.
     pub(crate) height: f64,
 }
 
 impl Rect {
-    /// The rectangle with top-left corner (x, y); negative extents become zero.
-    #[must_use]
+    /// Negative extents become zero.
     pub(crate) fn new(x: f64, y: f64, width: f64, height: f64) -> Self {
         Self { x, y, width: width.max(0.0), height: height.max(0.0) }
     }
 
-    /// Right edge.
-    #[must_use]
     pub(crate) fn right(self) -> f64 {
         self.x + self.width
     }
 
-    /// Bottom edge.
-    #[must_use]
     pub(crate) fn bottom(self) -> f64 {
         self.y + self.height
     }
 
-    /// Middle point.
-    #[must_use]
     pub(crate) fn centre(self) -> DVec2 {
         DVec2::new(self.x + 0.5 * self.width, self.y + 0.5 * self.height)
     }
 
     /// The corners, clockwise on the page from the top left.
-    #[must_use]
     pub(crate) fn corners(self) -> [DVec2; 4] {
         [
             DVec2::new(self.x, self.y),
@@ -54,32 +42,22 @@ impl Rect {
     }
 
     /// Whether the closed rectangle holds `point`.
-    #[must_use]
     pub(crate) fn contains(self, point: DVec2) -> bool {
         point.x >= self.x && point.x <= self.right() && point.y >= self.y && point.y <= self.bottom()
     }
 
-    /// Whether the two rectangles share interior points.
-    #[must_use]
-    pub(crate) fn overlaps(self, other: Self) -> bool {
-        self.x < other.right() && other.x < self.right() && self.y < other.bottom() && other.y < self.bottom()
-    }
-
     /// Shrinks every side by the given amount (grows where it is negative).
-    #[must_use]
     pub(crate) fn inset(self, left: f64, top: f64, right: f64, bottom: f64) -> Self {
         Self::new(self.x + left, self.y + top, self.width - left - right, self.height - top - bottom)
     }
 
     /// Cuts a strip of height `height` off the top: (strip, rest).
-    #[must_use]
     pub(crate) fn split_top(self, height: f64) -> (Self, Self) {
         let height = height.clamp(0.0, self.height);
         (Self { height, ..self }, self.inset(0.0, height, 0.0, 0.0))
     }
 
     /// Columns whose widths stand in the ratio of `weights`, `gutter` apart.
-    #[must_use]
     pub(crate) fn columns(self, weights: &[f64], gutter: f64) -> Vec<Self> {
         shares(weights, self.width, gutter)
             .map(|(start, width)| Self::new(self.x + start, self.y, width, self.height))
@@ -87,20 +65,16 @@ impl Rect {
     }
 
     /// Rows whose heights stand in the ratio of `weights`, `gutter` apart.
-    #[must_use]
     pub(crate) fn rows(self, weights: &[f64], gutter: f64) -> Vec<Self> {
         shares(weights, self.height, gutter)
             .map(|(start, height)| Self::new(self.x, self.y + start, self.width, height))
             .collect()
     }
 
-    /// A grid of equal cells, row by row, `gutter` apart both ways.
-    #[must_use]
-    pub(crate) fn grid(self, rows: usize, columns: usize, gutter: f64) -> Vec<Self> {
-        self.rows(&vec![1.0; rows], gutter)
-            .into_iter()
-            .flat_map(|row| row.columns(&vec![1.0; columns], gutter))
-            .collect()
+    /// Cells of a grid with so many rows and columns, row by row, apart by gaps between columns and between rows.
+    pub(crate) fn grid(self, [rows, columns]: [usize; 2], [across, down]: [f64; 2]) -> Vec<Self> {
+        let rows = self.rows(&vec![1.0; rows], down);
+        rows.into_iter().flat_map(|row| row.columns(&vec![1.0; columns], across)).collect()
     }
 }
 
@@ -116,15 +90,6 @@ fn shares(weights: &[f64], total: f64, gutter: f64) -> impl Iterator<Item = (f64
     })
 }
 
-/// Which way the second coordinate of a scene grows on the page.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Upward {
-    /// y grows up the page, as in mathematics.
-    Yes,
-    /// y grows down the page, as image rows do.
-    No,
-}
-
 /// The similarity from scene coordinates to the page: uniform scale, centred in its rectangle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct View {
@@ -134,27 +99,25 @@ pub(crate) struct View {
 }
 
 impl View {
-    /// Shows the scene box from `low` to `high` as large as `page` allows.
-    #[must_use]
-    pub(crate) fn fit(low: DVec2, high: DVec2, page: Rect, upward: Upward) -> Self {
+    /// Shows the scene box from `low` to `high` as large as `page` allows, y growing down the page as image rows do.
+    pub(crate) fn downward(low: DVec2, high: DVec2, page: Rect) -> Self {
         let size = (high - low).max(DVec2::splat(f64::MIN_POSITIVE));
-        let scale = (page.width / size.x).min(page.height / size.y);
-        let sign = if upward == Upward::Yes { -1.0 } else { 1.0 };
-        Self {
-            scene_centre: 0.5 * (low + high),
-            page_centre: page.centre(),
-            scale: DVec2::new(scale, sign * scale),
-        }
+        let scale = DVec2::splat((page.width / size.x).min(page.height / size.y));
+        Self { scene_centre: 0.5 * (low + high), page_centre: page.centre(), scale }
+    }
+
+    /// The same with y growing up the page, as in mathematics.
+    pub(crate) fn upward(low: DVec2, high: DVec2, page: Rect) -> Self {
+        let view = Self::downward(low, high, page);
+        Self { scale: view.scale * DVec2::new(1.0, -1.0), ..view }
     }
 
     /// The page point of a scene point.
-    #[must_use]
     pub(crate) fn at(&self, point: DVec2) -> DVec2 {
         self.page_centre + (point - self.scene_centre) * self.scale
     }
 
     /// The page vector of a scene vector.
-    #[must_use]
     pub(crate) fn vector(&self, vector: DVec2) -> DVec2 {
         vector * self.scale
     }
@@ -165,18 +128,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn grid_tiles_its_rectangle() {
-        let cells = Rect::new(10.0, 20.0, 110.0, 50.0).grid(2, 3, 10.0);
-        assert_eq!(cells.len(), 6);
-        assert_eq!(cells[5].right(), 120.0);
-        assert_eq!(cells[5].bottom(), 70.0);
-        assert_eq!(cells[0].width, 30.0);
-    }
-
-    #[test]
-    fn view_centres_and_turns_upwards() {
-        let view =
-            View::fit(DVec2::ZERO, DVec2::new(2.0, 1.0), Rect::new(0.0, 0.0, 100.0, 100.0), Upward::Yes);
+    fn grids_tile_and_views_are_centred() {
+        let cells = Rect::new(10.0, 20.0, 110.0, 50.0).grid([2, 3], [10.0; 2]);
+        assert_eq!(
+            (cells.len(), cells[0].width, cells[5].right(), cells[5].bottom()),
+            (6, 30.0, 120.0, 70.0)
+        );
+        let view = View::upward(DVec2::ZERO, DVec2::new(2.0, 1.0), Rect::new(0.0, 0.0, 100.0, 100.0));
         assert_eq!(view.at(DVec2::ZERO), DVec2::new(0.0, 75.0));
         assert_eq!(view.at(DVec2::new(2.0, 1.0)), DVec2::new(100.0, 25.0));
     }

@@ -7,6 +7,7 @@ use super::{
     canvas::Canvas,
     color::Color,
     geometry::Rect,
+    marks::Placed,
     text::{Align, Height, LINE_SPACING, TextStyle},
 };
 
@@ -20,19 +21,17 @@ pub(crate) const PANEL_TITLE_ROOM: f64 = 21.0;
 /// Distance between panels that keeps their labels apart.
 pub(crate) const GUTTER: f64 = 22.0;
 
-/// A page with its title and caption set and the body free for panels.
-#[derive(Clone)]
+/// A page with its title and caption set and the body between them free for panels.
 pub(crate) struct Figure {
-    /// The page.
     pub(crate) canvas: Canvas,
-    /// The space between title and caption.
     pub(crate) body: Rect,
+    /// Panels that have a letter.
+    panels: u8,
 }
 
 impl Figure {
     /// A figure whose body has the given size in logical pixels (720–960 wide suits the gallery);
     /// title and caption add their own height, and take none if empty.
-    #[must_use]
     pub(crate) fn new(body_width: f64, body_height: f64, title: &str, caption: &str) -> Self {
         let title_style = TextStyle::new(TITLE, Color::INK).bold();
         let caption_style = TextStyle::new(CAPTION, Color::MUTED);
@@ -46,12 +45,13 @@ impl Figure {
         canvas.text(title, DVec2::new(MARGIN, MARGIN), &title_style.anchored(Align::Left, Height::Top));
         let at = DVec2::new(MARGIN, body.bottom() + 12.0);
         canvas.paragraph(caption, at, body_width, &caption_style.anchored(Align::Left, Height::Top));
-        Self { canvas, body }
+        Self { canvas, body, panels: 0 }
     }
 
-    /// Titles a panel "(a) Title" from a zero-based index and returns the space below the title.
-    pub(crate) fn panel(&mut self, space: Rect, index: usize, title: &str) -> Rect {
-        let letter = char::from(b'a' + u8::try_from(index % 26).unwrap_or(0));
+    /// Titles the next panel "(a) Title" and returns the space below the title.
+    pub(crate) fn panel(&mut self, space: Rect, title: &str) -> Rect {
+        let letter = char::from(b'a' + self.panels);
+        self.panels += 1;
         let (strip, rest) = space.split_top(PANEL_TITLE_ROOM);
         let at = DVec2::new(strip.x, strip.y + 1.0);
         let style = TextStyle::new(PANEL_TITLE, Color::INK).anchored(Align::Left, Height::Top);
@@ -60,9 +60,9 @@ impl Figure {
         rest
     }
 
-    /// A panel that is a plot.
-    pub(crate) fn plot(&mut self, space: Rect, index: usize, title: &str, axes: &Axes) {
-        let space = self.panel(space, index, title);
-        axes.draw(&mut self.canvas, space);
+    /// A panel that is a plot; returns its place and scales.
+    pub(crate) fn plot(&mut self, space: Rect, title: &str, axes: &Axes) -> Placed {
+        let space = self.panel(space, title);
+        axes.draw(&mut self.canvas, space)
     }
 }

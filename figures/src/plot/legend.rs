@@ -16,18 +16,13 @@ const SAMPLE: f64 = 20.0;
 const GAP: f64 = 6.0;
 const PADDING: f64 = 6.0;
 
-/// Where the legend stands.
+/// Where the legend stands: in a corner of the frame, or nowhere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Legend {
-    /// Nowhere.
     None,
-    /// In the frame's top left corner.
     TopLeft,
-    /// In the frame's top right corner.
     TopRight,
-    /// In the frame's bottom left corner.
     BottomLeft,
-    /// In the frame's bottom right corner.
     BottomRight,
     /// To the right of the frame, which gives up the room.
     Outside,
@@ -43,15 +38,10 @@ pub(super) fn width(entries: &[&(Mark, Style)]) -> f64 {
     if entries.is_empty() { 0.0 } else { longest + SAMPLE + GAP + 2.0 * PADDING }
 }
 
-/// Draws the legend and returns the rectangle it covers.
-pub(super) fn draw(
-    canvas: &mut Canvas,
-    legend: Legend,
-    frame: Rect,
-    entries: &[&(Mark, Style)],
-) -> Option<Rect> {
+/// Draws the legend.
+pub(super) fn draw(canvas: &mut Canvas, legend: Legend, frame: Rect, entries: &[&(Mark, Style)]) {
     if entries.is_empty() || legend == Legend::None {
-        return None;
+        return;
     }
     let (width, height) = (width(entries), ROW * entries.len() as f64 + PADDING);
     let air = 4.0;
@@ -73,7 +63,6 @@ pub(super) fn draw(
         sample(canvas, mark, style, middle);
         canvas.text(&style.label, middle + DVec2::new(SAMPLE + GAP, 0.0), &text_style());
     }
-    Some(covered)
 }
 
 /// A short piece of the series, starting at `start`.
@@ -86,7 +75,7 @@ fn sample(canvas: &mut Canvas, mark: &Mark, style: &Style, start: DVec2) {
             return canvas.fill_rect(swatch, style.pen.color.alpha(0.2 * style.pen.color.alpha));
         }
         Mark::Bars(..) => return canvas.fill_rect(swatch, style.pen.color),
-        Mark::Line(_) | Mark::Steps(_) | Mark::Horizontal(..) | Mark::Vertical(..) => {
+        Mark::Line(_) | Mark::Steps(_) | Mark::Horizontal(_) | Mark::Vertical(_) => {
             canvas.line(start, end, &style.pen);
         }
         Mark::ErrorBars(_) => {

@@ -6,25 +6,18 @@ use super::{
     canvas::{Canvas, Pen},
     color::Color,
     geometry::Rect,
-    scale::{Kind, Scale},
+    scale::Scale,
 };
 
 /// A marker's shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Marker {
-    /// ●
     Circle,
-    /// ■
     Square,
-    /// ◆
     Diamond,
-    /// ▲
     TriangleUp,
-    /// ▼
     TriangleDown,
-    /// ×
     Cross,
-    /// ○
     Ring,
 }
 
@@ -32,54 +25,47 @@ pub(crate) enum Marker {
 #[derive(Clone, Debug)]
 pub(crate) struct Style {
     /// The line; its colour is that of markers, bands and bars too.
-    pub(crate) pen: Pen,
+    pub(super) pen: Pen,
     /// Marker at every point, if any.
-    pub(crate) marker: Option<Marker>,
-    /// Marker radius in logical pixels.
-    pub(crate) radius: f64,
+    pub(super) marker: Option<Marker>,
+    /// Of markers, in logical pixels.
+    pub(super) radius: f64,
     /// Name in the legend; a series without one is not listed.
-    pub(crate) label: String,
+    pub(super) label: String,
 }
 
 impl Style {
     /// A solid line of ordinary width, unnamed.
-    #[must_use]
     pub(crate) fn new(color: Color) -> Self {
         Self { pen: Pen::new(color, 1.7), marker: None, radius: 3.0, label: String::new() }
     }
 
     /// The same with a name in the legend.
-    #[must_use]
     pub(crate) fn labelled(self, label: impl Into<String>) -> Self {
         Self { label: label.into(), ..self }
     }
 
     /// The same with a line of `width` logical pixels.
-    #[must_use]
     pub(crate) fn width(self, width: f64) -> Self {
         Self { pen: Pen { width, ..self.pen }, ..self }
     }
 
     /// The same with a dashed line.
-    #[must_use]
     pub(crate) fn dashed(self) -> Self {
         Self { pen: self.pen.dashed(), ..self }
     }
 
     /// The same with a dotted line.
-    #[must_use]
     pub(crate) fn dotted(self) -> Self {
         Self { pen: self.pen.dotted(), ..self }
     }
 
     /// The same with a marker at every point.
-    #[must_use]
     pub(crate) fn marker(self, marker: Marker) -> Self {
         Self { marker: Some(marker), ..self }
     }
 
     /// The same with markers of another radius.
-    #[must_use]
     pub(crate) fn radius(self, radius: f64) -> Self {
         Self { radius, ..self }
     }
@@ -97,8 +83,8 @@ pub(super) enum Mark {
     Band(Vec<[f64; 3]>),
     /// [x, y] and the width in units of x
     Bars(Vec<[f64; 2]>, f64),
-    Horizontal(f64, String),
-    Vertical(f64, String),
+    Horizontal(f64),
+    Vertical(f64),
 }
 
 impl Mark {
@@ -115,8 +101,8 @@ impl Mark {
             Self::Bars(points, width) => {
                 points.iter().flat_map(|[x, y]| [[x - 0.5 * width, 0.0], [x + 0.5 * width, *y]]).collect()
             }
-            Self::Horizontal(y, _) => vec![[f64::NAN, *y]],
-            Self::Vertical(x, _) => vec![[*x, f64::NAN]],
+            Self::Horizontal(y) => vec![[f64::NAN, *y]],
+            Self::Vertical(x) => vec![[*x, f64::NAN]],
         }
     }
 }
@@ -124,17 +110,13 @@ impl Mark {
 /// The map from data to the page inside the frame of drawn axes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Placed {
-    /// The frame.
     pub(crate) frame: Rect,
-    /// The horizontal scale.
     pub(crate) x: Scale,
-    /// The vertical scale.
     pub(crate) y: Scale,
 }
 
 impl Placed {
     /// The page point of (x, y), which may lie outside the frame; None where a scale has no place for it.
-    #[must_use]
     pub(crate) fn at(&self, [x, y]: [f64; 2]) -> Option<DVec2> {
         // Far outside is far enough: what is drawn there is clipped, and single precision must hold it.
         let reach = |position: f64| position.clamp(-1e4, 1e4);
@@ -180,46 +162,20 @@ impl Placed {
                     canvas.fill_rect(Rect::new(left.x, top, right.x - left.x, bottom - top), pen.color);
                 }
             }),
-            Mark::Horizontal(..) | Mark::Vertical(..) => {
-                if let Some([from, to]) = self.reference(mark) {
-                    canvas.rule(from, to, pen);
-                }
+            Mark::Horizontal(y) => {
+                self.reference(canvas, [self.x.low(), self.x.high()].map(|x| [x, *y]), pen);
+            }
+            Mark::Vertical(x) => {
+                self.reference(canvas, [self.y.low(), self.y.high()].map(|y| [*x, y]), pen);
             }
         }
     }
 
-    /// The ends of a reference line, left and right or bottom and top, if it lies in the frame.
-    pub(super) fn reference(&self, mark: &Mark) -> Option<[DVec2; 2]> {
-        let frame = self.frame;
-        let ends = match mark {
-            Mark::Horizontal(y, _) => [self.x.low(), self.x.high()].map(|x| [x, *y]),
-            Mark::Vertical(x, _) => [self.y.low(), self.y.high()].map(|y| [*x, y]),
-            _ => return None,
-        };
-        let [from, to] = [self.at(ends[0])?, self.at(ends[1])?];
-        frame.inset(-0.5, -0.5, -0.5, -0.5).contains(0.5 * (from + to)).then_some([from, to])
-    }
-
-    /// Page points along what a series draws, a few pixels apart, for texts to avoid.
-    pub(super) fn trace(&self, mark: &Mark) -> Vec<DVec2> {
-        let along = |points: &[[f64; 2]]| -> Vec<DVec2> {
-            let pixels: Vec<DVec2> = points.iter().filter_map(|point| self.at(*point)).collect();
-            let between = pixels.windows(2).filter_map(|pair| cut(pair[0], pair[1], self.frame)).flat_map(
-                |[from, to]| {
-                    let steps = (from.distance(to) / 4.0).ceil().max(1.0);
-                    (0..=steps as u32).map(move |step| from.lerp(to, f64::from(step) / steps))
-                },
-            );
-            between.collect()
-        };
-        match mark {
-            Mark::Line(points) => along(points),
-            Mark::Steps(points) => along(&staircase(points)),
-            Mark::ErrorBars(points) => {
-                points.iter().flat_map(|[x, _, low, high]| along(&[[*x, *low], [*x, *high]])).collect()
-            }
-            Mark::Scatter(points) => points.iter().filter_map(|point| self.at(*point)).collect(),
-            Mark::Horizontal(..) | Mark::Vertical(..) | Mark::Band(_) | Mark::Bars(..) => Vec::new(),
+    /// A line across the frame, if it lies in it.
+    fn reference(&self, canvas: &mut Canvas, ends: [[f64; 2]; 2], pen: &Pen) {
+        let [Some(from), Some(to)] = ends.map(|end| self.at(end)) else { return };
+        if self.frame.inset(-0.5, -0.5, -0.5, -0.5).contains(0.5 * (from + to)) {
+            canvas.rule(from, to, pen);
         }
     }
 
@@ -228,9 +184,12 @@ impl Placed {
         for run in points.split(|point| self.at(*point).is_none()) {
             let pixels: Vec<DVec2> = run.iter().filter_map(|point| self.at(*point)).collect();
             let near = self.frame.inset(-50.0, -50.0, -50.0, -50.0);
+            let (low, high) = (DVec2::new(near.x, near.y), DVec2::new(near.right(), near.bottom()));
             let mut visible: Vec<DVec2> = Vec::with_capacity(pixels.len());
             for pair in pixels.windows(2) {
-                let Some([from, to]) = cut(pair[0], pair[1], near) else { continue };
+                let Some((enter, leave)) = cut([pair[0], pair[1]], low, high) else { continue };
+                let from = if enter > 0.0 { pair[0].lerp(pair[1], enter) } else { pair[0] };
+                let to = if leave < 1.0 { pair[0].lerp(pair[1], leave) } else { pair[1] };
                 if visible.last() != Some(&from) {
                     canvas.polyline(&visible, pen);
                     visible.clear();
@@ -279,13 +238,6 @@ impl Placed {
             canvas.fill_polygon(&[outline], color.alpha(0.2 * color.alpha));
         }
     }
-
-    /// Where zero, or the bottom on a log scale, lies: the foot of bars.
-    pub(super) fn foot(&self) -> Option<f64> {
-        (self.y.kind() == Kind::Linear)
-            .then(|| self.level(0.0))
-            .filter(|level| *level < self.frame.bottom() - 0.5)
-    }
 }
 
 impl Canvas {
@@ -295,7 +247,6 @@ impl Canvas {
         let corners = |corners: &[[f64; 2]], scale: f64| -> Vec<DVec2> {
             corners.iter().map(|corner| at + radius * scale * DVec2::from(*corner)).collect()
         };
-        let rim = Pen::new(Color::WHITE, 1.4);
         let outline = match marker {
             Marker::Circle => {
                 self.disc(at, radius + 0.7, Color::WHITE);
@@ -318,7 +269,7 @@ impl Canvas {
             Marker::TriangleUp => corners(&[[0.0, -1.1], [1.05, 0.75], [-1.05, 0.75]], 1.1),
             Marker::TriangleDown => corners(&[[0.0, 1.1], [-1.05, -0.75], [1.05, -0.75]], 1.1),
         };
-        self.stroke_polygon(&[&outline], &rim);
+        self.stroke_polygon(&[&outline], &Pen::new(Color::WHITE, 1.4));
         self.fill_polygon(&[&outline], color);
     }
 }
@@ -329,44 +280,19 @@ fn staircase(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     treads.chain(points.last().copied()).collect()
 }
 
-/// The part of a segment inside `window` (Liang and Barsky 1984), if any.
-fn cut(from: DVec2, to: DVec2, window: Rect) -> Option<[DVec2; 2]> {
-    let span = to - from;
-    let (mut enter, mut leave) = (0.0f64, 1.0f64);
-    for (speed, room) in [
-        (-span.x, from.x - window.x),
-        (span.x, window.right() - from.x),
-        (-span.y, from.y - window.y),
-        (span.y, window.bottom() - from.y),
-    ] {
-        if speed == 0.0 {
-            if room < 0.0 {
+/// The part of a segment in a box, as parameters along it (Liang and Barsky 1984), if any.
+pub(crate) fn cut([p, q]: [DVec2; 2], low: DVec2, high: DVec2) -> Option<(f64, f64)> {
+    let d = q - p;
+    let (mut start, mut end) = (0.0_f64, 1.0_f64);
+    for axis in 0..2 {
+        let [a, b] = [(low[axis] - p[axis]) / d[axis], (high[axis] - p[axis]) / d[axis]];
+        if d[axis] == 0.0 {
+            if p[axis] < low[axis] || p[axis] > high[axis] {
                 return None;
             }
-        } else if speed < 0.0 {
-            enter = enter.max(room / speed);
-        } else {
-            leave = leave.min(room / speed);
+            continue;
         }
+        (start, end) = (start.max(a.min(b)), end.min(a.max(b)));
     }
-    (enter <= leave).then(|| {
-        [
-            if enter > 0.0 { from + enter * span } else { from },
-            if leave < 1.0 { from + leave * span } else { to },
-        ]
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn segments_are_cut_to_the_window() {
-        let window = Rect::new(0.0, 0.0, 10.0, 10.0);
-        let cut_to = |a: [f64; 2], b: [f64; 2]| cut(a.into(), b.into(), window);
-        assert_eq!(cut_to([-5.0, 5.0], [15.0, 5.0]), Some([DVec2::new(0.0, 5.0), DVec2::new(10.0, 5.0)]));
-        assert_eq!(cut_to([-5.0, -5.0], [15.0, -5.0]), None);
-        assert_eq!(cut_to([1.0, 1.0], [2.0, 3.0]), Some([DVec2::new(1.0, 1.0), DVec2::new(2.0, 3.0)]));
-    }
+    (start < end).then_some((start, end))
 }

@@ -11,8 +11,9 @@ mod geometry;
 mod layout;
 mod legend;
 mod marks;
-mod notes;
 mod raster;
+mod rows;
+
 mod scale;
 mod text;
 
@@ -20,10 +21,11 @@ pub(crate) use axes::{Axes, Axis};
 pub(crate) use canvas::{Canvas, Pen};
 pub(crate) use color::{Color, Palette};
 pub(crate) use colormap::Shading;
-pub(crate) use geometry::{Rect, Upward, View};
+pub(crate) use geometry::{Rect, View};
 pub(crate) use layout::{Figure, GUTTER, PANEL_TITLE_ROOM};
 pub(crate) use legend::Legend;
-pub(crate) use marks::{Marker, Style};
-pub(crate) use raster::{Filter, Raster};
+pub(crate) use marks::{Marker, Style, cut};
+pub(crate) use raster::Raster;
+pub(crate) use rows::Rows;
 pub(crate) use scale::number;
-pub(crate) use text::{Align, Direction, Height, TextStyle};
+pub(crate) use text::{Align, Height, TextStyle};

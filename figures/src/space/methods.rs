@@ -93,7 +93,6 @@ impl Method {
     }
 
     /// The method called `key`.
-    #[must_use]
     pub(crate) fn of_key(key: &str) -> Option<&'static Self> {
         METHODS.iter().find(|method| method.key == key)
     }

@@ -7,4 +7,4 @@ mod runs;
 
 pub(crate) use clock::Clock;
 pub(crate) use methods::{METHODS, Method, Task};
-pub(crate) use runs::{Measured, Reference, Runs};
+pub(crate) use runs::{Compared, Reference};

@@ -16,125 +16,93 @@ pub(crate) struct Reference {
 
 impl Reference {
     /// The mean of independent runs, with the noise that their differences show.
-    #[must_use]
     pub(crate) fn of_runs(runs: Vec<Vec<DVec3>>) -> Self {
         let gradient = mean(&runs);
         let count = runs.len() as f64;
-        let squares: f64 = runs.iter().map(|run| product(&residual(run, &gradient), None)).sum();
+        let square = |residual: Vec<DVec3>| product(&residual, &residual);
+        let squares: f64 = runs.iter().map(|run| square(residual(run, &gradient))).sum();
         Self { gradient, floor: squares / (count * (count - 1.0)), runs }
     }
 
     /// The mean square over pixels and channels, its own noise included: the unit of relative errors.
-    #[must_use]
     pub(crate) fn power(&self) -> f64 {
-        product(&self.gradient, None)
+        product(&self.gradient, &self.gradient)
     }
 }
 
-/// The regression of a gradient image on another: ⟨image, on⟩/⟨on, on⟩.
-fn slope_on(image: &[DVec3], on: &[DVec3]) -> f64 {
-    product(image, Some(on)) / product(on, None)
-}
-
-/// What independent runs of one method tell.
+/// What independent runs of one method tell, in units of the reference's power.
 ///
-/// With rᵢ the difference of run i and the reference, ⟨rᵢ, rᵢ⟩ has the mean b² + v + f and ⟨rᵢ, rⱼ⟩ the mean
-/// b² + f, where b is the bias, v the variance of one run and f the reference's own noise. Everything below follows from these
-/// products.
+/// With rᵢ the difference of run i and the reference, ⟨rᵢ, rᵢ⟩ has the mean b² + v + f and ⟨rᵢ, rⱼ⟩ the mean b² + f,
+/// where b is the bias, v the variance of one run and f the reference's own noise. Everything below follows from
+/// these products; errors are those of the jackknife over runs.
 #[derive(Clone, Debug)]
-pub(crate) struct Runs {
-    /// ⟨rᵢ, rⱼ⟩ in units of the reference's power.
-    products: Vec<Vec<f64>>,
-    /// f in the same units.
-    floor: f64,
-    slopes: Vec<f64>,
-    across: Across,
-    quiet: Vec<f64>,
+pub(crate) struct Compared {
+    /// v, of one run.
+    pub(crate) variance: Ratio,
+    /// b², without noise; by chance it may be negative.
+    pub(crate) bias2: Ratio,
+    /// The slope of the mean on what the reference is an estimate of: 1 without bias. The reference's own noise, which
+    /// makes a plain regression fall short by f, is taken out.
+    pub(crate) slope: Ratio,
+    /// The same for a reference of three or more known runs; its error counts the noise of both sides.
+    pub(crate) true_slope: Ratio,
+    /// The same with pixels weighted by how little runs differ there, so that few noisy pixels do not hide a bias. The
+    /// weights for a run come from the other runs: they do not know it, and so the slope of an unbiased method stays 1.
+    pub(crate) quiet_slope: Ratio,
     /// The mean of all runs.
     pub(crate) mean: Vec<DVec3>,
 }
 
-/// Numbers with standard errors, in units of the reference's power.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Measured {
-    /// v, of one run.
-    pub(crate) variance: f64,
-    pub(crate) variance_error: f64,
-    /// b², without noise; by chance it may be negative.
-    pub(crate) bias2: f64,
-    pub(crate) bias2_error: f64,
-    /// The slope of the mean on what the reference is an estimate of: 1 without bias. The reference's own noise, which
-    /// makes a plain regression fall short by f, is taken out.
-    pub(crate) slope: f64,
-    pub(crate) slope_error: f64,
-}
-
-impl Measured {
-    /// The mean squared error at another time, b² + v · seconds/t, and its standard error. A bias² that noise made
-    /// negative counts as none.
-    #[must_use]
-    pub(crate) fn error_at(&self, seconds: f64, time: f64) -> [f64; 2] {
-        let share = seconds / time;
-        let error = self.bias2_error.hypot(self.variance_error * share);
-        [self.bias2.max(0.0) + self.variance * share, error]
-    }
-}
-
-impl Runs {
+impl Compared {
     /// Compares three or more runs with a reference.
-    #[must_use]
     pub(crate) fn new(runs: &[Vec<DVec3>], reference: &Reference) -> Self {
         let power = reference.power();
-        let signal = 1.0 - reference.floor / power;
+        let (signal, floor) = (1.0 - reference.floor / power, reference.floor / power);
         let residuals: Vec<_> = runs.iter().map(|run| residual(run, &reference.gradient)).collect();
-        let row = |a: &Vec<DVec3>| residuals.iter().map(|b| product(a, Some(b)) / power).collect();
+        let row = |a: &Vec<DVec3>| residuals.iter().map(|b| product(a, b) / power).collect();
+        let products: Vec<Vec<f64>> = residuals.iter().map(row).collect();
+        // A function of the mean products of runs with themselves and with others.
+        let of_products = |statistic: fn(f64, f64, f64) -> f64| {
+            jackknife(runs.len(), |kept| {
+                let n = kept.len() as f64;
+                let diagonal: f64 = kept.iter().map(|&i| products[i][i]).sum();
+                let pairs = kept.iter().flat_map(|&i| kept.iter().map(move |&j| (i, j)));
+                let all: f64 = pairs.map(|(i, j)| products[i][j]).sum();
+                statistic(diagonal / n, (all - diagonal) / (n * (n - 1.0)), floor)
+            })
+        };
+        let slope = |run: &Vec<DVec3>| product(run, &reference.gradient) / power / signal;
+        let quiet = |run| quiet_slope(runs, run, &reference.runs);
         Self {
-            products: residuals.iter().map(row).collect(),
-            floor: reference.floor / power,
-            slopes: runs.iter().map(|run| slope_on(run, &reference.gradient) / signal).collect(),
-            across: Across::new(runs, &reference.runs),
-            quiet: (0..runs.len()).map(|run| quiet_slope(runs, run, &reference.runs)).collect(),
+            variance: of_products(|diagonal, others, _| diagonal - others),
+            bias2: of_products(|_, others, floor| others - floor),
+            slope: Ratio::of_runs(&runs.iter().map(slope).collect::<Vec<_>>()),
+            true_slope: true_slope(runs, &reference.runs),
+            quiet_slope: Ratio::of_runs(&(0..runs.len()).map(quiet).collect::<Vec<_>>()),
             mean: mean(runs),
         }
     }
-
-    /// Variance, bias² and slope. The errors of the first two are those of the jackknife over runs.
-    #[must_use]
-    pub(crate) fn measured(&self) -> Measured {
-        let slope = Ratio::of_runs(&self.slopes);
-        let [variance, variance_error] = self.jackknife(|diagonal, others| diagonal - others);
-        let [bias2, bias2_error] = self.jackknife(|_, others| others - self.floor);
-        let (slope, slope_error) = (slope.value, slope.error);
-        Measured { variance, variance_error, bias2, bias2_error, slope, slope_error }
-    }
-
-    /// The slope of the mean on what the reference is an estimate of, for a reference of three or more runs; its error
-    /// counts the noise of both sides.
-    #[must_use]
-    pub(crate) fn true_slope(&self) -> Ratio {
-        self.across.slope()
-    }
-
-    /// The same with pixels weighted by how little runs differ there, so that few noisy pixels do not hide a bias. The
-    /// weights for a run come from the other runs: they do not know it, and so the slope of an unbiased method stays 1.
-    #[must_use]
-    pub(crate) fn quiet_slope(&self) -> Ratio {
-        Ratio::of_runs(&self.quiet)
-    }
-
-    /// A function of the mean products of runs with themselves and with others, and its standard error.
-    fn jackknife(&self, statistic: impl Fn(f64, f64) -> f64) -> [f64; 2] {
-        jackknife(self.products.len(), |kept| {
-            let n = kept.len() as f64;
-            let diagonal: f64 = kept.iter().map(|&i| self.products[i][i]).sum();
-            let all: f64 = kept.iter().flat_map(|&i| kept.iter().map(move |&j| self.products[i][j])).sum();
-            statistic(diagonal / n, (all - diagonal) / (n * (n - 1.0)))
-        })
-    }
 }
 
-/// Σ w ⟨g, s⟩/Σ w ⟨s, s⟩ over pixels for one run g, with w = 1/(v + median v) from the variance v of the other
-/// runs.
+/// ⟨g, s⟩/⟨s, s⟩ of runs gᵢ on the runs sⱼ of a reference: ⟨gᵢ, sⱼ⟩ has the mean ⟨g, s⟩ and, for j ≠ k, ⟨sⱼ, sₖ⟩ the
+/// mean ⟨s, s⟩, without noise. The jackknife goes over the runs of both.
+fn true_slope(runs: &[Vec<DVec3>], reference: &[Vec<DVec3>]) -> Ratio {
+    let row = |a: &Vec<DVec3>| reference.iter().map(|b| product(a, b)).collect();
+    let [with, among]: [Vec<Vec<f64>>; 2] = [runs, reference].map(|images| images.iter().map(row).collect());
+    let slope = |kept: &[usize], against: &[usize]| {
+        let mean = against.iter().map(|&j| kept.iter().map(|&i| with[i][j]).sum::<f64>()).sum::<f64>()
+            / (kept.len() * against.len()) as f64;
+        let pairs = against.iter().flat_map(|&j| against.iter().map(move |&k| (j, k)));
+        let others: f64 = pairs.filter(|(j, k)| j != k).map(|(j, k)| among[j][k]).sum();
+        mean / (others / (against.len() * (against.len() - 1)) as f64)
+    };
+    let [all, against]: [Vec<usize>; 2] = [with.len(), among.len()].map(|count| (0..count).collect());
+    let ours = jackknife(with.len(), |kept| slope(kept, &against));
+    let theirs = jackknife(among.len(), |kept| slope(&all, kept));
+    Ratio { error: ours.error.hypot(theirs.error), ..ours }
+}
+
+/// Σ w ⟨g, s⟩/Σ w ⟨s, s⟩ over pixels for one run g, with w = 1/(v + median v) from the variance v of the other runs.
 fn quiet_slope(runs: &[Vec<DVec3>], run: usize, reference: &[Vec<DVec3>]) -> f64 {
     let others: Vec<&Vec<DVec3>> = (0..runs.len()).filter(|i| *i != run).map(|i| &runs[i]).collect();
     let variances: Vec<f64> = (0..runs[run].len()).map(|pixel| spread(&others, pixel).1).collect();
@@ -161,48 +129,15 @@ fn spread(runs: &[&Vec<DVec3>], pixel: usize) -> (DVec3, f64) {
     (mean, squares / (count - 1.0))
 }
 
-/// Products of runs gᵢ with the runs sⱼ of a reference, and of those with one another: ⟨gᵢ, sⱼ⟩ has the mean
-/// ⟨g, s⟩ and, for j ≠ k, ⟨sⱼ, sₖ⟩ the mean ⟨s, s⟩, without noise.
-#[derive(Clone, Debug)]
-struct Across {
-    /// By run, then by run of the reference.
-    with: Vec<Vec<f64>>,
-    among: Vec<Vec<f64>>,
-}
-
-impl Across {
-    fn new(runs: &[Vec<DVec3>], reference: &[Vec<DVec3>]) -> Self {
-        let row = |a: &Vec<DVec3>| reference.iter().map(|b| product(a, Some(b))).collect();
-        Self { with: runs.iter().map(row).collect(), among: reference.iter().map(row).collect() }
-    }
-
-    /// ⟨g, s⟩/⟨s, s⟩, with the jackknife over the runs of both.
-    fn slope(&self) -> Ratio {
-        let [runs, reference] = [self.with.len(), self.among.len()];
-        let slope = |kept: &[usize], against: &[usize]| {
-            let mean =
-                against.iter().map(|&j| kept.iter().map(|&i| self.with[i][j]).sum::<f64>()).sum::<f64>()
-                    / (kept.len() * against.len()) as f64;
-            let others = against.iter().flat_map(|&j| against.iter().map(move |&k| (j, k)));
-            let others: f64 = others.filter(|(j, k)| j != k).map(|(j, k)| self.among[j][k]).sum();
-            mean / (others / (against.len() * (against.len() - 1)) as f64)
-        };
-        let [all, against]: [Vec<usize>; 2] = [runs, reference].map(|count| (0..count).collect());
-        let [value, ours] = jackknife(runs, |kept| slope(kept, &against));
-        let [_, theirs] = jackknife(reference, |kept| slope(&all, kept));
-        Ratio { value, error: ours.hypot(theirs) }
-    }
-}
-
 /// A statistic of all of `count` runs, and its standard error by leaving out one at a time.
-fn jackknife(count: usize, statistic: impl Fn(&[usize]) -> f64) -> [f64; 2] {
+fn jackknife(count: usize, statistic: impl Fn(&[usize]) -> f64) -> Ratio {
     let of = |left_out: Option<usize>| {
         let kept: Vec<usize> = (0..count).filter(|i| Some(*i) != left_out).collect();
         statistic(&kept)
     };
     let parts: Vec<f64> = (0..count).map(|i| of(Some(i))).collect();
     // Ratio::of_runs divides by n(n − 1), the jackknife multiplies by (n − 1)/n.
-    [of(None), Ratio::of_runs(&parts).error * (count as f64 - 1.0)]
+    Ratio { value: of(None), error: Ratio::of_runs(&parts).error * (count as f64 - 1.0) }
 }
 
 fn residual(run: &[DVec3], from: &[DVec3]) -> Vec<DVec3> {
@@ -217,9 +152,8 @@ fn mean(runs: &[Vec<DVec3>]) -> Vec<DVec3> {
     mean
 }
 
-/// The mean over pixels and channels of a product, or of a square.
-fn product(a: &[DVec3], b: Option<&[DVec3]>) -> f64 {
-    let b = b.unwrap_or(a);
+/// The mean over pixels and channels of a product.
+fn product(a: &[DVec3], b: &[DVec3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>() / (3 * a.len()) as f64
 }
 
@@ -246,19 +180,18 @@ mod tests {
         assert!((reference.floor - noise * noise).abs() < 0.01);
         let runs: Vec<Vec<DVec3>> =
             (0..6).map(|_| truth.iter().map(|t| 0.8 * *t + three(spread)).collect()).collect();
-        let runs = Runs::new(&runs, &reference);
-        let m = runs.measured();
+        let found = Compared::new(&runs, &reference);
         let power = 1.0 + noise * noise;
-        let expected = [spread * spread / power, 0.04 / power, 0.8];
-        for (value, expected) in [m.variance, m.bias2, m.slope].into_iter().zip(expected) {
-            assert!((value - expected).abs() < 0.01, "{value} for {expected}");
+        for (measured, expected) in [
+            (found.variance, spread * spread / power),
+            (found.bias2, 0.04 / power),
+            (found.slope, 0.8),
+            (found.true_slope, 0.8),
+            (found.quiet_slope, 0.8),
+        ] {
+            assert!((measured.value - expected).abs() < 0.01, "{measured:?} for {expected}");
+            assert!(measured.error < 0.01, "{measured:?}");
         }
-        assert!(m.variance_error < 0.01 && m.bias2_error < 0.01 && m.slope_error < 0.01, "{m:?}");
-        let slope = runs.true_slope();
-        assert!((slope.value - 0.8).abs() < 0.01 && slope.error < 0.01, "{slope:?}");
-        assert!((runs.quiet_slope().value - 0.8).abs() < 0.01, "{:?}", runs.quiet_slope());
-        assert!((m.error_at(3.0, 2.0)[0] - (m.bias2 + 1.5 * m.variance)).abs() < 1e-12);
-        assert_eq!(Measured { bias2: -0.1, ..m }.error_at(2.0, 2.0)[0], m.variance);
     }
 
     /// The products give the same as the definitions: Σ|gᵢ − ḡ|²/(n − 1), and mse − v − f.
@@ -269,14 +202,16 @@ mod tests {
         let runs: Vec<Vec<DVec3>> = (0..4).map(|_| (0..50).map(|_| three()).collect()).collect();
         let gradient = (0..50).map(|_| three()).collect();
         let reference = Reference { gradient, floor: 0.2, runs: vec![] };
-        let m = Runs::new(&runs, &reference).measured();
+        let found = Compared::new(&runs, &reference);
         let power = reference.power();
-        let middle = mean(&runs);
-        let variance = runs.iter().map(|r| product(&residual(r, &middle), None)).sum::<f64>() / 3.0 / power;
-        let mse =
-            runs.iter().map(|r| product(&residual(r, &reference.gradient), None)).sum::<f64>() / 4.0 / power;
-        assert!((m.variance - variance).abs() < 1e-12);
-        assert!((m.bias2 - (mse - variance - 0.2 / power)).abs() < 1e-12);
+        let square = |run: &Vec<DVec3>, from: &[DVec3]| {
+            let difference = residual(run, from);
+            product(&difference, &difference) / power
+        };
+        let variance = runs.iter().map(|run| square(run, &found.mean)).sum::<f64>() / 3.0;
+        let mse = runs.iter().map(|run| square(run, &reference.gradient)).sum::<f64>() / 4.0;
+        assert!((found.variance.value - variance).abs() < 1e-12);
+        assert!((found.bias2.value - (mse - variance - 0.2 / power)).abs() < 1e-12);
         assert!((Reference::of_runs(runs).floor - variance * power / 4.0).abs() < 1e-12);
     }
 }

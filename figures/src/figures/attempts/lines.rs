@@ -3,10 +3,8 @@
 use glam::DVec2;
 
 use super::check::Check;
-use super::edge::{KAPPA, Profile, Weight};
-use crate::plot::{
-    Align, Axes, Axis, Canvas, Color, Figure, Height, Legend, Marker, Palette, Pen, Rect, Style, TextStyle,
-};
+use super::edge::{KAPPA, Profile, Reading, Weight};
+use crate::plot::*;
 
 const BODY: f64 = 960.0;
 const PANEL: f64 = 300.0;
@@ -19,11 +17,11 @@ pub(super) fn draw(profiles: &[Profile], checks: &[Check]) -> Canvas {
     let (key, body) = figure.body.split_top(KEY);
     legend(&mut figure.canvas, key, profiles);
     let panels = body.columns(&[1.0, 1.0, 0.72], 26.0);
-    let space = figure.panel(panels[0], 0, "the field V·ν");
+    let space = figure.panel(panels[0], "the field V·ν");
     values(&mut figure.canvas, space, profiles, checks);
-    let space = figure.panel(panels[1], 1, "its divergence ∇·V");
+    let space = figure.panel(panels[1], "its divergence ∇·V");
     divergences(&mut figure.canvas, space, profiles);
-    let space = figure.panel(panels[2], 2, "boundary functions B");
+    let space = figure.panel(panels[2], "boundary functions B");
     boundaries(&mut figure.canvas, space);
     figure.canvas
 }
@@ -50,23 +48,23 @@ fn curves(axes: &mut Axes, profiles: &[Profile], which: usize) {
         let style = Style::new(color).width(if color == Palette::GREY { 2.4 } else { 1.9 });
         let readings = || profile.readings.iter();
         if readings().any(|r| r.error[which] > 0.0) {
-            let band = |r: &super::edge::Reading| {
+            let band = |r: &Reading| {
                 [r.x, r.value[which] - 2.0 * r.error[which], r.value[which] + 2.0 * r.error[which]]
             };
             axes.band(readings().map(band), &style);
             axes.line(readings().map(|r| [r.x, r.value[which]]), &style);
         } else {
-            let (left, right): (Vec<_>, Vec<_>) =
-                readings().map(|r| [r.x, r.value[which]]).partition(|point| point[0] < 0.0);
-            axes.line(left, &style);
-            axes.line(right, &style);
+            let points: Vec<_> = readings().map(|r| [r.x, r.value[which]]).collect();
+            let jump = points.partition_point(|point| point[0] < 0.0);
+            axes.line(points[..jump].to_vec(), &style);
+            axes.line(points[jump..].to_vec(), &style);
         }
     }
 }
 
 fn values(canvas: &mut Canvas, space: Rect, profiles: &[Profile], checks: &[Check]) {
     let mut axes = Axes::new(across(), Axis::linear("V·ν / |v|").limits(-0.1, 1.25)).legend(Legend::None);
-    axes.vertical(0.0, "", &Style::new(Color::SPINE).width(1.0).dashed());
+    axes.vertical(0.0, &Style::new(Color::SPINE).width(1.0).dashed());
     curves(&mut axes, profiles, 0);
     let dots = checks.iter().map(|check| [check.x, check.exact]);
     axes.scatter(dots, &Style::new(Color::INK).marker(Marker::Circle).radius(2.4));
@@ -90,7 +88,7 @@ fn divergences(canvas: &mut Canvas, space: Rect, profiles: &[Profile]) {
     let low = 1.3 * lowest;
     let y = Axis::linear("∇·V, per kernel width").limits(low, -0.2 * low);
     let mut axes = Axes::new(across(), y).legend(Legend::None);
-    axes.vertical(0.0, "", &Style::new(Color::SPINE).width(1.0).dashed());
+    axes.vertical(0.0, &Style::new(Color::SPINE).width(1.0).dashed());
     curves(&mut axes, profiles, 1);
     let placed = axes.draw(canvas, space);
     // What no reading can show: the direct field's divergence at the silhouette.
@@ -107,14 +105,9 @@ fn boundaries(canvas: &mut Canvas, space: Rect) {
     let x = Axis::linear("distance s, in kernel widths").limits(0.0, 6.0);
     let mut axes = Axes::new(x, Axis::linear("B(s)").limits(0.0, 1.1)).legend(Legend::None);
     for (weight, color) in Weight::both().iter().zip(&COLORS[2..]) {
-        let places = (0..=240).map(|i| f64::from(i) * 0.025);
-        axes.line(places.map(|s| [s, weight.boundary.value(s, KAPPA)]), &Style::new(*color).width(1.9));
+        let point = |s: f64| [s, weight.boundary.value(s, KAPPA)];
+        axes.line((0..=240).map(|i| point(f64::from(i) * 0.025)), &Style::new(*color).width(1.9));
+        axes.note(point(0.62 * weight.boundary.reach(KAPPA)), weight.name, *color);
     }
-    let placed = axes.draw(canvas, space);
-    for (weight, color) in Weight::both().iter().zip(&COLORS[2..]) {
-        let s = 0.62 * weight.boundary.reach(KAPPA);
-        let Some(at) = placed.at([s, weight.boundary.value(s, KAPPA)]) else { continue };
-        let style = TextStyle::new(10.5, *color).anchored(Align::Left, Height::Middle).halo(Color::WHITE);
-        canvas.text(weight.name, at + DVec2::new(9.0, 6.0), &style);
-    }
+    axes.draw(canvas, space);
 }

@@ -6,10 +6,7 @@ use glam::DVec2;
 
 use super::check;
 use super::edge::{Edge, KAPPA, Weight};
-use crate::plot::{
-    Align, Canvas, Color, Direction, Figure, Filter, Height, Palette, Pen, Rect, Shading, TextStyle, Upward,
-    View,
-};
+use crate::plot::{Align, Canvas, Color, Figure, Height, Palette, Pen, Rect, Shading, TextStyle, View};
 
 /// Half the side of the window around u, in kernel widths.
 const WINDOW: f64 = 3.0;
@@ -93,53 +90,47 @@ pub(super) fn draw(around: &[Around]) -> Canvas {
     let height = 21.0 + 2.0 * panel + GUTTER + BARS;
     let mut figure =
         Figure::new(BODY, height, "The boundary-aware weight w = (D + B)^{−γ} around a point u", "");
-    let scales = [
-        Shading::log(1e-2, 1e2),
-        Shading::sequential(0.0, 1.0),
-        Shading::log(1e-5, 10.0),
-        Shading::log(1e-5, 10.0),
-        Shading::log(1e-2, 10.0),
+    let named = |weight: &Weight| format!("w, {}, γ = {}", weight.name, weight.gamma);
+    let boundary = format!("B, {}", quadratic.name.trim_end_matches(" B"));
+    let panels = [
+        ("D, distance from u".to_owned(), Shading::log(1e-2, 1e2), "D"),
+        (boundary, Shading::sequential(0.0, 1.0), "B"),
+        (named(&quadratic), Shading::log(1e-5, 10.0), "w / ∫ w"),
+        (named(&linear), Shading::log(1e-5, 10.0), "w / ∫ w"),
+        ("auxiliary points".to_owned(), Shading::log(1e-2, 10.0), "weight / mean weight"),
     ];
-    let titles = [
-        "D, distance from u".to_owned(),
-        format!("B, {}", quadratic.name.trim_end_matches(" B")),
-        format!("w, {}, γ = {}", quadratic.name, quadratic.gamma),
-        format!("w, {}, γ = {}", linear.name, linear.gamma),
-        "auxiliary points".to_owned(),
-    ];
-    let labels = ["D", "B", "w / ∫ w", "w / ∫ w", "weight / mean weight"];
     let columns = figure.body.inset(LEFT, 0.0, 0.0, 0.0).columns(&[1.0; 5], GUTTER);
-    for (c, column) in columns.into_iter().enumerate() {
-        let space = figure.panel(column, c, &titles[c]);
+    for (c, ((title, shading, label), column)) in panels.iter().zip(columns).enumerate() {
+        let space = figure.panel(column, title);
         for (r, one) in around.iter().enumerate() {
             let frame = Rect::new(space.x, space.y + r as f64 * (panel + GUTTER), panel, panel);
             let canvas = &mut figure.canvas;
             if c < 4 {
-                map(canvas, frame, one, c, &scales[c]);
+                map(canvas, frame, one, c, shading);
             } else {
-                scatter(canvas, frame, one, &scales[c]);
+                scatter(canvas, frame, one, shading);
             }
             if c == 0 {
                 let style = TextStyle::new(11.0, Color::INK).anchored(Align::Centre, Height::Middle);
                 let at = DVec2::new(figure.body.x + 7.0, frame.centre().y);
                 let label = format!("u is {} kernel widths away", one.u.x);
-                canvas.text(&label, at, &style.running(Direction::Up));
+                canvas.text(&label, at, &style.upwards());
             }
         }
         let bar = Rect::new(space.x + 14.0, space.bottom() - BARS + 14.0, panel - 28.0, 9.0);
-        figure.canvas.horizontal_color_bar(bar, &scales[c], labels[c]);
+        figure.canvas.color_bar(bar, shading, label);
     }
     figure.canvas
 }
 
 fn view(frame: Rect, one: &Around) -> View {
     let half = DVec2::splat(WINDOW);
-    View::fit(one.u - half, one.u + half, frame, Upward::No)
+    View::downward(one.u - half, one.u + half, frame)
 }
 
 fn map(canvas: &mut Canvas, frame: Rect, one: &Around, which: usize, shading: &Shading) {
-    let raster = shading.raster(one.side, one.side, &one.maps[which]);
-    canvas.image(&raster, frame, Filter::Nearest);
+    let raster = shading.raster(one.side, &one.maps[which]);
+    canvas.image(&raster, frame);
     marks(canvas, frame, one, Color::WHITE);
     if which >= 2 {
         let text = format!("V·ν = {:.3}", one.shares[which - 2]);

@@ -6,6 +6,8 @@ use flatland::estimator::{EdgeSampling, Exact, FiniteDifference, GradientImage, 
 use flatland::plane::exact::Arrangement;
 use flatland::plane::{Film, Image, Motion, Scene};
 
+use crate::figures::common::{self, Agreement, largest};
+
 /// The channel that is shown and judged: green tells the drawing's gold from its red.
 pub(super) const CHANNEL: usize = 1;
 /// Side of the blocks of pixels in which heavy tails are averaged.
@@ -42,24 +44,14 @@ pub(super) struct Estimate {
     pub(super) seconds: f64,
     pub(super) mean: Vec<f64>,
     pub(super) standard_error: Vec<f64>,
+    /// With the exact gradient.
     pub(super) agreement: Agreement,
-}
-
-/// How an estimate agrees with the exact gradient.
-#[derive(Clone, Copy)]
-pub(super) struct Agreement {
-    /// The slope of the estimate on the exact gradient: 1 if unbiased.
-    pub(super) slope: f64,
-    pub(super) slope_error: f64,
-    /// ‖estimate − exact‖/‖exact‖.
-    pub(super) error: f64,
-    /// Over pixels, and over blocks of pixels.
-    pub(super) pixels: Worst,
-    pub(super) blocks: Worst,
+    /// (estimate − exact)/standard error of every pixel, and of the sums over blocks of pixels; NaN where nothing
+    /// varies.
+    pub(super) z: [Vec<f64>; 2],
 }
 
 /// The largest of many |z|.
-#[derive(Clone, Copy)]
 pub(super) struct Worst {
     pub(super) z: f64,
     pub(super) count: usize,
@@ -67,9 +59,9 @@ pub(super) struct Worst {
     pub(super) expected: f64,
 }
 
-/// One channel of an image.
+/// The channel of an image.
 pub(super) fn channel(image: &Image) -> Vec<f64> {
-    image.pixels().iter().map(|pixel| pixel[CHANNEL]).collect()
+    common::channel(image, CHANNEL)
 }
 
 impl View {
@@ -105,69 +97,36 @@ impl View {
 impl Estimate {
     fn new(image: &GradientImage, exact: &Image, samples: usize, seconds: f64) -> Self {
         let (mean, standard_error) = (channel(&image.mean), channel(&image.standard_error));
-        let agreement = Agreement::new(&channel(exact), &mean, &standard_error, exact.width());
-        Self { samples, rays: image.rays, seconds, mean, standard_error, agreement }
+        let (width, exact) = (exact.width(), channel(exact));
+        let agreement = Agreement::new(&mean, &standard_error, &exact);
+        let z = [1, BLOCK].map(|block| scores(&mean, &standard_error, &exact, width, block));
+        Self { samples, rays: image.rays, seconds, mean, standard_error, agreement, z }
     }
 
-    /// (estimate − exact)/standard error of every pixel; NaN where nothing varies.
-    pub(super) fn z(&self, exact: &Image) -> Vec<f64> {
-        pixel_z(&channel(exact), &self.mean, &self.standard_error)
-    }
-
-    /// The same of the sums over blocks of pixels.
-    pub(super) fn block_z(&self, exact: &Image) -> Vec<f64> {
-        block_z(&channel(exact), &self.mean, &self.standard_error, exact.width())
+    /// Over pixels, and over blocks of pixels.
+    pub(super) fn worst(&self) -> [Worst; 2] {
+        self.z.each_ref().map(|all| {
+            let finite = all.iter().filter(|z| z.is_finite());
+            let (count, z) = finite.fold((0, 0.0_f64), |(count, worst), z| (count + 1, worst.max(z.abs())));
+            Worst { z, count, expected: expected_worst(count) }
+        })
     }
 }
 
 /// Standard errors up to this part of the largest gradient are rounding.
 const ROUNDING: f64 = 1e-9;
 
-fn rounding(exact: &[f64]) -> f64 {
-    ROUNDING * exact.iter().fold(0.0_f64, |largest, e| largest.max(e.abs()))
-}
-
-fn pixel_z(exact: &[f64], mean: &[f64], error: &[f64]) -> Vec<f64> {
-    let least = rounding(exact);
-    let parts = mean.iter().zip(exact).zip(error);
-    parts.map(|((m, e), &s)| if s > least { (m - e) / s } else { f64::NAN }).collect()
-}
-
-fn block_z(exact: &[f64], mean: &[f64], error: &[f64], width: usize) -> Vec<f64> {
-    let least = rounding(exact);
-    let columns = width.div_ceil(BLOCK);
-    let rows = (exact.len() / width).div_ceil(BLOCK);
+/// The sums of (estimate − exact) over squares of pixels, in standard errors.
+fn scores(mean: &[f64], error: &[f64], exact: &[f64], width: usize, block: usize) -> Vec<f64> {
+    let least = ROUNDING * largest(exact);
+    let (columns, rows) = (width.div_ceil(block), (exact.len() / width).div_ceil(block));
     let mut sums = vec![(0.0, 0.0); columns * rows];
     for i in 0..exact.len() {
-        let sum = &mut sums[i / width / BLOCK * columns + i % width / BLOCK];
+        let sum = &mut sums[i / width / block * columns + i % width / block];
         sum.0 += mean[i] - exact[i];
         sum.1 += error[i] * error[i];
     }
     sums.into_iter().map(|(d, v)| if v.sqrt() > least { d / v.sqrt() } else { f64::NAN }).collect()
-}
-
-impl Agreement {
-    fn new(exact: &[f64], mean: &[f64], error: &[f64], width: usize) -> Self {
-        let norm: f64 = exact.iter().map(|e| e * e).sum();
-        let dot: f64 = exact.iter().zip(mean).map(|(e, m)| e * m).sum();
-        let variance: f64 = exact.iter().zip(error).map(|(e, s)| (e * s).powi(2)).sum();
-        let distance: f64 = exact.iter().zip(mean).map(|(e, m)| (m - e).powi(2)).sum();
-        Self {
-            slope: dot / norm,
-            slope_error: variance.sqrt() / norm,
-            error: (distance / norm).sqrt(),
-            pixels: Worst::of(pixel_z(exact, mean, error)),
-            blocks: Worst::of(block_z(exact, mean, error, width)),
-        }
-    }
-}
-
-impl Worst {
-    fn of(all: impl IntoIterator<Item = f64>) -> Self {
-        let finite = all.into_iter().filter(|z| z.is_finite());
-        let (count, z) = finite.fold((0, 0.0_f64), |(count, worst), z| (count + 1, worst.max(z.abs())));
-        Self { z, count, expected: expected_worst(count) }
-    }
 }
 
 /// The z with count · P(|Z| > z) = ln 2, by bisection: the median of the largest of `count` normal ones.

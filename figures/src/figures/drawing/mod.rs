@@ -8,12 +8,13 @@ use flatland::plane::svg::{SvgOptions, parse};
 use flatland::plane::{Film, Filter, Motion, Scene};
 use glam::DVec2;
 
-use self::measure::{Agreement, Subject, View, channel};
+use self::measure::{Estimate, Subject, View, channel};
 use crate::context::Context;
 use crate::gallery::Section;
 use crate::output::Table;
 use crate::plot::number;
 use crate::prose::Prose;
+use crate::ratio::Ratio;
 
 /// The drawing; its origin and licence stand in figures/assets/CREDITS.md.
 const DRAWING: &str = include_str!("../../../assets/montenegro.svg");
@@ -45,7 +46,7 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let corner = centre - DVec2::splat(0.5 * width);
     let close = View::new(&subject, film(corner, width)?, spp[1], context.seed() ^ 0x6)?;
 
-    context.png("figure6_drawing.png", &page::page(&whole, &close, centre, radius).canvas)?;
+    context.png("figure6_drawing.png", &page::page(&whole, &close, centre, radius))?;
     let table = methods(&whole, &close);
     let mut data = vec![];
     for (name, view) in [("whole", &whole), ("shield", &close)] {
@@ -58,8 +59,13 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
 }
 
 fn prose(scene: &Scene, moving: usize, whole: &View, close: &View) -> anyhow::Result<Prose> {
-    let [warped, differences, edges] =
-        [&close.warped, &close.differences, &close.edges].map(|estimate| estimate.agreement);
+    let View { warped, differences, edges, .. } = close;
+    let slope = |estimate: &Estimate| {
+        let Ratio { value, error } = estimate.agreement.slope;
+        format!("{value:.3} ± {error:.3}")
+    };
+    let times = |other: &Estimate| number(other.agreement.error / warped.agreement.error);
+    let [pixels, blocks] = warped.worst();
     Prose::new(
         include_str!("drawing.md"),
         &[
@@ -69,27 +75,23 @@ fn prose(scene: &Scene, moving: usize, whole: &View, close: &View) -> anyhow::Re
             ("seconds_exact", &number(whole.exact_seconds)),
             ("seconds_warped", &number(whole.warped.seconds)),
             ("samples_whole", &whole.warped.samples),
-            ("slope_whole", &slope(whole.warped.agreement)),
+            ("slope_whole", &slope(&whole.warped)),
             ("slope_warped", &slope(warped)),
             ("step", &number(close.step)),
             ("slope_differences", &slope(differences)),
-            ("error_differences", &number(differences.error / warped.error)),
+            ("error_differences", &times(differences)),
             ("slope_edges", &slope(edges)),
-            ("error_edges", &number(edges.error / warped.error)),
-            ("samples", &close.warped.samples),
-            ("pixels", &warped.pixels.count),
-            ("pixels_worst", &number(warped.pixels.z)),
-            ("pixels_expected", &number(warped.pixels.expected)),
+            ("error_edges", &times(edges)),
+            ("samples", &warped.samples),
+            ("pixels", &pixels.count),
+            ("pixels_worst", &number(pixels.z)),
+            ("pixels_expected", &number(pixels.expected)),
             ("block", &measure::BLOCK),
-            ("blocks", &warped.blocks.count),
-            ("blocks_worst", &number(warped.blocks.z)),
-            ("blocks_expected", &number(warped.blocks.expected)),
+            ("blocks", &blocks.count),
+            ("blocks_worst", &number(blocks.z)),
+            ("blocks_expected", &number(blocks.expected)),
         ],
     )
-}
-
-fn slope(agreement: Agreement) -> String {
-    format!("{:.3} ± {:.3}", agreement.slope, agreement.slope_error)
 }
 
 /// Every pixel that changes.
@@ -127,13 +129,13 @@ fn methods(whole: &View, close: &View) -> Table {
             ("samples a pixel", &|(.., e)| e.samples.into()),
             ("rays (millions)", &|(.., e)| (1e-6 * e.rays as f64).into()),
             ("seconds", &|(.., e)| e.seconds.into()),
-            ("slope on exact", &|(.., e)| e.agreement.slope.into()),
-            ("its error", &|(.., e)| e.agreement.slope_error.into()),
+            ("slope on exact", &|(.., e)| e.agreement.slope.value.into()),
+            ("its error", &|(.., e)| e.agreement.slope.error.into()),
             ("relative RMS error", &|(.., e)| e.agreement.error.into()),
-            ("worst z of pixels", &|(.., e)| e.agreement.pixels.z.into()),
-            ("expected", &|(.., e)| e.agreement.pixels.expected.into()),
-            ("worst z of blocks", &|(.., e)| e.agreement.blocks.z.into()),
-            ("expected", &|(.., e)| e.agreement.blocks.expected.into()),
+            ("worst z of pixels", &|(.., e)| e.worst()[0].z.into()),
+            ("expected", &|(.., e)| e.worst()[0].expected.into()),
+            ("worst z of blocks", &|(.., e)| e.worst()[1].z.into()),
+            ("expected", &|(.., e)| e.worst()[1].expected.into()),
         ],
     )
 }

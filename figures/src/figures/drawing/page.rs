@@ -5,9 +5,7 @@ use glam::DVec2;
 
 use super::measure::{BLOCK, View, channel};
 use crate::figures::common::draw_turn;
-use crate::plot::{
-    Axes, Axis, Color, Figure, Filter, Legend, PANEL_TITLE_ROOM, Palette, Pen, Raster, Rect, Shading, Style,
-};
+use crate::plot::*;
 use crate::space::picture::LUMINANCE;
 
 /// Side of a picture on the page.
@@ -19,53 +17,43 @@ const PRINT: f64 = 0.2;
 const REACH: f64 = 6.0;
 
 /// The whole drawing, the moving part, and how warped area agrees with the exact gradient there.
-pub(super) fn page(whole: &View, part: &View, centre: DVec2, radius: f64) -> Figure {
+pub(super) fn page(whole: &View, part: &View, centre: DVec2, radius: f64) -> Canvas {
     let title = "A drawing whose shield turns: the gradient image, exact and estimated";
     let height = 3.0 * (SIDE + PANEL_TITLE_ROOM) + 2.0 * GAP + 24.0;
     let mut figure = Figure::new(4.0 * SIDE + 3.0 * GAP + 64.0, height, title, "");
-    let (x, y) = (figure.body.x, figure.body.y);
-    let cell = |row: usize, column: usize| {
-        let step = SIDE + PANEL_TITLE_ROOM + GAP;
-        Rect::new(x + column as f64 * (SIDE + GAP), y + row as f64 * step, SIDE, SIDE + PANEL_TITLE_ROOM)
-    };
+    let cells = figure.body.inset(0.0, 0.0, 64.0, 24.0).grid([3, 4], [GAP; 2]);
     for (row, view) in [whole, part].into_iter().enumerate() {
         let exact = channel(&view.exact);
         let shading = Shading::signed_covering(&exact, 0.97);
-        let names = [
-            if row == 0 { "Primal" } else { "The shield" }.to_owned(),
-            "Exact gradient".to_owned(),
-            format!("Warped area, {} spp", view.warped.samples),
-            format!("Finite differences, {} spp", view.differences.samples),
+        let pictures = [
+            ("Exact gradient".to_owned(), &exact),
+            (format!("Warped area, {} spp", view.warped.samples), &view.warped.mean),
+            (format!("Finite differences, {} spp", view.differences.samples), &view.differences.mean),
         ];
-        let fields = [&exact, &view.warped.mean, &view.differences.mean];
-        let (width, rows) = view.size();
-        for (column, name) in names.iter().enumerate() {
-            let place = cell(row, column);
-            let space = figure.panel(place, 4 * row + column, name);
-            let raster = match column.checked_sub(1) {
-                None => colors(&view.primal),
-                Some(field) if row == 0 => over_primal(&view.primal, &shading, fields[field]),
-                Some(field) => shading.raster(width, rows, fields[field]),
+        let cells = &cells[4 * row..][..4];
+        let space = figure.panel(cells[0], ["Primal", "The shield"][row]);
+        let mut places = vec![figure.canvas.picture(&colors(&view.primal), space)];
+        for ((name, values), cell) in pictures.iter().zip(&cells[1..]) {
+            let raster = match row {
+                0 => over_primal(&view.primal, &shading, values),
+                _ => shading.raster(view.size().0, values),
             };
-            let rect = figure.canvas.image_fit(&raster, space, Filter::Nearest);
-            figure.canvas.frame(rect, &Pen::new(Color::SPINE, 0.5));
-            if row == 0 {
-                frame_part(&mut figure, whole, part, rect);
-            }
-            if row == 0 && column == 0 {
-                turn(&mut figure, whole, rect, centre, radius);
-            }
+            let space = figure.panel(*cell, name);
+            places.push(figure.canvas.picture(&raster, space));
         }
-        let last = cell(row, 3);
-        let bar = Rect::new(last.right() + 8.0, last.y + PANEL_TITLE_ROOM, 9.0, SIDE);
-        figure.canvas.vertical_color_bar(bar, &shading, "∂_{θ}I (1/rad)");
+        if row == 0 {
+            places.iter().for_each(|place| frame_part(&mut figure.canvas, whole, part, *place));
+            turn(&mut figure.canvas, whole, places[0], centre, radius);
+        }
+        let bar = Rect::new(cells[3].right() + 8.0, cells[3].y + PANEL_TITLE_ROOM, 9.0, SIDE);
+        figure.canvas.color_bar(bar, &shading, "∂_{θ}I (1/rad)");
     }
-    agreement(&mut figure, part, [0, 1, 2].map(|column| cell(2, column)));
-    figure
+    agreement(&mut figure, part, &cells[8..]);
+    figure.canvas
 }
 
 fn colors(image: &Image) -> Raster {
-    Raster::from_fn(image.width(), image.height(), |x, y| image.pixel(x, y).to_array())
+    Raster::from_fn(image.width(), image.height(), |x, y| image.pixel(x, y).as_vec3().to_array())
 }
 
 /// A gradient over a pale print of the primal, so that its place in the drawing is seen.
@@ -73,7 +61,7 @@ fn over_primal(primal: &Image, shading: &Shading, gradient: &[f64]) -> Raster {
     Raster::from_fn(primal.width(), primal.height(), |x, y| {
         let luminance = primal.pixel(x, y).dot(LUMINANCE);
         let pale = 1.0 - PRINT * (1.0 - luminance);
-        shading.color(gradient[y * primal.width() + x]).rgb.map(|channel| f64::from(channel) * pale)
+        shading.color(gradient[y * primal.width() + x]).rgb.map(|channel| (f64::from(channel) * pale) as f32)
     })
 }
 
@@ -84,64 +72,51 @@ fn on(view: &View, rect: Rect, point: DVec2) -> DVec2 {
 }
 
 /// The second film's frame on a picture of the first.
-fn frame_part(figure: &mut Figure, whole: &View, part: &View, rect: Rect) {
+fn frame_part(canvas: &mut Canvas, whole: &View, part: &View, rect: Rect) {
     let low = on(whole, rect, part.film.corner());
     let (width, height) = part.size();
     let side = part.film.pixel() * DVec2::new(width as f64, height as f64);
     let high = on(whole, rect, part.film.corner() + side);
     let frame = Rect::new(low.x, low.y, high.x - low.x, high.y - low.y);
-    figure.canvas.frame(frame, &Pen::new(Color::INK, 0.8));
+    canvas.frame(frame, &Pen::new(Color::INK, 0.8));
 }
 
 /// An arrow along the turn.
-fn turn(figure: &mut Figure, view: &View, rect: Rect, centre: DVec2, radius: f64) {
+fn turn(canvas: &mut Canvas, view: &View, rect: Rect, centre: DVec2, radius: f64) {
     let at = |angle: f64| on(view, rect, centre + 1.3 * radius * DVec2::from_angle(angle));
-    draw_turn(&mut figure.canvas, at, [-1.0, 0.5, 0.45, 0.8], [4.0, 2.2]);
+    draw_turn(canvas, at, [-1.0, 0.5, 0.45, 0.8], [4.0, 2.2]);
 }
 
 /// Standard error, z-scores and their distribution.
-fn agreement(figure: &mut Figure, part: &View, [first, second, third]: [Rect; 3]) {
-    let size = part.size();
-    let space = figure.panel(first, 8, "Standard error");
-    let highest = part.warped.standard_error.iter().fold(0.0_f64, |a, b| a.max(*b));
-    let shading = Shading::log(1e-3 * highest, highest);
-    let raster = shading.raster(size.0, size.1, &part.warped.standard_error);
-    let rect = figure.canvas.image_fit(&raster, space, Filter::Nearest);
-    figure.canvas.frame(rect, &Pen::new(Color::SPINE, 0.5));
-    let bar = Rect::new(rect.x + 26.0, rect.bottom() + 8.0, rect.width - 52.0, 7.0);
-    figure.canvas.horizontal_color_bar(bar, &shading, "");
-    let space = figure.panel(second, 9, "(warped − exact)/standard error");
-    let shading = Shading::signed(4.0);
-    let z = part.warped.z(&part.exact);
-    let raster = shading.raster(size.0, size.1, &z);
-    let rect = figure.canvas.image_fit(&raster, space, Filter::Nearest);
-    figure.canvas.frame(rect, &Pen::new(Color::SPINE, 0.5));
-    let bar = Rect::new(rect.x + 26.0, rect.bottom() + 8.0, rect.width - 52.0, 7.0);
-    figure.canvas.horizontal_color_bar(bar, &shading, "");
-    let wide = Rect::new(third.x, third.y, 2.0 * SIDE + GAP + 50.0, third.height + 24.0);
-    figure.plot(wide, 10, "Is it noise? The distribution of those ratios", &histogram(part, &z));
-}
-
-fn histogram(part: &View, z: &[f64]) -> Axes {
-    let x = Axis::linear("(warped − exact)/standard error").limits(-REACH, REACH);
-    let mut axes = Axes::new(x, Axis::log("density").limits(2e-4, 1.0)).legend(Legend::TopRight);
+fn agreement(figure: &mut Figure, part: &View, cells: &[Rect]) {
+    let errors = &part.warped.standard_error;
+    let highest = errors.iter().fold(0.0_f64, |a, b| a.max(*b));
+    let ratio = "(warped − exact)/standard error";
+    for ((title, values, shading), cell) in [
+        ("Standard error", errors, Shading::log(1e-3 * highest, highest)),
+        (ratio, &part.warped.z[0], Shading::signed(4.0)),
+    ]
+    .into_iter()
+    .zip(cells)
+    {
+        let space = figure.panel(*cell, title);
+        let rect = figure.canvas.picture(&shading.raster(part.size().0, values), space);
+        let bar = Rect::new(rect.x + 26.0, rect.bottom() + 8.0, rect.width - 52.0, 7.0);
+        figure.canvas.color_bar(bar, &shading, "");
+    }
+    let wide = Rect { width: 2.0 * SIDE + GAP + 50.0, height: cells[2].height + 24.0, ..cells[2] };
+    let x = Axis::linear(ratio).limits(-REACH, REACH);
+    let mut axes = Axes::new(x, Axis::log("density").limits(2e-4, 1.0));
+    let [pixels, blocks] = &part.warped.z;
+    axes.steps(density(pixels, 0.25), &Style::new(Palette::SKY).labelled("pixels"));
+    let style = Style::new(Palette::VERMILION).labelled(format!("blocks of {BLOCK} × {BLOCK}"));
+    axes.steps(density(blocks, 0.5), &style);
     let normal = (-60..=60).map(|i| {
         let x = f64::from(i) * 0.1;
         [x, (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt()]
     });
-    let series = [
-        ("pixels".to_owned(), density(z, 0.25), Palette::SKY),
-        (
-            format!("blocks of {BLOCK} × {BLOCK}"),
-            density(&part.warped.block_z(&part.exact), 0.5),
-            Palette::VERMILION,
-        ),
-    ];
-    for (name, steps, color) in series {
-        axes.steps(steps, &Style::new(color).labelled(name));
-    }
     axes.line(normal, &Style::new(Color::INK).dashed().labelled("normal"));
-    axes
+    figure.plot(wide, "Is it noise? The distribution of those ratios", &axes);
 }
 
 /// A histogram of unit area; what lies beyond the reach counts in the total.

@@ -7,7 +7,7 @@ use flatland::warp::{AuxiliaryPoints, Debias, Field, JumpMean, Plane, Warp, Warp
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::example::{EXTENT, Example, WIDTH};
+use super::example::{EXTENT, Example, WIDTH, grid};
 
 /// The reach of the mean over jumps, in kernel widths.
 pub(super) const REACH: f64 = 3.0;
@@ -36,8 +36,7 @@ pub(super) struct Construction<'a> {
     pub(super) measured: (Box<dyn WarpField<Plane> + 'a>, usize),
 }
 
-/// All seven, in the order of the theory; the harmonic field comes at two tolerances, for pictures and
-/// for numbers.
+/// All seven, in the order of the theory; the harmonic field comes at two tolerances, for pictures and for numbers.
 pub(super) fn all<'a>(
     example: &'a Example,
     oracle: &'a OracleField<'a>,
@@ -58,43 +57,28 @@ pub(super) fn all<'a>(
         Construction { name, summary, picture: (field(many), 1), measured: (field(unbiased), effort.repeats) }
     };
     let jumps = SceneJumps::new(scene, JumpMean { reach: REACH * WIDTH });
-    let mean = JumpField { scene, velocities, jumps };
-    let direct = DirectField { scene, velocities };
     let followed = FollowedField { scene, velocities, kappa, candidates: 4 };
-    let kernels = PerKernel { field: followed, seed };
+    // What needs no mean.
+    fn one<'a>(
+        name: &'static str,
+        summary: &'static str,
+        field: impl WarpField<Plane> + Clone + 'a,
+    ) -> Construction<'a> {
+        Construction { name, summary, picture: (Box::new(field.clone()), 1), measured: (Box::new(field), 1) }
+    }
     vec![
-        Construction {
-            name: "direct",
-            summary: "velocity of the point seen",
-            picture: (Box::new(direct), 1),
-            measured: (Box::new(direct), 1),
-        },
+        one("direct", "velocity of the point seen", DirectField { scene, velocities }),
         auxiliary("Gaussian", "direct field, filtered", Weighting::Gaussian),
         auxiliary("boundary-aware", "the method", Weighting::default()),
-        Construction {
-            name: "mean over jumps",
-            summary: "edges by 1/distance",
-            picture: (Box::new(mean.clone()), 1),
-            measured: (Box::new(mean), 1),
-        },
-        Construction {
-            name: "oracle",
-            summary: "v interpolated on triangles",
-            picture: (Box::new(oracle.clone()), 1),
-            measured: (Box::new(oracle.clone()), 1),
-        },
+        one("mean over jumps", "edges by 1/distance", JumpField { scene, velocities, jumps }),
+        one("oracle", "v interpolated on triangles", oracle.clone()),
         Construction {
             name: "harmonic",
             summary: "ΔV = 0 in between",
             picture: (Box::new(harmonic[0].clone()), effort.walks / 2),
             measured: (Box::new(harmonic[1].clone()), effort.repeats / 2),
         },
-        Construction {
-            name: "rotation",
-            summary: "one motion per kernel",
-            picture: (Box::new(kernels), 1),
-            measured: (Box::new(kernels), 1),
-        },
+        one("rotation", "one motion per kernel", PerKernel { field: followed, seed }),
     ]
 }
 
@@ -134,8 +118,7 @@ impl Construction<'_> {
     pub(super) fn sample(&self, effort: Effort, seed: u64) -> Sampled {
         let (field, repeats) = &self.picture;
         let fine = effort.pixels[usize::from(self.measured.1 > 1)];
-        let cells = EXTENT / WIDTH;
-        let (width, height) = (cells.x.round() as usize * fine, cells.y.round() as usize * fine);
+        let [width, height] = grid().map(|cells| cells * fine);
         let pixel = WIDTH / fine as f64;
         let fields = (0..width * height).into_par_iter().map(|i| {
             let centre = DVec2::new((i % width) as f64 + 0.5, (i / width) as f64 + 0.5) * pixel;

@@ -56,6 +56,20 @@ impl Example {
     }
 }
 
+/// Columns and rows of the cells of the rotation method.
+pub(super) fn grid() -> [usize; 2] {
+    (EXTENT / WIDTH).round().to_array().map(|count| count as usize)
+}
+
+/// Their indices and middles, row by row.
+pub(super) fn cells() -> impl Iterator<Item = ([usize; 2], DVec2)> {
+    let [columns, rows] = grid();
+    (0..columns * rows).map(move |i| {
+        let cell = [i % columns, i / columns];
+        (cell, (DVec2::from(cell.map(|place| place as f64)) + 0.5) * WIDTH)
+    })
+}
+
 /// A point of a visible silhouette.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Site {

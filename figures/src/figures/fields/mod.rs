@@ -36,20 +36,19 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let sites = example.sites(&arrangement, SPACING);
     let speed = sites.iter().map(|site| site.velocity.length()).fold(0.0, f64::max);
     let constructions = constructions::all(&example, &oracle, harmonic.each_ref(), effort, context.seed());
-    let sampled: Vec<Sampled> = constructions
-        .iter()
-        .map(|construction| {
-            context.step(&format!("1 warp fields: {} field", construction.name));
-            construction.sample(effort, context.seed())
-        })
-        .collect();
-    let records: Vec<Record> = constructions
-        .iter()
-        .map(|construction| {
-            context.step(&format!("1 warp fields: rules of the {} field", construction.name));
-            Record::new(construction, &sites, speed, context.seed())
-        })
-        .collect();
+    let step = |what: &str, construction: &Construction<'_>| {
+        context.step(&format!("1 warp fields: {what}{} field", construction.name));
+    };
+    let sample = |construction: &Construction<'_>| {
+        step("", construction);
+        construction.sample(effort, context.seed())
+    };
+    let record = |construction: &Construction<'_>| {
+        step("rules of the ", construction);
+        Record::new(construction, &sites, speed, context.seed())
+    };
+    let sampled: Vec<Sampled> = constructions.iter().map(sample).collect();
+    let records: Vec<Record> = constructions.iter().map(record).collect();
     let shown = Shown {
         example: &example,
         arrangement: &arrangement,

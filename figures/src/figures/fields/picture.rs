@@ -4,21 +4,18 @@ use flatland::plane::exact::Arrangement;
 use glam::DVec2;
 
 use super::constructions::{Construction, Sampled};
-use super::example::{EXTENT, Example, Site, WIDTH};
-use super::rules::{Measured, Record};
-use crate::plot::{
-    Align, Axes, Axis, Canvas, Color, Figure, Filter, Height, Legend, PANEL_TITLE_ROOM, Palette, Pen, Raster,
-    Rect, Style, TextStyle, Upward, View, number,
-};
+use super::example::{EXTENT, Example, Site, WIDTH, cells};
+use super::rules::Record;
+use crate::plot::*;
+use crate::ratio::Ratio;
 
 /// Room for two lines under a panel.
 const FOOT: f64 = 35.0;
 const GUTTER: f64 = 20.0;
 const BODY: f64 = 960.0;
 const KEY: f64 = 46.0;
-/// Panels are three by three.
-const COLUMNS: f64 = 3.0;
-const ROWS: f64 = 3.0;
+/// A panel's width: they are three by three.
+const PANEL: f64 = (BODY - 2.0 * GUTTER) / 3.0;
 /// Mismatch, relative to the largest boundary speed, from which on a silhouette is fully coloured.
 const LOUD: f64 = 0.5;
 /// Length of an arrow for the largest boundary speed, in kernel widths.
@@ -40,23 +37,21 @@ pub(super) struct Shown<'a> {
 
 impl Shown<'_> {
     pub(super) fn draw(&self) -> Canvas {
-        let panel = panel_width();
-        let row = PANEL_TITLE_ROOM + panel * EXTENT.y / EXTENT.x + FOOT;
-        let height = ROWS * row + (ROWS - 1.0) * 12.0 + KEY;
-        let mut figure = Figure::new(BODY, height, "One boundary velocity, seven warp fields", "");
-        let rows = figure.body.split_top(ROWS * row + (ROWS - 1.0) * 12.0);
-        let panels: Vec<Rect> =
-            rows.0.rows(&[1.0; ROWS as usize], 12.0).into_iter().flat_map(columns).collect();
-        let space = figure.panel(panels[0], 0, "scene and boundary velocity v");
+        let row = PANEL_TITLE_ROOM + PANEL * EXTENT.y / EXTENT.x + FOOT;
+        let height = 3.0 * row + 2.0 * 12.0;
+        let mut figure = Figure::new(BODY, height + KEY, "One boundary velocity, seven warp fields", "");
+        let (body, key) = figure.body.split_top(height);
+        let panels = body.grid([3, 3], [GUTTER, 12.0]);
+        let space = figure.panel(panels[0], "scene and boundary velocity v");
         self.scene(&mut figure.canvas, space);
         for (i, construction) in self.constructions.iter().enumerate() {
             let title = format!("{}: {}", construction.name, construction.summary);
-            let space = figure.panel(panels[i + 1], i + 1, &title);
+            let space = figure.panel(panels[i + 1], &title);
             self.field(&mut figure.canvas, space, i);
         }
-        let space = figure.panel(panels[8], 8, "both rules, measured");
+        let space = figure.panel(panels[8], "both rules, measured");
         self.bars(&mut figure.canvas, space);
-        self.key(&mut figure.canvas, rows.1.inset(0.0, 14.0, 0.0, 0.0));
+        self.key(&mut figure.canvas, key.inset(0.0, 14.0, 0.0, 0.0));
         figure.canvas
     }
 
@@ -83,12 +78,8 @@ impl Shown<'_> {
         canvas.frame(frame, &Pen::new(Color::SPINE, 0.5));
         let style = TextStyle::new(10.5, Color::MUTED).anchored(Align::Left, Height::Top);
         let at = DVec2::new(frame.x, frame.bottom() + 6.0);
-        canvas.paragraph(
-            "v is known only on the silhouettes. V extends it to every point.",
-            at,
-            frame.width,
-            &style,
-        );
+        let text = "v is known only on the silhouettes. V extends it to every point.";
+        canvas.paragraph(text, at, frame.width, &style);
     }
 
     fn field(&self, canvas: &mut Canvas, space: Rect, index: usize) {
@@ -96,16 +87,14 @@ impl Shown<'_> {
         let (sampled, record) = (&self.sampled[index], &self.records[index]);
         let raster = Raster::from_fn(sampled.width, sampled.height, |x, y| {
             let value = sampled.fields[y * sampled.width + x].value;
-            strength(value.length() / self.speed).rgb.map(f64::from)
+            strength(value.length() / self.speed).rgb
         });
-        canvas.image(&raster, frame, Filter::Nearest);
+        canvas.image(&raster, frame);
         canvas.clipped(frame, |canvas| {
             if self.constructions[index].name == "oracle" {
+                let pen = Pen::new(Color::SPINE.alpha(0.5), 0.6);
                 for (corners, _) in self.arrangement.faces() {
-                    canvas.stroke_polygon(
-                        &[corners.map(|p| view.at(p))],
-                        &Pen::new(Color::SPINE.alpha(0.5), 0.6),
-                    );
+                    canvas.stroke_polygon(&[corners.map(|p| view.at(p))], &pen);
                 }
             }
             let scale = LOUD.recip() as f32;
@@ -116,35 +105,18 @@ impl Shown<'_> {
             self.arrows(canvas, &view, sampled);
         });
         canvas.frame(frame, &Pen::new(Color::SPINE, 0.5));
-        verdict(
-            canvas,
-            DVec2::new(frame.x, frame.bottom() + 12.0),
-            "1",
-            record.continuous,
-            "jump",
-            record.largest_jump,
-        );
-        let mismatch = record.largest_mismatch;
-        verdict(
-            canvas,
-            DVec2::new(frame.x, frame.bottom() + 27.0),
-            "2",
-            record.consistent,
-            "mismatch",
-            mismatch,
-        );
+        let (first, second) = (record.largest_jump, record.largest_mismatch);
+        let foot = DVec2::new(frame.x, frame.bottom());
+        verdict(canvas, foot + DVec2::new(0.0, 12.0), "Rule 1", record.continuous, ("jump", first));
+        verdict(canvas, foot + DVec2::new(0.0, 27.0), "Rule 2", record.consistent, ("mismatch", second));
     }
 
     /// One arrow a kernel width, from the middle of each cell.
     fn arrows(&self, canvas: &mut Canvas, view: &View, sampled: &Sampled) {
-        let cells = (EXTENT / WIDTH).round();
-        for y in 0..cells.y as u32 {
-            for x in 0..cells.x as u32 {
-                let at = (DVec2::new(f64::from(x), f64::from(y)) + 0.5) * WIDTH;
-                let half = 0.5 * self.arrow(view, sampled.near(at));
-                if half.length() > 0.6 {
-                    canvas.arrow(view.at(at) - half, view.at(at) + half, &Pen::new(Color::INK, 0.9));
-                }
+        for (_, at) in cells() {
+            let half = 0.5 * self.arrow(view, sampled.near(at));
+            if half.length() > 0.6 {
+                canvas.arrow(view.at(at) - half, view.at(at) + half, &Pen::new(Color::INK, 0.9));
             }
         }
     }
@@ -155,13 +127,11 @@ impl Shown<'_> {
 
     fn silhouettes(&self, canvas: &mut Canvas, view: &View, color: impl Fn(usize) -> Color) {
         let ends = |site: &Site| [site.at - site.half, site.at + site.half].map(|p| view.at(p));
-        for site in self.sites {
-            let [p, q] = ends(site);
-            canvas.line(p, q, &Pen::new(Color::WHITE, 3.6));
-        }
-        for (i, site) in self.sites.iter().enumerate() {
-            let [p, q] = ends(site);
-            canvas.line(p, q, &Pen::new(color(i), 2.0));
+        for (rim, width) in [(true, 3.6), (false, 2.0)] {
+            for (i, site) in self.sites.iter().enumerate() {
+                let [p, q] = ends(site);
+                canvas.line(p, q, &Pen::new(if rim { Color::WHITE } else { color(i) }, width));
+            }
         }
     }
 
@@ -169,29 +139,27 @@ impl Shown<'_> {
         let letters: Vec<String> =
             (0..self.records.len()).map(|i| format!("({})", char::from(b'b' + i as u8))).collect();
         let letters: Vec<&str> = letters.iter().map(String::as_str).collect();
-        let y = Axis::linear("relative to the largest |v|");
-        let mut axes = Axes::new(Axis::categories("", &letters), y).legend(Legend::None);
-        let jump = Style::new(Palette::GREY);
-        let miss = Style::new(Palette::VERMILION);
-        let series = |shift: f64, value: fn(&Record) -> Measured| {
-            let places = self.records.iter().map(value).enumerate();
-            places.map(move |(i, m)| (i as f64 + shift, m)).collect::<Vec<_>>()
-        };
-        for (style, points) in [
-            (&jump, series(-0.19, |record| record.largest_jump)),
-            (&miss, series(0.19, |record| record.largest_mismatch)),
-        ] {
-            axes.bars(points.iter().map(|(x, m)| [*x, m.value.abs()]), 0.34, style);
-        }
-        axes.draw(canvas, space.inset(0.0, 0.0, 0.0, FOOT - 2.0));
         let text = TextStyle::new(10.5, Color::INK).anchored(Align::Left, Height::Middle);
-        let lines =
-            [(Palette::GREY, "largest jump of V"), (Palette::VERMILION, "largest mismatch |V·ν − v·ν|")];
-        for (i, (color, label)) in lines.into_iter().enumerate() {
+        type Series<'a> = (Color, &'a str, f64, fn(&Record) -> Ratio);
+        let series: [Series<'_>; 2] = [
+            (Palette::GREY, "largest jump of V", -0.19, |record| record.largest_jump),
+            (Palette::VERMILION, "largest mismatch |V·ν − v·ν|", 0.19, |record| {
+                record.largest_mismatch
+            }),
+        ];
+        let all = self.records.iter().flat_map(|record| [record.largest_jump, record.largest_mismatch]);
+        let highest = all.map(|m| m.value.abs()).fold(0.0, f64::max);
+        let y = Axis::linear("relative to the largest |v|").limits(0.0, 1.05 * highest);
+        let mut axes = Axes::new(Axis::categories("", &letters), y).legend(Legend::None);
+        for (i, (color, label, shift, value)) in series.into_iter().enumerate() {
+            let bars = self.records.iter().enumerate();
+            let bars = bars.map(|(i, record)| [i as f64 + shift, value(record).value.abs()]);
+            axes.bars(bars, 0.34, &Style::new(color));
             let at = DVec2::new(space.x + 30.0, space.bottom() - FOOT + 12.0 + 15.0 * i as f64);
             canvas.fill_rect(Rect::new(at.x, at.y - 4.0, 12.0, 8.0), color);
             canvas.text(label, at + DVec2::new(18.0, 0.0), &text);
         }
+        axes.draw(canvas, space.inset(0.0, 0.0, 0.0, FOOT - 2.0));
     }
 
     fn key(&self, canvas: &mut Canvas, space: Rect) {
@@ -204,7 +172,7 @@ impl Shown<'_> {
         let shade = |t: f64| Color::INK.mix(Palette::VERMILION, t as f32);
         gradient(canvas, bar(places[1]), [&ticks[0], &ticks[1], &ticks[2]], shade);
         canvas.text("|V·ν − v·ν| / largest |v|", beside(bar(places[1])), &text);
-        let page = panel_width() / EXTENT.x;
+        let page = PANEL / EXTENT.x;
         let length = ARROW * WIDTH * page;
         let at = DVec2::new(places[2].x + 12.0, places[2].y + 5.0);
         canvas.arrow(at, at + DVec2::new(2.0 * length, 0.0), &Pen::new(Palette::BLUE, 1.7));
@@ -221,35 +189,25 @@ impl Shown<'_> {
     }
 }
 
-fn columns(row: Rect) -> Vec<Rect> {
-    row.columns(&[1.0; COLUMNS as usize], GUTTER)
-}
-
-fn panel_width() -> f64 {
-    (BODY - (COLUMNS - 1.0) * GUTTER) / COLUMNS
-}
-
 /// The frame of a panel and the map of the scene into it.
 fn framed(space: Rect) -> (Rect, View) {
     let frame = space.split_top(space.width * EXTENT.y / EXTENT.x).0;
-    (frame, View::fit(DVec2::ZERO, EXTENT, frame, Upward::No))
+    (frame, View::downward(DVec2::ZERO, EXTENT, frame))
 }
 
 /// "Rule 1 kept · jump 0.01 ± 0.02" with a coloured point.
-fn verdict(canvas: &mut Canvas, at: DVec2, rule: &str, kept: bool, what: &str, measured: Measured) {
-    let color = if kept { Palette::GREEN } else { Palette::VERMILION };
+fn verdict(canvas: &mut Canvas, at: DVec2, rule: &str, kept: bool, (what, measured): (&str, Ratio)) {
+    let (color, word) = if kept { (Palette::GREEN, "kept") } else { (Palette::VERMILION, "broken") };
     canvas.disc(at + DVec2::new(4.0, 0.0), 3.6, color);
     let style = TextStyle::new(10.5, color).bold().anchored(Align::Left, Height::Middle);
-    let word = if kept { "kept" } else { "broken" };
     let start = at + DVec2::new(12.0, 0.0);
-    let width = canvas.text(&format!("Rule {rule} {word}"), start, &style);
+    let width = canvas.text(&format!("{rule} {word}"), start, &style);
     let style = TextStyle::new(10.5, Color::MUTED).anchored(Align::Left, Height::Middle);
-    let text = format!("· {what} {}", brief(measured));
-    canvas.text(&text, start + DVec2::new(width + 4.0, 0.0), &style);
+    canvas.text(&format!("· {what} {}", brief(measured)), start + DVec2::new(width + 4.0, 0.0), &style);
 }
 
 /// A value with its standard error, to the decimals a reader needs.
-pub(super) fn brief(measured: Measured) -> String {
+pub(super) fn brief(measured: Ratio) -> String {
     let value = format!("{:.3}", measured.value.abs());
     if measured.error > 0.0 { format!("{value} ± {:.3}", measured.error) } else { value }
 }
@@ -264,9 +222,7 @@ fn beside(bar: Rect) -> DVec2 {
 }
 
 fn gradient(canvas: &mut Canvas, bar: Rect, ticks: [&str; 3], color: impl Fn(f64) -> Color) {
-    let strip = Raster::from_fn(256, 1, |x, _| color((x as f64 + 0.5) / 256.0).rgb.map(f64::from));
-    canvas.image(&strip, bar, Filter::Bilinear);
-    canvas.frame(bar, &Pen::new(Color::SPINE, 0.5));
+    canvas.color_strip(bar, color);
     let style = TextStyle::new(10.0, Color::MUTED).anchored(Align::Centre, Height::Top);
     for (i, tick) in ticks.into_iter().enumerate() {
         let at = DVec2::new(bar.x + 0.5 * i as f64 * bar.width, bar.bottom() + 5.0);

@@ -6,7 +6,8 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::constructions::Construction;
-use super::example::{EXTENT, Site, WIDTH};
+use super::example::{Site, WIDTH, cells};
+use crate::ratio::Ratio;
 
 /// Half the distance between the two points of a pair, in kernel widths.
 pub(super) const OFFSET: f64 = 1e-5;
@@ -16,41 +17,33 @@ pub(super) const SIGMAS: f64 = 5.0;
 /// different motions come near each other it is steep.
 pub(super) const SLACK: f64 = 100.0 * OFFSET;
 
-/// A mean with its standard error.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Measured {
-    pub(super) value: f64,
-    pub(super) error: f64,
+/// Whether a measured number may be zero.
+fn vanishes(measured: Ratio) -> bool {
+    measured.value.abs() <= SIGMAS * measured.error + SLACK
 }
 
-impl Measured {
-    /// Whether the value may be zero.
-    pub(super) fn vanishes(self) -> bool {
-        self.value.abs() <= SIGMAS * self.error + SLACK
-    }
-
-    fn larger(self, other: Self) -> Self {
-        if other.value.abs() > self.value.abs() { other } else { self }
-    }
+/// The larger magnitude.
+fn larger(one: Ratio, other: Ratio) -> Ratio {
+    if other.value.abs() > one.value.abs() { other } else { one }
 }
 
 /// What was measured on one pair of points, relative to the largest boundary speed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair {
     /// |V⁺ − V⁻|.
-    pub(super) jump: Measured,
+    pub(super) jump: Ratio,
     /// (V − v)·ν on the occluder's side and on the other.
-    pub(super) mismatch: [Measured; 2],
+    pub(super) mismatch: [Ratio; 2],
 }
 
 /// A construction's record.
 pub(super) struct Record {
     /// At every site of the silhouettes.
     pub(super) silhouettes: Vec<Pair>,
-    pub(super) largest_jump: Measured,
-    pub(super) largest_mismatch: Measured,
+    pub(super) largest_jump: Ratio,
+    pub(super) largest_mismatch: Ratio,
     /// With the standard error of one site's mismatch, in the mean.
-    pub(super) mean_mismatch: Measured,
+    pub(super) mean_mismatch: Ratio,
     pub(super) continuous: bool,
     pub(super) consistent: bool,
 }
@@ -65,13 +58,13 @@ impl Record {
         let elsewhere = measure(&borders(), 3);
         let jumps = || silhouettes.iter().chain(&elsewhere).map(|pair| pair.jump);
         let mismatches = || silhouettes.iter().map(|pair| pair.mismatch[0]);
-        let mean = |f: fn(Measured) -> f64| mismatches().map(f).sum::<f64>() / silhouettes.len() as f64;
+        let mean = |f: fn(Ratio) -> f64| mismatches().map(f).sum::<f64>() / silhouettes.len() as f64;
         Self {
-            largest_jump: jumps().fold(Measured::default(), Measured::larger),
-            largest_mismatch: mismatches().fold(Measured::default(), Measured::larger),
-            mean_mismatch: Measured { value: mean(|m| m.value.abs()), error: mean(|m| m.error) },
-            continuous: jumps().all(Measured::vanishes),
-            consistent: mismatches().all(Measured::vanishes),
+            largest_jump: jumps().fold(Ratio::default(), larger),
+            largest_mismatch: mismatches().fold(Ratio::default(), larger),
+            mean_mismatch: Ratio { value: mean(|m| m.value.abs()), error: mean(|m| m.error) },
+            continuous: jumps().all(vanishes),
+            consistent: mismatches().all(vanishes),
             silhouettes,
         }
     }
@@ -80,22 +73,15 @@ impl Record {
 /// Pairs away from silhouettes: the middles of the sides of kernel cells, where the rotation method
 /// passes from one kernel to the next.
 fn borders() -> Vec<Site> {
-    let cells = (EXTENT / WIDTH).round();
-    let mut sites = vec![];
-    for y in 0..cells.y as u32 {
-        for x in 0..cells.x as u32 {
-            // Every second cell, as on a chessboard; its right and lower side.
-            if (x + y) % 2 == 1 {
-                continue;
-            }
-            let centre = (DVec2::new(f64::from(x), f64::from(y)) + 0.5) * WIDTH;
-            for outward in [DVec2::X, DVec2::Y] {
-                let at = centre + 0.5 * WIDTH * outward;
-                sites.push(Site { at, outward, velocity: DVec2::ZERO, half: DVec2::ZERO });
-            }
-        }
-    }
-    sites
+    // Every second cell, as on a chessboard; its right and lower side.
+    let black = cells().filter(|(cell, _)| (cell[0] + cell[1]) % 2 == 0);
+    let sides = black.flat_map(|(_, centre)| {
+        [DVec2::X, DVec2::Y].map(|outward| {
+            let at = centre + 0.5 * WIDTH * outward;
+            Site { at, outward, velocity: DVec2::ZERO, half: DVec2::ZERO }
+        })
+    });
+    sides.collect()
 }
 
 /// Compares the field just inside and just outside; both use the same random numbers, which leaves
@@ -118,12 +104,12 @@ fn measure(
         sums.iter_mut().zip(values).for_each(|(sum, value)| sum.push(value));
     }
     let [x, y, inside, outside] = sums.map(|sum| measured(sum, *repeats));
-    let jump = Measured { value: x.value.hypot(y.value), error: x.error.hypot(y.error) };
+    let jump = Ratio { value: x.value.hypot(y.value), error: x.error.hypot(y.error) };
     Pair { jump, mismatch: [inside, outside] }
 }
 
 /// What is known exactly is measured once.
-fn measured(moments: Moments, repeats: usize) -> Measured {
+fn measured(moments: Moments, repeats: usize) -> Ratio {
     let error = if repeats > 1 { moments.standard_error() } else { 0.0 };
-    Measured { value: moments.mean(), error }
+    Ratio { value: moments.mean(), error }
 }

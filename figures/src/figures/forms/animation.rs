@@ -8,10 +8,7 @@ use rayon::prelude::*;
 use super::super::common::display;
 use super::crossing::{Moved, Samples, Window};
 use super::scene::Example;
-use crate::plot::{
-    Align, Axes, Axis, Canvas, Color, Figure, GUTTER, Height, Legend, Palette, Pen, Rect, Style, TextStyle,
-    Upward, View,
-};
+use crate::plot::*;
 
 /// θ swings by this much to either side.
 pub(super) const SWING: f64 = 0.12;
@@ -83,7 +80,7 @@ fn frame(
 }
 
 fn panel(canvas: &mut Canvas, example: &Example, displaced: &Scene, places: &[(DVec2, bool)], at: Rect) {
-    let view = View::fit(WINDOW.low, WINDOW.low + WINDOW.side, at, Upward::No);
+    let view = View::downward(WINDOW.low, WINDOW.low + WINDOW.side, at);
     canvas.clipped(at, |canvas| {
         canvas.fill_rect(at, tone(example.scene.background()));
         for shape in displaced.shapes() {
@@ -118,6 +115,6 @@ fn diagram(canvas: &mut Canvas, moved: &[Moved], theta: f64, curves: &[Vec<[f64;
     for (moved, curve) in moved.iter().zip(curves) {
         axes.line(curve.iter().copied(), &Style::new(moved.color).labelled(moved.name).width(1.6));
     }
-    axes.vertical(theta, "", &Style::new(Color::INK).width(1.0));
+    axes.vertical(theta, &Style::new(Color::INK).width(1.0));
     axes.draw(canvas, space);
 }

@@ -51,21 +51,17 @@ impl Samples {
         let weighting = Weighting::BoundaryAware { gamma: GAMMA, boundary };
         let warp = Warp { weighting, debias: Debias::Consistent { rays: AUXILIARY_RAYS }, ..Warp::default() };
         let oracle = arrangement.oracle(velocities);
+        let apply = |name, color, field: &dyn WarpField<Plane>| {
+            let velocity = |(i, u): (usize, &DVec2)| field.at(*u, &mut stream(seed, &[1, i as u64])).0.value;
+            Moved { name, color, velocities: points.par_iter().enumerate().map(velocity).collect() }
+        };
+        let still = vec![DVec2::ZERO; points.len()];
+        let auxiliary = AuxiliaryField { scene, velocities, warp, kappa };
         let moved = vec![
-            Moved {
-                name: "no warp: V = 0",
-                color: Palette::GREY,
-                velocities: vec![DVec2::ZERO; points.len()],
-            },
-            apply("direct field", Palette::PURPLE, &points, seed, &DirectField { scene, velocities }),
-            apply(
-                "boundary-aware field",
-                Palette::BLUE,
-                &points,
-                seed,
-                &AuxiliaryField { scene, velocities, warp, kappa },
-            ),
-            apply("oracle field", Palette::GREEN, &points, seed, &oracle),
+            Moved { name: "no warp: V = 0", color: Palette::GREY, velocities: still },
+            apply("direct field", Palette::PURPLE, &DirectField { scene, velocities }),
+            apply("boundary-aware field", Palette::BLUE, &auxiliary),
+            apply("oracle field", Palette::GREEN, &oracle),
         ];
         let seen = points.iter().map(|&u| seen(scene, u)).collect();
         Self { points, seen, moved }
@@ -90,17 +86,6 @@ impl Samples {
 
 fn seen(scene: &Scene, u: DVec2) -> Option<usize> {
     scene.hit(u).map(|hit| hit.shape())
-}
-
-fn apply(
-    name: &'static str,
-    color: Color,
-    points: &[DVec2],
-    seed: u64,
-    field: &impl WarpField<Plane>,
-) -> Moved {
-    let velocity = |(i, u): (usize, &DVec2)| field.at(*u, &mut stream(seed, &[1, i as u64])).0.value;
-    Moved { name, color, velocities: points.par_iter().enumerate().map(velocity).collect() }
 }
 
 /// A square of the image plane.

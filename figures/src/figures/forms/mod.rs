@@ -7,19 +7,22 @@ mod sampled;
 mod sampled_picture;
 mod scene;
 mod terms_picture;
-mod words;
 
 use flatland::plane::exact::Arrangement;
 use flatland::plane::{Film, Filter};
 use flatland::warp::Weighting;
 
+use self::animation::SWING;
+use self::crossing::{AUXILIARY_RAYS, KERNEL_WIDTH, Moved, Samples, Window};
+use self::exact::{STEP, Terms, difference};
+use self::sampled::{Estimate, SETTLED};
+use self::scene::{Example, SIDE};
 use crate::context::Context;
+use crate::figures::common::{largest, root_mean_square};
 use crate::gallery::Section;
 use crate::output::Table;
-use crossing::{Moved, Samples, Window};
-use exact::Terms;
-use sampled::Estimate;
-use scene::{Example, SIDE};
+use crate::plot::number;
+use crate::prose::Prose;
 
 /// A construction of V with (θ − θ₀, fraction of samples that see another shape than at θ₀).
 type Crossings<'a> = (&'a Moved, Vec<[f64; 2]>);
@@ -47,28 +50,20 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let side = context.spend(150, 500);
     let samples = Samples::new(&example, &arrangement, Window::FILM, side, context.seed());
     let results = compute(context, &example, &arrangement, &film, &samples)?;
-    let mut prose = words::prose(&results)?;
-    let Results { tent, boxed, central, .. } = &results;
-    let shown = terms_picture::Exhibits {
-        example: &example,
-        arrangement: &arrangement,
-        film: &film,
-        tent,
-        boxed,
-        central,
-    };
-    let canvas = terms_picture::draw(&shown, &prose.take_caption("figure3_forms.png")?);
+    let mut prose = prose(&results)?;
+    let setting = terms_picture::Setting { example: &example, arrangement: &arrangement, film: &film };
+    let canvas = terms_picture::draw(&setting, &results, &prose.take_caption("figure3_forms.png")?);
     context.png("figure3_forms.png", &canvas)?;
     let canvas = sampled_picture::draw(&results, &prose.take_caption("figure3_samples.png")?);
     context.png("figure3_samples.png", &canvas)?;
     context.step("figure 3: animation");
     let frames = animation::frames(&example, &arrangement, context.spend(20, 48), context.seed())?;
-    context.animation("figure3_motion.png", frames, context.spend(120, 50))?;
+    context.animation("figure3_motion.png", &frames, context.spend(120, 50))?;
     let data = [
         context.csv("figure3_pixels.csv", &pixels(&results))?,
         context.csv("figure3_crossings.csv", &crossing_table(&results))?,
     ];
-    prose.section("forms", data.to_vec(), words::table(&results))
+    prose.section("forms", data.to_vec(), table(&results))
 }
 
 fn compute<'a>(
@@ -138,6 +133,84 @@ fn pixels(results: &Results<'_>) -> Table {
             ("warped_area_standard_error", &|i| estimate.standard_error[*i].into()),
             ("gaussian_weights", &|i| gaussian.mean[*i].into()),
             ("gaussian_weights_standard_error", &|i| gaussian.standard_error[*i].into()),
+        ],
+    )
+}
+
+/// The text on one derivative in its forms.
+fn prose(results: &Results<'_>) -> anyhow::Result<Prose> {
+    let Results { tent, boxed, central, estimate, gaussian, pairs, .. } = results;
+    let (worst, equal) = agreement(pairs);
+    Prose::new(
+        include_str!("forms.md"),
+        &[
+            ("rounding", &number(worst_residual(results))),
+            ("size", &number(largest(&tent.total))),
+            ("central", &number(largest(&difference(central, &tent.total)))),
+            ("flux", &number(root_mean_square(&boxed.flux) / root_mean_square(&boxed.total))),
+            ("count", &estimate.scores().len()),
+            ("z", &number(estimate.root_mean_square_score())),
+            ("gaussian", &number(gaussian.root_mean_square_score())),
+            ("worst", &number(worst)),
+            ("equal", &equal),
+            ("pairs", &pairs.len()),
+            ("none", &power(results, 0)),
+            ("direct", &power(results, 1)),
+            ("aware", &power(results, 2)),
+            ("oracle", &power(results, 3)),
+            ("side", &SIDE),
+            ("step", &number(STEP)),
+            ("rays", &number(estimate.rays_per_sample())),
+            ("settled", &number(SETTLED)),
+            ("kernel_width", &number(KERNEL_WIDTH)),
+            ("auxiliary_rays", &AUXILIARY_RAYS),
+            ("swing", &number(SWING)),
+        ],
+    )
+}
+
+fn worst_residual(results: &Results<'_>) -> f64 {
+    let residual = |terms: &Terms| largest(&difference(&terms.area, &terms.edge));
+    residual(&results.tent).max(residual(&results.boxed))
+}
+
+/// The largest difference of two forms relative to the largest sample, and how many agree to the bit.
+fn agreement(pairs: &[(f64, f64)]) -> (f64, usize) {
+    let size = pairs.iter().map(|(a, _)| a.abs()).fold(0.0, f64::max);
+    let apart = pairs.iter().map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    (apart / size, pairs.iter().filter(|(a, b)| a == b).count())
+}
+
+/// The power of θ − θ₀ with which a construction's fraction grows, by least squares on logarithms over
+/// the places where some samples changed.
+fn power(results: &Results<'_>, construction: usize) -> String {
+    let (_, curve) = &results.crossings[construction];
+    let logs: Vec<[f64; 2]> = curve.iter().filter(|p| p[1] > 0.0).map(|p| p.map(f64::ln)).collect();
+    let count = logs.len() as f64;
+    let [x, y] = [0, 1].map(|axis| logs.iter().map(|p| p[axis]).sum::<f64>() / count);
+    let (xy, xx) = logs.iter().fold((0.0, 0.0), |(xy, xx), p| {
+        let d = p[0] - x;
+        (xy + d * (p[1] - y), xx + d * d)
+    });
+    format!("{:.1}", xy / xx)
+}
+
+/// Sizes of all terms.
+fn table(Results { tent, boxed, .. }: &Results<'_>) -> Table {
+    let sizes = |values: fn(&Terms) -> Vec<f64>| [tent, boxed].map(|terms| root_mean_square(&values(terms)));
+    let rows = [
+        ("interior term", sizes(|terms| terms.interior.clone())),
+        ("edge integral", sizes(|terms| terms.edge.clone())),
+        ("area integral less pixel-edge flux", sizes(|terms| terms.area.clone())),
+        ("pixel-edge flux", sizes(|terms| terms.flux.clone())),
+        ("area integral less flux − edge integral", sizes(|terms| difference(&terms.area, &terms.edge))),
+    ];
+    Table::of(
+        rows,
+        &[
+            ("quantity (root mean square over pixels)", &|(name, _)| (*name).into()),
+            ("tent filter", &|(_, [tent, _])| (*tent).into()),
+            ("box filter", &|(_, [_, boxed])| (*boxed).into()),
         ],
     )
 }

@@ -2,7 +2,7 @@
 
 use super::Results;
 use super::scene::SIDE;
-use crate::plot::{Axes, Axis, Canvas, Color, Figure, GUTTER, Legend, Marker, Palette, Rect, Shading, Style};
+use crate::plot::{Axes, Axis, Canvas, Color, Figure, GUTTER, Legend, Marker, Palette, Shading, Style};
 
 /// Histograms of z-scores reach this far; what lies beyond is counted in the last bin.
 const REACH: f64 = 6.0;
@@ -12,37 +12,31 @@ const BINS: usize = 48;
 pub(super) fn draw(shown: &Results<'_>, caption: &str) -> Canvas {
     let mut figure =
         Figure::new(960.0, 500.0, "The area integral by sampling, no edge ever looked for", caption);
-    let cells = figure.body.grid(2, 3, GUTTER);
+    let cells = figure.body.grid([2, 3], [GUTTER; 2]);
     let estimate = &shown.estimate;
-    let title = format!("warped-area estimate, {} spp", estimate.samples);
-    field(
-        &mut figure,
-        cells[0],
-        0,
-        &title,
-        &estimate.mean,
-        &Shading::signed_covering(&shown.tent.total, 0.985),
-    );
-    let errors = &estimate.standard_error;
-    let highest = Shading::signed_covering(errors, 0.995).scale.high();
-    field(&mut figure, cells[1], 1, "its standard error", errors, &Shading::sequential(0.0, highest));
-    let title = "z = (estimate − exact)/standard error";
-    field(&mut figure, cells[2], 2, title, &estimate.z, &Shading::signed(4.0));
-    figure.plot(cells[3], 3, "z-scores of all pixels", &histogram(shown));
-    figure.plot(cells[4], 4, "two forms of the same sample", &forms(shown));
-    figure.plot(cells[5], 5, "samples that cross a silhouette", &crossings(shown));
+    let highest = Shading::signed_covering(&estimate.standard_error, 0.995).scale.high();
+    let fields = [
+        (
+            format!("warped-area estimate, {} spp", estimate.samples),
+            &estimate.mean,
+            Shading::signed_covering(&shown.tent.total, 0.985),
+        ),
+        ("its standard error".to_owned(), &estimate.standard_error, Shading::sequential(0.0, highest)),
+        ("z = (estimate − exact)/standard error".to_owned(), &estimate.z, Shading::signed(4.0)),
+    ];
+    for ((title, values, shading), cell) in fields.iter().zip(&cells) {
+        let space = figure.panel(*cell, title);
+        figure.canvas.field(SIDE, values, shading, space);
+    }
+    figure.plot(cells[3], "z-scores of all pixels", &histogram(shown));
+    figure.plot(cells[4], "two forms of the same sample", &forms(shown));
+    figure.plot(cells[5], "samples that cross a silhouette", &crossings(shown));
     figure.canvas
 }
 
-fn field(figure: &mut Figure, cell: Rect, index: usize, title: &str, values: &[f64], shading: &Shading) {
-    let space = figure.panel(cell, index, title);
-    figure.canvas.field((SIDE, SIDE), values, shading, "", space);
-}
-
 fn histogram(shown: &Results<'_>) -> Axes {
-    let mut axes =
-        Axes::new(Axis::linear("z").limits(-REACH, REACH), Axis::linear("density").limits(0.0, 0.66))
-            .legend(Legend::TopRight);
+    let y = Axis::linear("density").limits(0.0, 0.66);
+    let mut axes = Axes::new(Axis::linear("z").limits(-REACH, REACH), y);
     let width = 2.0 * REACH / BINS as f64;
     let bars = density(&shown.estimate.scores());
     axes.bars(bars.clone(), width, &Style::new(Palette::SKY).labelled("boundary-aware"));
@@ -76,10 +70,8 @@ fn forms(shown: &Results<'_>) -> Axes {
     .legend(Legend::TopLeft);
     let points =
         shown.pairs.iter().filter(|(a, b)| a != b && *a != 0.0).map(|(a, b)| [a.abs(), (b - a).abs()]);
-    axes.scatter(
-        points,
-        &Style::new(Palette::BLUE.alpha(0.35)).labelled("one sample of one pixel").radius(1.4),
-    );
+    let style = Style::new(Palette::BLUE.alpha(0.35)).labelled("one sample of one pixel").radius(1.4);
+    axes.scatter(points, &style);
     let rounding = |x: f64| [x, x * f64::EPSILON];
     axes.line([rounding(1e-3), rounding(1e3)], &Style::new(Color::INK).width(1.0).labelled("rounding, 2⁻⁵²"));
     axes
@@ -97,13 +89,13 @@ fn crossings(shown: &Results<'_>) -> Axes {
     if let Some((_, last)) = shown.crossings.first()
         && let Some([theta, fraction]) = last.last().copied()
     {
-        let slope =
-            |power: i32, start: f64| [1.0, 0.1].map(|t| [theta * t, start * fraction * t.powi(power)]);
         let style = Style::new(Palette::GREY).dotted().width(1.0);
-        axes.line(slope(1, 2.0), &style);
-        axes.note(slope(1, 2.0)[1], "∝ θ", Palette::GREY);
-        axes.line(slope(2, 0.1), &style);
-        axes.note(slope(2, 0.1)[1], "∝ θ^{2}", Palette::GREY);
+        // Where nothing is drawn: left of the end of one line, right of that of the other.
+        for (power, start, words, beside) in [(1, 2.0, "∝ θ", 0.55), (2, 0.1, "∝ θ^{2}", 1.0)] {
+            let line = [1.0, 0.1].map(|t: f64| [theta * t, start * fraction * t.powi(power)]);
+            axes.line(line, &style);
+            axes.note([beside * line[1][0], line[1][1]], words, Palette::GREY);
+        }
     }
     axes
 }

@@ -1,29 +1,24 @@
 //! The picture of the exact terms: both theorems, pixel by pixel.
 
+use flatland::plane::Film;
 use flatland::plane::exact::Arrangement;
-use flatland::plane::{Film, Scene};
 use glam::DVec2;
 
 use super::super::common::{display, largest, picture};
-use super::exact::{Terms, difference};
+use super::Results;
+use super::exact::{difference, sum};
 use super::scene::{Example, SIDE};
-use crate::plot::{
-    Align, Canvas, Color, Figure, Filter, GUTTER, Height, Palette, Pen, Rect, Shading, TextStyle, Upward,
-    View, number,
-};
+use crate::plot::*;
 
 const CELL: f64 = 224.0;
 const ROW: f64 = 207.0;
 const HEADING: f64 = 25.0;
 
-/// What the picture shows.
-pub(super) struct Exhibits<'a> {
+/// What the scene panels show.
+pub(super) struct Setting<'a> {
     pub(super) example: &'a Example,
     pub(super) arrangement: &'a Arrangement<'a>,
     pub(super) film: &'a Film,
-    pub(super) tent: &'a Terms,
-    pub(super) boxed: &'a Terms,
-    pub(super) central: &'a [f64],
 }
 
 enum Content {
@@ -33,7 +28,7 @@ enum Content {
 }
 
 /// Draws twelve panels: Reynolds, divergence, and divergence with a box filter.
-pub(super) fn draw(shown: &Exhibits<'_>, caption: &str) -> Canvas {
+pub(super) fn draw(setting: &Setting<'_>, results: &Results<'_>, caption: &str) -> Canvas {
     let size = DVec2::new(4.0 * CELL + 3.0 * GUTTER, 3.0 * (ROW + HEADING) + 2.0 * GUTTER);
     let mut figure =
         Figure::new(size.x, size.y, "One derivative, written in two ways, pixel by pixel", caption);
@@ -51,13 +46,13 @@ pub(super) fn draw(shown: &Exhibits<'_>, caption: &str) -> Canvas {
         figure.canvas.text(heading, DVec2::new(strip.x, strip.y + 1.0), &style);
         cells.extend(rest.columns(&[1.0; 4], GUTTER));
     }
-    for (i, ((title, content), cell)) in panels(shown).into_iter().zip(cells).enumerate() {
-        let space = figure.panel(cell, i, &title);
+    for ((title, content), cell) in panels(results).into_iter().zip(cells) {
+        let space = figure.panel(cell, &title);
         match content {
-            Content::Image => image_panel(&mut figure.canvas, shown, space),
-            Content::Field => field_panel(&mut figure.canvas, shown, space),
+            Content::Image => image_panel(&mut figure.canvas, setting, space),
+            Content::Field => field_panel(&mut figure.canvas, setting, space),
             Content::Values(values, shading) => {
-                figure.canvas.field((SIDE, SIDE), &values, &shading, "", space);
+                figure.canvas.field(SIDE, &values, &shading, space);
             }
         }
     }
@@ -65,15 +60,15 @@ pub(super) fn draw(shown: &Exhibits<'_>, caption: &str) -> Canvas {
 }
 
 /// The titles and contents, row by row.
-fn panels(shown: &Exhibits<'_>) -> Vec<(String, Content)> {
-    let (tent, boxed) = (shown.tent, shown.boxed);
+fn panels(results: &Results<'_>) -> Vec<(String, Content)> {
+    let Results { tent, boxed, central, .. } = results;
     let common = Shading::signed_covering(&tent.total, 0.985);
     let term = |title: &str, values: &[f64]| (title.to_owned(), Content::Values(values.to_vec(), common));
     let residual = |title: &str, values: Vec<f64>| {
         let size = largest(&values);
         (format!("{title}, up to {}", number(size)), Content::Values(values, Shading::signed(size)))
     };
-    let area_alone = super::exact::sum(&boxed.area, &boxed.flux);
+    let area_alone = sum(&boxed.area, &boxed.flux);
     vec![
         ("image I, and how the scene moves".to_owned(), Content::Image),
         term("dI/dθ = (c) + (d)", &tent.total),
@@ -82,7 +77,7 @@ fn panels(shown: &Exhibits<'_>) -> Vec<(String, Content)> {
         ("a field V that obeys both rules".to_owned(), Content::Field),
         term("area integral ∫ ∇·(V h f) du", &tent.area),
         residual("(f) − (d)", difference(&tent.area, &tent.edge)),
-        residual("differences − (b)", difference(shown.central, &tent.total)),
+        residual("differences − (b)", difference(central, &tent.total)),
         term("edge integral, box filter", &boxed.edge),
         term("area integral over the pixel", &area_alone),
         term("flux ∮ f (V·n) dl through its edge", &boxed.flux),
@@ -100,23 +95,21 @@ fn picture_space(space: Rect) -> Rect {
 fn view(film: &Film, space: Rect) -> View {
     let low = film.corner();
     let size = film.pixel() * DVec2::new(film.width() as f64, film.height() as f64);
-    View::fit(low, low + size, space, Upward::No)
+    View::downward(low, low + size, space)
 }
 
-fn image_panel(canvas: &mut Canvas, shown: &Exhibits<'_>, space: Rect) {
-    let at = picture_space(space);
-    let picture = picture(&shown.arrangement.primal(shown.film));
-    let at = canvas.image_fit(&picture, at, Filter::Nearest);
-    canvas.frame(at, &Pen::new(Color::SPINE, 0.5));
-    let view = view(shown.film, at);
-    let (scene, velocities) = (&shown.example.scene, &shown.example.velocities);
+fn image_panel(canvas: &mut Canvas, setting: &Setting<'_>, space: Rect) {
+    let picture = picture(&setting.arrangement.primal(setting.film));
+    let at = canvas.picture(&picture, picture_space(space));
+    let view = view(setting.film, at);
+    let (scene, velocities) = (&setting.example.scene, &setting.example.velocities);
     for (shape, [a, b]) in scene.edges() {
         let (p, q) = (scene.vertices()[a], scene.vertices()[b]);
         let steps = ((q - p).length() / 4.6).round().max(1.0) as usize;
         for i in 0..steps {
             let t = (i as f64 + 0.5) / steps as f64;
             let (u, v) = (p.lerp(q, t), velocities[a].lerp(velocities[b], t));
-            if v != DVec2::ZERO && is_seen(scene, shape, u) {
+            if v != DVec2::ZERO && !scene.is_covered(u, shape) {
                 let (from, to) = (view.at(u), view.at(u + 0.4 * v));
                 canvas.arrow(from, to, &Pen::new(Color::INK, 1.0));
             }
@@ -124,27 +117,21 @@ fn image_panel(canvas: &mut Canvas, shown: &Exhibits<'_>, space: Rect) {
     }
 }
 
-fn is_seen(scene: &Scene, shape: usize, u: DVec2) -> bool {
-    !scene.is_covered(u, shape)
-}
-
-fn field_panel(canvas: &mut Canvas, shown: &Exhibits<'_>, space: Rect) {
+fn field_panel(canvas: &mut Canvas, setting: &Setting<'_>, space: Rect) {
     let at = picture_space(space);
-    let view = view(shown.film, at);
-    let oracle = shown.arrangement.oracle(&shown.example.velocities);
+    let view = view(setting.film, at);
+    let oracle = setting.arrangement.oracle(&setting.example.velocities);
     canvas.clipped(at, |canvas| {
-        for (corners, shape) in shown.arrangement.faces() {
+        for (corners, shape) in setting.arrangement.faces() {
             let ring = corners.map(|corner| view.at(corner));
-            let tone = |shape: usize| shown.example.scene.shapes()[shape].shade().value(corners[0]);
+            let tone = |shape: usize| setting.example.scene.shapes()[shape].shade().value(corners[0]);
             canvas.fill_polygon(&[ring], shape.map_or(Color::WHITE, |shape| display(tone(shape)).tint(0.75)));
         }
-        for (corners, _) in shown.arrangement.faces() {
-            canvas.stroke_polygon(
-                &[corners.map(|corner| view.at(corner))],
-                &Pen::new(Color::SPINE.alpha(0.35), 0.4),
-            );
+        for (corners, _) in setting.arrangement.faces() {
+            let pen = Pen::new(Color::SPINE.alpha(0.35), 0.4);
+            canvas.stroke_polygon(&[corners.map(|corner| view.at(corner))], &pen);
         }
-        for (ends, _) in shown.arrangement.silhouettes() {
+        for (ends, _) in setting.arrangement.silhouettes() {
             let [p, q] = ends.map(|end| view.at(end));
             canvas.line(p, q, &Pen::new(Color::INK, 1.0));
         }

@@ -70,18 +70,15 @@ fn last_hit(world: &World, tracer: Tracer, silhouette: &Silhouette, inward: f64)
     silhouette.angle + inward * inside
 }
 
-/// Twice as many steps each time.
-pub(super) fn steps(most: usize) -> Vec<usize> {
-    std::iter::successors(Some(25), |n| Some(2 * n)).take_while(|n| *n <= most).collect()
-}
-
 fn setting(
     world: &World,
     name: String,
     field: &impl TracedField<Directions>,
     most: usize,
 ) -> anyhow::Result<Setting> {
-    let points = steps(most).into_iter().map(|n| Ok([n as f64, error_of_last_hits(world, field, n)?]));
+    // Twice as many steps each time.
+    let steps = std::iter::successors(Some(25), |n| Some(2 * n)).take_while(|n| *n <= most);
+    let points = steps.map(|n| Ok([n as f64, error_of_last_hits(world, field, n)?]));
     Ok(Setting { name, points: points.collect::<anyhow::Result<_>>()? })
 }
 

@@ -10,7 +10,7 @@ use self::ablation::{Setting, Steepness};
 use self::page::Shown;
 use self::world::{Coarseness, Curve, World};
 use crate::context::Context;
-use crate::figures::common::percent;
+use crate::figures::common::{listed, percent};
 use crate::gallery::Section;
 use crate::output::Table;
 use crate::plot::number;
@@ -36,7 +36,7 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
         gammas: &gammas,
         lambdas: &lambdas,
     };
-    context.png("figure9_implicit.png", &page::page(&shown).canvas)?;
+    context.png("figure9_implicit.png", &page::page(&shown))?;
     let bias = bias_table(&gammas, &lambdas);
     let data =
         [context.csv("figure9_fields.csv", &field_table(&curves))?, context.csv("figure9_bias.csv", &bias)?];
@@ -56,11 +56,11 @@ fn prose(
     Prose::new(
         include_str!("implicit.md"),
         &[
-            ("rates", &rates.collect::<Vec<_>>().join("; ")),
+            ("rates", &listed(rates)),
             ("power_first", &power_first),
             ("power_last", &power_last),
             ("steps", &number(gammas[0].points.last().map_or(0.0, |p| p[0]))),
-            ("errors", &errors.collect::<Vec<_>>().join("; ")),
+            ("errors", &listed(errors)),
             ("default_gamma", &BangaruField::default().gamma),
             ("squares", &squares(steepness)),
             ("scale", &scale),
@@ -113,15 +113,11 @@ fn powers(setting: &Setting) -> [String; 2] {
 fn squares(steepness: &[Steepness]) -> String {
     let default = BangaruField::default().gamma;
     let Some(unit) = steepness.iter().find(|s| s.gamma == default) else { return String::new() };
-    let one = |s: &Steepness| {
+    let square = |s: &Steepness| {
         let Ratio { value, error } = s.square;
-        format!(
-            "γ = {}: {}",
-            s.gamma,
-            Ratio { value: value / unit.square.value, error: error / unit.square.value }.shown()
-        )
+        Ratio { value: value / unit.square.value, error: error / unit.square.value }
     };
-    steepness.iter().map(one).collect::<Vec<_>>().join("; ")
+    listed(steepness.iter().map(|s| format!("γ = {}: {}", s.gamma, square(s).shown())))
 }
 
 /// The error with the most steps, in percent.

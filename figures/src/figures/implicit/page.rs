@@ -7,10 +7,7 @@ use glam::DVec2;
 
 use super::ablation::Setting;
 use super::world::{Curve, REACH, World};
-use crate::plot::{
-    Align, Axes, Axis, Canvas, Color, Figure, GUTTER, Height, Legend, Marker, Palette, Pen, Rect, Shading,
-    Style, TextStyle, Upward, View, number,
-};
+use crate::plot::*;
 
 /// How far from a silhouette rays are drawn beside it, in radians.
 const BESIDE: f64 = 0.012;
@@ -24,48 +21,37 @@ pub(super) struct Shown<'a> {
     pub(super) lambdas: &'a [Setting],
 }
 
-pub(super) fn page(shown: &Shown<'_>) -> Figure {
+pub(super) fn page(shown: &Shown<'_>) -> Canvas {
     let title = "Warp fields from the points of sphere tracing";
     let mut figure = Figure::new(960.0, 700.0, title, "");
     let rows = figure.body.rows(&[1.0, 1.0], GUTTER);
     let top = rows[0].columns(&[0.46, 0.54], GUTTER);
-    let space = figure.panel(top[0], 0, "Tracer points and their weights");
+    let space = figure.panel(top[0], "Tracer points and their weights");
     draw_world(&mut figure.canvas, shown, space);
-    figure.plot(top[1], 1, "Every field against direction", &field_axes(shown));
+    figure.plot(top[1], "Every field against direction", &field_axes(shown));
     let bottom = rows[1].columns(&[1.0, 1.0], GUTTER);
-    let space = figure.panel(bottom[0], 2, "Error of V at the last hits, by γ (λ = 0.1)");
     let colors = [Palette::GREY, Palette::ORANGE, Palette::SKY, Palette::BLUE, Color::INK];
-    bias_axes(shown.gammas, &colors).draw(&mut figure.canvas, space);
-    let space = figure.panel(bottom[1], 3, "The same by λ (γ = 3), and by ε");
+    let axes = bias_axes(shown.gammas, &colors);
+    figure.plot(bottom[0], "Error of V at the last hits, by γ (λ = 0.1)", &axes);
     let colors = [Palette::SKY, Palette::BLUE, Color::INK, Palette::VERMILION, Palette::OCHRE];
-    bias_axes(shown.lambdas, &colors).draw(&mut figure.canvas, space);
-    figure
+    figure.plot(bottom[1], "The same by λ (γ = 3), and by ε", &bias_axes(shown.lambdas, &colors));
+    figure.canvas
 }
 
 /// The discs, four rays with their points, and the scale of weights.
 fn draw_world(canvas: &mut Canvas, shown: &Shown<'_>, space: Rect) {
     let (space, scale) = (space.inset(0.0, 0.0, 0.0, 40.0), space);
-    let view = View::fit(DVec2::new(-0.15, -1.25), DVec2::new(5.0, 1.65), space, Upward::Yes);
+    let view = View::upward(DVec2::new(-0.15, -1.25), DVec2::new(5.0, 1.65), space);
     let world = shown.world;
     for disc in &world.discs {
-        canvas.disc(
-            view.at(disc.centre()),
-            view.vector(disc.radius() * DVec2::X).x,
-            Palette::GREY.tint(0.72),
-        );
-        canvas.circle(
-            view.at(disc.centre()),
-            view.vector(disc.radius() * DVec2::X).x,
-            &Pen::new(Color::MUTED, 1.2),
-        );
+        let (centre, radius) = (view.at(disc.centre()), view.vector(disc.radius() * DVec2::X).x);
+        canvas.disc(centre, radius, Palette::GREY.tint(0.72));
+        canvas.circle(centre, radius, &Pen::new(Color::MUTED, 1.2));
     }
-    let motions = [
-        DVec2::new(world.direction[0], world.direction[1]),
-        DVec2::new(world.direction[3], world.direction[4]),
-    ];
-    for (disc, motion) in world.discs.iter().zip(motions) {
+    for (disc, parameters) in world.discs.iter().zip(world.direction.chunks(3)) {
         let from = view.at(disc.centre());
-        canvas.arrow(from, from + view.vector(0.45 * motion), &Pen::new(Palette::VERMILION, 1.8));
+        let motion = view.vector(0.45 * DVec2::new(parameters[0], parameters[1]));
+        canvas.arrow(from, from + motion, &Pen::new(Palette::VERMILION, 1.8));
     }
     for angle in rays(shown.silhouettes) {
         draw_ray(canvas, world, &view, angle);

@@ -3,27 +3,88 @@
 mod picture;
 mod scene;
 mod study;
-mod words;
 
 use crate::context::Context;
 use crate::gallery::Section;
-use study::{Part, Study};
+use crate::output::Table;
+use crate::plot::number;
+use crate::prose::Prose;
+use crate::ratio::Ratio;
+use study::{Part, RUNS, STEP, Study};
 
 /// Measures, draws and explains.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let study = Study::new(context)?;
-    let mut prose = words::prose(&study)?;
+    let mut prose = prose(&study)?;
     let caption = prose.take_caption("figure11_mesh.png")?;
-    context.png("figure11_mesh.png", &picture::draw(&study, &caption).canvas)?;
-    let table = words::table(&study);
+    context.png("figure11_mesh.png", &picture::draw(&study, &caption))?;
+    let table = table(&study);
     let mut data = vec![context.csv("figure11_terms.csv", &table)?];
     for part in Part::ALL {
         for (name, method) in [("warped", &study.warped), ("edges", &study.edges)] {
-            let file = format!("figure11_{}_{name}.exr", part.file());
+            let file = format!("figure11_{}_{name}.exr", part.names()[1]);
             data.push(context.exr(&file, study.side, &method.mean(part))?);
         }
     }
-    let differences = study.differences.reference().gradient;
+    let differences = study.differences.mean(Part::Whole);
     data.push(context.exr("figure11_whole_differences.exr", study.side, &differences)?);
     prose.section("mesh", data, table)
+}
+
+/// The text on the gradient image and its terms.
+fn prose(study: &Study) -> anyhow::Result<Prose> {
+    let term = |part| slope(study.warped.agreement(part, &study.edges).0);
+    let warped = study.warped.agreement(Part::Whole, &study.edges);
+    let differences = study.differences.agreement(Part::Whole, &study.edges);
+    let by_differences = study.warped.agreement(Part::Whole, &study.differences);
+    Prose::new(
+        include_str!("mesh.md"),
+        &[
+            ("triangles", &study.triangles),
+            ("interior", &term(Part::Interior)),
+            ("primary", &term(Part::Primary)),
+            ("shadow", &term(Part::Shadow)),
+            ("indirect", &term(Part::Indirect)),
+            ("seconds_warped", &number(study.warped.seconds)),
+            ("seconds_edges", &number(study.edges.seconds)),
+            ("seconds_differences", &number(study.differences.seconds)),
+            ("step_pixels", &number(STEP)),
+            ("samples_warped", &study.warped.samples),
+            ("samples_edges", &study.edges.samples),
+            ("samples_differences", &study.differences.samples),
+            ("slope", &slope(warped.0)),
+            ("error", &number(warped.1)),
+            ("step", &number(study.step)),
+            ("slope_by_differences", &slope(by_differences.0)),
+            ("slope_differences", &slope(differences.0)),
+            ("error_differences", &number(differences.1)),
+            ("runs", &RUNS),
+        ],
+    )
+}
+
+fn slope(slope: Ratio) -> String {
+    if slope.value.is_finite() { slope.shown() } else { "not defined".to_owned() }
+}
+
+/// Every part by warped area, compared with edge sampling, and both whole gradients compared with finite differences.
+fn table(study: &Study) -> Table {
+    let (warped, edges) = (("warped area", &study.warped), ("edge sampling", &study.edges));
+    let differences = ("finite differences", &study.differences);
+    let mut rows = Part::ALL.map(|part| (part, warped, edges)).to_vec();
+    rows.extend([(Part::Whole, warped, differences), (Part::Whole, differences, edges)]);
+    let compared =
+        rows.into_iter().map(|(part, one, other)| (part, one, other.0, one.1.agreement(part, other.1)));
+    Table::of(
+        compared,
+        &[
+            ("part", &|(part, ..)| part.names()[0].into()),
+            ("method", &|(_, one, ..)| one.0.into()),
+            ("compared with", &|(_, _, other, _)| (*other).into()),
+            ("samples a pixel", &|(_, one, ..)| one.1.samples.into()),
+            ("slope", &|(.., (slope, _))| slope.value.into()),
+            ("standard error", &|(.., (slope, _))| slope.error.into()),
+            ("relative mean squared error", &|(.., (_, error))| (*error).into()),
+        ],
+    )
 }

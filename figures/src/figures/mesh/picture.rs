@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::study::{Apart, Part, Study};
+use super::study::{Part, Parts, Study};
 use crate::figures::common::draw_turn;
-use crate::plot::{Figure, PANEL_TITLE_ROOM, Rect, Shading};
-use crate::space::picture::{framed, gradient, luminance, on_film, radiance};
+use crate::plot::{Canvas, Figure, PANEL_TITLE_ROOM, Rect, Shading};
+use crate::space::picture::{gradient, luminance, on_film, radiance};
 
 /// Side of a picture on the page.
 const SIDE: f64 = 200.0;
@@ -18,57 +18,44 @@ const COVERED: f64 = 0.985;
 const TITLE: &str = "A bunny that turns: the image, its derivative, and the terms of it";
 
 /// Image and whole gradients above; below, the terms by warped area and by edge sampling.
-pub(super) fn draw(study: &Study, caption: &str) -> Figure {
-    let row_height = SIDE + PANEL_TITLE_ROOM;
-    let mut figure = Figure::new(4.0 * SIDE + 3.0 * GAP + BAR, 3.0 * row_height + 2.0 * GAP, TITLE, caption);
-    let (x, y) = (figure.body.x, figure.body.y);
-    let cell = |row: usize, column: usize| {
-        let (right, down) = (column as f64 * (SIDE + GAP), row as f64 * (row_height + GAP));
-        Rect::new(x + right, y + down, SIDE, row_height)
-    };
+pub(super) fn draw(study: &Study, caption: &str) -> Canvas {
+    let height = 3.0 * (SIDE + PANEL_TITLE_ROOM) + 2.0 * GAP;
+    let mut figure = Figure::new(4.0 * SIDE + 3.0 * GAP + BAR, height, TITLE, caption);
+    let cells = figure.body.inset(0.0, 0.0, BAR, 0.0).grid([3, 4], [GAP; 2]);
     let whole = study.edges.mean(Part::Whole);
     let shading = Shading::signed_covering(&luminance(&whole), COVERED);
-    let space = figure.panel(cell(0, 0), 0, "the image I, turned by θ");
-    let place = framed(&mut figure.canvas, &radiance(&study.image, study.side), space);
+    let space = figure.panel(cells[0], "the image I, turned by θ");
+    let place = figure.canvas.picture(&radiance(&study.image, study.side), space);
     turn(&mut figure, study, place);
     let wholes = [
         ("warped area", study.warped.mean(Part::Whole)),
-        ("finite differences", study.differences.reference().gradient),
+        ("finite differences", study.differences.mean(Part::Whole)),
         ("edge sampling", whole),
     ];
-    for (i, (name, pixels)) in wholes.iter().enumerate() {
-        let space = figure.panel(cell(0, i + 1), i + 1, &format!("∂_{{θ}}I: {name}"));
+    for ((name, pixels), cell) in wholes.iter().zip(&cells[1..]) {
+        let space = figure.panel(*cell, &format!("∂_{{θ}}I: {name}"));
         gradient(&mut figure.canvas, pixels, study.side, &shading, space);
     }
-    bar(&mut figure, cell(0, 3), &shading, "∂_{θ}I (1/rad)");
+    bar(&mut figure, cells[3], &shading, "∂_{θ}I (1/rad)");
     let faint = Shading::signed_covering(&luminance(&study.edges.mean(Part::Indirect)), COVERED);
-    for (row, method) in [&study.warped, &study.edges].into_iter().enumerate() {
-        terms(&mut figure, study, method, (row, &[0, 1, 2, 3].map(|c| cell(row + 1, c))), [&shading, &faint]);
-        bar(&mut figure, cell(row + 1, 3), &faint, ["only (h)", "only (l)"][row]);
+    let methods: [(&str, &Parts, &str); 2] =
+        [("warped area", &study.warped, "only (h)"), ("edge sampling", &study.edges, "only (l)")];
+    for ((by, method, label), row) in methods.into_iter().zip(cells[4..].chunks(4)) {
+        for (part, cell) in Part::ALL.into_iter().skip(1).zip(row) {
+            let [name, _] = part.names();
+            let title = if part == Part::Interior { format!("{by}: {name}") } else { name.to_owned() };
+            let space = figure.panel(*cell, &title);
+            let shading = if part == Part::Indirect { &faint } else { &shading };
+            gradient(&mut figure.canvas, &method.mean(part), study.side, shading, space);
+        }
+        bar(&mut figure, row[3], &faint, label);
     }
-    figure
-}
-
-/// One method's terms in a row.
-fn terms(
-    figure: &mut Figure,
-    study: &Study,
-    method: &Apart,
-    (row, cells): (usize, &[Rect; 4]),
-    [shading, faint]: [&Shading; 2],
-) {
-    let by = ["warped area", "edge sampling"][row];
-    for (i, part) in Part::ALL.into_iter().skip(1).enumerate() {
-        let title = if i == 0 { format!("{by}: {}", part.name()) } else { part.name().to_owned() };
-        let space = figure.panel(cells[i], 4 * (row + 1) + i, &title);
-        let shading = if part == Part::Indirect { faint } else { shading };
-        gradient(&mut figure.canvas, &method.mean(part), study.side, shading, space);
-    }
+    figure.canvas
 }
 
 fn bar(figure: &mut Figure, beside: Rect, shading: &Shading, label: &str) {
     let at = Rect::new(beside.right() + 8.0, beside.y + PANEL_TITLE_ROOM + 8.0, 9.0, SIDE - 10.0);
-    figure.canvas.vertical_color_bar(at, shading, label);
+    figure.canvas.color_bar(at, shading, label);
 }
 
 /// An arrow along the turn, above the floor in front of the bunny.

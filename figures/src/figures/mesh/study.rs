@@ -12,13 +12,13 @@ use super::scene::{Light, bunny};
 use crate::context::Context;
 use crate::figures::common::seed_of;
 use crate::ratio::Ratio;
-use crate::space::{Reference, Runs};
+use crate::space::{Compared, Reference};
 
 /// Independent runs of each method: their spread is the error of everything that is said about it.
 pub(super) const RUNS: u64 = 4;
 
-/// The step of finite differences in pixels, and the distance from the axis at which it is that much. A quarter of a pixel
-/// blurs edges by as much and so makes the gradient 5 % too small.
+/// The step of finite differences in pixels, and the distance from the axis at which it is that much. A quarter of a
+/// pixel blurs edges by as much and so makes the gradient 5 % too small.
 pub(super) const STEP: f64 = 0.08;
 const RADIUS: f64 = 0.5;
 
@@ -40,35 +40,23 @@ impl Part {
     pub(super) const ALL: [Self; 5] =
         [Self::Whole, Self::Interior, Self::Primary, Self::Shadow, Self::Indirect];
 
-    pub(super) fn name(self) -> &'static str {
+    /// On pages, and in names of files.
+    pub(super) fn names(self) -> [&'static str; 2] {
         match self {
-            Self::Whole => "whole gradient",
-            Self::Interior => "interior",
-            Self::Primary => "primary: silhouettes",
-            Self::Shadow => "secondary: direct light",
-            Self::Indirect => "secondary: indirect light",
+            Self::Whole => ["whole gradient", "whole"],
+            Self::Interior => ["interior", "interior"],
+            Self::Primary => ["primary: silhouettes", "primary"],
+            Self::Shadow => ["secondary: direct light", "shadow"],
+            Self::Indirect => ["secondary: indirect light", "indirect"],
         }
-    }
-
-    /// In names of files.
-    pub(super) fn file(self) -> &'static str {
-        ["whole", "interior", "primary", "shadow", "indirect"][self as usize]
     }
 }
 
-/// The runs of one method that tells terms apart: one image for every part and run.
-pub(super) struct Apart {
+/// The runs of one method: one image for every part, if it tells terms apart, and run.
+pub(super) struct Parts {
     pub(super) samples: usize,
     pub(super) seconds: f64,
     parts: [Vec<Vec<DVec3>>; 5],
-}
-
-/// The runs of finite differences.
-pub(super) struct Differences {
-    pub(super) samples: usize,
-    pub(super) seconds: f64,
-    pub(super) step: f64,
-    runs: Vec<Vec<DVec3>>,
 }
 
 pub(super) struct Study {
@@ -76,9 +64,12 @@ pub(super) struct Study {
     pub(super) scene: Scene,
     pub(super) triangles: usize,
     pub(super) image: Vec<DVec3>,
-    pub(super) warped: Apart,
-    pub(super) edges: Apart,
-    pub(super) differences: Differences,
+    pub(super) warped: Parts,
+    pub(super) edges: Parts,
+    /// Whole gradients only.
+    pub(super) differences: Parts,
+    /// The step of finite differences in radians.
+    pub(super) step: f64,
 }
 
 type Estimate<'a> = &'a dyn Fn(&Scene, &Tangent, u64, &Progress) -> Result<GradientImage, GradientError>;
@@ -101,19 +92,19 @@ impl Study {
         let step = STEP * pixel / RADIUS;
         let differences = differences(context, &scene, &change, step)?;
         let triangles = scene.description().shapes.iter().map(|s| s.mesh.triangles().len()).sum();
-        Ok(Self { side, scene, triangles, image: image.pixels, warped, edges, differences })
+        Ok(Self { side, scene, triangles, image: image.pixels, warped, edges, differences, step })
     }
 }
 
-/// All runs of a method, with all light and with direct light only. Each method has random numbers of its own, or the noise
-/// that they share would pass for agreement.
+/// All runs of a method, with all light and with direct light only. Each method has random numbers of its own, or the
+/// noise that they share would pass for agreement.
 fn apart(
     context: &Context,
     (name, stream): (&str, u64),
     side: usize,
     samples: usize,
     estimate: Estimate<'_>,
-) -> anyhow::Result<Apart> {
+) -> anyhow::Result<Parts> {
     let start = Instant::now();
     let mut parts: [Vec<Vec<DVec3>>; 5] = Default::default();
     for run in 0..RUNS {
@@ -134,62 +125,36 @@ fn apart(
         parts[Part::Interior as usize].push(terms.interior);
         parts[Part::Whole as usize].push(all.gradient);
     }
-    Ok(Apart { samples: samples * RUNS as usize, seconds: start.elapsed().as_secs_f64(), parts })
+    Ok(Parts { samples: samples * RUNS as usize, seconds: start.elapsed().as_secs_f64(), parts })
 }
 
-fn differences(context: &Context, scene: &Scene, change: &Tangent, step: f64) -> anyhow::Result<Differences> {
+fn differences(context: &Context, scene: &Scene, change: &Tangent, step: f64) -> anyhow::Result<Parts> {
     let start = Instant::now();
     let samples = context.spend(48, 1024);
     let runs = (0..RUNS).map(|run| {
         let method = FiniteDifference { samples, step, seed: seed_of(context.seed(), &[11, 2, run]) };
         Ok(method.forward(scene, change, &context.progress("11 finite differences"))?.gradient)
     });
-    let runs = runs.collect::<anyhow::Result<_>>()?;
-    let seconds = start.elapsed().as_secs_f64();
-    Ok(Differences { samples: samples * RUNS as usize, seconds, step, runs })
+    let parts = [runs.collect::<anyhow::Result<_>>()?, vec![], vec![], vec![], vec![]];
+    Ok(Parts { samples: samples * RUNS as usize, seconds: start.elapsed().as_secs_f64(), parts })
 }
 
-impl Apart {
+impl Parts {
     /// The mean over all runs.
     pub(super) fn mean(&self, part: Part) -> Vec<DVec3> {
         self.reference(part).gradient
     }
 
-    pub(super) fn reference(&self, part: Part) -> Reference {
+    fn reference(&self, part: Part) -> Reference {
         Reference::of_runs(self.parts[part as usize].clone())
     }
 
-    /// How a part agrees with another estimate of it.
-    pub(super) fn agreement(&self, part: Part, reference: &Reference) -> Agreement {
-        Agreement::new(&self.parts[part as usize], reference)
-    }
-}
-
-impl Differences {
-    pub(super) fn reference(&self) -> Reference {
-        Reference::of_runs(self.runs.clone())
-    }
-
-    pub(super) fn agreement(&self, reference: &Reference) -> Agreement {
-        Agreement::new(&self.runs, reference)
-    }
-}
-
-/// How the mean of all runs agrees with a reference whose own noise is taken out.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Agreement {
-    /// 1 if both are right.
-    pub(super) slope: Ratio,
-    /// Mean squared error over the reference's mean square.
-    pub(super) error: f64,
-}
-
-impl Agreement {
-    fn new(runs: &[Vec<DVec3>], reference: &Reference) -> Self {
-        let compared = Runs::new(runs, reference);
-        let measured = compared.measured();
-        let error = measured.bias2 + measured.variance / runs.len() as f64;
-        let signal = 1.0 - reference.floor / reference.power();
-        Self { slope: compared.true_slope(), error: error / signal }
+    /// How the mean of all runs of a part agrees with another method's, whose own noise is taken out: the slope, 1 if
+    /// both are right, and the mean squared error over the other's mean square.
+    pub(super) fn agreement(&self, part: Part, other: &Self) -> (Ratio, f64) {
+        let (runs, reference) = (&self.parts[part as usize], other.reference(part));
+        let compared = Compared::new(runs, &reference);
+        let error = compared.bias2.value + compared.variance.value / runs.len() as f64;
+        (compared.true_slope, error / (1.0 - reference.floor / reference.power()))
     }
 }

@@ -3,12 +3,16 @@
 mod picture;
 mod scene;
 mod study;
-mod words;
 
 use crate::context::Context;
+use crate::figures::common::listed;
 use crate::gallery::Section;
+use crate::output::Table;
+use crate::plot::number;
+use crate::prose::Prose;
+use crate::ratio::Ratio;
 use scene::Setting;
-use study::Study;
+use study::{Entry, REFERENCE_RUNS, SURE, Study};
 
 /// Measures, draws and explains.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
@@ -16,10 +20,78 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let [cylinders, foliage] =
         [Setting::cylinders(side, context.seed())?, Setting::foliage(side, context.seed())?];
     let studies = [Study::new(context, cylinders, 0)?, Study::new(context, foliage, 1)?];
-    let mut prose = words::prose(&studies)?;
+    let mut prose = prose(&studies)?;
     let caption = prose.take_caption("figure12_motions.png")?;
-    context.png("figure12_motions.png", &picture::draw(&studies, &caption).canvas)?;
-    let table = words::table(&studies);
+    context.png("figure12_motions.png", &picture::draw(&studies, &caption))?;
+    let table = table(&studies);
     let data = context.csv("figure12_motions.csv", &table)?;
     prose.section("motions", vec![data], table)
+}
+
+/// The text on both scenes.
+fn prose([cylinders, foliage]: &[Study; 2]) -> anyhow::Result<Prose> {
+    let noise = |study: &Study| number((study.reference.floor / study.reference.power()).sqrt());
+    let [(cylinders_best, cylinders_factors), (foliage_best, foliage_factors)] =
+        [cylinders, foliage].map(costs);
+    Prose::new(
+        include_str!("motions.md"),
+        &[
+            ("cylinders_biases", &biases(cylinders)),
+            ("foliage_biases", &biases(foliage)),
+            ("cylinders_best", &cylinders_best),
+            ("cylinders_factors", &cylinders_factors),
+            ("foliage_best", &foliage_best),
+            ("foliage_factors", &foliage_factors),
+            ("reference_runs", &REFERENCE_RUNS),
+            ("noise_cylinders", &noise(cylinders)),
+            ("noise_foliage", &noise(foliage)),
+            ("sure", &SURE),
+        ],
+    )
+}
+
+/// Which methods are biased on a scene, which are not, and of which this run cannot tell.
+fn biases(study: &Study) -> String {
+    let (biased, rest): (Vec<&Entry>, Vec<&Entry>) = study.entries.iter().partition(|e| e.is_biased());
+    let (vague, sound): (Vec<&Entry>, Vec<&Entry>) = rest.into_iter().partition(|e| e.is_vague());
+    let list = |words: &str, entries: &[&Entry]| {
+        let slopes = |e: &&Entry| [e.compared.true_slope, e.quiet()].map(Ratio::shown).join("; ");
+        let slopes = listed(entries.iter().map(|e| format!("{} ({})", e.method.name, slopes(e))));
+        if entries.is_empty() { String::new() } else { format!("{words}{slopes}. ") }
+    };
+    let none = if biased.is_empty() { "no method is shown to be biased by this run. " } else { "" };
+    let biased = list("**biased** ", &biased);
+    [none, &biased, &list("No bias is found in ", &sound), &list("Too noisy to tell: ", &vague)].concat()
+}
+
+/// The method that costs least for a given precision, and the others in multiples of it.
+fn costs(study: &Study) -> (&'static str, String) {
+    let mut order: Vec<&Entry> = study.entries.iter().collect();
+    order.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
+    let factor = |e: &&Entry| format!("{} {}", e.method.name, number(e.cost() / order[0].cost()));
+    (order[0].method.name, listed(order[1..].iter().map(factor)))
+}
+
+/// Every number.
+fn table(studies: &[Study]) -> Table {
+    Table::of(
+        studies.iter().flat_map(|study| study.entries.iter().map(move |entry| (study, entry))),
+        &[
+            ("scene", &|(study, _)| study.setting.name.into()),
+            ("method", &|(_, e)| e.method.name.into()),
+            ("samples a pixel", &|(_, e)| e.samples.into()),
+            ("runs", &|(_, e)| (e.runs as usize).into()),
+            ("processor seconds a run", &|(_, e)| e.seconds.into()),
+            ("slope", &|(_, e)| e.compared.true_slope.value.into()),
+            ("its error", &|(_, e)| e.compared.true_slope.error.into()),
+            ("slope, quiet pixels", &|(_, e)| e.quiet().value.into()),
+            ("its error", &|(_, e)| e.quiet().error.into()),
+            ("relative bias²", &|(_, e)| e.compared.bias2.value.into()),
+            ("its error", &|(_, e)| e.compared.bias2.error.into()),
+            ("relative variance", &|(_, e)| e.compared.variance.value.into()),
+            ("its error", &|(_, e)| e.compared.variance.error.into()),
+            ("variance × seconds", &|(_, e)| e.cost().into()),
+            ("not finite", &|(_, e)| e.non_finite.into()),
+        ],
+    )
 }

@@ -7,7 +7,7 @@ use super::scene::Setting;
 use crate::context::Context;
 use crate::figures::common::seed_of;
 use crate::ratio::Ratio;
-use crate::space::{Clock, METHODS, Measured, Method, Reference, Runs, Task};
+use crate::space::{Clock, Compared, METHODS, Method, Reference, Task};
 
 /// The method whose many samples are the reference: it is unbiased, and its samples have light tails.
 const REFERENCE: &str = "edge-sampling";
@@ -30,11 +30,7 @@ pub(super) struct Entry {
     pub(super) runs: u64,
     /// Of one run.
     pub(super) seconds: f64,
-    pub(super) measured: Measured,
-    /// On the reference, whose noise is taken out.
-    pub(super) slope: Ratio,
-    /// The same, quiet pixels weighing more.
-    pub(super) quiet: Ratio,
+    pub(super) compared: Compared,
     /// Mean minus reference.
     pub(super) error: Vec<DVec3>,
     pub(super) non_finite: usize,
@@ -43,18 +39,24 @@ pub(super) struct Entry {
 impl Entry {
     /// Relative variance × processor seconds: what a given precision costs.
     pub(super) fn cost(&self) -> f64 {
-        self.measured.variance * self.seconds
+        self.compared.variance.value * self.seconds
+    }
+
+    /// The slope on the reference, quiet pixels weighing more.
+    pub(super) fn quiet(&self) -> Ratio {
+        self.compared.quiet_slope
     }
 
     /// Whether a slope is farther from 1, or bias² from 0, than chance explains.
     pub(super) fn is_biased(&self) -> bool {
         let off = |slope: Ratio| (slope.value - 1.0).abs() > SURE * slope.error.max(LEAST);
-        off(self.slope) || off(self.quiet) || self.measured.bias2 > SURE * self.measured.bias2_error
+        let bias2 = self.compared.bias2;
+        off(self.compared.true_slope) || off(self.quiet()) || bias2.value > SURE * bias2.error
     }
 
     /// Whether a bias of a tenth would go unnoticed.
     pub(super) fn is_vague(&self) -> bool {
-        SURE * self.slope.error.min(self.quiet.error) > 0.1
+        SURE * self.compared.true_slope.error.min(self.quiet().error) > 0.1
     }
 }
 
@@ -67,12 +69,8 @@ const LEAST: f64 = 2.5e-3;
 impl Study {
     pub(super) fn new(context: &Context, setting: Setting, index: u64) -> anyhow::Result<Self> {
         let name = setting.name;
-        let image = render(
-            &setting.scene,
-            context.spend(64, 512),
-            context.seed(),
-            &context.progress(&format!("12 {name}")),
-        )?;
+        let progress = |what: &str| context.progress(&format!("12 {name}{what}"));
+        let image = render(&setting.scene, context.spend(64, 512), context.seed(), &progress(""))?;
         let task = |samples: usize, words: &[u64]| Task {
             scene: &setting.scene,
             change: &setting.change,
@@ -81,10 +79,10 @@ impl Study {
             seed: seed_of(context.seed(), words),
         };
         let estimate = |method: &Method, task: &Task<'_>| -> anyhow::Result<_> {
-            Ok(method.estimate(task, &context.progress(&format!("12 {name}: {}", method.name)))?)
+            Ok(method.estimate(task, &progress(&format!(": {}", method.name)))?)
         };
         let many = context.spend(64, 2048);
-        let best = METHODS.iter().find(|m| m.key == REFERENCE).unwrap_or(&METHODS[0]);
+        let best = Method::of_key(REFERENCE).unwrap_or(&METHODS[0]);
         let reference = (0..REFERENCE_RUNS)
             .map(|run| Ok(estimate(best, &task(many, &[12, index, 99, run]))?.gradient))
             .collect::<anyhow::Result<Vec<_>>>()?;
@@ -101,18 +99,9 @@ impl Study {
                 gradients.push(result.gradient);
             }
             let seconds = clock.seconds() / runs as f64;
-            let compared = Runs::new(&gradients, &reference);
-            entries.push(Entry {
-                method,
-                samples,
-                runs,
-                seconds,
-                measured: compared.measured(),
-                slope: compared.true_slope(),
-                quiet: compared.quiet_slope(),
-                error: compared.mean.iter().zip(&reference.gradient).map(|(a, b)| *a - *b).collect(),
-                non_finite,
-            });
+            let compared = Compared::new(&gradients, &reference);
+            let error = compared.mean.iter().zip(&reference.gradient).map(|(a, b)| *a - *b).collect();
+            entries.push(Entry { method, samples, runs, seconds, compared, error, non_finite });
         }
         Ok(Self { setting, image: image.pixels, reference, entries })
     }

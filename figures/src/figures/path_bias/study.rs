@@ -1,13 +1,14 @@
 //! Bias against N' and the price of every scheme.
 
 use flatland::estimator::transport::{EdgeSampling, Method, WarpedArea};
+use flatland::transport::Paths;
 use flatland::transport::fields::Construction;
 use flatland::warp::{Debias, Warp};
 
 use super::worlds::{PIXELS, Setting};
 use crate::context::Context;
-use crate::figures::common::{KNOWN, SETTLED, seed_of};
-use crate::figures::trade::bias::{Curve, Series, consistent};
+use crate::figures::common::{KNOWN, SETTLED, dot, median, seed_of};
+use crate::figures::trade::bias::{Curve, Series};
 use crate::figures::trade::debias::name;
 use crate::figures::trade::regression::{Bias, regress};
 use crate::plot::{Color, Marker, Palette};
@@ -54,7 +55,7 @@ pub(super) struct Measured {
 impl Measured {
     /// Variance × rays.
     pub(super) fn cost(&self) -> Ratio {
-        Ratio { value: self.variance.value * self.rays, error: self.variance.error * self.rays }
+        self.variance.scaled(self.rays)
     }
 
     /// How many times the variance of a typical run all of them together find.
@@ -74,7 +75,7 @@ impl Scheme {
     /// and a mean without bias is where it should be.
     pub(super) fn is_settled(&self) -> bool {
         let Measured { bias, variance, .. } = &self.measured;
-        let on_target = !self.field.is_unbiased() || bias.missing.abs() < SETTLED * bias.error;
+        let on_target = !self.field.is_unbiased() || bias.missing.value.abs() < SETTLED * bias.missing.error;
         variance.error < KNOWN * variance.value && self.measured.growth() < GROWTH && on_target
     }
 
@@ -109,31 +110,27 @@ impl Field {
         ]
     }
 
-    pub(super) fn name(self) -> String {
+    /// What it is called, its weight and its colour.
+    fn looks(self) -> (String, &'static str, Color) {
         match self {
-            Self::Original(debias) | Self::Default(debias) => name(debias),
-            Self::JumpMean => "mean over jumps".to_owned(),
-            Self::Harmonic => "harmonic field".to_owned(),
-            Self::Edges => "edge sampling".to_owned(),
+            Self::Original(debias) => (name(debias), "original", Palette::BLUE),
+            Self::Default(debias) => (name(debias), "default", Palette::VERMILION),
+            Self::JumpMean => ("mean over jumps".to_owned(), "none", Palette::OCHRE),
+            Self::Harmonic => ("harmonic field".to_owned(), "none", Palette::GREEN),
+            Self::Edges => ("edge sampling".to_owned(), "none", Color::INK),
         }
+    }
+
+    pub(super) fn name(self) -> String {
+        self.looks().0
     }
 
     pub(super) fn weight(self) -> &'static str {
-        match self {
-            Self::Original(_) => "original",
-            Self::Default(_) => "default",
-            Self::JumpMean | Self::Harmonic | Self::Edges => "none",
-        }
+        self.looks().1
     }
 
     pub(super) fn color(self) -> Color {
-        match self {
-            Self::Original(_) => Palette::BLUE,
-            Self::Default(_) => Palette::VERMILION,
-            Self::JumpMean => Palette::OCHRE,
-            Self::Harmonic => Palette::GREEN,
-            Self::Edges => Color::INK,
-        }
+        self.looks().2
     }
 
     /// Squares are unbiased.
@@ -145,39 +142,47 @@ impl Field {
         }
     }
 
-    /// Auxiliary rays of one estimate of the field, where it has any.
-    pub(super) fn auxiliary_rays(self) -> Option<f64> {
+    fn debias(self) -> Option<Debias> {
         match self {
-            Self::Original(debias) | Self::Default(debias) => Some(debias.expected_rays()),
+            Self::Original(debias) | Self::Default(debias) => Some(debias),
             Self::JumpMean | Self::Harmonic | Self::Edges => None,
         }
     }
 
+    /// Auxiliary rays of one estimate of the field, where it has any.
+    pub(super) fn auxiliary_rays(self) -> Option<f64> {
+        self.debias().map(Debias::expected_rays)
+    }
+
     /// Whether theory says that it has no bias.
     pub(super) fn is_unbiased(self) -> bool {
-        match self {
-            Self::Original(debias) | Self::Default(debias) => debias.is_unbiased(),
-            Self::JumpMean | Self::Harmonic | Self::Edges => true,
-        }
+        self.debias().is_none_or(Debias::is_unbiased)
     }
 
     /// Whether a random number of auxiliary rays removes its bias.
     pub(super) fn is_debiased(self) -> bool {
-        matches!(self, Self::Original(debias) | Self::Default(debias) if debias.is_unbiased())
+        self.debias().is_some_and(Debias::is_unbiased)
     }
 
     /// Its share of rays. Heavy tails need all that can be spent, and the others settle with little.
     fn effort(self) -> f64 {
-        if self.is_debiased() { 1.8 } else { 0.3 }
+        match self {
+            Self::Edges => 0.2,
+            field if field.is_debiased() => 1.8,
+            _ => 0.3,
+        }
     }
 
-    fn construction(self) -> Construction {
-        match self {
+    /// One run of it; edge sampling has no field.
+    fn method(self, samples: usize, paths: Paths, seed: u64) -> Box<dyn Method> {
+        let construction = match self {
             Self::Original(debias) => Construction::Auxiliary(Warp { debias, ..Warp::original(RAYS) }),
             Self::Default(debias) => Construction::Local(Warp { debias, ..Warp::one_dimensional() }),
             Self::JumpMean => Construction::JumpMean { reach: REACH },
-            Self::Harmonic | Self::Edges => Construction::Harmonic,
-        }
+            Self::Harmonic => Construction::Harmonic,
+            Self::Edges => return Box::new(EdgeSampling { samples, paths, seed, ..EdgeSampling::default() }),
+        };
+        Box::new(WarpedArea { samples, paths, construction, seed, ..WarpedArea::default() })
     }
 }
 
@@ -197,95 +202,57 @@ impl Study {
         for (index, series) in weights().into_iter().enumerate() {
             let mut points = vec![];
             for &rays in counts {
-                let warp = consistent(rays, series.warp);
-                let construction =
-                    if index == 0 { Construction::Auxiliary(warp) } else { Construction::Local(warp) };
+                let debias = Debias::Consistent { rays };
+                let field = if index == 0 { Field::Original(debias) } else { Field::Default(debias) };
                 // Few rays cost little and vary little.
                 let effort = if rays < 8 { 0.3 } else { 0.6 };
                 let seed = seed_of(context.seed(), &[10, 1, world, index as u64, rays as u64]);
-                let measured = measure(context, &setting, construction, rays as f64, effort, seed)?;
-                points.push((rays as f64, measured.bias));
+                points.push((rays as f64, measure(context, &setting, field, effort, seed)?.bias));
             }
             curves.push(Curve { series, points });
         }
         let mut schemes = vec![];
         for (index, field) in Field::all().into_iter().enumerate() {
             let seed = seed_of(context.seed(), &[10, 2, world, index as u64]);
-            let measured = match field {
-                Field::Edges => edges(context, &setting, seed)?,
-                _ => {
-                    let rays = match field {
-                        // It looks at every vertex with a ray.
-                        Field::Harmonic => setting.world.vertex_count() as f64,
-                        // One ray says what is seen.
-                        _ => field.auxiliary_rays().unwrap_or(1.0),
-                    };
-                    measure(context, &setting, field.construction(), rays, field.effort(), seed)?
-                }
-            };
-            schemes.push(Scheme { field, measured });
+            schemes
+                .push(Scheme { field, measured: measure(context, &setting, field, field.effort(), seed)? });
         }
         Ok(Self { setting, curves, schemes })
     }
 }
 
-/// Rays a pixel that are spent on each estimate.
-fn budget(context: &Context) -> f64 {
-    context.spend(1.5e5, 6e6)
-}
-
+/// All runs of a scheme, with as many samples as its share of rays allows.
 fn measure(
     context: &Context,
     setting: &Setting,
-    construction: Construction,
-    auxiliary: f64,
+    field: Field,
     effort: f64,
     seed: u64,
 ) -> anyhow::Result<Measured> {
-    // One field on the film, and about one at every surface.
-    let rays = (auxiliary + 2.0) * (1 + setting.paths.bounces) as f64;
-    let samples = (effort * budget(context) / rays / RUNS as f64) as usize;
-    let paths = setting.paths;
-    repeat(setting, samples.max(2), |samples, run| {
-        let seed = seed_of(seed, &[run as u64]);
-        WarpedArea { samples, paths, construction, seed, ..WarpedArea::default() }
-    })
-}
-
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    0.5 * (sorted[(sorted.len() - 1) / 2] + sorted[sorted.len() / 2])
-}
-
-fn edges(context: &Context, setting: &Setting, seed: u64) -> anyhow::Result<Measured> {
-    let samples = (0.2 * budget(context) / 8.0 / RUNS as f64) as usize;
-    let paths = setting.paths;
-    repeat(setting, samples.max(2), |samples, run| {
-        let seed = seed_of(seed, &[run as u64]);
-        EdgeSampling { samples, paths, seed, ..EdgeSampling::default() }
-    })
-}
-
-fn repeat<M: Method>(
-    setting: &Setting,
-    samples: usize,
-    method: impl Fn(usize, usize) -> M,
-) -> anyhow::Result<Measured> {
+    let auxiliary = match field {
+        // It looks at every vertex with a ray.
+        Field::Harmonic => setting.world.vertex_count() as f64,
+        // One ray says what is seen.
+        _ => field.auxiliary_rays().unwrap_or(1.0),
+    };
+    // One field on the film, and about one at every surface; edge sampling takes about eight rays.
+    let fields = (auxiliary + 2.0) * (1 + setting.paths.bounces) as f64;
+    let rays = if matches!(field, Field::Edges) { 8.0 } else { fields };
+    let samples = ((effort * context.spend(1.5e5, 6e6) / rays / RUNS as f64) as usize).max(2);
+    let norm = dot(&setting.reference, &setting.reference);
     let (mut means, mut variances, mut rays) = (vec![], vec![], 0);
     for run in 0..RUNS {
-        let image = method(samples, run).forward(&setting.world, &setting.camera, &setting.change)?;
-        let squares: f64 = image.standard_error.iter().map(|e| e * e).sum();
-        variances.push(squares * samples as f64 / setting.norm());
+        let method = field.method(samples, setting.paths, seed_of(seed, &[run as u64]));
+        let image = method.forward(&setting.world, &setting.camera, &setting.change)?;
+        variances.push(dot(&image.standard_error, &image.standard_error) * samples as f64 / norm);
         rays += image.rays;
         means.push(image.total());
     }
-    let typical = median(&variances);
     Ok(Measured {
         samples: samples * RUNS,
         bias: regress(&setting.reference, &means),
         variance: Ratio::of_runs(&variances),
-        typical,
+        typical: median(&variances),
         rays: rays as f64 / (RUNS * samples * PIXELS) as f64,
     })
 }

@@ -5,6 +5,8 @@ use flatland::transport::exact::{Exact, Radiosity};
 use flatland::transport::{Camera, Film, Material, Paths, Shape, Tangent, Terms, World};
 use glam::DVec2;
 
+use crate::figures::common::dot;
+
 /// Pixels of the film.
 pub(super) const PIXELS: usize = 6;
 /// The shape that moves.
@@ -40,8 +42,7 @@ fn camera(position: DVec2, angle: f64) -> Camera {
 
 /// The errors' root of the sum of squares over the values'.
 fn relative(errors: &[f64], values: &[f64]) -> f64 {
-    let norm = |values: &[f64]| values.iter().map(|v| v * v).sum::<f64>().sqrt();
-    norm(errors) / norm(values)
+    dot(errors, errors).sqrt() / dot(values, values).sqrt()
 }
 
 /// The occluder moves and turns.
@@ -98,10 +99,5 @@ impl Setting {
             change,
             reference: exact.pixels,
         })
-    }
-
-    /// Σ over pixels of the squares of the reference.
-    pub(super) fn norm(&self) -> f64 {
-        self.reference.iter().map(|e| e * e).sum()
     }
 }

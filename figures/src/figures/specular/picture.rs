@@ -6,10 +6,7 @@ use glam::DVec2;
 use super::scene::{CENTRE, Lighting, OBJECT, PIXELS, Scene};
 use super::study::{Place, Racer, Run, WIDTH_OF_PARTS};
 use crate::figures::flat::{draw_camera, draw_motion, draw_world, label};
-use crate::plot::{
-    Axes, Axis, Canvas, Color, Figure, GUTTER, Legend, Marker, Palette, Pen, Rect, Style, Upward, View,
-    number,
-};
+use crate::plot::*;
 
 /// Lobes that are drawn, and whose derivatives are.
 const SHOWN: [f64; 3] = [0.5, 0.1, 1e-3];
@@ -27,23 +24,20 @@ pub(super) fn variance(widths: &[Place], vertices: &[Place], caption: &str) -> a
     let mut figure = Figure::new(960.0, 610.0, title, caption);
     let rows = figure.body.rows(&[0.86, 1.0], GUTTER);
     let top = rows[0].columns(&[1.35, 1.0], GUTTER);
-    let space = figure.panel(top[0], 0, "the set-up; three lobes at one point of the floor");
+    let space = figure.panel(top[0], "the set-up; three lobes at one point of the floor");
     figure.canvas.clipped(space, |canvas| set_up(canvas, space))?;
-    figure.plot(top[1], 1, "the exact derivative of each pixel", &derivatives()?);
+    figure.plot(top[1], "the exact derivative of each pixel", &derivatives()?);
     let bottom = rows[1].columns(&[1.0; 3], GUTTER);
     for (i, lighting) in Lighting::ALL.into_iter().enumerate() {
-        let space = figure.panel(bottom[i], 2 + i, &format!("variance: {}", lighting.name()));
-        let mine: Vec<&Place> = widths.iter().filter(|p| p.lighting == lighting).collect();
-        race(&mine, width_axis(), Axis::log(VARIANCE).limits(1.0, 1e10), |p| p.width, |r| r.variance.value)
-            .legend(if i == 0 { Legend::TopRight } else { Legend::None })
-            .draw(&mut figure.canvas, space);
+        let y = Axis::log(VARIANCE).limits(1.0, 1e10);
+        let mine = widths.iter().filter(|p| p.lighting == lighting);
+        let axes = race(mine, width_axis(), y, |p| p.width, |r| r.variance.value);
+        let axes = axes.legend(if i == 0 { Legend::TopRight } else { Legend::None });
+        figure.plot(bottom[i], &format!("variance: {}", lighting.name()), &axes);
     }
     let title = format!("the same object in more segments, lobe {}", number(WIDTH_OF_PARTS));
-    let space = figure.panel(bottom[2], 4, &title);
-    let places: Vec<&Place> = vertices.iter().collect();
-    race(&places, vertex_axis(), Axis::log(VARIANCE), count, |r| r.variance.value)
-        .legend(Legend::None)
-        .draw(&mut figure.canvas, space);
+    let axes = race(vertices.iter(), vertex_axis(), Axis::log(VARIANCE), count, |r| r.variance.value);
+    figure.plot(bottom[2], &title, &axes.legend(Legend::None));
     Ok(figure.canvas)
 }
 
@@ -51,26 +45,18 @@ pub(super) fn variance(widths: &[Place], vertices: &[Place], caption: &str) -> a
 pub(super) fn time(widths: &[Place], vertices: &[Place], caption: &str) -> Canvas {
     let mut figure = Figure::new(960.0, 320.0, "The same by the clock, on one thread", caption);
     let cells = figure.body.columns(&[1.0; 3], GUTTER);
-    let space = figure.panel(cells[0], 0, "time for a given precision against the lobe");
-    let sky: Vec<&Place> = widths.iter().filter(|p| p.lighting == Lighting::Sky).collect();
     let cost = |run: &Run| 1e6 * run.time_cost();
-    race(&sky, width_axis(), Axis::log(COST).limits(1.0, 1e11), |p| p.width, cost)
-        .legend(Legend::TopRight)
-        .draw(&mut figure.canvas, space);
-    let places: Vec<&Place> = vertices.iter().collect();
-    let space = figure.panel(cells[1], 1, "time of a sample against vertices");
+    let sky = widths.iter().filter(|p| p.lighting == Lighting::Sky);
+    let axes = race(sky, width_axis(), Axis::log(COST).limits(1.0, 1e11), |p| p.width, cost);
+    figure.plot(cells[0], "time for a given precision against the lobe", &axes);
     let mut axes = Axes::new(vertex_axis(), Axis::log("microseconds")).legend(Legend::None);
-    for (i, racer) in Racer::ALL.into_iter().enumerate() {
+    for (i, looks) in Racer::ALL.map(Racer::looks).into_iter().enumerate() {
         let points = vertices.iter().map(|p| [count(p), 1e6 * p.runs[i].seconds]);
-        axes.line(points, &Style::new(racer.color()).marker(racer.marker()));
+        axes.line(points, &Style::new(looks.color).marker(looks.marker));
     }
-    axes.draw(&mut figure.canvas, space);
-    figure.plot(
-        cells[2],
-        2,
-        "time for a given precision against vertices",
-        &race(&places, vertex_axis(), Axis::log(COST), count, cost).legend(Legend::None),
-    );
+    figure.plot(cells[1], "time of a sample against vertices", &axes);
+    let axes = race(vertices.iter(), vertex_axis(), Axis::log(COST), count, cost).legend(Legend::None);
+    figure.plot(cells[2], "time for a given precision against vertices", &axes);
     figure.canvas
 }
 
@@ -89,25 +75,23 @@ fn vertex_axis() -> Axis {
 }
 
 /// One curve a method; rings and no line where the run was too short to know.
-fn race(
-    places: &[&Place],
+fn race<'a>(
+    places: impl Iterator<Item = &'a Place> + Clone,
     x: Axis,
     y: Axis,
     at: impl Fn(&Place) -> f64,
     value: impl Fn(&Run) -> f64,
 ) -> Axes {
     let mut axes = Axes::new(x, y);
-    for (i, racer) in Racer::ALL.into_iter().enumerate() {
-        let style = Style::new(racer.color());
-        let known: Vec<&&Place> = places.iter().filter(|p| p.runs[i].is_known()).collect();
-        let bars = known.iter().map(|p| {
-            let (v, error) = (value(&p.runs[i]), p.runs[i].variance.error / p.runs[i].variance.value);
+    for (i, looks) in Racer::ALL.map(Racer::looks).into_iter().enumerate() {
+        let style = Style::new(looks.color);
+        let known = places.clone().filter(|p| p.runs[i].is_known()).map(|p| {
+            let (v, variance) = (value(&p.runs[i]), p.runs[i].variance);
+            let error = variance.error / variance.value;
             [at(p), v, v * (1.0 - error), v * (1.0 + error)]
         });
-        axes.error_bars(bars, &style);
-        let points = known.iter().map(|p| [at(p), value(&p.runs[i])]);
-        axes.line(points, &style.clone().marker(racer.marker()).labelled(racer.name()));
-        let unknown = places.iter().filter(|p| !p.runs[i].is_known() && p.runs[i].variance.value > 0.0);
+        axes.measured(known, &style.clone().marker(looks.marker).labelled(looks.name));
+        let unknown = places.clone().filter(|p| !p.runs[i].is_known() && p.runs[i].variance.value > 0.0);
         let points = unknown.map(|p| [at(p), value(&p.runs[i])]);
         axes.scatter(points, &style.marker(Marker::Ring).radius(3.6));
     }
@@ -116,9 +100,8 @@ fn race(
 
 /// The exact derivative against the film coordinate.
 fn derivatives() -> anyhow::Result<Axes> {
-    let mut axes = Axes::new(Axis::linear("pixel").limits(0.0, PIXELS as f64), Axis::linear("∂_{θ}I"))
-        .legend(Legend::TopRight);
-    axes.horizontal(0.0, "", &Style::new(Color::MUTED).width(0.8));
+    let mut axes = Axes::new(Axis::linear("pixel").limits(0.0, PIXELS as f64), Axis::linear("∂_{θ}I"));
+    axes.horizontal(0.0, &Style::new(Color::MUTED).width(0.8));
     for (i, width) in SHOWN.into_iter().enumerate() {
         let scene = Scene::new(width, 1, Lighting::Sky)?;
         let ends = |p: usize| [[p as f64, scene.exact[p]], [p as f64 + 1.0, scene.exact[p]]];
@@ -131,15 +114,12 @@ fn derivatives() -> anyhow::Result<Axes> {
 /// Camera, floor, object, the lobes at one point, and the mirrored view.
 fn set_up(canvas: &mut Canvas, space: Rect) -> anyhow::Result<()> {
     let scene = Scene::new(SHOWN[0], 1, Lighting::Sky)?;
-    let view = View::fit(DVec2::new(-2.0, -0.3), DVec2::new(2.3, 1.75), space, Upward::Yes);
+    let view = View::upward(DVec2::new(-2.0, -0.3), DVec2::new(2.3, 1.75), space);
     draw_camera(canvas, &view, &scene.camera, 0.5);
-    let reaches = [0.0, PIXELS as f64].map(|u| (u, scene.camera.direction(u)));
-    for (_, direction) in reaches {
-        let from = scene.camera.position;
-        let hit = from - direction * (from.y / direction.y);
-        let mirrored = DVec2::new(direction.x, -direction.y);
+    for u in [0.0, PIXELS as f64] {
+        let [from, hit, mirror] = reflected(&scene, u);
         let pen = Pen::new(Palette::GREEN.alpha(0.55), 0.9).dashed();
-        canvas.polyline(&[from, hit, hit + 1.7 * mirrored].map(|p| view.at(p)), &pen);
+        canvas.polyline(&[from, hit, hit + 1.7 * mirror].map(|p| view.at(p)), &pen);
     }
     lobes(canvas, &view, &scene);
     draw_world(canvas, &view, &scene.world);
@@ -150,13 +130,16 @@ fn set_up(canvas: &mut Canvas, space: Rect) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// The camera, the point of the floor that it sees at u, and the mirror direction there.
+fn reflected(scene: &Scene, u: f64) -> [DVec2; 3] {
+    let (from, direction) = (scene.camera.position, scene.camera.direction(u));
+    [from, from - direction * (from.y / direction.y), DVec2::new(direction.x, -direction.y)]
+}
+
 /// The lobes around the mirror direction at the point seen in the middle of the film, each as a polar
 /// curve of the square root of g/g(0): the root keeps tails visible.
 fn lobes(canvas: &mut Canvas, view: &View, scene: &Scene) {
-    let from = scene.camera.position;
-    let direction = scene.camera.direction(0.4 * PIXELS as f64);
-    let at = from - direction * (from.y / direction.y);
-    let mirror = DVec2::new(direction.x, -direction.y);
+    let [from, at, mirror] = reflected(scene, 0.4 * PIXELS as f64);
     canvas.line(view.at(from), view.at(at), &Pen::new(Palette::GREEN, 1.2));
     for (i, width) in SHOWN.into_iter().enumerate() {
         let lobe = Gloss { strength: 1.0, width };
@@ -168,7 +151,6 @@ fn lobes(canvas: &mut Canvas, view: &View, scene: &Scene) {
         };
         let mut ring: Vec<DVec2> = vec![view.at(at)];
         ring.extend((1..400).filter_map(point));
-        canvas.fill_polygon(&[ring.as_slice()], shade(i).alpha(0.12));
-        canvas.stroke_polygon(&[ring.as_slice()], &Pen::new(shade(i), 1.1));
+        canvas.outlined(&ring, shade(i).alpha(0.12), &Pen::new(shade(i), 1.1));
     }
 }

@@ -1,12 +1,10 @@
 //! What every method pays for one derivative.
 
-use std::time::{Duration, Instant};
-
 use flatland::estimator::transport::{EdgeChoice, EdgeSampling, GradientImage, Method, WarpedArea};
 use flatland::transport::fields::Construction;
 use flatland::warp::{Debias, Warp};
 
-use super::super::common::{KNOWN, SETTLED, seed_of};
+use super::super::common::{KNOWN, SETTLED, dot, seconds, seed_of};
 use super::scene::{CORNERS, Lighting, PIXELS, Scene};
 use crate::context::Context;
 use crate::plot::{Color, Marker, Palette};
@@ -26,10 +24,6 @@ pub(super) const REACH: f64 = 8.0;
 const RUNS: u64 = 8;
 /// Samples a pixel in a timed run: edge sampling prepares a list of the jumps of each pixel for so many.
 pub(super) const TIMED: usize = 64;
-/// Timed runs at most; the time after which six are enough, and that after which any number is.
-const TIMED_RUNS: usize = 12;
-const ENOUGH: Duration = Duration::from_millis(15);
-const LONG: Duration = Duration::from_millis(200);
 /// Looks at vertices in a timed run of the harmonic field.
 const HARMONIC_LOOKS: usize = 12_000;
 
@@ -44,40 +38,38 @@ pub(super) enum Racer {
     Harmonic,
 }
 
+/// How a method is drawn, and how long it runs.
+pub(super) struct Looks {
+    pub(super) name: &'static str,
+    pub(super) color: Color,
+    pub(super) marker: Marker,
+    /// Samples a pixel in a run at most.
+    most: usize,
+    /// Vertices that all samples of a pixel may look at, where each looks at every vertex.
+    visits: usize,
+}
+
 impl Racer {
     pub(super) const ALL: [Self; 6] =
         [Self::Uniform, Self::Importance, Self::Multilevel, Self::Consistent, Self::JumpMean, Self::Harmonic];
 
-    pub(super) fn name(self) -> String {
+    pub(super) fn looks(self) -> Looks {
+        let looks = |name, color, marker, most, visits| Looks { name, color, marker, most, visits };
         match self {
-            Self::Uniform => "edge sampling, uniform".to_owned(),
-            Self::Importance => "edge sampling, importance".to_owned(),
-            Self::Multilevel => "warped area, unbiased".to_owned(),
-            Self::Consistent => format!("warped area, {RAYS} rays"),
-            Self::JumpMean => "mean over jumps".to_owned(),
-            Self::Harmonic => "harmonic field".to_owned(),
-        }
-    }
-
-    pub(super) fn color(self) -> Color {
-        match self {
-            Self::Uniform => Palette::ORANGE,
-            Self::Importance => Palette::VERMILION,
-            Self::Multilevel => Palette::BLUE,
-            Self::Consistent => Palette::SKY,
-            Self::JumpMean => Palette::OCHRE,
-            Self::Harmonic => Palette::GREEN,
-        }
-    }
-
-    pub(super) fn marker(self) -> Marker {
-        match self {
-            Self::Uniform => Marker::Square,
-            Self::Importance => Marker::Diamond,
-            Self::Multilevel => Marker::Circle,
-            Self::Consistent => Marker::TriangleUp,
-            Self::JumpMean => Marker::Cross,
-            Self::Harmonic => Marker::TriangleDown,
+            Self::Uniform => {
+                looks("edge sampling, uniform", Palette::ORANGE, Marker::Square, 1000, usize::MAX)
+            }
+            Self::Importance => {
+                looks("edge sampling, importance", Palette::VERMILION, Marker::Diamond, 500, 110_000)
+            }
+            Self::Multilevel => {
+                looks("warped area, unbiased", Palette::BLUE, Marker::Circle, 300, usize::MAX)
+            }
+            Self::Consistent => {
+                looks("warped area, 16 rays", Palette::SKY, Marker::TriangleUp, 200, usize::MAX)
+            }
+            Self::JumpMean => looks("mean over jumps", Palette::OCHRE, Marker::Cross, 1000, 110_000),
+            Self::Harmonic => looks("harmonic field", Palette::GREEN, Marker::TriangleDown, 250, 12_000),
         }
     }
 
@@ -88,16 +80,8 @@ impl Racer {
 
     /// Samples a pixel in a run, for a world of so many vertices: fewer where each costs more.
     fn samples(self, context: &Context, vertices: usize) -> usize {
-        let (most, looks) = match self {
-            Self::Uniform => (1000, usize::MAX),
-            Self::Importance => (500, 110_000),
-            Self::Multilevel => (300, usize::MAX),
-            Self::Consistent => (200, usize::MAX),
-            Self::JumpMean => (1000, 110_000),
-            Self::Harmonic => (250, 12_000),
-        };
-        // Each sample of the others looks at every vertex.
-        (most.min(looks / vertices)).max(2) * context.spend(1, 40)
+        let Looks { most, visits, .. } = self.looks();
+        (most.min(visits / vertices)).max(2) * context.spend(1, 40)
     }
 
     fn method(self, samples: usize, seed: u64) -> Box<dyn Method> {
@@ -167,13 +151,8 @@ pub(super) struct Place {
 
 /// Along the lobe's width, for both lightings.
 pub(super) fn against_width(context: &Context) -> anyhow::Result<Vec<Place>> {
-    let mut places = vec![];
-    for lighting in Lighting::ALL {
-        for width in WIDTHS {
-            places.push(place(context, width, 1, lighting)?);
-        }
-    }
-    Ok(places)
+    let cases = Lighting::ALL.into_iter().flat_map(|lighting| WIDTHS.map(|width| (lighting, width)));
+    cases.map(|(lighting, width)| place(context, width, 1, lighting)).collect()
 }
 
 /// Along the number of the object's vertices.
@@ -190,15 +169,14 @@ fn place(context: &Context, width: f64, parts: usize, lighting: Lighting) -> any
 
 fn measure(context: &Context, scene: &Scene, racer: Racer) -> anyhow::Result<Run> {
     let samples = racer.samples(context, scene.world.vertex_count());
-    let norm = scene.norm();
+    let norm = dot(&scene.exact, &scene.exact);
     let (mut variances, mut slopes, mut rays) = (vec![], vec![], 0);
     for run in 0..RUNS {
         let seed = seed_of(context.seed(), &[8, racer as u64, run]);
         let gradient = forward(scene, racer, samples, seed)?;
-        let squares: f64 = gradient.standard_error.iter().map(|e| e * e).sum();
-        variances.push(squares * samples as f64 / norm);
-        let product: f64 = gradient.total().iter().zip(&scene.exact).map(|(a, b)| a * b).sum();
-        slopes.push(product / norm);
+        let errors = &gradient.standard_error;
+        variances.push(dot(errors, errors) * samples as f64 / norm);
+        slopes.push(dot(&gradient.total(), &scene.exact) / norm);
         rays += gradient.rays;
     }
     Ok(Run {
@@ -206,7 +184,7 @@ fn measure(context: &Context, scene: &Scene, racer: Racer) -> anyhow::Result<Run
         samples: samples * RUNS as usize,
         variance: Ratio::of_runs(&variances),
         rays: rays as f64 / (RUNS as usize * samples * PIXELS) as f64,
-        seconds: seconds(scene, racer)?,
+        seconds: seconds_of(scene, racer)?,
         recovered: Ratio::of_runs(&slopes),
     })
 }
@@ -215,24 +193,13 @@ fn forward(scene: &Scene, racer: Racer, samples: usize, seed: u64) -> anyhow::Re
     Ok(racer.method(samples, seed).forward(&scene.world, &scene.camera, &scene.change)?)
 }
 
-/// Seconds a sample on one thread: the fastest of a few runs, because other programs can only slow it down.
-fn seconds(scene: &Scene, racer: Racer) -> anyhow::Result<f64> {
+/// Seconds a sample on one thread.
+fn seconds_of(scene: &Scene, racer: Racer) -> anyhow::Result<f64> {
     let samples = match racer {
         // Nothing is prepared for a pixel that would grow with the scene.
         Racer::Harmonic => (HARMONIC_LOOKS / scene.world.vertex_count()).clamp(4, TIMED),
         Racer::Multilevel | Racer::Consistent => TIMED / 2,
         Racer::Uniform | Racer::Importance | Racer::JumpMean => TIMED,
     };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
-    let start = Instant::now();
-    let mut least = f64::INFINITY;
-    for run in 0..TIMED_RUNS {
-        let before = Instant::now();
-        pool.install(|| forward(scene, racer, samples, 0))?;
-        least = least.min(before.elapsed().as_secs_f64());
-        if start.elapsed() > if run < 5 { LONG } else { ENOUGH } {
-            break;
-        }
-    }
-    Ok(least / (samples * PIXELS) as f64)
+    Ok(seconds(|| forward(scene, racer, samples, 0))? / (samples * PIXELS) as f64)
 }

@@ -1,13 +1,15 @@
 //! The bias of a fixed number of auxiliary rays, against everything that decides it.
 
-use flatland::estimator::{Construction, WarpedArea};
 use flatland::warp::{BoundaryFunction, Debias, Warp, Weighting};
 
+use super::debias::warped;
 use super::regression::Bias;
 use super::stratified::Kernel;
-use super::target::{KAPPA, Spread, Target, seed_of};
+use super::target::{KAPPA, Spread, Target};
 use crate::context::Context;
+use crate::figures::common::seed_of;
 use crate::plot::{Color, Marker, Palette};
+use crate::ratio::Ratio;
 
 /// Auxiliary rays N' of the first study.
 const RAYS: [usize; 9] = [1, 2, 4, 8, 16, 32, 64, 128, 256];
@@ -35,13 +37,6 @@ pub(in crate::figures) struct Curve {
     pub(in crate::figures) points: Vec<(f64, Bias)>,
 }
 
-/// The exponent of N' that a curve's bias follows, with its standard error.
-#[derive(Clone, Copy)]
-pub(in crate::figures) struct Rate {
-    pub(in crate::figures) exponent: f64,
-    pub(in crate::figures) error: f64,
-}
-
 /// Bias and variance of one γ and N'.
 pub(super) struct GammaPoint {
     pub(super) rays: usize,
@@ -55,41 +50,25 @@ fn with(boundary: BoundaryFunction, gamma: f64, warp: Warp) -> Warp {
 }
 
 /// The same weight with a fixed number of rays.
-pub(in crate::figures) fn consistent(rays: usize, warp: Warp) -> Warp {
+fn consistent(rays: usize, warp: Warp) -> Warp {
     Warp { debias: Debias::Consistent { rays }, ..warp }
 }
 
 /// Six weights, from the original to one that no number of rays makes right.
 fn weights() -> Vec<Series> {
     let original = Warp::original(1);
+    let steeper = Warp { radial_exponent: 0.3, ..original };
+    let blind = with(BoundaryFunction::SceneScaled { scale: 2.0 }, 3.0, original);
+    let grazing = with(BoundaryFunction::Grazing { scale: 2.0 }, 3.0, original);
+    let gaussian = Warp { weighting: Weighting::Gaussian, ..original };
     let series = |name, color, marker, warp| Series { name, color, marker, warp };
     vec![
         series("original: linear B, γ = 3", Palette::BLUE, Marker::Circle, original),
-        series(
-            "the same, radial exponent 0.3",
-            Palette::SKY,
-            Marker::Square,
-            Warp { radial_exponent: 0.3, ..original },
-        ),
+        series("the same, radial exponent 0.3", Palette::SKY, Marker::Square, steeper),
         series("default: B ~ s², γ = 3/2", Palette::VERMILION, Marker::Diamond, Warp::default()),
-        series(
-            "B = 2s, blind to κ",
-            Palette::GREEN,
-            Marker::TriangleUp,
-            with(BoundaryFunction::SceneScaled { scale: 2.0 }, 3.0, original),
-        ),
-        series(
-            "grazing: B ~ √s, γ = 3",
-            Palette::PURPLE,
-            Marker::TriangleDown,
-            with(BoundaryFunction::Grazing { scale: 2.0 }, 3.0, original),
-        ),
-        series(
-            "Gaussian: no B",
-            Palette::GREY,
-            Marker::Cross,
-            Warp { weighting: Weighting::Gaussian, ..original },
-        ),
+        series("B = 2s, blind to κ", Palette::GREEN, Marker::TriangleUp, blind),
+        series("grazing: B ~ √s, γ = 3", Palette::PURPLE, Marker::TriangleDown, grazing),
+        series("Gaussian: no B", Palette::GREY, Marker::Cross, gaussian),
     ]
 }
 
@@ -105,37 +84,30 @@ fn boundaries() -> Vec<Series> {
 
 /// Bias against N'.
 pub(super) fn against_rays(context: &Context, target: &Target) -> Vec<Curve> {
-    let batches = context.spend(8, 96);
-    let measure = |index: usize, warp: Warp, rays: usize| {
+    along(weights(), &RAYS.map(|rays| rays as f64), |index, warp, x| {
+        let rays = x as usize;
         // Few rays cost little and vary much.
-        let batches = batches * (32 / rays).clamp(1, 6);
-        let seed = seed_of(context.seed(), &[5, 1, index as u64, rays as u64]);
-        (rays as f64, target.bias(Kernel { warp: consistent(rays, warp), kappa: KAPPA }, batches, seed))
-    };
-    let curves = weights().into_iter().enumerate();
-    curves
-        .map(|(index, series)| {
-            let points = RAYS.iter().map(|&rays| measure(index, series.warp, rays)).collect();
-            Curve { series, points }
-        })
-        .collect()
+        let batches = context.spend(8, 96) * (32 / rays).clamp(1, 6);
+        let seed = seed_of(context.seed(), &[5, 1, index, rays as u64]);
+        target.bias(Kernel { warp: consistent(rays, warp), kappa: KAPPA }, batches, seed)
+    })
 }
 
 /// Bias against κ at a fixed number of rays.
 pub(super) fn against_kappa(context: &Context, target: &Target) -> Vec<Curve> {
-    let batches = context.spend(8, 96);
     let kappas: Vec<f64> = (0..9).map(|i| 10.0 * 10f64.powf(f64::from(i) * 0.3125)).collect();
-    let measure = |index: usize, warp: Warp, kappa: f64| {
-        let seed = seed_of(context.seed(), &[5, 2, index as u64, kappa.to_bits()]);
-        (kappa, target.bias(Kernel { warp: consistent(RAYS_OF_KAPPA, warp), kappa }, batches, seed))
+    along(boundaries(), &kappas, |index, warp, kappa| {
+        let seed = seed_of(context.seed(), &[5, 2, index, kappa.to_bits()]);
+        target.bias(Kernel { warp: consistent(RAYS_OF_KAPPA, warp), kappa }, context.spend(8, 96), seed)
+    })
+}
+
+fn along(all: Vec<Series>, places: &[f64], bias: impl Fn(u64, Warp, f64) -> Bias) -> Vec<Curve> {
+    let curve = |(index, series): (u64, Series)| {
+        let points = places.iter().map(|&x| (x, bias(index, series.warp, x))).collect();
+        Curve { series, points }
     };
-    let curves = boundaries().into_iter().enumerate();
-    curves
-        .map(|(index, series)| {
-            let points = kappas.iter().map(|&kappa| measure(index, series.warp, kappa)).collect();
-            Curve { series, points }
-        })
-        .collect()
+    (0..).zip(all).map(curve).collect()
 }
 
 /// Bias and variance against γ, with the linear boundary function of the original.
@@ -149,13 +121,7 @@ pub(super) fn against_gamma(context: &Context, target: &Target) -> anyhow::Resul
             let seed = seed_of(context.seed(), &[5, 3, rays as u64, gamma.to_bits()]);
             let bias = target.bias(Kernel { warp, kappa: KAPPA }, batches, seed);
             let samples = (budget / (rays + 8)).max(600);
-            let method = WarpedArea {
-                samples,
-                construction: Construction::Auxiliary { warp, kappa: KAPPA },
-                seed,
-                ..WarpedArea::default()
-            };
-            let (_, spread) = target.measure(1, samples, |_| method)?;
+            let (_, spread) = target.measure(1, samples, |_| warped(warp, samples, seed))?;
             out.push(GammaPoint { rays, gamma, bias, spread });
         }
     }
@@ -163,14 +129,15 @@ pub(super) fn against_gamma(context: &Context, target: &Target) -> anyhow::Resul
 }
 
 impl Curve {
-    /// The log–log slope by weighted least squares, over the settled points that stand out of the noise by
-    /// three standard errors; None if those are fewer than three.
-    pub(in crate::figures) fn rate(&self) -> Option<Rate> {
+    /// The exponent of N' that the bias follows: the log–log slope by weighted least squares, over the settled points
+    /// that stand out of the noise by three standard errors; None if those are fewer than three.
+    pub(in crate::figures) fn rate(&self) -> Option<Ratio> {
         let fitted: Vec<[f64; 3]> = self
             .points
             .iter()
-            .filter(|(rays, bias)| *rays >= SETTLED as f64 && bias.missing > 3.0 * bias.error)
-            .map(|(rays, bias)| [rays.ln(), bias.missing.ln(), (bias.missing / bias.error).powi(2)])
+            .map(|(rays, bias)| (*rays, bias.missing))
+            .filter(|(rays, missing)| *rays >= SETTLED as f64 && missing.value > 3.0 * missing.error)
+            .map(|(rays, missing)| [rays.ln(), missing.value.ln(), (missing.value / missing.error).powi(2)])
             .collect();
         if fitted.len() < 3 {
             return None;
@@ -183,6 +150,6 @@ impl Curve {
             xx += w * (a - x) * (a - x);
             xy += w * (a - x) * (b - y);
         }
-        Some(Rate { exponent: xy / xx, error: xx.sqrt().recip() })
+        Some(Ratio { value: xy / xx, error: xx.sqrt().recip() })
     }
 }

@@ -1,44 +1,24 @@
 //! What it costs to remove the bias.
 
-use flatland::estimator::{Construction, WarpedArea};
+use flatland::estimator::{Construction, Method, WarpedArea};
 use flatland::warp::{Debias, Warp};
 
-use super::target::{KAPPA, Spread, Target, seed_of};
+use super::target::{KAPPA, Target};
 use crate::context::Context;
-pub(super) use crate::ratio::Ratio;
+use crate::figures::common::{median, seed_of};
+use crate::ratio::Ratio;
 
 /// Rays of the consistent estimator that the schemes are compared with.
 pub(super) const RAYS: usize = 16;
 
-/// A scheme, with the spread of each of its batches.
+/// A scheme.
 pub(super) struct Scheme {
     pub(super) original: bool,
     pub(super) debias: Debias,
-    batches: Vec<Spread>,
-}
-
-impl Scheme {
-    /// Variance × rays of every batch.
-    fn costs(&self) -> impl Iterator<Item = f64> {
-        self.batches.iter().map(|b| b.variance * b.rays)
-    }
-
-    /// The mean of variance × rays over batches, with its standard error.
-    pub(super) fn cost(&self) -> Ratio {
-        Ratio::of_runs(&self.costs().collect::<Vec<_>>())
-    }
-
-    /// The median of variance × rays over batches.
-    pub(super) fn median(&self) -> f64 {
-        let mut costs: Vec<f64> = self.costs().collect();
-        costs.sort_by(f64::total_cmp);
-        0.5 * (costs[(costs.len() - 1) / 2] + costs[costs.len() / 2])
-    }
-
-    /// cost / reference, first-order errors of both.
-    pub(super) fn relative(&self, reference: &Self) -> Ratio {
-        self.cost().over(reference.cost())
-    }
+    /// Variance × rays of a sample, the mean over batches.
+    pub(super) cost: Ratio,
+    /// The median over batches.
+    pub(super) median: f64,
 }
 
 /// The schemes compared: consistent at 16 rays first for either weight, the default weight first.
@@ -57,37 +37,27 @@ pub(super) fn schemes(context: &Context, target: &Target) -> anyhow::Result<Vec<
         (true, multilevel(16, 0.35, 0.35)),
         (true, roulette(16, 1.5)),
     ];
-    list.into_iter()
-        .enumerate()
-        .map(|(i, (original, debias))| scheme(context, target, i, original, debias))
-        .collect()
+    let (count, budget) = context.spend((16, 10_000), (32, 1_000_000));
+    let scheme = |(index, (original, debias)): (usize, (bool, Debias))| {
+        // As many rays for every scheme, so that none looks steadier for having drawn more.
+        let samples = (f64::from(budget) / (debias.expected_rays() + 1.0)) as usize;
+        let base = if original { Warp::original(RAYS) } else { Warp::default() };
+        let warp = Warp { debias, ..base };
+        let batch = |batch| {
+            let seed = seed_of(context.seed(), &[5, 4, index as u64, batch]);
+            let (_, spread) = target.measure(1, samples, |_| warped(warp, samples, seed))?;
+            Ok(spread.variance * spread.rays)
+        };
+        let costs = (0..count).map(batch).collect::<anyhow::Result<Vec<f64>>>()?;
+        Ok(Scheme { original, debias, cost: Ratio::of_runs(&costs), median: median(&costs) })
+    };
+    list.into_iter().enumerate().map(scheme).collect()
 }
 
-fn scheme(
-    context: &Context,
-    target: &Target,
-    index: usize,
-    original: bool,
-    debias: Debias,
-) -> anyhow::Result<Scheme> {
-    let (count, budget) = context.spend((16, 10_000), (32, 1_000_000));
-    // As many rays for every scheme, so that none looks steadier for having drawn more.
-    let samples = (f64::from(budget) / (debias.expected_rays() + 1.0)) as usize;
-    let base = if original { Warp::original(RAYS) } else { Warp::default() };
-    let warp = Warp { debias, ..base };
-    let batches = (0..count)
-        .map(|batch| {
-            let seed = seed_of(context.seed(), &[5, 4, index as u64, batch]);
-            let method = WarpedArea {
-                samples,
-                construction: Construction::Auxiliary { warp, kappa: KAPPA },
-                seed,
-                ..WarpedArea::default()
-            };
-            Ok(target.measure(1, samples, |_| method)?.1)
-        })
-        .collect::<anyhow::Result<_>>()?;
-    Ok(Scheme { original, debias, batches })
+/// Warped area with auxiliary rays at the study's κ.
+pub(super) fn warped(warp: Warp, samples: usize, seed: u64) -> Box<dyn Method> {
+    let construction = Construction::Auxiliary { warp, kappa: KAPPA };
+    Box::new(WarpedArea { samples, construction, seed, ..WarpedArea::default() })
 }
 
 /// What the scheme is called in the figure.

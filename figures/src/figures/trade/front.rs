@@ -7,11 +7,13 @@ use flatland::warp::{Debias, Warp};
 use glam::DVec2;
 use rayon::prelude::*;
 
+use super::debias::warped;
 use super::regression::{Bias, regress_exactly};
 use super::stratified::Kernel;
-use super::target::{Ask, KAPPA, Spread, Target, seed_of};
+use super::target::{Ask, KAPPA, Spread, Target};
 use crate::context::Context;
-use crate::plot::{Color, Palette};
+use crate::figures::common::seed_of;
+use crate::plot::{Color, Palette, Style};
 
 /// Shortest and longest time shown, in seconds of one core per pixel.
 pub(super) const TIMES: (f64, f64) = (1e-5, 10.0);
@@ -25,25 +27,10 @@ pub(super) const MULTILEVEL: &str = "warped area, multilevel";
 pub(super) const JUMPS: &str = "mean over jumps";
 pub(super) const EDGES: &str = "edge sampling";
 
-/// How a method is drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Line {
-    Solid,
-    Dashed,
-    Dotted,
-}
-
-/// What a method is called and how it is drawn.
-#[derive(Clone, Debug)]
-pub(super) struct Looks {
-    pub(super) name: String,
-    pub(super) color: Color,
-    pub(super) line: Line,
-}
-
 /// A method with what decides its error after t seconds: error² = bias² + variance · seconds/t.
 pub(super) struct Contender {
-    pub(super) looks: Looks,
+    pub(super) name: String,
+    pub(super) style: Style,
     /// Whether it needs to be told where edges are.
     pub(super) needs_edges: bool,
     /// Whether theory says that it has no bias.
@@ -90,31 +77,45 @@ pub(super) fn front(contenders: &[Contender]) -> Vec<(f64, f64, usize)> {
 
 /// All methods, measured on one target.
 pub(super) fn contenders(context: &Context, target: &Target) -> anyhow::Result<Vec<Contender>> {
-    let mode = match target.ask {
-        Ask::Pixels { .. } => 0,
-        Ask::Vertices { .. } => 1,
+    let (mode, few) = match target.ask {
+        Ask::Pixels { .. } => (0, 4000),
+        Ask::Vertices { .. } => (1, 100),
     };
     let bench = Bench { target, seed: seed_of(context.seed(), &[5, 5, mode]), effort: context.spend(1, 40) };
-    let dark = Palette::BLUE.mix(Color::INK, 0.55);
     let consistent = |rays| Debias::Consistent { rays };
-    let look = |name: &str, color, line| Looks { name: name.to_owned(), color, line };
-    let mut out = vec![
-        bench.warped(look("warped area, 4 rays", Palette::SKY, Line::Solid), consistent(4))?,
-        bench.warped(look("warped area, 16 rays", Palette::BLUE, Line::Solid), consistent(16))?,
-        bench.warped(look("warped area, 64 rays", dark, Line::Solid), consistent(64))?,
-        bench.warped(look(MULTILEVEL, Palette::VERMILION, Line::Solid), Debias::default())?,
-        bench.warped(
-            look("warped area, roulette", Palette::PURPLE, Line::Solid),
-            Debias::RussianRoulette { rays: 4, tail: 1.5 },
-        )?,
-        bench.rotation(look("rotation", Palette::ORANGE, Line::Dashed))?,
-    ];
-    for (step, color) in [(0.02, Palette::GREEN.tint(0.45)), (0.002, Palette::GREEN)] {
-        let name = format!("differences, step {step}");
-        out.push(bench.finite_difference(Looks { name, color, line: Line::Dotted }, step)?);
+    let mut out = vec![];
+    for (name, color, debias) in [
+        ("warped area, 4 rays", Palette::SKY, consistent(4)),
+        ("warped area, 16 rays", Palette::BLUE, consistent(16)),
+        ("warped area, 64 rays", Palette::BLUE.mix(Color::INK, 0.55), consistent(64)),
+        (MULTILEVEL, Palette::VERMILION, Debias::default()),
+        ("warped area, roulette", Palette::PURPLE, Debias::RussianRoulette { rays: 4, tail: 1.5 }),
+    ] {
+        out.push(bench.warped(name, Style::new(color), debias)?);
     }
-    out.push(bench.mean_over_jumps(look(JUMPS, Palette::VERMILION.mix(Color::INK, 0.45), Line::Dashed))?);
-    out.push(bench.edge_sampling(look(EDGES, Color::INK, Line::Dashed))?);
+    let style = Style::new(Palette::ORANGE).dashed();
+    out.push(bench.contender("rotation", style, 2000, |samples, seed| {
+        Box::new(Rotation { samples, kappa: KAPPA, seed, ..Rotation::default() })
+    })?);
+    for (step, color) in [(0.02, Palette::GREEN.tint(0.45)), (0.002, Palette::GREEN)] {
+        let style = Style::new(color).dotted();
+        let differences =
+            bench.contender(&format!("differences, step {step}"), style, few, |samples, seed| {
+                Box::new(FiniteDifference { samples, step, seed })
+            })?;
+        // The bias is exact: the displaced images are known.
+        let bias = regress_exactly(&target.exact, &bench.exact_difference(step)?);
+        out.push(Contender { bias, ..differences });
+    }
+    let style = Style::new(Palette::VERMILION.mix(Color::INK, 0.45)).dashed();
+    let jumps = bench.contender(JUMPS, style, 2000, |samples, seed| {
+        let construction = Construction::JumpMean { reach: REACH };
+        Box::new(WarpedArea { samples, construction, seed, ..WarpedArea::default() })
+    })?;
+    let style = Style::new(Color::INK).dashed();
+    let edges =
+        bench.contender(EDGES, style, 2000, |samples, seed| Box::new(EdgeSampling { samples, seed }))?;
+    out.extend([jumps, edges].map(|one| Contender { needs_edges: true, unbiased: true, ..one }));
     Ok(out)
 }
 
@@ -126,62 +127,35 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    fn seed(&self, run: usize) -> u64 {
-        seed_of(self.seed, &[run as u64])
-    }
-
-    fn contender<M: Method>(
+    fn contender(
         &self,
-        looks: Looks,
+        name: &str,
+        style: Style,
         samples: usize,
-        method: impl Fn(usize, u64) -> M,
+        method: impl Fn(usize, u64) -> Box<dyn Method>,
     ) -> anyhow::Result<Contender> {
         let many = samples * self.effort;
-        let (bias, spread) = self.target.measure(RUNS, many, |run| method(many, self.seed(run)))?;
-        let seconds = self.target.seconds(samples / 2, &method(samples / 2, self.seed(RUNS)))?;
-        Ok(Contender { looks, needs_edges: false, unbiased: false, bias, spread, seconds })
+        let seed = |run: usize| seed_of(self.seed, &[run as u64]);
+        let (bias, spread) = self.target.measure(RUNS, many, |run| method(many, seed(run)))?;
+        let seconds = self.target.seconds(samples / 2, &*method(samples / 2, seed(RUNS)))?;
+        let name = name.to_owned();
+        Ok(Contender { name, style, needs_edges: false, unbiased: false, bias, spread, seconds })
     }
 
     /// The bias of a fixed number of rays is measured apart, by stratification.
-    fn warped(&self, looks: Looks, debias: Debias) -> anyhow::Result<Contender> {
+    fn warped(&self, name: &str, style: Style, debias: Debias) -> anyhow::Result<Contender> {
         let unbiased = debias.is_unbiased();
         // Heavy tails need many samples before the variance is seen.
         let budget = if unbiased { 16_000.0 } else { 8_000.0 };
         let samples = (budget / (debias.expected_rays() + 4.0)) as usize;
         let warp = Warp { debias, ..Warp::default() };
-        let method = |samples, seed| WarpedArea {
-            samples,
-            construction: Construction::Auxiliary { warp, kappa: KAPPA },
-            seed,
-            ..WarpedArea::default()
-        };
-        let mut contender = Contender { unbiased, ..self.contender(looks, samples, method)? };
+        let method = |samples, seed| warped(warp, samples, seed);
+        let mut contender = Contender { unbiased, ..self.contender(name, style, samples, method)? };
         if !unbiased {
             let kernel = Kernel { warp, kappa: KAPPA };
             contender.bias = self.target.bias(kernel, RUNS * self.effort.min(8), self.seed);
         }
         Ok(contender)
-    }
-
-    fn rotation(&self, looks: Looks) -> anyhow::Result<Contender> {
-        self.contender(looks, 2000, |samples, seed| Rotation {
-            samples,
-            kappa: KAPPA,
-            seed,
-            ..Rotation::default()
-        })
-    }
-
-    /// The bias is exact: the displaced images are known.
-    fn finite_difference(&self, looks: Looks, step: f64) -> anyhow::Result<Contender> {
-        let samples = match self.target.ask {
-            Ask::Pixels { .. } => 4000,
-            Ask::Vertices { .. } => 100,
-        };
-        let method = |samples, seed| FiniteDifference { samples, step, seed };
-        let contender = self.contender(looks, samples, method)?;
-        let difference = self.exact_difference(step)?;
-        Ok(Contender { bias: regress_exactly(&self.target.exact, &difference), ..contender })
     }
 
     /// What finite differences compute in the mean.
@@ -204,17 +178,5 @@ impl Bench<'_> {
                 .map(|motion| Ok(adjoint.dot(&difference(&motion)?)))
                 .collect(),
         }
-    }
-
-    fn mean_over_jumps(&self, looks: Looks) -> anyhow::Result<Contender> {
-        let construction = Construction::JumpMean { reach: REACH };
-        let method = |samples, seed| WarpedArea { samples, construction, seed, ..WarpedArea::default() };
-        let contender = self.contender(looks, 2000, method)?;
-        Ok(Contender { needs_edges: true, unbiased: true, ..contender })
-    }
-
-    fn edge_sampling(&self, looks: Looks) -> anyhow::Result<Contender> {
-        let contender = self.contender(looks, 2000, |samples, seed| EdgeSampling { samples, seed })?;
-        Ok(Contender { needs_edges: true, unbiased: true, ..contender })
     }
 }

@@ -1,14 +1,23 @@
 //! The bias of a gradient whose exact value is known.
 
+use crate::figures::common::dot;
+use crate::ratio::Ratio;
+
 /// What a method computes in the mean, against the exact gradient.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::figures) struct Bias {
     /// 1 − slope of the mean gradient on the exact one: the part of the gradient that is missing.
-    pub(in crate::figures) missing: f64,
-    /// Its standard error.
-    pub(in crate::figures) error: f64,
+    pub(in crate::figures) missing: Ratio,
     /// ‖mean − exact‖²/‖exact‖², with the noise's own contribution taken off.
     pub(in crate::figures) squared: f64,
+}
+
+impl Bias {
+    /// [x, missing part, and its ends], for axes.
+    pub(in crate::figures) fn at(&self, x: f64) -> [f64; 4] {
+        let [low, high] = self.missing.ends();
+        [x, self.missing.value, low, high]
+    }
 }
 
 /// The regression on the exact gradient of the mean of independent, equally good estimates.
@@ -16,14 +25,14 @@ pub(in crate::figures) fn regress(exact: &[f64], estimates: &[Vec<f64>]) -> Bias
     let count = estimates.len() as f64;
     let mean: Vec<f64> =
         (0..exact.len()).map(|i| estimates.iter().map(|x| x[i]).sum::<f64>() / count).collect();
-    let norm: f64 = exact.iter().map(|e| e * e).sum();
-    let slope = |x: &[f64]| x.iter().zip(exact).map(|(x, e)| x * e).sum::<f64>() / norm;
+    let norm = dot(exact, exact);
+    let slope = |x: &[f64]| dot(x, exact) / norm;
     let distance = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| (x - y) * (x - y)).sum::<f64>() / norm;
     let middle = slope(&mean);
     let of_mean = |sum: f64| sum / (count * (count - 1.0));
+    let error = of_mean(estimates.iter().map(|x| (slope(x) - middle).powi(2)).sum()).sqrt();
     Bias {
-        missing: 1.0 - middle,
-        error: of_mean(estimates.iter().map(|x| (slope(x) - middle).powi(2)).sum()).sqrt(),
+        missing: Ratio { value: 1.0 - middle, error },
         squared: distance(&mean, exact) - of_mean(estimates.iter().map(|x| distance(x, &mean)).sum()),
     }
 }
@@ -41,11 +50,11 @@ mod tests {
     fn a_scaled_gradient_lacks_its_part() {
         let exact = [1.0, -2.0, 0.5];
         let estimates = [[0.9, -1.4, 0.4], [0.7, -1.8, 0.4]].map(|e| e.to_vec());
-        let bias = regress(&exact, &estimates);
         // Both have slope 0.8, and their mean is 0.8 of the gradient.
-        assert!((regress_exactly(&exact, &[0.8, -1.6, 0.4]).missing - 0.2).abs() < 1e-15);
-        assert!((bias.missing - 0.2).abs() < 0.02);
-        assert!(bias.squared < 0.04 && bias.error > 0.0);
-        assert!((regress_exactly(&exact, &[0.8, -1.6, 0.4]).squared - 0.04).abs() < 1e-15);
+        let bias = regress(&exact, &estimates);
+        assert!((bias.missing.value - 0.2).abs() < 0.02);
+        assert!(bias.squared < 0.04 && bias.missing.error > 0.0);
+        let bias = regress_exactly(&exact, &[0.8, -1.6, 0.4]);
+        assert!((bias.missing.value - 0.2).abs() < 1e-15 && (bias.squared - 0.04).abs() < 1e-15);
     }
 }

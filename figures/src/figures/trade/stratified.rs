@@ -6,7 +6,6 @@ use flatland::warp::{LinearField as _, Warp};
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::cells::{Cell, graded};
 use super::regression::{Bias, regress};
 use super::target::{Ask, SIDE, Target};
 
@@ -35,6 +34,9 @@ impl Target {
             .into_par_iter()
             .map(|i| self.part(kernel, tasks[i % tasks.len()], (seed, i as u64)))
             .collect();
+        let sum = |parts: &[Vec<f64>]| {
+            (0..self.exact.len()).map(|i| parts.iter().fold(0.0, |sum, part| sum + part[i])).collect()
+        };
         let estimates: Vec<Vec<f64>> = parts.chunks(tasks.len()).map(sum).collect();
         regress(&self.exact, &estimates)
     }
@@ -83,11 +85,59 @@ impl Target {
     }
 }
 
-/// The sum of estimates.
-fn sum(estimates: &[Vec<f64>]) -> Vec<f64> {
-    let mut total = vec![0.0; estimates.first().map_or(0, Vec::len)];
-    for estimate in estimates {
-        total.iter_mut().zip(estimate).for_each(|(t, v)| *t += v);
+/// Sides of cells, in units of the kernel's width, at the edges.
+const FINEST: f64 = 0.36;
+/// Sides of cells relative to their distance from the edges.
+const GRADING: f64 = 0.6;
+/// The largest side.
+const COARSEST: f64 = 0.3;
+
+/// A rectangle from its least corner.
+#[derive(Clone, Copy, Debug)]
+struct Cell {
+    low: DVec2,
+    size: DVec2,
+}
+
+/// A quadtree over the box from `low` to `high`, for a kernel of concentration `kappa`.
+fn graded((low, high): (DVec2, DVec2), edges: &[[DVec2; 2]], kappa: f64) -> Vec<Cell> {
+    let finest = FINEST / kappa.sqrt();
+    let mut done = vec![];
+    let mut open = vec![Cell { low, size: high - low }];
+    while let Some(cell) = open.pop() {
+        let centre = cell.low + 0.5 * cell.size;
+        let distance = edges.iter().map(|&edge| distance(centre, edge)).fold(f64::INFINITY, f64::min);
+        if cell.size.max_element() <= (GRADING * distance).clamp(finest, COARSEST.max(finest)) {
+            done.push(cell);
+            continue;
+        }
+        let size = 0.5 * cell.size;
+        for corner in [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE] {
+            open.push(Cell { low: cell.low + corner * size, size });
+        }
     }
-    total
+    done
+}
+
+fn distance(u: DVec2, [a, b]: [DVec2; 2]) -> f64 {
+    let along = b - a;
+    let t = ((u - a).dot(along) / along.length_squared()).clamp(0.0, 1.0);
+    u.distance(a + t * along)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_fill_the_box_and_are_finest_at_edges() {
+        let cells = graded((DVec2::ZERO, DVec2::ONE), &[[DVec2::splat(0.2), DVec2::splat(0.7)]], 100.0);
+        let area: f64 = cells.iter().map(|cell| cell.size.x * cell.size.y).sum();
+        assert!((area - 1.0).abs() < 1e-12);
+        let size_at = |u: DVec2| {
+            let inside = |cell: &&Cell| u.cmpge(cell.low).all() && u.cmplt(cell.low + cell.size).all();
+            cells.iter().find(inside).map(|cell| cell.size.x)
+        };
+        assert!(size_at(DVec2::splat(0.5)) < size_at(DVec2::new(0.95, 0.05)));
+    }
 }

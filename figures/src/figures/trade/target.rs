@@ -1,15 +1,12 @@
 //! A derivative asked of every method alike, with its exact value.
 
-use std::time::Instant;
-
-use anyhow::Context as _;
 use flatland::estimator::{Exact, Method};
 use flatland::plane::exact::Arrangement;
 use flatland::plane::{Film, Filter, Image, Motion, Polygon, Scene, Shade, Shape};
 use glam::{DVec2, DVec3};
 
 use super::regression::{Bias, regress};
-pub(super) use crate::figures::common::seed_of;
+use crate::figures::common::{dot, seconds};
 
 /// Pixels a side.
 pub(super) const SIDE: usize = 4;
@@ -80,7 +77,7 @@ impl Target {
     fn new(scene: Scene, film: Film, ask: Ask) -> anyhow::Result<Self> {
         let mut target = Self { scene, film, ask, exact: vec![], norm: 0.0 };
         target.exact = target.answer(&Exact)?.mean;
-        target.norm = target.exact.iter().map(|e| e * e).sum();
+        target.norm = dot(&target.exact, &target.exact);
         Ok(target)
     }
 
@@ -101,16 +98,15 @@ impl Target {
         }
     }
 
-    /// What a method computes in the mean and how it varies, from `runs` of it that take `samples` a
-    /// pixel each.
-    pub(super) fn measure<M: Method>(
+    /// What a method computes in the mean and how it varies, from `runs` of it that take `samples` a pixel each.
+    pub(super) fn measure(
         &self,
         runs: usize,
         samples: usize,
-        method: impl Fn(usize) -> M,
+        method: impl Fn(usize) -> Box<dyn Method>,
     ) -> anyhow::Result<(Bias, Spread)> {
         let answers =
-            (0..runs).map(|run| self.answer(&method(run))).collect::<anyhow::Result<Vec<Answer>>>()?;
+            (0..runs).map(|run| self.answer(&*method(run))).collect::<anyhow::Result<Vec<Answer>>>()?;
         let count = (runs * samples) as f64;
         let squares: f64 = answers.iter().map(|a| a.squares).sum();
         let rays: u64 = answers.iter().map(|a| a.rays).sum();
@@ -122,17 +118,9 @@ impl Target {
         Ok((regress(&self.exact, &means), spread))
     }
 
-    /// Seconds that one thread takes for a sample of one pixel: the least of three runs, so that what
-    /// else the machine does counts little.
+    /// Seconds that one thread takes for a sample of one pixel.
     pub(super) fn seconds(&self, samples: usize, method: &dyn Method) -> anyhow::Result<f64> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().context("starting one thread")?;
-        let mut least = f64::INFINITY;
-        for _ in 0..3 {
-            let start = Instant::now();
-            pool.install(|| self.answer(method))?;
-            least = least.min(start.elapsed().as_secs_f64());
-        }
-        Ok(least / (samples * SIDE * SIDE) as f64)
+        Ok(seconds(|| self.answer(method))? / (samples * SIDE * SIDE) as f64)
     }
 }
 

@@ -4,8 +4,8 @@ use flatland::estimator::transport::GradientImage;
 use flatland::transport::Terms;
 use glam::DVec2;
 
-use super::study::{Comparison, Entry, Study, WARPED};
-use super::text::{BAND, measured};
+use super::BAND;
+use super::study::{Entry, Study, WARPED};
 use super::world::gray;
 use crate::figures::common::largest;
 use crate::plot::{Align, Axes, Axis, Canvas, Color, Height, Legend, Palette, Pen, Rect, Style, TextStyle};
@@ -89,17 +89,24 @@ pub(super) fn terms(canvas: &mut Canvas, space: Rect, study: &Study) {
 /// One method beside the exact curve.
 pub(super) fn method(canvas: &mut Canvas, space: Rect, study: &Study, entry: &Entry, edges: [bool; 2]) {
     let exact = study.total();
-    let found = Comparison::new(&entry.image, &exact);
+    let found = entry.agreement;
     let mut axes = methods_axes(&exact, edges);
     estimate(&mut axes, &entry.image, entry.looks.color);
     axes.line(centred(exact.iter().copied()), &Style::new(Color::INK).width(1.0));
     let placed = axes.draw(canvas, space);
-    let at = DVec2::new(placed.frame.right() - 5.0, placed.frame.y + 6.0);
-    let style = TextStyle::new(10.0, Color::INK).anchored(Align::Right, Height::Top).halo(Color::WHITE);
-    let text = format!("slope {}", measured(found.slope));
-    canvas.text(&text, at, &style);
-    let text = format!("noise {:.1}%", 100.0 * found.noise);
-    canvas.text(&text, at + DVec2::new(0.0, 13.0), &style);
+    let slope = format!("slope {}", found.slope.shown());
+    let noise = format!("noise {:.1}%", 100.0 * found.noise);
+    corner(canvas, placed.frame, &[(slope, Color::INK), (noise, Color::INK)]);
+}
+
+/// Lines of text in the top right corner of a frame.
+fn corner(canvas: &mut Canvas, frame: Rect, lines: &[(String, Color)]) {
+    let mut at = DVec2::new(frame.right() - 5.0, frame.y + 6.0);
+    for (text, color) in lines {
+        let style = TextStyle::new(10.0, *color).anchored(Align::Right, Height::Top).halo(Color::WHITE);
+        canvas.text(text, at, &style);
+        at.y += 13.0;
+    }
 }
 
 /// Light that is scattered twice, by three methods without bias.
@@ -110,14 +117,8 @@ pub(super) fn twice(canvas: &mut Canvas, space: Rect, study: &Study, edges: [boo
     }
     axes.line(centred(study.exact_twice.iter().copied()), &Style::new(Color::INK).width(1.0));
     let placed = axes.draw(canvas, space);
-    let mut at = DVec2::new(placed.frame.right() - 5.0, placed.frame.y + 6.0);
-    for entry in &study.twice {
-        let style =
-            TextStyle::new(10.0, entry.looks.color).anchored(Align::Right, Height::Top).halo(Color::WHITE);
-        let slope = Comparison::new(&entry.image, &study.exact_twice).slope;
-        canvas.text(&format!("{} {}", entry.looks.name, measured(slope)), at, &style);
-        at.y += 13.0;
-    }
+    let line = |e: &Entry| (format!("{} {}", e.looks.name, e.agreement.slope.shown()), e.looks.color);
+    corner(canvas, placed.frame, &study.twice.each_ref().map(line));
 }
 
 fn methods_axes(exact: &[f64], [left, bottom]: [bool; 2]) -> Axes {

@@ -1,9 +1,10 @@
 //! One path, and the auxiliary rays at each of its directions with their weights.
 
+use anyhow::Context as _;
 use flatland::estimator::transport::Kernels;
 use flatland::random::stream;
 use flatland::transport::{Hit, Origin};
-use flatland::warp::{Circle, Debias, Line, Warp};
+use flatland::warp::{Circle, Debias, Line, Term, Warp};
 use glam::DVec2;
 
 use super::setting::{LIGHT, OCCLUDER, Setting, WALL};
@@ -51,12 +52,16 @@ impl Fan {
         self.seen.iter().skip(1).map(|([from, _], _)| *from)
     }
 
+    pub(super) fn lightest_first(&self) -> Vec<&Ray> {
+        let mut rays: Vec<&Ray> = self.rays.iter().collect();
+        rays.sort_by(|a, b| a.share.total_cmp(&b.share));
+        rays
+    }
+
     /// What the heaviest so many rays hold of the weight, and how far from a jump the farthest of them
     /// is, in kernel widths.
     pub(super) fn heaviest(&self, count: usize) -> (f64, f64) {
-        let mut rays: Vec<&Ray> = self.rays.iter().collect();
-        rays.sort_by(|a, b| b.share.total_cmp(&a.share));
-        rays.truncate(count);
+        let rays: Vec<&Ray> = self.lightest_first().into_iter().rev().take(count).collect();
         let to_jump = |ray: &&Ray| self.jumps().map(|j| (j - ray.offset).abs()).fold(f64::INFINITY, f64::min);
         (rays.iter().map(|r| r.share).sum(), rays.iter().map(to_jump).fold(0.0, f64::max))
     }
@@ -77,20 +82,20 @@ pub(super) struct DrawnPath {
 impl DrawnPath {
     pub(super) fn new(setting: &Setting, seed: u64) -> anyhow::Result<Self> {
         let (world, camera) = (&setting.world, &setting.camera);
-        let fail = || anyhow::anyhow!("the drawn path misses the scene");
+        let missed = "the drawn path misses the scene";
         let from_camera = |u: f64| world.trace(Origin::free(camera.position), camera.direction(u));
         let corners = world.shapes()[OCCLUDER].points();
         let on_film = corners.iter().filter_map(|p| Some((camera.project(*p)?, *p)));
-        let (upper, corner) = on_film.max_by(|a, b| a.0.total_cmp(&b.0)).ok_or_else(fail)?;
+        let (upper, corner) = on_film.max_by(|a, b| a.0.total_cmp(&b.0)).context(missed)?;
         let beside = upper + FROM_FILM;
-        let u = camera.project(FIRST).ok_or_else(fail)?;
-        let first = from_camera(u).ok_or_else(fail)?;
+        let u = camera.project(FIRST).context(missed)?;
+        let first = from_camera(u).context(missed)?;
         let x1 = world.origin(&first);
         let [low, high] = setting.silhouette(OCCLUDER, x1.point);
         let towards_light = DVec2::from_angle(high + FROM_EMITTER);
         let scattered = DVec2::from_angle(low - FROM_SCATTERED);
-        let lit = world.trace(x1, towards_light).ok_or_else(fail)?;
-        let second = world.trace(x1, scattered).ok_or_else(fail)?;
+        let lit = world.trace(x1, towards_light).context(missed)?;
+        let second = world.trace(x1, scattered).context(missed)?;
         anyhow::ensure!(setting.shape(Some(&lit)) == Some(LIGHT), "the drawn emitter ray is blocked");
         anyhow::ensure!(setting.shape(Some(&second)) == Some(WALL), "the drawn path misses the wall");
         let x2 = world.origin(&second);
@@ -140,8 +145,7 @@ impl Draw<'_> {
             let distance = ends.map_or(f64::INFINITY, |[a, b]| far(a).min(far(b)));
             ((self.end(origin, camera.direction(at), hit.as_ref()), (at - u) / width), distance)
         });
-        let ray = |((end, offset), share): (&(DVec2, f64), f64)| Ray { end: *end, offset: *offset, share };
-        let rays = stencil.terms().iter().map(|t| ray((&t.hit, t.weight))).collect();
+        let rays = stencil.terms().iter().map(ray).collect();
         let seen = seen(|offset| self.setting.shape(trace(u + offset * width).as_ref()));
         Fan { title: title.to_owned(), from: camera.position, rays, seen }
     }
@@ -159,12 +163,15 @@ impl Draw<'_> {
             let distance = ends.map_or(f64::INFINITY, |[a, b]| far(a).min(far(b)));
             ((self.end(origin, d, hit.as_ref()), direction.angle_to(d) / width), distance)
         });
-        let rays =
-            stencil.terms().iter().map(|t| Ray { end: t.hit.0, offset: t.hit.1, share: t.weight }).collect();
+        let rays = stencil.terms().iter().map(ray).collect();
         let turned = |offset: f64| DVec2::from_angle(offset * width).rotate(direction);
         let seen = seen(|offset| self.setting.shape(world.trace(origin, turned(offset)).as_ref()));
         Fan { title: title.to_owned(), from: origin.point, rays, seen }
     }
+}
+
+fn ray<P>(term: &Term<P, (DVec2, f64)>) -> Ray {
+    Ray { end: term.hit.0, offset: term.hit.1, share: term.weight }
 }
 
 /// Intervals over which one shape is seen.

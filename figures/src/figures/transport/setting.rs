@@ -87,24 +87,13 @@ impl Setting {
     }
 }
 
-/// The colour of a shape, or of the environment.
-pub(super) fn color(shape: Option<usize>) -> Color {
+/// What a shape, or the environment, is called, and its colour.
+pub(super) fn looks(shape: Option<usize>) -> (&'static str, Color) {
     match shape {
-        Some(FLOOR) => Color::hex(0x8a_8f_96),
-        Some(WALL) => Color::hex(0xb0_8d_6b),
-        Some(LIGHT) => Palette::ORANGE,
-        Some(OCCLUDER) => Palette::BLUE,
-        _ => Color::hex(0xd6_ea_f5),
-    }
-}
-
-/// What a shape is called.
-pub(super) fn name(shape: Option<usize>) -> &'static str {
-    match shape {
-        Some(FLOOR) => "floor",
-        Some(WALL) => "wall",
-        Some(LIGHT) => "light",
-        Some(OCCLUDER) => "occluder",
-        _ => "sky",
+        Some(FLOOR) => ("floor", Color::hex(0x8a_8f_96)),
+        Some(WALL) => ("wall", Color::hex(0xb0_8d_6b)),
+        Some(LIGHT) => ("light", Palette::ORANGE),
+        Some(OCCLUDER) => ("occluder", Palette::BLUE),
+        _ => ("sky", Color::hex(0xd6_ea_f5)),
     }
 }

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use anyhow::Context as _;
 use flatland::estimator::transport::{EdgeSampling, FiniteDifference, GradientImage, Method, WarpedArea};
 use flatland::transport::exact::{Exact, Radiosity};
 use flatland::transport::fields::Construction;
@@ -10,7 +11,7 @@ use flatland::warp::{Debias, Warp};
 
 use super::setting::Setting;
 use crate::context::Context;
-use crate::figures::common::{largest, seed_of};
+use crate::figures::common::{Agreement, dot, largest, seed_of};
 use crate::plot::{Color, Palette};
 
 /// The number of the figure, for its seeds.
@@ -34,12 +35,11 @@ const TOLERANCE: f64 = 1e-8;
 /// Samples a pixel from which the rays of a sample are counted.
 const PILOT: usize = 16;
 
-/// What a method is called, how it is drawn, and what is known of it.
+/// What a method is called, how it is drawn, and in a few words what is known of it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Looks {
     pub(super) name: &'static str,
     pub(super) color: Color,
-    /// In a few words, under its name.
     pub(super) verdict: &'static str,
 }
 
@@ -49,17 +49,8 @@ pub(super) struct Entry {
     pub(super) samples: usize,
     pub(super) seconds: f64,
     pub(super) image: GradientImage,
-}
-
-/// How an estimate compares with the exact derivative.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Comparison {
-    /// The slope of the regression of the estimate on the exact derivative, and its standard error.
-    pub(super) slope: [f64; 2],
-    /// ‖standard error‖/‖exact‖.
-    pub(super) noise: f64,
-    /// ‖estimate − exact‖/‖exact‖.
-    pub(super) error: f64,
+    /// With the exact derivative.
+    pub(super) agreement: Agreement,
 }
 
 /// Everything measured.
@@ -93,14 +84,13 @@ impl Study {
         let exact = Exact::default();
         let exact_image = exact.image(world, camera)?.pixels;
         let terms = exact.gradient(world, camera, &setting.change)?.pixels;
-        let sides = [STEP, -STEP].map(|theta| -> anyhow::Result<Vec<f64>> {
+        let side = |theta: f64| -> anyhow::Result<Vec<f64>> {
             Ok(exact.image(&world.displaced(&setting.change, theta)?, camera)?.pixels)
-        });
-        let [plus, minus] = sides;
-        let (plus, minus) = (plus?, minus?);
+        };
+        let (plus, minus) = (side(STEP)?, side(-STEP)?);
         let quotient: Vec<f64> = plus.iter().zip(&minus).map(|(p, m)| (p - m) / (2.0 * STEP)).collect();
         let total: Vec<f64> = terms.iter().map(|t| t.total()).collect();
-        let exact_difference = slope(&quotient, &total);
+        let exact_difference = dot(&quotient, &total) / dot(&total, &total);
         let radiosity = Radiosity { bounces: Some(2), parts: PARTS, tolerance: TOLERANCE };
         let [image_twice, twice_exact] = radiosity.gradient(world, camera, &setting.change)?;
         let radiosity_error = largest(&twice_exact.errors) / largest(&twice_exact.pixels);
@@ -108,15 +98,14 @@ impl Study {
         let mut entries = vec![];
         for (index, (looks, method)) in methods(1).into_iter().enumerate() {
             context.step(&format!("7 flat transport: {}", looks.name));
-            entries.push(bench.run(looks, index as u64, method.as_ref())?);
+            entries.push(bench.run(looks, index as u64, method.as_ref(), &total)?);
         }
         context.step("7 flat transport: two bounces");
         let mut all = methods(2).into_iter();
         let mut next = |name: &str, index| {
-            let (looks, method) = all
-                .find(|(looks, _)| looks.name == name)
-                .ok_or_else(|| anyhow::anyhow!("there is no method {name}"))?;
-            bench.run(looks, index, method.as_ref())
+            let found = all.find(|(looks, _)| looks.name == name);
+            let (looks, method) = found.with_context(|| format!("there is no method {name}"))?;
+            bench.run(looks, index, method.as_ref(), &twice_exact.pixels)
         };
         let twice = [next(WARPED, 100)?, next(JUMPS, 102)?, next(EDGES, 101)?];
         Ok(Self {
@@ -144,31 +133,6 @@ impl Study {
     }
 }
 
-impl Comparison {
-    /// Of a method that was not run.
-    pub(super) const NONE: Self = Self { slope: [f64::NAN; 2], noise: f64::NAN, error: f64::NAN };
-
-    pub(super) fn new(image: &GradientImage, exact: &[f64]) -> Self {
-        let norm: f64 = exact.iter().map(|e| e * e).sum();
-        let estimate = image.total();
-        let errors = &image.standard_error;
-        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let spread: f64 = exact.iter().zip(errors).map(|(e, s)| (e * s).powi(2)).sum();
-        let off: Vec<f64> = estimate.iter().zip(exact).map(|(a, e)| a - e).collect();
-        Self {
-            slope: [slope(&estimate, exact), spread.sqrt() / norm],
-            noise: (product(errors, errors) / norm).sqrt(),
-            error: (product(&off, &off) / norm).sqrt(),
-        }
-    }
-}
-
-/// ⟨estimate, exact⟩/⟨exact, exact⟩
-fn slope(estimate: &[f64], exact: &[f64]) -> f64 {
-    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    product(estimate, exact) / product(exact, exact)
-}
-
 fn paths(bounces: usize) -> Paths {
     Paths { bounces, ..Paths::default() }
 }
@@ -190,26 +154,18 @@ fn methods(bounces: usize) -> Vec<(Looks, Build)> {
     let differences: Build =
         Box::new(move |samples, seed| Box::new(FiniteDifference { samples, paths, step: STEP, seed }));
     let consistent = Warp { debias: Debias::Consistent { rays: FIXED }, ..Warp::one_dimensional() };
-    let looks = |name, color, verdict| Looks { name, color, verdict };
+    let followed = Construction::Followed { candidates: CANDIDATES };
+    let row = |name, color, verdict, method| (Looks { name, color, verdict }, method);
     vec![
-        (looks(WARPED, Palette::VERMILION, "no edges, no bias"), warped(Construction::default())),
-        (looks(CONSISTENT, Palette::SKY, "no edges, biased"), warped(Construction::Local(consistent))),
-        (
-            looks(JUMPS, Palette::OCHRE, "needs a list of edges"),
-            warped(Construction::JumpMean { reach: REACH }),
-        ),
-        (looks("harmonic field", Palette::PURPLE, "finds all edges"), warped(Construction::Harmonic)),
-        (looks(EDGES, Palette::BLUE, "needs a list of edges"), edges),
-        (looks("finite differences", Palette::GREEN, "one run a parameter"), differences),
-        (
-            looks("rotation", Palette::ORANGE, "one motion per kernel"),
-            warped(Construction::Followed { candidates: CANDIDATES }),
-        ),
-        (
-            looks("direct field", Palette::GREEN.tint(0.45), "jumps at silhouettes"),
-            warped(Construction::Direct),
-        ),
-        (looks("interior only", Palette::GREY, "no boundary terms"), warped(Construction::Still)),
+        row(WARPED, Palette::VERMILION, "no edges, no bias", warped(Construction::default())),
+        row(CONSISTENT, Palette::SKY, "no edges, biased", warped(Construction::Local(consistent))),
+        row(JUMPS, Palette::OCHRE, "needs a list of edges", warped(Construction::JumpMean { reach: REACH })),
+        row("harmonic field", Palette::PURPLE, "finds all edges", warped(Construction::Harmonic)),
+        row(EDGES, Palette::BLUE, "needs a list of edges", edges),
+        row("finite differences", Palette::GREEN, "one run a parameter", differences),
+        row("rotation", Palette::ORANGE, "one motion per kernel", warped(followed)),
+        row("direct field", Palette::GREEN.tint(0.45), "jumps at silhouettes", warped(Construction::Direct)),
+        row("interior only", Palette::GREY, "no boundary terms", warped(Construction::Still)),
     ]
 }
 
@@ -226,6 +182,7 @@ impl Bench<'_> {
         looks: Looks,
         index: u64,
         method: &dyn Fn(usize, u64) -> Box<dyn Method>,
+        exact: &[f64],
     ) -> anyhow::Result<Entry> {
         let Setting { world, camera, change } = self.setting;
         // Seeds of their own, so that methods can be compared with each other.
@@ -236,6 +193,7 @@ impl Bench<'_> {
         let image = method(samples, seed).forward(world, camera, change)?;
         let seconds = start.elapsed().as_secs_f64();
         anyhow::ensure!(image.non_finite.is_empty(), "{} gave samples that are not finite", looks.name);
-        Ok(Entry { looks, samples, seconds, image })
+        let agreement = Agreement::new(&image.total(), &image.standard_error, exact);
+        Ok(Entry { looks, samples, seconds, image, agreement })
     }
 }

@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use super::fans::{Fan, REACH};
-use super::setting::{color, name};
+use super::setting::looks;
 use super::world::pen;
 use crate::plot::{Align, Axes, Axis, Canvas, Color, Height, Legend, Pen, Rect, TextStyle};
 
@@ -32,8 +32,8 @@ fn stems(canvas: &mut Canvas, space: Rect, fan: &Fan, first: bool) -> Rect {
     for ([from, to], shape) in &fan.seen {
         let (low, high) = (at(*from, -STRIP * top), at(*to, -0.01 * top));
         let rect = Rect::new(low.x, high.y, high.x - low.x, low.y - high.y);
-        canvas.fill_rect(rect, color(*shape).tint(0.45));
-        let text = name(*shape);
+        let (text, color) = looks(*shape);
+        canvas.fill_rect(rect, color.tint(0.45));
         if style.width(text) + 4.0 < rect.width {
             canvas.text(text, rect.centre(), &style);
         }
@@ -43,9 +43,7 @@ fn stems(canvas: &mut Canvas, space: Rect, fan: &Fan, first: bool) -> Rect {
     }
     let zero = at(0.0, 0.0);
     canvas.line(zero, at(0.0, top), &Pen::new(Color::INK.alpha(0.5), 1.0));
-    let mut rays: Vec<_> = fan.rays.iter().filter(|r| r.offset.abs() < REACH).collect();
-    rays.sort_by(|a, b| a.share.total_cmp(&b.share));
-    for ray in rays {
+    for ray in fan.lightest_first().into_iter().filter(|r| r.offset.abs() < REACH) {
         let pen = pen(ray.share);
         let tip = at(ray.offset, ray.share);
         canvas.line(at(ray.offset, 0.0), tip, &Pen::new(pen.color, pen.width.max(1.0)));

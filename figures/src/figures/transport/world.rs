@@ -1,11 +1,12 @@
 //! The world with its camera, one path and the auxiliary rays at each of its directions.
 
 use flatland::transport::Camera;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use super::fans::{DrawnPath, Fan, RAYS};
-use super::setting::{FLOOR, LIGHT, OCCLUDER, PIVOT, Setting, WALL, color};
-use crate::plot::{Align, Canvas, Color, Height, Palette, Pen, Rect, TextStyle, Upward, View};
+use super::setting::{FLOOR, LIGHT, OCCLUDER, PIVOT, Setting, WALL, looks};
+use crate::figures::common::{display, largest};
+use crate::plot::{Align, Canvas, Color, Height, Palette, Pen, Rect, TextStyle, View};
 
 /// The part of the world that is shown.
 pub(super) const LOW: DVec2 = DVec2::new(0.25, -0.5);
@@ -30,7 +31,7 @@ pub(super) fn pen(share: f64) -> Pen {
 
 /// Draws it; `image` is the film's radiance.
 pub(super) fn draw(canvas: &mut Canvas, space: Rect, setting: &Setting, path: &DrawnPath, image: &[f64]) {
-    let view = View::fit(LOW, HIGH, space, Upward::Yes);
+    let view = View::upward(LOW, HIGH, space);
     canvas.clipped(space, |canvas| {
         let picture = Picture { setting, path, view };
         picture.frustum(canvas);
@@ -73,9 +74,7 @@ impl Picture<'_> {
     }
 
     fn fan(&self, canvas: &mut Canvas, fan: &Fan) {
-        let mut rays: Vec<_> = fan.rays.iter().collect();
-        rays.sort_by(|a, b| a.share.total_cmp(&b.share));
-        for ray in rays {
+        for ray in fan.lightest_first() {
             canvas.line(self.view.at(fan.from), self.view.at(ray.end), &pen(ray.share));
         }
     }
@@ -96,12 +95,12 @@ impl Picture<'_> {
     fn shapes(&self, canvas: &mut Canvas) {
         for (index, shape) in self.setting.world.shapes().iter().enumerate() {
             let points: Vec<DVec2> = shape.points().iter().map(|&p| self.view.at(p)).collect();
+            let (_, color) = looks(Some(index));
             if shape.is_closed() {
-                canvas.fill_polygon(&[points.as_slice()], color(Some(index)).tint(0.55));
-                canvas.stroke_polygon(&[points.as_slice()], &Pen::new(color(Some(index)), 2.2));
+                canvas.outlined(&points, color.tint(0.55), &Pen::new(color, 2.2));
             } else {
                 let width = if index == LIGHT { 6.0 } else { 3.6 };
-                canvas.polyline(&points, &Pen::new(color(Some(index)), width));
+                canvas.polyline(&points, &Pen::new(color, width));
             }
         }
         self.swing(canvas);
@@ -109,7 +108,7 @@ impl Picture<'_> {
 
     /// The pivot, and an arrow along the arc.
     fn swing(&self, canvas: &mut Canvas) {
-        let ink = color(Some(OCCLUDER)).mix(Color::INK, 0.35);
+        let ink = looks(Some(OCCLUDER)).1.mix(Color::INK, 0.35);
         let arm = self.setting.occluder() - PIVOT;
         let at = |angle: f64| self.view.at(PIVOT + DVec2::from_angle(angle).rotate(arm));
         canvas.line(self.view.at(PIVOT), at(0.0), &Pen::new(ink, 1.2).dashed());
@@ -134,18 +133,16 @@ impl Picture<'_> {
     }
 
     fn film(&self, canvas: &mut Canvas, image: &[f64]) {
-        let largest = crate::figures::common::largest(image);
+        let largest = largest(image);
         let half = 0.5 * FILM_WIDTH / self.view.vector(DVec2::X).x;
+        let part = |from: usize, to: usize| {
+            let corner = |u: usize, side: f64| self.on_film(u as f64, FILM + side * half);
+            [corner(from, -1.0), corner(to, -1.0), corner(to, 1.0), corner(from, 1.0)]
+        };
         for (i, value) in image.iter().enumerate() {
-            let corner = |u: f64, side: f64| self.on_film(u, FILM + side * half);
-            let (a, b) = (i as f64, i as f64 + 1.0);
-            let cell = [corner(a, -1.0), corner(b, -1.0), corner(b, 1.0), corner(a, 1.0)];
-            canvas.fill_polygon(&[cell], gray(value / largest));
+            canvas.fill_polygon(&[part(i, i + 1)], gray(value / largest));
         }
-        let corner = |u: f64, side: f64| self.on_film(u, FILM + side * half);
-        let n = image.len() as f64;
-        let frame = [corner(0.0, -1.0), corner(n, -1.0), corner(n, 1.0), corner(0.0, 1.0)];
-        canvas.stroke_polygon(&[frame], &Pen::new(Color::INK, 1.0));
+        canvas.stroke_polygon(&[part(0, image.len())], &Pen::new(Color::INK, 1.0));
         canvas.disc(self.view.at(self.camera().position), 4.5, Color::INK);
     }
 
@@ -169,9 +166,7 @@ impl Picture<'_> {
         let end = self.camera().direction(self.camera().film.pixels as f64);
         say("film", self.camera().position + 1.3 * FILM * end, [0.0, -9.0], &centred);
     }
-}
 
-impl Picture<'_> {
     /// What the lines mean.
     fn key(&self, canvas: &mut Canvas, space: Rect) {
         let style = TextStyle::new(10.0, Color::INK).anchored(Align::Left, Height::Middle);
@@ -196,12 +191,12 @@ impl Picture<'_> {
         let frame = Rect::new(space.x + 4.0, space.bottom() - LENS - 68.0, LENS, LENS);
         let corner = self.path.corner;
         let half = DVec2::splat(0.5 * LENS / (ENLARGED * self.view.vector(DVec2::X).x));
-        let near = View::fit(corner - half, corner + half, frame, Upward::Yes);
+        let near = View::upward(corner - half, corner + half, frame);
         canvas.fill_rect(frame, Color::WHITE);
         canvas.clipped(frame, |canvas| {
             let points = self.setting.world.shapes()[OCCLUDER].points();
             let points: Vec<DVec2> = points.iter().map(|&p| near.at(p)).collect();
-            let occluder = color(Some(OCCLUDER));
+            let occluder = looks(Some(OCCLUDER)).1;
             canvas.fill_polygon(&[points.as_slice()], occluder.tint(0.55));
             self.enlarged_rays(canvas, &near);
             canvas.stroke_polygon(&[points.as_slice()], &Pen::new(occluder, 2.2));
@@ -219,11 +214,9 @@ impl Picture<'_> {
 
     fn enlarged_rays(&self, canvas: &mut Canvas, near: &View) {
         let Some(fan) = self.path.fans.first() else { return };
-        let mut rays: Vec<_> = fan.rays.iter().collect();
-        rays.sort_by(|a, b| a.share.total_cmp(&b.share));
         // Only what lies near the frame: enlarged, the whole ray is too long to draw.
         let around = 0.1;
-        for ray in rays {
+        for ray in fan.lightest_first() {
             let along = (ray.end - fan.from).normalize();
             let nearest = (self.path.corner - fan.from).dot(along);
             let reach = (ray.end - fan.from).length().min(nearest + around);
@@ -235,5 +228,5 @@ impl Picture<'_> {
 
 /// The grey of a relative radiance, encoded for display.
 pub(super) fn gray(value: f64) -> Color {
-    crate::figures::common::display(glam::DVec3::splat(value.clamp(0.0, 1.0)))
+    display(DVec3::splat(value.clamp(0.0, 1.0)))
 }
