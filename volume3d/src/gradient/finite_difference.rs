@@ -85,7 +85,7 @@ impl FiniteDifference {
                 let (paths, mut numbers) = (&paths[side], place.clone());
                 let camera = &paths.scene.description.camera;
                 let direction = films[side].ray(camera, u);
-                let hit = paths.closest(camera.origin, direction, None);
+                let hit = paths.scene.closest(camera.origin, direction, None);
                 paths.still_radiance(camera.origin, direction, hit, 1, &mut numbers)
             });
             let (mean, difference): (DVec3, DVec3) =

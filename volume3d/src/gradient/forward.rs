@@ -13,7 +13,7 @@ use super::film::FilmPlane;
 use super::followed::FollowedPoint;
 use super::motion::Motion;
 use crate::path::{BorderSample, Calculus, CameraMotion, Kernel, Warped};
-use crate::scene::Scene;
+use crate::scene::{Scene, Surface};
 
 /// Which part of a derivative a tangent is. With three lanes the terms are kept apart:
 ///
@@ -67,12 +67,12 @@ impl<const N: usize> Forward<'_, N> {
 }
 
 impl<const N: usize> Differential for Forward<'_, N> {
-    fn film_warp(&mut self, u: DVec2, triangle: Option<u32>) -> FilmPoint<Dual<N>> {
+    fn film_warp(&mut self, u: DVec2, seen: Option<Surface>) -> FilmPoint<Dual<N>> {
         let still =
             FilmPoint { at: [Dual::constant(u.x), Dual::constant(u.y)], jacobian: Dual::constant(1.0) };
         let moves = self.motion.camera_moves;
         let Some(auxiliary) = &mut self.auxiliary else { return still };
-        let Some(warp) = auxiliary.on_film(&self.film, u, triangle, moves) else { return still };
+        let Some(warp) = auxiliary.on_film(&self.film, u, seen, moves) else { return still };
         let change = &self.motion.change.camera;
         let field = warp.field(&self.film, &self.scene.description.camera, change, |seen| {
             if seen.followed.is_nothing() {
@@ -159,7 +159,7 @@ impl<const N: usize> Calculus for Forward<'_, N> {
     fn border(
         &mut self,
         origin: Vec3<Dual<N>>,
-        from: u32,
+        from: Surface,
         shape: u32,
         kernel: impl FnOnce() -> Kernel,
     ) -> Option<BorderSample<Dual<N>>> {
@@ -176,7 +176,7 @@ impl<const N: usize> Calculus for Forward<'_, N> {
     fn warp(
         &mut self,
         origin: Vec3<Dual<N>>,
-        from: u32,
+        from: Surface,
         direction: DVec3,
         kernel: Kernel,
     ) -> Warped<Dual<N>> {

@@ -73,7 +73,7 @@ fn sample_cell(
         }));
         directions.clear();
         directions.extend(drawn.iter().map(|&(_, _, direction, _)| direction));
-        paths.closest_bundle(camera.origin, &directions, None, &mut hits);
+        paths.scene.closest_bundle(camera.origin, &directions, None, &mut hits);
         for (&mut (sample, u, direction, ref mut numbers), &hit) in drawn.iter_mut().zip(&hits) {
             let radiance = paths.still_radiance(camera.origin, direction, hit, 1, numbers);
             if !radiance.is_finite() {

@@ -15,7 +15,7 @@ use super::followed::FollowedPoint;
 use super::rows::Rows;
 use super::warps::{DirectionWarp, FilmWarp};
 use crate::path::{BorderSample, Calculus, CameraMotion, Kernel, Warped};
-use crate::scene::Scene;
+use crate::scene::{Scene, Surface};
 
 /// What the inputs of a tape are.
 #[derive(Clone, Copy, Debug)]
@@ -183,12 +183,12 @@ impl<'s, 't> Reverse<'s, 't> {
 }
 
 impl<'t> Differential for Reverse<'_, 't> {
-    fn film_warp(&mut self, u: DVec2, triangle: Option<u32>) -> FilmPoint<Recorded<'t>> {
+    fn film_warp(&mut self, u: DVec2, seen: Option<Surface>) -> FilmPoint<Recorded<'t>> {
         let constant = Recorded::constant;
         let still = FilmPoint { at: [constant(u.x), constant(u.y)], jacobian: constant(1.0) };
         let moves = self.inputs.active.camera;
         let Some(auxiliary) = &mut self.auxiliary else { return still };
-        let Some(warp) = auxiliary.on_film(&self.film, u, triangle, moves) else { return still };
+        let Some(warp) = auxiliary.on_film(&self.film, u, seen, moves) else { return still };
         self.finite &= warp.is_finite();
         self.film_warp = Some(warp);
         let [x, y, jacobian] = self.tape.inputs(Input::FilmWarp, [u.x, u.y, 1.0]);
@@ -264,7 +264,7 @@ impl<'t> Calculus for Reverse<'_, 't> {
     fn border(
         &mut self,
         origin: Vec3<Recorded<'t>>,
-        from: u32,
+        from: Surface,
         shape: u32,
         kernel: impl FnOnce() -> Kernel,
     ) -> Option<BorderSample<Recorded<'t>>> {
@@ -275,7 +275,7 @@ impl<'t> Calculus for Reverse<'_, 't> {
     fn warp(
         &mut self,
         origin: Vec3<Recorded<'t>>,
-        from: u32,
+        from: Surface,
         direction: DVec3,
         kernel: Kernel,
     ) -> Warped<Recorded<'t>> {

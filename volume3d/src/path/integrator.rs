@@ -12,15 +12,7 @@ use super::lights::{LightId, LightSample, Lights};
 use super::plain::Plain;
 use super::sequence::Sequence;
 use super::surface::SurfacePoint;
-use crate::geometry::{Hit, Ray};
-use crate::scene::{Environment, Light, Scene};
-
-/// Distances below this part of the scene's coordinates are rounding: a ray that leaves a surface starts there.
-/// The hit is recomputed in double precision, whose own error is a hundred times less.
-const NEAR: f64 = 1e-13;
-
-/// A shadow ray ends this part before the light: the light itself must not be in its own way.
-pub(crate) const SHORT: f64 = 1e-10;
+use crate::scene::{Environment, Hit, Light, Scene};
 
 /// Russian roulette never ends a path with a probability below 1 − this.
 const SURVIVAL: f64 = 0.95;
@@ -31,7 +23,6 @@ pub(crate) struct Paths<'s> {
     pub(crate) scene: &'s Scene,
     pub(crate) lights: Lights,
     pub(crate) kernels: Kernels,
-    near: f64,
     /// Lights that a ray which leaves the scene may reach, and which next-event estimation chooses from.
     distant: Vec<LightId>,
 }
@@ -46,13 +37,6 @@ struct Scattered<T> {
 
 impl<'s> Paths<'s> {
     pub(crate) fn new(scene: &'s Scene, kernels: Kernels) -> Self {
-        let (low, high) = scene.accelerator.bounds();
-        let extent = scene.description.camera.origin.abs().max_element();
-        let extent = if scene.triangles.is_empty() {
-            extent
-        } else {
-            extent.max(low.abs().max_element()).max(high.abs().max_element())
-        };
         let lights = scene.description.lights.iter().enumerate();
         let finite = |l: &Light| matches!(l, Light::Directional { kappa, .. } if kappa.is_finite());
         let mut distant: Vec<LightId> =
@@ -60,49 +44,7 @@ impl<'s> Paths<'s> {
         if matches!(scene.description.environment, Some(Environment::Map { .. })) {
             distant.push(LightId::Environment);
         }
-        Self { scene, lights: Lights::new(scene), kernels, near: NEAR * extent, distant }
-    }
-
-    /// The nearest hit along a ray that starts on a triangle, or in the open.
-    pub(crate) fn closest(&self, origin: DVec3, direction: DVec3, from: Option<u32>) -> Option<Hit> {
-        let near = if from.is_some() { self.near } else { 0.0 };
-        self.scene.accelerator.closest(&Ray { origin, direction, near, far: f64::INFINITY, from })
-    }
-
-    /// The nearest hit that is farther away than rounding.
-    pub(crate) fn beyond(&self, origin: DVec3, direction: DVec3, near: f64) -> Option<Hit> {
-        self.scene.accelerator.closest(&Ray { origin, direction, near, far: f64::INFINITY, from: None })
-    }
-
-    /// Whether anything is in the way between the distances `near` and `far`, the latter less rounding.
-    pub(crate) fn blocked(&self, origin: DVec3, direction: DVec3, near: f64, far: f64) -> bool {
-        let far = self.short_of(far);
-        self.scene.accelerator.occluded(&Ray { origin, direction, near, far, from: None })
-    }
-
-    /// Whether anything is in the way from x on a triangle to what is at a distance.
-    pub(crate) fn shadowed(&self, x: DVec3, from: u32, direction: DVec3, distance: f64) -> bool {
-        let far = self.short_of(distance);
-        let ray = Ray { origin: x, direction, near: self.near, far, from: Some(from) };
-        self.scene.accelerator.occluded(&ray)
-    }
-
-    /// Where a ray to a point ends: before the point by a part of the way, and by what rounding of coordinates may move
-    /// the point.
-    fn short_of(&self, distance: f64) -> f64 {
-        distance * (1.0 - SHORT) - self.near
-    }
-
-    /// Many rays from one origin.
-    pub(crate) fn closest_bundle(
-        &self,
-        origin: DVec3,
-        directions: &[DVec3],
-        from: Option<u32>,
-        hits: &mut Vec<Option<Hit>>,
-    ) {
-        let near = if from.is_some() { self.near } else { 0.0 };
-        self.scene.accelerator.closest_bundle(origin, directions, near, f64::INFINITY, from, hits);
+        Self { scene, lights: Lights::new(scene), kernels, distant }
     }
 
     /// One sample of the radiance that arrives from `hit` along the `depth`-th segment of a path; those of the camera are
@@ -123,7 +65,7 @@ impl<'s> Paths<'s> {
         while let Some(hit) = path.hit
             && depth < limit
         {
-            let point = SurfacePoint::new(self.scene, calculus, path.origin, path.direction, hit.triangle);
+            let point = SurfacePoint::new(self.scene, calculus, path.origin, path.direction, hit.surface);
             let Some(shading) = point.shading(self.scene, calculus) else { break };
             total = total + path.throughput * self.next_event(calculus, &point, &shading, samples);
             let Some(survival) = self.roulette(path.throughput.value(), depth, samples) else { break };
@@ -156,8 +98,11 @@ impl<'s> Paths<'s> {
     fn seen<C: Calculus>(&self, calculus: &C, path: &Scattered<C::Number>) -> Rgb<C::Number> {
         match path.hit {
             Some(hit) => self
-                .emitter(&hit, path.direction.value())
-                .map_or(Rgb::constant(DVec3::ZERO), |(shape, radiance)| calculus.radiance(shape, radiance)),
+                .scene
+                .emission(&hit, path.direction.value())
+                .map_or(Rgb::constant(DVec3::ZERO), |(shape, radiance)| {
+                    calculus.radiance(shape as usize, radiance)
+                }),
             None => {
                 let direction = path.direction;
                 let mut sum = self.constant_environment(calculus);
@@ -173,8 +118,9 @@ impl<'s> Paths<'s> {
     pub(crate) fn lit(&self, id: LightId, hit: Option<Hit>, direction: DVec3) -> DVec3 {
         match (id, hit) {
             (LightId::Shape(shape), Some(hit)) => self
-                .emitter(&hit, direction)
-                .filter(|&(emitter, _)| emitter == shape as usize)
+                .scene
+                .emission(&hit, direction)
+                .filter(|&(emitter, _)| emitter == shape)
                 .map_or(DVec3::ZERO, |(_, radiance)| radiance),
             (LightId::Light(_) | LightId::Environment, None) => {
                 let plain = Plain { scene: self.scene };
@@ -187,14 +133,9 @@ impl<'s> Paths<'s> {
     /// What all of them send.
     pub(crate) fn lit_by_all(&self, hit: Option<Hit>, direction: DVec3) -> DVec3 {
         match hit {
-            Some(hit) => self.emitter(&hit, direction).map_or(DVec3::ZERO, |(_, radiance)| radiance),
+            Some(hit) => self.scene.emission(&hit, direction).map_or(DVec3::ZERO, |(_, radiance)| radiance),
             None => self.distant.iter().map(|&id| self.lit(id, None, direction)).sum(),
         }
-    }
-
-    /// Lengths below this are rounding.
-    pub(crate) fn rounding(&self) -> f64 {
-        self.near
     }
 
     fn constant_environment<C: Calculus>(&self, calculus: &C) -> Rgb<C::Number> {
@@ -202,15 +143,6 @@ impl<'s> Paths<'s> {
             Some(Environment::Constant { radiance, .. }) => calculus.environment(*radiance),
             _ => Rgb::constant(DVec3::ZERO),
         }
-    }
-
-    /// The shape and its radiance, if a ray arrives at the front of one that emits.
-    fn emitter(&self, hit: &Hit, direction: DVec3) -> Option<(usize, DVec3)> {
-        let triangle = &self.scene.triangles[hit.triangle as usize];
-        let shape = triangle.shape as usize;
-        let radiance = self.scene.description.shapes[shape].radiance?;
-        let [a, b, c] = triangle.positions.map(|i| self.scene.positions[i as usize]);
-        ((b - a).cross(c - a).dot(direction) < 0.0).then_some((shape, radiance))
     }
 
     /// Light that is reflected at a point directly from a light chosen there.
@@ -228,7 +160,7 @@ impl<'s> Paths<'s> {
         let border = match towards.id {
             LightId::Shape(shape) => {
                 let kernel = || self.kernels.of_light(self.scene, &self.lights, towards.id, shading, x, None);
-                calculus.border(point.position, point.triangle, shape, kernel)
+                calculus.border(point.position, point.surface, shape, kernel)
             }
             _ => None,
         };
@@ -249,7 +181,7 @@ impl<'s> Paths<'s> {
         let x = point.position.value();
         let direction = towards.sampled.direction;
         let up = shading.normal.value();
-        if up.dot(direction) <= 0.0 || self.shadowed(x, point.triangle, direction, towards.distance) {
+        if up.dot(direction) <= 0.0 || self.scene.shadowed(x, point.surface, direction, towards.distance) {
             return zero;
         }
         if towards.delta {
@@ -257,9 +189,8 @@ impl<'s> Paths<'s> {
         }
         let density = towards.sampled.density;
         let weight = density / (density + shading.density(direction));
-        let kernel =
-            self.kernels.of_light(self.scene, &self.lights, towards.id, shading, x, towards.triangle);
-        let warped = calculus.warp(point.position, point.triangle, direction, kernel);
+        let kernel = self.kernels.of_light(self.scene, &self.lights, towards.id, shading, x, towards.surface);
+        let warped = calculus.warp(point.position, point.surface, direction, kernel);
         let emitted = match towards.id {
             LightId::Shape(shape) => {
                 let radiance = self.scene.description.shapes[shape as usize].radiance;
@@ -322,7 +253,7 @@ impl<'s> Paths<'s> {
     ) -> Option<Scattered<C::Number>> {
         let x = point.position.value();
         if let Some((direction, factor)) = shading.mirror() {
-            let hit = self.closest(x, direction.value(), Some(point.triangle));
+            let hit = self.scene.closest(x, direction.value(), Some(point.surface));
             let origin = point.position;
             let next = Scattered { origin, direction, throughput: throughput * factor, hit };
             // Next-event estimation never chooses a mirror's direction: no weight but 1.
@@ -331,15 +262,15 @@ impl<'s> Paths<'s> {
         }
         let (c, [a, b]) = (samples.one(), samples.pair());
         let sampled = shading.sample([a, b, c])?;
-        let hit = self.closest(x, sampled.direction, Some(point.triangle));
+        let hit = self.scene.closest(x, sampled.direction, Some(point.surface));
         self.emission(calculus, point, shading, throughput, sampled.direction, sampled.density, hit, total);
         let environment = matches!(self.scene.description.environment, Some(Environment::Constant { .. }));
         if if hit.is_some() { !goes_on } else { !environment } {
             return None;
         }
         let sees = if goes_on { VisibilityDomain::Radiance } else { VisibilityDomain::Distant };
-        let kernel = self.kernels.of_bounce(shading, sees, hit.map(|h| h.triangle));
-        let warped = calculus.warp(point.position, point.triangle, sampled.direction, kernel);
+        let kernel = self.kernels.of_bounce(shading, sees, hit.map(|h| h.surface));
+        let warped = calculus.warp(point.position, point.surface, sampled.direction, kernel);
         let throughput = throughput * reflect(shading, &warped, 1.0 / sampled.density);
         if hit.is_none() {
             *total = *total + throughput * self.constant_environment(calculus);
@@ -364,25 +295,19 @@ impl<'s> Paths<'s> {
     ) {
         let x = point.position.value();
         if let Some(hit) = hit {
-            let Some((shape, radiance)) = self.emitter(&hit, direction) else { return };
-            let id = LightId::Shape(shape as u32);
-            let other = self.lights.density_of_triangle(
-                self.scene,
-                shape as u32,
-                hit.triangle,
-                direction,
-                hit.distance,
-            );
-            let kernel = self.kernels.of_light(self.scene, &self.lights, id, shading, x, Some(hit.triangle));
-            let warped = calculus.warp(point.position, point.triangle, direction, kernel);
-            let emitted = calculus.radiance(shape, radiance);
+            let Some((shape, radiance)) = self.scene.emission(&hit, direction) else { return };
+            let id = LightId::Shape(shape);
+            let other = self.lights.density_of_hit(self.scene, shape, &hit, direction);
+            let kernel = self.kernels.of_light(self.scene, &self.lights, id, shading, x, Some(hit.surface));
+            let warped = calculus.warp(point.position, point.surface, direction, kernel);
+            let emitted = calculus.radiance(shape as usize, radiance);
             *total = *total + throughput * reflect(shading, &warped, 1.0 / (density + other)) * emitted;
             return;
         }
         for &id in &self.distant {
             let other = self.lights.density_of_escape(self.scene, id, direction);
             let kernel = self.kernels.of_light(self.scene, &self.lights, id, shading, x, None);
-            let warped = calculus.warp(point.position, point.triangle, direction, kernel);
+            let warped = calculus.warp(point.position, point.surface, direction, kernel);
             let emitted = distant(self.scene, calculus, id, warped.direction);
             *total = *total + throughput * reflect(shading, &warped, 1.0 / (density + other)) * emitted;
         }

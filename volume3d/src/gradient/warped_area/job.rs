@@ -5,7 +5,6 @@ use flatland::random::{Stream, stream};
 use glam::{DVec2, DVec3};
 
 use super::WarpedArea;
-use crate::geometry::Hit;
 use crate::gradient::auxiliary::{Auxiliary, Construction};
 use crate::gradient::boundary::SignChanges;
 use crate::gradient::differential::{Differential, FilmPoint};
@@ -15,6 +14,7 @@ use crate::gradient::jump_mean::SceneEdges;
 use crate::gradient::moving_bounds::MovingBounds;
 use crate::gradient::{AUXILIARY, EDGE, EDGE_AUXILIARY, GRADIENT_PATH, SPLIT};
 use crate::path::{Frame, Paths, Sequence};
+use crate::scene::Hit;
 
 /// What every sample of one gradient shares.
 pub(super) struct Job<'s> {
@@ -88,8 +88,8 @@ impl Job<'_> {
         let mut numbers = self.numbers((i, j), sample, GRADIENT_PATH);
         let u = self.film.point(i, j, numbers.pair());
         let (origin, ray) = self.camera_ray(u);
-        let hit = self.paths.closest(origin, ray, None);
-        let point = calculus.film_warp(u, hit.map(|h| h.triangle));
+        let hit = self.paths.scene.closest(origin, ray, None);
+        let point = calculus.film_warp(u, hit.map(|h| h.surface));
         let direction = self.film.direction(frame, point.at);
         let radiance = self.paths.radiance(calculus, frame.origin, direction, hit, 1, &mut numbers);
         let value = radiance.value();
@@ -133,8 +133,8 @@ impl Job<'_> {
         let vertical = choice < 0.5;
         let u = self.film.point(i, j, if vertical { [0.0, along] } else { [along, 0.0] });
         let (origin, ray) = self.camera_ray(u);
-        let hit = self.paths.closest(origin, ray, None);
-        let [x, y] = calculus.film_warp(u, hit.map(|h| h.triangle)).at;
+        let hit = self.paths.scene.closest(origin, ray, None);
+        let [x, y] = calculus.film_warp(u, hit.map(|h| h.surface)).at;
         let across = if vertical { x } else { y };
         let moves = !across.is_still();
         moves.then(|| EdgeSample {

@@ -37,9 +37,8 @@ fn the_query_finds_what_comparing_all_pairs_finds() {
     for scale in [1.0, 1e-30, 1e30] {
         let scene = scene(vec![soup(&mut rng, 700, scale)]);
         let found: Vec<[u32; 2]> = scene.crossings().all().iter().map(|c| c.triangles).collect();
-        let corners = |t: u32| scene.triangles[t as usize].positions.map(|i| scene.positions[i as usize]);
         let pairs = (0..700).flat_map(|s| (s + 1..700).map(move |t| [s, t]));
-        let through = |p: &[u32; 2]| matches!(meeting(&p.map(corners)), Meeting::Through(_));
+        let through = |p: &[u32; 2]| matches!(meeting(&p.map(|t| scene.corners(t))), Meeting::Through(_));
         let expected: Vec<[u32; 2]> = pairs.filter(through).collect();
         assert!(expected.len() > 150, "{}", expected.len());
         assert_eq!(found, expected, "scale {scale:e}");
@@ -67,7 +66,7 @@ fn velocities_keep_points_in_both_planes() {
                 let [a, b, c] = scene.triangles[t as usize].positions.map(|i| moved(i, side));
                 (b - a).cross(c - a).normalize().dot(place + side * step * velocity - a)
             };
-            let [a, b, c] = scene.triangles[t as usize].positions.map(|i| scene.positions[i as usize]);
+            let [a, b, c] = scene.corners(t);
             let size = (b - a).cross(c - a).length() / (b - a).length().max((c - a).length());
             // Small triangles turn far in a step.
             if size > 1e-2 && velocity.length() < 1e2 {
