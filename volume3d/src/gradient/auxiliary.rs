@@ -11,9 +11,9 @@ use super::followed::FollowedPoint;
 use super::jump_mean::{
     AngularSupport, Cone, Edge, HalfSpace, JumpMean, Pole, SceneEdges, Silhouettes, Subject, View, WIDEST,
 };
-use super::moving_bounds::MovingBounds;
+use super::motion::MovingBounds;
 use super::nearest_jump::{Jumps, Nearest, nearest_jump};
-use super::rigid_motion::{Rigid, RigidMotion, Warping};
+use super::rigid_motion::{Rigid, RigidMotion};
 use super::warps::{DirectionWarp, FilmWarp};
 use crate::Sphere;
 use crate::path::{Kernel, Paths, VisibilityDomain};
@@ -103,9 +103,9 @@ impl<'s> Auxiliary<'s> {
             // As for weights: what is below the horizon is inside a solid, and arbitrarily near.
             let keep =
                 |d: DVec3, distance| kernel.normal.dot(d) > 0.0 && counts(kernel.domain, x, d, distance);
-            let warping =
+            let motion =
                 self.follow::<Sphere>(x, Some(from), direction, kappa, candidates, x_moves, |d| d, keep);
-            return warping.map(DirectionWarp::Rays);
+            return motion.map(DirectionWarp::Rigid);
         }
         self.weighted_on_sphere(x, from, direction, kernel, x_moves)
     }
@@ -149,7 +149,7 @@ impl<'s> Auxiliary<'s> {
             (FollowedPoint { horizon: ends_at_horizon.then_some(face), ..seen }, distance)
         };
         let stencil = self.weighted(bundle, kappa, x, Some(from), x_moves, |d| d, sight)?;
-        Some(DirectionWarp::Rays(Warping::Weighted(stencil)))
+        Some(DirectionWarp::Rays(stencil))
     }
 
     /// The stencil of a bundle of rays and those it asks for; nothing where none of the first may see anything that
@@ -212,7 +212,7 @@ impl<'s> Auxiliary<'s> {
             }
             Construction::Followed { candidates } => self
                 .follow::<Plane>(origin, None, u, kappa, candidates, camera_moves, ray, |_, _| true)
-                .map(FilmWarp::Rays),
+                .map(FilmWarp::Rigid),
             Construction::Weighted => self.weighted_on_film(film, u, kappa, ray, camera_moves),
         }
     }
@@ -240,7 +240,7 @@ impl<'s> Auxiliary<'s> {
             (seen.or_crossing(nearest, warp.falloff(distance, kappa)), distance)
         };
         let stencil = self.weighted(bundle, kappa, camera.origin, None, camera_moves, ray, sight)?;
-        Some(FilmWarp::Rays(Warping::Weighted(stencil)))
+        Some(FilmWarp::Rays(stencil))
     }
 
     fn jump_mean_on_film(
@@ -327,19 +327,15 @@ impl<'s> Auxiliary<'s> {
         let scene = self.paths.scene;
         let [point, ..] = scene.corners(triangle);
         let normal = self.upward(Surface::Triangle(triangle), viewer - point);
-        HalfSpace { normal, point, slack: self.contact() }
+        // What touches a plane counts as before it, and what does so by the rounding of meshes in single precision as well:
+        // 10⁻⁶ of the scene. Edges that are behind the plane are hidden, and do no harm.
+        HalfSpace { normal, point, slack: 1e7 * self.paths.scene.rounding() }
     }
 
     /// The unit normal of a surface on the side of another vector.
     fn upward(&self, surface: Surface, side: DVec3) -> DVec3 {
         let normal = self.paths.scene.normal_of(surface);
         if normal.dot(side) < 0.0 { -normal } else { normal }
-    }
-
-    /// What touches a plane counts as before it, and what does so by the rounding of meshes in single precision as well:
-    /// 10⁻⁶ of the scene. Edges that are behind the plane are hidden, and do no harm.
-    fn contact(&self) -> f64 {
-        1e7 * self.paths.scene.rounding()
     }
 
     /// The nearest of some points of a kernel around μ, which is drawn from the kernel around u: what is nearest
@@ -355,7 +351,7 @@ impl<'s> Auxiliary<'s> {
         origin_moves: bool,
         ray: impl Fn(D::Vector) -> DVec3,
         keep: impl Fn(DVec3, f64) -> bool,
-    ) -> Option<Warping<D>> {
+    ) -> Option<RigidMotion<D>> {
         let mut draw = |at| {
             let xi = [open01(&mut self.rng), open01(&mut self.rng)];
             D::draw(at, kappa, 1.0, xi).point
@@ -372,7 +368,7 @@ impl<'s> Auxiliary<'s> {
         let (i, hit) = nearest.min_by(|a, b| a.1.distance.total_cmp(&b.1.distance))?;
         let seen = FollowedPoint::by_ray(self.paths.scene, Some(hit), self.directions[i], 1.0);
         let slope = D::project(u, centre - u) * kappa;
-        Some(Warping::Followed(RigidMotion { point: u, at: points[i], seen, slope }))
+        Some(RigidMotion { point: u, at: points[i], seen, slope })
     }
 
     fn trace(&mut self, origin: DVec3, from: Option<Surface>, origin_moves: bool) -> bool {

@@ -83,13 +83,13 @@ impl Followed {
         matches!(self, Self::Nothing)
     }
 
-    /// Its velocity, from those of positions.
-    pub(crate) fn velocity(&self, scene: &Scene, velocity: impl Fn(u32) -> DVec3) -> DVec3 {
+    /// Its velocity, from those of all positions.
+    pub(crate) fn velocity(&self, scene: &Scene, velocities: &[DVec3]) -> DVec3 {
         match self {
             Self::Nothing => DVec3::ZERO,
-            Self::Material(point) => point.velocity(velocity),
+            Self::Material(point) => point.velocity(velocities),
             Self::Crossing { index, along } => {
-                scene.crossings().get(*index).velocity(&scene.triangles, *along, velocity)
+                scene.crossings().get(*index).velocity(&scene.triangles, *along, velocities)
             }
         }
     }

@@ -5,13 +5,12 @@ use flatland::random::Stream;
 use flatland::warp::LinearField as _;
 use glam::{DVec2, DVec3};
 
-use super::CameraTangent;
 use super::auxiliary::Auxiliary;
 use super::border::border;
 use super::differential::{Differential, FilmPoint};
 use super::film::FilmPlane;
-use super::followed::FollowedPoint;
 use super::motion::Motion;
+use super::{CameraTangent, Tangent};
 use crate::path::{BorderSample, Calculus, CameraMotion, Kernel, Warped};
 use crate::scene::{Scene, Surface};
 
@@ -60,12 +59,6 @@ fn lane<const N: usize>(v: Vec3<Dual<N>>, lane: usize) -> DVec3 {
     DVec3::new(v.x.tangent[lane], v.y.tangent[lane], v.z.tangent[lane])
 }
 
-impl<const N: usize> Forward<'_, N> {
-    fn velocity(&self, seen: &FollowedPoint) -> DVec3 {
-        seen.followed.velocity(self.scene, |i| self.motion.change.positions[i as usize])
-    }
-}
-
 impl<const N: usize> Differential for Forward<'_, N> {
     fn film_warp(&mut self, u: DVec2, seen: Option<Surface>) -> FilmPoint<Dual<N>> {
         let still =
@@ -73,12 +66,12 @@ impl<const N: usize> Differential for Forward<'_, N> {
         let moves = self.motion.camera_moves;
         let Some(auxiliary) = &mut self.auxiliary else { return still };
         let Some(warp) = auxiliary.on_film(&self.film, u, seen, moves) else { return still };
-        let change = &self.motion.change.camera;
-        let field = warp.field(&self.film, &self.scene.description.camera, change, |seen| {
+        let (scene, Tangent { positions, camera: change, .. }) = (self.scene, self.motion.change);
+        let field = warp.field(&self.film, &scene.description.camera, change, |seen| {
             if seen.followed.is_nothing() {
                 return DVec3::ZERO;
             }
-            (self.velocity(seen) - change.translation) / seen.distance
+            (seen.followed.velocity(scene, positions) - change.translation) / seen.distance
         });
         let at = if N == 1 { INTERIOR } else { PRIMARY };
         let along = |value: f64, rate: f64| {
@@ -184,8 +177,9 @@ impl<const N: usize> Calculus for Forward<'_, N> {
         let rates: [DVec3; N] = std::array::from_fn(|l| lane(origin, l));
         let moves = rates.iter().any(|r| *r != DVec3::ZERO);
         let Some(auxiliary) = &mut self.auxiliary else { return still };
-        let stencil = auxiliary.on_sphere(origin.value(), from, direction, kernel, moves);
-        let Some(stencil) = stencil else { return still };
+        let warp = auxiliary.on_sphere(origin.value(), from, direction, kernel, moves);
+        let Some(warp) = warp else { return still };
+        let (scene, positions) = (self.scene, &self.motion.change.positions);
         let mut warped = still;
         for l in 0..N {
             // The interior lane is not warped; one lane alone holds all.
@@ -199,11 +193,11 @@ impl<const N: usize> Calculus for Forward<'_, N> {
             if !material && origin_rate == DVec3::ZERO {
                 continue;
             }
-            let field = stencil.field(|seen| {
+            let field = warp.field(|seen| {
                 if seen.followed.is_nothing() {
                     return DVec3::ZERO;
                 }
-                let velocity = if material { self.velocity(seen) } else { DVec3::ZERO };
+                let velocity = if material { seen.followed.velocity(scene, positions) } else { DVec3::ZERO };
                 seen.angular(velocity - origin_rate)
             });
             warped.direction.x.tangent[l] = field.value.x;
@@ -211,7 +205,6 @@ impl<const N: usize> Calculus for Forward<'_, N> {
             warped.direction.z.tangent[l] = field.value.z;
             warped.jacobian.tangent[l] = field.divergence;
         }
-
         warped
     }
 }

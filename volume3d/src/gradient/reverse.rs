@@ -36,7 +36,7 @@ pub(crate) type Recorded<'t> = Variable<'t, Input>;
 /// A warp at a bounce.
 #[derive(Debug)]
 struct BounceWarp<'t> {
-    warping: DirectionWarp,
+    warp: DirectionWarp,
     origin: Vec3<Recorded<'t>>,
 }
 
@@ -138,8 +138,8 @@ impl<'s, 't> Reverse<'s, 't> {
             Input::Camera => self.scatter_camera(vector(), DVec3::from_slice(&a[3..]), a[6], sums),
             Input::FilmWarp => self.scatter_film(DVec2::new(a[0], a[1]), a[2], sums),
             Input::Warp(record) => {
-                let BounceWarp { warping, origin } = &self.warps[record as usize];
-                warping.scatter(vector(), a[3], |seen, covector| {
+                let BounceWarp { warp, origin } = &self.warps[record as usize];
+                warp.scatter(vector(), a[3], |seen, covector| {
                     if seen.followed.is_nothing() {
                         return;
                     }
@@ -282,10 +282,10 @@ impl<'t> Calculus for Reverse<'_, 't> {
         let constant = || Warped { direction: Vec3::constant(direction), jacobian: Recorded::constant(1.0) };
         let Some(auxiliary) = &mut self.auxiliary else { return constant() };
         let moves = [origin.x, origin.y, origin.z].iter().any(|x| !x.is_still());
-        let stencil = auxiliary.on_sphere(origin.value(), from, direction, kernel, moves);
-        let Some(stencil) = stencil else { return constant() };
-        self.finite &= stencil.is_finite();
-        self.warps.push(BounceWarp { warping: stencil, origin });
+        let warp = auxiliary.on_sphere(origin.value(), from, direction, kernel, moves);
+        let Some(warp) = warp else { return constant() };
+        self.finite &= warp.is_finite();
+        self.warps.push(BounceWarp { warp, origin });
         let id = Input::Warp(self.warps.len() as u32 - 1);
         let [x, y, z, jacobian] = self.tape.inputs(id, [direction.x, direction.y, direction.z, 1.0]);
         Warped { direction: Vec3::new(x, y, z), jacobian }

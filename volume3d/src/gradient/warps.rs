@@ -1,21 +1,23 @@
 //! The warps of directions and of the film, whatever their fields are made of.
 
-use flatland::warp::{Field, LinearField, Plane};
+use flatland::warp::{Field, LinearField, Plane, Stencil};
 use glam::{DVec2, DVec3};
 
 use super::CameraTangent;
 use super::film::FilmPlane;
 use super::followed::FollowedPoint;
 use super::jump_mean::JumpMean;
-use super::rigid_motion::Warping;
+use super::rigid_motion::RigidMotion;
 use crate::Sphere;
 use crate::scene::Camera;
 
 /// A warp of the directions at a bounce.
 #[derive(Clone, Debug)]
 pub(crate) enum DirectionWarp {
-    /// From what auxiliary rays see.
-    Rays(Warping<Sphere>),
+    /// The mean of what auxiliary rays see.
+    Rays(Stencil<Sphere, FollowedPoint>),
+    /// One rigid motion.
+    Rigid(RigidMotion<Sphere>),
     /// From the edges near by.
     JumpMean(JumpMean),
 }
@@ -24,7 +26,7 @@ impl DirectionWarp {
     /// Whether its coefficients are finite.
     pub(crate) fn is_finite(&self) -> bool {
         match self {
-            Self::Rays(_) => true,
+            Self::Rays(_) | Self::Rigid(_) => true,
             Self::JumpMean(mean) => mean.is_finite(),
         }
     }
@@ -38,7 +40,8 @@ impl LinearField for DirectionWarp {
     /// The field, from the angular velocity of each point that is followed.
     fn field(&self, velocity: impl FnMut(&FollowedPoint) -> DVec3) -> Field<DVec3> {
         match self {
-            Self::Rays(warping) => warping.field(velocity),
+            Self::Rays(stencil) => stencil.field(velocity),
+            Self::Rigid(motion) => motion.field(velocity),
             Self::JumpMean(mean) => mean.field(velocity),
         }
     }
@@ -46,7 +49,8 @@ impl LinearField for DirectionWarp {
     /// The transpose: hands each point its covector in a·V + b ∇·V.
     fn scatter(&self, a: DVec3, b: f64, add: impl FnMut(&FollowedPoint, DVec3)) {
         match self {
-            Self::Rays(warping) => warping.scatter(a, b, add),
+            Self::Rays(stencil) => stencil.scatter(a, b, add),
+            Self::Rigid(motion) => motion.scatter(a, b, add),
             Self::JumpMean(mean) => mean.scatter(a, b, add),
         }
     }
@@ -55,8 +59,10 @@ impl LinearField for DirectionWarp {
 /// A warp of film points.
 #[derive(Clone, Debug)]
 pub(crate) enum FilmWarp {
-    /// From what auxiliary rays see.
-    Rays(Warping<Plane>),
+    /// The mean of what auxiliary rays see.
+    Rays(Stencil<Plane, FollowedPoint>),
+    /// One rigid motion.
+    Rigid(RigidMotion<Plane>),
     /// From the edges near by, on directions. With j ∝ 1/cos³ θ the area of the film a steradian,
     /// ∇·V on the film is ∇·(j V)/j on directions.
     JumpMean(JumpMean, DVec3),
@@ -69,7 +75,7 @@ impl FilmWarp {
     /// Whether its coefficients are finite.
     pub(crate) fn is_finite(&self) -> bool {
         match self {
-            Self::Rays(_) => true,
+            Self::Rays(_) | Self::Rigid(_) => true,
             Self::JumpMean(mean, _) => mean.is_finite(),
         }
     }
@@ -82,11 +88,10 @@ impl FilmWarp {
         change: &CameraTangent,
         mut relative: impl FnMut(&FollowedPoint) -> DVec3,
     ) -> Field<DVec2> {
+        let on_film = |seen: &FollowedPoint| film.velocity(camera, seen.direction).of(relative(seen), change);
         match self {
-            Self::Rays(warping) => warping.field(|seen| {
-                let relative = relative(seen);
-                film.velocity(camera, seen.direction).of(relative, change)
-            }),
+            Self::Rays(stencil) => stencil.field(on_film),
+            Self::Rigid(motion) => motion.field(on_film),
             Self::JumpMean(mean, direction) => {
                 let field = mean.field(|seen| {
                     let zoom = film.zoom(camera, seen.direction) * change.field_of_view;
@@ -111,9 +116,12 @@ impl FilmWarp {
         mut add: impl FnMut(&FollowedPoint, Covectors),
     ) {
         match self {
-            Self::Rays(warping) => {
-                warping
+            Self::Rays(stencil) => {
+                stencil
                     .scatter(a, b, |seen, c| add(seen, film.velocity(camera, seen.direction).transpose(c)));
+            }
+            Self::Rigid(motion) => {
+                motion.scatter(a, b, |seen, c| add(seen, film.velocity(camera, seen.direction).transpose(c)));
             }
             Self::JumpMean(mean, direction) => {
                 let (across, ..) = film.velocity(camera, *direction).transpose(a);

@@ -75,6 +75,10 @@ pub(crate) enum VisibilityDomain {
 }
 
 /// The parameters of a scene as numbers, and the warp of directions that goes with them.
+///
+/// [`warp`](Self::warp) and [`border`](Self::border) are calls to whoever differentiates, where data would not do: dual
+/// numbers apply a warp's linear form to velocities at once, a tape keeps it for its sweep, and the path goes on with the
+/// numbers that come of it. Plain numbers answer both with constants, so that an image pays nothing for them.
 pub(crate) trait Calculus {
     /// What is computed with.
     type Number: Number;

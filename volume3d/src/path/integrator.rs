@@ -4,7 +4,7 @@
 use flatland::calculus::{Number, Rgb, Vec3};
 use glam::DVec3;
 
-use super::bsdf::Shading;
+use super::bsdf::{Sampled, Shading};
 use super::calculus::{Calculus, VisibilityDomain, Warped};
 use super::escape::distant;
 use super::kernels::Kernels;
@@ -12,7 +12,7 @@ use super::lights::{LightId, LightSample, Lights};
 use super::plain::Plain;
 use super::sequence::Sequence;
 use super::surface::SurfacePoint;
-use crate::scene::{Environment, Hit, Light, Scene};
+use crate::scene::{Environment, Hit, Light, Scene, Surface};
 
 /// Russian roulette never ends a path with a probability below 1 − this.
 const SURVIVAL: f64 = 0.95;
@@ -25,6 +25,12 @@ pub(crate) struct Paths<'s> {
     pub(crate) kernels: Kernels,
     /// Lights that a ray which leaves the scene may reach, and which next-event estimation chooses from.
     distant: Vec<LightId>,
+}
+
+/// A shading point of a path, and what reflection depends on there.
+struct Vertex<'s, T> {
+    point: SurfacePoint<T>,
+    shading: Shading<'s, T>,
 }
 
 /// Where a path goes on.
@@ -67,16 +73,16 @@ impl<'s> Paths<'s> {
         {
             let point = SurfacePoint::new(self.scene, calculus, path.origin, path.direction, hit.surface);
             let Some(shading) = point.shading(self.scene, calculus) else { break };
-            total = total + path.throughput * self.next_event(calculus, &point, &shading, samples);
+            let vertex = Vertex { point, shading };
+            total = total + path.throughput * self.next_event(calculus, &vertex, samples);
             let Some(survival) = self.roulette(path.throughput.value(), depth, samples) else { break };
-            path.throughput = path.throughput * C::Number::constant(survival);
+            let throughput = path.throughput * C::Number::constant(survival);
             depth += 1;
-            let Some(next) =
-                self.scatter(calculus, &point, &shading, path.throughput, depth < limit, &mut total, samples)
-            else {
-                break;
-            };
-            path = next;
+            let goes_on = depth < limit;
+            match self.scatter(calculus, &vertex, throughput, goes_on, &mut total, samples) {
+                Some(next) => path = next,
+                None => break,
+            }
         }
         total
     }
@@ -149,17 +155,18 @@ impl<'s> Paths<'s> {
     fn next_event<C: Calculus>(
         &self,
         calculus: &mut C,
-        point: &SurfacePoint<C::Number>,
-        shading: &Shading<'_, C::Number>,
+        vertex: &Vertex<'_, C::Number>,
         samples: &mut Sequence,
     ) -> Rgb<C::Number> {
         let zero = Rgb::constant(DVec3::ZERO);
+        let Vertex { point, shading } = vertex;
         let (choice, [a, b]) = (samples.one(), samples.pair());
         let x = point.position.value();
         let Some(towards) = self.lights.sample(self.scene, x, [choice, a, b]) else { return zero };
-        let border = match towards.id {
+        let LightSample { id, sampled: Sampled { direction, density }, distance, surface, delta } = towards;
+        let border = match id {
             LightId::Shape(shape) => {
-                let kernel = || self.kernels.of_light(self.scene, &self.lights, towards.id, shading, x, None);
+                let kernel = || self.kernels.of_light(self.scene, &self.lights, id, shading, x, None);
                 calculus.border(point.position, point.surface, shape, kernel)
             }
             _ => None,
@@ -167,46 +174,50 @@ impl<'s> Paths<'s> {
         let border = border.map_or(zero, |b| {
             shading.evaluate(Vec3::constant(b.direction)) * Rgb::constant(b.light) * b.speed
         });
-        border + self.towards_light(calculus, point, shading, &towards)
+        let up = shading.normal.value();
+        if up.dot(direction) <= 0.0 || self.scene.shadowed(x, point.surface, direction, distance) {
+            return border + zero;
+        }
+        if delta {
+            return border + self.delta_light(calculus, vertex, &towards);
+        }
+        let weight = density / (density + shading.density(direction));
+        let (reflected, emitted) =
+            self.light_along(calculus, vertex, (id, surface), direction, weight / density);
+        border + reflected * emitted
     }
 
-    fn towards_light<C: Calculus>(
+    /// What is reflected of one light along a direction that has been sampled, in which a surface of it is seen or none:
+    /// f cos θ of the warped direction, with the Jacobian and a weight, and the radiance that comes from there.
+    ///
+    /// Light that next-event estimation can choose is an integral of its own, with its own kernel, and both strategies see
+    /// one field.
+    fn light_along<C: Calculus>(
         &self,
         calculus: &mut C,
-        point: &SurfacePoint<C::Number>,
-        shading: &Shading<'_, C::Number>,
-        towards: &LightSample,
-    ) -> Rgb<C::Number> {
-        let zero = Rgb::constant(DVec3::ZERO);
+        Vertex { point, shading }: &Vertex<'_, C::Number>,
+        (id, seen): (LightId, Option<Surface>),
+        direction: DVec3,
+        weight: f64,
+    ) -> (Rgb<C::Number>, Rgb<C::Number>) {
         let x = point.position.value();
-        let direction = towards.sampled.direction;
-        let up = shading.normal.value();
-        if up.dot(direction) <= 0.0 || self.scene.shadowed(x, point.surface, direction, towards.distance) {
-            return zero;
-        }
-        if towards.delta {
-            return self.delta_light(calculus, point, shading, towards);
-        }
-        let density = towards.sampled.density;
-        let weight = density / (density + shading.density(direction));
-        let kernel = self.kernels.of_light(self.scene, &self.lights, towards.id, shading, x, towards.surface);
+        let kernel = self.kernels.of_light(self.scene, &self.lights, id, shading, x, seen);
         let warped = calculus.warp(point.position, point.surface, direction, kernel);
-        let emitted = match towards.id {
+        let emitted = match id {
             LightId::Shape(shape) => {
                 let radiance = self.scene.description.shapes[shape as usize].radiance;
                 calculus.radiance(shape as usize, radiance.unwrap_or(DVec3::ZERO))
             }
             id => distant(self.scene, calculus, id, warped.direction),
         };
-        reflect(shading, &warped, weight / density) * emitted
+        (reflect(shading, &warped, weight), emitted)
     }
 
     /// Light from a point, or from one direction. Nothing is warped, and nothing may move that casts a shadow.
     fn delta_light<C: Calculus>(
         &self,
         calculus: &C,
-        point: &SurfacePoint<C::Number>,
-        shading: &Shading<'_, C::Number>,
+        Vertex { point, shading }: &Vertex<'_, C::Number>,
         towards: &LightSample,
     ) -> Rgb<C::Number> {
         let LightId::Light(index) = towards.id else { return Rgb::constant(DVec3::ZERO) };
@@ -240,17 +251,16 @@ impl<'s> Paths<'s> {
 
     /// Follows one direction sampled from reflection: adds what it finds emitted, and returns where the path
     /// goes on, if it may.
-    #[expect(clippy::too_many_arguments, reason = "the state of one step of a path")]
     fn scatter<C: Calculus>(
         &self,
         calculus: &mut C,
-        point: &SurfacePoint<C::Number>,
-        shading: &Shading<'_, C::Number>,
+        vertex: &Vertex<'_, C::Number>,
         throughput: Rgb<C::Number>,
         goes_on: bool,
         total: &mut Rgb<C::Number>,
         samples: &mut Sequence,
     ) -> Option<Scattered<C::Number>> {
+        let Vertex { point, shading } = vertex;
         let x = point.position.value();
         if let Some((direction, factor)) = shading.mirror() {
             let hit = self.scene.closest(x, direction.value(), Some(point.surface));
@@ -263,7 +273,7 @@ impl<'s> Paths<'s> {
         let (c, [a, b]) = (samples.one(), samples.pair());
         let sampled = shading.sample([a, b, c])?;
         let hit = self.scene.closest(x, sampled.direction, Some(point.surface));
-        self.emission(calculus, point, shading, throughput, sampled.direction, sampled.density, hit, total);
+        self.emission(calculus, vertex, throughput, sampled, hit, total);
         let environment = matches!(self.scene.description.environment, Some(Environment::Constant { .. }));
         if if hit.is_some() { !goes_on } else { !environment } {
             return None;
@@ -279,37 +289,29 @@ impl<'s> Paths<'s> {
         Some(Scattered { origin: point.position, direction: warped.direction, throughput, hit })
     }
 
-    /// What a sampled direction finds emitted, weighted against next-event estimation. Light that the
-    /// latter can choose is an integral of its own, with its own kernel: both strategies must see one field.
-    #[expect(clippy::too_many_arguments, reason = "the state of one step of a path")]
+    /// What a sampled direction finds emitted, weighted against next-event estimation.
     fn emission<C: Calculus>(
         &self,
         calculus: &mut C,
-        point: &SurfacePoint<C::Number>,
-        shading: &Shading<'_, C::Number>,
+        vertex: &Vertex<'_, C::Number>,
         throughput: Rgb<C::Number>,
-        direction: DVec3,
-        density: f64,
+        Sampled { direction, density }: Sampled,
         hit: Option<Hit>,
         total: &mut Rgb<C::Number>,
     ) {
-        let x = point.position.value();
+        let mut add = |light: (LightId, Option<Surface>), other: f64| {
+            let weight = 1.0 / (density + other);
+            let (reflected, emitted) = self.light_along(calculus, vertex, light, direction, weight);
+            *total = *total + throughput * reflected * emitted;
+        };
         if let Some(hit) = hit {
-            let Some((shape, radiance)) = self.scene.emission(&hit, direction) else { return };
-            let id = LightId::Shape(shape);
+            let Some((shape, _)) = self.scene.emission(&hit, direction) else { return };
             let other = self.lights.density_of_hit(self.scene, shape, &hit, direction);
-            let kernel = self.kernels.of_light(self.scene, &self.lights, id, shading, x, Some(hit.surface));
-            let warped = calculus.warp(point.position, point.surface, direction, kernel);
-            let emitted = calculus.radiance(shape as usize, radiance);
-            *total = *total + throughput * reflect(shading, &warped, 1.0 / (density + other)) * emitted;
+            add((LightId::Shape(shape), Some(hit.surface)), other);
             return;
         }
         for &id in &self.distant {
-            let other = self.lights.density_of_escape(self.scene, id, direction);
-            let kernel = self.kernels.of_light(self.scene, &self.lights, id, shading, x, None);
-            let warped = calculus.warp(point.position, point.surface, direction, kernel);
-            let emitted = distant(self.scene, calculus, id, warped.direction);
-            *total = *total + throughput * reflect(shading, &warped, 1.0 / (density + other)) * emitted;
+            add((id, None), self.lights.density_of_escape(self.scene, id, direction));
         }
     }
 }

@@ -40,11 +40,11 @@ pub(crate) enum MaterialPoint {
 }
 
 impl MaterialPoint {
-    /// Its velocity, from those of positions.
+    /// Its velocity, from those of all positions.
     #[inline]
-    pub(crate) fn velocity(&self, velocity: impl Fn(u32) -> DVec3) -> DVec3 {
+    pub(crate) fn velocity(&self, velocities: &[DVec3]) -> DVec3 {
         match self {
-            Self::Mesh(corners) => corners.iter().map(|&(i, weight)| weight * velocity(i)).sum(),
+            Self::Mesh(corners) => corners.iter().map(|&(i, weight)| weight * velocities[i as usize]).sum(),
         }
     }
 

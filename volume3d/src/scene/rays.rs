@@ -17,18 +17,14 @@ impl Scene {
     /// The nearest hit along a ray that starts on a surface, which it does not hit there, or in the open.
     #[inline]
     pub(crate) fn closest(&self, origin: DVec3, direction: DVec3, from: Option<Surface>) -> Option<Hit> {
-        self.first(&Ray {
-            origin,
-            direction,
-            near: self.start(from),
-            far: f64::INFINITY,
-            from: triangle(from),
-        })
+        let (near, from) = self.start(from);
+        self.accelerator.closest(&Ray { origin, direction, near, far: f64::INFINITY, from }).map(Hit::from)
     }
 
     /// The nearest hit that is farther away than a distance.
     pub(crate) fn beyond(&self, origin: DVec3, direction: DVec3, near: f64) -> Option<Hit> {
-        self.first(&Ray { origin, direction, near, far: f64::INFINITY, from: None })
+        let ray = Ray { origin, direction, near, far: f64::INFINITY, from: None };
+        self.accelerator.closest(&ray).map(Hit::from)
     }
 
     /// Whether anything is in the way between the distances `near` and `far`, the latter less rounding.
@@ -40,8 +36,9 @@ impl Scene {
     /// Whether anything is in the way from x on a surface to what is at a distance.
     #[inline]
     pub(crate) fn shadowed(&self, x: DVec3, from: Surface, direction: DVec3, distance: f64) -> bool {
-        let (near, far) = (self.rounding(), self.short_of(distance));
-        self.accelerator.occluded(&Ray { origin: x, direction, near, far, from: triangle(Some(from)) })
+        let (near, from) = self.start(Some(from));
+        let far = self.short_of(distance);
+        self.accelerator.occluded(&Ray { origin: x, direction, near, far, from })
     }
 
     /// The nearest hits of many rays from one origin, as [`closest`](Self::closest) finds them one by one.
@@ -52,7 +49,7 @@ impl Scene {
         from: Option<Surface>,
         hits: &mut Vec<Option<Hit>>,
     ) {
-        let (near, from) = (self.start(from), triangle(from));
+        let (near, from) = self.start(from);
         self.accelerator.closest_bundle(origin, directions, near, f64::INFINITY, from, hits);
     }
 
@@ -62,15 +59,13 @@ impl Scene {
         NEAR * self.extent
     }
 
+    /// How far from its origin a ray starts, and which triangle it leaves.
     #[inline]
-    fn first(&self, ray: &Ray) -> Option<Hit> {
-        self.accelerator.closest(ray).map(Hit::from)
-    }
-
-    /// Where a ray starts.
-    #[inline]
-    fn start(&self, from: Option<Surface>) -> f64 {
-        if from.is_some() { self.rounding() } else { 0.0 }
+    fn start(&self, from: Option<Surface>) -> (f64, Option<u32>) {
+        match from {
+            Some(Surface::Triangle(triangle)) => (self.rounding(), Some(triangle)),
+            None => (0.0, None),
+        }
     }
 
     /// Where a ray to a point ends: before the point by a part of the way, and by what rounding of coordinates may move
@@ -79,10 +74,4 @@ impl Scene {
     fn short_of(&self, distance: f64) -> f64 {
         distance * (1.0 - SHORT) - self.rounding()
     }
-}
-
-/// The triangle that a ray from a surface leaves.
-#[inline]
-fn triangle(from: Option<Surface>) -> Option<u32> {
-    from.map(|Surface::Triangle(triangle)| triangle)
 }

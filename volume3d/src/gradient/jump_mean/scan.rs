@@ -161,7 +161,7 @@ fn field(scene: &Scene, tree: &SceneEdges, velocities: &[DVec3], u: DVec3, trian
     let mean = JumpMean::new(scene, tree, Silhouettes::All, &view, u, AngularSupport::new(0.2));
     mean.map_or(DVec3::ZERO, |mean| {
         mean.field(|seen| {
-            let velocity = seen.followed.velocity(scene, |i| velocities[i as usize]);
+            let velocity = seen.followed.velocity(scene, velocities);
             (velocity - velocity.dot(seen.direction) * seen.direction) / seen.distance
         })
         .value

@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::job::{Job, Place};
 use crate::gradient::accumulator::{Accumulator, Sums};
 use crate::gradient::contribution::Source;
-use crate::gradient::moving_bounds::MovingBounds;
+use crate::gradient::motion::MovingBounds;
 use crate::gradient::reverse::{Inputs, Recorded, Reverse};
 use crate::gradient::{ActiveParameters, Progress, Stopped};
 

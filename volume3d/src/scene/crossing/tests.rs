@@ -60,7 +60,7 @@ fn velocities_keep_points_in_both_planes() {
     for crossing in scene.crossings().all() {
         let along = open01(&mut rng);
         let place = crossing.places[0].lerp(crossing.places[1], along);
-        let velocity = crossing.velocity(&scene.triangles, along, |i| rates[i as usize]);
+        let velocity = crossing.velocity(&scene.triangles, along, &rates);
         for t in crossing.triangles {
             let height = |side: f64| {
                 let [a, b, c] = scene.triangles[t as usize].positions.map(|i| moved(i, side));
@@ -86,7 +86,7 @@ fn scattering_is_the_transpose_and_a_common_motion_is_its_own() {
     let rates: Vec<DVec3> = scene.positions.iter().map(|_| random(&mut rng)).collect();
     for crossing in scene.crossings().all() {
         let (along, covector) = (open01(&mut rng), random(&mut rng));
-        let velocity = crossing.velocity(&scene.triangles, along, |i| rates[i as usize]);
+        let velocity = crossing.velocity(&scene.triangles, along, &rates);
         let (mut back, mut size) = (0.0, 0.0);
         crossing.scatter(&scene.triangles, along, covector, |i, c| {
             back += c.dot(rates[i as usize]);
@@ -94,7 +94,8 @@ fn scattering_is_the_transpose_and_a_common_motion_is_its_own() {
         });
         assert!((velocity.dot(covector) - back).abs() <= 1e-13 * size);
         let common = random(&mut rng);
-        let error = crossing.velocity(&scene.triangles, along, |_| common).distance(common);
+        let error =
+            crossing.velocity(&scene.triangles, along, &vec![common; scene.positions.len()]).distance(common);
         assert!(error < 1e-12 * (1.0 + size), "{error}");
     }
 }
