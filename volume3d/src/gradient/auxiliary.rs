@@ -200,9 +200,8 @@ impl<'s> Auxiliary<'s> {
         camera_moves: bool,
     ) -> Option<FilmWarp> {
         let kappa = self.paths.kernels.film;
-        let camera = &self.paths.scene.description.camera;
-        let ray = |p: DVec2| film.ray(camera, p);
-        let origin = camera.origin;
+        let ray = |p: DVec2| film.ray(p);
+        let origin = film.still.origin.value();
         match self.construction {
             Construction::JumpMean { film: radius, .. } => {
                 let reach = AngularSupport::new(radius * film.pixel_angle());
@@ -228,18 +227,18 @@ impl<'s> Auxiliary<'s> {
         camera_moves: bool,
     ) -> Option<FilmWarp> {
         let (scene, warp) = (self.paths.scene, self.warp);
-        let camera = &scene.description.camera;
+        let origin = film.still.origin.value();
         let bundle: Bundle<Plane> = self.warp.bundle(u, kappa, &mut self.rng);
         let sight = |direction: DVec3, hit: Option<Hit>| {
             let nearest = hit.map_or(NOWHERE, |h| {
                 let jumps = Jumps::Radiance;
-                nearest_jump(scene, &h, camera.origin, direction, jumps)
+                nearest_jump(scene, &h, origin, direction, jumps)
             });
-            let distance = film.scale(camera, direction) * nearest.angle;
+            let distance = film.scale(direction) * nearest.angle;
             let seen = FollowedPoint::by_ray(scene, hit, direction, 1.0);
             (seen.or_crossing(nearest, warp.falloff(distance, kappa)), distance)
         };
-        let stencil = self.weighted(bundle, kappa, camera.origin, None, camera_moves, ray, sight)?;
+        let stencil = self.weighted(bundle, kappa, origin, None, camera_moves, ray, sight)?;
         Some(FilmWarp::Rays(stencil))
     }
 

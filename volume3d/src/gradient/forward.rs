@@ -67,7 +67,7 @@ impl<const N: usize> Differential for Forward<'_, N> {
         let Some(auxiliary) = &mut self.auxiliary else { return still };
         let Some(warp) = auxiliary.on_film(&self.film, u, seen, moves) else { return still };
         let (scene, Tangent { positions, camera: change, .. }) = (self.scene, self.motion.change);
-        let field = warp.field(&self.film, &scene.description.camera, change, |seen| {
+        let field = warp.field(&self.film, change, |seen| {
             if seen.followed.is_nothing() {
                 return DVec3::ZERO;
             }

@@ -69,7 +69,7 @@ fn sample_cell(
         drawn.extend((first..samples.min(first + TOGETHER)).map(|sample| {
             let mut numbers = numbers(seed, (i, j), sample, samples, PATH);
             let u = film.point(i, j, numbers.pair());
-            (sample, u, film.ray(camera, u), numbers)
+            (sample, u, film.ray(u), numbers)
         }));
         directions.clear();
         directions.extend(drawn.iter().map(|&(_, _, direction, _)| direction));

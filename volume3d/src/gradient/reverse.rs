@@ -155,8 +155,7 @@ impl<'s, 't> Reverse<'s, 't> {
 
     fn scatter_film(&self, a: DVec2, b: f64, sums: &mut Accumulator) {
         let Some(warp) = &self.film_warp else { return };
-        let camera = &self.scene.description.camera;
-        warp.scatter(&self.film, camera, a, b, |seen, (relative, rotation, zoom)| {
+        warp.scatter(&self.film, a, b, |seen, (relative, rotation, zoom)| {
             let mut translation = DVec3::ZERO;
             if !seen.followed.is_nothing() {
                 self.scatter_hit(seen, relative / seen.distance, sums);

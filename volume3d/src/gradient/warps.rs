@@ -9,7 +9,6 @@ use super::followed::FollowedPoint;
 use super::jump_mean::JumpMean;
 use super::rigid_motion::RigidMotion;
 use crate::Sphere;
-use crate::scene::Camera;
 
 /// A warp of the directions at a bounce.
 #[derive(Clone, Debug)]
@@ -84,22 +83,21 @@ impl FilmWarp {
     pub(crate) fn field(
         &self,
         film: &FilmPlane,
-        camera: &Camera,
         change: &CameraTangent,
         mut relative: impl FnMut(&FollowedPoint) -> DVec3,
     ) -> Field<DVec2> {
-        let on_film = |seen: &FollowedPoint| film.velocity(camera, seen.direction).of(relative(seen), change);
+        let on_film = |seen: &FollowedPoint| film.velocity(seen.direction).of(relative(seen), change);
         match self {
             Self::Rays(stencil) => stencil.field(on_film),
             Self::Rigid(motion) => motion.field(on_film),
             Self::JumpMean(mean, direction) => {
                 let field = mean.field(|seen| {
-                    let zoom = film.zoom(camera, seen.direction) * change.field_of_view;
+                    let zoom = film.zoom(seen.direction) * change.field_of_view;
                     relative(seen) - change.rotation.cross(seen.direction) + zoom
                 });
-                let tilt = camera.forward.dot(field.value) / camera.forward.dot(*direction);
+                let tilt = film.forward().dot(field.value) / film.forward().dot(*direction);
                 Field {
-                    value: film.velocity(camera, *direction).across(field.value),
+                    value: film.velocity(*direction).across(field.value),
                     divergence: field.divergence - 3.0 * tilt,
                 }
             }
@@ -110,25 +108,23 @@ impl FilmWarp {
     pub(crate) fn scatter(
         &self,
         film: &FilmPlane,
-        camera: &Camera,
         a: DVec2,
         b: f64,
         mut add: impl FnMut(&FollowedPoint, Covectors),
     ) {
         match self {
             Self::Rays(stencil) => {
-                stencil
-                    .scatter(a, b, |seen, c| add(seen, film.velocity(camera, seen.direction).transpose(c)));
+                stencil.scatter(a, b, |seen, c| add(seen, film.velocity(seen.direction).transpose(c)));
             }
             Self::Rigid(motion) => {
-                motion.scatter(a, b, |seen, c| add(seen, film.velocity(camera, seen.direction).transpose(c)));
+                motion.scatter(a, b, |seen, c| add(seen, film.velocity(seen.direction).transpose(c)));
             }
             Self::JumpMean(mean, direction) => {
-                let (across, ..) = film.velocity(camera, *direction).transpose(a);
-                let tilt = camera.forward * (3.0 * b / camera.forward.dot(*direction));
+                let (across, ..) = film.velocity(*direction).transpose(a);
+                let tilt = film.forward() * (3.0 * b / film.forward().dot(*direction));
                 mean.scatter(across - tilt, b, |seen, c| {
                     let rotation = -seen.direction.cross(c);
-                    add(seen, (c, rotation, film.zoom(camera, seen.direction).dot(c)));
+                    add(seen, (c, rotation, film.zoom(seen.direction).dot(c)));
                 });
             }
         }

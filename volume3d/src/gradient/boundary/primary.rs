@@ -54,9 +54,8 @@ impl<'a> Primary<'a> {
     pub(super) fn new(paths: &'a Paths<'a>, list: &'a EdgeList, moving: &Moving) -> Self {
         let scene = paths.scene;
         let film = FilmPlane::new(scene);
-        let camera = &scene.description.camera;
         let mut primary =
-            Self { paths, film, frame: film.frame(camera), list, lines: vec![], table: Table::default() };
+            Self { paths, film, frame: film.still, list, lines: vec![], table: Table::default() };
         for (index, edge) in list.edges.iter().enumerate() {
             let moves = moving.camera || moving.has_any(edge.shapes);
             if moves && list.may_jump(scene, edge) {

@@ -44,7 +44,7 @@ pub(super) struct CameraSubpath<'v> {
 impl<'a> Sensor<'a> {
     pub(super) fn new(paths: &'a Paths<'a>) -> Self {
         let film = FilmPlane::new(paths.scene);
-        Self { paths, film, frame: film.frame(&paths.scene.description.camera) }
+        Self { paths, film, frame: film.still }
     }
 
     /// f cos θ_s/cos θ_g: reflection at a vertex as seen from `viewer`, of light that arrives from `towards`, by

@@ -176,10 +176,8 @@ impl Job<'_> {
 
     /// The still ray through a film point: its origin, its direction and what it hits.
     fn look(&self, u: DVec2) -> (DVec3, DVec3, Option<Hit>) {
-        let scene = self.paths.scene;
-        let camera = &scene.description.camera;
-        let ray = self.film.ray(camera, u);
-        (camera.origin, ray, scene.closest(camera.origin, ray, None))
+        let (origin, ray) = (self.film.still.origin.value(), self.film.ray(u));
+        (origin, ray, self.paths.scene.closest(origin, ray, None))
     }
 
     /// The mean of all paths along a ray to a hit, of which one has found `first`.
