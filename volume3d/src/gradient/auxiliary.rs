@@ -323,8 +323,7 @@ impl<'s> Auxiliary<'s> {
 
     /// The side of a triangle's plane on which the viewer is.
     fn front(&self, triangle: u32, viewer: DVec3) -> HalfSpace {
-        let scene = self.paths.scene;
-        let [point, ..] = scene.corners(triangle);
+        let [point, ..] = self.paths.scene.corners(triangle);
         let normal = self.upward(Surface::Triangle(triangle), viewer - point);
         // What touches a plane counts as before it, and what does so by the rounding of meshes in single precision as well:
         // 10⁻⁶ of the scene. Edges that are behind the plane are hidden, and do no harm.

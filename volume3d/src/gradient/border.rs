@@ -7,7 +7,7 @@ use super::differential::Differential;
 use crate::path::{BorderSample, Kernel, LightId, Paths};
 use crate::scene::Surface;
 
-/// ∮ f L (v_b − V)·ν over the border of a flat emitter as seen from `origin` on triangle `from`: its motion beyond that of
+/// ∮ f L (v_b − V)·ν over the border of a flat emitter as seen from `origin` on surface `from`: its motion beyond that of
 /// the warp, which need not know it. With it, silhouettes of what hides the emitter are all that the warp must follow, and
 /// its kernel may be as wide as the emitter.
 ///
