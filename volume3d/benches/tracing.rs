@@ -12,7 +12,7 @@ use flatland::warp::Domain;
 use glam::DVec3;
 use icosphere::icosphere;
 use volume3d::Sphere;
-use volume3d::geometry::{Accelerator, Ray};
+use volume3d::geometry::{Accelerator, Hit, Ray};
 
 /// Rays of a benchmark, enough to leave no trace of one round in the caches of the next.
 const RAYS: usize = 1 << 16;
@@ -104,7 +104,7 @@ fn bundles(c: &mut Criterion) {
                     (ray, (0..BUNDLE).map(draw).collect())
                 })
                 .collect();
-            let mut hits = Vec::new();
+            let mut hits: Vec<Option<Hit>> = Vec::new();
             group.bench_function(BenchmarkId::new("kappa", kappa), |b| {
                 b.iter(|| {
                     for (ray, directions) in &rays {

@@ -11,13 +11,13 @@ use super::followed::FollowedPoint;
 use super::jump_mean::{
     AngularSupport, Cone, Edge, HalfSpace, JumpMean, Pole, SceneEdges, Silhouettes, Subject, View, WIDEST,
 };
-use super::moving_bounds::MovingBounds;
+use super::motion::MovingBounds;
 use super::nearest_jump::{Jumps, Nearest, nearest_jump};
-use super::rigid_motion::{Rigid, RigidMotion, Warping};
+use super::rigid_motion::{Rigid, RigidMotion};
 use super::warps::{DirectionWarp, FilmField, FilmWarp};
 use crate::Sphere;
-use crate::geometry::Hit;
-use crate::path::{Kernel, Paths, SHORT, VisibilityDomain};
+use crate::path::{Kernel, Paths, VisibilityDomain};
+use crate::scene::{Hit, SHORT, Surface};
 
 /// Where the velocities that make a field come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,11 +83,11 @@ impl<'s> Auxiliary<'s> {
         self.rays
     }
 
-    /// The warp at direction ω as seen from x on a triangle; nothing where nothing seen can move.
+    /// The warp at direction ω as seen from x on a surface; nothing where nothing seen can move.
     pub(crate) fn on_sphere(
         &mut self,
         x: DVec3,
-        from: u32,
+        from: Surface,
         direction: DVec3,
         kernel: Kernel,
         x_moves: bool,
@@ -103,9 +103,9 @@ impl<'s> Auxiliary<'s> {
             // As for weights: what is below the horizon is inside a solid, and arbitrarily near.
             let keep =
                 |d: DVec3, distance| kernel.normal.dot(d) > 0.0 && counts(kernel.domain, x, d, distance);
-            let warping =
+            let motion =
                 self.follow::<Sphere>(x, Some(from), direction, kappa, candidates, x_moves, |d| d, keep);
-            return warping.map(DirectionWarp::Rays);
+            return motion.map(DirectionWarp::Rigid);
         }
         self.weighted_on_sphere(x, from, direction, kernel, x_moves)
     }
@@ -117,7 +117,7 @@ impl<'s> Auxiliary<'s> {
     fn weighted_on_sphere(
         &mut self,
         x: DVec3,
-        from: u32,
+        from: Surface,
         direction: DVec3,
         kernel: Kernel,
         x_moves: bool,
@@ -130,16 +130,14 @@ impl<'s> Auxiliary<'s> {
             VisibilityDomain::BeforePlane { shape, .. } => Jumps::Visibility { light: Some(shape) },
         };
         let bundle: Bundle<Sphere> = warp.bundle(direction, kappa, &mut self.rng);
-        let (face, rounding) = (self.upward(from, normal), self.paths.rounding());
+        let (face, rounding) = (self.upward(from, normal), scene.rounding());
         let sight = |direction: DVec3, hit: Option<Hit>| {
             let hit = hit.filter(|h| normal.dot(direction) > 0.0 && counts(domain, x, direction, h.distance));
-            let nearest =
-                hit.map_or(NOWHERE, |h| nearest_jump(scene, h.triangle, x, direction, h.distance, jumps));
+            let nearest = hit.map_or(NOWHERE, |h| nearest_jump(scene, &h, x, direction, jumps));
             // With shading normals rays may go below the face, and leave the solid at once through the next one: what
             // they see ends at the face's horizon.
             let height = face.dot(direction);
-            let own =
-                |h: Hit| scene.triangles[h.triangle as usize].shape == scene.triangles[from as usize].shape;
+            let own = |h: Hit| scene.shape_of(h.surface) == scene.shape_of(from);
             let below = height < 0.0 && hit.is_some_and(own);
             let distance = if below { nearest.angle.min(-height) } else { nearest.angle };
             let falloff = warp.falloff(distance, kappa);
@@ -151,7 +149,7 @@ impl<'s> Auxiliary<'s> {
             (FollowedPoint { horizon: ends_at_horizon.then_some(face), ..seen }, distance)
         };
         let stencil = self.weighted(bundle, kappa, x, Some(from), x_moves, |d| d, sight)?;
-        Some(DirectionWarp::Rays(Warping::Weighted(stencil)))
+        Some(DirectionWarp::Rays(stencil))
     }
 
     /// The stencil of a bundle of rays and those it asks for; nothing where none of the first may see anything that
@@ -165,7 +163,7 @@ impl<'s> Auxiliary<'s> {
         mut bundle: Bundle<D>,
         kappa: f64,
         origin: DVec3,
-        from: Option<u32>,
+        from: Option<Surface>,
         origin_moves: bool,
         ray: impl Fn(D::Vector) -> DVec3,
         sight: impl Fn(DVec3, Option<Hit>) -> (FollowedPoint, f64),
@@ -181,7 +179,7 @@ impl<'s> Auxiliary<'s> {
             matters.extend(fresh.iter().map(|&d| origin_moves || self.moving.may_be_hit(origin, d)));
             if matters.contains(&true) {
                 self.rays += self.directions.len() as u64;
-                self.paths.closest_bundle(origin, &self.directions, from, &mut self.hits);
+                self.paths.scene.closest_bundle(origin, &self.directions, from, &mut self.hits);
                 seen.extend(self.directions.iter().zip(&self.hits).map(|(&d, &hit)| sight(d, hit)));
             }
             let distances =
@@ -193,40 +191,35 @@ impl<'s> Auxiliary<'s> {
         matters.contains(&true).then(|| self.warp.stencil_of(bundle, kappa, seen))
     }
 
-    /// The warp at a point of the film, at which a triangle or nothing is seen; nothing where nothing seen can move.
+    /// The warp at a point of the film, at which a surface or nothing is seen; nothing where nothing seen can move.
     pub(crate) fn on_film(
         &mut self,
         film: &FilmPlane,
         u: DVec2,
-        triangle: Option<u32>,
+        seen: Option<Surface>,
         camera_moves: bool,
-    ) -> Option<FilmWarp<'s>> {
+    ) -> Option<FilmWarp> {
         let kappa = self.paths.kernels.film;
-        let camera = &self.paths.scene.description.camera;
-        let ray = |p: DVec2| film.ray(camera, p);
-        let origin = camera.origin;
+        let ray = |p: DVec2| film.ray(p);
+        let origin = film.still.origin.value();
         let field = match self.construction {
             Construction::JumpMean { film: radius, .. } => {
                 let reach = AngularSupport::new(radius * film.pixel_angle());
                 let direction = ray(u);
-                let mean = self.jump_mean_on_film(origin, direction, reach, triangle, camera_moves)?;
+                let mean = self.jump_mean_on_film(origin, direction, reach, seen, camera_moves)?;
                 FilmField::JumpMean(mean, direction)
             }
-            Construction::Followed { candidates } => FilmField::Rays(self.follow(
-                origin,
-                None,
-                u,
-                kappa,
-                candidates,
-                camera_moves,
-                ray,
-                |_, _| true,
-            )?),
+            Construction::Followed { candidates } => {
+                let everything = |_, _| true;
+                let motion =
+                    self.follow::<Plane>(origin, None, u, kappa, candidates, camera_moves, ray, everything);
+                FilmField::Rigid(motion?)
+            }
             Construction::Weighted => {
                 FilmField::Rays(self.weighted_on_film(film, u, kappa, ray, camera_moves)?)
             }
         };
-        Some(FilmWarp { field, film: *film, camera })
+        Some(FilmWarp { field, film: *film })
     }
 
     /// The same from rays around the film point u. On the film, where the filter is hardly wider than the kernel, velocities
@@ -238,21 +231,20 @@ impl<'s> Auxiliary<'s> {
         kappa: f64,
         ray: impl Fn(DVec2) -> DVec3,
         camera_moves: bool,
-    ) -> Option<Warping<Plane>> {
+    ) -> Option<Stencil<Plane, FollowedPoint>> {
         let (scene, warp) = (self.paths.scene, self.warp);
-        let camera = &scene.description.camera;
+        let origin = film.still.origin.value();
         let bundle: Bundle<Plane> = self.warp.bundle(u, kappa, &mut self.rng);
         let sight = |direction: DVec3, hit: Option<Hit>| {
             let nearest = hit.map_or(NOWHERE, |h| {
                 let jumps = Jumps::Radiance;
-                nearest_jump(scene, h.triangle, camera.origin, direction, h.distance, jumps)
+                nearest_jump(scene, &h, origin, direction, jumps)
             });
-            let distance = film.scale(camera, direction) * nearest.angle;
+            let distance = film.scale(direction) * nearest.angle;
             let seen = FollowedPoint::by_ray(scene, hit, direction, 1.0);
             (seen.or_crossing(nearest, warp.falloff(distance, kappa)), distance)
         };
-        let stencil = self.weighted(bundle, kappa, camera.origin, None, camera_moves, ray, sight)?;
-        Some(Warping::Weighted(stencil))
+        self.weighted(bundle, kappa, origin, None, camera_moves, ray, sight)
     }
 
     fn jump_mean_on_film(
@@ -260,7 +252,7 @@ impl<'s> Auxiliary<'s> {
         origin: DVec3,
         direction: DVec3,
         reach: AngularSupport,
-        triangle: Option<u32>,
+        seen: Option<Surface>,
         camera_moves: bool,
     ) -> Option<JumpMean> {
         if !camera_moves && !self.moving.may_be_near(origin, direction, reach) {
@@ -268,9 +260,10 @@ impl<'s> Auxiliary<'s> {
         }
         self.gather(origin, direction, reach)?;
         let (scene, tree) = (self.paths.scene, self.edges?);
+        let triangle = triangle(seen);
         let front = triangle.map(|t| self.front(tree.plane(t), origin));
         let subject = Subject::Radiance(triangle);
-        let view = View { origin, planes: front.as_slice(), subject, rounding: self.paths.rounding() };
+        let view = View { origin, planes: front.as_slice(), subject, rounding: self.paths.scene.rounding() };
         JumpMean::new(scene, tree, Silhouettes::Listed(&self.near.edges), &view, direction, reach)
     }
 
@@ -284,8 +277,13 @@ impl<'s> Auxiliary<'s> {
             // A cap that would be too wide is looked up for each direction.
             let margin = if reach.angle + FRAC_PI_2 * margin > WIDEST { 0.0 } else { margin };
             let wide = AngularSupport::new(reach.angle + FRAC_PI_2 * margin);
-            let cone =
-                Cone { origin, axis: direction, reach: wide, planes: &[], rounding: self.paths.rounding() };
+            let cone = Cone {
+                origin,
+                axis: direction,
+                reach: wide,
+                planes: &[],
+                rounding: self.paths.scene.rounding(),
+            };
             self.near.edges.clear();
             tree.for_each(&cone, |edge| self.near.edges.push((*edge, Pole::new(edge.places, origin))));
             (self.near.direction, self.near.margin) = (direction, margin);
@@ -305,49 +303,42 @@ impl<'s> Auxiliary<'s> {
             return None;
         }
         // What lies in the plane of the horizon is not above it.
-        let horizon = HalfSpace { normal: kernel.normal, point: x, slack: -self.paths.rounding() };
+        let horizon = HalfSpace { normal: kernel.normal, point: x, slack: -self.paths.scene.rounding() };
         let (scene, tree) = (self.paths.scene, self.edges?);
         let (subject, plane) = match kernel.domain {
             VisibilityDomain::Distant => (Subject::Cover, None),
             VisibilityDomain::Radiance => {
-                let front = kernel.triangle.map(|t| self.front(tree.plane(t), x));
-                (Subject::Radiance(kernel.triangle), front)
+                let triangle = triangle(kernel.surface);
+                let front = triangle.map(|t| self.front(tree.plane(t), x));
+                (Subject::Radiance(triangle), front)
             }
             VisibilityDomain::BeforePlane { normal, offset, shape } => {
                 // Hardly more than rounding: the border of the light's own back, a little behind it, moves with it, and
                 // a field that followed it would have to turn between it and what hides the border.
-                let slack = 1e4 * self.paths.rounding();
+                let slack = 1e4 * self.paths.scene.rounding();
                 let plane = HalfSpace { normal, point: offset * normal, slack };
                 (Subject::CoverOf(shape), Some(plane))
             }
         };
         let planes = [horizon, plane.unwrap_or(horizon)];
         let planes = &planes[..1 + usize::from(plane.is_some())];
-        let view = View { origin: x, planes, subject, rounding: self.paths.rounding() };
+        let view = View { origin: x, planes, subject, rounding: self.paths.scene.rounding() };
         JumpMean::new(scene, tree, Silhouettes::All, &view, direction, reach)
     }
 
     /// The side of a triangle's plane on which the viewer is.
     fn front(&self, triangle: u32, viewer: DVec3) -> HalfSpace {
-        let scene = self.paths.scene;
-        let [a, b, c] = scene.triangles[triangle as usize].positions.map(|i| scene.positions[i as usize]);
-        let normal = (b - a).cross(c - a).normalize_or_zero();
-        let normal = if normal.dot(viewer - a) < 0.0 { -normal } else { normal };
-        HalfSpace { normal, point: a, slack: self.contact() }
+        let [point, ..] = self.paths.scene.corners(triangle);
+        let normal = self.upward(Surface::Triangle(triangle), viewer - point);
+        // What touches a plane counts as before it, and what does so by the rounding of meshes in single precision as well:
+        // 10⁻⁶ of the scene. Edges that are behind the plane are hidden, and do no harm.
+        HalfSpace { normal, point, slack: 1e7 * self.paths.scene.rounding() }
     }
 
-    /// The unit normal of a triangle on the side of another normal.
-    fn upward(&self, triangle: u32, side: DVec3) -> DVec3 {
-        let scene = self.paths.scene;
-        let [a, b, c] = scene.triangles[triangle as usize].positions.map(|i| scene.positions[i as usize]);
-        let normal = (b - a).cross(c - a).normalize_or_zero();
+    /// The unit normal of a surface on the side of another vector.
+    fn upward(&self, surface: Surface, side: DVec3) -> DVec3 {
+        let normal = self.paths.scene.normal_of(surface);
         if normal.dot(side) < 0.0 { -normal } else { normal }
-    }
-
-    /// What touches a plane counts as before it, and what does so by the rounding of meshes in single precision as well:
-    /// 10⁻⁶ of the scene. Edges that are behind the plane are hidden, and do no harm.
-    fn contact(&self) -> f64 {
-        1e7 * self.paths.rounding()
     }
 
     /// The nearest of some points of a kernel around μ, which is drawn from the kernel around u: what is nearest
@@ -356,14 +347,14 @@ impl<'s> Auxiliary<'s> {
     fn follow<D: Rigid>(
         &mut self,
         origin: DVec3,
-        from: Option<u32>,
+        from: Option<Surface>,
         u: D::Vector,
         kappa: f64,
         candidates: usize,
         origin_moves: bool,
         ray: impl Fn(D::Vector) -> DVec3,
         keep: impl Fn(DVec3, f64) -> bool,
-    ) -> Option<Warping<D>> {
+    ) -> Option<RigidMotion<D>> {
         let mut draw = |at| {
             let xi = [open01(&mut self.rng), open01(&mut self.rng)];
             D::draw(at, kappa, 1.0, xi).point
@@ -380,17 +371,22 @@ impl<'s> Auxiliary<'s> {
         let (i, hit) = nearest.min_by(|a, b| a.1.distance.total_cmp(&b.1.distance))?;
         let seen = FollowedPoint::by_ray(self.paths.scene, Some(hit), self.directions[i], 1.0);
         let slope = D::project(u, centre - u) * kappa;
-        Some(Warping::Followed(RigidMotion { point: u, at: points[i], seen, slope }))
+        Some(RigidMotion { point: u, at: points[i], seen, slope })
     }
 
-    fn trace(&mut self, origin: DVec3, from: Option<u32>, origin_moves: bool) -> bool {
+    fn trace(&mut self, origin: DVec3, from: Option<Surface>, origin_moves: bool) -> bool {
         if !origin_moves && !self.directions.iter().any(|&d| self.moving.may_be_hit(origin, d)) {
             return false;
         }
         self.rays += self.directions.len() as u64;
-        self.paths.closest_bundle(origin, &self.directions, from, &mut self.hits);
+        self.paths.scene.closest_bundle(origin, &self.directions, from, &mut self.hits);
         true
     }
+}
+
+/// The triangle that is seen: jumps within a face are those of meshes.
+fn triangle(seen: Option<Surface>) -> Option<u32> {
+    seen.map(|Surface::Triangle(triangle)| triangle)
 }
 
 /// The nearest jump to a ray that leaves the scene.

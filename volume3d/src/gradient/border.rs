@@ -5,8 +5,9 @@ use flatland::random::open01;
 
 use super::differential::Differential;
 use crate::path::{BorderSample, Kernel, LightId, Paths};
+use crate::scene::Surface;
 
-/// ∮ f L (v_b − V)·ν over the border of a flat emitter as seen from `origin` on triangle `from`: its motion beyond that of
+/// ∮ f L (v_b − V)·ν over the border of a flat emitter as seen from `origin` on surface `from`: its motion beyond that of
 /// the warp, which need not know it. With it, silhouettes of what hides the emitter are all that the warp must follow, and
 /// its kernel may be as wide as the emitter.
 ///
@@ -15,7 +16,7 @@ pub(super) fn border<C: Differential>(
     calculus: &mut C,
     paths: &Paths<'_>,
     origin: Vec3<C::Number>,
-    from: u32,
+    from: Surface,
     shape: u32,
     kernel: impl FnOnce() -> Kernel,
 ) -> Option<BorderSample<C::Number>> {
@@ -26,7 +27,7 @@ pub(super) fn border<C: Differential>(
     let way = border.place - x;
     let distance = way.length();
     let direction = way / distance;
-    if kernel.normal.dot(direction) <= 0.0 || paths.shadowed(x, from, direction, distance) {
+    if kernel.normal.dot(direction) <= 0.0 || scene.shadowed(x, from, direction, distance) {
         return None;
     }
     let ends = border.ends.map(|i| calculus.position(i));

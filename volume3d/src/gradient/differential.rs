@@ -4,6 +4,7 @@ use flatland::random::Stream;
 use glam::DVec2;
 
 use crate::path::Calculus;
+use crate::scene::Surface;
 
 /// A point of the film u + ε V(u), and the Jacobian 1 + ε ∇·V(u) of the change of variables it belongs to.
 #[derive(Clone, Copy, Debug)]
@@ -15,8 +16,8 @@ pub(super) struct FilmPoint<T> {
 /// The calculus of a derivative, forward or in reverse. What a sample computes is written over it once, and the two modes
 /// differ in what they do with the numbers.
 pub(super) trait Differential: Calculus {
-    /// The warp at a point of the film, at which a triangle or nothing is seen.
-    fn film_warp(&mut self, u: DVec2, triangle: Option<u32>) -> FilmPoint<Self::Number>;
+    /// The warp at a point of the film, at which a surface or nothing is seen.
+    fn film_warp(&mut self, u: DVec2, seen: Option<Surface>) -> FilmPoint<Self::Number>;
 
     /// The random numbers of warps, if there are warps.
     fn rng(&mut self) -> Option<&mut Stream>;

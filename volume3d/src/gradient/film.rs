@@ -18,13 +18,15 @@ pub(crate) struct FilmPlane {
     corner: DVec2,
     centre: DVec2,
     filter: Filter,
-    /// Pixels a unit of tangent.
-    focal: f64,
+    /// The camera's frame as it stands.
+    pub(crate) still: Frame<f64>,
+    /// df/d(field of view), with f = (W/2)/tan(fov/2).
+    focal_rate: f64,
 }
 
 impl FilmPlane {
     pub(crate) fn new(scene: &Scene) -> Self {
-        let film = &scene.description.film;
+        let (film, camera) = (&scene.description.film, &scene.description.camera);
         let (columns, rows) = scene.size();
         let corner = film.crop.map_or(DVec2::ZERO, |c| DVec2::new(c.x as f64, c.y as f64));
         let radius: f64 = match film.filter {
@@ -32,6 +34,7 @@ impl FilmPlane {
             Filter::Tent { radius } => radius,
             Filter::Gaussian { deviation } => GAUSSIAN_CUT * deviation,
         };
+        let focal = focal_length(camera, film.width);
         Self {
             columns,
             rows,
@@ -40,7 +43,14 @@ impl FilmPlane {
             corner,
             centre: 0.5 * DVec2::new(film.width as f64, film.height as f64),
             filter: film.filter,
-            focal: focal_length(&scene.description.camera, film.width),
+            still: Frame {
+                origin: Vec3::constant(camera.origin),
+                right: Vec3::constant(camera.right),
+                up: Vec3::constant(camera.up),
+                forward: Vec3::constant(camera.forward),
+                focal,
+            },
+            focal_rate: focal_rate(focal, camera.field_of_view),
         }
     }
 
@@ -106,28 +116,18 @@ impl FilmPlane {
         }
     }
 
-    /// The frame of the camera as it stands.
-    pub(crate) fn frame(&self, camera: &Camera) -> Frame<f64> {
-        Frame {
-            origin: Vec3::constant(camera.origin),
-            right: Vec3::constant(camera.right),
-            up: Vec3::constant(camera.up),
-            forward: Vec3::constant(camera.forward),
-            focal: self.focal,
-        }
-    }
-
     /// The frame of the camera in numbers.
-    pub(crate) fn moving_frame<C: Calculus>(&self, camera: &Camera, calculus: &C) -> Frame<C::Number> {
+    pub(crate) fn moving_frame<C: Calculus>(&self, calculus: &C) -> Frame<C::Number> {
         let motion = calculus.camera();
-        let turned = |axis: DVec3| Vec3::turned(axis, motion.map(|m| m.rotation));
-        let (origin, focal) = (Vec3::constant(camera.origin), C::Number::constant(self.focal));
+        let Frame { origin, right, up, forward, focal } = self.still;
+        let turned = |axis: Vec3<f64>| Vec3::turned(axis.value(), motion.map(|m| m.rotation));
+        let (origin, focal) = (Vec3::constant(origin.value()), C::Number::constant(focal));
         Frame {
             origin: motion.map_or(origin, |m| origin + m.translation),
-            right: turned(camera.right),
-            up: turned(camera.up),
-            forward: turned(camera.forward),
-            focal: motion.map_or(focal, |m| focal + m.field_of_view * self.focal_rate(camera)),
+            right: turned(right),
+            up: turned(up),
+            forward: turned(forward),
+            focal: motion.map_or(focal, |m| focal + m.field_of_view * self.focal_rate),
         }
     }
 
@@ -139,25 +139,25 @@ impl FilmPlane {
     }
 
     /// The same of the camera as it stands.
-    pub(crate) fn ray(&self, camera: &Camera, u: DVec2) -> DVec3 {
-        self.direction(&self.frame(camera), [u.x, u.y]).value()
+    pub(crate) fn ray(&self, u: DVec2) -> DVec3 {
+        self.direction(&self.still, [u.x, u.y]).value()
     }
 
     /// The pixels a radian, at least, that a ray at angle θ to the camera's axis moves on the film: f/cos θ around the axis;
     /// towards it there are 1/cos θ times as many.
-    pub(crate) fn scale(&self, camera: &Camera, direction: DVec3) -> f64 {
-        self.focal / direction.dot(camera.forward)
+    pub(crate) fn scale(&self, direction: DVec3) -> f64 {
+        self.still.focal / direction.dot(self.forward())
     }
 
     /// The angle of a pixel at the centre of the film, in radians.
     pub(crate) fn pixel_angle(&self) -> f64 {
-        1.0 / self.focal
+        1.0 / self.still.focal
     }
 
     /// The velocity of a direction with that of the film point it is seen at, as the field of view grows.
-    pub(crate) fn zoom(&self, camera: &Camera, direction: DVec3) -> DVec3 {
-        let growth = self.focal_rate(camera) / self.focal;
-        let across = direction - camera.forward * direction.dot(camera.forward);
+    pub(crate) fn zoom(&self, direction: DVec3) -> DVec3 {
+        let (growth, forward) = (self.focal_rate / self.still.focal, self.forward());
+        let across = direction - forward * direction.dot(forward);
         (across - across.dot(direction) * direction) * growth
     }
 
@@ -188,19 +188,17 @@ impl FilmPlane {
     }
 
     /// How the film point at which a direction is seen moves with the direction.
-    pub(crate) fn jacobian(&self, camera: &Camera, direction: DVec3) -> FilmJacobian {
-        let depth = direction.dot(camera.forward);
-        let (a, b) = (direction.dot(camera.right) / depth, direction.dot(camera.up) / depth);
-        FilmJacobian([
-            (camera.right - a * camera.forward) * (self.focal / depth),
-            (b * camera.forward - camera.up) * (self.focal / depth),
-        ])
+    pub(crate) fn jacobian(&self, direction: DVec3) -> FilmJacobian {
+        let Frame { right, up, forward, focal, .. } = self.still;
+        let (right, up, forward) = (right.value(), up.value(), forward.value());
+        let depth = direction.dot(forward);
+        let (a, b) = (direction.dot(right) / depth, direction.dot(up) / depth);
+        FilmJacobian([(right - a * forward) * (focal / depth), (b * forward - up) * (focal / depth)])
     }
 
-    /// df/d(field of view), with f = (W/2)/tan(fov/2).
-    pub(crate) fn focal_rate(&self, camera: &Camera) -> f64 {
-        // d(1/tan(φ/2))/dφ = −1/(2 sin²(φ/2)) = −1/(tan(φ/2) sin φ)
-        -self.focal / camera.field_of_view.sin()
+    /// The camera's axis as it stands.
+    pub(crate) fn forward(&self) -> DVec3 {
+        self.still.forward.value()
     }
 }
 
@@ -225,6 +223,11 @@ const GAUSSIAN_CUT: f64 = 4.0;
 
 fn focal_length(camera: &Camera, width: usize) -> f64 {
     0.5 * width as f64 / (0.5 * camera.field_of_view).tan()
+}
+
+fn focal_rate(focal: f64, field_of_view: f64) -> f64 {
+    // d(1/tan(φ/2))/dφ = −1/(2 sin²(φ/2)) = −1/(tan(φ/2) sin φ)
+    -focal / field_of_view.sin()
 }
 
 /// The filter along one axis, with integral 1.

@@ -84,8 +84,8 @@ impl FiniteDifference {
             let [plus, minus] = std::array::from_fn(|side| {
                 let (paths, mut numbers) = (&paths[side], place.clone());
                 let camera = &paths.scene.description.camera;
-                let direction = films[side].ray(camera, u);
-                let hit = paths.closest(camera.origin, direction, None);
+                let direction = films[side].ray(u);
+                let hit = paths.scene.closest(camera.origin, direction, None);
                 paths.still_radiance(camera.origin, direction, hit, 1, &mut numbers)
             });
             let (mean, difference): (DVec3, DVec3) =

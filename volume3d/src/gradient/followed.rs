@@ -5,8 +5,7 @@ use glam::DVec3;
 
 use super::nearest_jump::Nearest;
 use crate::Sphere;
-use crate::geometry::Hit;
-use crate::scene::Scene;
+use crate::scene::{Hit, MaterialPoint, Scene};
 
 /// A point that a warp follows: what an auxiliary ray hit, or a point of a curve.
 #[derive(Clone, Copy, Debug)]
@@ -30,8 +29,8 @@ pub(crate) struct FollowedPoint {
 pub(crate) enum Followed {
     /// Nothing: a ray left the scene.
     Nothing,
-    /// Positions and their weights: the corners of a triangle, or the ends of an edge.
-    Corners([(u32, f64); 3]),
+    /// Matter.
+    Material(MaterialPoint),
     /// A crossing, and how far along it the point is.
     Crossing {
         /// Which.
@@ -44,10 +43,7 @@ pub(crate) enum Followed {
 impl FollowedPoint {
     /// What a ray hit, or did not.
     pub(crate) fn by_ray(scene: &Scene, hit: Option<Hit>, direction: DVec3, falloff: f64) -> Self {
-        let followed = hit.map_or(Followed::Nothing, |h| {
-            let corners = scene.triangles[h.triangle as usize].positions;
-            Followed::Corners(std::array::from_fn(|k| (corners[k], h.barycentric[k])))
-        });
+        let followed = hit.map_or(Followed::Nothing, |h| Followed::Material(scene.material_point(&h)));
         let distance = hit.map_or(f64::INFINITY, |h| h.distance);
         Self { followed, distance, direction, falloff, horizon: None }
     }
@@ -87,22 +83,22 @@ impl Followed {
         matches!(self, Self::Nothing)
     }
 
-    /// Its velocity, from those of positions.
-    pub(crate) fn velocity(&self, scene: &Scene, velocity: impl Fn(u32) -> DVec3) -> DVec3 {
+    /// Its velocity, from those of all positions.
+    pub(crate) fn velocity(&self, scene: &Scene, velocities: &[DVec3]) -> DVec3 {
         match self {
             Self::Nothing => DVec3::ZERO,
-            Self::Corners(corners) => corners.iter().map(|&(i, weight)| weight * velocity(i)).sum(),
+            Self::Material(point) => point.velocity(velocities),
             Self::Crossing { index, along } => {
-                scene.crossings().get(*index).velocity(&scene.triangles, *along, velocity)
+                scene.crossings().get(*index).velocity(&scene.triangles, *along, velocities)
             }
         }
     }
 
     /// The transpose: what a covector of its velocity gives to that of each position.
-    pub(crate) fn scatter(&self, scene: &Scene, covector: DVec3, mut add: impl FnMut(u32, DVec3)) {
+    pub(crate) fn scatter(&self, scene: &Scene, covector: DVec3, add: impl FnMut(u32, DVec3)) {
         match self {
             Self::Nothing => {}
-            Self::Corners(corners) => corners.iter().for_each(|&(i, weight)| add(i, weight * covector)),
+            Self::Material(point) => point.scatter(covector, add),
             Self::Crossing { index, along } => {
                 scene.crossings().get(*index).scatter(&scene.triangles, *along, covector, add);
             }

@@ -5,15 +5,14 @@ use flatland::random::Stream;
 use flatland::warp::LinearField as _;
 use glam::{DVec2, DVec3};
 
-use super::CameraTangent;
 use super::auxiliary::Auxiliary;
 use super::border::border;
 use super::differential::{Differential, FilmPoint};
 use super::film::FilmPlane;
-use super::followed::FollowedPoint;
 use super::motion::Motion;
+use super::{CameraTangent, Tangent};
 use crate::path::{BorderSample, Calculus, CameraMotion, Kernel, Warped};
-use crate::scene::Scene;
+use crate::scene::{Scene, Surface};
 
 /// Which part of a derivative a tangent is. With three lanes the terms are kept apart:
 ///
@@ -60,26 +59,19 @@ fn lane<const N: usize>(v: Vec3<Dual<N>>, lane: usize) -> DVec3 {
     DVec3::new(v.x.tangent[lane], v.y.tangent[lane], v.z.tangent[lane])
 }
 
-impl<const N: usize> Forward<'_, N> {
-    fn velocity(&self, seen: &FollowedPoint) -> DVec3 {
-        seen.followed.velocity(self.scene, |i| self.motion.change.positions[i as usize])
-    }
-}
-
 impl<const N: usize> Differential for Forward<'_, N> {
-    fn film_warp(&mut self, u: DVec2, triangle: Option<u32>) -> FilmPoint<Dual<N>> {
+    fn film_warp(&mut self, u: DVec2, seen: Option<Surface>) -> FilmPoint<Dual<N>> {
         let still =
             FilmPoint { at: [Dual::constant(u.x), Dual::constant(u.y)], jacobian: Dual::constant(1.0) };
         let moves = self.motion.camera_moves;
         let Some(auxiliary) = &mut self.auxiliary else { return still };
-        let Some(warp) = auxiliary.on_film(&self.film, u, triangle, moves) else { return still };
-        let change = &self.motion.change.camera;
+        let Some(warp) = auxiliary.on_film(&self.film, u, seen, moves) else { return still };
+        let (scene, Tangent { positions, camera: change, .. }) = (self.scene, self.motion.change);
         let field = warp.field(|seen| {
-            let nothing = seen.followed.is_nothing();
-            let relative = if nothing {
+            let relative = if seen.followed.is_nothing() {
                 DVec3::ZERO
             } else {
-                (self.velocity(seen) - change.translation) / seen.distance
+                (seen.followed.velocity(scene, positions) - change.translation) / seen.distance
             };
             warp.apparent(seen.direction, relative, change)
         });
@@ -162,7 +154,7 @@ impl<const N: usize> Calculus for Forward<'_, N> {
     fn border(
         &mut self,
         origin: Vec3<Dual<N>>,
-        from: u32,
+        from: Surface,
         shape: u32,
         kernel: impl FnOnce() -> Kernel,
     ) -> Option<BorderSample<Dual<N>>> {
@@ -179,7 +171,7 @@ impl<const N: usize> Calculus for Forward<'_, N> {
     fn warp(
         &mut self,
         origin: Vec3<Dual<N>>,
-        from: u32,
+        from: Surface,
         direction: DVec3,
         kernel: Kernel,
     ) -> Warped<Dual<N>> {
@@ -187,8 +179,9 @@ impl<const N: usize> Calculus for Forward<'_, N> {
         let rates: [DVec3; N] = std::array::from_fn(|l| lane(origin, l));
         let moves = rates.iter().any(|r| *r != DVec3::ZERO);
         let Some(auxiliary) = &mut self.auxiliary else { return still };
-        let stencil = auxiliary.on_sphere(origin.value(), from, direction, kernel, moves);
-        let Some(stencil) = stencil else { return still };
+        let warp = auxiliary.on_sphere(origin.value(), from, direction, kernel, moves);
+        let Some(warp) = warp else { return still };
+        let (scene, positions) = (self.scene, &self.motion.change.positions);
         let mut warped = still;
         for l in 0..N {
             // The interior lane is not warped; one lane alone holds all.
@@ -202,11 +195,11 @@ impl<const N: usize> Calculus for Forward<'_, N> {
             if !material && origin_rate == DVec3::ZERO {
                 continue;
             }
-            let field = stencil.field(|seen| {
+            let field = warp.field(|seen| {
                 if seen.followed.is_nothing() {
                     return DVec3::ZERO;
                 }
-                let velocity = if material { self.velocity(seen) } else { DVec3::ZERO };
+                let velocity = if material { seen.followed.velocity(scene, positions) } else { DVec3::ZERO };
                 seen.angular(velocity - origin_rate)
             });
             warped.direction.x.tangent[l] = field.value.x;
@@ -214,7 +207,6 @@ impl<const N: usize> Calculus for Forward<'_, N> {
             warped.direction.z.tangent[l] = field.value.z;
             warped.jacobian.tangent[l] = field.divergence;
         }
-
         warped
     }
 }

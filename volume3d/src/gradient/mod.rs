@@ -36,7 +36,6 @@ mod forward;
 mod groups;
 mod jump_mean;
 mod motion;
-mod moving_bounds;
 mod nearest_jump;
 mod non_finite;
 mod parts;

@@ -1,9 +1,9 @@
-//! A change made ready: the rates of what follows from parameters, and what moves at all.
+//! A change made ready: the rates of what follows from parameters, and what moves at all, and where.
 
 use glam::DVec3;
 
 use super::Tangent;
-use super::moving_bounds::MovingBounds;
+use super::jump_mean::AngularSupport;
 use crate::scene::Scene;
 
 /// A change and what follows from it.
@@ -28,5 +28,65 @@ impl<'c> Motion<'c> {
         let bounds = MovingBounds::new(scene, &moves);
         let camera_moves = change.camera != super::CameraTangent::default();
         Self { change, normals, moves, bounds, camera_moves }
+    }
+}
+
+/// Boxes around everything that moves. A bundle that misses them all sees no motion, and need not be traced if
+/// its origin stands still.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct MovingBounds {
+    boxes: Vec<(DVec3, DVec3)>,
+}
+
+/// More boxes than this are one box.
+const MOST_BOXES: usize = 8;
+
+impl MovingBounds {
+    /// Of the shapes that move.
+    pub(crate) fn new(scene: &Scene, moves: &[bool]) -> Self {
+        let mut boxes: Vec<(DVec3, DVec3)> = vec![];
+        for shape in (0..moves.len()).filter(|&s| moves[s]) {
+            let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+            for p in &scene.positions[scene.position_range(shape)] {
+                (low, high) = (low.min(*p), high.max(*p));
+            }
+            if low.x <= high.x {
+                // The slab test's own rounding must not lose a ray.
+                let margin =
+                    1e-9 * (high - low).max_element() + 1e-12 * high.abs().max(low.abs()).max_element();
+                boxes.push((low - margin, high + margin));
+            }
+        }
+        if boxes.len() > MOST_BOXES {
+            let all = boxes
+                .iter()
+                .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), b| (l.min(b.0), h.max(b.1)));
+            boxes = vec![all];
+        }
+        Self { boxes }
+    }
+
+    /// Whether anything that moves may be seen within the reach of a direction.
+    pub(crate) fn may_be_near(&self, origin: DVec3, direction: DVec3, reach: AngularSupport) -> bool {
+        self.boxes.iter().any(|&(low, high)| {
+            let way = 0.5 * (low + high) - origin;
+            let (distance, radius) = (way.length(), 0.5 * (high - low).length());
+            if distance <= radius {
+                return true;
+            }
+            let sine = radius / distance;
+            let cosine = (1.0 - sine * sine).sqrt();
+            way.dot(direction) >= (reach.cosine * cosine - reach.sine * sine) * distance
+        })
+    }
+
+    pub(crate) fn may_be_hit(&self, origin: DVec3, direction: DVec3) -> bool {
+        let inverse = direction.recip();
+        self.boxes.iter().any(|&(low, high)| {
+            let (a, b) = ((low - origin) * inverse, (high - origin) * inverse);
+            // NaN arises where a ray runs within a face of the box: max and min then drop it.
+            let (near, far) = (a.min(b), a.max(b));
+            near.x.max(near.y).max(near.z).max(0.0) <= far.x.min(far.y).min(far.z)
+        })
     }
 }

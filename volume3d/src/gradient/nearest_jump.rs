@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::scene::{Beyond, Scene};
+use crate::scene::{Beyond, Hit, Scene, Surface};
 
 /// What must not jump within a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,21 +33,20 @@ pub(crate) struct Nearest {
 /// the surface's smallest radius of curvature r: r c²/(2 t). Crossings are looked at one by one.
 pub(crate) fn nearest_jump(
     scene: &Scene,
-    triangle: u32,
+    hit: &Hit,
     origin: DVec3,
     direction: DVec3,
-    distance: f64,
     jumps: Jumps,
 ) -> Nearest {
-    let corners = scene.triangles[triangle as usize].positions;
-    let p = corners.map(|i| scene.positions[i as usize] - origin);
+    let Surface::Triangle(triangle) = hit.surface;
+    let p = scene.corners(triangle).map(|p| p - origin);
     let normal = (p[1] - p[0]).cross(p[2] - p[0]);
     let facing = normal.dot(p[0]);
     let radius = scene.adjacency.radius(triangle);
     let mut nearest = f64::INFINITY;
     if radius.is_finite() {
         let cosine_squared = normal.dot(direction).powi(2) / normal.length_squared();
-        nearest = 0.5 * radius * cosine_squared / distance;
+        nearest = 0.5 * radius * cosine_squared / hit.distance;
     }
     for (k, beyond) in scene.adjacency.beyond(triangle).into_iter().enumerate() {
         let jumps_here = match beyond {
@@ -97,6 +96,6 @@ fn angle_to([p, q]: [DVec3; 2], direction: DVec3, limit: f64) -> (f64, f64) {
 
 /// Positive where a point is behind a triangle, negative where it is before it.
 fn facing_of(scene: &Scene, triangle: u32, origin: DVec3) -> f64 {
-    let [a, b, c] = scene.triangles[triangle as usize].positions.map(|i| scene.positions[i as usize]);
+    let [a, b, c] = scene.corners(triangle);
     (b - a).cross(c - a).dot(a - origin)
 }

@@ -69,11 +69,11 @@ fn sample_cell(
         drawn.extend((first..samples.min(first + TOGETHER)).map(|sample| {
             let mut numbers = numbers(seed, (i, j), sample, samples, PATH);
             let u = film.point(i, j, numbers.pair());
-            (sample, u, film.ray(camera, u), numbers)
+            (sample, u, film.ray(u), numbers)
         }));
         directions.clear();
         directions.extend(drawn.iter().map(|&(_, _, direction, _)| direction));
-        paths.closest_bundle(camera.origin, &directions, None, &mut hits);
+        paths.scene.closest_bundle(camera.origin, &directions, None, &mut hits);
         for (&mut (sample, u, direction, ref mut numbers), &hit) in drawn.iter_mut().zip(&hits) {
             let radiance = paths.still_radiance(camera.origin, direction, hit, 1, numbers);
             if !radiance.is_finite() {

@@ -15,7 +15,7 @@ use super::followed::FollowedPoint;
 use super::rows::Rows;
 use super::warps::{DirectionWarp, FilmWarp};
 use crate::path::{BorderSample, Calculus, CameraMotion, Kernel, Warped};
-use crate::scene::Scene;
+use crate::scene::{Scene, Surface};
 
 /// What the inputs of a tape are.
 #[derive(Clone, Copy, Debug)]
@@ -36,7 +36,7 @@ pub(crate) type Recorded<'t> = Variable<'t, Input>;
 /// A warp at a bounce.
 #[derive(Debug)]
 struct BounceWarp<'t> {
-    warping: DirectionWarp,
+    warp: DirectionWarp,
     origin: Vec3<Recorded<'t>>,
 }
 
@@ -72,7 +72,7 @@ pub(crate) struct Reverse<'s, 't> {
     pub(crate) tape: &'t Tape<Input>,
     auxiliary: Option<&'t mut Auxiliary<'s>>,
     pub(crate) film: FilmPlane,
-    film_warp: Option<FilmWarp<'s>>,
+    film_warp: Option<FilmWarp>,
     warps: Vec<BounceWarp<'t>>,
     /// Whether all warps on the tape have finite coefficients.
     finite: bool,
@@ -138,8 +138,8 @@ impl<'s, 't> Reverse<'s, 't> {
             Input::Camera => self.scatter_camera(vector(), DVec3::from_slice(&a[3..]), a[6], sums),
             Input::FilmWarp => self.scatter_film(DVec2::new(a[0], a[1]), a[2], sums),
             Input::Warp(record) => {
-                let BounceWarp { warping, origin } = &self.warps[record as usize];
-                warping.scatter(vector(), a[3], |seen, covector| {
+                let BounceWarp { warp, origin } = &self.warps[record as usize];
+                warp.scatter(vector(), a[3], |seen, covector| {
                     if seen.followed.is_nothing() {
                         return;
                     }
@@ -183,12 +183,12 @@ impl<'s, 't> Reverse<'s, 't> {
 }
 
 impl<'t> Differential for Reverse<'_, 't> {
-    fn film_warp(&mut self, u: DVec2, triangle: Option<u32>) -> FilmPoint<Recorded<'t>> {
+    fn film_warp(&mut self, u: DVec2, seen: Option<Surface>) -> FilmPoint<Recorded<'t>> {
         let constant = Recorded::constant;
         let still = FilmPoint { at: [constant(u.x), constant(u.y)], jacobian: constant(1.0) };
         let moves = self.inputs.active.camera;
         let Some(auxiliary) = &mut self.auxiliary else { return still };
-        let Some(warp) = auxiliary.on_film(&self.film, u, triangle, moves) else { return still };
+        let Some(warp) = auxiliary.on_film(&self.film, u, seen, moves) else { return still };
         self.finite &= warp.is_finite();
         self.film_warp = Some(warp);
         let [x, y, jacobian] = self.tape.inputs(Input::FilmWarp, [u.x, u.y, 1.0]);
@@ -264,7 +264,7 @@ impl<'t> Calculus for Reverse<'_, 't> {
     fn border(
         &mut self,
         origin: Vec3<Recorded<'t>>,
-        from: u32,
+        from: Surface,
         shape: u32,
         kernel: impl FnOnce() -> Kernel,
     ) -> Option<BorderSample<Recorded<'t>>> {
@@ -275,17 +275,17 @@ impl<'t> Calculus for Reverse<'_, 't> {
     fn warp(
         &mut self,
         origin: Vec3<Recorded<'t>>,
-        from: u32,
+        from: Surface,
         direction: DVec3,
         kernel: Kernel,
     ) -> Warped<Recorded<'t>> {
         let constant = || Warped { direction: Vec3::constant(direction), jacobian: Recorded::constant(1.0) };
         let Some(auxiliary) = &mut self.auxiliary else { return constant() };
         let moves = [origin.x, origin.y, origin.z].iter().any(|x| !x.is_still());
-        let stencil = auxiliary.on_sphere(origin.value(), from, direction, kernel, moves);
-        let Some(stencil) = stencil else { return constant() };
-        self.finite &= stencil.is_finite();
-        self.warps.push(BounceWarp { warping: stencil, origin });
+        let warp = auxiliary.on_sphere(origin.value(), from, direction, kernel, moves);
+        let Some(warp) = warp else { return constant() };
+        self.finite &= warp.is_finite();
+        self.warps.push(BounceWarp { warp, origin });
         let id = Input::Warp(self.warps.len() as u32 - 1);
         let [x, y, z, jacobian] = self.tape.inputs(id, [direction.x, direction.y, direction.z, 1.0]);
         Warped { direction: Vec3::new(x, y, z), jacobian }

@@ -1,6 +1,6 @@
 //! One rigid motion per kernel (Loubet, Holzschuch and Jakob 2019).
 
-use flatland::warp::{Domain, Field, LinearField, Plane, Stencil, Vector as _};
+use flatland::warp::{Domain, Field, LinearField, Plane, Vector as _};
 use glam::{DVec2, DVec3};
 
 use super::followed::FollowedPoint;
@@ -51,39 +51,20 @@ pub(crate) struct RigidMotion<D: Domain> {
     pub(crate) slope: D::Vector,
 }
 
-/// The warp at a point, however it was constructed: linear in the velocities of what was seen.
-#[derive(Clone, Debug)]
-pub(crate) enum Warping<D: Domain> {
-    /// The mean of velocities, weighted with regard to boundaries.
-    Weighted(Stencil<D, FollowedPoint>),
-    /// One rigid motion.
-    Followed(RigidMotion<D>),
-}
-
-impl<D: Rigid> LinearField for Warping<D> {
+impl<D: Rigid> LinearField for RigidMotion<D> {
     type Vector = D::Vector;
     type Source = FollowedPoint;
     type Rate = D::Vector;
 
-    /// From the velocity of each hit.
+    /// From the velocity of the point that is followed.
     fn field(&self, mut velocity: impl FnMut(&FollowedPoint) -> D::Vector) -> Field<D::Vector> {
-        match self {
-            Self::Weighted(stencil) => stencil.field(velocity),
-            Self::Followed(RigidMotion { point, at, seen, slope }) => {
-                let value = D::carry(*point, *at, velocity(seen));
-                Field { value, divergence: slope.dot(value) }
-            }
-        }
+        let value = D::carry(self.point, self.at, velocity(&self.seen));
+        Field { value, divergence: self.slope.dot(value) }
     }
 
-    /// The transpose: hands each hit its covector in a·V + b ∇·V.
+    /// The transpose: hands the point its covector in a·V + b ∇·V.
     fn scatter(&self, a: D::Vector, b: f64, mut add: impl FnMut(&FollowedPoint, D::Vector)) {
-        match self {
-            Self::Weighted(stencil) => stencil.scatter(a, b, add),
-            Self::Followed(RigidMotion { point, at, seen, slope }) => {
-                add(seen, D::carry_back(*point, *at, a + *slope * b));
-            }
-        }
+        add(&self.seen, D::carry_back(self.point, self.at, a + self.slope * b));
     }
 }
 

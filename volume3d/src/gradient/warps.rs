@@ -1,21 +1,22 @@
 //! The warps of directions and of the film, whatever their fields are made of.
 
-use flatland::warp::{Field, LinearField, Plane};
+use flatland::warp::{Field, LinearField, Plane, Stencil};
 use glam::{DVec2, DVec3};
 
 use super::CameraTangent;
 use super::film::FilmPlane;
 use super::followed::FollowedPoint;
 use super::jump_mean::JumpMean;
-use super::rigid_motion::Warping;
+use super::rigid_motion::RigidMotion;
 use crate::Sphere;
-use crate::scene::Camera;
 
 /// A warp of the directions at a bounce.
 #[derive(Clone, Debug)]
 pub(crate) enum DirectionWarp {
-    /// From what auxiliary rays see.
-    Rays(Warping<Sphere>),
+    /// The mean of what auxiliary rays see.
+    Rays(Stencil<Sphere, FollowedPoint>),
+    /// One rigid motion.
+    Rigid(RigidMotion<Sphere>),
     /// From the edges near by.
     JumpMean(JumpMean),
 }
@@ -24,7 +25,7 @@ impl DirectionWarp {
     /// Whether its coefficients are finite.
     pub(crate) fn is_finite(&self) -> bool {
         match self {
-            Self::Rays(_) => true,
+            Self::Rays(_) | Self::Rigid(_) => true,
             Self::JumpMean(mean) => mean.is_finite(),
         }
     }
@@ -38,7 +39,8 @@ impl LinearField for DirectionWarp {
     /// The field, from the angular velocity of each point that is followed.
     fn field(&self, velocity: impl FnMut(&FollowedPoint) -> DVec3) -> Field<DVec3> {
         match self {
-            Self::Rays(warping) => warping.field(velocity),
+            Self::Rays(stencil) => stencil.field(velocity),
+            Self::Rigid(motion) => motion.field(velocity),
             Self::JumpMean(mean) => mean.field(velocity),
         }
     }
@@ -46,7 +48,8 @@ impl LinearField for DirectionWarp {
     /// The transpose: hands each point its covector in a·V + b ∇·V.
     fn scatter(&self, a: DVec3, b: f64, add: impl FnMut(&FollowedPoint, DVec3)) {
         match self {
-            Self::Rays(warping) => warping.scatter(a, b, add),
+            Self::Rays(stencil) => stencil.scatter(a, b, add),
+            Self::Rigid(motion) => motion.scatter(a, b, add),
             Self::JumpMean(mean) => mean.scatter(a, b, add),
         }
     }
@@ -56,27 +59,28 @@ impl LinearField for DirectionWarp {
 ///
 /// It is linear in the apparent velocities of what is followed: of the directions in which the camera sees it.
 #[derive(Clone, Debug)]
-pub(crate) struct FilmWarp<'s> {
+pub(crate) struct FilmWarp {
     pub(crate) field: FilmField,
     pub(crate) film: FilmPlane,
-    pub(crate) camera: &'s Camera,
 }
 
 /// What a warp of film points is made from.
 #[derive(Clone, Debug)]
 pub(crate) enum FilmField {
-    /// From what auxiliary rays see.
-    Rays(Warping<Plane>),
+    /// The mean of what auxiliary rays see.
+    Rays(Stencil<Plane, FollowedPoint>),
+    /// One rigid motion.
+    Rigid(RigidMotion<Plane>),
     /// From the edges near a direction. With j ∝ 1/cos³ θ the area of the film a steradian, ∇·V on the film is
     /// ∇·(j V)/j on directions.
     JumpMean(JumpMean, DVec3),
 }
 
-impl FilmWarp<'_> {
+impl FilmWarp {
     /// Whether its coefficients are finite.
     pub(crate) fn is_finite(&self) -> bool {
         match &self.field {
-            FilmField::Rays(_) => true,
+            FilmField::Rays(_) | FilmField::Rigid(_) => true,
             FilmField::JumpMean(mean, _) => mean.is_finite(),
         }
     }
@@ -84,45 +88,45 @@ impl FilmWarp<'_> {
     /// The apparent velocity of a point seen along a direction: (ẋ − ȯ)/distance, which is given, less what the camera's
     /// own rotation and zoom make of the direction.
     pub(crate) fn apparent(&self, direction: DVec3, relative: DVec3, camera: &CameraTangent) -> DVec3 {
-        relative - camera.rotation.cross(direction)
-            + self.film.zoom(self.camera, direction) * camera.field_of_view
+        relative - camera.rotation.cross(direction) + self.film.zoom(direction) * camera.field_of_view
     }
 
     /// The transpose: what a covector of the apparent velocity gives to the rates of rotation and field of view.
     pub(crate) fn apparent_transpose(&self, direction: DVec3, covector: DVec3) -> (DVec3, f64) {
-        (-direction.cross(covector), self.film.zoom(self.camera, direction).dot(covector))
+        (-direction.cross(covector), self.film.zoom(direction).dot(covector))
     }
 }
 
-impl LinearField for FilmWarp<'_> {
+impl LinearField for FilmWarp {
     type Vector = DVec2;
     type Source = FollowedPoint;
     type Rate = DVec3;
 
     /// The field, from the apparent velocity of each point that is followed.
     fn field(&self, mut velocity: impl FnMut(&FollowedPoint) -> DVec3) -> Field<DVec2> {
-        let jacobian = |direction| self.film.jacobian(self.camera, direction);
+        let film = &self.film;
+        let on_film = |seen: &FollowedPoint| film.jacobian(seen.direction).apply(velocity(seen));
         match &self.field {
-            FilmField::Rays(warping) => warping.field(|seen| jacobian(seen.direction).apply(velocity(seen))),
+            FilmField::Rays(stencil) => stencil.field(on_film),
+            FilmField::Rigid(motion) => motion.field(on_film),
             FilmField::JumpMean(mean, direction) => {
                 let Field { value, divergence } = mean.field(velocity);
-                let forward = self.camera.forward;
-                let tilt = forward.dot(value) / forward.dot(*direction);
-                Field { value: jacobian(*direction).apply(value), divergence: divergence - 3.0 * tilt }
+                let tilt = film.forward().dot(value) / film.forward().dot(*direction);
+                Field { value: film.jacobian(*direction).apply(value), divergence: divergence - 3.0 * tilt }
             }
         }
     }
 
     /// The transpose: hands each point its covector in a·V + b ∇·V.
     fn scatter(&self, a: DVec2, b: f64, mut add: impl FnMut(&FollowedPoint, DVec3)) {
-        let jacobian = |direction| self.film.jacobian(self.camera, direction);
+        let film = &self.film;
+        let on_film = |seen: &FollowedPoint, c| add(seen, film.jacobian(seen.direction).transpose(c));
         match &self.field {
-            FilmField::Rays(warping) => {
-                warping.scatter(a, b, |seen, c| add(seen, jacobian(seen.direction).transpose(c)));
-            }
+            FilmField::Rays(stencil) => stencil.scatter(a, b, on_film),
+            FilmField::Rigid(motion) => motion.scatter(a, b, on_film),
             FilmField::JumpMean(mean, direction) => {
-                let tilt = self.camera.forward * (3.0 * b / self.camera.forward.dot(*direction));
-                mean.scatter(jacobian(*direction).transpose(a) - tilt, b, add);
+                let tilt = film.forward() * (3.0 * b / film.forward().dot(*direction));
+                mean.scatter(film.jacobian(*direction).transpose(a) - tilt, b, add);
             }
         }
     }

@@ -3,6 +3,8 @@
 use flatland::calculus::{Number, Rgb, Vec3};
 use glam::DVec3;
 
+use crate::scene::Surface;
+
 /// A camera's frame in numbers, and its focal length in pixels.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame<T> {
@@ -50,7 +52,7 @@ pub(crate) struct Kernel {
     /// followed: inside a solid, near its edges, it is arbitrarily near and moves arbitrarily fast.
     pub(crate) normal: DVec3,
     /// What is seen along the direction itself.
-    pub(crate) triangle: Option<u32>,
+    pub(crate) surface: Option<Surface>,
 }
 
 /// Which jumps the integrand has.
@@ -73,6 +75,10 @@ pub(crate) enum VisibilityDomain {
 }
 
 /// The parameters of a scene as numbers, and the warp of directions that goes with them.
+///
+/// [`warp`](Self::warp) and [`border`](Self::border) are calls to whoever differentiates, where data would not do: dual
+/// numbers apply a warp's linear form to velocities at once, a tape keeps it for its sweep, and the path goes on with the
+/// numbers that come of it. Plain numbers answer both with constants, so that an image pays nothing for them.
 pub(crate) trait Calculus {
     /// What is computed with.
     type Number: Number;
@@ -114,21 +120,21 @@ pub(crate) trait Calculus {
     /// parameter.
     fn wants_black(&self, material: usize) -> bool;
 
-    /// A point of the border of a flat emitter that next-event estimation has chosen, as seen from `origin` on triangle
+    /// A point of the border of a flat emitter that next-event estimation has chosen, as seen from `origin` on surface
     /// `from`, with the kernel of the emitter's light. Nothing if there are no derivatives.
     fn border(
         &mut self,
         origin: Vec3<Self::Number>,
-        from: u32,
+        from: Surface,
         shape: u32,
         kernel: impl FnOnce() -> Kernel,
     ) -> Option<BorderSample<Self::Number>>;
 
-    /// The warp at direction ω as seen from `origin` on triangle `from`.
+    /// The warp at direction ω as seen from `origin` on surface `from`.
     fn warp(
         &mut self,
         origin: Vec3<Self::Number>,
-        from: u32,
+        from: Surface,
         direction: DVec3,
         kernel: Kernel,
     ) -> Warped<Self::Number>;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::geometry::Edges;
-use crate::scene::Scene;
+use crate::scene::{Scene, Surface};
 
 /// The triangles of an emitting shape, and a sphere around them.
 #[derive(Clone, Debug)]
@@ -44,9 +44,9 @@ pub(crate) struct BorderPoint {
     pub(crate) whole: f64,
 }
 
-/// The front of a triangle at one of its points.
+/// The front of a surface at one of its points.
 pub(super) struct Spot {
-    pub(super) triangle: u32,
+    pub(super) surface: Surface,
     pub(super) point: DVec3,
     pub(super) normal: DVec3,
 }
@@ -57,8 +57,8 @@ impl Area {
         let mut sum = 0.0;
         let mut cumulative = vec![];
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for triangle in &scene.triangles[first as usize..end as usize] {
-            let [a, b, c] = triangle.positions.map(|i| scene.positions[i as usize]);
+        for triangle in first..end {
+            let [a, b, c] = scene.corners(triangle);
             sum += 0.5 * (b - a).cross(c - a).length();
             cumulative.push(sum);
             for p in [a, b, c] {
@@ -85,12 +85,13 @@ impl Area {
         let target = choice * self.whole();
         let i = self.cumulative.partition_point(|&c| c <= target).min(self.cumulative.len() - 1);
         let triangle = self.first_triangle + i as u32;
-        let [p, q, r] = scene.triangles[triangle as usize].positions.map(|i| scene.positions[i as usize]);
+        let [p, q, r] = scene.corners(triangle);
+        let surface = Surface::Triangle(triangle);
         let root = a.sqrt();
         Spot {
-            triangle,
+            surface,
             point: p + (q - p) * (root * (1.0 - b)) + (r - p) * (root * b),
-            normal: face_normal(scene, triangle),
+            normal: scene.normal_of(surface),
         }
     }
 }
@@ -99,8 +100,9 @@ impl Border {
     /// Of triangles that all lie in one plane, face the same way, and do not overlap in more than edges.
     fn new(scene: &Scene, triangles: std::ops::Range<usize>) -> Option<Self> {
         let first = triangles.start as u32;
-        let normal = face_normal(scene, first);
-        let corner = scene.positions[scene.triangles[triangles.start].positions[0] as usize];
+        let face_normal = |t: u32| scene.normal_of(Surface::Triangle(t));
+        let normal = face_normal(first);
+        let [corner, ..] = scene.corners(first);
         let offset = normal.dot(corner);
         for t in triangles.clone() {
             let corners = scene.triangles[t].positions;
@@ -108,7 +110,7 @@ impl Border {
                 let p = scene.positions[i as usize];
                 (normal.dot(p) - offset).abs() > FLAT * (p - corner).length().max(corner.length())
             };
-            if corners.into_iter().any(height) || (face_normal(scene, t as u32) - normal).length() > FLAT {
+            if corners.into_iter().any(height) || (face_normal(t as u32) - normal).length() > FLAT {
                 return None;
             }
         }
@@ -146,9 +148,3 @@ impl Border {
 
 /// How far, relatively, corners of a flat emitter may be from its plane.
 const FLAT: f64 = 1e-12;
-
-/// The unit normal of a triangle's front.
-pub(super) fn face_normal(scene: &Scene, triangle: u32) -> DVec3 {
-    let [a, b, c] = scene.triangles[triangle as usize].positions.map(|i| scene.positions[i as usize]);
-    (b - a).cross(c - a).normalize_or_zero()
-}

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use super::calculus::Calculus;
 use super::lights::LightId;
-use super::surface::lookup;
+use super::texture::lookup;
 use crate::scene::{Environment, Light, Scene, Wrap};
 
 /// The radiance of one light without a surface, from a direction.

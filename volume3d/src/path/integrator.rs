@@ -4,7 +4,7 @@
 use flatland::calculus::{Number, Rgb, Vec3};
 use glam::DVec3;
 
-use super::bsdf::Shading;
+use super::bsdf::{Sampled, Shading};
 use super::calculus::{Calculus, VisibilityDomain, Warped};
 use super::escape::distant;
 use super::kernels::Kernels;
@@ -12,15 +12,7 @@ use super::lights::{LightId, LightSample, Lights};
 use super::plain::Plain;
 use super::sequence::Sequence;
 use super::surface::SurfacePoint;
-use crate::geometry::{Hit, Ray};
-use crate::scene::{Environment, Light, Scene};
-
-/// Distances below this part of the scene's coordinates are rounding: a ray that leaves a surface starts there.
-/// The hit is recomputed in double precision, whose own error is a hundred times less.
-const NEAR: f64 = 1e-13;
-
-/// A shadow ray ends this part before the light: the light itself must not be in its own way.
-pub(crate) const SHORT: f64 = 1e-10;
+use crate::scene::{Environment, Hit, Light, Scene, Surface};
 
 /// Russian roulette never ends a path with a probability below 1 − this.
 const SURVIVAL: f64 = 0.95;
@@ -31,9 +23,14 @@ pub(crate) struct Paths<'s> {
     pub(crate) scene: &'s Scene,
     pub(crate) lights: Lights,
     pub(crate) kernels: Kernels,
-    near: f64,
     /// Lights that a ray which leaves the scene may reach, and which next-event estimation chooses from.
     distant: Vec<LightId>,
+}
+
+/// A shading point of a path, and what reflection depends on there.
+struct Vertex<'s, T> {
+    point: SurfacePoint<T>,
+    shading: Shading<'s, T>,
 }
 
 /// Where a path goes on.
@@ -46,13 +43,6 @@ struct Scattered<T> {
 
 impl<'s> Paths<'s> {
     pub(crate) fn new(scene: &'s Scene, kernels: Kernels) -> Self {
-        let (low, high) = scene.accelerator.bounds();
-        let extent = scene.description.camera.origin.abs().max_element();
-        let extent = if scene.triangles.is_empty() {
-            extent
-        } else {
-            extent.max(low.abs().max_element()).max(high.abs().max_element())
-        };
         let lights = scene.description.lights.iter().enumerate();
         let finite = |l: &Light| matches!(l, Light::Directional { kappa, .. } if kappa.is_finite());
         let mut distant: Vec<LightId> =
@@ -60,49 +50,7 @@ impl<'s> Paths<'s> {
         if matches!(scene.description.environment, Some(Environment::Map { .. })) {
             distant.push(LightId::Environment);
         }
-        Self { scene, lights: Lights::new(scene), kernels, near: NEAR * extent, distant }
-    }
-
-    /// The nearest hit along a ray that starts on a triangle, or in the open.
-    pub(crate) fn closest(&self, origin: DVec3, direction: DVec3, from: Option<u32>) -> Option<Hit> {
-        let near = if from.is_some() { self.near } else { 0.0 };
-        self.scene.accelerator.closest(&Ray { origin, direction, near, far: f64::INFINITY, from })
-    }
-
-    /// The nearest hit that is farther away than rounding.
-    pub(crate) fn beyond(&self, origin: DVec3, direction: DVec3, near: f64) -> Option<Hit> {
-        self.scene.accelerator.closest(&Ray { origin, direction, near, far: f64::INFINITY, from: None })
-    }
-
-    /// Whether anything is in the way between the distances `near` and `far`, the latter less rounding.
-    pub(crate) fn blocked(&self, origin: DVec3, direction: DVec3, near: f64, far: f64) -> bool {
-        let far = self.short_of(far);
-        self.scene.accelerator.occluded(&Ray { origin, direction, near, far, from: None })
-    }
-
-    /// Whether anything is in the way from x on a triangle to what is at a distance.
-    pub(crate) fn shadowed(&self, x: DVec3, from: u32, direction: DVec3, distance: f64) -> bool {
-        let far = self.short_of(distance);
-        let ray = Ray { origin: x, direction, near: self.near, far, from: Some(from) };
-        self.scene.accelerator.occluded(&ray)
-    }
-
-    /// Where a ray to a point ends: before the point by a part of the way, and by what rounding of coordinates may move
-    /// the point.
-    fn short_of(&self, distance: f64) -> f64 {
-        distance * (1.0 - SHORT) - self.near
-    }
-
-    /// Many rays from one origin.
-    pub(crate) fn closest_bundle(
-        &self,
-        origin: DVec3,
-        directions: &[DVec3],
-        from: Option<u32>,
-        hits: &mut Vec<Option<Hit>>,
-    ) {
-        let near = if from.is_some() { self.near } else { 0.0 };
-        self.scene.accelerator.closest_bundle(origin, directions, near, f64::INFINITY, from, hits);
+        Self { scene, lights: Lights::new(scene), kernels, distant }
     }
 
     /// One sample of the radiance that arrives from `hit` along the `depth`-th segment of a path; those of the camera are
@@ -123,18 +71,18 @@ impl<'s> Paths<'s> {
         while let Some(hit) = path.hit
             && depth < limit
         {
-            let point = SurfacePoint::new(self.scene, calculus, path.origin, path.direction, hit.triangle);
+            let point = SurfacePoint::new(self.scene, calculus, path.origin, path.direction, hit.surface);
             let Some(shading) = point.shading(self.scene, calculus) else { break };
-            total = total + path.throughput * self.next_event(calculus, &point, &shading, samples);
+            let vertex = Vertex { point, shading };
+            total = total + path.throughput * self.next_event(calculus, &vertex, samples);
             let Some(survival) = self.roulette(path.throughput.value(), depth, samples) else { break };
-            path.throughput = path.throughput * C::Number::constant(survival);
+            let throughput = path.throughput * C::Number::constant(survival);
             depth += 1;
-            let Some(next) =
-                self.scatter(calculus, &point, &shading, path.throughput, depth < limit, &mut total, samples)
-            else {
-                break;
-            };
-            path = next;
+            let goes_on = depth < limit;
+            match self.scatter(calculus, &vertex, throughput, goes_on, &mut total, samples) {
+                Some(next) => path = next,
+                None => break,
+            }
         }
         total
     }
@@ -156,8 +104,11 @@ impl<'s> Paths<'s> {
     fn seen<C: Calculus>(&self, calculus: &C, path: &Scattered<C::Number>) -> Rgb<C::Number> {
         match path.hit {
             Some(hit) => self
-                .emitter(&hit, path.direction.value())
-                .map_or(Rgb::constant(DVec3::ZERO), |(shape, radiance)| calculus.radiance(shape, radiance)),
+                .scene
+                .emission(&hit, path.direction.value())
+                .map_or(Rgb::constant(DVec3::ZERO), |(shape, radiance)| {
+                    calculus.radiance(shape as usize, radiance)
+                }),
             None => {
                 let direction = path.direction;
                 let mut sum = self.constant_environment(calculus);
@@ -173,8 +124,9 @@ impl<'s> Paths<'s> {
     pub(crate) fn lit(&self, id: LightId, hit: Option<Hit>, direction: DVec3) -> DVec3 {
         match (id, hit) {
             (LightId::Shape(shape), Some(hit)) => self
-                .emitter(&hit, direction)
-                .filter(|&(emitter, _)| emitter == shape as usize)
+                .scene
+                .emission(&hit, direction)
+                .filter(|&(emitter, _)| emitter == shape)
                 .map_or(DVec3::ZERO, |(_, radiance)| radiance),
             (LightId::Light(_) | LightId::Environment, None) => {
                 let plain = Plain { scene: self.scene };
@@ -187,14 +139,9 @@ impl<'s> Paths<'s> {
     /// What all of them send.
     pub(crate) fn lit_by_all(&self, hit: Option<Hit>, direction: DVec3) -> DVec3 {
         match hit {
-            Some(hit) => self.emitter(&hit, direction).map_or(DVec3::ZERO, |(_, radiance)| radiance),
+            Some(hit) => self.scene.emission(&hit, direction).map_or(DVec3::ZERO, |(_, radiance)| radiance),
             None => self.distant.iter().map(|&id| self.lit(id, None, direction)).sum(),
         }
-    }
-
-    /// Lengths below this are rounding.
-    pub(crate) fn rounding(&self) -> f64 {
-        self.near
     }
 
     fn constant_environment<C: Calculus>(&self, calculus: &C) -> Rgb<C::Number> {
@@ -204,78 +151,73 @@ impl<'s> Paths<'s> {
         }
     }
 
-    /// The shape and its radiance, if a ray arrives at the front of one that emits.
-    fn emitter(&self, hit: &Hit, direction: DVec3) -> Option<(usize, DVec3)> {
-        let triangle = &self.scene.triangles[hit.triangle as usize];
-        let shape = triangle.shape as usize;
-        let radiance = self.scene.description.shapes[shape].radiance?;
-        let [a, b, c] = triangle.positions.map(|i| self.scene.positions[i as usize]);
-        ((b - a).cross(c - a).dot(direction) < 0.0).then_some((shape, radiance))
-    }
-
     /// Light that is reflected at a point directly from a light chosen there.
     fn next_event<C: Calculus>(
         &self,
         calculus: &mut C,
-        point: &SurfacePoint<C::Number>,
-        shading: &Shading<'_, C::Number>,
+        vertex: &Vertex<'_, C::Number>,
         samples: &mut Sequence,
     ) -> Rgb<C::Number> {
         let zero = Rgb::constant(DVec3::ZERO);
+        let Vertex { point, shading } = vertex;
         let (choice, [a, b]) = (samples.one(), samples.pair());
         let x = point.position.value();
         let Some(towards) = self.lights.sample(self.scene, x, [choice, a, b]) else { return zero };
-        let border = match towards.id {
+        let LightSample { id, sampled: Sampled { direction, density }, distance, surface, delta } = towards;
+        let border = match id {
             LightId::Shape(shape) => {
-                let kernel = || self.kernels.of_light(self.scene, &self.lights, towards.id, shading, x, None);
-                calculus.border(point.position, point.triangle, shape, kernel)
+                let kernel = || self.kernels.of_light(self.scene, &self.lights, id, shading, x, None);
+                calculus.border(point.position, point.surface, shape, kernel)
             }
             _ => None,
         };
         let border = border.map_or(zero, |b| {
             shading.evaluate(Vec3::constant(b.direction)) * Rgb::constant(b.light) * b.speed
         });
-        border + self.towards_light(calculus, point, shading, &towards)
+        let up = shading.normal.value();
+        if up.dot(direction) <= 0.0 || self.scene.shadowed(x, point.surface, direction, distance) {
+            return border + zero;
+        }
+        if delta {
+            return border + self.delta_light(calculus, vertex, &towards);
+        }
+        let weight = density / (density + shading.density(direction));
+        let (reflected, emitted) =
+            self.light_along(calculus, vertex, (id, surface), direction, weight / density);
+        border + reflected * emitted
     }
 
-    fn towards_light<C: Calculus>(
+    /// What is reflected of one light along a direction that has been sampled, in which a surface of it is seen or none:
+    /// f cos θ of the warped direction, with the Jacobian and a weight, and the radiance that comes from there.
+    ///
+    /// Light that next-event estimation can choose is an integral of its own, with its own kernel, and both strategies see
+    /// one field.
+    fn light_along<C: Calculus>(
         &self,
         calculus: &mut C,
-        point: &SurfacePoint<C::Number>,
-        shading: &Shading<'_, C::Number>,
-        towards: &LightSample,
-    ) -> Rgb<C::Number> {
-        let zero = Rgb::constant(DVec3::ZERO);
+        Vertex { point, shading }: &Vertex<'_, C::Number>,
+        (id, seen): (LightId, Option<Surface>),
+        direction: DVec3,
+        weight: f64,
+    ) -> (Rgb<C::Number>, Rgb<C::Number>) {
         let x = point.position.value();
-        let direction = towards.sampled.direction;
-        let up = shading.normal.value();
-        if up.dot(direction) <= 0.0 || self.shadowed(x, point.triangle, direction, towards.distance) {
-            return zero;
-        }
-        if towards.delta {
-            return self.delta_light(calculus, point, shading, towards);
-        }
-        let density = towards.sampled.density;
-        let weight = density / (density + shading.density(direction));
-        let kernel =
-            self.kernels.of_light(self.scene, &self.lights, towards.id, shading, x, towards.triangle);
-        let warped = calculus.warp(point.position, point.triangle, direction, kernel);
-        let emitted = match towards.id {
+        let kernel = self.kernels.of_light(self.scene, &self.lights, id, shading, x, seen);
+        let warped = calculus.warp(point.position, point.surface, direction, kernel);
+        let emitted = match id {
             LightId::Shape(shape) => {
                 let radiance = self.scene.description.shapes[shape as usize].radiance;
                 calculus.radiance(shape as usize, radiance.unwrap_or(DVec3::ZERO))
             }
             id => distant(self.scene, calculus, id, warped.direction),
         };
-        reflect(shading, &warped, weight / density) * emitted
+        (reflect(shading, &warped, weight), emitted)
     }
 
     /// Light from a point, or from one direction. Nothing is warped, and nothing may move that casts a shadow.
     fn delta_light<C: Calculus>(
         &self,
         calculus: &C,
-        point: &SurfacePoint<C::Number>,
-        shading: &Shading<'_, C::Number>,
+        Vertex { point, shading }: &Vertex<'_, C::Number>,
         towards: &LightSample,
     ) -> Rgb<C::Number> {
         let LightId::Light(index) = towards.id else { return Rgb::constant(DVec3::ZERO) };
@@ -309,20 +251,19 @@ impl<'s> Paths<'s> {
 
     /// Follows one direction sampled from reflection: adds what it finds emitted, and returns where the path
     /// goes on, if it may.
-    #[expect(clippy::too_many_arguments, reason = "the state of one step of a path")]
     fn scatter<C: Calculus>(
         &self,
         calculus: &mut C,
-        point: &SurfacePoint<C::Number>,
-        shading: &Shading<'_, C::Number>,
+        vertex: &Vertex<'_, C::Number>,
         throughput: Rgb<C::Number>,
         goes_on: bool,
         total: &mut Rgb<C::Number>,
         samples: &mut Sequence,
     ) -> Option<Scattered<C::Number>> {
+        let Vertex { point, shading } = vertex;
         let x = point.position.value();
         if let Some((direction, factor)) = shading.mirror() {
-            let hit = self.closest(x, direction.value(), Some(point.triangle));
+            let hit = self.scene.closest(x, direction.value(), Some(point.surface));
             let origin = point.position;
             let next = Scattered { origin, direction, throughput: throughput * factor, hit };
             // Next-event estimation never chooses a mirror's direction: no weight but 1.
@@ -331,15 +272,15 @@ impl<'s> Paths<'s> {
         }
         let (c, [a, b]) = (samples.one(), samples.pair());
         let sampled = shading.sample([a, b, c])?;
-        let hit = self.closest(x, sampled.direction, Some(point.triangle));
-        self.emission(calculus, point, shading, throughput, sampled.direction, sampled.density, hit, total);
+        let hit = self.scene.closest(x, sampled.direction, Some(point.surface));
+        self.emission(calculus, vertex, throughput, sampled, hit, total);
         let environment = matches!(self.scene.description.environment, Some(Environment::Constant { .. }));
         if if hit.is_some() { !goes_on } else { !environment } {
             return None;
         }
         let sees = if goes_on { VisibilityDomain::Radiance } else { VisibilityDomain::Distant };
-        let kernel = self.kernels.of_bounce(shading, sees, hit.map(|h| h.triangle));
-        let warped = calculus.warp(point.position, point.triangle, sampled.direction, kernel);
+        let kernel = self.kernels.of_bounce(shading, sees, hit.map(|h| h.surface));
+        let warped = calculus.warp(point.position, point.surface, sampled.direction, kernel);
         let throughput = throughput * reflect(shading, &warped, 1.0 / sampled.density);
         if hit.is_none() {
             *total = *total + throughput * self.constant_environment(calculus);
@@ -348,43 +289,29 @@ impl<'s> Paths<'s> {
         Some(Scattered { origin: point.position, direction: warped.direction, throughput, hit })
     }
 
-    /// What a sampled direction finds emitted, weighted against next-event estimation. Light that the
-    /// latter can choose is an integral of its own, with its own kernel: both strategies must see one field.
-    #[expect(clippy::too_many_arguments, reason = "the state of one step of a path")]
+    /// What a sampled direction finds emitted, weighted against next-event estimation.
     fn emission<C: Calculus>(
         &self,
         calculus: &mut C,
-        point: &SurfacePoint<C::Number>,
-        shading: &Shading<'_, C::Number>,
+        vertex: &Vertex<'_, C::Number>,
         throughput: Rgb<C::Number>,
-        direction: DVec3,
-        density: f64,
+        Sampled { direction, density }: Sampled,
         hit: Option<Hit>,
         total: &mut Rgb<C::Number>,
     ) {
-        let x = point.position.value();
+        let mut add = |light: (LightId, Option<Surface>), other: f64| {
+            let weight = 1.0 / (density + other);
+            let (reflected, emitted) = self.light_along(calculus, vertex, light, direction, weight);
+            *total = *total + throughput * reflected * emitted;
+        };
         if let Some(hit) = hit {
-            let Some((shape, radiance)) = self.emitter(&hit, direction) else { return };
-            let id = LightId::Shape(shape as u32);
-            let other = self.lights.density_of_triangle(
-                self.scene,
-                shape as u32,
-                hit.triangle,
-                direction,
-                hit.distance,
-            );
-            let kernel = self.kernels.of_light(self.scene, &self.lights, id, shading, x, Some(hit.triangle));
-            let warped = calculus.warp(point.position, point.triangle, direction, kernel);
-            let emitted = calculus.radiance(shape, radiance);
-            *total = *total + throughput * reflect(shading, &warped, 1.0 / (density + other)) * emitted;
+            let Some((shape, _)) = self.scene.emission(&hit, direction) else { return };
+            let other = self.lights.density_of_hit(self.scene, shape, &hit, direction);
+            add((LightId::Shape(shape), Some(hit.surface)), other);
             return;
         }
         for &id in &self.distant {
-            let other = self.lights.density_of_escape(self.scene, id, direction);
-            let kernel = self.kernels.of_light(self.scene, &self.lights, id, shading, x, None);
-            let warped = calculus.warp(point.position, point.triangle, direction, kernel);
-            let emitted = distant(self.scene, calculus, id, warped.direction);
-            *total = *total + throughput * reflect(shading, &warped, 1.0 / (density + other)) * emitted;
+            add((id, None), self.lights.density_of_escape(self.scene, id, direction));
         }
     }
 }

@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::bsdf::Shading;
 use super::calculus::{Kernel, VisibilityDomain};
 use super::lights::{LightId, Lights};
-use crate::scene::{Light, Scene};
+use crate::scene::{Light, Scene, Surface};
 
 /// How concentrated the auxiliary rays are around what they serve.
 ///
@@ -29,18 +29,18 @@ impl Default for Kernels {
 }
 
 impl Kernels {
-    /// The kernel for what is reflected from a direction, in which a triangle is seen.
+    /// The kernel for what is reflected from a direction, in which a surface is seen.
     pub(crate) fn of_bounce<T: Number>(
         &self,
         shading: &Shading<'_, T>,
         domain: VisibilityDomain,
-        triangle: Option<u32>,
+        surface: Option<Surface>,
     ) -> Kernel {
         let kappa = self.surface.max(shading.concentration());
-        Kernel { kappa, domain, normal: shading.normal.value(), triangle }
+        Kernel { kappa, domain, normal: shading.normal.value(), surface }
     }
 
-    /// The kernel for the light of one emitter reflected at x, where a triangle of it is seen.
+    /// The kernel for the light of one emitter reflected at x, where a surface of it is seen.
     pub(super) fn of_light<T: Number>(
         &self,
         scene: &Scene,
@@ -48,7 +48,7 @@ impl Kernels {
         id: LightId,
         shading: &Shading<'_, T>,
         x: DVec3,
-        triangle: Option<u32>,
+        surface: Option<Surface>,
     ) -> Kernel {
         let (kappa, domain) = match id {
             LightId::Shape(shape) => {
@@ -62,7 +62,7 @@ impl Kernels {
             },
             LightId::Environment => (0.0, VisibilityDomain::Distant),
         };
-        let least = self.of_bounce(shading, domain, triangle);
+        let least = self.of_bounce(shading, domain, surface);
         Kernel { kappa: least.kappa.max(kappa), ..least }
     }
 }

@@ -6,9 +6,9 @@ use glam::DVec3;
 
 use super::bsdf::Sampled;
 use super::calculus::VisibilityDomain;
-use super::emitter::{Area, BorderPoint, face_normal};
+use super::emitter::{Area, BorderPoint};
 use super::map::{MapSampler, luminance};
-use crate::scene::{Environment, Light, Scene};
+use crate::scene::{Environment, Hit, Light, Scene, Surface};
 
 /// What next-event estimation can choose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,9 +46,9 @@ pub(crate) struct Lights {
 pub(crate) struct LightSample {
     pub(crate) id: LightId,
     pub(crate) sampled: Sampled,
-    /// How far a shadow ray must be free, and which triangle it then reaches.
+    /// How far a shadow ray must be free, and which surface it then reaches.
     pub(crate) distance: f64,
-    pub(crate) triangle: Option<u32>,
+    pub(crate) surface: Option<Surface>,
     /// Whether the light is one direction or one point, with `density` the probability of its choice and
     /// nothing to warp.
     pub(crate) delta: bool,
@@ -69,8 +69,7 @@ impl Lights {
                 lights.areas.push(area);
             }
         }
-        let (low, high) = scene.accelerator.bounds();
-        let reach = if scene.triangles.is_empty() { 1.0 } else { 0.5 * (high - low).length() };
+        let reach = scene.bounds().map_or(1.0, |(low, high)| 0.5 * (high - low).length());
         for (i, light) in scene.description.lights.iter().enumerate() {
             lights.push(LightId::Light(i as u32));
             powers.push(match light {
@@ -124,7 +123,7 @@ impl Lights {
             id,
             sampled: Sampled { direction, density: density * probability },
             distance,
-            triangle: None,
+            surface: None,
             delta,
         };
         match id {
@@ -140,10 +139,8 @@ impl Lights {
                     return None;
                 }
                 let density = squared / (cosine * area.whole());
-                let towards = LightSample {
-                    triangle: Some(y.triangle),
-                    ..towards(direction, density, distance, false)
-                };
+                let towards =
+                    LightSample { surface: Some(y.surface), ..towards(direction, density, distance, false) };
                 Some(towards).filter(|_| density.is_finite())
             }
             LightId::Light(light) => match &scene.description.lights[light as usize] {
@@ -170,20 +167,12 @@ impl Lights {
         }
     }
 
-    /// The density of [`sample`](Self::sample) for a direction from x that reaches a triangle of an emitting
-    /// shape at the given distance.
-    pub(crate) fn density_of_triangle(
-        &self,
-        scene: &Scene,
-        shape: u32,
-        triangle: u32,
-        direction: DVec3,
-        distance: f64,
-    ) -> f64 {
+    /// The density of [`sample`](Self::sample) for a direction along which an emitting shape is hit.
+    pub(crate) fn density_of_hit(&self, scene: &Scene, shape: u32, hit: &Hit, direction: DVec3) -> f64 {
         let Some(entry) = self.of_shape[shape as usize] else { return 0.0 };
         let Some(area) = self.area(shape) else { return 0.0 };
-        let cosine = -direction.dot(face_normal(scene, triangle));
-        self.entries[entry as usize].probability * distance * distance / (cosine.abs() * area.whole())
+        let cosine = -direction.dot(scene.normal_of(hit.surface));
+        self.entries[entry as usize].probability * hit.distance * hit.distance / (cosine.abs() * area.whole())
     }
 
     /// The densities of [`sample`](Self::sample) for a direction that leaves the scene, by the light they

@@ -11,10 +11,11 @@ mod map;
 mod plain;
 mod sequence;
 mod surface;
+mod texture;
 
 pub(crate) use bsdf::Shading;
 pub(crate) use calculus::{BorderSample, Calculus, CameraMotion, Frame, Kernel, VisibilityDomain, Warped};
-pub(crate) use integrator::{Paths, SHORT};
+pub(crate) use integrator::Paths;
 pub use kernels::Kernels;
 pub(crate) use lights::LightId;
 pub(crate) use plain::Plain;

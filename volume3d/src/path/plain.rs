@@ -4,7 +4,7 @@ use flatland::calculus::{Rgb, Vec3};
 use glam::DVec3;
 
 use super::calculus::{BorderSample, Calculus, CameraMotion, Kernel, Warped};
-use crate::scene::Scene;
+use crate::scene::{Scene, Surface};
 
 /// The primal's calculus.
 #[derive(Clone, Copy, Debug)]
@@ -66,14 +66,14 @@ impl Calculus for Plain<'_> {
     fn border(
         &mut self,
         _: Vec3<f64>,
-        _: u32,
+        _: Surface,
         _: u32,
         _: impl FnOnce() -> Kernel,
     ) -> Option<BorderSample<f64>> {
         None
     }
 
-    fn warp(&mut self, _: Vec3<f64>, _: u32, direction: DVec3, _: Kernel) -> Warped<f64> {
+    fn warp(&mut self, _: Vec3<f64>, _: Surface, direction: DVec3, _: Kernel) -> Warped<f64> {
         Warped { direction: Vec3::constant(direction), jacobian: 1.0 }
     }
 }

@@ -30,6 +30,8 @@ pub struct Scene {
     pub(crate) first_normal: Vec<u32>,
     pub(crate) accelerator: Accelerator,
     pub(crate) adjacency: Adjacency,
+    /// The largest coordinate of the camera and of all surfaces.
+    pub(super) extent: f64,
     /// Found when they are first asked for: an image needs none.
     pub(super) crossings: OnceLock<Crossings>,
 }
@@ -89,6 +91,13 @@ impl Scene {
         let tables = Tables { positions: &positions, triangles: &triangles };
         let shading = Shading { normals: &normals, uvs: &uvs, textured: &textured };
         let adjacency = Adjacency::build(tables, shading);
+        let extent = description.camera.origin.abs().max_element();
+        let extent = if triangles.is_empty() {
+            extent
+        } else {
+            let (low, high) = accelerator.bounds();
+            extent.max(low.abs().max_element()).max(high.abs().max_element())
+        };
         Self {
             description,
             positions,
@@ -101,6 +110,7 @@ impl Scene {
             first_normal,
             accelerator,
             adjacency,
+            extent,
             crossings: OnceLock::new(),
         }
     }
@@ -129,7 +139,19 @@ impl Scene {
         self.first_position[shape] as usize..self.first_position[shape + 1] as usize
     }
 
+    /// The corners of a triangle.
+    #[inline]
+    pub(crate) fn corners(&self, triangle: u32) -> [DVec3; 3] {
+        self.tables().corners(triangle)
+    }
+
+    /// Lower and upper corner of the box around all surfaces, if there are any.
+    pub(crate) fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        (!self.triangles.is_empty()).then(|| self.accelerator.bounds())
+    }
+
     /// Where the triangles are.
+    #[inline]
     pub(crate) fn tables(&self) -> Tables<'_> {
         Tables { positions: &self.positions, triangles: &self.triangles }
     }

@@ -244,18 +244,13 @@ impl Crossing {
         std::array::from_fn(|k| (1.0 - along) * a[k] + along * b[k])
     }
 
-    /// The velocity of one of its points, from those of positions.
-    pub(crate) fn velocity(
-        &self,
-        triangles: &[Triangle],
-        along: f64,
-        velocity: impl Fn(u32) -> DVec3,
-    ) -> DVec3 {
+    /// The velocity of one of its points, from those of all positions.
+    pub(crate) fn velocity(&self, triangles: &[Triangle], along: f64, velocities: &[DVec3]) -> DVec3 {
         let mut sum = DVec3::ZERO;
         for which in 0..2 {
             let corners = triangles[self.triangles[which] as usize].positions;
             let weights = self.weights(which, along);
-            let material: DVec3 = (0..3).map(|k| weights[k] * velocity(corners[k])).sum();
+            let material: DVec3 = (0..3).map(|k| weights[k] * velocities[corners[k] as usize]).sum();
             sum += self.duals[which] * self.normals[which].dot(material);
             sum += 0.5 * self.along * self.along.dot(material);
         }

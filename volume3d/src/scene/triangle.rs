@@ -25,7 +25,9 @@ pub(crate) struct Tables<'s> {
 
 impl Tables<'_> {
     /// The corners of a triangle.
+    #[inline]
     pub(crate) fn corners(self, triangle: u32) -> [DVec3; 3] {
-        self.triangles[triangle as usize].positions.map(|i| self.positions[i as usize])
+        let [a, b, c] = self.triangles[triangle as usize].positions;
+        [self.positions[a as usize], self.positions[b as usize], self.positions[c as usize]]
     }
 }

@@ -17,15 +17,15 @@ const FEWEST: usize = 3;
 
 impl Accelerator {
     /// The first hits of rays with one origin, in the order of `directions`: each is that of
-    /// [`Accelerator::closest`], bit for bit. Fast for directions in a narrow cone.
-    pub fn closest_bundle(
+    /// [`Accelerator::closest`], bit for bit, as what it is to the caller. Fast for directions in a narrow cone.
+    pub fn closest_bundle<H: Clone + From<Hit>>(
         &self,
         origin: DVec3,
         directions: &[DVec3],
         near: f64,
         far: f64,
         from: Option<u32>,
-        hits: &mut Vec<Option<Hit>>,
+        hits: &mut Vec<Option<H>>,
     ) {
         hits.clear();
         hits.resize(directions.len(), None);
@@ -36,26 +36,32 @@ impl Accelerator {
     }
 
     /// Rays one by one.
-    fn alone(&self, bundle: &Bundle<'_>, directions: &[DVec3], mut members: u32, hits: &mut [Option<Hit>]) {
+    fn alone<H: From<Hit>>(
+        &self,
+        bundle: &Bundle<'_, H>,
+        directions: &[DVec3],
+        mut members: u32,
+        hits: &mut [Option<H>],
+    ) {
         let Limits { near, far, from } = bundle.limits;
         while members != 0 {
             let ray = next(&mut members);
-            hits[ray] =
-                self.closest(&Ray { origin: bundle.origin, direction: directions[ray], near, far, from });
+            let ray_alone = Ray { origin: bundle.origin, direction: directions[ray], near, far, from };
+            hits[ray] = self.closest(&ray_alone).map(H::from);
         }
     }
 }
 
 /// All rays of a bundle.
-struct Bundle<'a> {
+struct Bundle<'a, H> {
     accelerator: &'a Accelerator,
     origin: DVec3,
     directions: &'a [DVec3],
     limits: Limits,
-    hits: &'a mut [Option<Hit>],
+    hits: &'a mut [Option<H>],
 }
 
-impl Task for Bundle<'_> {
+impl<H: From<Hit>> Task for Bundle<'_, H> {
     type Output = ();
 
     #[inline(always)]
@@ -67,10 +73,10 @@ impl Task for Bundle<'_> {
     }
 }
 
-impl Bundle<'_> {
+impl<H: From<Hit>> Bundle<'_, H> {
     /// At most [`PACKET`] rays: one packet for each longest axis and its sign.
     #[inline(always)]
-    fn chunk<L: Lanes>(&self, lanes: L, directions: &[DVec3], hits: &mut [Option<Hit>]) {
+    fn chunk<L: Lanes>(&self, lanes: L, directions: &[DVec3], hits: &mut [Option<H>]) {
         // Members by axis and sign, as bits.
         let mut classes = [0_u32; 8];
         for (ray, &direction) in directions.iter().enumerate() {
@@ -93,7 +99,7 @@ impl Bundle<'_> {
         directions: &[DVec3],
         members: u32,
         along: usize,
-        hits: &mut [Option<Hit>],
+        hits: &mut [Option<H>],
     ) {
         let accelerator = self.accelerator;
         // Packets look ahead of the origin only.

@@ -122,7 +122,7 @@ impl Packet {
     }
 
     #[inline(always)]
-    pub(super) fn write(&self, hits: &mut [Option<Hit>]) {
+    pub(super) fn write<H: From<Hit>>(&self, hits: &mut [Option<H>]) {
         for (row, hits) in self.rows.iter().zip(hits.chunks_mut(WIDTH)) {
             let mut found = row.found;
             while found != 0 {
@@ -131,11 +131,11 @@ impl Packet {
                     distance: row.distance[lane],
                     edges: [0, 1, 2].map(|edge| row.edges[edge][lane]),
                 };
-                hits[lane] = Some(Hit {
+                hits[lane] = Some(H::from(Hit {
                     triangle: row.triangle[lane],
                     distance: crossing.distance,
                     barycentric: crossing.barycentric(),
-                });
+                }));
             }
         }
     }

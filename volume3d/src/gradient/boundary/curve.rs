@@ -16,6 +16,7 @@ use glam::{DVec2, DVec3};
 use super::driver::{Address, Boundary, BoundarySample};
 use crate::gradient::differential::Differential;
 use crate::path::{Calculus, Frame};
+use crate::scene::Surface;
 
 /// Where a path begins, in numbers.
 #[derive(Clone, Copy, Debug)]
@@ -45,8 +46,8 @@ pub(super) trait Curve: Sync {
     /// Adds the places one sample finds.
     fn draw(&self, address: Address, places: &mut Vec<Self::Place>);
 
-    /// The film point, and the triangle seen there.
-    fn film(&self, place: &Self::Place) -> (DVec2, u32);
+    /// The film point, and the surface seen there.
+    fn film(&self, place: &Self::Place) -> (DVec2, Surface);
 
     /// Δf/|∇G| over the density, such that the mean of light times speed over samples is the integral.
     fn light(&self, place: &Self::Place) -> DVec3;

@@ -12,8 +12,7 @@ use crate::gradient::differential::Differential;
 use crate::gradient::film::FilmPlane;
 use crate::gradient::forward::Forward;
 use crate::gradient::groups::GROUPS;
-use crate::gradient::motion::Motion;
-use crate::gradient::moving_bounds::MovingBounds;
+use crate::gradient::motion::{Motion, MovingBounds};
 use crate::gradient::parts::in_order;
 use crate::gradient::regions::{RegionSums, Regions};
 use crate::gradient::reverse::{Inputs, Recorded, Reverse};
@@ -182,7 +181,7 @@ impl<'s> Driver<'s> {
     ) -> Splats {
         let auxiliary = boundary.auxiliary(&motion.bounds);
         let mut forward = Forward::<1> { scene: self.scene, film: self.film, motion, auxiliary };
-        let frame = self.film.moving_frame(&self.scene.description.camera, &forward);
+        let frame = self.film.moving_frame(&forward);
         let mut splats = Splats::default();
         for address in self.addresses(number) {
             if progress.stopped() {
@@ -277,7 +276,7 @@ impl<'s> Driver<'s> {
             }
             tape.clear();
             let mut reverse = Reverse::new(self.scene, inputs, &tape, auxiliary.as_mut(), self.film);
-            let frame = self.film.moving_frame(&self.scene.description.camera, &reverse);
+            let frame = self.film.moving_frame(&reverse);
             boundary.sample(&mut reverse, &frame, address, &mut |reverse, sample| {
                 self.pull(reverse, &sample, adjoint, address, &mut adjoints, part);
                 reverse.forget_warps();

@@ -63,7 +63,7 @@ impl<'a> Emitters<'a> {
         let chosen = self.table.at(numbers.one());
         let edge = &self.list.edges[self.edges[chosen.index] as usize];
         let x = subpath.vertices[0];
-        let shape = scene.triangles[x.triangle as usize].shape;
+        let shape = scene.shape_of(x.surface);
         if subpath.vertices.len() == 1 && !self.moves([shape; 2]) && !self.moves(edge.shapes) {
             return None;
         }
@@ -79,7 +79,7 @@ impl<'a> Emitters<'a> {
         let normal = direction.cross((b - a) / length);
         let across = ASIDE * normal.normalize_or_zero();
         let directions = [-1.0, 1.0].map(|s| (direction + s * across).normalize());
-        let sides = look_past(paths, self.list, edge, (x.position, Some(x.triangle)), directions, distance)?;
+        let sides = look_past(scene, self.list, edge, (x.position, Some(x.surface)), directions, distance)?;
         let [before, behind] = sides.hits.map(|hit| paths.lit_by_all(hit, direction));
         let density = chosen.probability / length * distance * distance;
         let light = reflected * (before - behind) * subpath.weight * (sides.share / density);

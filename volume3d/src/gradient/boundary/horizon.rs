@@ -10,16 +10,14 @@ use flatland::calculus::Vec3;
 use glam::DVec3;
 
 use super::driver::{Address, Boundary, BoundarySample};
-use super::list::corners;
 use super::sensor::{CameraSubpath, Sensor};
 use super::sides::ASIDE;
 use super::table::Table;
 use super::walk::Walk;
 use super::{BEYOND_HORIZON, HORIZON, Moving};
-use crate::geometry::Hit;
 use crate::gradient::differential::Differential;
 use crate::path::{Frame, Paths, Sequence, Shading};
-use crate::scene::NONE;
+use crate::scene::{Hit, NONE, Surface};
 
 /// Horizons seen from shading points.
 #[derive(Debug)]
@@ -51,7 +49,7 @@ impl<'a> Horizon<'a> {
         };
         let emitters: Vec<u32> = (0..scene.triangles.len() as u32).filter(emits).collect();
         let area = |&t: &u32| {
-            let [a, b, c] = corners(scene, t);
+            let [a, b, c] = scene.corners(t);
             (b - a).cross(c - a).length()
         };
         let table = Table::new(emitters.iter().map(area));
@@ -72,7 +70,7 @@ impl<'a> Horizon<'a> {
             }
             let chosen = self.table.at(choice);
             let emitter = self.emitters[chosen.index];
-            let corners = corners(self.walk.sensor.paths.scene, emitter);
+            let corners = self.walk.sensor.paths.scene.corners(emitter);
             let heights = corners.map(|p| (p - x).dot(normal));
             let cut = |i: usize, j: usize| {
                 let (f, g) = (heights[i], heights[j]);
@@ -99,11 +97,12 @@ impl<'a> Horizon<'a> {
     ) {
         let scene = self.walk.sensor.paths.scene;
         let x = subpath.vertices[0];
-        let triangle = &scene.triangles[x.triangle as usize];
+        let Surface::Triangle(index) = x.surface;
+        let triangle = &scene.triangles[index as usize];
         if triangle.normals[0] == NONE || !self.moving.shapes[triangle.shape as usize] {
             return;
         }
-        let [a, b, c] = corners(scene, x.triangle);
+        let [a, b, c] = scene.corners(index);
         let Some(normal) = (b - a).cross(c - a).try_normalize() else { return };
         for drawn in self.draw(x.position, normal, numbers.0).into_iter().flatten() {
             let reflected = shading.evaluate(Vec3::constant(drawn.direction)).value();
@@ -133,12 +132,12 @@ impl<'a> Horizon<'a> {
         let paths = self.walk.sensor.paths;
         let (x, direction) = (subpath.vertices[0], drawn.direction);
         let emits = |hit: Hit| match drawn.emitter {
-            Some(emitter) => hit.triangle == emitter,
+            Some(emitter) => hit.surface == Surface::Triangle(emitter),
             None => true,
         };
         let light = |side: f64| {
             let probe = (direction + side * ASIDE * normal).normalize();
-            let hit = paths.closest(x.position, probe, Some(x.triangle));
+            let hit = paths.scene.closest(x.position, probe, Some(x.surface));
             if drawn.emitter.is_some() {
                 return hit
                     .filter(|&h| emits(h))

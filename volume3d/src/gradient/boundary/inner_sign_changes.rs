@@ -21,14 +21,13 @@ use glam::{DVec2, DVec3};
 
 use super::curve::{Curve, Eye};
 use super::driver::Address;
-use super::list::{corners, reflects};
+use super::list::reflects;
 use super::sensor::{CameraSubpath, Sensor, Vertex};
 use super::table::Table;
 use super::warped_ray::warped_ray;
 use super::{BEFORE_SIGN_CHANGE, INNER_SIGN_CHANGE, Moving, STILL};
-use crate::geometry::Hit;
 use crate::path::{Calculus, Paths, Sequence, SurfacePoint};
-use crate::scene::{NONE, Scene};
+use crate::scene::{Hit, NONE, Scene, Surface};
 
 /// The radiance on either side is that for viewers at this angle to the plane where the side turns, in radians: far
 /// above rounding, and what it leaves out is as small.
@@ -60,9 +59,8 @@ impl<'a> InnerSignChanges<'a> {
         Self { sensor: Sensor::new(paths), moving, table, longest }
     }
 
-    fn moves(&self, triangle: u32) -> bool {
-        self.moving.camera
-            || self.moving.shapes[self.sensor.paths.scene.triangles[triangle as usize].shape as usize]
+    fn moves(&self, surface: Surface) -> bool {
+        self.moving.camera || self.moving.shapes[self.sensor.paths.scene.shape_of(surface) as usize]
     }
 
     /// The radiance that leaves x, less that from its other side, for a viewer on the plane between.
@@ -72,7 +70,7 @@ impl<'a> InnerSignChanges<'a> {
             let towards = (turn.towards + side * ASIDE * turn.normal).normalize();
             // As far away as the triangle is large: any place on the line will do, and this one does not round.
             let viewer = turn.point + turn.size * towards;
-            let hit = Hit { triangle: turn.triangle, distance: turn.size, barycentric: turn.weights };
+            let hit = Hit { surface: turn.surface, distance: turn.size, coordinates: turn.weights };
             paths.still_radiance(viewer, -towards, Some(hit), depth, &mut numbers.clone())
         });
         before - behind
@@ -82,7 +80,7 @@ impl<'a> InnerSignChanges<'a> {
 /// A point of a surface whose side turns in a direction.
 #[derive(Clone, Copy, Debug)]
 struct Turn {
-    triangle: u32,
+    surface: Surface,
     weights: [f64; 3],
     point: DVec3,
     /// The shading normal.
@@ -95,7 +93,7 @@ struct Turn {
 impl Turn {
     /// As the vertex that a path comes to.
     fn next(&self) -> Vertex {
-        Vertex { position: self.point, triangle: self.triangle }
+        Vertex { position: self.point, surface: self.surface }
     }
 
     fn draw(scene: &Scene, triangle: u32, numbers: &mut Sequence) -> Option<Self> {
@@ -103,12 +101,13 @@ impl Turn {
         let root = a.sqrt();
         let weights = [1.0 - root, root * (1.0 - b), root * b];
         let mix = |v: [DVec3; 3]| v[0] * weights[0] + v[1] * weights[1] + v[2] * weights[2];
-        let p = corners(scene, triangle);
+        let p = scene.corners(triangle);
         let normal = mix(normals(scene, triangle)).try_normalize()?;
         let (s, t) = normal.any_orthonormal_pair();
         let (sin, cos) = (TAU * turn).sin_cos();
         let size = p[0].distance(p[1]).max(p[0].distance(p[2]));
-        Some(Self { triangle, weights, point: mix(p), normal, towards: cos * s + sin * t, size })
+        let surface = Surface::Triangle(triangle);
+        Some(Self { surface, weights, point: mix(p), normal, towards: cos * s + sin * t, size })
     }
 }
 
@@ -123,7 +122,7 @@ fn deviation(scene: &Scene, triangle: u32) -> f64 {
     if t.normals[0] == NONE || !reflects(scene, triangle) {
         return 0.0;
     }
-    let [a, b, c] = corners(scene, triangle);
+    let [a, b, c] = scene.corners(triangle);
     let face = (b - a).cross(c - a);
     normals(scene, triangle).map(|n| 0.5 * n.cross(face).length()).into_iter().fold(0.0, f64::max)
 }
@@ -154,12 +153,12 @@ impl Curve for InnerSignChanges<'_> {
         let chosen = self.table.at(address.fraction(&mut numbers));
         let triangle = chosen.index as u32;
         let Some(turn) = Turn::draw(scene, triangle, &mut numbers) else { return };
-        let Some(hit) = paths.closest(turn.point, turn.towards, Some(triangle)) else { return };
-        if self.longest == 1 && !self.moves(triangle) && !self.moves(hit.triangle) {
+        let Some(hit) = scene.closest(turn.point, turn.towards, Some(turn.surface)) else { return };
+        if self.longest == 1 && !self.moves(turn.surface) && !self.moves(hit.surface) {
             return;
         }
-        let start = Vertex { position: turn.point + turn.towards * hit.distance, triangle: hit.triangle };
-        let [a, b, c] = corners(scene, triangle);
+        let start = Vertex { position: turn.point + turn.towards * hit.distance, surface: hit.surface };
+        let [a, b, c] = scene.corners(triangle);
         // |n_x·d| dA, over the density of points and angles.
         let scale = 0.5 * (b - a).cross(c - a).dot(turn.towards).abs() * TAU / chosen.probability;
         let mut backwards = address.numbers(BEFORE_SIGN_CHANGE);
@@ -175,8 +174,8 @@ impl Curve for InnerSignChanges<'_> {
         );
     }
 
-    fn film(&self, place: &Seen) -> (DVec2, u32) {
-        (place.at, place.vertices[place.vertices.len() - 1].triangle)
+    fn film(&self, place: &Seen) -> (DVec2, Surface) {
+        (place.at, place.vertices[place.vertices.len() - 1].surface)
     }
 
     fn light(&self, place: &Seen) -> DVec3 {
@@ -187,7 +186,7 @@ impl Curve for InnerSignChanges<'_> {
         let scene = self.sensor.paths.scene;
         let (origin, direction) =
             warped_ray(&self.sensor, calculus, eye, &place.vertices, &place.turn.next());
-        let point = SurfacePoint::new(scene, calculus, origin, direction, place.turn.triangle);
+        let point = SurfacePoint::new(scene, calculus, origin, direction, place.turn.surface);
         -point.interpolated_normal(scene, calculus).dot(point.viewer)
     }
 }

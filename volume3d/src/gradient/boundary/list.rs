@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::geometry::Edges;
 use crate::scene::FLAT as COPLANAR;
-use crate::scene::{Reflectance, Scene, Span};
+use crate::scene::{Reflectance, Scene, Span, Surface};
 
 /// Two faces at a smaller angle are one plane, to rounding.
 const FLAT: f64 = 1e-12;
@@ -83,7 +83,7 @@ impl EdgeList {
     fn add_crossings(&mut self, scene: &Scene) {
         for (index, crossing) in (0..).zip(scene.crossings().all()) {
             let folded = |t: u32| {
-                let [a, b, c] = corners(scene, t);
+                let [a, b, c] = scene.corners(t);
                 (b - a).cross(c - a).normalize_or_zero().distance(crossing.normal()) > COPLANAR
             };
             if crossing.continued.is_some_and(folded) {
@@ -154,16 +154,17 @@ impl EdgeList {
         Some([away(f), -away(g)])
     }
 
-    pub(super) fn has(&self, edge: &Edge, triangle: u32) -> bool {
-        self.faces(edge).iter().any(|f| f.triangle == triangle)
+    /// Whether a surface is one of those that meet in an edge.
+    pub(super) fn has(&self, edge: &Edge, surface: Surface) -> bool {
+        self.faces(edge).iter().any(|f| Surface::Triangle(f.triangle) == surface)
     }
 }
 
 impl EdgeList {
-    /// Whether a triangle meets an edge of the same ends, be it another shape's.
-    pub(super) fn has_there(&self, edge: &Edge, triangle: u32) -> bool {
+    /// Whether a surface meets an edge of the same ends, be it another shape's.
+    pub(super) fn has_there(&self, edge: &Edge, surface: Surface) -> bool {
         let range = edge.first_there as usize..(edge.first_there + edge.count_there) as usize;
-        self.faces[range].iter().any(|f| f.triangle == triangle)
+        self.faces[range].iter().any(|f| Surface::Triangle(f.triangle) == surface)
     }
 }
 
@@ -178,7 +179,7 @@ const BITS: u32 = 20;
 
 impl Curve {
     fn new(scene: &Scene) -> Self {
-        let (low, high) = scene.accelerator.bounds();
+        let (low, high) = scene.bounds().unwrap_or_default();
         let cells = f64::from((1_u32 << BITS) - 1);
         Self { low, scale: cells / (high - low).max(DVec3::splat(f64::MIN_POSITIVE)) }
     }
@@ -217,14 +218,9 @@ impl Edge {
     }
 }
 
-/// The corners of a triangle.
-pub(super) fn corners(scene: &Scene, triangle: u32) -> [DVec3; 3] {
-    scene.triangles[triangle as usize].positions.map(|i| scene.positions[i as usize])
-}
-
 /// Whether a triangle reflects anything.
 pub(super) fn reflects(scene: &Scene, triangle: u32) -> bool {
-    let shape = &scene.description.shapes[scene.triangles[triangle as usize].shape as usize];
-    let reflectance = scene.description.materials[shape.material].bsdf.reflectance();
+    let material = scene.material_of(Surface::Triangle(triangle));
+    let reflectance = scene.description.materials[material].bsdf.reflectance();
     *reflectance != Reflectance::Constant(DVec3::ZERO)
 }

@@ -54,9 +54,8 @@ impl<'a> Primary<'a> {
     pub(super) fn new(paths: &'a Paths<'a>, list: &'a EdgeList, moving: &Moving) -> Self {
         let scene = paths.scene;
         let film = FilmPlane::new(scene);
-        let camera = &scene.description.camera;
         let mut primary =
-            Self { paths, film, frame: film.frame(camera), list, lines: vec![], table: Table::default() };
+            Self { paths, film, frame: film.still, list, lines: vec![], table: Table::default() };
         for (index, edge) in list.edges.iter().enumerate() {
             let moves = moving.camera || moving.has_any(edge.shapes);
             if moves && list.may_jump(scene, edge) {
@@ -87,7 +86,7 @@ impl<'a> Primary<'a> {
         let [a, b] = edge.span(scene);
         let t = a.lerp(b, s).distance(origin);
         let direction = self.film.direction(&self.frame, [u.x, u.y]).value();
-        let hidden = self.paths.blocked(origin, direction, 0.0, t * (1.0 - NEARLY));
+        let hidden = self.paths.scene.blocked(origin, direction, 0.0, t * (1.0 - NEARLY));
         line.ends[0].distance(line.ends[1]) * contrast * if hidden { HIDDEN } else { 1.0 }
     }
 
@@ -161,7 +160,7 @@ impl Boundary for Primary<'_> {
         let [a, b] = edge.span(scene);
         let t = a.lerp(b, s).distance(origin.value());
         let directions = [-ASIDE_PIXELS, ASIDE_PIXELS].map(|e| ray(u + e * normal).value());
-        let Some(sides) = look_past(self.paths, self.list, edge, (origin.value(), None), directions, t)
+        let Some(sides) = look_past(self.paths.scene, self.list, edge, (origin.value(), None), directions, t)
         else {
             return;
         };

@@ -26,10 +26,9 @@ use super::sides::{ASIDE, Sides, look_past};
 use super::table::Table;
 use super::wedge::{Aimed, Targets, Wedge};
 use super::{BACKWARDS, LIT_EDGE, Moving, REST_EDGE, STILL};
-use crate::geometry::Hit;
 use crate::gradient::differential::Differential;
 use crate::path::{Frame, LightId, Paths, Sequence};
-use crate::scene::Environment;
+use crate::scene::{Environment, Hit, Surface};
 
 /// What passes an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,11 +70,11 @@ struct Drawn {
     aim: Option<Aim>,
 }
 
-/// The light that a direction was drawn for, and the only triangle of it that counts, if it is one of them.
+/// The light that a direction was drawn for, and the only surface of it that counts, if it is one of them.
 #[derive(Clone, Copy, Debug)]
 struct Aim {
     id: LightId,
-    triangle: Option<u32>,
+    surface: Option<Surface>,
     distance: f64,
 }
 
@@ -214,16 +213,16 @@ impl<'a> Secondary<'a> {
         if self.light == Light::Emitted {
             if let (Some(targets), Some(wedge)) = (&self.targets, self.wedge(edge)) {
                 let aimed = targets.draw(paths.scene, &wedge, edge.span(paths.scene), point, [c, a, b])?;
-                let Aimed { direction, distance, density, triangle, id } = aimed;
+                let Aimed { direction, distance, density, surface, id } = aimed;
                 return Some(Drawn {
                     direction,
                     density,
-                    aim: Some(Aim { id, triangle: Some(triangle), distance }),
+                    aim: Some(Aim { id, surface: Some(surface), distance }),
                 });
             }
             let towards = paths.lights.sample(paths.scene, point, [c, a, b])?;
             let (direction, density) = (towards.sampled.direction, towards.sampled.density);
-            let aim = Aim { id: towards.id, triangle: None, distance: towards.distance };
+            let aim = Aim { id: towards.id, surface: None, distance: towards.distance };
             return Some(Drawn { direction, density, aim: Some(aim) });
         }
         let [p, q] = edge.span(paths.scene);
@@ -250,7 +249,7 @@ impl<'a> Secondary<'a> {
 
     /// Rays through an edge's point start that far from it: its own triangles do not count.
     fn near(&self) -> f64 {
-        1e4 * self.sensor.paths.rounding()
+        1e4 * self.sensor.paths.scene.rounding()
     }
 
     /// The light on both sides of the edge along a path's last segment.
@@ -264,8 +263,8 @@ impl<'a> Secondary<'a> {
     ) -> DVec3 {
         let paths = self.sensor.paths;
         let [before, behind] = sides.hits.map(|hit: Option<Hit>| match aim {
-            Some(Aim { id, triangle, .. }) => {
-                let hit = hit.filter(|h| triangle.is_none_or(|t| t == h.triangle));
+            Some(Aim { id, surface, .. }) => {
+                let hit = hit.filter(|h| surface.is_none_or(|s| s == h.surface));
                 paths.lit(id, hit, segment.direction)
             }
             None => {
@@ -280,8 +279,8 @@ impl<'a> Secondary<'a> {
     fn sides(&self, segment: &Segment<'_>) -> Option<Sides> {
         let across = ASIDE * segment.normal.normalize_or_zero();
         let directions = [-1.0, 1.0].map(|s| (segment.direction + s * across).normalize());
-        let start = (segment.start.position, Some(segment.start.triangle));
-        look_past(self.sensor.paths, self.list, segment.edge, start, directions, segment.distance)
+        let start = (segment.start.position, Some(segment.start.surface));
+        look_past(self.sensor.paths.scene, self.list, segment.edge, start, directions, segment.distance)
     }
 }
 
@@ -314,18 +313,18 @@ impl Boundary for Secondary<'_> {
             }
         }
         if let Some(aim) = drawn.aim
-            && paths.blocked(point, drawn.direction, self.near(), aim.distance)
+            && scene.blocked(point, drawn.direction, self.near(), aim.distance)
         {
             return;
         }
-        let Some(hit) = paths.beyond(point, -drawn.direction, self.near()) else { return };
-        let shape = scene.triangles[hit.triangle as usize].shape as usize;
+        let Some(hit) = scene.beyond(point, -drawn.direction, self.near()) else { return };
+        let shape = scene.shape_of(hit.surface) as usize;
         if self.longest == 1
             && !(self.moving.camera || self.moving.shapes[shape] || self.moving.has_any(edge.shapes))
         {
             return;
         }
-        let start = Vertex { position: point - drawn.direction * hit.distance, triangle: hit.triangle };
+        let start = Vertex { position: point - drawn.direction * hit.distance, surface: hit.surface };
         let segment = Segment {
             edge,
             along: chosen.rest,

@@ -5,18 +5,18 @@ use std::f64::consts::{FRAC_1_PI, TAU};
 
 use glam::{DVec2, DVec3};
 
-use super::list::corners;
 use crate::gradient::film::FilmPlane;
 use crate::path::{Calculus, Frame, Paths, Plain, Sequence, SurfacePoint};
+use crate::scene::Surface;
 
 /// A point of a surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Vertex {
     pub(super) position: DVec3,
-    pub(super) triangle: u32,
+    pub(super) surface: Surface,
 }
 
-/// The part of backward directions on the other side of a triangle with shading normals: what the shading normal
+/// The part of backward directions on the other side of a surface with shading normals: what the shading normal
 /// reflects may arrive from below the face.
 const BELOW: f64 = 0.1;
 
@@ -44,13 +44,7 @@ pub(super) struct CameraSubpath<'v> {
 impl<'a> Sensor<'a> {
     pub(super) fn new(paths: &'a Paths<'a>) -> Self {
         let film = FilmPlane::new(paths.scene);
-        Self { paths, film, frame: film.frame(&paths.scene.description.camera) }
-    }
-
-    /// The unit normal of a triangle.
-    fn normal(&self, triangle: u32) -> DVec3 {
-        let [a, b, c] = corners(self.paths.scene, triangle);
-        (b - a).cross(c - a).normalize_or_zero()
+        Self { paths, film, frame: film.still }
     }
 
     /// f cos θ_s/cos θ_g: reflection at a vertex as seen from `viewer`, of light that arrives from `towards`, by
@@ -60,9 +54,9 @@ impl<'a> Sensor<'a> {
         let plain = Plain { scene };
         let direction = (vertex.position - viewer).normalize_or_zero();
         let (origin, direction) = (Vec3::constant(viewer), Vec3::constant(direction));
-        let point = SurfacePoint::new(scene, &plain, origin, direction, vertex.triangle);
+        let point = SurfacePoint::new(scene, &plain, origin, direction, vertex.surface);
         let Some(shading) = point.shading(scene, &plain) else { return DVec3::ZERO };
-        let cosine = self.normal(vertex.triangle).dot(towards).abs();
+        let cosine = self.paths.scene.normal_of(vertex.surface).dot(towards).abs();
         shading.evaluate(Vec3::constant(towards)).value() / cosine
     }
 
@@ -124,7 +118,7 @@ impl<'a> Sensor<'a> {
         let at = DVec2::from(self.film.project(&self.frame, Vec3::constant(vertex.position)));
         self.film.cell(at)?;
         let weight = self.reflection(origin, vertex, towards) * self.film_area(vertex);
-        if weight == DVec3::ZERO || self.paths.blocked(origin, direction, 0.0, distance) {
+        if weight == DVec3::ZERO || self.paths.scene.blocked(origin, direction, 0.0, distance) {
             return None;
         }
         Some((at, weight))
@@ -136,17 +130,17 @@ impl<'a> Sensor<'a> {
         let distance = way.length();
         let direction = way / distance;
         let cosine = direction.dot(self.frame.forward.value());
-        let slope = self.normal(vertex.triangle).dot(direction).abs();
+        let slope = self.paths.scene.normal_of(vertex.surface).dot(direction).abs();
         self.frame.focal * self.frame.focal * slope / (cosine.powi(3) * distance * distance)
     }
 
     /// One more vertex backwards, and f cos θ_s/cos θ_g · |n·ω′|/density.
     fn extend(&self, vertex: &Vertex, towards: DVec3, numbers: &mut Sequence) -> Option<(Vertex, DVec3)> {
         let scene = self.paths.scene;
-        let face = self.normal(vertex.triangle);
+        let face = self.paths.scene.normal_of(vertex.surface);
         let face = if face.dot(towards) < 0.0 { -face } else { face };
         let (side, [a, b]) = (numbers.one(), numbers.pair());
-        let bends = scene.triangles[vertex.triangle as usize].normals[0] != crate::scene::NONE;
+        let bends = scene.has_shading_normals(vertex.surface);
         let (normal, share) = match bends {
             false => (face, 1.0),
             true if side < BELOW => (-face, BELOW),
@@ -155,8 +149,8 @@ impl<'a> Sensor<'a> {
         let (s, t) = normal.any_orthonormal_pair();
         let (sin, cos) = (TAU * b).sin_cos();
         let direction = a.sqrt() * (cos * s + sin * t) + (1.0 - a).sqrt() * normal;
-        let hit = self.paths.closest(vertex.position, direction, Some(vertex.triangle))?;
-        let next = Vertex { position: vertex.position + direction * hit.distance, triangle: hit.triangle };
+        let hit = scene.closest(vertex.position, direction, Some(vertex.surface))?;
+        let next = Vertex { position: vertex.position + direction * hit.distance, surface: hit.surface };
         let factor = self.reflection(next.position, vertex, towards) / (FRAC_1_PI * share);
         Some((next, factor))
     }
@@ -178,7 +172,7 @@ impl<'a> Sensor<'a> {
             if let Some(before) = before {
                 direction = Vec3::constant((vertex.position - before).normalize());
             }
-            origin = SurfacePoint::new(scene, calculus, origin, direction, vertex.triangle).position;
+            origin = SurfacePoint::new(scene, calculus, origin, direction, vertex.surface).position;
             before = Some(vertex.position);
         }
         origin

@@ -2,9 +2,8 @@
 
 use glam::DVec3;
 
-use super::list::{Edge, EdgeList, corners};
-use crate::geometry::Hit;
-use crate::path::Paths;
+use super::list::{Edge, EdgeList};
+use crate::scene::{Hit, Scene, Surface};
 
 /// The ray on either side of an edge leaves it by this angle, in radians. What it hits stands for the limit at
 /// the edge: it differs only where two edges are nearer to one another than this.
@@ -24,52 +23,49 @@ pub(super) struct Sides {
 
 /// Looks past an edge's point at distance t on both sides; `None` where the edge is hidden.
 pub(super) fn look_past(
-    paths: &Paths<'_>,
+    scene: &Scene,
     list: &EdgeList,
     edge: &Edge,
-    (origin, from): (DVec3, Option<u32>),
+    (origin, from): (DVec3, Option<Surface>),
     directions: [DVec3; 2],
     t: f64,
 ) -> Option<Sides> {
-    let hits = directions.map(|d| paths.closest(origin, d, from));
-    let owns = hits.map(|h| h.is_some_and(|h| list.has(edge, h.triangle)));
+    let hits = directions.map(|d| scene.closest(origin, d, from));
+    let owns = hits.map(|h| h.is_some_and(|h| list.has(edge, h.surface)));
     let touches =
-        |h: Hit| (h.distance - t).abs() < TOUCH * t && is_between(paths, origin, directions, h.triangle);
+        |h: Hit| (h.distance - t).abs() < TOUCH * t && is_between(scene, origin, directions, h.surface);
     let doubled = match owns {
         [false, false] => return None,
         // A crossing may run along an edge of one of its triangles.
         [true, true] => edge.is_crossing() && hits.into_iter().flatten().any(touches),
-        [true, false] => hits[1].is_some_and(|h| list.has_there(edge, h.triangle) || touches(h)),
-        [false, true] => hits[0].is_some_and(|h| list.has_there(edge, h.triangle) || touches(h)),
+        [true, false] => hits[1].is_some_and(|h| list.has_there(edge, h.surface) || touches(h)),
+        [false, true] => hits[0].is_some_and(|h| list.has_there(edge, h.surface) || touches(h)),
     };
-    let doubled = doubled || !edge.is_crossing() && cross_between(paths, origin, directions, hits);
+    let doubled = doubled || !edge.is_crossing() && cross_between(scene, origin, directions, hits);
     Some(Sides { hits, share: if doubled { 0.5 } else { 1.0 } })
 }
 
 /// Whether a crossing of two triangles is seen between two directions, in which they are hit.
-fn cross_between(
-    paths: &Paths<'_>,
-    origin: DVec3,
-    [before, behind]: [DVec3; 2],
-    hits: [Option<Hit>; 2],
-) -> bool {
+fn cross_between(scene: &Scene, origin: DVec3, [before, behind]: [DVec3; 2], hits: [Option<Hit>; 2]) -> bool {
     let [Some(a), Some(b)] = hits else { return false };
-    let crossings = paths.scene.crossings();
-    crossings.of(a.triangle).iter().map(|&i| crossings.get(i)).any(|crossing| {
+    let [Surface::Triangle(first), Surface::Triangle(second)] = [a.surface, b.surface];
+    let crossings = scene.crossings();
+    crossings.of(first).iter().map(|&i| crossings.get(i)).any(|crossing| {
         let [p, q] = crossing.places.map(|p| p - origin);
         let plane = p.cross(q);
         crossing.continued.is_none()
-            && crossing.triangles.contains(&b.triangle)
+            && crossing.triangles.contains(&second)
             && plane.dot(before) * plane.dot(behind) <= 0.0
     })
 }
 
 /// Whether an edge at which a triangle jumps is seen between two directions: then rays past it find both surfaces
 /// too. Where it is farther aside, each edge has a jump of its own.
-fn is_between(paths: &Paths<'_>, origin: DVec3, [before, behind]: [DVec3; 2], triangle: u32) -> bool {
-    let p = corners(paths.scene, triangle).map(|p| p - origin);
+fn is_between(scene: &Scene, origin: DVec3, [before, behind]: [DVec3; 2], surface: Surface) -> bool {
+    let Surface::Triangle(triangle) = surface;
+    let p = scene.corners(triangle).map(|p| p - origin);
     (0..3).any(|k| {
         let plane = p[k].cross(p[(k + 1) % 3]);
-        paths.scene.adjacency.jumps(triangle, k) && plane.dot(before) * plane.dot(behind) <= 0.0
+        scene.adjacency.jumps(triangle, k) && plane.dot(before) * plane.dot(behind) <= 0.0
     })
 }

@@ -11,13 +11,11 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::curve::{Curve, Eye};
 use super::driver::Address;
-use super::list::corners;
 use super::sensor::Sensor;
 use super::table::Table;
 use super::{Moving, SIGN_CHANGE};
-use crate::geometry::Hit;
 use crate::path::{Calculus, Paths, Plain, Sequence, SurfacePoint};
-use crate::scene::NONE;
+use crate::scene::{Hit, NONE, Surface};
 
 /// The radiance on either side is that this many pixels away.
 const ASIDE_PIXELS: f64 = 1e-6;
@@ -65,7 +63,7 @@ impl<'a> FilmSignChanges<'a> {
     fn candidate(&self, triangle: u32) -> Option<Candidate> {
         let scene = self.sensor.paths.scene;
         let origin = self.sensor.frame.origin.value();
-        let (p, n) = (corners(scene, triangle).map(|p| p - origin), self.normals(triangle));
+        let (p, n) = (scene.corners(triangle).map(|p| p - origin), self.normals(triangle));
         // G is a quadratic form in barycentric coordinates: it has one sign if all its coefficients have.
         let form = |i: usize, j: usize| n[i].dot(p[j]) + n[j].dot(p[i]);
         let all = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)].map(|(i, j)| form(i, j));
@@ -90,7 +88,7 @@ impl<'a> FilmSignChanges<'a> {
     fn roots(&self, triangle: u32, u: DVec2, d: DVec2) -> impl Iterator<Item = DVec2> {
         let origin = self.sensor.frame.origin.value();
         let place = DMat3::from_cols_array_2d(
-            &corners(self.sensor.paths.scene, triangle).map(|p| (p - origin).to_array()),
+            &self.sensor.paths.scene.corners(triangle).map(|p| (p - origin).to_array()),
         );
         let normals = DMat3::from_cols_array_2d(&self.normals(triangle).map(|n| n.to_array()));
         let inverse = place.inverse();
@@ -110,10 +108,10 @@ impl<'a> FilmSignChanges<'a> {
     }
 
     /// G at a film point, in numbers.
-    fn cosine<C: Calculus>(&self, calculus: &C, eye: &Eye<'_, C::Number>, triangle: u32) -> C::Number {
+    fn cosine<C: Calculus>(&self, calculus: &C, eye: &Eye<'_, C::Number>, surface: Surface) -> C::Number {
         let scene = self.sensor.paths.scene;
         let direction = self.sensor.film.direction(eye.frame, eye.at);
-        let point = SurfacePoint::new(scene, calculus, eye.frame.origin, direction, triangle);
+        let point = SurfacePoint::new(scene, calculus, eye.frame.origin, direction, surface);
         point.interpolated_normal(scene, calculus).dot(point.viewer)
     }
 }
@@ -152,6 +150,7 @@ impl Curve for FilmSignChanges<'_> {
         } else {
             (DVec2::new(low.x + offset - size.y, low.y), DVec2::Y)
         };
+        let surface = Surface::Triangle(triangle);
         let plain = Plain { scene };
         let ray = |u: DVec2| film.direction(&still, [u.x, u.y]);
         for at in self.roots(triangle, u, d) {
@@ -160,9 +159,9 @@ impl Curve for FilmSignChanges<'_> {
             if !inside {
                 continue;
             }
-            let hit = paths.closest(still.origin.value(), ray(at).value(), None);
-            let Some(hit) = hit.filter(|h| h.triangle == triangle) else { continue };
-            let value = |step: DVec2| self.cosine(&plain, &Eye::still(&still, at + step), triangle);
+            let hit = scene.closest(still.origin.value(), ray(at).value(), None);
+            let Some(hit) = hit.filter(|h| h.surface == surface) else { continue };
+            let value = |step: DVec2| self.cosine(&plain, &Eye::still(&still, at + step), surface);
             let slope = |d: DVec2| (value(STEP_PIXELS * d) - value(-STEP_PIXELS * d)) / (2.0 * STEP_PIXELS);
             let gradient = DVec2::new(slope(DVec2::X), slope(DVec2::Y));
             let steepness = gradient.length();
@@ -173,8 +172,8 @@ impl Curve for FilmSignChanges<'_> {
         }
     }
 
-    fn film(&self, place: &Turn) -> (DVec2, u32) {
-        (place.at, place.hit.triangle)
+    fn film(&self, place: &Turn) -> (DVec2, Surface) {
+        (place.at, place.hit.surface)
     }
 
     fn light(&self, place: &Turn) -> DVec3 {
@@ -189,6 +188,6 @@ impl Curve for FilmSignChanges<'_> {
     }
 
     fn speed<C: Calculus>(&self, calculus: &mut C, eye: &Eye<'_, C::Number>, place: &Turn) -> C::Number {
-        -self.cosine(calculus, eye, place.hit.triangle)
+        -self.cosine(calculus, eye, place.hit.surface)
     }
 }

@@ -4,11 +4,11 @@ use flatland::calculus::{Number, Rgb, Vec3};
 use glam::{DVec2, DVec3};
 
 use super::Moving;
-use super::list::{corners, reflects};
+use super::list::reflects;
 use super::sensor::{CameraSubpath, Sensor, Vertex};
 use super::table::Table;
-use crate::geometry::Hit;
 use crate::path::{Plain, Sequence, Shading, SurfacePoint};
+use crate::scene::{Hit, Surface};
 
 /// Paths are continued with no more than this probability where there is no limit to their length.
 const SURVIVAL: f64 = 0.95;
@@ -34,7 +34,7 @@ impl<'a> Walk<'a> {
     pub(super) fn new(sensor: Sensor<'a>, moving: &Moving, longest: usize) -> Self {
         let scene = sensor.paths.scene;
         let area = |t: usize| {
-            let [a, b, c] = corners(scene, t as u32);
+            let [a, b, c] = scene.corners(t as u32);
             let moves = moving.camera || moving.shapes[scene.triangles[t].shape as usize];
             if moves && reflects(scene, t as u32) { 0.5 * (b - a).cross(c - a).length() } else { 0.0 }
         };
@@ -53,7 +53,7 @@ impl<'a> Walk<'a> {
         let at = match drawn {
             Some(triangle) => {
                 let root = pair[0].sqrt();
-                let [a, b, c] = corners(scene, triangle);
+                let [a, b, c] = scene.corners(triangle);
                 let x = a * (1.0 - root) + b * (root * (1.0 - pair[1])) + c * (root * pair[1]);
                 if (x - origin).dot(frame.forward.value()) <= 0.0 {
                     return None;
@@ -64,13 +64,14 @@ impl<'a> Walk<'a> {
         };
         film.cell(at)?;
         let direction = film.direction(&frame, [at.x, at.y]).value();
-        let hit = paths.closest(origin, direction, None)?;
-        if drawn.is_some_and(|triangle| triangle != hit.triangle) {
+        let hit = scene.closest(origin, direction, None)?;
+        let Surface::Triangle(seen) = hit.surface;
+        if drawn.is_some_and(|triangle| triangle != seen) {
             return None;
         }
         let mut density = (1.0 - by_area) / (high - low).element_product();
-        if by_area > 0.0 && self.moving.weight(hit.triangle as usize) > 0.0 {
-            let x = Vertex { position: origin + direction * hit.distance, triangle: hit.triangle };
+        if by_area > 0.0 && self.moving.weight(seen as usize) > 0.0 {
+            let x = Vertex { position: origin + direction * hit.distance, surface: hit.surface };
             density += by_area / (self.moving.total() * self.sensor.film_area(&x));
         }
         Some((at, hit, 1.0 / density))
@@ -105,10 +106,10 @@ impl<'a> Walk<'a> {
         let mut next = Some(hit);
         while let Some(hit) = next {
             let (o, d) = (Vec3::constant(origin), Vec3::constant(direction));
-            let point = SurfacePoint::new(scene, &plain, o, d, hit.triangle);
+            let point = SurfacePoint::new(scene, &plain, o, d, hit.surface);
             let Some(shading) = point.shading(scene, &plain) else { return };
             origin = point.position.value();
-            vertices.insert(0, Vertex { position: origin, triangle: hit.triangle });
+            vertices.insert(0, Vertex { position: origin, surface: hit.surface });
             f(&CameraSubpath { at, vertices: &vertices, weight: throughput }, &shading, numbers);
             if vertices.len() >= self.longest {
                 return;
@@ -128,7 +129,7 @@ impl<'a> Walk<'a> {
                 return;
             }
             direction = sampled.direction;
-            next = paths.closest(origin, direction, Some(hit.triangle));
+            next = scene.closest(origin, direction, Some(hit.surface));
         }
     }
 }

@@ -8,10 +8,10 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use super::list::{Edge, EdgeList, corners};
+use super::list::{Edge, EdgeList};
 use super::table::Table;
 use crate::path::{LightId, Paths};
-use crate::scene::Scene;
+use crate::scene::{Scene, Surface};
 
 /// Above as many triangles of emitters directions are drawn from next-event estimation instead.
 const MANY: usize = 32;
@@ -86,7 +86,7 @@ pub(super) struct Aimed {
     pub(super) distance: f64,
     /// Per solid angle.
     pub(super) density: f64,
-    pub(super) triangle: u32,
+    pub(super) surface: Surface,
     pub(super) id: LightId,
 }
 
@@ -107,7 +107,7 @@ impl Targets {
         let (mut parts, mut weights) = (vec![], vec![]);
         let middle = a.midpoint(b);
         for &triangle in &self.triangles {
-            let p = corners(scene, triangle);
+            let p = scene.corners(triangle);
             let normal = (p[1] - p[0]).cross(p[2] - p[0]);
             if [a, b].iter().all(|end| normal.dot(*end - p[0]) <= 0.0) {
                 continue;
@@ -132,7 +132,7 @@ impl Targets {
     pub(super) fn reach(&self, scene: &Scene, [a, b]: [DVec3; 2]) -> f64 {
         let from = |x: DVec3| {
             let of = |&t: &u32| {
-                let [p, q, r] = corners(scene, t);
+                let [p, q, r] = scene.corners(t);
                 let way = (p + q + r) / 3.0 - x;
                 let facing = 0.5 * (q - p).cross(r - p).dot(x - p);
                 (facing / way.length().powi(3)).clamp(0.0, TAU)
@@ -157,7 +157,7 @@ impl Targets {
         }
         let chosen = table.at(c);
         let part = &parts[chosen.index];
-        let p = corners(scene, part.triangle);
+        let p = scene.corners(part.triangle);
         let [q, r] = chord(wedge, p, point, part.start + a * part.angle)?;
         let way = q.lerp(r, b) - point;
         let distance = way.length();
@@ -170,9 +170,9 @@ impl Targets {
         let sine = direction.cross(wedge.edge).length();
         let cut = (r - q).cross(direction).length() / distance;
         let density = chosen.probability / (part.angle * cut * sine);
-        let id = LightId::Shape(scene.triangles[part.triangle as usize].shape);
-        Some(Aimed { direction, distance, density, triangle: part.triangle, id })
-            .filter(|a| a.density.is_finite())
+        let surface = Surface::Triangle(part.triangle);
+        let id = LightId::Shape(scene.shape_of(surface));
+        Some(Aimed { direction, distance, density, surface, id }).filter(|a| a.density.is_finite())
     }
 }
 

@@ -39,20 +39,19 @@ impl Faces {
     pub(super) fn grow(scene: &Scene) -> Vec<u32> {
         let mut first = vec![NONE; scene.triangles.len()];
         let size = scene.positions.iter().fold(0.0_f64, |size, p| size.max(p.abs().max_element()));
-        let corners = |t: u32| scene.triangles[t as usize].positions.map(|i| scene.positions[i as usize]);
         let normal = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).normalize_or_zero();
         let mut open = VecDeque::new();
         for seed in 0..scene.triangles.len() as u32 {
             if first[seed as usize] != NONE {
                 continue;
             }
-            let plane = corners(seed);
+            let plane = scene.corners(seed);
             let up = normal(plane);
             first[seed as usize] = seed;
             open.push_back(seed);
             while let Some(t) = open.pop_front() {
                 for other in (0..3).filter_map(|k| scene.adjacency.smooth(t, k)) {
-                    let p = corners(other);
+                    let p = scene.corners(other);
                     let in_plane = p.iter().all(|p| up.dot(*p - plane[0]).abs() <= THICK * size);
                     if first[other as usize] == NONE && in_plane && normal(p).distance(up) <= FLAT {
                         first[other as usize] = seed;

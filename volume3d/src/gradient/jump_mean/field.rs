@@ -10,7 +10,7 @@ use super::edge::{Cone, Edge, HalfSpace};
 use super::scene_edges::SceneEdges;
 use crate::Sphere;
 use crate::gradient::followed::{Followed, FollowedPoint};
-use crate::scene::{Scene, Span};
+use crate::scene::{MaterialPoint, Scene, Span};
 
 /// Which edges are tried as silhouettes.
 #[derive(Clone, Copy, Debug)]
@@ -222,7 +222,8 @@ impl Piece {
         let along = self.along[end];
         let followed = match self.span {
             Span::Edge([first, last]) => {
-                Followed::Corners([(first, 1.0 - along), (last, along), (last, 0.0)])
+                let ends = [(first, 1.0 - along), (last, along), (last, 0.0)];
+                Followed::Material(MaterialPoint::Mesh(ends))
             }
             Span::Crossing(index) => Followed::Crossing { index, along },
         };

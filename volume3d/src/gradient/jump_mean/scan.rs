@@ -12,8 +12,8 @@ use super::edge::Edge;
 use super::faces::Faces;
 use super::scene_edges::{SceneEdges, edges};
 use super::{AngularSupport, HalfSpace, JumpMean, Silhouettes, Subject, View};
-use crate::geometry::{Mesh, Ray};
-use crate::scene::{Camera, Description, Film, Filter, Material, Scene, Span};
+use crate::geometry::Mesh;
+use crate::scene::{Camera, Description, Film, Filter, Hit, Material, Scene, Span, Surface};
 
 /// From both sides V may differ by what it changes by on the way between them, and by rounding.
 const TOLERANCE: f64 = 1e-6;
@@ -140,15 +140,14 @@ fn scene(kind: &Kind) -> Scene {
 }
 
 fn seen(scene: &Scene, direction: DVec3) -> Option<u32> {
-    let ray = Ray { origin: DVec3::ZERO, direction, near: 0.0, far: f64::INFINITY, from: None };
-    scene.accelerator.closest(&ray).map(|hit| hit.triangle)
+    let hit = scene.closest(DVec3::ZERO, direction, None);
+    hit.map(|Hit { surface: Surface::Triangle(triangle), .. }| triangle)
 }
 
 /// V as it is for camera rays.
 fn field(scene: &Scene, tree: &SceneEdges, velocities: &[DVec3], u: DVec3, triangle: Option<u32>) -> DVec3 {
     let plane = triangle.map(|t| {
-        let [a, b, c] =
-            scene.triangles[tree.plane(t) as usize].positions.map(|i| scene.positions[i as usize]);
+        let [a, b, c] = scene.corners(tree.plane(t));
         let normal = (b - a).cross(c - a).normalize();
         let normal = if normal.dot(a) > 0.0 { -normal } else { normal };
         HalfSpace { normal, point: a, slack: 6e-6 }
@@ -162,7 +161,7 @@ fn field(scene: &Scene, tree: &SceneEdges, velocities: &[DVec3], u: DVec3, trian
     let mean = JumpMean::new(scene, tree, Silhouettes::All, &view, u, AngularSupport::new(0.2));
     mean.map_or(DVec3::ZERO, |mean| {
         mean.field(|seen| {
-            let velocity = seen.followed.velocity(scene, |i| velocities[i as usize]);
+            let velocity = seen.followed.velocity(scene, velocities);
             (velocity - velocity.dot(seen.direction) * seen.direction) / seen.distance
         })
         .value

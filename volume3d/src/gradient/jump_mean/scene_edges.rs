@@ -55,7 +55,7 @@ impl SceneEdges {
 /// nothing jumps there and they are silhouettes from nowhere.
 pub(super) fn edges(scene: &Scene, first: &[u32]) -> Vec<Edge> {
     let normal = |t: u32| {
-        let [a, b, c] = scene.triangles[t as usize].positions.map(|i| scene.positions[i as usize]);
+        let [a, b, c] = scene.corners(t);
         (b - a).cross(c - a).normalize_or_zero()
     };
     Edges::of(scene.triangles.iter().map(|t| t.positions))

@@ -33,7 +33,7 @@ impl Job<'_> {
             Worker { calculus: Forward::<N> { scene, film, motion, auxiliary }, added: vec![] }
         };
         let cell = |worker: &mut Worker<'_, N, K>, (i, j), mut sink: CellSink<'_, K>| {
-            let frame = film.moving_frame(&scene.description.camera, &worker.calculus);
+            let frame = film.moving_frame(&worker.calculus);
             for sample in 0..self.method.samples {
                 if sink.stopped() {
                     return;

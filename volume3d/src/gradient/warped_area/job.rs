@@ -5,16 +5,16 @@ use flatland::random::{Stream, stream};
 use glam::{DVec2, DVec3};
 
 use super::WarpedArea;
-use crate::geometry::Hit;
 use crate::gradient::auxiliary::{Auxiliary, Construction};
 use crate::gradient::boundary::SignChanges;
 use crate::gradient::differential::{Differential, FilmPoint};
 use crate::gradient::film::FilmPlane;
 use crate::gradient::groups::{numbers, split_numbers};
 use crate::gradient::jump_mean::SceneEdges;
-use crate::gradient::moving_bounds::MovingBounds;
+use crate::gradient::motion::MovingBounds;
 use crate::gradient::{AUXILIARY, EDGE, EDGE_AUXILIARY, GRADIENT_PATH, SPLIT};
 use crate::path::{Frame, Paths, Sequence};
+use crate::scene::Hit;
 
 /// What every sample of one gradient shares.
 pub(super) struct Job<'s> {
@@ -81,15 +81,14 @@ impl Job<'_> {
         frame: &Frame<C::Number>,
         place: Place,
     ) -> Sample<C::Number> {
-        let (i, j, sample) = place;
+        let (i, j, _) = place;
         if let Some(rng) = calculus.rng() {
             *rng = self.stream(place, AUXILIARY);
         }
-        let mut numbers = self.numbers((i, j), sample, GRADIENT_PATH);
+        let mut numbers = self.numbers(place, GRADIENT_PATH);
         let u = self.film.point(i, j, numbers.pair());
-        let (origin, ray) = self.camera_ray(u);
-        let hit = self.paths.closest(origin, ray, None);
-        let point = calculus.film_warp(u, hit.map(|h| h.triangle));
+        let (origin, ray, hit) = self.look(u);
+        let point = calculus.film_warp(u, hit.map(|h| h.surface));
         let direction = self.film.direction(frame, point.at);
         let radiance = self.paths.radiance(calculus, frame.origin, direction, hit, 1, &mut numbers);
         let value = radiance.value();
@@ -124,17 +123,16 @@ impl Job<'_> {
         calculus: &mut C,
         place: Place,
     ) -> Option<EdgeSample<C::Number>> {
-        let (i, j, sample) = place;
+        let (i, j, _) = place;
         if let Some(rng) = calculus.rng() {
             *rng = self.stream(place, EDGE_AUXILIARY);
         }
-        let mut numbers = self.numbers((i, j), sample, EDGE);
+        let mut numbers = self.numbers(place, EDGE);
         let [choice, along] = numbers.pair();
         let vertical = choice < 0.5;
         let u = self.film.point(i, j, if vertical { [0.0, along] } else { [along, 0.0] });
-        let (origin, ray) = self.camera_ray(u);
-        let hit = self.paths.closest(origin, ray, None);
-        let [x, y] = calculus.film_warp(u, hit.map(|h| h.triangle)).at;
+        let (origin, ray, hit) = self.look(u);
+        let [x, y] = calculus.film_warp(u, hit.map(|h| h.surface)).at;
         let across = if vertical { x } else { y };
         let moves = !across.is_still();
         moves.then(|| EdgeSample {
@@ -168,18 +166,18 @@ impl Job<'_> {
         }
     }
 
-    fn numbers(&self, cell: (usize, usize), sample: usize, purpose: u64) -> Sequence {
-        numbers(self.method.seed, cell, sample, self.method.samples, purpose)
+    fn numbers(&self, (i, j, sample): Place, purpose: u64) -> Sequence {
+        numbers(self.method.seed, (i, j), sample, self.method.samples, purpose)
     }
 
     fn stream(&self, (i, j, sample): Place, purpose: u64) -> Stream {
         stream(self.method.seed, &[i as u64, j as u64, sample as u64, purpose])
     }
 
-    /// The still ray through a film point.
-    fn camera_ray(&self, u: DVec2) -> (DVec3, DVec3) {
-        let camera = &self.paths.scene.description.camera;
-        (camera.origin, self.film.ray(camera, u))
+    /// The still ray through a film point: its origin, its direction and what it hits.
+    fn look(&self, u: DVec2) -> (DVec3, DVec3, Option<Hit>) {
+        let (origin, ray) = (self.film.still.origin.value(), self.film.ray(u));
+        (origin, ray, self.paths.scene.closest(origin, ray, None))
     }
 
     /// The mean of all paths along a ray to a hit, of which one has found `first`.

@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::job::{Job, Place};
 use crate::gradient::accumulator::{Accumulator, Sums};
 use crate::gradient::contribution::Source;
-use crate::gradient::moving_bounds::MovingBounds;
+use crate::gradient::motion::MovingBounds;
 use crate::gradient::reverse::{Inputs, Recorded, Reverse};
 use crate::gradient::{ActiveParameters, Progress, Stopped};
 
@@ -75,7 +75,7 @@ impl Job<'_> {
         place: Place,
         adjoint: &[DVec3],
     ) -> (Recorded<'t>, f64) {
-        let frame = self.film.moving_frame(&self.paths.scene.description.camera, reverse);
+        let frame = self.film.moving_frame(reverse);
         let sample = self.sample(reverse, &frame, place);
         let mut sum = Recorded::constant(0.0);
         self.for_each_pixel(place, &sample, |[_, x, y], _, integrand| {

@@ -37,9 +37,8 @@ fn the_query_finds_what_comparing_all_pairs_finds() {
     for scale in [1.0, 1e-30, 1e30] {
         let scene = scene(vec![soup(&mut rng, 700, scale)]);
         let found: Vec<[u32; 2]> = scene.crossings().all().iter().map(|c| c.triangles).collect();
-        let corners = |t: u32| scene.triangles[t as usize].positions.map(|i| scene.positions[i as usize]);
         let pairs = (0..700).flat_map(|s| (s + 1..700).map(move |t| [s, t]));
-        let through = |p: &[u32; 2]| matches!(meeting(&p.map(corners)), Meeting::Through(_));
+        let through = |p: &[u32; 2]| matches!(meeting(&p.map(|t| scene.corners(t))), Meeting::Through(_));
         let expected: Vec<[u32; 2]> = pairs.filter(through).collect();
         assert!(expected.len() > 150, "{}", expected.len());
         assert_eq!(found, expected, "scale {scale:e}");
@@ -61,13 +60,13 @@ fn velocities_keep_points_in_both_planes() {
     for crossing in scene.crossings().all() {
         let along = open01(&mut rng);
         let place = crossing.places[0].lerp(crossing.places[1], along);
-        let velocity = crossing.velocity(&scene.triangles, along, |i| rates[i as usize]);
+        let velocity = crossing.velocity(&scene.triangles, along, &rates);
         for t in crossing.triangles {
             let height = |side: f64| {
                 let [a, b, c] = scene.triangles[t as usize].positions.map(|i| moved(i, side));
                 (b - a).cross(c - a).normalize().dot(place + side * step * velocity - a)
             };
-            let [a, b, c] = scene.triangles[t as usize].positions.map(|i| scene.positions[i as usize]);
+            let [a, b, c] = scene.corners(t);
             let size = (b - a).cross(c - a).length() / (b - a).length().max((c - a).length());
             // Small triangles turn far in a step.
             if size > 1e-2 && velocity.length() < 1e2 {
@@ -87,7 +86,7 @@ fn scattering_is_the_transpose_and_a_common_motion_is_its_own() {
     let rates: Vec<DVec3> = scene.positions.iter().map(|_| random(&mut rng)).collect();
     for crossing in scene.crossings().all() {
         let (along, covector) = (open01(&mut rng), random(&mut rng));
-        let velocity = crossing.velocity(&scene.triangles, along, |i| rates[i as usize]);
+        let velocity = crossing.velocity(&scene.triangles, along, &rates);
         let (mut back, mut size) = (0.0, 0.0);
         crossing.scatter(&scene.triangles, along, covector, |i, c| {
             back += c.dot(rates[i as usize]);
@@ -95,7 +94,8 @@ fn scattering_is_the_transpose_and_a_common_motion_is_its_own() {
         });
         assert!((velocity.dot(covector) - back).abs() <= 1e-13 * size);
         let common = random(&mut rng);
-        let error = crossing.velocity(&scene.triangles, along, |_| common).distance(common);
+        let error =
+            crossing.velocity(&scene.triangles, along, &vec![common; scene.positions.len()]).distance(common);
         assert!(error < 1e-12 * (1.0 + size), "{error}");
     }
 }

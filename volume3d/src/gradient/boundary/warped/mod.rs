@@ -20,7 +20,7 @@ use crate::gradient::Stopped;
 use crate::gradient::auxiliary::{Auxiliary, Construction};
 use crate::gradient::differential::Differential;
 use crate::gradient::jump_mean::SceneEdges;
-use crate::gradient::moving_bounds::MovingBounds;
+use crate::gradient::motion::MovingBounds;
 use crate::path::{Frame, Paths};
 
 /// The boundary terms of sign changes along a warp.

@@ -1,0 +1,94 @@
+//! What a ray hits, in numbers that carry derivatives.
+
+mod triangle;
+
+use flatland::calculus::{Number, Vec3};
+use glam::DVec3;
+
+use self::triangle::MovingTriangle;
+use super::bsdf::Shading;
+use super::calculus::Calculus;
+use super::texture::lookup;
+use crate::scene::{Bsdf, Reflectance, Scene, Surface};
+
+/// A point of a surface that a ray from the viewer hit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SurfacePoint<T> {
+    pub(crate) surface: Surface,
+    pub(crate) position: Vec3<T>,
+    /// Towards the viewer, unit length.
+    pub(crate) viewer: Vec3<T>,
+    moving: Moving<T>,
+}
+
+/// The surface in numbers. Of each kind it is asked how far away a ray meets it, and at a point of it for coordinates, for
+/// the shading normal and for texture coordinates there.
+#[derive(Clone, Copy, Debug)]
+enum Moving<T> {
+    Triangle(MovingTriangle<T>),
+}
+
+impl<T: Number> SurfacePoint<T> {
+    /// Where the ray o + tω meets a surface. All of it moves: the origin, the direction and the surface.
+    pub(crate) fn new<C: Calculus<Number = T>>(
+        scene: &Scene,
+        calculus: &C,
+        origin: Vec3<T>,
+        direction: Vec3<T>,
+        surface: Surface,
+    ) -> Self {
+        let (moving, distance) = match surface {
+            Surface::Triangle(index) => {
+                let triangle = MovingTriangle::new(scene, calculus, index);
+                (Moving::Triangle(triangle), triangle.distance(origin, direction))
+            }
+        };
+        Self { surface, position: origin + direction * distance, viewer: -direction, moving }
+    }
+
+    /// What reflection depends on; `None` where the surface reflects nothing, whatever its parameters.
+    pub(crate) fn shading<'s, C: Calculus<Number = T>>(
+        &self,
+        scene: &'s Scene,
+        calculus: &C,
+    ) -> Option<Shading<'s, T>> {
+        let index = scene.material_of(self.surface);
+        let material = &scene.description.materials[index];
+        let Moving::Triangle(triangle) = &self.moving;
+        let coordinates = triangle.coordinates(self.position);
+        let normal = triangle.shading_normal(scene, calculus, coordinates);
+        let cosine = normal.dot(self.viewer).value();
+        if cosine == 0.0 || (cosine < 0.0 && !material.two_sided) {
+            return None;
+        }
+        let normal = if cosine < 0.0 { -normal } else { normal };
+        let reflectance = match material.bsdf.reflectance() {
+            Reflectance::Constant(c) => {
+                if *c == DVec3::ZERO && !calculus.wants_black(index) {
+                    return None;
+                }
+                calculus.reflectance(index, *c)
+            }
+            Reflectance::Texture(texture) => {
+                let [s, t] = triangle.uv(scene, coordinates);
+                let image = &scene.description.textures[*texture];
+                lookup(image, *texture, [image.wrap; 2], s, t, calculus)
+            }
+        };
+        let roughness = match material.bsdf {
+            Bsdf::RoughConductor { alpha, .. } => calculus.roughness(index, alpha),
+            _ => T::constant(0.0),
+        };
+        Some(Shading { bsdf: &material.bsdf, normal, viewer: self.viewer, reflectance, roughness })
+    }
+
+    /// The shading normal as it is interpolated, on whichever side.
+    pub(crate) fn interpolated_normal<C: Calculus<Number = T>>(
+        &self,
+        scene: &Scene,
+        calculus: &C,
+    ) -> Vec3<T> {
+        let Moving::Triangle(triangle) = &self.moving;
+        triangle.shading_normal(scene, calculus, triangle.coordinates(self.position))
+    }
+}

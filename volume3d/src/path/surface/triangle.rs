@@ -1,0 +1,70 @@
+//! A triangle and a ray, in numbers.
+
+use flatland::calculus::{Number, Vec3};
+use glam::DVec2;
+
+use crate::path::calculus::Calculus;
+use crate::scene::{NONE, Scene, Triangle};
+
+/// A triangle in numbers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MovingTriangle<T> {
+    pub(super) index: u32,
+    corners: [Vec3<T>; 3],
+    /// (p₁ − p₀) × (p₂ − p₀).
+    cross: Vec3<T>,
+}
+
+impl<T: Number> MovingTriangle<T> {
+    pub(super) fn new<C: Calculus<Number = T>>(scene: &Scene, calculus: &C, index: u32) -> Self {
+        let corners = scene.triangles[index as usize].positions.map(|i| calculus.position(i));
+        let cross = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        Self { index, corners, cross }
+    }
+
+    /// How far away the ray o + tω meets the plane: t = n·(p₀ − o)/(n·ω).
+    pub(super) fn distance(&self, origin: Vec3<T>, direction: Vec3<T>) -> T {
+        self.cross.dot(self.corners[0] - origin) / self.cross.dot(direction)
+    }
+
+    /// The weights of the corners at a point of the plane.
+    pub(super) fn coordinates(&self, point: Vec3<T>) -> [T; 3] {
+        let [a, b, c] = self.corners;
+        let x = point - a;
+        let area = self.cross.dot(self.cross);
+        let second = x.cross(c - a).dot(self.cross) / area;
+        let third = (b - a).cross(x).dot(self.cross) / area;
+        [T::constant(1.0) - second - third, second, third]
+    }
+
+    /// The unit normal that shades, where corners have these weights: interpolated, or else its own.
+    pub(super) fn shading_normal<C: Calculus<Number = T>>(
+        &self,
+        scene: &Scene,
+        calculus: &C,
+        weights: [T; 3],
+    ) -> Vec3<T> {
+        let normals = self.indices(scene).normals;
+        if normals[0] != NONE {
+            let [a, b, c] = normals.map(|i| calculus.normal(i));
+            let sum = a * weights[0] + b * weights[1] + c * weights[2];
+            if sum.dot(sum).value() > 0.0 {
+                return sum.normalized();
+            }
+        }
+        self.cross.normalized()
+    }
+
+    /// Interpolated texture coordinates.
+    pub(super) fn uv(&self, scene: &Scene, weights: [T; 3]) -> [T; 2] {
+        let corners: [DVec2; 3] = self.indices(scene).uvs.map(|i| scene.uvs[i as usize]);
+        let mix = |f: fn(DVec2) -> f64| {
+            weights[0] * f(corners[0]) + weights[1] * f(corners[1]) + weights[2] * f(corners[2])
+        };
+        [mix(|p| p.x), mix(|p| p.y)]
+    }
+
+    fn indices<'s>(&self, scene: &'s Scene) -> &'s Triangle {
+        &scene.triangles[self.index as usize]
+    }
+}

@@ -1,0 +1,58 @@
+//! What a ray hits: a surface, and where on it.
+
+use glam::DVec3;
+
+use crate::geometry;
+
+/// A surface that a ray can hit.
+///
+/// Whoever asks what depends on its kind does so by a pattern without a rest, so that the compiler finds them all when a
+/// kind is added. Code that is about meshes by its nature takes the triangle out in one place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Surface {
+    /// A triangle of a mesh, by its index in the scene.
+    Triangle(u32),
+}
+
+/// Where a ray meets the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Hit {
+    pub(crate) surface: Surface,
+    /// From the ray's origin.
+    pub(crate) distance: f64,
+    /// Where on the surface, in its own coordinates: of a triangle the weights of its corners.
+    pub(crate) coordinates: [f64; 3],
+}
+
+impl From<geometry::Hit> for Hit {
+    #[inline]
+    fn from(hit: geometry::Hit) -> Self {
+        let geometry::Hit { triangle, distance, barycentric } = hit;
+        Self { surface: Surface::Triangle(triangle), distance, coordinates: barycentric }
+    }
+}
+
+/// A point of the matter that surfaces are made of.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum MaterialPoint {
+    /// Σ wₖ p_{iₖ} with the indices i of positions and their weights w: in a triangle, or on an edge.
+    Mesh([(u32, f64); 3]),
+}
+
+impl MaterialPoint {
+    /// Its velocity, from those of all positions.
+    #[inline]
+    pub(crate) fn velocity(&self, velocities: &[DVec3]) -> DVec3 {
+        match self {
+            Self::Mesh(corners) => corners.iter().map(|&(i, weight)| weight * velocities[i as usize]).sum(),
+        }
+    }
+
+    /// The transpose: what a covector of its velocity gives to that of each position.
+    #[inline]
+    pub(crate) fn scatter(&self, covector: DVec3, mut add: impl FnMut(u32, DVec3)) {
+        match self {
+            Self::Mesh(corners) => corners.iter().for_each(|&(i, weight)| add(i, weight * covector)),
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! Rays through a scene.
+
+use glam::DVec3;
+
+use super::build::Scene;
+use super::hit::{Hit, Surface};
+use crate::geometry::Ray;
+
+/// Distances below this part of the scene's coordinates are rounding: a ray that leaves a surface starts there.
+/// The hit is recomputed in double precision, whose own error is a hundred times less.
+const NEAR: f64 = 1e-13;
+
+/// A shadow ray ends this part before the light: the light itself must not be in its own way.
+pub(crate) const SHORT: f64 = 1e-10;
+
+impl Scene {
+    /// The nearest hit along a ray that starts on a surface, which it does not hit there, or in the open.
+    #[inline]
+    pub(crate) fn closest(&self, origin: DVec3, direction: DVec3, from: Option<Surface>) -> Option<Hit> {
+        let (near, from) = self.start(from);
+        self.accelerator.closest(&Ray { origin, direction, near, far: f64::INFINITY, from }).map(Hit::from)
+    }
+
+    /// The nearest hit that is farther away than a distance.
+    pub(crate) fn beyond(&self, origin: DVec3, direction: DVec3, near: f64) -> Option<Hit> {
+        let ray = Ray { origin, direction, near, far: f64::INFINITY, from: None };
+        self.accelerator.closest(&ray).map(Hit::from)
+    }
+
+    /// Whether anything is in the way between the distances `near` and `far`, the latter less rounding.
+    pub(crate) fn blocked(&self, origin: DVec3, direction: DVec3, near: f64, far: f64) -> bool {
+        let far = self.short_of(far);
+        self.accelerator.occluded(&Ray { origin, direction, near, far, from: None })
+    }
+
+    /// Whether anything is in the way from x on a surface to what is at a distance.
+    #[inline]
+    pub(crate) fn shadowed(&self, x: DVec3, from: Surface, direction: DVec3, distance: f64) -> bool {
+        let (near, from) = self.start(Some(from));
+        let far = self.short_of(distance);
+        self.accelerator.occluded(&Ray { origin: x, direction, near, far, from })
+    }
+
+    /// The nearest hits of many rays from one origin, as [`closest`](Self::closest) finds them one by one.
+    pub(crate) fn closest_bundle(
+        &self,
+        origin: DVec3,
+        directions: &[DVec3],
+        from: Option<Surface>,
+        hits: &mut Vec<Option<Hit>>,
+    ) {
+        let (near, from) = self.start(from);
+        self.accelerator.closest_bundle(origin, directions, near, f64::INFINITY, from, hits);
+    }
+
+    /// Lengths below this are rounding.
+    #[inline]
+    pub(crate) fn rounding(&self) -> f64 {
+        NEAR * self.extent
+    }
+
+    /// How far from its origin a ray starts, and which triangle it leaves.
+    #[inline]
+    fn start(&self, from: Option<Surface>) -> (f64, Option<u32>) {
+        match from {
+            Some(Surface::Triangle(triangle)) => (self.rounding(), Some(triangle)),
+            None => (0.0, None),
+        }
+    }
+
+    /// Where a ray to a point ends: before the point by a part of the way, and by what rounding of coordinates may move
+    /// the point.
+    #[inline]
+    fn short_of(&self, distance: f64) -> f64 {
+        distance * (1.0 - SHORT) - self.rounding()
+    }
+}
