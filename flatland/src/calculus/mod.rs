@@ -34,5 +34,5 @@ mod tape;
 mod vector;
 
 pub use number::{Dual, Number};
-pub use tape::{Adjoints, Tape, Variable};
-pub use vector::{Rgb, Vec3};
+pub use tape::{Adjoint, Adjoints, Tape, Variable};
+pub use vector::{Rgb, Vec2, Vec3};

@@ -46,6 +46,26 @@ pub trait Number:
         self.chain(value, value)
     }
 
+    /// sin x.
+    #[inline]
+    fn sin(self) -> Self {
+        let (sin, cos) = self.value().sin_cos();
+        self.chain(sin, cos)
+    }
+
+    /// cos x.
+    #[inline]
+    fn cos(self) -> Self {
+        let (sin, cos) = self.value().sin_cos();
+        self.chain(cos, -sin)
+    }
+
+    /// sinh x.
+    #[inline]
+    fn sinh(self) -> Self {
+        self.chain(self.value().sinh(), self.value().cosh())
+    }
+
     /// |x|.
     #[inline]
     fn abs(self) -> Self {
@@ -87,6 +107,70 @@ impl Number for f64 {
     }
 }
 
+/// The operators of a number with a `binary(self, other, value, partials)`: each with its value and its derivatives by both
+/// operands.
+macro_rules! operators {
+    ([$($parameters:tt)*] $number:ty) => {
+        impl<$($parameters)*> Add for $number {
+            type Output = Self;
+
+            #[inline]
+            fn add(self, other: Self) -> Self {
+                self.binary(other, self.value + other.value, [1.0, 1.0])
+            }
+        }
+
+        impl<$($parameters)*> Sub for $number {
+            type Output = Self;
+
+            #[inline]
+            fn sub(self, other: Self) -> Self {
+                self.binary(other, self.value - other.value, [1.0, -1.0])
+            }
+        }
+
+        impl<$($parameters)*> Mul for $number {
+            type Output = Self;
+
+            #[inline]
+            fn mul(self, other: Self) -> Self {
+                self.binary(other, self.value * other.value, [other.value, self.value])
+            }
+        }
+
+        impl<$($parameters)*> Div for $number {
+            type Output = Self;
+
+            #[inline]
+            fn div(self, other: Self) -> Self {
+                let quotient = self.value / other.value;
+                let inverse = 1.0 / other.value;
+                self.binary(other, quotient, [inverse, -quotient * inverse])
+            }
+        }
+
+        impl<$($parameters)*> Neg for $number {
+            type Output = Self;
+
+            #[inline]
+            fn neg(self) -> Self {
+                self.chain(-self.value, -1.0)
+            }
+        }
+
+        impl<$($parameters)*> Mul<f64> for $number {
+            type Output = Self;
+
+            #[inline]
+            fn mul(self, factor: f64) -> Self {
+                self.chain(self.value * factor, factor)
+            }
+        }
+    };
+}
+
+pub(super) use operators;
+
 /// A number with its derivatives along N directions at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual<const N: usize> {
@@ -119,7 +203,7 @@ impl<const N: usize> Dual<N> {
     }
 
     #[inline]
-    fn linear(self, other: Self, value: f64, [a, b]: [f64; 2]) -> Self {
+    fn binary(self, other: Self, value: f64, [a, b]: [f64; 2]) -> Self {
         Self::new(value, std::array::from_fn(|i| a * self.tangent[i] + b * other.tangent[i]))
     }
 }
@@ -146,68 +230,17 @@ impl<const N: usize> Number for Dual<N> {
     }
 }
 
-impl<const N: usize> Add for Dual<N> {
-    type Output = Self;
-
-    #[inline]
-    fn add(self, other: Self) -> Self {
-        self.linear(other, self.value + other.value, [1.0, 1.0])
-    }
-}
-
-impl<const N: usize> Sub for Dual<N> {
-    type Output = Self;
-
-    #[inline]
-    fn sub(self, other: Self) -> Self {
-        self.linear(other, self.value - other.value, [1.0, -1.0])
-    }
-}
-
-impl<const N: usize> Mul for Dual<N> {
-    type Output = Self;
-
-    #[inline]
-    fn mul(self, other: Self) -> Self {
-        self.linear(other, self.value * other.value, [other.value, self.value])
-    }
-}
-
-impl<const N: usize> Div for Dual<N> {
-    type Output = Self;
-
-    #[inline]
-    fn div(self, other: Self) -> Self {
-        let quotient = self.value / other.value;
-        let inverse = 1.0 / other.value;
-        self.linear(other, quotient, [inverse, -quotient * inverse])
-    }
-}
-
-impl<const N: usize> Neg for Dual<N> {
-    type Output = Self;
-
-    #[inline]
-    fn neg(self) -> Self {
-        self.chain(-self.value, -1.0)
-    }
-}
-
-impl<const N: usize> Mul<f64> for Dual<N> {
-    type Output = Self;
-
-    #[inline]
-    fn mul(self, factor: f64) -> Self {
-        self.chain(self.value * factor, factor)
-    }
-}
+operators!([const N: usize] Dual<N>);
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::calculus::Vec2;
 
     fn expression<T: Number>(x: T, y: T) -> T {
-        ((x * y + x.exp()) / (y - x * 0.3).sqrt() - -y).squared().positive()
+        let angle = Vec2::new(x, y).angle_to(Vec2::new(y, x * y));
+        ((x * y + x.exp()) / (y - x * 0.3).sqrt() - -y).squared().positive() + x.sin() * y.cos()
+            - x.sinh() * angle
     }
 
     #[test]

@@ -1,9 +1,11 @@
 //! A record of one path's arithmetic, swept backwards for the derivative by every parameter at once.
 
 use std::cell::RefCell;
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 use super::Number;
+use super::number::operators;
 
 /// No node: what stands there is constant.
 const NONE: u32 = u32::MAX;
@@ -55,16 +57,21 @@ impl<I> Clone for Variable<'_, I> {
 
 impl<I> Copy for Variable<'_, I> {}
 
+/// What a sweep carries backwards: a number, or a few that are kept apart, as the terms of a derivative are.
+pub trait Adjoint: Copy + Default + PartialEq + AddAssign + Mul<f64, Output = Self> {}
+
+impl<A: Copy + Default + PartialEq + AddAssign + Mul<f64, Output = A>> Adjoint for A {}
+
 /// The adjoints of a sweep under way.
 #[derive(Debug)]
-pub struct Adjoints<'a> {
-    values: &'a mut Vec<f64>,
+pub struct Adjoints<'a, A = f64> {
+    values: &'a mut Vec<A>,
 }
 
-impl Adjoints<'_> {
+impl<A: Adjoint> Adjoints<'_, A> {
     /// Adds to the adjoint of an earlier variable.
     #[inline]
-    pub fn add<I>(&mut self, variable: Variable<'_, I>, amount: f64) {
+    pub fn add<I>(&mut self, variable: Variable<'_, I>, amount: A) {
         if variable.node != NONE {
             self.values[variable.node as usize] += amount;
         }
@@ -105,15 +112,15 @@ impl<I: Copy> Tape<I> {
 
     /// Sweeps backwards from `outputs`, each with the adjoint it starts from, and reports the adjoints of
     /// every run of inputs, last declared first. `values` is working memory.
-    pub fn sweep(
+    pub fn sweep<A: Adjoint>(
         &self,
-        outputs: &[(Variable<'_, I>, f64)],
-        values: &mut Vec<f64>,
-        mut report: impl FnMut(I, &[f64], &mut Adjoints<'_>),
+        outputs: &[(Variable<'_, I>, A)],
+        values: &mut Vec<A>,
+        mut report: impl FnMut(I, &[A], &mut Adjoints<'_, A>),
     ) {
         let record = &*self.record.borrow();
         values.clear();
-        values.resize(record.nodes.len(), 0.0);
+        values.resize(record.nodes.len(), A::default());
         for &(output, adjoint) in outputs {
             Adjoints { values }.add(output, adjoint);
         }
@@ -122,10 +129,10 @@ impl<I: Copy> Tape<I> {
             let (first, after) = (input.first as usize, (input.first + input.count) as usize);
             propagate(&record.nodes, values, after..end);
             end = first;
-            let mut own = [0.0; MAX_INPUTS];
+            let mut own = [A::default(); MAX_INPUTS];
             let own = &mut own[..after - first];
             own.copy_from_slice(&values[first..after]);
-            if own.iter().any(|&a| a != 0.0) {
+            if own.iter().any(|&a| a != A::default()) {
                 report(input.id, own, &mut Adjoints { values });
             }
         }
@@ -136,14 +143,14 @@ impl<I: Copy> Tape<I> {
 /// The longest run of inputs.
 const MAX_INPUTS: usize = 8;
 
-fn propagate(nodes: &[Node], adjoints: &mut [f64], range: std::ops::Range<usize>) {
+fn propagate<A: Adjoint>(nodes: &[Node], adjoints: &mut [A], range: std::ops::Range<usize>) {
     for i in range.rev() {
         let adjoint = adjoints[i];
-        if adjoint != 0.0 {
+        if adjoint != A::default() {
             let Node { operands, partials } = nodes[i];
             for (operand, partial) in operands.into_iter().zip(partials) {
                 if operand != NONE {
-                    adjoints[operand as usize] += partial * adjoint;
+                    adjoints[operand as usize] += adjoint * partial;
                 }
             }
         }
@@ -162,7 +169,7 @@ impl<'t, I: Copy> Variable<'t, I> {
     }
 }
 
-impl<'t, I: Copy + std::fmt::Debug> Number for Variable<'t, I> {
+impl<'t, I: Copy + Debug> Number for Variable<'t, I> {
     #[inline]
     fn constant(value: f64) -> Self {
         Self { tape: None, node: NONE, value }
@@ -184,61 +191,7 @@ impl<'t, I: Copy + std::fmt::Debug> Number for Variable<'t, I> {
     }
 }
 
-impl<I: Copy> Add for Variable<'_, I> {
-    type Output = Self;
-
-    #[inline]
-    fn add(self, other: Self) -> Self {
-        self.binary(other, self.value + other.value, [1.0, 1.0])
-    }
-}
-
-impl<I: Copy> Sub for Variable<'_, I> {
-    type Output = Self;
-
-    #[inline]
-    fn sub(self, other: Self) -> Self {
-        self.binary(other, self.value - other.value, [1.0, -1.0])
-    }
-}
-
-impl<I: Copy> Mul for Variable<'_, I> {
-    type Output = Self;
-
-    #[inline]
-    fn mul(self, other: Self) -> Self {
-        self.binary(other, self.value * other.value, [other.value, self.value])
-    }
-}
-
-impl<I: Copy> Div for Variable<'_, I> {
-    type Output = Self;
-
-    #[inline]
-    fn div(self, other: Self) -> Self {
-        let quotient = self.value / other.value;
-        let inverse = 1.0 / other.value;
-        self.binary(other, quotient, [inverse, -quotient * inverse])
-    }
-}
-
-impl<I: Copy + std::fmt::Debug> Neg for Variable<'_, I> {
-    type Output = Self;
-
-    #[inline]
-    fn neg(self) -> Self {
-        self.chain(-self.value, -1.0)
-    }
-}
-
-impl<I: Copy + std::fmt::Debug> Mul<f64> for Variable<'_, I> {
-    type Output = Self;
-
-    #[inline]
-    fn mul(self, factor: f64) -> Self {
-        self.chain(self.value * factor, factor)
-    }
-}
+operators!(['t, I: Copy + Debug] Variable<'t, I>);
 
 #[cfg(test)]
 mod tests {
@@ -246,7 +199,7 @@ mod tests {
     use crate::calculus::Dual;
 
     fn expression<T: Number>(x: T, y: T) -> T {
-        ((x * y + x.exp()) / (y - x * 0.3).sqrt() - -y).squared().positive()
+        ((x * y + x.exp()) / (y - x * 0.3).sqrt() - -y).squared().positive() + x.sin() * y.cos() - x.sinh()
     }
 
     #[test]

@@ -2,9 +2,96 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::Number;
+
+/// What vectors of any dimension have in common.
+macro_rules! vector {
+    ($vector:ident of $values:ident: $first:ident $(, $rest:ident)*) => {
+        impl<T: Number> $vector<T> {
+            /// Of its coordinates.
+            #[inline]
+            #[must_use]
+            pub fn new($first: T $(, $rest: T)*) -> Self {
+                Self { $first $(, $rest)* }
+            }
+
+            /// Without derivatives.
+            #[inline]
+            #[must_use]
+            pub fn constant(v: $values) -> Self {
+                Self::new(T::constant(v.$first) $(, T::constant(v.$rest))*)
+            }
+
+            /// The vector itself.
+            #[inline]
+            #[must_use]
+            pub fn value(self) -> $values {
+                $values::new(self.$first.value() $(, self.$rest.value())*)
+            }
+
+            /// a · b.
+            #[inline]
+            #[must_use]
+            pub fn dot(self, other: Self) -> T {
+                self.$first * other.$first $(+ self.$rest * other.$rest)*
+            }
+
+            /// v/|v|.
+            #[inline]
+            #[must_use]
+            pub fn normalized(self) -> Self {
+                self * (T::constant(1.0) / self.dot(self).sqrt())
+            }
+        }
+
+        impl<T: Number> Add for $vector<T> {
+            type Output = Self;
+
+            #[inline]
+            fn add(self, other: Self) -> Self {
+                Self::new(self.$first + other.$first $(, self.$rest + other.$rest)*)
+            }
+        }
+
+        impl<T: Number> Sub for $vector<T> {
+            type Output = Self;
+
+            #[inline]
+            fn sub(self, other: Self) -> Self {
+                Self::new(self.$first - other.$first $(, self.$rest - other.$rest)*)
+            }
+        }
+
+        impl<T: Number> Neg for $vector<T> {
+            type Output = Self;
+
+            #[inline]
+            fn neg(self) -> Self {
+                Self::new(-self.$first $(, -self.$rest)*)
+            }
+        }
+
+        impl<T: Number> Mul<T> for $vector<T> {
+            type Output = Self;
+
+            #[inline]
+            fn mul(self, factor: T) -> Self {
+                Self::new(self.$first * factor $(, self.$rest * factor)*)
+            }
+        }
+    };
+}
+
+/// A vector in the plane.
+#[derive(Clone, Copy, Debug)]
+pub struct Vec2<T> {
+    /// First.
+    pub x: T,
+    /// Second.
+    pub y: T,
+}
 
 /// A vector in space.
 #[derive(Clone, Copy, Debug)]
@@ -17,35 +104,35 @@ pub struct Vec3<T> {
     pub z: T,
 }
 
+vector!(Vec2 of DVec2: x, y);
+vector!(Vec3 of DVec3: x, y, z);
+
+impl<T: Number> Vec2<T> {
+    /// a × b = |a| |b| sin of the angle from a to b.
+    #[inline]
+    #[must_use]
+    pub fn cross(self, other: Self) -> T {
+        self.x * other.y - self.y * other.x
+    }
+
+    /// Turned from +x towards +y by a right angle.
+    #[inline]
+    #[must_use]
+    pub fn perp(self) -> Self {
+        Self::new(-self.y, self.x)
+    }
+
+    /// The signed angle from a to b, to full precision however small.
+    #[must_use]
+    pub fn angle_to(self, other: Self) -> T {
+        let (sin, cos) = (self.cross(other), self.dot(other));
+        let (s, c) = (sin.value(), cos.value());
+        // d atan2(s, c) = (c ds − s dc)/(s² + c²)
+        (sin * c - cos * s).chain(s.atan2(c), 1.0 / (s * s + c * c))
+    }
+}
+
 impl<T: Number> Vec3<T> {
-    /// Of its coordinates.
-    #[inline]
-    #[must_use]
-    pub fn new(x: T, y: T, z: T) -> Self {
-        Self { x, y, z }
-    }
-
-    /// Without derivatives.
-    #[inline]
-    #[must_use]
-    pub fn constant(v: DVec3) -> Self {
-        Self::new(T::constant(v.x), T::constant(v.y), T::constant(v.z))
-    }
-
-    /// The vector itself.
-    #[inline]
-    #[must_use]
-    pub fn value(self) -> DVec3 {
-        DVec3::new(self.x.value(), self.y.value(), self.z.value())
-    }
-
-    /// a · b.
-    #[inline]
-    #[must_use]
-    pub fn dot(self, other: Self) -> T {
-        self.x * other.x + self.y * other.y + self.z * other.z
-    }
-
     /// a × b.
     #[inline]
     #[must_use]
@@ -63,49 +150,6 @@ impl<T: Number> Vec3<T> {
     pub fn turned(v: DVec3, turn: Option<Self>) -> Self {
         let v = Self::constant(v);
         turn.map_or(v, |turn| v + turn.cross(v))
-    }
-
-    /// v/|v|.
-    #[inline]
-    #[must_use]
-    pub fn normalized(self) -> Self {
-        self * (T::constant(1.0) / self.dot(self).sqrt())
-    }
-}
-
-impl<T: Number> Add for Vec3<T> {
-    type Output = Self;
-
-    #[inline]
-    fn add(self, other: Self) -> Self {
-        Self::new(self.x + other.x, self.y + other.y, self.z + other.z)
-    }
-}
-
-impl<T: Number> Sub for Vec3<T> {
-    type Output = Self;
-
-    #[inline]
-    fn sub(self, other: Self) -> Self {
-        Self::new(self.x - other.x, self.y - other.y, self.z - other.z)
-    }
-}
-
-impl<T: Number> Neg for Vec3<T> {
-    type Output = Self;
-
-    #[inline]
-    fn neg(self) -> Self {
-        Self::new(-self.x, -self.y, -self.z)
-    }
-}
-
-impl<T: Number> Mul<T> for Vec3<T> {
-    type Output = Self;
-
-    #[inline]
-    fn mul(self, factor: T) -> Self {
-        Self::new(self.x * factor, self.y * factor, self.z * factor)
     }
 }
 

@@ -3,6 +3,7 @@
 use glam::DVec2;
 use rand::Rng;
 
+use crate::calculus::{Number, Vec2};
 use crate::plane::Filter;
 
 /// A pinhole at `position`, looking along the angle `angle`, and a film in front of it.
@@ -117,8 +118,7 @@ impl Camera {
     /// The unit direction ω(u).
     #[must_use]
     pub fn direction(&self, u: f64) -> DVec2 {
-        let [a, b] = self.axes();
-        (a + (u / self.half_film() - 1.0) * self.half_width() * b).normalize()
+        self.film.direction(u, self.angle, self.field_of_view).value()
     }
 
     /// The film coordinate at which a point is seen; `None` if it is not in front of the camera.
@@ -171,6 +171,14 @@ impl Camera {
 }
 
 impl Film {
+    /// The unit direction ω(u) of a camera with this film, its angle and its field of view.
+    pub(crate) fn direction<T: Number>(&self, u: T, angle: T, field_of_view: T) -> Vec2<T> {
+        let axis = Vec2::new(angle.cos(), angle.sin());
+        let half = field_of_view * 0.5;
+        let across = u / T::constant(0.5 * self.pixels as f64) - T::constant(1.0);
+        (axis + axis.perp() * (across * (half.sin() / half.cos()))).normalized()
+    }
+
     /// The centre of pixel i.
     #[must_use]
     pub fn centre(&self, i: usize) -> f64 {
@@ -204,9 +212,13 @@ impl CameraTangent {
     /// The rate at which something changes when the camera changes by `change`.
     #[must_use]
     pub fn dot(&self, change: &Self) -> f64 {
-        self.position.dot(change.position)
-            + self.angle * change.angle
-            + self.field_of_view * change.field_of_view
+        self.to_array().into_iter().zip(change.to_array()).map(|(a, b)| a * b).sum()
+    }
+
+    /// The rates in order.
+    #[must_use]
+    pub fn to_array(&self) -> [f64; 4] {
+        [self.position.x, self.position.y, self.angle, self.field_of_view]
     }
 
     /// Adds `factor` times another.

@@ -76,7 +76,13 @@ impl<'a> Emitters<'a> {
     }
 }
 
+/// The angle that a segment subtends as seen from a point.
+pub(crate) fn subtended(world: &World, segment: usize, from: DVec2) -> f64 {
+    let [a, b] = world.segments()[segment].ends().map(|p| p - from);
+    angle(a, b).abs()
+}
+
 /// The signed angle from a to b, to full precision however small.
-pub(super) fn angle(a: DVec2, b: DVec2) -> f64 {
+fn angle(a: DVec2, b: DVec2) -> f64 {
     a.perp_dot(b).atan2(a.dot(b))
 }

@@ -2,6 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use crate::calculus::Number;
+
 /// A surface, the same on both sides, opaque.
 ///
 /// Its scattering function is
@@ -12,14 +14,16 @@ use std::f64::consts::{PI, TAU};
 ///
 /// where α is the angle from the mirror direction of ω_o to ω_i, and it emits the radiance L in all
 /// directions. In the plane ∫ cos φ dφ over a hemisphere is 2, hence ρ/2.
+///
+/// `T` is a [`Number`]: within an integrand the parameters may carry derivatives.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Material {
+pub struct Material<T = f64> {
     /// ρ, the diffuse reflectance, in [0, 1].
-    pub reflectance: f64,
+    pub reflectance: T,
     /// The glossy lobe, if there is one.
-    pub gloss: Option<Gloss>,
+    pub gloss: Option<Gloss<T>>,
     /// L, the emitted radiance.
-    pub emission: f64,
+    pub emission: T,
 }
 
 /// A reciprocal lobe around the mirror direction.
@@ -32,15 +36,23 @@ pub struct Material {
 /// measured gloss rather than of a Gaussian; its integral, its inverse and its product with a cosine
 /// are elementary; and it stays so down to a mirror.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gloss {
+pub struct Gloss<T = f64> {
     /// s, the part of the light that enters the lobe, in [0, 1 − ρ]. A part of the lobe may lie below
     /// the surface, where it is lost.
-    pub strength: f64,
+    pub strength: T,
     /// w, the lobe's half width at half maximum in radians while it is small; in (0, [`Gloss::WIDEST`]].
-    pub width: f64,
+    pub width: T,
 }
 
 impl Material {
+    /// The same with other numbers for ρ, L, s and w. What is put for the gloss that it has not is left out.
+    pub(crate) fn with<T>(&self, numbers: impl FnOnce([f64; 4]) -> [T; 4]) -> Material<T> {
+        let Gloss { strength, width } = self.gloss.unwrap_or(Gloss { strength: 0.0, width: 1.0 });
+        let [reflectance, emission, strength, width] =
+            numbers([self.reflectance, self.emission, strength, width]);
+        Material { reflectance, gloss: self.gloss.map(|_| Gloss { strength, width }), emission }
+    }
+
     /// Diffuse, with reflectance ρ.
     #[must_use]
     pub fn diffuse(reflectance: f64) -> Self {
@@ -97,6 +109,15 @@ impl Material {
     }
 }
 
+impl<T: Number> Gloss<T> {
+    /// g_w(α), given sin²(α/2): a quarter of the squared distance between the mirror direction and ω_i.
+    pub(crate) fn density_at_chord(&self, sin_squared: T) -> T {
+        // cosh w − cos α without cancellation: 2 sinh²(w/2) + 2 sin²(α/2).
+        let spread = (self.width * 0.5).sinh().squared() + sin_squared;
+        self.width.sinh() / (spread * (2.0 * TAU))
+    }
+}
+
 impl Gloss {
     /// The largest width: g_w is then constant to within ±10%.
     pub const WIDEST: f64 = 3.0;
@@ -104,14 +125,14 @@ impl Gloss {
     /// g_w(α).
     #[must_use]
     pub fn density(&self, alpha: f64) -> f64 {
-        // cosh w − cos α without cancellation: 2 sinh²(w/2) + 2 sin²(α/2).
-        self.width.sinh() / (2.0 * TAU * self.spread(alpha))
+        self.density_at_chord((0.5 * alpha).sin().powi(2))
     }
 
     /// ∂g/∂α and ∂g/∂w.
     #[must_use]
     pub(crate) fn density_gradient(&self, alpha: f64) -> [f64; 2] {
-        let (g, spread) = (self.density(alpha), self.spread(alpha));
+        let spread = (0.5 * self.width).sinh().powi(2) + (0.5 * alpha).sin().powi(2);
+        let g = self.density(alpha);
         // coth w − sinh w/(cosh w − cos α) cancels where α is small.
         let w = self.width;
         let by_width = (0.5 * alpha).sin().powi(2) * w.cosh() - (0.5 * w).sinh().powi(2);
@@ -122,11 +143,6 @@ impl Gloss {
     #[must_use]
     pub fn quantile(&self, xi: f64) -> f64 {
         2.0 * ((0.5 * self.width).tanh() * (PI * (xi - 0.5)).tan()).atan()
-    }
-
-    /// sinh²(w/2) + sin²(α/2).
-    fn spread(&self, alpha: f64) -> f64 {
-        (0.5 * self.width).sinh().powi(2) + (0.5 * alpha).sin().powi(2)
     }
 }
 

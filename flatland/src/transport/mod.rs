@@ -13,6 +13,7 @@
 //! A [`Tangent`] says how vertices, materials, environment and camera depend on θ, and has the shape
 //! of the gradient as well.
 
+mod calculus;
 mod camera;
 mod emitters;
 pub mod exact;
@@ -24,12 +25,14 @@ mod sides;
 mod tangent;
 mod world;
 
+pub(crate) use calculus::{Bounce, Calculus, Warped};
 pub use camera::{Camera, CameraError, CameraTangent, Film, FilmSample};
+pub(crate) use emitters::subtended;
 pub use material::{Gloss, Material};
-pub(crate) use path::{ActiveParameters, Light, Path, Vertex, path_stream};
+pub(crate) use path::{ActiveParameters, path_stream};
 pub use path::{ImageError, LEAST_SURVIVAL, Paths};
 pub(crate) use scattering::Scattering;
 pub(crate) use sides::both_sides;
-pub(crate) use tangent::Covector;
+pub(crate) use tangent::{Covector, Parameters};
 pub use tangent::{MaterialTangent, Tangent, TangentError, Terms};
 pub use world::{Hit, Origin, Segment, Shape, World, WorldError};

@@ -1,12 +1,13 @@
-//! The path tracer: emitter sampling and scattering-function sampling at every surface, combined by
-//! the balance heuristic (Veach and Guibas 1995).
+//! The path tracer, in numbers that may carry derivatives: emitter sampling and scattering-function sampling at every
+//! surface, combined by the balance heuristic (Veach and Guibas 1995).
 
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::emitters::{Emitters, angle};
-use super::scattering::Scattering;
-use super::{Camera, CameraError, Film, Hit, Origin, World};
+use super::calculus::{Bounce, Calculus, Plain, Warped};
+use super::emitters::Emitters;
+use super::{Camera, CameraError, Hit, Origin, World};
+use crate::calculus::{Number, Vec2};
 use crate::moments::Moments;
 use crate::random::{Stream, open01, stream};
 
@@ -51,152 +52,117 @@ pub(crate) struct ActiveParameters {
     pub(crate) materials: bool,
 }
 
-/// A surface on a path, with what was sampled there.
-#[derive(Clone, Debug)]
-pub(crate) struct Vertex<'a> {
-    pub(crate) hit: Hit,
-    pub(crate) origin: Origin,
-    /// The direction in which the path arrived.
-    pub(crate) arriving: DVec2,
-    /// The surface; `None` if the path ends here without having been scattered.
-    pub(crate) scattering: Option<Scattering<'a>>,
-    /// Towards an emitter that is visible.
-    pub(crate) emitter: Option<Light>,
-    /// By the scattering function.
-    pub(crate) continuation: Option<Continuation>,
+/// Where a path goes on: along a ray (o, ω), and what it sees there.
+struct Onwards<T> {
+    ray: [Vec2<T>; 2],
+    seen: Option<Hit>,
+    /// What the radiance that arrives is multiplied by.
+    throughput: T,
 }
 
-/// Emitted light that arrives at a surface.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Light {
-    pub(crate) direction: DVec2,
-    pub(crate) segment: usize,
-    /// 1 over the density of both strategies together.
-    pub(crate) weight: f64,
-    /// The angle the emitting segment subtends.
-    pub(crate) subtended: f64,
-}
-
-/// A direction drawn by the scattering function.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Continuation {
-    pub(crate) direction: DVec2,
-    /// The density of the direction.
+/// A direction in which a surface is seen that may emit.
+struct Light {
+    direction: DVec2,
+    segment: usize,
+    /// The density with which emitter sampling draws the direction.
     density: f64,
-    /// The probability with which Russian roulette let the path go on.
+    /// The probability with which Russian roulette let the path look there.
     survival: f64,
-    /// What the surface that is seen emits, if one is seen.
-    pub(crate) light: Option<Light>,
-}
-
-impl Continuation {
-    /// 1 over the density of going on in this direction.
-    pub(crate) fn weight(&self) -> f64 {
-        1.0 / (self.density * self.survival)
-    }
-}
-
-/// A path, and the radiance it estimates at each surface, towards the one before.
-#[derive(Clone, Debug)]
-pub(crate) struct Path<'a> {
-    pub(crate) vertices: Vec<Vertex<'a>>,
-    /// L towards the previous vertex as scattered at vertex k, emission not included.
-    pub(crate) scattered: Vec<f64>,
-    pub(crate) rays: u64,
 }
 
 impl Paths {
-    /// Traces a path from an origin.
-    pub(crate) fn trace<'a>(
+    /// One sample of the radiance along a ray (o, ω) that is known to see `seen`, in numbers that may carry derivatives,
+    /// and the number of rays it took.
+    pub(crate) fn radiance<C: Calculus>(
         &self,
-        world: &'a World,
-        origin: Origin,
-        direction: DVec2,
-        active: ActiveParameters,
+        world: &World,
+        calculus: &mut C,
+        ray: [Vec2<C::Number>; 2],
+        seen: Option<Hit>,
         rng: &mut Stream,
-    ) -> Path<'a> {
-        self.follow(world, world.trace(origin, direction), direction, active, rng)
-    }
-
-    /// Traces a path whose first ray is known to see `seen`.
-    pub(crate) fn follow<'a>(
-        &self,
-        world: &'a World,
-        mut seen: Option<Hit>,
-        mut direction: DVec2,
-        active: ActiveParameters,
-        rng: &mut Stream,
-    ) -> Path<'a> {
-        let mut path = Path { vertices: vec![], scattered: vec![], rays: 1 };
-        while let Some(hit) = seen {
-            if let Some(Vertex { continuation: Some(c), scattering: Some(s), origin, .. }) =
-                path.vertices.last_mut()
-            {
-                let emitters = Emitters::new(world, *origin, s.normal);
-                let density = (c.density + emitters.density(hit.segment)) * c.survival;
-                c.light = Some(Light::new(world, *origin, direction, hit.segment, density));
+    ) -> (C::Number, u64) {
+        let mut rays = 1;
+        let mut total = match seen {
+            Some(hit) => calculus.material(hit.segment).emission,
+            None => calculus.environment(),
+        };
+        let mut path = Onwards { ray, seen, throughput: C::Number::constant(1.0) };
+        for depth in 0..self.bounces {
+            let Some(hit) = path.seen else { break };
+            if !(world.material(hit.segment).scatters() || calculus.wants_black()) {
+                break;
             }
-            let bounce = path.vertices.len();
-            let mut vertex = Vertex {
-                hit,
-                origin: world.origin(&hit),
-                arriving: direction,
-                scattering: None,
-                emitter: None,
-                continuation: None,
+            let point = Bounce::new(world, calculus, path.ray, &hit, depth);
+            let emitters = Emitters::new(world, point.origin, point.still.normal.value());
+            let chosen = emitters.sample([open01(rng), open01(rng)]).filter(|light| {
+                rays += 1;
+                let seen = world.trace(point.origin, light.direction);
+                seen.is_some_and(|h| h.segment == light.segment)
+            });
+            let light = |direction, segment, survival| Light {
+                direction,
+                segment,
+                density: emitters.density(segment),
+                survival,
             };
-            if bounce < self.bounces && (world.material(hit.segment).scatters() || active.materials) {
-                path.rays += self.scatter(world, &mut vertex, bounce, rng);
+            let mut next = None;
+            if let Some((direction, survival)) = self.continuation(&point, rng) {
+                let seen = world.trace(point.origin, direction);
+                rays += 1;
+                if seen.is_none() || depth + 1 < self.bounces {
+                    next = Some(path.onwards(calculus, &point, direction, survival, seen));
+                }
+                if let Some(hit) = seen {
+                    let light = light(direction, hit.segment, survival);
+                    total = total + path.throughput * light.scattered(calculus, &point);
+                }
             }
-            let next = vertex.continuation.map(|c| (vertex.origin, c.direction));
-            path.vertices.push(vertex);
-            let Some((origin, next)) = next else { break };
-            direction = next;
-            seen = world.trace(origin, direction);
-            path.rays += 1;
-        }
-        path.sum_up(world);
-        path
-    }
-
-    /// Samples both strategies at a surface; returns the number of rays.
-    fn scatter<'a>(&self, world: &'a World, vertex: &mut Vertex<'a>, bounce: usize, rng: &mut Stream) -> u64 {
-        let material = world.material(vertex.hit.segment);
-        let normal = world.segments()[vertex.hit.segment].normal();
-        let outgoing = -vertex.arriving;
-        let normal = if normal.dot(outgoing) < 0.0 { -normal } else { normal };
-        let scattering = Scattering { material, normal, outgoing };
-        vertex.scattering = Some(scattering);
-        let emitters = Emitters::new(world, vertex.origin, normal);
-        let mut rays = 0;
-        if let Some(sample) = emitters.sample([open01(rng), open01(rng)]) {
-            rays += 1;
-            let seen = world.trace(vertex.origin, sample.direction);
-            if seen.is_some_and(|h| h.segment == sample.segment) {
-                let density = scattering.density(sample.direction) + emitters.density(sample.segment);
-                vertex.emitter =
-                    Some(Light::new(world, vertex.origin, sample.direction, sample.segment, density));
+            if let Some(chosen) = chosen {
+                let light = light(chosen.direction, chosen.segment, 1.0);
+                total = total + path.throughput * light.scattered(calculus, &point);
+            }
+            total = total + path.throughput * calculus.jumps(&point);
+            let Some(next) = next else { break };
+            path = next;
+            if path.seen.is_none() {
+                total = total + path.throughput * calculus.environment();
             }
         }
-        let direction = scattering.sample([open01(rng), open01(rng)]);
-        let survival = if bounce < self.roulette_after { 1.0 } else { material.albedo().max(LEAST_SURVIVAL) };
-        if open01(rng) < survival && normal.dot(direction) > 0.0 {
-            let density = scattering.density(direction);
-            vertex.continuation = Some(Continuation { direction, density, survival, light: None });
-        }
-        rays
+        (total, rays)
     }
 
-    /// The radiance along a direction: an unbiased estimate.
-    pub(crate) fn radiance(
+    /// The same without derivatives.
+    pub(crate) fn still_radiance(
         &self,
         world: &World,
         origin: Origin,
         direction: DVec2,
+        seen: Option<Hit>,
         rng: &mut Stream,
     ) -> (f64, u64) {
-        let path = self.trace(world, origin, direction, ActiveParameters::default(), rng);
-        (path.radiance(world), path.rays)
+        let ray = [origin.point, direction].map(Vec2::constant);
+        self.radiance(world, &mut Plain { world }, ray, seen, rng)
+    }
+
+    /// What the film receives at u, without derivatives.
+    pub(crate) fn film_radiance(
+        &self,
+        world: &World,
+        camera: &Camera,
+        u: f64,
+        rng: &mut Stream,
+    ) -> (f64, u64) {
+        let (origin, direction) = (Origin::free(camera.position), camera.direction(u));
+        self.still_radiance(world, origin, direction, world.trace(origin, direction), rng)
+    }
+
+    /// A direction drawn by the scattering function, and the probability with which Russian roulette let it through.
+    fn continuation<T>(&self, point: &Bounce<T>, rng: &mut Stream) -> Option<(DVec2, f64)> {
+        let direction = point.still.sample([open01(rng), open01(rng)]);
+        let albedo = point.still.material.albedo();
+        let survival = if point.depth < self.roulette_after { 1.0 } else { albedo.max(LEAST_SURVIVAL) };
+        let goes_on = open01(rng) < survival && point.still.normal.value().dot(direction) > 0.0;
+        goes_on.then_some((direction, survival))
     }
 
     /// The image, from `samples` paths a pixel: mean and standard error of every pixel. The error from a
@@ -215,32 +181,19 @@ impl Paths {
         if samples == 0 {
             return Err(ImageError::NoSamples);
         }
-        let film = camera.film;
-        let pixels = (0..film.pixels)
+        let pixels = (0..camera.film.pixels)
             .into_par_iter()
             .map(|pixel| {
                 let mut moments = Moments::default();
                 for sample in 0..samples {
                     let mut rng = path_stream(seed, pixel, sample);
-                    moments.push(self.pixel_sample(world, camera, film, pixel, &mut rng));
+                    let at = camera.film.sample(pixel, &mut rng);
+                    moments.push(at.value * self.film_radiance(world, camera, at.u, &mut rng).0);
                 }
                 [moments.mean(), moments.standard_error()]
             })
             .collect();
         Ok(pixels)
-    }
-
-    fn pixel_sample(
-        &self,
-        world: &World,
-        camera: &Camera,
-        film: Film,
-        pixel: usize,
-        rng: &mut Stream,
-    ) -> f64 {
-        let sample = film.sample(pixel, rng);
-        let direction = camera.direction(sample.u);
-        sample.value * self.radiance(world, Origin::free(camera.position), direction, rng).0
     }
 }
 
@@ -249,50 +202,45 @@ pub(crate) fn path_stream(seed: u64, pixel: usize, sample: usize) -> Stream {
     stream(seed, &[pixel as u64, sample as u64])
 }
 
-impl Light {
-    fn new(world: &World, origin: Origin, direction: DVec2, segment: usize, density: f64) -> Self {
-        let [a, b] = world.segments()[segment].ends().map(|p| p - origin.point);
-        Self { direction, segment, weight: 1.0 / density, subtended: angle(a, b).abs() }
-    }
-
-    /// The emitted radiance.
-    pub(crate) fn emission(&self, world: &World) -> f64 {
-        world.material(self.segment).emission
+impl<T: Number> Onwards<T> {
+    /// The path's next ray, by the scattering function: f cos φ J/p.
+    fn onwards<C: Calculus<Number = T>>(
+        &self,
+        calculus: &mut C,
+        point: &Bounce<T>,
+        direction: DVec2,
+        survival: f64,
+        seen: Option<Hit>,
+    ) -> Self {
+        let warped = calculus.warp(point, direction, None);
+        let density = point.still.density(Vec2::constant(direction)) * survival;
+        let weight = calculus.weight(density, || point.scattering.density(warped.direction) * survival);
+        let throughput = self.throughput * (reflected(point, &warped) * weight);
+        Self { ray: [point.position, warped.direction], seen, throughput }
     }
 }
 
-impl Path<'_> {
-    /// L along the first ray.
-    pub(crate) fn radiance(&self, world: &World) -> f64 {
-        match self.vertices.first() {
-            Some(v) => world.material(v.hit.segment).emission + self.scattered[0],
-            None => world.environment(),
+impl Light {
+    /// What a surface scatters of it: f cos φ L J/p, with p the density of both strategies together.
+    fn scattered<C: Calculus>(&self, calculus: &mut C, point: &Bounce<C::Number>) -> C::Number {
+        let emission = calculus.material(self.segment).emission;
+        if emission.value() == 0.0 && emission.is_still() {
+            return emission;
         }
+        let warped = calculus.warp(point, self.direction, Some(self.segment));
+        let density = point.still.density(Vec2::constant(self.direction)) + self.density;
+        let weight = calculus.weight(density * self.survival, || {
+            // Emitter sampling is uniform in the angle that the segment subtends.
+            let [a, b] = calculus.ends(self.segment).map(|end| end - point.position);
+            let subtended = a.angle_to(b);
+            let density = C::Number::constant(self.density * subtended.value()) / subtended;
+            (point.scattering.density(warped.direction) + density) * self.survival
+        });
+        reflected(point, &warped) * emission * weight
     }
+}
 
-    /// From the last surface to the first.
-    fn sum_up(&mut self, world: &World) {
-        self.scattered = vec![0.0; self.vertices.len()];
-        for k in (0..self.vertices.len()).rev() {
-            let vertex = &self.vertices[k];
-            let Some(scattering) = &vertex.scattering else { continue };
-            let mut sum = 0.0;
-            if let Some(light) = &vertex.emitter {
-                sum += scattering.value(light.direction) * light.weight * light.emission(world);
-            }
-            if let Some(c) = &vertex.continuation {
-                let value = scattering.value(c.direction);
-                if let Some(light) = &c.light {
-                    sum += value * light.weight * light.emission(world);
-                }
-                sum += value * c.weight() * self.arriving(world, k);
-            }
-            self.scattered[k] = sum;
-        }
-    }
-
-    /// The radiance that arrives at vertex k by its continuation, but for what the next surface emits.
-    pub(crate) fn arriving(&self, world: &World, k: usize) -> f64 {
-        self.scattered.get(k + 1).copied().unwrap_or_else(|| world.environment())
-    }
+/// f cos φ of a warped direction, times the Jacobian.
+fn reflected<T: Number>(point: &Bounce<T>, warped: &Warped<T>) -> T {
+    point.scattering.value(warped.direction) * warped.jacobian
 }

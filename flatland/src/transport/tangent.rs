@@ -1,9 +1,10 @@
 //! How a world and its camera depend on a parameter θ; gradients have the same shape.
 
+use std::ops::{Add, AddAssign, Mul};
+
 use glam::DVec2;
 
 use super::{Camera, CameraTangent, Material, Shape, World, WorldError};
-use crate::plane::MaterialPoint;
 
 /// A rate of change of every parameter there is: as the direction θ of a derivative, or as a
 /// gradient.
@@ -56,10 +57,28 @@ impl<T> Terms<T> {
     }
 }
 
-impl<T: std::ops::Add<Output = T>> Terms<T> {
+impl<T: Add<Output = T>> Terms<T> {
     /// The derivative.
     pub fn total(self) -> T {
         self.interior + self.primary + self.secondary
+    }
+}
+
+impl AddAssign for Terms<f64> {
+    #[inline]
+    fn add_assign(&mut self, other: Self) {
+        self.interior += other.interior;
+        self.primary += other.primary;
+        self.secondary += other.secondary;
+    }
+}
+
+impl Mul<f64> for Terms<f64> {
+    type Output = Self;
+
+    #[inline]
+    fn mul(self, factor: f64) -> Self {
+        self.map(|term| term * factor)
     }
 }
 
@@ -208,29 +227,32 @@ impl Tangent {
 
     /// All rates, in a fixed order: for statistics over gradients.
     pub fn values(&self) -> impl Iterator<Item = f64> + '_ {
-        let CameraTangent { position, angle, field_of_view } = self.camera;
         self.vertices
             .iter()
             .flat_map(DVec2::to_array)
             .chain(self.materials.iter().flat_map(MaterialTangent::to_array))
-            .chain([self.environment, position.x, position.y, angle, field_of_view])
+            .chain([self.environment])
+            .chain(self.camera.to_array())
     }
 
-    /// Calls `f` with every rate, in the order of [`values`](Self::values).
-    pub(crate) fn for_each_value(&mut self, mut f: impl FnMut(&mut f64)) {
-        for v in &mut self.vertices {
-            f(&mut v.x);
-            f(&mut v.y);
-        }
-        for m in &mut self.materials {
-            [&mut m.reflectance, &mut m.emission, &mut m.gloss_strength, &mut m.gloss_width]
-                .into_iter()
-                .for_each(&mut f);
-        }
-        let CameraTangent { position, angle, field_of_view } = &mut self.camera;
-        [&mut self.environment, &mut position.x, &mut position.y, angle, field_of_view]
-            .into_iter()
-            .for_each(f);
+    /// Of rates in the order of [`values`](Self::values); those that are missing are 0.
+    #[must_use]
+    pub(crate) fn of_values(world: &World, values: impl IntoIterator<Item = f64>) -> Self {
+        let mut values = values.into_iter();
+        let mut next = || values.next().unwrap_or(0.0);
+        let mut vector = || DVec2::new(next(), next());
+        let vertices = (0..world.vertex_count()).map(|_| vector()).collect();
+        let mut material = || MaterialTangent {
+            reflectance: next(),
+            emission: next(),
+            gloss_strength: next(),
+            gloss_width: next(),
+        };
+        let materials = (0..world.shapes().len()).map(|_| material()).collect();
+        let environment = next();
+        let position = DVec2::new(next(), next());
+        let camera = CameraTangent { position, angle: next(), field_of_view: next() };
+        Self { vertices, materials, environment, camera }
     }
 
     /// Whether anything moves. If nothing does, no auxiliary ray is traced.
@@ -272,68 +294,47 @@ impl Tangent {
         }
         Ok(())
     }
-
-    /// The derivative that a covector of this change's kind picks out of it.
-    #[must_use]
-    pub(crate) fn pick(&self, covector: &Covector) -> Terms<f64> {
-        match covector {
-            Covector::Point(point, terms) => {
-                let v = point.velocity(&self.vertices);
-                terms.map(|c| c.dot(v))
-            }
-            Covector::Camera(terms) => terms.map(|c| c.dot(&self.camera)),
-            Covector::Material(shape, m) => {
-                Terms { interior: m.dot(&self.materials[*shape]), ..Terms::default() }
-            }
-            Covector::Environment(c) => Terms { interior: c * self.environment, ..Terms::default() },
-        }
-    }
 }
 
-/// What one sample of dI/dθ takes from the rate of one parameter: forward mode multiplies, reverse
-/// mode scatters, and each is the other's transpose by construction.
+/// Parameters that belong together.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Covector {
-    /// Of a material point.
-    Point(MaterialPoint, Terms<DVec2>),
-    /// Of the camera.
-    Camera(Terms<CameraTangent>),
-    /// Of a shape's material.
-    Material(usize, MaterialTangent),
-    /// Of the environment.
-    Environment(f64),
+pub(crate) enum Parameters {
+    /// The coordinates of a vertex.
+    Vertex(usize),
+    /// Those of a shape's material, in the order of a [`MaterialTangent`].
+    Material(usize),
+    /// The environment's radiance.
+    Environment,
+    /// Those of the camera, in the order of a [`CameraTangent`].
+    Camera,
 }
 
-impl Covector {
-    /// Whether every component is finite.
-    pub(crate) fn is_finite(&self) -> bool {
-        match self {
-            Self::Point(_, terms) => terms.to_array().iter().all(|c| c.is_finite()),
-            Self::Camera(terms) => terms
-                .to_array()
-                .iter()
-                .all(|c| c.position.is_finite() && c.angle.is_finite() && c.field_of_view.is_finite()),
-            Self::Material(_, m) => m.to_array().iter().all(|x| x.is_finite()),
-            Self::Environment(c) => c.is_finite(),
-        }
+impl Parameters {
+    /// How many there are of all kinds.
+    pub(crate) fn count(world: &World) -> usize {
+        Self::Camera.first(world) + 4
     }
 
-    /// Adds `factor` times this to the gradient of each term.
-    pub(crate) fn scatter(&self, factor: f64, gradient: &mut Terms<Tangent>) {
-        let Terms { interior, primary, secondary } = gradient;
+    /// The place of the first of them in the order of [`Tangent::values`].
+    pub(crate) fn first(self, world: &World) -> usize {
+        let materials = 2 * world.vertex_count();
+        let environment = materials + 4 * world.shapes().len();
         match self {
-            Self::Point(point, terms) => {
-                let all = [interior, primary, secondary].into_iter().zip(terms.to_array());
-                all.for_each(|(g, c)| point.scatter(factor * c, &mut g.vertices));
-            }
-            Self::Camera(terms) => {
-                let all = [interior, primary, secondary].into_iter().zip(terms.to_array());
-                all.for_each(|(g, c)| g.camera.add(factor, &c));
-            }
-            Self::Material(shape, m) => interior.materials[*shape].add(factor, m),
-            Self::Environment(c) => interior.environment += factor * c,
+            Self::Vertex(vertex) => 2 * vertex,
+            Self::Material(shape) => materials + 4 * shape,
+            Self::Environment => environment,
+            Self::Camera => environment + 1,
         }
     }
+}
+
+/// What one sample of dI/dθ takes, term by term, from the rate of one parameter: forward mode multiplies, reverse mode
+/// scatters, and each is the other's transpose by construction.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Covector {
+    /// Its place in the order of [`Tangent::values`].
+    pub(crate) parameter: usize,
+    pub(crate) terms: Terms<f64>,
 }
 
 impl MaterialTangent {

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::{Gradient, GradientImage, Method, PathError};
 use crate::moments::Moments;
-use crate::transport::{Camera, Origin, Paths, Tangent, Terms, World, path_stream};
+use crate::transport::{Camera, Paths, Tangent, Terms, World, path_stream};
 
 /// (I(θ + h) − I(θ − h))/2h, the same random numbers on both sides. Where there is no world on one side,
 /// because an albedo or a radiance would be negative, say, it is (I(θ ± h) − I(θ))/±h.
@@ -64,9 +64,7 @@ impl Method for FiniteDifference {
                     let [plus, minus] = sides.each_ref().map(|(world, camera)| {
                         let mut rng = path_stream(self.seed, pixel, sample);
                         let at = camera.film.sample(pixel, &mut rng);
-                        let origin = Origin::free(camera.position);
-                        let (value, traced) =
-                            self.paths.radiance(world, origin, camera.direction(at.u), &mut rng);
+                        let (value, traced) = self.paths.film_radiance(world, camera, at.u, &mut rng);
                         rays += traced;
                         at.value * value
                     });
@@ -99,12 +97,8 @@ impl Method for FiniteDifference {
         let (mut values, mut errors) = (vec![], vec![]);
         let (mut rays, mut non_finite) = (0, vec![]);
         for parameter in 0..none.values().count() {
-            let mut unit = none.clone();
-            let mut index = 0;
-            unit.for_each_value(|x| {
-                *x = f64::from(u8::from(index == parameter));
-                index += 1;
-            });
+            let unit =
+                Tangent::of_values(world, (0..=parameter).map(|i| f64::from(u8::from(i == parameter))));
             let image = self.forward(world, camera, &unit)?;
             values.push(image.total().iter().zip(adjoint).map(|(g, a)| g * a).sum::<f64>());
             let variance = image.standard_error.iter().zip(adjoint).map(|(e, a)| (e * a).powi(2));
@@ -112,13 +106,8 @@ impl Method for FiniteDifference {
             rays += image.rays;
             non_finite.extend(image.non_finite);
         }
-        let fill = |values: Vec<f64>| {
-            let mut change = none.clone();
-            let mut values = values.into_iter();
-            change.for_each_value(|x| *x = values.next().unwrap_or(0.0));
-            change
-        };
-        let mean = Terms { interior: fill(values), primary: none.clone(), secondary: none.clone() };
-        Ok(Gradient { mean, standard_error: fill(errors), rays, non_finite })
+        let interior = Tangent::of_values(world, values);
+        let mean = Terms { interior, primary: none.clone(), secondary: none };
+        Ok(Gradient { mean, standard_error: Tangent::of_values(world, errors), rays, non_finite })
     }
 }

@@ -21,6 +21,8 @@ mod fault;
 mod finite_difference;
 mod jumps;
 mod kernels;
+mod record;
+mod streams;
 mod sweep;
 #[cfg(test)]
 mod tests;

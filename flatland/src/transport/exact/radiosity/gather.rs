@@ -4,9 +4,8 @@ use std::collections::BTreeMap;
 
 use glam::DVec2;
 
-use super::dual_math::{DualVector, sin_cos};
 use super::panels::{NODES, Panels, Rule, Side};
-use crate::calculus::{Dual, Number};
+use crate::calculus::{Dual, Number, Vec2};
 use crate::transport::exact::direct::{Surface, SurfaceMotion, may_scatter, turn};
 use crate::transport::exact::visible::{End, Interval};
 use crate::transport::{Tangent, World};
@@ -39,8 +38,8 @@ pub(super) struct Gather<'a> {
 #[derive(Clone, Copy)]
 struct Part {
     /// The segment's first end point and its edge in the surface's frame.
-    start: DualVector,
-    edge: DualVector,
+    start: Vec2<Dual<1>>,
+    edge: Vec2<Dual<1>>,
     /// The panel's ends, and where its first node's value is.
     panel: [f64; 2],
     first: usize,
@@ -112,7 +111,7 @@ impl Gather<'_> {
     fn corner(&self, end: usize, panels: &Panels, [a, b]: [Dual<1>; 2], rule: &Rule, row: &mut Row) {
         let last = panels.breaks.len() - 2;
         let first = panels.first + NODES * [0, last][end];
-        let factor = self.reflectance * (sin_cos(b).0 - sin_cos(a).0) * 0.5;
+        let factor = self.reflectance * (b.sin() - a.sin()) * 0.5;
         let basis = rule.basis(end as f64);
         row.extend(basis.iter().enumerate().map(|(n, (value, _))| (first + n, factor * *value)));
     }
@@ -140,8 +139,8 @@ impl Gather<'_> {
         let length = part.panel[1] - part.panel[0];
         for &(t, weight) in &rule.points {
             let angle = a + (b - a) * t;
-            let (sin, cos) = sin_cos(angle);
-            let s = part.parameter(DualVector { x: cos, y: sin });
+            let cos = angle.cos();
+            let s = part.parameter(Vec2::new(cos, angle.sin()));
             let local = (s.value - part.panel[0]) / length;
             let factor = self.reflectance * cos * (b - a) * (0.5 * weight);
             for (entry, (value, slope)) in row.iter_mut().zip(rule.basis(local)) {
@@ -158,11 +157,12 @@ impl Gather<'_> {
     }
 
     /// A vector along the normal and the tangent, which turn.
-    fn in_frame(&self, value: DVec2, slope: DVec2) -> DualVector {
+    fn in_frame(&self, value: DVec2, slope: DVec2) -> Vec2<Dual<1>> {
         let view = self.surface.view();
         let rotate = |v: DVec2| DVec2::new(view.axis().dot(v), view.tangent().dot(v));
         let local = rotate(value);
-        DualVector::new(local, rotate(slope) - self.motion.normal_turn * local.perp())
+        let [x, y] = Dual::path(local, rotate(slope) - self.motion.normal_turn * local.perp());
+        Vec2::new(x, y)
     }
 
     fn angle_of(&self, end: &End) -> Dual<1> {
@@ -188,15 +188,15 @@ impl Gather<'_> {
         if let Some(k) = vertices.iter().position(|v| end.vertex == Some(*v)) {
             return k as f64;
         }
-        let direction = DualVector::new(DVec2::new(end.cos, end.sin), DVec2::ZERO);
+        let direction = Vec2::constant(DVec2::new(end.cos, end.sin));
         part.parameter(direction).value.clamp(0.0, 1.0)
     }
 }
 
 impl Part {
     /// s with direction × (start + s edge) = 0.
-    fn parameter(&self, direction: DualVector) -> Dual<1> {
-        -(direction.perp_dot(self.start) / direction.perp_dot(self.edge))
+    fn parameter(&self, direction: Vec2<Dual<1>>) -> Dual<1> {
+        -(direction.cross(self.start) / direction.cross(self.edge))
     }
 
     /// How far the segment's line is.

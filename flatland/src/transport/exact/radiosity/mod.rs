@@ -15,7 +15,6 @@
 //! the derivative of the discretised solution itself, and the ends of what is seen carry the
 //! boundary terms of all bounces.
 
-mod dual_math;
 mod gather;
 mod panels;
 mod solve;
