@@ -14,8 +14,8 @@
 //!
 //! Where edges are known, V may also be a mean of their own velocities: exact, and with less variance.
 //!
-//! - [`calculus`]: numbers that carry derivatives: those of `volume3d`'s integrands, of the reparameterised form and of
-//!   radiosity.
+//! - [`calculus`]: numbers that carry derivatives or record themselves: over them the integrands of paths, in flat worlds and
+//!   in `volume3d`, the reparameterised form and radiosity are written once.
 //! - [`warp`]: the machinery that turns auxiliary points into (V, ∇·V) and its transpose, written once for the line, the
 //!   plane, the circle and (in `volume3d`) the sphere; and the mean over jumps, of points and of segments (`volume3d` has
 //!   that of great arcs).

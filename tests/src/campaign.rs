@@ -163,6 +163,7 @@ pub fn halves<K: Reference>(
 
 /// How estimates compare with exact values over a campaign.
 #[derive(Clone, Debug, Default)]
+#[must_use]
 pub struct Verdict {
     /// The largest |z| of a single scene.
     pub worst: f64,
@@ -281,9 +282,11 @@ impl Verdict {
         self.tell(power, name, limits);
     }
 
-    /// Asserts that it does not pass.
+    /// Asserts that it does not pass, for all that its estimates are numbers.
     pub fn reject(&self, name: &str, limits: Limits) {
         self.print(&format!("control {name}"), limits);
+        let Estimate { mean, standard_error } = self.slope;
+        assert!(mean.is_finite() && standard_error.is_finite(), "{name}: {self:?}");
         assert!(!self.passes(limits), "the control {name} was not rejected: {self:?}");
     }
 }

@@ -37,6 +37,7 @@ impl Estimate {
 }
 
 /// Two numbers that should be one.
+#[must_use]
 #[derive(Clone, Copy, Debug)]
 pub struct Comparison {
     /// What is found.
@@ -80,9 +81,10 @@ impl Comparison {
         power.add(label, self.tolerance(), scale);
     }
 
-    /// Asserts that they do not agree.
+    /// Asserts that they do not agree, for all that both are numbers.
     pub fn reject(&self, label: &str) {
         self.print(&format!("control {label}"), self.reference.mean);
+        assert!(self.found.mean.is_finite() && self.tolerance().is_finite(), "{label}: {self:?}");
         assert!(!self.agrees(), "the control {label} was not rejected: {self:?}");
     }
 }

@@ -9,7 +9,7 @@
 //! - [`power`]: the smallest bias that a test rejects.
 //! - [`readme`]: the README's tables, which tests fill.
 //! - [`scenes`]: random scenes, generic, degenerate and not differentiable.
-//! - [`space`]: the same in three dimensions: coverage, direct light and constants.
+//! - [`space`]: the same in three dimensions: coverage, crossings, irradiance, direct light and constants.
 //! - [`statistics`]: z-tests with corrected thresholds, and rates on log–log data.
 //! - [`transport`]: the same for flat worlds in which light is scattered.
 //!

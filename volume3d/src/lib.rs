@@ -44,8 +44,8 @@
 //!
 //! | room | holds |
 //! |---|---|
-//! | [`geometry`] | meshes, what is an edge of what is seen, the tracing of rays and bundles of rays |
-//! | [`scene`] | what a scene is made of, checked |
+//! | [`geometry`] | meshes and their edges, the tracing of rays and bundles of rays |
+//! | [`scene`] | what a scene is made of, checked, and updated in place |
 //! | [`io`] | readers and writers that end in a value or a typed error |
 //! | `path` | the path tracer, written once over the numbers of [`flatland::calculus`] |
 //! | [`gradient`] | what may change; one sample over numbers, forward and reverse; one file a method |
@@ -85,8 +85,8 @@
 //! [`scene::Scene::parted_shapes`] tells. The same holds where jumps of different velocities coincide along a whole
 //! curve: the two one-sided derivatives differ, and what is found is one of them or between them.
 //!
-//! What moves in an ideal mirror, or under a point or parallel light, has no unbiased estimate by any warp here, and is
-//! refused: [`gradient::Unsupported`].
+//! What moves in an ideal mirror, or under a point or parallel light, has no unbiased estimate by any warp here: if a shape
+//! or the camera moves in a scene that has one of them, that is refused: [`gradient::Unsupported`].
 
 pub mod geometry;
 pub mod gradient;

@@ -8,7 +8,8 @@
 //! L(x, ω_o) = L_e + ∫ f(ω_i, ω_o) |n·ω_i| L(y, −ω_i) dω_i
 //! ```
 //!
-//! over the half circle of directions on ω_o's side, and y the point first met in direction ω_i.
+//! over the half circle of directions on ω_o's side, and y the point first met in direction ω_i. It is computed over
+//! numbers of [`calculus`](crate::calculus): plain ones for the image, recorded ones for derivatives.
 //!
 //! A [`Tangent`] says how vertices, materials, environment and camera depend on θ, and has the shape
 //! of the gradient as well.

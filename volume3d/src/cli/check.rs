@@ -48,7 +48,7 @@ pub(super) struct Options {
     #[command(flatten)]
     method: MethodOptions,
     /// Steps of finite differences; unless given, those at which the fastest parameter moves by 1e-2, 3e-3, 1e-3 and
-    /// 3e-4 of the scene's size, of a radian, or of a unit of radiance or reflectance.
+    /// 3e-4 of the scene's size, of a radian, or of a unit of radiance, intensity, reflectance or roughness.
     #[arg(long, value_name = "H,…", value_delimiter = ',', value_parser = step, allow_negative_numbers = true)]
     steps: Vec<f64>,
     /// Samples a pixel, in all runs together.

@@ -4,7 +4,7 @@ use glam::DVec3;
 use volume3d::gradient::{CameraTangent, Tangent};
 use volume3d::scene::Scene;
 
-/// Fractions of the scene's size, of a radian, or of a unit of radiance or reflectance, by which the fastest
+/// Fractions of the scene's size, of a radian, or of a unit of radiance, intensity, reflectance or roughness, by which the fastest
 /// parameter moves. Below the smallest, noise wins in most scenes; above the largest, the curvature does.
 const FRACTIONS: [f64; 4] = [1e-2, 3e-3, 1e-3, 3e-4];
 
@@ -20,6 +20,8 @@ pub(super) fn steps(scene: &Scene, change: &Tangent) -> Vec<f64> {
         field_of_view.abs(),
         fastest(&change.reflectance),
         fastest(&change.radiance),
+        fastest(&change.intensity),
+        change.environment.length(),
         change.roughness.iter().fold(0.0, |a: f64, b| a.max(b.abs())),
     ];
     let rate = rates.into_iter().fold(0.0, f64::max);

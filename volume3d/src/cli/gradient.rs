@@ -25,9 +25,9 @@ use super::{Outcome, Report, reverse, usage};
 /// pixels and channels, for every parameter p named by --wrt, from one run.
 ///
 /// With the same --seed, --spp and --method, forward and reverse are transposes of one another to rounding (edge
-/// sampling if all shapes of --wrt move, warped area without --adaptive). Geometric
-/// derivatives before ideal mirrors and under lights without extent are refused, as no warp sees their jumps; --method
-/// finite-difference takes them.
+/// sampling if all shapes of --wrt move, warped area without --adaptive). If a shape or the camera moves in a scene
+/// that has an ideal mirror or a light without extent, that is refused, as no warp sees its jumps; --method
+/// finite-difference takes it, and so does --method interior, which leaves those jumps out.
 ///
 /// A WARNING is printed where one sample carries 2% of the sum of |gradient| or more (of pixels, or in reverse of
 /// positions), and 256 times its share: then tails are heavy, as in penumbrae of small lights, and standard errors too small more often than not.

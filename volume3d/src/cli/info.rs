@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use clap::Args;
-use volume3d::scene::{Bsdf, Description, Environment, Light, Overlap, Reflectance, Scene};
+use volume3d::scene::{Description, Environment, Light, Overlap, Reflectance, Scene};
 
 use super::lint::Lint;
 use super::session::SceneOptions;
@@ -55,11 +55,9 @@ fn shapes(text: &mut String, d: &Description) {
 fn materials(text: &mut String, d: &Description) {
     let _ = writeln!(text, "materials: {}", d.materials.len());
     for material in &d.materials {
-        let model = match &material.bsdf {
-            Bsdf::Diffuse { .. } => "diffuse".to_owned(),
-            Bsdf::RoughConductor { alpha, .. } => format!("rough conductor, roughness {alpha}"),
-            Bsdf::Conductor { .. } => "ideal mirror".to_owned(),
-        };
+        let model = material.bsdf.name();
+        let roughness =
+            material.bsdf.roughness().map_or(String::new(), |alpha| format!(", roughness {alpha}"));
         let reflectance = match material.bsdf.reflectance() {
             Reflectance::Constant(c) => format!("reflectance {c}"),
             Reflectance::Texture(t) => {
@@ -68,7 +66,7 @@ fn materials(text: &mut String, d: &Description) {
             }
         };
         let sides = if material.two_sided { "" } else { ", one side" };
-        let _ = writeln!(text, "  `{}`: {model}, {reflectance}{sides}", material.id);
+        let _ = writeln!(text, "  `{}`: {model}{roughness}, {reflectance}{sides}", material.id);
     }
 }
 
@@ -123,7 +121,7 @@ fn findings(text: &mut String, scene: &Scene) {
             Lint::of(&shape.mesh).findings().into_iter().map(|f| format!("shape `{}`: {f}", shape.id)),
         );
         let material = &d.materials[shape.material];
-        if matches!(material.bsdf, Bsdf::Conductor { .. }) {
+        if material.bsdf.is_mirror() {
             found.push(format!(
                 "shape `{}` is an ideal mirror: no warped-area derivative by geometry",
                 shape.id
@@ -159,7 +157,7 @@ pub(super) fn overlap(d: &Description, overlap: &Overlap) -> String {
     let [i, j] = overlap.example;
     let pairs = if overlap.pairs == 1 { "1 pair".to_owned() } else { format!("{} pairs", overlap.pairs) };
     format!(
-        "shapes `{a}` and `{b}` cover the same part of a plane ({pairs} of triangles, such as {i} and {j}): the first is seen, \
+        "shapes `{a}` and `{b}` cover the same part of a plane ({pairs} of triangles, such as {i} and {j}): rounding decides which is seen, \
          and no derivative exists by what parts them; move one of them a little"
     )
 }

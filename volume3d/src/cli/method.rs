@@ -25,8 +25,8 @@ pub(super) struct MethodOptions {
     /// Warped area: what is done about the bias of the warp with finitely many auxiliary rays.
     #[arg(long, value_enum)]
     debias: Option<Bias>,
-    /// Warped area: auxiliary rays of an estimate of the warp at least, at every bounce [default: 16; 4 with
-    /// --debias roulette].
+    /// Warped area: auxiliary rays of an estimate of the warp, on the film and at every bounce: at least, or with --adaptive
+    /// and --debias none at most [default: 16; 4 with --debias roulette].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     aux: Option<u32>,
     /// Warped area: more auxiliary rays where the first of them see a boundary near by, and few where they see one
@@ -40,8 +40,8 @@ pub(super) enum Method {
     /// Warped-area sampling: unbiased, with --debias none biased; refuses mirrors and lights without extent where
     /// geometry moves.
     WarpedArea,
-    /// Edge sampling: unbiased; besides --spp paths a pixel, as many samples of edges seen by the camera and as many of
-    /// edges seen from surfaces. Refuses what warped-area refuses.
+    /// Edge sampling: unbiased; besides --spp paths a pixel, as many samples of every kind of jump there is: up to two
+    /// kinds seen by the camera, up to five seen from surfaces. Refuses what warped-area refuses.
     Edge,
     /// One rotation for each kernel: biased wherever what moves does not turn as a whole.
     Rotation,

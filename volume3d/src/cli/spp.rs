@@ -16,7 +16,7 @@ pub(super) fn samples(text: &str) -> Result<usize, String> {
 /// One sample has no spread.
 pub(super) fn check_error_exists(path: Option<&PathBuf>, samples: usize) -> anyhow::Result<()> {
     if path.is_some() && samples < 2 {
-        bail!("--stderr needs at least 2 samples a pixel, not {samples}; raise --spp");
+        bail!("a standard error needs at least 2 samples a pixel, not {samples}; raise --spp");
     }
     Ok(())
 }

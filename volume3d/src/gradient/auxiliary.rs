@@ -17,7 +17,7 @@ use super::rigid_motion::{Rigid, RigidMotion};
 use super::warps::{DirectionWarp, FilmField, FilmWarp};
 use crate::Sphere;
 use crate::path::{Kernel, Paths, VisibilityDomain};
-use crate::scene::{Hit, SHORT, Surface};
+use crate::scene::{Hit, Surface};
 
 /// Where the velocities that make a field come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,7 +102,7 @@ impl<'s> Auxiliary<'s> {
         if let Construction::Followed { candidates } = self.construction {
             // As for weights: what is below the horizon is inside a solid, and arbitrarily near.
             let keep =
-                |d: DVec3, distance| kernel.normal.dot(d) > 0.0 && counts(kernel.domain, x, d, distance);
+                |d: DVec3, distance| kernel.normal.dot(d) > 0.0 && kernel.domain.counts(x, d, distance);
             let motion =
                 self.follow::<Sphere>(x, Some(from), direction, kappa, candidates, x_moves, |d| d, keep);
             return motion.map(DirectionWarp::Rigid);
@@ -132,7 +132,7 @@ impl<'s> Auxiliary<'s> {
         let bundle: Bundle<Sphere> = warp.bundle(direction, kappa, &mut self.rng);
         let (face, rounding) = (self.upward(from, normal), scene.rounding());
         let sight = |direction: DVec3, hit: Option<Hit>| {
-            let hit = hit.filter(|h| normal.dot(direction) > 0.0 && counts(domain, x, direction, h.distance));
+            let hit = hit.filter(|h| normal.dot(direction) > 0.0 && domain.counts(x, direction, h.distance));
             let nearest = hit.map_or(NOWHERE, |h| nearest_jump(scene, &h, x, direction, jumps));
             // With shading normals rays may go below the face, and leave the solid at once through the next one: what
             // they see ends at the face's horizon.
@@ -391,15 +391,3 @@ fn triangle(seen: Option<Surface>) -> Option<u32> {
 
 /// The nearest jump to a ray that leaves the scene.
 const NOWHERE: Nearest = Nearest { angle: f64::INFINITY, crossing: None };
-
-/// Whether a hit hides what the integrand is about: whether it lies before the plane of a flat light.
-fn counts(domain: VisibilityDomain, x: DVec3, direction: DVec3, distance: f64) -> bool {
-    match domain {
-        VisibilityDomain::Radiance | VisibilityDomain::Distant => true,
-        VisibilityDomain::BeforePlane { normal, offset, .. } => {
-            // Before the light n·y > d. The light's own plane must not hide it.
-            let height = normal.dot(x) - offset;
-            normal.dot(direction) * distance + height > SHORT * height
-        }
-    }
-}

@@ -4,7 +4,7 @@ use glam::{DMat3, DQuat, DVec3};
 
 use super::Tangent;
 use crate::geometry::Normals;
-use crate::scene::{Bsdf, Description, Environment, Light, Reflectance, Scene, SceneError};
+use crate::scene::{Description, Environment, Light, Reflectance, Scene, SceneError};
 
 impl Tangent {
     /// The scene at parameters θ + `step` · change. Positions move in straight lines, what turns turns.
@@ -30,7 +30,7 @@ impl Tangent {
             if let Reflectance::Constant(c) = material.bsdf.reflectance_mut() {
                 *c += step * self.reflectance[m];
             }
-            if let Bsdf::RoughConductor { alpha, .. } = &mut material.bsdf {
+            if let Some(alpha) = material.bsdf.roughness_mut() {
                 *alpha += step * self.roughness[m];
             }
         }

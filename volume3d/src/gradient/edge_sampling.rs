@@ -22,9 +22,10 @@ use crate::scene::Scene;
 pub struct EdgeSampling {
     /// Paths a pixel for the interior term.
     pub samples: usize,
-    /// Samples of edges on the film, a pixel on average.
+    /// Samples of each kind of jump on the film, a pixel on average: edges, and sign changes of shading normals.
     pub primary: usize,
-    /// Samples of edges seen from shading points, a pixel on average.
+    /// Samples of each kind of jump seen from shading points, a pixel on average: edges before lights, edges before all else,
+    /// borders of emitters, horizons, and sign changes of shading normals.
     pub secondary: usize,
     /// The seed of everything random.
     pub seed: u64,

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::scene::{Bsdf, Light, Reflectance, Scene};
+use crate::scene::{Light, Reflectance, Scene};
 
 /// Rates of the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -308,7 +308,7 @@ fn supports_geometry(scene: &Scene) -> Result<(), Unsupported> {
     let d = scene.description();
     for shape in &d.shapes {
         let material = &d.materials[shape.material];
-        if matches!(material.bsdf, Bsdf::Conductor { .. }) {
+        if material.bsdf.is_mirror() {
             return Err(Unsupported::Mirror { shape: shape.id.clone(), material: material.id.clone() });
         }
     }

@@ -9,9 +9,11 @@
 /// step = −rate m̂ / (√v̂ + ε),   m̂ = m/(1 − β₁ᵗ),   v̂ = v/(1 − β₂ᵗ).
 /// ```
 ///
-/// A step is at most about `rate` in each number, whatever the size of the gradient: choose the rate in units of the
-/// parameter, as a few hundredths of the change that is expected in all. Noise of a gradient does not bias where Adam comes
-/// to rest, but the rate bounds how near it comes: lower it towards the end.
+/// A step is about `rate` in each number, whatever the size of the gradient, and about three times that at most, where one
+/// gradient follows on many small ones: choose the rate in units of the parameter, as a few hundredths of the change
+/// that is expected in all, and lower it towards the end, as it bounds how near Adam comes. Steps are quotients of noisy
+/// numbers: with an unbiased gradient whose noise is skewed, Adam may rest beside the zero of the gradient (Reddi, Kale and Kumar
+/// 2018). More samples bring it nearer.
 ///
 /// With [`uniform`](Self::uniform) there is one v for all numbers, the greatest (Nicolet, Jacobson and Jakob 2021): numbers that
 /// hardly matter then hardly move, which vertices of a mesh need, where Adam alone would move those that nobody sees by

@@ -4,10 +4,10 @@ use glam::DVec3;
 
 /// How far an image I is from a target T: a mean over pixels and channels.
 ///
-/// Every loss but the blurred one is a sum over pixels, and all of them are functions of the *noisy* image: a squared loss
-/// of an unbiased image with variance σ² is too large by σ², by the same amount for every θ only if the noise does not
-/// depend on it. Its adjoint 2 (I − T)/n is linear in I, so that the gradient, from samples independent of I, is unbiased; those of the
-/// other losses are not quite, and become so with the number of samples.
+/// All are functions of the *noisy* image: a squared loss of an unbiased image with variance σ² is too large by σ². The
+/// adjoints of [`L2`](Self::L2), [`Relative`](Self::Relative) and [`Multiscale`](Self::Multiscale) are linear in I, so that
+/// the gradient, from samples independent of I, is that of the loss of the true image, without bias; that of
+/// [`L1`](Self::L1) is not quite, and becomes so with the number of samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Loss {
@@ -16,7 +16,7 @@ pub enum Loss {
     /// Mean of |I − T|: outliers count less, and noise of the image near the target pulls both ways.
     L1,
     /// Mean of (I − T)²/(T² + ε²): dark pixels count as much as bright ones. The denominator is the target's, which has no
-    /// derivative: the gradient is unbiased. ε is the radiance below which darkness no longer counts, such as 0.01.
+    /// derivative: the gradient is unbiased. ε > 0 is the radiance below which darkness no longer counts, such as 0.01.
     Relative {
         /// ε.
         epsilon: f64,
@@ -45,9 +45,17 @@ pub enum LossError {
         /// Rows.
         height: usize,
     },
-    /// A pixel of the target is not a number.
-    #[error("the target in column {x}, row {y} (from the top left, from 0) is not finite")]
+    /// The ε of a relative loss is not positive.
+    #[error("the epsilon of a relative loss is {epsilon}, but must be positive")]
+    Epsilon {
+        /// ε.
+        epsilon: f64,
+    },
+    /// A pixel is not a number.
+    #[error("the {what} in column {x}, row {y} (from the top left, from 0) is not finite")]
     NotFinite {
+        /// "image" or "target".
+        what: &'static str,
         /// Its column.
         x: usize,
         /// Its row.
@@ -59,7 +67,7 @@ impl Loss {
     /// The loss of an image, and the adjoint ∂L/∂I of every pixel.
     ///
     /// # Errors
-    /// A [`LossError`] if sizes differ or the target is not finite.
+    /// A [`LossError`] if sizes differ, a pixel is not finite, or ε is not positive.
     pub fn of(
         self,
         (width, height): (usize, usize),
@@ -70,8 +78,15 @@ impl Loss {
             let (image, target) = (image.len(), target.len());
             return Err(LossError::Size { image, target, width, height });
         }
-        if let Some(at) = target.iter().position(|t| !t.is_finite()) {
-            return Err(LossError::NotFinite { x: at % width, y: at / width });
+        for (what, pixels) in [("image", image), ("target", target)] {
+            if let Some(at) = pixels.iter().position(|p| !p.is_finite()) {
+                return Err(LossError::NotFinite { what, x: at % width, y: at / width });
+            }
+        }
+        if let Self::Relative { epsilon } = self
+            && !(epsilon > 0.0 && epsilon.is_finite())
+        {
+            return Err(LossError::Epsilon { epsilon });
         }
         let count = 3.0 * image.len() as f64;
         let each = |f: &dyn Fn(DVec3, DVec3) -> (f64, DVec3)| {

@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use glam::{DQuat, DVec3};
 
-use super::pose::{Pose, Rest};
+use super::pose::{Pose, Rest, rotation_vector};
 use super::quantity::{ParameterError, Quantity};
 use crate::geometry::Mesh;
 use crate::gradient::{ActiveParameters, Tangent};
-use crate::scene::{Bsdf, Camera, Environment, Light, Reflectance, Scene, SceneError};
+use crate::scene::{Camera, Environment, Light, Reflectance, Scene, SceneError};
 
 /// One parameter among [`Parameters`].
 #[derive(Clone, Debug, PartialEq)]
@@ -80,6 +80,13 @@ impl Parameters {
             let bounds = quantity.default_bounds();
             this.groups.push(Group { name: name.to_owned(), quantity, range, bounds });
         }
+        // What a scene begins with is allowed.
+        let x = this.values(scene);
+        for group in &mut this.groups {
+            for value in &x[group.range.clone()] {
+                group.bounds = [group.bounds[0].min(*value), group.bounds[1].max(*value)];
+            }
+        }
         Ok(this)
     }
 
@@ -92,10 +99,15 @@ impl Parameters {
     /// The same, with other bounds for one of them.
     ///
     /// # Panics
-    /// If there are not so many, or the bounds are not in order.
+    /// If there are not so many, or the bounds are not in order, or the group is a rotation, which has none, or a scale, and
+    /// they allow 0.
     #[must_use]
     pub fn with_bounds(mut self, group: usize, bounds: [f64; 2]) -> Self {
         assert!(bounds[0] <= bounds[1], "the bounds {bounds:?} are in order");
+        let quantity = self.groups[group].quantity;
+        let turns = matches!(quantity, Quantity::Rotation { .. } | Quantity::CameraRotation);
+        assert!(!turns, "a rotation has no bounds");
+        assert!(!matches!(quantity, Quantity::Scale { .. }) || bounds[0] > 0.0, "a scale is positive");
         self.groups[group].bounds = bounds;
         self
     }
@@ -161,10 +173,9 @@ impl Parameters {
                     Reflectance::Constant(c) => flat(&[*c]),
                     Reflectance::Texture(_) => vec![0.0; 3],
                 },
-                Quantity::Roughness { material } => match d.materials[material].bsdf {
-                    Bsdf::RoughConductor { alpha, .. } => vec![alpha],
-                    Bsdf::Diffuse { .. } | Bsdf::Conductor { .. } => vec![0.0],
-                },
+                Quantity::Roughness { material } => {
+                    vec![d.materials[material].bsdf.roughness().unwrap_or(0.0)]
+                }
                 Quantity::Texture { texture, .. } => flat(&d.textures[texture].texels),
                 Quantity::FieldOfView => vec![d.camera.field_of_view],
                 Quantity::Translation { .. }
@@ -180,8 +191,8 @@ impl Parameters {
     /// it costs.
     ///
     /// # Errors
-    /// A [`SceneError`] if a value is out of its range or not finite. Parameters before it have been set by then; setting
-    /// valid ones sets all.
+    /// A [`SceneError`] if a value is out of its range or not finite. Other parameters may have been set by then; applying
+    /// valid values sets all.
     ///
     /// # Panics
     /// If x has another length, or the scene another topology.
@@ -216,7 +227,7 @@ impl Parameters {
                 }
                 Quantity::Roughness { material: index } => {
                     let mut material = scene.description().materials[index].clone();
-                    if let Bsdf::RoughConductor { alpha, .. } = &mut material.bsdf {
+                    if let Some(alpha) = material.bsdf.roughness_mut() {
                         *alpha = slice[0];
                     }
                     scene.set_material(index, material)?;
@@ -237,18 +248,19 @@ impl Parameters {
     }
 
     fn apply_camera(&self, x: &[f64], scene: &mut Scene) -> Result<(), SceneError> {
-        let [t, w] = [Quantity::CameraTranslation, Quantity::CameraRotation];
-        let field_of_view = self.group(Quantity::FieldOfView).map(|g| x[g.range.start]);
-        let moved = [t, w].into_iter().any(|q| self.group(q).is_some());
-        if !moved && field_of_view.is_none() {
-            return Ok(());
+        let (rest, mut camera) = (&self.camera, scene.description().camera.clone());
+        if self.group(Quantity::CameraTranslation).is_some() {
+            camera.origin = rest.origin + self.vector(x, Quantity::CameraTranslation);
         }
-        let turn = DQuat::from_scaled_axis(self.vector(x, w));
-        let Camera { origin, right, up, forward, field_of_view: angle } = self.camera.clone();
-        let [right, up, forward] = [right, up, forward].map(|axis| turn * axis);
-        let origin = origin + self.vector(x, t);
-        let field_of_view = field_of_view.unwrap_or(angle);
-        scene.set_camera(Camera { origin, right, up, forward, field_of_view })
+        if self.group(Quantity::CameraRotation).is_some() {
+            let turn = DQuat::from_scaled_axis(self.vector(x, Quantity::CameraRotation));
+            [camera.right, camera.up, camera.forward] =
+                [rest.right, rest.up, rest.forward].map(|axis| turn * axis);
+        }
+        if let Some(group) = self.group(Quantity::FieldOfView) {
+            camera.field_of_view = x[group.range.start];
+        }
+        scene.set_camera(camera)
     }
 
     /// The meshes of shapes that are moved, with their shapes; or the name of one that cannot be.
@@ -273,10 +285,8 @@ impl Parameters {
                     Err(error) => return Some(Err((shape.id.clone(), error))),
                 };
             }
-            Some(Ok((
-                s,
-                rest.map_or(mesh.clone(), |rest| mesh.transformed(&self.pose(x, s).map(rest.centre))),
-            )))
+            let Some(rest) = rest else { return Some(Ok((s, mesh))) };
+            Some(Ok((s, mesh.transformed(&self.pose(x, s).map(rest.centre)))))
         })
     }
 
@@ -378,9 +388,7 @@ impl Parameters {
             if matches!(group.quantity, Quantity::Rotation { .. } | Quantity::CameraRotation) {
                 let [further, so_far] = [step, x].map(|w| DQuat::from_scaled_axis(DVec3::from_slice(w)));
                 let turn = (further * so_far).normalize();
-                // The shorter way round.
-                let turn = if turn.w < 0.0 { -turn } else { turn };
-                x.copy_from_slice(&turn.to_scaled_axis().to_array());
+                x.copy_from_slice(&rotation_vector(turn).to_array());
             } else {
                 x.iter_mut().zip(step).for_each(|(x, s)| *x += s);
             }

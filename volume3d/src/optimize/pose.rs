@@ -75,3 +75,11 @@ impl Pose {
         pulled
     }
 }
+
+/// The rotation vector of a turn, the shorter way round.
+pub(super) fn rotation_vector(turn: DQuat) -> DVec3 {
+    let turn = if turn.w < 0.0 { -turn } else { turn };
+    // Twice the angle's half from its sine and cosine, which is exact for small angles, too.
+    let (axis, sine) = (turn.xyz(), turn.xyz().length());
+    if sine > 0.0 { axis * (2.0 * sine.atan2(turn.w) / sine) } else { DVec3::ZERO }
+}

@@ -5,13 +5,16 @@ use crate::scene::{Emitter, NameError, Scene};
 
 /// What a parameter is of, and which part of a scene has it.
 ///
+/// Bounds are widened to include the values that a scene begins with. A shape called `camera` has no parameters: its name is the
+/// camera's.
+///
 /// | name | values | default bounds |
 /// |---|---|---|
 /// | `SHAPE.vertex_positions` | 3 a vertex, scene units | none |
 /// | `SHAPE.translation` | 3, scene units, from where the shape was | none |
 /// | `SHAPE.rotation` | 3, a rotation vector in radians, about the moving centre | none |
 /// | `SHAPE.scale` | 1, about the moving centre | at least 10⁻³ |
-/// | `SHAPE.radiance`, `ENVIRONMENT.radiance` | 3, linear RGB | at least 0 |
+/// | `SHAPE.radiance`, `LIGHT.radiance` of a constant environment | 3, linear RGB | at least 0 |
 /// | `LIGHT.intensity`, `LIGHT.irradiance` | 3, linear RGB | at least 0 |
 /// | `MATERIAL.reflectance` | 3, linear RGB | 0 to 1 |
 /// | `MATERIAL.roughness` | 1, α | 10⁻³ to 1 |
@@ -169,7 +172,7 @@ impl Quantity {
             | Self::Rotation { shape }
             | Self::Scale { shape } => active.shapes[shape] = true,
             Self::Radiance { .. } | Self::EnvironmentRadiance | Self::Intensity { .. } => {
-                active.lights = true
+                active.lights = true;
             }
             Self::Reflectance { material }
             | Self::Roughness { material }

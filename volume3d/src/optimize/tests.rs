@@ -167,6 +167,27 @@ fn turns_are_composed_about_the_moving_centre() {
 }
 
 #[test]
+fn small_turns_add_up() {
+    let scene = scene();
+    let parameters = Parameters::new(&scene, &["block.rotation"]).unwrap();
+    let mut x = parameters.values(&scene);
+    for _ in 0..1000 {
+        parameters.retract(&mut x, &[0.0, 1e-11, 0.0]);
+    }
+    assert!((x[1] - 1e-8).abs() < 1e-14, "{x:?}");
+}
+
+#[test]
+fn a_camera_keeps_what_is_no_parameter() {
+    let mut scene = scene();
+    let parameters = Parameters::new(&scene, &["camera.fov"]).unwrap();
+    let elsewhere = Camera::look_at(DVec3::new(3.0, 1.0, 2.0), DVec3::X, DVec3::Y, 0.5);
+    scene.set_camera(elsewhere.clone()).unwrap();
+    parameters.apply(&[0.9], &mut scene).unwrap();
+    assert_eq!(scene.description().camera, Camera { field_of_view: 0.9, ..elsewhere });
+}
+
+#[test]
 fn steps_stay_within_bounds() {
     let scene = scene();
     let names = ["white.reflectance", "metal.roughness", "lamp.radiance"];
@@ -206,6 +227,8 @@ fn what_cannot_be_applied_is_refused() {
     x[4] = f64::NAN;
     let error = parameters.apply(&x, &mut scene).unwrap_err();
     assert_eq!(error.to_string(), "shape `block`: position 1 is not finite");
+    let pose = Parameters::new(&scene, &["block.translation"]).unwrap();
+    assert!(pose.apply(&[f64::NAN, 0.0, 0.0], &mut scene).unwrap_err().to_string().contains("is not finite"));
     x = parameters.values(&scene);
     *x.last_mut().unwrap() = -1.0;
     assert!(parameters.apply(&x, &mut scene).unwrap_err().to_string().contains("radiance of `lamp` is -1"));
@@ -243,9 +266,14 @@ fn adjoints_are_the_derivative_of_losses() {
         (Loss::L2.of(size, &image, &target), Loss::Multiscale { levels: 1 }.of(size, &image, &target));
     assert!((l2.unwrap().0 - one.unwrap().0).abs() < 1e-15);
     assert!(matches!(Loss::L2.of((5, 4), &image, &target), Err(LossError::Size { .. })));
+    let mut noisy = image.clone();
+    noisy[0].x = f64::INFINITY;
+    assert_eq!(Loss::L2.of(size, &noisy, &target), Err(LossError::NotFinite { what: "image", x: 0, y: 0 }));
+    let nothing = Loss::Relative { epsilon: 0.0 }.of(size, &image, &target);
+    assert_eq!(nothing, Err(LossError::Epsilon { epsilon: 0.0 }));
     let mut holed = target;
     holed[7].z = f64::NAN;
-    assert_eq!(Loss::L2.of(size, &image, &holed), Err(LossError::NotFinite { x: 2, y: 1 }));
+    assert_eq!(Loss::L2.of(size, &image, &holed), Err(LossError::NotFinite { what: "target", x: 2, y: 1 }));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use flatland::calculus::{Number, Rgb, Vec3};
 use glam::DVec3;
 
-use crate::scene::Surface;
+use crate::scene::{SHORT, Surface};
 
 /// A camera's frame in numbers, and its focal length in pixels.
 #[derive(Clone, Copy, Debug)]
@@ -74,6 +74,20 @@ pub(crate) enum VisibilityDomain {
     },
 }
 
+impl VisibilityDomain {
+    /// Whether what is hit at a distance hides what the integrand is about: whether it lies before the plane of a flat light.
+    pub(crate) fn counts(self, x: DVec3, direction: DVec3, distance: f64) -> bool {
+        match self {
+            Self::Radiance | Self::Distant => true,
+            Self::BeforePlane { normal, offset, .. } => {
+                // Before the light n·y > d. The light's own plane must not hide it.
+                let height = normal.dot(x) - offset;
+                normal.dot(direction) * distance + height > SHORT * height
+            }
+        }
+    }
+}
+
 /// The parameters of a scene as numbers, and the warp of directions that goes with them.
 ///
 /// [`warp`](Self::warp) and [`border`](Self::border) are calls to whoever differentiates, where data would not do: dual
@@ -107,7 +121,7 @@ pub(crate) trait Calculus {
     /// How a point light is shifted, or a directional one turned, in numbers of value 0; nothing if it stands still.
     fn pose(&self, light: usize) -> Option<Vec3<Self::Number>>;
 
-    /// The radiance of a constant environment, or the colour that scales a map.
+    /// The radiance of a constant environment, with its value at hand.
     fn environment(&self, value: DVec3) -> Rgb<Self::Number>;
 
     /// How the environment map is turned, in numbers of value 0; nothing if it stands still.

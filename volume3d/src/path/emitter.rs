@@ -99,6 +99,9 @@ impl Area {
 impl Border {
     /// Of triangles that all lie in one plane, face the same way, and do not overlap in more than edges.
     fn new(scene: &Scene, triangles: std::ops::Range<usize>) -> Option<Self> {
+        if triangles.is_empty() {
+            return None;
+        }
         let first = triangles.start as u32;
         let face_normal = |t: u32| scene.normal_of(Surface::Triangle(t));
         let normal = face_normal(first);

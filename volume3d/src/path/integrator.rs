@@ -17,6 +17,9 @@ use crate::scene::{Environment, Hit, Light, Scene, Surface};
 /// Russian roulette never ends a path with a probability below 1 − this.
 const SURVIVAL: f64 = 0.95;
 
+/// The probability with which it lets a path go on that has only a derivative.
+const SURVIVAL_IN_THE_DARK: f64 = 0.5;
+
 /// Paths through a scene.
 #[derive(Clone, Debug)]
 pub(crate) struct Paths<'s> {
@@ -75,7 +78,7 @@ impl<'s> Paths<'s> {
             let Some(shading) = point.shading(self.scene, calculus) else { break };
             let vertex = Vertex { point, shading };
             total = total + path.throughput * self.next_event(calculus, &vertex, samples);
-            let Some(survival) = self.roulette(path.throughput.value(), depth, samples) else { break };
+            let Some(survival) = self.roulette(&path.throughput, depth, samples) else { break };
             let throughput = path.throughput * C::Number::constant(survival);
             depth += 1;
             let goes_on = depth < limit;
@@ -241,11 +244,14 @@ impl<'s> Paths<'s> {
     }
 
     /// The survivor's weight, or the end.
-    fn roulette(&self, throughput: DVec3, depth: usize, samples: &mut Sequence) -> Option<f64> {
+    fn roulette<T: Number>(&self, throughput: &Rgb<T>, depth: usize, samples: &mut Sequence) -> Option<f64> {
         if depth < self.scene.description.integrator.rr_depth {
             return Some(1.0);
         }
-        let survival = throughput.max_element().clamp(0.0, SURVIVAL);
+        let survival = throughput.value().max_element().clamp(0.0, SURVIVAL);
+        // Behind what is black and may become lighter a path has no value, but a derivative.
+        let dark = survival == 0.0 && throughput.0.iter().any(|x| !x.is_still());
+        let survival = if dark { SURVIVAL_IN_THE_DARK } else { survival };
         (samples.one() < survival).then(|| 1.0 / survival)
     }
 

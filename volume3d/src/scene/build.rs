@@ -91,14 +91,7 @@ impl Scene {
         let tables = Tables { positions: &positions, triangles: &triangles };
         let shading = Shading { normals: &normals, uvs: &uvs, textured: &textured };
         let adjacency = Adjacency::build(tables, shading);
-        let extent = description.camera.origin.abs().max_element();
-        let extent = if triangles.is_empty() {
-            extent
-        } else {
-            let (low, high) = accelerator.bounds();
-            extent.max(low.abs().max_element()).max(high.abs().max_element())
-        };
-        Self {
+        let mut scene = Self {
             description,
             positions,
             triangles,
@@ -110,9 +103,18 @@ impl Scene {
             first_normal,
             accelerator,
             adjacency,
-            extent,
+            extent: 0.0,
             crossings: OnceLock::new(),
-        }
+        };
+        scene.measure();
+        scene
+    }
+
+    /// Brings the extent up to date.
+    pub(super) fn measure(&mut self) {
+        let (low, high) = self.accelerator.bounds();
+        let surfaces = if low.x <= high.x { low.abs().max(high.abs()).max_element() } else { 0.0 };
+        self.extent = self.description.camera.origin.abs().max_element().max(surfaces);
     }
 
     /// What the scene is made of.

@@ -5,10 +5,9 @@ use std::collections::HashSet;
 use glam::DVec3;
 
 use super::{
-    Bsdf, Camera, Description, Environment, Film, Filter, Light, Material, Reflectance, SceneError, Shape,
-    Texture,
+    Camera, Description, Environment, Film, Filter, Light, Material, Reflectance, SceneError, Shape, Texture,
 };
-use crate::geometry::Mesh;
+use crate::geometry::{Accelerator, Mesh, MeshError, Normals};
 
 pub(super) fn check(description: &Description) -> Result<(), SceneError> {
     let Description { camera, film, textures, materials, shapes, lights, environment, .. } = description;
@@ -30,6 +29,7 @@ pub(super) fn check(description: &Description) -> Result<(), SceneError> {
             index: shape.material,
             count,
         })?;
+        mesh(&shape.id, &shape.mesh)?;
         coordinates(&shape.id, &shape.mesh, material)?;
         if let Some(radiance) = shape.radiance {
             not_negative(&shape.id, "the radiance", radiance)?;
@@ -44,6 +44,17 @@ pub(super) fn check(description: &Description) -> Result<(), SceneError> {
     count(shapes)
 }
 
+/// That no map has carried positions out of the numbers.
+pub(super) fn mesh(id: &str, mesh: &Mesh) -> Result<(), SceneError> {
+    match mesh.positions().iter().position(|p| !p.is_finite()) {
+        None => Ok(()),
+        Some(index) => {
+            let error = MeshError::NotFinite { what: "position", index };
+            Err(SceneError::Mesh { id: id.to_owned(), error })
+        }
+    }
+}
+
 /// That a textured surface has texture coordinates.
 pub(super) fn coordinates(id: &str, mesh: &Mesh, material: &Material) -> Result<(), SceneError> {
     let textured = matches!(material.bsdf.reflectance(), Reflectance::Texture(_));
@@ -53,12 +64,24 @@ pub(super) fn coordinates(id: &str, mesh: &Mesh, material: &Material) -> Result<
     Ok(())
 }
 
-/// That 32 bits count all vertices and triangles.
+/// That indices count everything.
 pub(super) fn count(shapes: &[Shape]) -> Result<(), SceneError> {
-    let positions = shapes.iter().map(|s| s.mesh.positions().len()).sum::<usize>();
-    let triangles = shapes.iter().map(|s| s.mesh.triangles().len()).sum::<usize>();
-    let count = positions.max(triangles);
-    if count < u32::MAX as usize { Ok(()) } else { Err(SceneError::TooLarge { count }) }
+    let sum = |of: fn(&Mesh) -> usize| shapes.iter().map(|s| of(&s.mesh)).sum::<usize>();
+    let normals = |mesh: &Mesh| match mesh.normals() {
+        Normals::Face => 0,
+        Normals::AngleWeighted { count, .. } => *count,
+        Normals::Given(given) => given.values.len(),
+    };
+    let tables: [(&str, usize, usize); 4] = [
+        ("vertices", sum(|m| m.positions().len()), u32::MAX as usize - 1),
+        ("normals", sum(normals), u32::MAX as usize - 1),
+        ("texture coordinates", sum(|m| m.uvs().map_or(0, |uvs| uvs.values.len())), u32::MAX as usize - 1),
+        ("triangles", sum(|m| m.triangles().len()), Accelerator::MOST),
+    ];
+    match tables.into_iter().find(|(_, count, most)| count > most) {
+        None => Ok(()),
+        Some((what, count, most)) => Err(SceneError::TooLarge { what, count, most }),
+    }
 }
 
 /// That a new name, if it is one, is not that of another.
@@ -128,17 +151,15 @@ pub(super) fn material(material: &Material, textures: usize) -> Result<(), Scene
         Reflectance::Constant(c) => not_negative(id, "the reflectance", *c)?,
         Reflectance::Texture(index) => check_index(id, *index, textures)?,
     }
-    if let Bsdf::RoughConductor { alpha, .. } = material.bsdf {
+    if let Some(alpha) = material.bsdf.roughness() {
         // Below, the lobe is narrower than directions can be told apart.
         range((1e-4..=1.0).contains(&alpha), id, "the roughness", alpha, "in [1e-4, 1]")?;
     }
-    match material.bsdf {
-        Bsdf::Diffuse { .. } => Ok(()),
-        Bsdf::RoughConductor { eta, k, .. } | Bsdf::Conductor { eta, k, .. } => {
-            not_negative(id, "eta", eta)?;
-            not_negative(id, "k", k)
-        }
+    if let Some([eta, k]) = material.bsdf.index_of_refraction() {
+        not_negative(id, "eta", eta)?;
+        not_negative(id, "k", k)?;
     }
+    Ok(())
 }
 
 pub(super) fn light(light: &Light) -> Result<(), SceneError> {

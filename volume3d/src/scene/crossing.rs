@@ -17,7 +17,7 @@
 //! is a. Where planes are nearly parallel a is large, as the true velocity is; it does not depend on how the edges of the
 //! triangles lie.
 //!
-//! The search is the hierarchy's query against itself, made once when something first asks. Measured on 2 cores
+//! The search is the hierarchy's query against itself, made when something first asks, and again after vertices have moved. Measured on 2 cores
 //! (`cargo bench -p volume3d --bench crossing`): 0.04 s for a sphere of 81,920 triangles and 0.62 s for one of 1.3 million,
 //! which do not cross; 0.08 s for two crossing spheres of 163,840. It keeps the segments and nothing else: the peak memory
 //! of `volume3d info` is that of loading the meshes, 76 MB for 163,840 triangles and 1.4 GB for 2.6 million.

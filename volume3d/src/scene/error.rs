@@ -73,10 +73,14 @@ pub enum SceneError {
         /// Rows of the film.
         height: usize,
     },
-    /// More vertices or triangles in all than 32 bits count.
-    #[error("the scene has {count} vertices or triangles, more than 2^32 - 2")]
+    /// More of something in all than indices count.
+    #[error("the scene has {count} {what}, more than {most}")]
     TooLarge {
+        /// "vertices", "normals", "texture coordinates" or "triangles".
+        what: &'static str,
         /// How many there are.
         count: usize,
+        /// How many there may be.
+        most: usize,
     },
 }

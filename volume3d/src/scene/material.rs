@@ -64,7 +64,49 @@ impl Bsdf {
         }
     }
 
+    /// α, if it has a lobe.
+    #[must_use]
+    pub fn roughness(&self) -> Option<f64> {
+        match self {
+            Self::RoughConductor { alpha, .. } => Some(*alpha),
+            Self::Diffuse { .. } | Self::Conductor { .. } => None,
+        }
+    }
+
     /// The same, to be changed.
+    pub(crate) fn roughness_mut(&mut self) -> Option<&mut f64> {
+        match self {
+            Self::RoughConductor { alpha, .. } => Some(alpha),
+            Self::Diffuse { .. } | Self::Conductor { .. } => None,
+        }
+    }
+
+    /// η and k, if it is of metal.
+    #[must_use]
+    pub fn index_of_refraction(&self) -> Option<[DVec3; 2]> {
+        match self {
+            Self::RoughConductor { eta, k, .. } | Self::Conductor { eta, k, .. } => Some([*eta, *k]),
+            Self::Diffuse { .. } => None,
+        }
+    }
+
+    /// Whether it reflects one direction into one direction: what moves in its image jumps where no warp sees it.
+    #[must_use]
+    pub fn is_mirror(&self) -> bool {
+        matches!(self, Self::Conductor { .. })
+    }
+
+    /// The model in words.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Diffuse { .. } => "diffuse",
+            Self::RoughConductor { .. } => "rough conductor",
+            Self::Conductor { .. } => "ideal mirror",
+        }
+    }
+
+    /// The factor on the whole, to be changed.
     pub(crate) fn reflectance_mut(&mut self) -> &mut Reflectance {
         match self {
             Self::Diffuse { reflectance } => reflectance,

@@ -132,8 +132,7 @@ impl Scene {
 
     /// A material with a roughness.
     pub(crate) fn find_rough(&self, id: &str) -> Result<usize, NameError> {
-        let rough = |bsdf: &Bsdf| matches!(bsdf, Bsdf::RoughConductor { .. });
-        self.find_material_with(id, "has no roughness", "with one", rough)
+        self.find_material_with(id, "has no roughness", "with one", |bsdf| bsdf.roughness().is_some())
     }
 
     fn find_material_with(

@@ -1,12 +1,12 @@
 //! From the value of a sample back to all that moves it.
 //!
 //! The tape transposes the derivative of the integrand, with densities and weights held fixed. What is not on it are the
-//! warps: V_k of the direction ω_k sampled at x_k is a linear form in the velocities of what surrounds ω_k, relative to
+//! warps, of the film and of directions, and the jumps that edge sampling draws: V_k of the direction ω_k sampled at x_k is a linear form in the velocities of what surrounds ω_k, relative to
 //! ẋ_k. When the sweep reaches a warp, the adjoints (a, b) of (V_k, ∇·V_k) are complete, the form is made and transposed,
 //! and what it takes from ẋ_k goes on along the tape.
 //!
-//! Adjoints are kept by [`Terms`]: what has not passed through a warp of a direction is of the interior term, and what has
-//! is of the secondary term.
+//! Adjoints are kept by [`Terms`]: what a warp of the film hands on is of the primary term, what a warp of a direction or a
+//! drawn jump hands on is of the secondary term, and all else is of the interior term.
 
 use glam::DVec2;
 

@@ -83,6 +83,9 @@ pub struct Accelerator {
 const WORST_COST: f64 = 1.5;
 
 impl Accelerator {
+    /// How many triangles there may be: 2²⁸ − 1.
+    pub const MOST: usize = (1 << 28) - 1;
+
     /// Builds the hierarchy over `triangles`, which index `positions`.
     ///
     /// # Panics
@@ -90,7 +93,7 @@ impl Accelerator {
     /// If an index is out of range, or there are 2²⁸ triangles or more.
     #[must_use]
     pub fn build(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
-        assert!(triangles.len() < 1 << 28, "fewer than 2²⁸ triangles");
+        assert!(triangles.len() <= Self::MOST, "fewer than 2²⁸ triangles");
         let mesh = Mesh { positions, triangles };
         let left_out = mesh.left_out();
         let bounds = mesh.bounds(&left_out);

@@ -166,3 +166,37 @@ fn a_closed_white_box_glows_as_the_series_says() {
         assert!((pixel.x - 2.0).abs() < 5.0 * error.x && error.x < 0.05, "{pixel} ± {error}");
     }
 }
+
+/// Behind a black wall a path has no value, but the derivative by that wall's reflectance: the light that arrives there, and
+/// with it that of all walls that lit it. Russian roulette, which goes by the value, must not end it.
+#[test]
+fn russian_roulette_spares_paths_behind_black_walls() {
+    let room = |rr_depth| {
+        let camera = Camera::look_at(DVec3::new(0.0, 0.0, 0.5), DVec3::NEG_Z, DVec3::Y, 0.5);
+        let mut d = Description::new(camera, film(2, Filter::Box));
+        d.integrator = Integrator { max_depth: Some(12), rr_depth };
+        let black = d.add_material(Material::diffuse("black", DVec3::ZERO));
+        let grey = d.add_material(Material::diffuse("grey", DVec3::splat(0.7)));
+        let cube = Mesh::cube();
+        let inside = cube.triangles().iter().map(|t| [t[0], t[2], t[1]]).collect();
+        d.add_shape("walls", Mesh::new(cube.positions().to_vec(), inside).unwrap(), grey);
+        d.add_shape("wall", Mesh::rectangle().transformed(&at(0.0, 0.0, -0.9, 1.0)), black);
+        d.shapes.iter_mut().for_each(|shape| shape.radiance = Some(DVec3::ONE));
+        Scene::new(d).unwrap()
+    };
+    let derivative = |rr_depth| {
+        let scene = room(rr_depth);
+        total(|seed| {
+            let mut change = Tangent::still(&scene);
+            change.reflectance[0] = DVec3::ONE;
+            let method = WarpedArea { samples: 64, seed, ..WarpedArea::default() };
+            method.forward(&scene, &change, &Progress::none()).unwrap().gradient
+        })
+    };
+    let mut comparisons = Comparisons::of("russian_roulette_spares_paths_behind_black_walls");
+    let (found, reference) = (derivative(2), derivative(100));
+    comparisons.add("rr_depth 2".to_owned(), found, reference, 0.0, reference.0);
+    // What is found if paths end there is the light that the walls emit.
+    comparisons.reject("emission alone", (12.0, 0.0), reference);
+    comparisons.finish();
+}

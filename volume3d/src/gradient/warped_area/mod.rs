@@ -1,6 +1,7 @@
 //! Warped-area sampling: dI/dθ = ∫ ∂f/∂θ + ∇·(V f), on the film and at every bounce.
 //!
-//! V moves with every edge at which the integrand jumps. Where shading normals make it jump within a face, on curves on
+//! V moves with every edge at which the integrand jumps, but for the borders of flat emitters, which are sampled with
+//! the speed that V leaves them. Where shading normals make it jump within a face, on curves on
 //! which a surface turns its other side to the viewer, V is any continuous field, and ∮ Δf (v − V)·ν over these curves
 //! is added, by samples of edge sampling.
 

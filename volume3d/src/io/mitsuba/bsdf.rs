@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::element::Element;
 use super::object::Object;
 use super::reader::Reader;
+use super::write::{Writer, escaped};
 use crate::io::{Error, ImageProblem};
 use crate::scene::{Bsdf, Material, Microfacets, Reflectance};
 
@@ -108,6 +109,51 @@ impl<'a> Reader<'a> {
                 Err(element.referenced(Error::Image { path, problem }))
             }
         }
+    }
+}
+
+impl Writer<'_> {
+    /// A material, by its index.
+    pub(super) fn material(&mut self, index: usize, material: &Material) {
+        let id = &self.ids.materials[index];
+        let plugin = match material.bsdf {
+            Bsdf::Diffuse { .. } => "diffuse",
+            Bsdf::RoughConductor { .. } => "roughconductor",
+            Bsdf::Conductor { .. } => "conductor",
+        };
+        if material.two_sided {
+            self.open("bsdf", "twosided", id);
+            self.line(&format!("<bsdf type=\"{plugin}\">"));
+        } else {
+            self.open("bsdf", plugin, id);
+        }
+        if let Bsdf::RoughConductor { distribution, alpha, .. } = &material.bsdf {
+            let name = match distribution {
+                Microfacets::Beckmann => "beckmann",
+                Microfacets::Ggx => "ggx",
+            };
+            self.value("string", "distribution", name);
+            self.value("float", "alpha", alpha);
+        }
+        let name = match &material.bsdf {
+            Bsdf::Diffuse { .. } => "reflectance",
+            Bsdf::RoughConductor { eta, k, .. } | Bsdf::Conductor { eta, k, .. } => {
+                self.colour("eta", *eta);
+                self.colour("k", *k);
+                "specular_reflectance"
+            }
+        };
+        match material.bsdf.reflectance() {
+            Reflectance::Constant(colour) => self.colour(name, *colour),
+            Reflectance::Texture(texture) => {
+                let id = escaped(&self.ids.textures[*texture]);
+                self.line(&format!("<ref name=\"{name}\" id=\"{id}\"/>"));
+            }
+        }
+        if material.two_sided {
+            self.line("</bsdf>");
+        }
+        self.line("</bsdf>");
     }
 }
 

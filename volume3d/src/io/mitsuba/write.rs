@@ -10,74 +10,108 @@ use glam::{DAffine2, DMat3, DVec2, DVec3};
 use crate::geometry::Normals;
 use crate::io::{Error, Image, files, write_exr, write_obj, write_ply};
 use crate::scene::{
-    Bsdf, Camera, Description, Environment, Film, Filter, Integrator, Light, Material, Microfacets,
-    Reflectance, Texture, Wrap,
+    Camera, Description, Environment, Film, Filter, Integrator, Light, Material, Reflectance, Scene, Shape,
+    Texture, Wrap,
 };
 
-/// Writes a scene as Mitsuba 3 XML, with its meshes as PLY or OBJ and its textures as OpenEXR in folders `meshes` and
-/// `textures` beside it. The scene itself is written last, and every file atomically.
+/// Writes a scene as Mitsuba 3 XML, with its meshes as PLY or OBJ and its textures as OpenEXR in a folder of its own beside it: for `fits/last.xml`, the folder `fits/last.files`. What is there under the names it chooses is replaced;
+/// the scene itself is written last, and every file atomically.
 ///
-/// [`load_scene`](crate::io::load_scene) reads the same scene, up to the single precision of textures, the last digits of
-/// the camera, whose field of view is written in degrees and whose frame is made orthonormal again, and the order of
-/// vertices with several normals. A name that two things have in common, which the format does not allow, gets a `_` at its
-/// second place. Mitsuba itself knows no `kappa` of directional lights.
+/// [`load_scene`](crate::io::load_scene) reads the same scene, but for
+///
+/// - textures, which are written in single precision, and those of an environment without their `to_uv`, for which the format
+///   has no place;
+/// - the last digits of the camera, whose field of view is written in degrees and whose frame is made orthonormal again;
+/// - the order of vertices where a mesh has normals or texture coordinates, and vertices that no triangle has: PLY has
+///   one topology only. Two vertices in one place become one;
+/// - names that two things have in common, which the format does not allow: shapes and lights keep theirs, and others get a
+///   `_`.
+///
+/// What is out of the reader's range, such as a reflectance above 1, is written and refused when it is read. Mitsuba itself
+/// knows no `kappa` of directional lights.
 ///
 /// # Errors
 /// [`Error::File`].
-pub fn write_scene(path: &Path, scene: &Description) -> Result<(), Error> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+pub fn write_scene(path: &Path, scene: &Scene) -> Result<(), Error> {
+    let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let description = scene.description();
+    let ids = Ids::new(description);
     let mut writer =
-        Writer { folder: folder.to_path_buf(), text: String::new(), depth: 0, ids: Names::default() };
-    writer.scene(scene)?;
+        Writer { parent, folder: format!("{stem}.files"), text: String::new(), depth: 0, ids: &ids };
+    writer.scene(description)?;
     let error = |source| Error::File { action: "write", path: path.to_path_buf(), source };
     files::write(path, |file| file.write_all(writer.text.as_bytes()).map_err(error))
 }
 
-/// Names, each once.
-#[derive(Default)]
-struct Names(HashSet<String>);
+/// The names of everything, each once.
+pub(super) struct Ids {
+    shapes: Vec<String>,
+    lights: Vec<String>,
+    environment: String,
+    pub(super) materials: Vec<String>,
+    pub(super) textures: Vec<String>,
+}
 
-impl Names {
-    fn unique(&mut self, name: &str) -> String {
-        let mut name = name.to_owned();
-        while !self.0.insert(name.clone()) {
-            name.push('_');
+impl Ids {
+    fn new(d: &Description) -> Self {
+        let mut taken = HashSet::new();
+        let mut unique = |name: &String| {
+            let mut name: String = name.chars().map(|c| if is_text(c) { c } else { '_' }).collect();
+            while !taken.insert(name.clone()) {
+                name.push('_');
+            }
+            name
+        };
+        Self {
+            shapes: d.shapes.iter().map(|s| unique(&s.id)).collect(),
+            lights: d.lights.iter().map(|l| unique(l.id())).collect(),
+            environment: d.environment.as_ref().map_or(String::new(), |e| match e {
+                Environment::Constant { id, .. } | Environment::Map { id, .. } => unique(id),
+            }),
+            materials: d.materials.iter().map(|m| unique(&m.id)).collect(),
+            textures: d.textures.iter().map(|t| unique(&t.id)).collect(),
         }
-        name
     }
 }
 
-struct Writer {
-    folder: PathBuf,
+/// Whether XML has a character, in whatever words.
+fn is_text(c: char) -> bool {
+    matches!(c, '\t' | '\n' | '\r') || !(c.is_control() || matches!(c, '\u{FFFE}' | '\u{FFFF}'))
+}
+
+pub(super) struct Writer<'a> {
+    /// Where the scene is.
+    parent: &'a Path,
+    /// Where its other files are, from there.
+    folder: String,
     text: String,
     /// How many elements are open.
     depth: usize,
-    ids: Names,
+    pub(super) ids: &'a Ids,
 }
 
-impl Writer {
+impl Writer<'_> {
     fn scene(&mut self, scene: &Description) -> Result<(), Error> {
         self.line("<scene version=\"3.0.0\">");
         self.integrator(&scene.integrator);
         self.sensor(&scene.camera, &scene.film, scene.samples);
-        let map = match &scene.environment {
-            Some(Environment::Map { texture, .. }) => Some(*texture),
-            _ => None,
-        };
-        let mut paths = Names::default();
-        let (mut textures, mut materials) = (vec![], vec![]);
+        let mut files = vec![];
         for (i, texture) in scene.textures.iter().enumerate() {
-            let file = self.texels(texture, &mut paths)?;
-            let id = if map == Some(i) { texture.id.clone() } else { self.texture(texture, &file) };
-            textures.push((id, file));
+            let file = self.texels(i, texture)?;
+            let is_used = |m: &Material| *m.bsdf.reflectance() == Reflectance::Texture(i);
+            let is_map = matches!(scene.environment, Some(Environment::Map { texture, .. }) if texture == i);
+            if !is_map || scene.materials.iter().any(is_used) {
+                self.texture(i, texture, &file);
+            }
+            files.push(file);
         }
-        for material in &scene.materials {
-            materials.push(self.material(material, &textures));
+        for (i, material) in scene.materials.iter().enumerate() {
+            self.material(i, material);
         }
-        for shape in &scene.shapes {
-            let (plugin, file) = self.mesh(&shape.id, &shape.mesh, &mut paths)?;
-            let id = self.ids.unique(&shape.id);
-            self.open("shape", plugin, &id);
+        for (i, shape) in scene.shapes.iter().enumerate() {
+            let (plugin, file) = self.mesh(i, shape)?;
+            self.open("shape", plugin, &self.ids.shapes[i]);
             self.value("string", "filename", &file);
             if plugin == "obj" {
                 self.value("boolean", "flip_tex_coords", "false");
@@ -85,7 +119,7 @@ impl Writer {
             if *shape.mesh.normals() == Normals::Face {
                 self.value("boolean", "face_normals", "true");
             }
-            self.line(&format!("<ref id=\"{}\"/>", escaped(&materials[shape.material])));
+            self.line(&format!("<ref id=\"{}\"/>", escaped(&self.ids.materials[shape.material])));
             if let Some(radiance) = shape.radiance {
                 self.line("<emitter type=\"area\">");
                 self.colour("radiance", radiance);
@@ -93,9 +127,11 @@ impl Writer {
             }
             self.line("</shape>");
         }
-        scene.lights.iter().for_each(|light| self.light(light));
+        for (i, light) in scene.lights.iter().enumerate() {
+            self.light(&self.ids.lights[i], light);
+        }
         if let Some(environment) = &scene.environment {
-            self.environment(environment, &textures);
+            self.environment(environment, &files);
         }
         self.line("</scene>");
         Ok(())
@@ -113,7 +149,7 @@ impl Writer {
         self.line("<sensor type=\"perspective\">");
         self.value("float", "fov", camera.field_of_view.to_degrees());
         // Mitsuba's x axis points to the left of the image.
-        self.to_world(DMat3::from_cols(-camera.right, camera.up, camera.forward), camera.origin);
+        self.world_transform(DMat3::from_cols(-camera.right, camera.up, camera.forward), camera.origin);
         self.line("<sampler type=\"independent\">");
         self.value("integer", "sample_count", samples);
         self.line("</sampler>");
@@ -141,17 +177,16 @@ impl Writer {
     }
 
     /// The file of a texture, relative to the scene.
-    fn texels(&self, texture: &Texture, paths: &mut Names) -> Result<String, Error> {
-        let file = paths.unique(&format!("textures/{}", plain(&texture.id))) + ".exr";
+    fn texels(&self, index: usize, texture: &Texture) -> Result<String, Error> {
+        let file = self.file("texture", index, &texture.id, "exr");
         let Texture { width, height, texels, .. } = texture;
         let image = Image { width: *width, height: *height, pixels: texels.clone() };
         write_exr(&self.place(&file)?, &image)?;
         Ok(file)
     }
 
-    fn texture(&mut self, texture: &Texture, file: &str) -> String {
-        let id = self.ids.unique(&texture.id);
-        self.open("texture", "bitmap", &id);
+    fn texture(&mut self, index: usize, texture: &Texture, file: &str) {
+        self.open("texture", "bitmap", &self.ids.textures[index]);
         self.value("string", "filename", file);
         let wrap = match texture.wrap {
             Wrap::Repeat => "repeat",
@@ -170,76 +205,27 @@ impl Writer {
             self.line("</transform>");
         }
         self.line("</texture>");
-        id
-    }
-
-    fn material(&mut self, material: &Material, textures: &[(String, String)]) -> String {
-        let id = self.ids.unique(&material.id);
-        let plugin = match material.bsdf {
-            Bsdf::Diffuse { .. } => "diffuse",
-            Bsdf::RoughConductor { .. } => "roughconductor",
-            Bsdf::Conductor { .. } => "conductor",
-        };
-        if material.two_sided {
-            self.open("bsdf", "twosided", &id);
-            self.line(&format!("<bsdf type=\"{plugin}\">"));
-        } else {
-            self.open("bsdf", plugin, &id);
-        }
-        if let Bsdf::RoughConductor { distribution, alpha, .. } = &material.bsdf {
-            let name = match distribution {
-                Microfacets::Beckmann => "beckmann",
-                Microfacets::Ggx => "ggx",
-            };
-            self.value("string", "distribution", name);
-            self.value("float", "alpha", alpha);
-        }
-        let name = match &material.bsdf {
-            Bsdf::Diffuse { .. } => "reflectance",
-            Bsdf::RoughConductor { eta, k, .. } | Bsdf::Conductor { eta, k, .. } => {
-                self.colour("eta", *eta);
-                self.colour("k", *k);
-                "specular_reflectance"
-            }
-        };
-        match material.bsdf.reflectance() {
-            Reflectance::Constant(colour) => self.colour(name, *colour),
-            Reflectance::Texture(texture) => {
-                self.line(&format!("<ref name=\"{name}\" id=\"{}\"/>", escaped(&textures[*texture].0)));
-            }
-        }
-        if material.two_sided {
-            self.line("</bsdf>");
-        }
-        self.line("</bsdf>");
-        id
     }
 
     /// The plugin and the file of a mesh, relative to the scene. PLY has one topology only, which does for all but computed
     /// normals with texture coordinates.
-    fn mesh(
-        &self,
-        id: &str,
-        mesh: &crate::geometry::Mesh,
-        paths: &mut Names,
-    ) -> Result<(&'static str, String), Error> {
-        let stem = paths.unique(&format!("meshes/{}", plain(id)));
-        let computed = matches!(mesh.normals(), Normals::AngleWeighted { .. });
-        if computed && mesh.uvs().is_some() {
-            let file = stem + ".obj";
-            write_obj(&self.place(&file)?, mesh)?;
-            return Ok(("obj", file));
+    fn mesh(&self, index: usize, shape: &Shape) -> Result<(&'static str, String), Error> {
+        let computed = matches!(shape.mesh.normals(), Normals::AngleWeighted { .. });
+        let plugin = if computed && shape.mesh.uvs().is_some() { "obj" } else { "ply" };
+        let file = self.file("shape", index, &shape.id, plugin);
+        let place = self.place(&file)?;
+        if plugin == "obj" {
+            write_obj(&place, &shape.mesh)?;
+        } else {
+            write_ply(&place, &shape.mesh)?;
         }
-        let file = stem + ".ply";
-        write_ply(&self.place(&file)?, mesh)?;
-        Ok(("ply", file))
+        Ok((plugin, file))
     }
 
-    fn light(&mut self, light: &Light) {
-        let id = self.ids.unique(light.id());
+    fn light(&mut self, id: &str, light: &Light) {
         match light {
             Light::Directional { direction, irradiance, kappa, .. } => {
-                self.open("emitter", "directional", &id);
+                self.open("emitter", "directional", id);
                 self.vector("direction", *direction);
                 self.colour("irradiance", *irradiance);
                 if kappa.is_finite() {
@@ -247,7 +233,7 @@ impl Writer {
                 }
             }
             Light::Point { position, intensity, .. } => {
-                self.open("emitter", "point", &id);
+                self.open("emitter", "point", id);
                 self.vector("position", *position);
                 self.colour("intensity", *intensity);
             }
@@ -255,27 +241,35 @@ impl Writer {
         self.line("</emitter>");
     }
 
-    fn environment(&mut self, environment: &Environment, textures: &[(String, String)]) {
+    fn environment(&mut self, environment: &Environment, files: &[String]) {
+        let id = &self.ids.environment;
         match environment {
-            Environment::Constant { id, radiance } => {
-                let id = self.ids.unique(id);
-                self.open("emitter", "constant", &id);
+            Environment::Constant { radiance, .. } => {
+                self.open("emitter", "constant", id);
                 self.colour("radiance", *radiance);
             }
-            Environment::Map { id, texture, scale, to_world } => {
-                let id = self.ids.unique(id);
-                self.open("emitter", "envmap", &id);
-                self.value("string", "filename", &textures[*texture].1);
+            Environment::Map { texture, scale, to_world, .. } => {
+                self.open("emitter", "envmap", id);
+                self.value("string", "filename", &files[*texture]);
                 self.value("float", "scale", scale);
-                self.to_world(*to_world, DVec3::ZERO);
+                self.world_transform(*to_world, DVec3::ZERO);
             }
         }
         self.line("</emitter>");
     }
 
+    /// A file's name, relative to the scene: with a number, so that no two are one where case does not count, and as much
+    /// of the id as letters and digits make.
+    fn file(&self, kind: &str, index: usize, id: &str, extension: &str) -> String {
+        const LONGEST: usize = 40;
+        let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
+        let id: String = id.chars().map(plain).take(LONGEST).collect();
+        format!("{}/{kind}{index}-{id}.{extension}", self.folder)
+    }
+
     /// A file's place, in a folder that exists.
     fn place(&self, file: &str) -> Result<PathBuf, Error> {
-        let path = self.folder.join(file);
+        let path = self.parent.join(file);
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(|source| Error::File {
                 action: "make",
@@ -286,15 +280,15 @@ impl Writer {
         Ok(path)
     }
 
-    fn open(&mut self, tag: &str, plugin: &str, id: &str) {
+    pub(super) fn open(&mut self, tag: &str, plugin: &str, id: &str) {
         self.line(&format!("<{tag} type=\"{plugin}\" id=\"{}\">", escaped(id)));
     }
 
-    fn value(&mut self, tag: &str, name: &str, value: impl Display) {
+    pub(super) fn value(&mut self, tag: &str, name: &str, value: impl Display) {
         self.line(&format!("<{tag} name=\"{name}\" value=\"{}\"/>", escaped(&value.to_string())));
     }
 
-    fn colour(&mut self, name: &str, c: DVec3) {
+    pub(super) fn colour(&mut self, name: &str, c: DVec3) {
         self.value("rgb", name, spaced(&c.to_array()));
     }
 
@@ -302,7 +296,7 @@ impl Writer {
         self.line(&format!("<vector name=\"{name}\" x=\"{}\" y=\"{}\" z=\"{}\"/>", v.x, v.y, v.z));
     }
 
-    fn to_world(&mut self, m: DMat3, t: DVec3) {
+    fn world_transform(&mut self, m: DMat3, t: DVec3) {
         let row = |i: usize| [m.x_axis[i], m.y_axis[i], m.z_axis[i], t[i]];
         let rows = [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]];
         self.line("<transform name=\"to_world\">");
@@ -311,7 +305,7 @@ impl Writer {
     }
 
     /// A line, indented by the elements that are open.
-    fn line(&mut self, line: &str) {
+    pub(super) fn line(&mut self, line: &str) {
         let closes = line.starts_with("</");
         self.depth -= usize::from(closes);
         writeln!(self.text, "{:1$}{line}", "", 2 * self.depth).expect("strings can be written to");
@@ -324,7 +318,7 @@ fn spaced(numbers: &[f64]) -> String {
 }
 
 /// As the value of an attribute.
-fn escaped(text: &str) -> String {
+pub(super) fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
@@ -336,15 +330,8 @@ fn escaped(text: &str) -> String {
             '\t' | '\n' | '\r' => {
                 let _ = write!(escaped, "&#{};", u32::from(c));
             }
-            // No reader takes other control characters, however they are written.
-            c if c.is_control() => escaped.push('_'),
             c => escaped.push(c),
         }
     }
     escaped
-}
-
-/// A file's name for an id: what is neither letter nor digit becomes `_`.
-fn plain(id: &str) -> String {
-    id.chars().map(|c| if c.is_alphanumeric() || c == '-' { c } else { '_' }).collect()
 }

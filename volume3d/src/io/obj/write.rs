@@ -41,10 +41,10 @@ fn write(file: &mut impl Write, mesh: &Mesh) -> std::io::Result<()> {
     }
     for (t, corners) in triangles.iter().enumerate() {
         write!(file, "f")?;
-        for k in 0..3 {
+        for (k, corner) in corners.iter().enumerate() {
             let normal = normals.map(|n| n.triangles[t][k] + 1);
             let uv = mesh.uvs().map(|uv| uv.triangles[t][k] + 1);
-            write!(file, " {}", corners[k] + 1)?;
+            write!(file, " {}", corner + 1)?;
             match (uv, normal) {
                 (None, None) => {}
                 (Some(uv), None) => write!(file, "/{uv}")?,

@@ -112,7 +112,7 @@ fn scenes_come_back() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.xml");
     let before = description();
-    write_scene(&path, &before).unwrap();
+    write_scene(&path, &Scene::new(before.clone()).unwrap()).unwrap();
     let after = load_scene(&path).unwrap();
     assert_eq!(
         (before.film, before.integrator, before.samples),
@@ -150,11 +150,11 @@ fn scenes_come_back() {
         assert_eq!(corners(&a.mesh), corners(&b.mesh), "{}", a.id);
     }
     // What the format says twice is written twice to the same end.
-    write_scene(&path, &after).unwrap();
+    write_scene(&path, &Scene::new(after.clone()).unwrap()).unwrap();
     let twice = load_scene(&path).unwrap();
     assert!(Description { camera: after.camera.clone(), ..twice } == after, "{path:?}");
     // Ids do not lead out of the folder.
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
 }
 
 #[test]
@@ -163,8 +163,16 @@ fn names_that_two_things_have_are_told_apart() {
     let path = folder.path().join("scene.xml");
     let mut d = description();
     d.shapes[0].id = "white".to_owned();
-    write_scene(&path, &d).unwrap();
-    assert_eq!(load_scene(&path).unwrap().shapes[0].id, "white_");
+    d.shapes[1].id = "a\u{7}".to_owned();
+    d.shapes[2].id = "a_".to_owned();
+    // The environment's texture is a material's as well.
+    *d.materials[1].bsdf.reflectance_mut() = Reflectance::Texture(1);
+    write_scene(&path, &Scene::new(d.clone()).unwrap()).unwrap();
+    let again = load_scene(&path).unwrap();
+    assert_eq!(again.shapes.iter().map(|s| s.id.as_str()).collect::<Vec<_>>()[..3], ["white", "a_", "a__"]);
+    let printed = again.materials.iter().find(|m| m.id == "printed").unwrap();
+    let Reflectance::Texture(texture) = printed.bsdf.reflectance() else { panic!("{printed:?}") };
+    assert_eq!(again.textures[*texture].texels, d.textures[1].texels);
 }
 
 #[test]
@@ -187,6 +195,7 @@ fn a_folder_that_cannot_be_written_to_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("file");
     std::fs::write(&file, "").unwrap();
-    let error = write_scene(&file.join("scene.xml"), &description()).unwrap_err().to_string();
+    let error =
+        write_scene(&file.join("scene.xml"), &Scene::new(description()).unwrap()).unwrap_err().to_string();
     assert!(error.contains("cannot make") && error.contains("file"), "{error}");
 }

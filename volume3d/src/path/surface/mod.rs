@@ -9,7 +9,7 @@ use self::triangle::MovingTriangle;
 use super::bsdf::Shading;
 use super::calculus::Calculus;
 use super::texture::lookup;
-use crate::scene::{Bsdf, Reflectance, Scene, Surface};
+use crate::scene::{Reflectance, Scene, Surface};
 
 /// A point of a surface that a ray from the viewer hit.
 #[derive(Clone, Copy, Debug)]
@@ -75,10 +75,8 @@ impl<T: Number> SurfacePoint<T> {
                 lookup(image, *texture, [image.wrap; 2], s, t, calculus)
             }
         };
-        let roughness = match material.bsdf {
-            Bsdf::RoughConductor { alpha, .. } => calculus.roughness(index, alpha),
-            _ => T::constant(0.0),
-        };
+        let roughness = material.bsdf.roughness();
+        let roughness = roughness.map_or(T::constant(0.0), |alpha| calculus.roughness(index, alpha));
         Some(Shading { bsdf: &material.bsdf, normal, viewer: self.viewer, reflectance, roughness })
     }
 

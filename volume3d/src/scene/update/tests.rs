@@ -50,6 +50,7 @@ fn assert_up_to_date(scene: &Scene, rng: &mut Stream) {
     let new = Scene::new(scene.description().clone()).unwrap();
     assert_eq!(scene.positions, new.positions);
     assert_eq!(scene.normals, new.normals);
+    assert_eq!(scene.rounding(), new.rounding());
     for t in 0..new.triangles.len() as u32 {
         assert_eq!(scene.adjacency.beyond(t), new.adjacency.beyond(t));
         assert_eq!(scene.adjacency.radius(t).to_bits(), new.adjacency.radius(t).to_bits());
@@ -81,6 +82,13 @@ fn moved_vertices_make_the_scene_that_would_be_built_anew() {
         scene.set_meshes(moved).unwrap();
         assert_up_to_date(&scene, &mut rng);
     }
+    // Beyond the camera, which is moved after it.
+    let far = DAffine3::from_translation(DVec3::splat(1e6));
+    scene.set_meshes([(0, scene.description().shapes[0].mesh.clone().transformed(&far))]).unwrap();
+    assert_up_to_date(&scene, &mut stream(61, &[9]));
+    let camera = Camera { origin: DVec3::splat(1e7), ..scene.description().camera.clone() };
+    scene.set_camera(camera).unwrap();
+    assert_up_to_date(&scene, &mut stream(61, &[10]));
     // Crossings were looked for in between, and again after vertices had moved.
     assert!(!scene.crossings().all().is_empty());
 }
@@ -121,6 +129,10 @@ fn what_is_refused_leaves_the_scene_as_it_was() {
         |what, index, count| SceneError::Missing { id: "the update".to_owned(), what, index, count };
     assert_eq!(scene.set_meshes([(0, sheet(2)), (3, sheet(1))]), Err(missing("shape", 3, 3)));
     assert_eq!(scene.set_radiance(7, None), Err(missing("shape", 7, 3)));
+    let nowhere = before.shapes[0].mesh.clone().transformed(&DAffine3::from_translation(DVec3::NAN));
+    assert!(matches!(scene.set_meshes([(0, nowhere)]), Err(SceneError::Mesh { .. })));
+    let film = Film { width: 0, ..before.film };
+    assert!(matches!(scene.set_film(film), Err(SceneError::Film { .. })));
     let textured = Material {
         bsdf: crate::scene::Bsdf::Diffuse { reflectance: Reflectance::Texture(1) },
         ..Material::diffuse("white", DVec3::ONE)

@@ -76,7 +76,7 @@ impl Radiosity {
     /// The value and the derivative of every pixel. The errors are measured: the difference from
     /// the solution with panels half as long and graded one level further, which is the one returned;
     /// with the quadrature's over the film and what the residual of the linear system leaves,
-    /// r ρ/(1 − ρ). They are estimates: light that varies over less than 10⁻¹² of a segment, or next
+    /// r ρ/(1 − ρ). They are estimates: light that varies over less than 10⁻⁵ of a segment, or next
     /// to the end of one without a vertex near its line, may be missed by both solutions. Of a
     /// lamp 10⁻⁶ long and as far from a floor, 3·10⁻⁶ of the light was missed unstated.
     ///
