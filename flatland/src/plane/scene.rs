@@ -1,6 +1,8 @@
 //! A scene answers three questions: what is seen at u, how fast does it move, how far is the
 //! nearest jump.
 
+mod error;
+
 use std::ops::Range;
 
 use glam::{DMat2, DVec2, DVec3};
@@ -8,9 +10,11 @@ use glam::{DMat2, DVec2, DVec3};
 use super::box_tree::{Aabb, BoxTree, part_boxes};
 use super::hit::{Hit, MaterialPoint};
 use super::segments::distance_squared;
-use super::shade::{Attachment, Shade, ShadeError};
-use super::{Polygon, PolygonError, orient};
+use super::shade::{Attachment, Shade};
+use super::{Polygon, orient};
 use crate::calculus::{Dual, Number};
+
+pub use error::SceneError;
 
 /// A polygon with its shade.
 #[derive(Clone, Debug)]
@@ -37,31 +41,6 @@ impl Shape {
     pub fn shade(&self) -> &Shade {
         &self.shade
     }
-}
-
-/// A scene that cannot be used.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum SceneError {
-    /// A shade with a bad coefficient.
-    #[error("shape {shape}: {source}")]
-    Shade {
-        /// Which shape.
-        shape: usize,
-        /// What is wrong with it.
-        source: ShadeError,
-    },
-    /// A displaced polygon that is not one.
-    #[error("shape {shape}: {source}")]
-    Polygon {
-        /// Which shape.
-        shape: usize,
-        /// What is wrong with it.
-        source: PolygonError,
-    },
-    /// The background is not finite.
-    #[error("the background has a component that is not finite")]
-    Background,
 }
 
 /// Opaque polygons in painter's order (the last is on top) over a constant background.
