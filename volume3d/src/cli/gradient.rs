@@ -7,7 +7,7 @@ use clap::Args;
 use clap::error::ErrorKind;
 use volume3d::gradient::Regions;
 
-use super::info::overlap;
+use super::lint::{APART, covering};
 use super::method::MethodOptions;
 use super::movement::{Moves, change};
 use super::output::{Output, Pixels, check_distinct};
@@ -222,7 +222,7 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     }
     text += &result.outlier().map(|largest| outlier(largest, result.largest_share())).unwrap_or_default();
     for parted in scene.parted_shapes(&change.positions) {
-        text += &format!("WARNING: {}\n", overlap(scene.description(), &parted));
+        text += &format!("WARNING: {}; {APART}\n", covering(scene.description(), &parted));
     }
     text += &totals(&result.regions);
     for output in &outputs.gradient {

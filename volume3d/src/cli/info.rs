@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use clap::Args;
-use volume3d::scene::{Description, Environment, Light, Overlap, Reflectance, Scene};
+use volume3d::scene::{Description, Environment, Light, Reflectance, Scene};
 
-use super::lint::Lint;
+use super::lint;
 use super::session::SceneOptions;
 use super::{Outcome, Report};
 
@@ -114,50 +114,11 @@ fn crossings(text: &mut String, scene: &Scene) {
 
 /// What may surprise, in meshes and for geometric derivatives.
 fn findings(text: &mut String, scene: &Scene) {
-    let d = scene.description();
-    let mut found: Vec<String> = scene.overlapping_shapes().iter().map(|o| overlap(d, o)).collect();
-    for shape in &d.shapes {
-        found.extend(
-            Lint::of(&shape.mesh).findings().into_iter().map(|f| format!("shape `{}`: {f}", shape.id)),
-        );
-        let material = &d.materials[shape.material];
-        if material.bsdf.is_mirror() {
-            found.push(format!(
-                "shape `{}` is an ideal mirror: no warped-area derivative by geometry",
-                shape.id
-            ));
-        }
-    }
-    for light in &d.lights {
-        let sharp = match light {
-            Light::Point { .. } => true,
-            Light::Directional { kappa, .. } => kappa.is_infinite(),
-        };
-        if sharp {
-            found
-                .push(format!("light `{}` has no extent: no warped-area derivative by geometry", light.id()));
-        }
-    }
-    if d.environment.is_none() && d.lights.is_empty() && d.shapes.iter().all(|s| s.radiance.is_none()) {
-        found.push("nothing emits light: the image is black".to_owned());
-    }
-    let _ = writeln!(
-        text,
-        "findings: {}",
-        if found.is_empty() { "none".to_owned() } else { found.len().to_string() }
-    );
+    let found = lint::findings(scene);
+    let count = if found.is_empty() { "none".to_owned() } else { found.len().to_string() };
+    let _ =
+        writeln!(text, "findings: {count}{}", if found.is_empty() { "" } else { "; `lint` says what to do" });
     for finding in found {
-        let _ = writeln!(text, "  {finding}");
+        let _ = writeln!(text, "  {}", finding.what);
     }
-}
-
-/// What to do about surfaces that cover one another in one plane.
-pub(super) fn overlap(d: &Description, overlap: &Overlap) -> String {
-    let [a, b] = overlap.shapes.map(|s| &d.shapes[s].id);
-    let [i, j] = overlap.example;
-    let pairs = if overlap.pairs == 1 { "1 pair".to_owned() } else { format!("{} pairs", overlap.pairs) };
-    format!(
-        "shapes `{a}` and `{b}` cover the same part of a plane ({pairs} of triangles, such as {i} and {j}): rounding decides which is seen, \
-         and no derivative exists by what parts them; move one of them a little"
-    )
 }

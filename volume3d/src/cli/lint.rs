@@ -1,90 +1,143 @@
-//! What may surprise in a mesh.
+//! `volume3d lint`.
 
-use volume3d::geometry::{Edges, Mesh};
+use std::fmt::Write as _;
 
-/// Counts of what is legal, but often not meant.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Lint {
-    /// Edges of one triangle: silhouettes from everywhere.
-    pub(super) borders: usize,
-    /// Edges of more than two triangles.
-    pub(super) non_manifold: usize,
-    /// Edges whose two triangles face opposite ways.
-    pub(super) turned: usize,
-    /// Triangles without area, which are never hit.
-    pub(super) zero_area: usize,
-    /// Vertices of the file at the place of an earlier one. They have been made one.
-    pub(super) duplicated: usize,
-    /// Places without a triangle: their gradient is zero.
-    pub(super) unused: usize,
+use clap::Args;
+use volume3d::scene::{Description, Light, Overlap, Scene, Shape};
+
+use super::mesh_faults::MeshFaults;
+use super::session::SceneOptions;
+use super::{Outcome, Report};
+
+/// Names what will hurt gradients of a scene by geometry, shape by shape, and says what to do about it.
+///
+/// Exit status 1 if something makes them wrong or has them refused; 0 if there are hints only, or nothing.
+#[derive(Args, Debug)]
+pub(super) struct Options {
+    #[command(flatten)]
+    scene: SceneOptions,
 }
 
-impl Lint {
-    pub(super) fn of(mesh: &Mesh) -> Self {
-        let (positions, sources) = (mesh.positions(), mesh.sources());
-        let mut lint = Self { duplicated: sources.len().saturating_sub(positions.len()), ..Self::default() };
-        let mut used = vec![false; positions.len()];
-        // A triangle without area bounds nothing, so its edges do not count.
-        let mut bounding = vec![];
-        for &corners in mesh.triangles() {
-            corners.iter().for_each(|&i| used[i as usize] = true);
-            let [a, b, c] = corners.map(|i| positions[i as usize]);
-            if (b - a).cross(c - a).length_squared() == 0.0 {
-                lint.zero_area += 1;
-            } else {
-                bounding.push(corners);
-            }
-        }
-        lint.unused = used.iter().filter(|u| !**u).count();
-        for sides in Edges::of(bounding.into_iter()).iter() {
-            match sides {
-                [_] => lint.borders += 1,
-                [a, b] if a.ascending == b.ascending => lint.turned += 1,
-                [_, _] => {}
-                _ => lint.non_manifold += 1,
-            }
-        }
-        lint
-    }
+/// Something that hurts gradients, or may.
+pub(super) struct Finding {
+    /// Whether gradients are wrong or refused, and not only noisy or a surprise.
+    pub(super) grave: bool,
+    /// What it is, and where.
+    pub(super) what: String,
+    /// What to do.
+    pub(super) advice: &'static str,
+}
 
-    /// Everything found, in words; nothing if there is nothing.
-    pub(super) fn findings(&self) -> Vec<String> {
-        let all = [
-            (self.borders, "border edges (silhouettes from everywhere)"),
-            (self.non_manifold, "edges of more than two triangles (silhouettes from everywhere)"),
-            (self.turned, "edges between triangles that face opposite ways"),
-            (self.zero_area, "triangles of zero area (never hit)"),
-            (self.duplicated, "vertices at the place of others (made one)"),
-            (self.unused, "vertices without a triangle (zero gradient)"),
-        ];
-        all.into_iter()
-            .filter(|(count, _)| *count > 0)
-            .map(|(count, what)| format!("{count} {what}"))
-            .collect()
+pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
+    let found = findings(&options.scene.load()?.scene);
+    let grave = found.iter().filter(|f| f.grave).count();
+    let mut text = String::new();
+    for finding in &found {
+        let kind = if finding.grave { "WRONG" } else { "hint" };
+        let _ = writeln!(text, "{kind}: {}\n    {}", finding.what, finding.advice);
+    }
+    let _ = match (found.len(), grave) {
+        (0, _) => writeln!(text, "nothing found"),
+        (hints, 0) => writeln!(text, "{hints} hints, nothing that makes gradients wrong"),
+        (all, grave) => {
+            writeln!(text, "{grave} of {all} findings make gradients by geometry wrong, or refused")
+        }
+    };
+    Ok(Report { text, outcome: if grave > 0 { Outcome::Bad } else { Outcome::Good } })
+}
+
+/// All of a scene, what is grave first.
+pub(super) fn findings(scene: &Scene) -> Vec<Finding> {
+    let d = scene.description();
+    let mut found: Vec<Finding> = scene.overlapping_shapes().iter().map(|o| covered(d, o)).collect();
+    found.extend(d.shapes.iter().filter(|s| d.materials[s.material].bsdf.is_mirror()).map(|s| Finding {
+        grave: true,
+        what: format!(
+            "shape `{}` is an ideal mirror: what moves in its image jumps where no warp sees it",
+            s.id
+        ),
+        advice: "give it a roughness, or take --method finite-difference",
+    }));
+    found.extend(d.lights.iter().filter(|l| casts_sharp_shadows(l)).map(|l| Finding {
+        grave: true,
+        what: format!("light `{}` has no extent: its shadows jump where no warp sees it", l.id()),
+        advice: match l {
+            Light::Point { .. } => {
+                "put a small shape that emits in its place, or take --method finite-difference"
+            }
+            Light::Directional { .. } => "give it a finite kappa, or take --method finite-difference",
+        },
+    }));
+    let lit =
+        d.environment.is_some() || !d.lights.is_empty() || d.shapes.iter().any(|s| s.radiance.is_some());
+    if !lit {
+        let what = "nothing emits light: the image is black".to_owned();
+        found.push(Finding { grave: true, what, advice: "add an emitter" });
+    }
+    d.shapes.iter().for_each(|shape| faults(shape, &mut found));
+    found
+}
+
+fn casts_sharp_shadows(light: &Light) -> bool {
+    match light {
+        Light::Point { .. } => true,
+        Light::Directional { kappa, .. } => kappa.is_infinite(),
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use glam::DVec3;
+/// So many creases are hardly meant.
+const MANY_CREASES: usize = 1000;
 
-    use super::*;
-
-    #[test]
-    fn a_closed_cube_is_clean() {
-        assert_eq!(Lint::of(&Mesh::cube()), Lint::default());
+fn faults(shape: &Shape, found: &mut Vec<Finding>) {
+    let MeshFaults { borders, non_manifold, turned, zero_area, duplicated, unused, creases } =
+        MeshFaults::of(&shape.mesh);
+    let all = [
+        (borders, "border edges (silhouettes from everywhere)", "close the mesh if a solid is meant"),
+        (
+            non_manifold,
+            "edges of more than two triangles (silhouettes from everywhere)",
+            "part the sheets that meet there, if they are not meant to",
+        ),
+        (
+            turned,
+            "edges between triangles that face opposite ways (silhouettes from everywhere)",
+            "turn the triangles one way; a back that is not two-sided is black",
+        ),
+        (zero_area, "triangles of zero area (never hit)", "remove them: none sees a motion that opens them"),
+        (
+            duplicated,
+            "vertices at the place of others (made one)",
+            "expect them to move together, by one derivative",
+        ),
+        (unused, "vertices without a triangle (zero gradient)", "remove them, or expect zeros"),
+    ];
+    let many = (creases.count > MANY_CREASES).then_some((
+        creases,
+        "edges at which flat shading jumps",
+        "give the mesh normals if it is meant to be smooth: every jump costs time and noise",
+    ));
+    for (fault, what, advice) in all.into_iter().chain(many) {
+        if let Some(example) = fault.example {
+            let what = format!("shape `{}`: {} {what}, such as {example}", shape.id, fault.count);
+            found.push(Finding { grave: false, what, advice });
+        }
     }
+}
 
-    #[test]
-    fn every_finding_is_counted() {
-        let [a, b, c, d, e] = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z, DVec3::ONE];
-        let positions = vec![a, b, c, d, e, a, DVec3::splat(9.0)];
-        // ab three times, bc twice the same way round, and one triangle along a line.
-        let triangles = vec![[0, 1, 2], [5, 1, 3], [1, 0, 4], [1, 2, 3], [0, 0, 1]];
-        let lint = Lint::of(&Mesh::new(positions, triangles).unwrap());
-        assert_eq!(
-            lint,
-            Lint { borders: 5, non_manifold: 1, turned: 1, zero_area: 1, duplicated: 1, unused: 1 }
-        );
-    }
+fn covered(d: &Description, overlap: &Overlap) -> Finding {
+    Finding { grave: true, what: covering(d, overlap), advice: APART }
+}
+
+/// What to do about surfaces that cover one another.
+pub(super) const APART: &str = "move one of them a little";
+
+/// Surfaces that cover one another in one plane.
+pub(super) fn covering(d: &Description, overlap: &Overlap) -> String {
+    let [a, b] = overlap.shapes.map(|s| &d.shapes[s].id);
+    let [i, j] = overlap.example;
+    let pairs = if overlap.pairs == 1 { "1 pair".to_owned() } else { format!("{} pairs", overlap.pairs) };
+    format!(
+        "shapes `{a}` and `{b}` cover the same part of a plane ({pairs} of triangles, such as {i} and {j}): rounding \
+         decides which is seen, and no derivative exists by what parts them"
+    )
 }

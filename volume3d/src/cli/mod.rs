@@ -6,6 +6,7 @@ mod extent;
 mod gradient;
 mod info;
 mod lint;
+mod mesh_faults;
 mod method;
 mod movement;
 mod output;
@@ -40,11 +41,13 @@ enum Command {
     Gradient(gradient::Options),
     Check(check::Options),
     Info(info::Options),
+    Lint(lint::Options),
 }
 
 const EXAMPLES: &str = "\
 Examples:
   volume3d info scene.xml
+  volume3d lint scene.xml
   volume3d render scene.xml -o image.exr --png image.png --spp 256
   volume3d gradient scene.xml --move box:translate:1,0,0 -o gradient.exr --png gradient.png
   volume3d check scene.xml --move box:translate:1,0,0
@@ -92,6 +95,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Gradient(options) => gradient::run(&options),
         Command::Check(options) => check::run(&options),
         Command::Info(options) => info::run(&options),
+        Command::Lint(options) => lint::run(&options),
     };
     match done {
         Ok(report) => {

@@ -8,7 +8,7 @@ use volume3d::io::{Image, Precision, read_exr, read_npy, write_npy};
 use volume3d::optimize::Parameters;
 use volume3d::scene::{Overlap, Scene};
 
-use super::info::overlap;
+use super::lint::{APART, covering};
 use super::method::MethodOptions;
 use super::output::{check_array, check_distinct};
 use super::parameter::{Name, arrays};
@@ -68,7 +68,7 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     }
     let moves = |o: &Overlap| o.shapes.iter().any(|&s| active.shapes[s]);
     for parted in scene.overlapping_shapes().iter().filter(|o| moves(o)) {
-        text += &format!("WARNING: {}\n", overlap(scene.description(), parted));
+        text += &format!("WARNING: {}; {APART}\n", covering(scene.description(), parted));
     }
     Ok(Report { text, outcome: Outcome::Good })
 }

@@ -16,6 +16,7 @@ mod loss;
 mod parameters;
 mod pose;
 mod quantity;
+mod regularizer;
 #[cfg(test)]
 mod tests;
 
@@ -23,3 +24,4 @@ pub use adam::Adam;
 pub use loss::{Loss, LossError};
 pub use parameters::{Group, Parameters};
 pub use quantity::{ParameterError, Quantity};
+pub use regularizer::Regularizer;

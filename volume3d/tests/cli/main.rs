@@ -252,6 +252,20 @@ fn info_lists_ids_and_findings() {
 }
 
 #[test]
+fn lint_says_where_and_what_to_do_and_fails_where_gradients_are_wrong() {
+    let place = Place::new();
+    let text = place.succeed("lint scene.xml");
+    assert!(
+        text.contains("hint: shape `sheet`: 4 border edges") && text.contains("close the mesh"),
+        "{text}"
+    );
+    assert!(text.contains("such as that of vertices") && text.contains("nothing that makes"), "{text}");
+    let light = "<emitter type='point' id='bulb'><point name='position' value='0,0,2'/></emitter>";
+    let words = ["WRONG: light `bulb` has no extent", "put a small shape", "1 of 5 findings"];
+    Place::with(light).fail("lint scene.xml", 1, &words);
+}
+
+#[test]
 fn help_teaches() {
     let place = Place::new();
     let whole = place.succeed("--help");
@@ -260,7 +274,7 @@ fn help_teaches() {
     for word in ["right-handed", "radians", "scene units", "biased", "unbiased", "camera:fov:rate"] {
         assert!(gradient.contains(word), "{word}: {gradient}");
     }
-    for command in ["render", "check", "info"] {
+    for command in ["render", "check", "info", "lint"] {
         assert!(place.succeed(&format!("{command} --help")).len() > 300, "{command}");
     }
 }
