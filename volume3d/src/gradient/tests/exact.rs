@@ -130,3 +130,19 @@ fn what_no_warp_sees_is_refused() {
     let result = WarpedArea::default().reverse(&lit, &[DVec3::ONE; 16], &active, &Progress::none());
     assert!(result.is_ok_and(|g| g.by_parameter.intensity[0].min_element() > 0.0));
 }
+
+#[test]
+fn an_emitter_without_triangles_is_none() {
+    let plain = square(Filter::Tent { radius: 1.0 });
+    let mut d = plain.description().clone();
+    d.add_emitter("nothing", Mesh::new(vec![DVec3::ZERO], vec![]).unwrap(), DVec3::ONE);
+    let scene = Scene::new(d).unwrap();
+    let image = |scene: &Scene| render(scene, 4, 0, &Progress::none()).unwrap().pixels;
+    assert_eq!(image(&scene), image(&plain));
+    let gradient = |scene: &Scene| {
+        let mut change = Tangent::still(scene);
+        change.translate(scene, 0, DVec3::X);
+        WarpedArea::default().forward(scene, &change, &Progress::none()).unwrap().gradient
+    };
+    assert_eq!(gradient(&scene), gradient(&plain));
+}
