@@ -119,9 +119,10 @@ fn stated_standard_errors_are_what_repetitions_show() {
             .collect();
         let (mut stated, mut shown) = (0.0, 0.0);
         for i in 0..k.weights.len() {
-            let spread: Moments = runs.iter().map(|r| r.gradient[i].y).collect();
+            let spread: Moments = runs.iter().map(|r| r.gradient.pixels[i].y).collect();
             shown += spread.variance();
-            stated += runs.iter().map(|r| r.standard_error[i].y.powi(2)).sum::<f64>() / runs.len() as f64;
+            stated +=
+                runs.iter().map(|r| r.standard_error.pixels[i].y.powi(2)).sum::<f64>() / runs.len() as f64;
         }
         // Where nothing moves on the film neither has any.
         if shown > 0.0 || stated > 0.0 {

@@ -228,13 +228,16 @@ fn controls_are_rejected() {
             k.weighted(&pixels)
         })
     };
-    reject("no secondary term", some, |k, half| terms(k, half, &|t, i| t.interior[i] + t.primary[i]));
+    reject("no secondary term", some, |k, half| {
+        terms(k, half, &|t, i| t.interior.pixels[i] + t.primary.pixels[i])
+    });
     reject("the secondary term's sign flipped", some, |k, half| {
-        terms(k, half, &|t, i| t.interior[i] + t.primary[i] - t.secondary[i])
+        terms(k, half, &|t, i| t.interior.pixels[i] + t.primary.pixels[i] - t.secondary.pixels[i])
     });
     // All three together are the whole.
-    let whole =
-        Verdict::of(some, |k, half| terms(k, half, &|t, i| t.interior[i] + t.primary[i] + t.secondary[i]));
+    let whole = Verdict::of(some, |k, half| {
+        terms(k, half, &|t, i| t.interior.pixels[i] + t.primary.pixels[i] + t.secondary.pixels[i])
+    });
     assert!(whole.passes(limits()), "{whole:?}");
     let gaussian = with(Warp { weighting: Weighting::Gaussian, radial_exponent: 1.0, ..Warp::default() });
     reject("Gaussian weights", some, |k, half| k.estimate(half, &gaussian));

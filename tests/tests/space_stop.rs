@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use tests::space::scenes::{film, plate};
+use volume3d::Image;
 use volume3d::gradient::{
     ActiveParameters, EdgeSampling, FiniteDifference, GradientError, Progress, Rotation, Tangent, WarpedArea,
     render,
@@ -49,7 +50,10 @@ fn edges() -> EdgeSampling {
     EdgeSampling { samples: 1, primary: 16 * MANY, secondary: 16 * MANY, seed: 0 }
 }
 
-const ADJOINT: [DVec3; 1] = [DVec3::ONE];
+/// Of a film of one pixel.
+fn adjoint() -> Image {
+    Image::constant(1, 1, DVec3::ONE)
+}
 
 const METHODS: [(&str, Run); 9] = [
     ("image", |s, _, p| render(s, 4 * MANY, 0, p).is_err()),
@@ -57,17 +61,19 @@ const METHODS: [(&str, Run); 9] = [
         is_stop(&FiniteDifference { samples: 4 * MANY, ..FiniteDifference::default() }.forward(s, c, p))
     }),
     ("edges forward", |s, c, p| is_stop(&edges().forward(s, c, p))),
-    ("edges reverse", |s, _, p| is_stop(&edges().reverse(s, &ADJOINT, &ActiveParameters::everything(s), p))),
+    ("edges reverse", |s, _, p| {
+        is_stop(&edges().reverse(s, &adjoint(), &ActiveParameters::everything(s), p))
+    }),
     ("interior of edge sampling", |s, c, p| {
         is_stop(&EdgeSampling { samples: 4 * MANY, ..EdgeSampling::default() }.forward(s, c, p))
     }),
     ("warped area forward", |s, c, p| is_stop(&warped().forward(s, c, p))),
     ("warped area reverse", |s, _, p| {
-        is_stop(&warped().reverse(s, &ADJOINT, &ActiveParameters::everything(s), p))
+        is_stop(&warped().reverse(s, &adjoint(), &ActiveParameters::everything(s), p))
     }),
     ("rotation forward", |s, c, p| is_stop(&rotation().forward(s, c, p))),
     ("rotation reverse", |s, _, p| {
-        is_stop(&rotation().reverse(s, &ADJOINT, &ActiveParameters::everything(s), p))
+        is_stop(&rotation().reverse(s, &adjoint(), &ActiveParameters::everything(s), p))
     }),
 ];
 

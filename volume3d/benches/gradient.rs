@@ -9,6 +9,7 @@ mod icosphere;
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::{DAffine3, DVec3};
 use icosphere::icosphere;
+use volume3d::Image;
 use volume3d::geometry::Mesh;
 use volume3d::gradient::{
     ActiveParameters, EdgeSampling, Field, FiniteDifference, Progress, Rotation, Tangent, WarpedArea, render,
@@ -72,7 +73,7 @@ fn forward(c: &mut Criterion) {
 /// The gradient of Σ pixels by all vertices of the sphere, which costs what one number costs.
 fn reverse(c: &mut Criterion) {
     let (scene, _) = turning_sphere();
-    let adjoint = vec![DVec3::ONE; SIDE * SIDE];
+    let adjoint = Image::constant(SIDE, SIDE, DVec3::ONE);
     let mut active = ActiveParameters::nothing(&scene);
     active.shapes[scene.shape("sphere").expect("a sphere")] = true;
     let method = WarpedArea { samples: SAMPLES, ..WarpedArea::default() };

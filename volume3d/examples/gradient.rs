@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use volume3d::gradient::{Progress, Tangent, WarpedArea};
-use volume3d::io::{Image, load_scene, signed_range, write_png, write_signed_png};
+use volume3d::io::{load_scene, signed_range, write_png, write_signed_png};
 use volume3d::scene::Scene;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -26,12 +26,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let method = WarpedArea { samples: 64, ..WarpedArea::default() };
     let result = method.forward(&scene, &change, &Progress::none())?;
 
-    let (width, height) = (result.width, result.height);
-    let image = Image { width, height, pixels: result.image };
-    write_png(&folder.join("image.png"), &image)?;
-    let gradient = Image { width, height, pixels: result.gradient };
-    write_signed_png(&folder.join("gradient.png"), &gradient, signed_range(&gradient))?;
-    let noise = result.standard_error.iter().map(|e| e.length_squared()).sum::<f64>();
+    write_png(&folder.join("image.png"), &result.image)?;
+    let gradient = &result.gradient;
+    write_signed_png(&folder.join("gradient.png"), gradient, signed_range(gradient))?;
+    let noise = result.standard_error.pixels.iter().map(|e| e.length_squared()).sum::<f64>();
     let signal = gradient.pixels.iter().map(|g| g.length_squared()).sum::<f64>();
     println!("wrote {}; noise is {:.1}% of the gradient", folder.display(), 100.0 * (noise / signal).sqrt());
     Ok(())

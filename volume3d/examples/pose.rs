@@ -12,8 +12,9 @@ use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+use volume3d::Image;
 use volume3d::gradient::{Progress, WarpedArea, render};
-use volume3d::io::{Image, load_scene, write_png, write_scene};
+use volume3d::io::{load_scene, write_png, write_scene};
 use volume3d::optimize::{Adam, Loss, Parameters};
 use volume3d::scene::Scene;
 
@@ -41,8 +42,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         // From 0.04 units and radians a step down to nothing.
         adam.rate = 0.02 * (1.0 + (PI * step as f64 / STEPS as f64).cos());
         // The image and the gradient draw samples of their own, or their product would be biased.
-        let image = render(&scene, 16, step, &Progress::none())?;
-        let (loss, adjoint) = Loss::Multiscale { levels: 5 }.of(scene.size(), &image.pixels, &target)?;
+        let image = render(&scene, 16, step, &Progress::none())?.image;
+        let (loss, adjoint) = Loss::Multiscale { levels: 5 }.of(&image, &target)?;
         let method = WarpedArea { samples: 8, seed: step, ..WarpedArea::default() };
         let gradient = method.reverse(&scene, &adjoint, &parameters.active(&scene), &Progress::none())?;
         let gradient = parameters.gradient(&scene, &x, &gradient.by_parameter);
@@ -61,9 +62,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// Renders a scene and writes the picture.
-fn picture(scene: &Scene, samples: usize, seed: u64, path: &Path) -> Result<Vec<DVec3>, Box<dyn Error>> {
-    let (width, height) = scene.size();
-    let pixels = render(scene, samples, seed, &Progress::none())?.pixels;
-    write_png(path, &Image { width, height, pixels: pixels.clone() })?;
-    Ok(pixels)
+fn picture(scene: &Scene, samples: usize, seed: u64, path: &Path) -> Result<Image, Box<dyn Error>> {
+    let image = render(scene, samples, seed, &Progress::none())?.image;
+    write_png(path, &image)?;
+    Ok(image)
 }

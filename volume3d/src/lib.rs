@@ -90,11 +90,13 @@
 
 pub mod geometry;
 pub mod gradient;
+mod image;
 pub mod io;
 pub mod optimize;
 mod path;
 pub mod scene;
 mod sphere;
 
+pub use self::image::Image;
 pub use path::Kernels;
 pub use sphere::Sphere;

@@ -224,8 +224,8 @@ impl Options {
         let non_finite = images.iter().map(|image| image.non_finite.len()).sum();
         let auxiliary_rays =
             images.iter().map(|image| image.auxiliary_rays).sum::<u64>() / settings.runs as u64;
-        let radiance = images.iter().map(|image| mean(&image.image)).sum::<glam::DVec3>() / runs;
-        let gradients: Vec<_> = images.into_iter().map(|image| image.gradient).collect();
+        let radiance = images.iter().map(|image| mean(&image.image.pixels)).sum::<glam::DVec3>() / runs;
+        let gradients: Vec<_> = images.into_iter().map(|image| image.gradient.pixels).collect();
         let Compared { variance, bias2, slope, .. } = Compared::new(&gradients, &case.reference);
         Ok(Row {
             seconds,

@@ -2,6 +2,7 @@
 
 use clap::Parser as _;
 use glam::DVec3;
+use volume3d::Image;
 use volume3d::gradient::Tangent;
 use volume3d::io::{Array, Precision, load_scene, write_npy};
 use volume3d::scene::Scene;
@@ -48,8 +49,8 @@ fn folder() -> tempfile::TempDir {
     let row = "cube_scene,face,box,projective,m 3,none,16,8,1,,100,100,1000,0.5\n";
     std::fs::write(at("results.csv"), format!("{header}{row}")).unwrap();
     let zeros = Array { shape: vec![8, 8, 3], values: vec![0.0; 192] };
-    let array = |pixels: &[DVec3]| Array {
-        values: pixels.iter().flat_map(DVec3::to_array).collect(),
+    let array = |image: &Image| Array {
+        values: image.pixels.iter().flat_map(DVec3::to_array).collect(),
         ..zeros.clone()
     };
     let scene = Scene::new(load_scene(&at("cube_scene/cube_scene.xml")).unwrap()).unwrap();

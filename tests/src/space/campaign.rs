@@ -9,6 +9,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};
+use volume3d::Image;
 use volume3d::gradient::{
     ActiveParameters, EdgeSampling, FiniteDifference, Gradient, GradientError, GradientImage, Progress,
     Tangent, WarpedArea,
@@ -59,7 +60,7 @@ pub trait Sampler: Sync {
     fn reverse(
         &self,
         scene: &Scene,
-        adjoint: &[DVec3],
+        adjoint: &Image,
         active: &ActiveParameters,
     ) -> Result<Gradient, GradientError>;
 }
@@ -78,7 +79,7 @@ macro_rules! sampler {
             fn reverse(
                 &self,
                 scene: &Scene,
-                adjoint: &[DVec3],
+                adjoint: &Image,
                 active: &ActiveParameters,
             ) -> Result<Gradient, GradientError> {
                 self.reverse(scene, adjoint, active, &Progress::none())
@@ -162,8 +163,8 @@ impl Known {
     }
 
     /// Σ weight · pixel.
-    pub fn weighted(&self, pixels: &[DVec3]) -> f64 {
-        self.weights.iter().zip(pixels).map(|(w, p)| w.dot(*p)).sum()
+    pub fn weighted(&self, image: &Image) -> f64 {
+        self.weights.iter().zip(&image.pixels).map(|(w, p)| w.dot(*p)).sum()
     }
 
     /// A scene whose derivative is known by an argument, or is to be compared with that of another method.
@@ -176,7 +177,7 @@ impl Known {
     /// The same in the weights of its gradient, from other samples: parts of opposite sign do not cancel.
     pub fn focused(self, samples: usize) -> Self {
         let other = EdgeSampling { samples, primary: samples, secondary: 4 * samples, seed: 7777 };
-        Self { weights: directed(&self.run(&other).gradient), ..self }
+        Self { weights: directed(&self.run(&other).gradient.pixels), ..self }
     }
 
     /// The weighted gradient of a method.
@@ -247,8 +248,9 @@ impl Known {
     pub fn assert_transposed(&self, method: &impl Sampler, active: &ActiveParameters) -> f64 {
         let image = self.run(method).gradient;
         let forward = self.weighted(&image);
-        let scale: f64 = self.weights.iter().zip(&image).map(|(w, g)| (*w * *g).abs().element_sum()).sum();
-        let found = method.reverse(&self.scene, &self.weights, active);
+        let scale: f64 =
+            self.weights.iter().zip(&image.pixels).map(|(w, g)| (*w * *g).abs().element_sum()).sum();
+        let found = method.reverse(&self.scene, &image.with_pixels(self.weights.clone()), active);
         let reverse = pulled(found.unwrap_or_else(|e| panic!("{e}\n{}", self.label)));
         let found = reverse.dot(&self.change);
         let scale = scale.max(magnitude(&reverse, &self.change)).max(f64::MIN_POSITIVE);

@@ -69,7 +69,7 @@ fn a_white_furnace() {
         let sum: f64 = weights(16).iter().map(|w| w.element_sum()).sum();
         let level = furnace_up_to(albedo, emission, bounces as i32);
         let image = render(&scene(), 1024, 0, &Progress::none()).expect("not stopped");
-        for (pixel, error) in image.pixels.iter().zip(&image.standard_error) {
+        for (pixel, error) in image.pixels.iter().zip(&image.standard_error.pixels) {
             let z = (pixel.x - level).abs() / error.x.max(1e-9);
             // Eight groups of samples: Student's distribution with seven degrees of freedom.
             assert!(z < 30.0 && error.x < 0.01 * level, "{} ± {} for {level}", pixel.x, error.x);

@@ -10,6 +10,7 @@ use tests::effort::pick;
 use tests::power::Power;
 use tests::space::campaign::{Known, Sampler, limit, pulled, warped, weights};
 use tests::space::scenes::{film, plate};
+use volume3d::Image;
 use volume3d::geometry::{Attribute, Mesh};
 use volume3d::gradient::{
     ActiveParameters, CameraTangent, EdgeSampling, Field, FiniteDifference, Progress, Tangent, WarpedArea,
@@ -168,7 +169,7 @@ fn bits_do_not_depend_on_threads() {
     let scene = Scene::new(court(Filter::Gaussian { deviation: 0.5 }, 1.0, DVec3::ZERO)).expect("a scene");
     let change = block_moves(&scene, 1.0, DVec3::ZERO);
     let active = ActiveParameters::everything(&scene);
-    let adjoint = weights(16);
+    let adjoint = Image { width: 4, height: 4, pixels: weights(16) };
     let at = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         pool.install(|| {

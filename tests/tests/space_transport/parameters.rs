@@ -8,6 +8,7 @@ use tests::effort::pick;
 use tests::power::Power;
 use tests::space::campaign::{Known, directed, pulled, student, warped, weights};
 use tests::space::scenes::{film, plate};
+use volume3d::Image;
 use volume3d::gradient::{ActiveParameters, CameraTangent, Progress, Tangent, WarpedArea, render};
 use volume3d::scene::{
     Bsdf, Camera, Description, Environment, Filter, Light, Material, Microfacets, Reflectance, Scene,
@@ -103,14 +104,14 @@ fn transposes(filters: &[Filter]) {
             ("pose", Tangent { pose: all.pose.clone(), ..still.clone() }),
             ("environment's rotation", Tangent { environment_rotation: all.environment_rotation, ..still }),
         ];
-        let adjoint = weights(36);
+        let adjoint = Image { width: 6, height: 6, pixels: weights(36) };
         let method = WarpedArea { seed: 2, ..warped(4) };
         let active = ActiveParameters::everything(&scene);
         let gradient = pulled(method.reverse(&scene, &adjoint, &active, &Progress::none()).expect("valid"));
         for (name, change) in families {
             let image = method.forward(&scene, &change, &Progress::none()).expect("valid");
             assert!(image.non_finite.is_empty());
-            let terms = adjoint.iter().zip(&image.gradient).map(|(w, g)| *w * *g);
+            let terms = adjoint.pixels.iter().zip(&image.gradient.pixels).map(|(w, g)| *w * *g);
             let scale: f64 = terms.clone().map(|t| t.abs().element_sum()).sum();
             let (forward, reverse) = (terms.map(DVec3::element_sum).sum::<f64>(), gradient.dot(&change));
             let error = (forward - reverse).abs() / scale.max(1e-3);

@@ -9,7 +9,7 @@ use flatland::random::stream;
 use glam::DVec3;
 use rand::Rng;
 use volume3d::gradient::{FiniteDifference, GradientError, Tangent};
-use volume3d::io::{Image, signed_range};
+use volume3d::io::signed_range;
 use volume3d::scene::Scene;
 
 use super::comparison::{Estimate, RESOLUTION, Slope, TOLERATED, Verdict, verdict};
@@ -129,8 +129,7 @@ impl<'a> Check<'a> {
     fn weights(&self, step: f64) -> Result<Vec<DVec3>, GradientError> {
         let seed = self.seed(WEIGHTS, 0);
         let method = FiniteDifference { samples: WEIGHT_SAMPLES, step, seed };
-        let rough = method.forward(self.scene, self.change, &silent())?;
-        let image = Image { width: rough.width, height: rough.height, pixels: rough.gradient };
+        let image = method.forward(self.scene, self.change, &silent())?.gradient;
         let range = DVec3::splat(signed_range(&image));
         if range.x == 0.0 {
             return Ok(vec![DVec3::ONE; image.pixels.len()]);
@@ -161,7 +160,7 @@ impl<'a> Check<'a> {
         let mut totals = vec![];
         for r in 0..RUNS {
             let result = estimator(self, r).forward(self.scene, self.change, false, &silent())?;
-            totals.push(result.gradient.iter().zip(weights).map(|(g, w)| g.dot(*w)).sum());
+            totals.push(result.gradient.pixels.iter().zip(weights).map(|(g, w)| g.dot(*w)).sum());
             self.messages += &located(&result.non_finite);
             self.bar.step();
         }

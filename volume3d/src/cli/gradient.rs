@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use clap::Args;
 use clap::error::ErrorKind;
+use volume3d::Image;
 use volume3d::gradient::Regions;
 
 use super::lint::{APART, covering};
@@ -208,7 +209,7 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     let seconds = start.elapsed().as_secs_f64();
     stop_if_asked()?;
 
-    let (width, height) = (result.width, result.height);
+    let (width, height) = result.gradient.size();
     let mut text = format!(
         "{width} × {height} pixels, {samples} spp, {} auxiliary rays, {seconds:.2} s\n\
          root mean square of the gradient {:.3e}, of its standard error {:.3e}\n",
@@ -226,22 +227,22 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     }
     text += &totals(&result.regions);
     for output in &outputs.gradient {
-        text += &output.write(width, height, &result.gradient)?;
+        text += &output.write(&result.gradient)?;
     }
     for output in &outputs.standard_error {
-        text += &output.write(width, height, &result.standard_error)?;
+        text += &output.write(&result.standard_error)?;
     }
     if let Some(output) = &outputs.block_errors {
-        let Regions { columns, rows, block_errors, .. } = &result.regions;
-        text += &output.write(*columns, *rows, block_errors)?;
+        let Regions { columns, rows, block_errors, .. } = result.regions;
+        text += &output.write(&Image { width: columns, height: rows, pixels: block_errors })?;
     }
     if let Some(output) = &outputs.image {
-        text += &output.write(width, height, &result.image)?;
+        text += &output.write(&result.image)?;
     }
     if let (Some(outputs), Some(terms)) = (&outputs.terms, &result.terms) {
         for (outputs, term) in outputs.iter().zip([&terms.interior, &terms.primary, &terms.secondary]) {
             for output in outputs {
-                text += &output.write(width, height, term)?;
+                text += &output.write(term)?;
             }
         }
     }

@@ -4,7 +4,7 @@ use anyhow::bail;
 use clap::error::ErrorKind;
 use clap::{Args, ValueEnum};
 use flatland::warp::{Adaptive, Debias, Warp};
-use glam::DVec3;
+use volume3d::Image;
 use volume3d::gradient::{
     ActiveParameters, EdgeSampling, Field, FiniteDifference, Gradient, GradientError, GradientImage,
     Progress, Rotation, Tangent, WarpedArea,
@@ -177,7 +177,7 @@ impl Estimator {
     pub(super) fn reverse(
         &self,
         scene: &Scene,
-        adjoint: &[DVec3],
+        adjoint: &Image,
         active: &ActiveParameters,
         progress: &Progress,
     ) -> anyhow::Result<Gradient> {

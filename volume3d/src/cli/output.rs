@@ -3,10 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use glam::DVec3;
-use volume3d::io::{
-    Array, Image, Precision, signed_range, write_exr, write_npy, write_png, write_signed_png,
-};
+use volume3d::Image;
+use volume3d::io::{Array, Precision, signed_range, write_exr, write_npy, write_png, write_signed_png};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {
@@ -58,16 +56,15 @@ impl Output {
     }
 
     /// Writes the image, atomically, and says what was written.
-    pub(super) fn write(&self, width: usize, height: usize, pixels: &[DVec3]) -> anyhow::Result<String> {
-        let image = Image { width, height, pixels: pixels.to_vec() };
+    pub(super) fn write(&self, image: &Image) -> anyhow::Result<String> {
         let mut note = String::new();
         match (self.format, self.pixels) {
-            (Format::Exr, _) => write_exr(&self.path, &image)?,
-            (Format::Npy, _) => write_npy(&self.path, &Array::from(&image), Precision::Single)?,
-            (Format::Png, Pixels::Radiance) => write_png(&self.path, &image)?,
+            (Format::Exr, _) => write_exr(&self.path, image)?,
+            (Format::Npy, _) => write_npy(&self.path, &Array::from(image), Precision::Single)?,
+            (Format::Png, Pixels::Radiance) => write_png(&self.path, image)?,
             (Format::Png, Pixels::Signed) => {
-                let range = signed_range(&image);
-                write_signed_png(&self.path, &image, range)?;
+                let range = signed_range(image);
+                write_signed_png(&self.path, image, range)?;
                 note = format!(" (blue {:.3e}, white 0, red {range:.3e})", -range);
             }
         }

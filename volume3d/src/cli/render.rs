@@ -58,19 +58,19 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     check_error_exists(options.standard_error.as_ref(), samples)?;
 
     let start = Instant::now();
-    let image = render(&loaded.scene, samples, options.run.seed, &Bar::new(0, "render").progress())?;
+    let rendering = render(&loaded.scene, samples, options.run.seed, &Bar::new(0, "render").progress())?;
     let seconds = start.elapsed().as_secs_f64();
     stop_if_asked()?;
 
-    let (width, height) = (image.width, image.height);
+    let (width, height) = rendering.image.size();
     let mut text = format!("{width} × {height} pixels, {samples} spp, {seconds:.2} s\n");
-    text += &located(&image.non_finite);
-    text += &totals(&image.regions);
+    text += &located(&rendering.non_finite);
+    text += &totals(&rendering.regions);
     for output in &outputs {
-        text += &output.write(width, height, &image.pixels)?;
+        text += &output.write(&rendering.image)?;
     }
     if let Some(output) = &error {
-        text += &output.write(width, height, &image.standard_error)?;
+        text += &output.write(&rendering.standard_error)?;
     }
     Ok(Report { text, outcome: Outcome::Good })
 }

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{anyhow, bail};
-use volume3d::io::{Image, Precision, read_exr, read_npy, write_npy};
+use volume3d::Image;
+use volume3d::io::{Precision, read_exr, read_npy, write_npy};
 use volume3d::optimize::Parameters;
 use volume3d::scene::{Overlap, Scene};
 
@@ -46,7 +47,7 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     let start = Instant::now();
     let estimator = request.method.estimator(samples, request.run.seed, None);
     let bar = Bar::new(0, "reverse");
-    let gradient = estimator.reverse(scene, &adjoint.pixels, &active, &bar.progress())?;
+    let gradient = estimator.reverse(scene, &adjoint, &active, &bar.progress())?;
     drop(bar);
     let seconds = start.elapsed().as_secs_f64();
     stop_if_asked()?;

@@ -1,6 +1,6 @@
 //! What the commands say of their results.
 
-use glam::DVec3;
+use volume3d::Image;
 use volume3d::gradient::{Contribution, Regions, Source};
 
 /// What is said where the interior term is not the whole.
@@ -17,7 +17,8 @@ pub(super) fn totals(regions: &Regions) -> String {
 }
 
 /// √ mean of squares over all pixels and channels.
-pub(super) fn root_mean_square(pixels: &[DVec3]) -> f64 {
+pub(super) fn root_mean_square(image: &Image) -> f64 {
+    let pixels = &image.pixels;
     (pixels.iter().map(|p| p.length_squared()).sum::<f64>() / (3 * pixels.len()) as f64).sqrt()
 }
 

@@ -9,6 +9,7 @@ use super::non_finite::NonFinite;
 use super::parts::in_order;
 use super::progress::{Progress, Stopped};
 use super::result::{GradientImage, Terms};
+use crate::Image;
 
 /// The sums over a film.
 pub(super) struct FilmSums<const K: usize> {
@@ -111,13 +112,15 @@ pub(super) fn finish<const N: usize, const K: usize>(
     samples: usize,
 ) -> GradientImage {
     let FilmSums { accumulator, rays, non_finite, largest } = sums;
-    let pick = |table: &[[f64; K]], at: usize| -> Vec<DVec3> {
-        table.iter().map(|q| DVec3::new(q[at], q[at + 1], q[at + 2])).collect()
+    let pick = |table: &[[f64; K]], at: usize| -> Image {
+        let pixels = table.iter().map(|q| DVec3::new(q[at], q[at + 1], q[at + 2])).collect();
+        Image { width: film.columns, height: film.rows, pixels }
     };
-    let root = |v: Vec<DVec3>| -> Vec<DVec3> { v.into_iter().map(|v| v.map(f64::sqrt)).collect() };
+    let root = |mut image: Image| -> Image {
+        image.pixels.iter_mut().for_each(|v| *v = v.map(f64::sqrt));
+        image
+    };
     GradientImage {
-        width: film.columns,
-        height: film.rows,
         image: pick(&accumulator.mean, 0),
         image_error: root(pick(&accumulator.variance, 0)),
         gradient: pick(&accumulator.mean, 3),

@@ -8,6 +8,7 @@ use super::boundary::{Effort, Gradients, Images, Moving, each_boundary};
 use super::motion::Motion;
 use super::tangent::{supports_active, supports_tangent};
 use super::{ActiveParameters, Gradient, GradientError, GradientImage, Progress, Tangent, Terms, WarpedArea};
+use crate::Image;
 use crate::scene::Scene;
 
 /// Derivatives by sampling edges.
@@ -68,7 +69,8 @@ impl EdgeSampling {
         supports_tangent(scene, change)?;
         self.check(change.is_geometric())?;
         let mut image = self.interior().forward(scene, change, progress)?;
-        let zero = vec![DVec3::ZERO; image.gradient.len()];
+        let (width, height) = image.gradient.size();
+        let zero = Image::constant(width, height, DVec3::ZERO);
         let terms = Terms { interior: image.gradient.clone(), primary: zero.clone(), secondary: zero };
         image.terms = Some(terms);
         let motion = &Motion::new(scene, change);
@@ -88,7 +90,7 @@ impl EdgeSampling {
     pub fn reverse(
         &self,
         scene: &Scene,
-        adjoint: &[DVec3],
+        adjoint: &Image,
         active: &ActiveParameters,
         progress: &Progress,
     ) -> Result<Gradient, GradientError> {
@@ -97,7 +99,8 @@ impl EdgeSampling {
         let mut gradient = self.interior().reverse(scene, adjoint, active, progress)?;
         let moving = Moving { shapes: active.shapes.clone(), camera: active.camera };
         let (effort, mut sums) = (self.effort(), Sums::new(scene));
-        let mut gradients = Gradients { effort, scene, adjoint, active, progress, sums: &mut sums };
+        let mut gradients =
+            Gradients { effort, scene, adjoint: &adjoint.pixels, active, progress, sums: &mut sums };
         each_boundary(scene, &moving, &mut gradients)?;
         gradient.absorb(sums.finish(scene, active));
         Ok(gradient)

@@ -17,14 +17,12 @@ pub enum GradientError {
     #[error(transparent)]
     Warp(#[from] WarpError),
     /// The adjoint image has another size than the film.
-    #[error("the adjoint image has {found} pixels, but the film has {width} x {height}")]
+    #[error("the adjoint image is {} x {}, but the film {} x {}", found.0, found.1, film.0, film.1)]
     Adjoint {
-        /// How many pixels it has.
-        found: usize,
-        /// Columns of the film.
-        width: usize,
-        /// Rows of the film.
-        height: usize,
+        /// Its columns and rows.
+        found: (usize, usize),
+        /// Those of the film.
+        film: (usize, usize),
     },
     /// A change belongs to another scene.
     #[error("the change is not one of this scene: its tables have other sizes")]

@@ -61,7 +61,7 @@ pub use non_finite::NonFinite;
 pub use primal::render;
 pub use progress::{Progress, Stopped};
 pub use regions::Regions;
-pub use result::{Gradient, GradientImage, Image, Terms};
+pub use result::{Gradient, GradientImage, Rendering, Terms};
 pub use rotation::Rotation;
 pub use tangent::{ActiveParameters, CameraTangent, Tangent, Unsupported};
 pub use warped_area::{Field, WarpedArea};

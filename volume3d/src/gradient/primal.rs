@@ -6,8 +6,9 @@ use super::driver::{CellSink, FilmSums, over_film};
 use super::film::FilmPlane;
 use super::groups::numbers;
 use super::progress::Progress;
-use super::result::Image;
+use super::result::Rendering;
 use super::{PATH, Stopped};
+use crate::Image;
 use crate::path::{Kernels, Paths};
 use crate::scene::Scene;
 
@@ -21,7 +22,7 @@ const TOGETHER: usize = 16;
 ///
 /// # Errors
 /// [`Stopped`] if `progress` asked for an end.
-pub fn render(scene: &Scene, samples: usize, seed: u64, progress: &Progress) -> Result<Image, Stopped> {
+pub fn render(scene: &Scene, samples: usize, seed: u64, progress: &Progress) -> Result<Rendering, Stopped> {
     let paths = Paths::new(scene, Kernels::default());
     primal(&paths, samples, seed, progress)
 }
@@ -31,17 +32,18 @@ pub(super) fn primal(
     samples: usize,
     seed: u64,
     progress: &Progress,
-) -> Result<Image, Stopped> {
+) -> Result<Rendering, Stopped> {
     let film = FilmPlane::new(paths.scene);
     let cell = |(): &mut (), place, sink: CellSink<'_, 3>| {
         sample_cell(paths, &film, place, samples, seed, sink);
     };
     let FilmSums { accumulator, non_finite, .. } = over_film(&film, samples, progress, || (), cell)?;
-    Ok(Image {
-        width: film.columns,
-        height: film.rows,
-        pixels: accumulator.mean.iter().map(|&m| DVec3::from_array(m)).collect(),
-        standard_error: accumulator.variance.iter().map(|v| DVec3::from_array(v.map(f64::sqrt))).collect(),
+    let pixels = accumulator.mean.iter().map(|&m| DVec3::from_array(m)).collect();
+    let errors = accumulator.variance.iter().map(|v| DVec3::from_array(v.map(f64::sqrt))).collect();
+    let image = |pixels| Image { width: film.columns, height: film.rows, pixels };
+    Ok(Rendering {
+        image: image(pixels),
+        standard_error: image(errors),
         regions: accumulator.regions.finish(samples),
         non_finite,
     })

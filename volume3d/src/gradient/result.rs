@@ -1,39 +1,34 @@
 //! What an estimate of a gradient image says.
 
-use glam::DVec3;
-
 use super::Tangent;
 use super::contribution::Contribution;
 use super::non_finite::NonFinite;
 use super::regions::Regions;
+use crate::Image;
 
 /// Interior, primary and secondary term of a derivative, pixel by pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Terms {
     /// ∂f/∂θ: what changes while all jumps stand still.
-    pub interior: Vec<DVec3>,
+    pub interior: Image,
     /// The motion of jumps on the film.
-    pub primary: Vec<DVec3>,
+    pub primary: Image,
     /// The motion of jumps seen from shading points: shadows, reflections, occluded light.
-    pub secondary: Vec<DVec3>,
+    pub secondary: Image,
 }
 
 /// A gradient image: the derivative of every pixel along one change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GradientImage {
-    /// Columns.
-    pub width: usize,
-    /// Rows, from the top.
-    pub height: usize,
     /// The image itself, from the same samples as the gradient. It is unbiased by itself, but no product of the two
     /// is: do not compute the adjoint of a reverse pass from it at the same seed, see [the module](crate::gradient).
-    pub image: Vec<DVec3>,
+    pub image: Image,
     /// Its standard error.
-    pub image_error: Vec<DVec3>,
+    pub image_error: Image,
     /// dI/dθ of every pixel, linear RGB.
-    pub gradient: Vec<DVec3>,
+    pub gradient: Image,
     /// The standard error of each. Pixels have noise in common: that of a sum does not follow from these.
-    pub standard_error: Vec<DVec3>,
+    pub standard_error: Image,
     /// Sums of the gradient over the whole and over blocks, with their standard errors.
     pub regions: Regions,
     /// The terms it is the sum of, if they were asked for and the method tells them apart.
@@ -50,7 +45,7 @@ impl GradientImage {
     /// What the largest contribution of one sample is of Σ |gradient| over pixels and channels; 0 if nothing changes.
     #[must_use]
     pub fn largest_share(&self) -> f64 {
-        let whole: f64 = self.gradient.iter().map(|g| g.abs().element_sum()).sum();
+        let whole: f64 = self.gradient.pixels.iter().map(|g| g.abs().element_sum()).sum();
         self.largest.filter(|l| l.amount > 0.0).map_or(0.0, |l| l.amount / whole)
     }
 
@@ -109,17 +104,13 @@ impl From<Tangent> for Gradient {
     }
 }
 
-/// An image.
+/// An image that was rendered.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Image {
-    /// Columns.
-    pub width: usize,
-    /// Rows, from the top.
-    pub height: usize,
-    /// Linear RGB, row by row from the top.
-    pub pixels: Vec<DVec3>,
-    /// The standard error of each. Pixels have noise in common: that of a sum does not follow from these.
-    pub standard_error: Vec<DVec3>,
+pub struct Rendering {
+    /// The image.
+    pub image: Image,
+    /// The standard error of each pixel. Pixels have noise in common: that of a sum does not follow from these.
+    pub standard_error: Image,
     /// Sums over the whole and over blocks, with their standard errors.
     pub regions: Regions,
     /// Samples that were not finite.

@@ -1,13 +1,12 @@
 //! One rigid motion per kernel (Loubet, Holzschuch and Jakob 2019), on the film and at every bounce.
 
-use glam::DVec3;
-
 use super::auxiliary::Construction;
 use super::error::GradientError;
 use super::progress::Progress;
 use super::result::{Gradient, GradientImage};
 use super::tangent::{ActiveParameters, Tangent};
 use super::warped_area::WarpedArea;
+use crate::Image;
 use crate::path::Kernels;
 use crate::scene::Scene;
 
@@ -76,7 +75,7 @@ impl Rotation {
     pub fn reverse(
         &self,
         scene: &Scene,
-        adjoint: &[DVec3],
+        adjoint: &Image,
         active: &ActiveParameters,
         progress: &Progress,
     ) -> Result<Gradient, GradientError> {

@@ -6,7 +6,8 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::memory::with_room;
-use super::{ArrayProblem, Error, Image, files};
+use super::{ArrayProblem, Error, files};
+use crate::Image;
 
 /// Numbers with a shape, the last index running fastest.
 #[derive(Clone, Debug, Default, PartialEq)]

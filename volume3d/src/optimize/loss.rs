@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use crate::Image;
+
 /// How far an image I is from a target T: a mean over pixels and channels.
 ///
 /// All are functions of the *noisy* image: a squared loss of an unbiased image with variance σ² is too large by σ². The
@@ -34,16 +36,12 @@ pub enum Loss {
 #[non_exhaustive]
 pub enum LossError {
     /// They have not as many pixels as their size says, or as one another.
-    #[error("an image of {image} pixels cannot be compared with a target of {target}, at {width} x {height}")]
+    #[error("an image of {} x {} pixels cannot be compared with a target of {} x {}", image.0, image.1, target.0, target.1)]
     Size {
-        /// Pixels of the image.
-        image: usize,
-        /// Pixels of the target.
-        target: usize,
-        /// Columns.
-        width: usize,
-        /// Rows.
-        height: usize,
+        /// Columns and rows of the image.
+        image: (usize, usize),
+        /// Those of the target.
+        target: (usize, usize),
     },
     /// The ε of a relative loss is not positive.
     #[error("the epsilon of a relative loss is {epsilon}, but must be positive")]
@@ -68,19 +66,14 @@ impl Loss {
     ///
     /// # Errors
     /// A [`LossError`] if sizes differ, a pixel is not finite, or ε is not positive.
-    pub fn of(
-        self,
-        (width, height): (usize, usize),
-        image: &[DVec3],
-        target: &[DVec3],
-    ) -> Result<(f64, Vec<DVec3>), LossError> {
-        if image.len() != target.len() || image.len() != width * height || image.is_empty() {
-            let (image, target) = (image.len(), target.len());
-            return Err(LossError::Size { image, target, width, height });
+    pub fn of(self, image: &Image, target: &Image) -> Result<(f64, Image), LossError> {
+        let complete = |i: &Image| i.pixels.len() == i.width * i.height && !i.pixels.is_empty();
+        if image.size() != target.size() || !complete(image) || !complete(target) {
+            return Err(LossError::Size { image: image.size(), target: target.size() });
         }
-        for (what, pixels) in [("image", image), ("target", target)] {
-            if let Some(at) = pixels.iter().position(|p| !p.is_finite()) {
-                return Err(LossError::NotFinite { what, x: at % width, y: at / width });
+        for (what, image) in [("image", image), ("target", target)] {
+            if let Some(at) = image.pixels.iter().position(|p| !p.is_finite()) {
+                return Err(LossError::NotFinite { what, x: at % image.width, y: at / image.width });
             }
         }
         if let Self::Relative { epsilon } = self
@@ -88,15 +81,15 @@ impl Loss {
         {
             return Err(LossError::Epsilon { epsilon });
         }
-        let count = 3.0 * image.len() as f64;
+        let count = 3.0 * image.pixels.len() as f64;
         let each = |f: &dyn Fn(DVec3, DVec3) -> (f64, DVec3)| {
-            let (mut loss, mut adjoint) = (0.0, Vec::with_capacity(image.len()));
-            for (i, t) in image.iter().zip(target) {
+            let (mut loss, mut adjoint) = (0.0, Vec::with_capacity(image.pixels.len()));
+            for (i, t) in image.pixels.iter().zip(&target.pixels) {
                 let (value, slope) = f(*i - *t, *t);
                 loss += value;
                 adjoint.push(slope / count);
             }
-            (loss / count, adjoint)
+            (loss / count, image.with_pixels(adjoint))
         };
         Ok(match self {
             Self::L2 => each(&|d, _| (d.length_squared(), 2.0 * d)),
@@ -106,8 +99,10 @@ impl Loss {
                 ((d * d / scale).element_sum(), 2.0 * d / scale)
             }),
             Self::Multiscale { levels } => {
-                let difference: Vec<DVec3> = image.iter().zip(target).map(|(i, t)| *i - *t).collect();
-                multiscale((width, height), &difference, levels.max(1))
+                let difference: Vec<DVec3> =
+                    image.pixels.iter().zip(&target.pixels).map(|(i, t)| *i - *t).collect();
+                let (loss, adjoint) = multiscale(image.size(), &difference, levels.max(1));
+                (loss, image.with_pixels(adjoint))
             }
         })
     }

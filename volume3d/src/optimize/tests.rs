@@ -1,6 +1,7 @@
 use glam::{DAffine3, DQuat, DVec3};
 
 use super::*;
+use crate::Image;
 use crate::geometry::{Attribute, Mesh, Normals};
 use crate::scene::{
     Bsdf, Camera, Description, Environment, Film, Filter, Light, Material, Microfacets, Reflectance, Scene,
@@ -236,11 +237,11 @@ fn what_cannot_be_applied_is_refused() {
 
 #[test]
 fn adjoints_are_the_derivative_of_losses() {
-    let size = (5, 3);
-    let vectors = |seed| -> Vec<DVec3> {
-        numbers(45, seed, 1.0).chunks_exact(3).map(|c| DVec3::from_slice(c) + 0.6).collect()
+    let image = |seed| {
+        let pixels = numbers(45, seed, 1.0).chunks_exact(3).map(|c| DVec3::from_slice(c) + 0.6).collect();
+        Image { width: 5, height: 3, pixels }
     };
-    let (image, target) = (vectors(5), vectors(6));
+    let (image, target) = (image(5), image(6));
     let losses = [
         Loss::L2,
         Loss::L1,
@@ -249,31 +250,35 @@ fn adjoints_are_the_derivative_of_losses() {
         Loss::Multiscale { levels: 1 },
     ];
     for loss in losses {
-        let (value, adjoint) = loss.of(size, &image, &target).unwrap();
+        let (value, adjoint) = loss.of(&image, &target).unwrap();
         assert!(value > 0.0);
-        assert_eq!(loss.of(size, &target, &target).unwrap(), (0.0, vec![DVec3::ZERO; 15]), "{loss:?}");
+        assert_eq!(loss.of(&target, &target).unwrap(), (0.0, Image::constant(5, 3, DVec3::ZERO)), "{loss:?}");
         for i in 0..15 {
             let at = |h: f64| {
                 let mut moved = image.clone();
-                moved[i].y += h;
-                loss.of(size, &moved, &target).unwrap().0
+                moved.pixels[i].y += h;
+                loss.of(&moved, &target).unwrap().0
             };
             let difference = (at(1e-6) - at(-1e-6)) / 2e-6;
-            assert!((difference - adjoint[i].y).abs() < 1e-9, "{loss:?} {i} {difference} {}", adjoint[i].y);
+            assert!(
+                (difference - adjoint.pixels[i].y).abs() < 1e-9,
+                "{loss:?} {i} {difference} {}",
+                adjoint.pixels[i].y
+            );
         }
     }
-    let (l2, one) =
-        (Loss::L2.of(size, &image, &target), Loss::Multiscale { levels: 1 }.of(size, &image, &target));
+    let (l2, one) = (Loss::L2.of(&image, &target), Loss::Multiscale { levels: 1 }.of(&image, &target));
     assert!((l2.unwrap().0 - one.unwrap().0).abs() < 1e-15);
-    assert!(matches!(Loss::L2.of((5, 4), &image, &target), Err(LossError::Size { .. })));
+    let larger = Image::constant(5, 4, DVec3::ONE);
+    assert!(matches!(Loss::L2.of(&larger, &target), Err(LossError::Size { .. })));
     let mut noisy = image.clone();
-    noisy[0].x = f64::INFINITY;
-    assert_eq!(Loss::L2.of(size, &noisy, &target), Err(LossError::NotFinite { what: "image", x: 0, y: 0 }));
-    let nothing = Loss::Relative { epsilon: 0.0 }.of(size, &image, &target);
+    noisy.pixels[0].x = f64::INFINITY;
+    assert_eq!(Loss::L2.of(&noisy, &target), Err(LossError::NotFinite { what: "image", x: 0, y: 0 }));
+    let nothing = Loss::Relative { epsilon: 0.0 }.of(&image, &target);
     assert_eq!(nothing, Err(LossError::Epsilon { epsilon: 0.0 }));
     let mut holed = target;
-    holed[7].z = f64::NAN;
-    assert_eq!(Loss::L2.of(size, &image, &holed), Err(LossError::NotFinite { what: "target", x: 2, y: 1 }));
+    holed.pixels[7].z = f64::NAN;
+    assert_eq!(Loss::L2.of(&image, &holed), Err(LossError::NotFinite { what: "target", x: 2, y: 1 }));
 }
 
 #[test]

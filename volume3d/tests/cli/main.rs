@@ -4,7 +4,8 @@ mod place;
 mod refused;
 
 use glam::DVec3;
-use volume3d::io::{Array, Image, Precision, write_exr, write_npy};
+use volume3d::Image;
+use volume3d::io::{Array, Precision, write_exr, write_npy};
 
 use place::{Place, sum};
 

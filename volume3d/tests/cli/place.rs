@@ -5,7 +5,8 @@ use std::process::{Command, Output};
 
 use glam::DVec3;
 use tempfile::TempDir;
-use volume3d::io::{Array, Image, read_exr, read_npy, write_exr, write_png};
+use volume3d::Image;
+use volume3d::io::{Array, read_exr, read_npy, write_exr, write_png};
 
 const SCENE: &str = r#"<scene version="3.0.0">
   <default name="size" value="8"/>

@@ -3,7 +3,8 @@
 use std::process::Command;
 
 use glam::DVec3;
-use volume3d::io::{Image, write_exr};
+use volume3d::Image;
+use volume3d::io::write_exr;
 
 use super::Place;
 

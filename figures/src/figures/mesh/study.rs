@@ -92,7 +92,7 @@ impl Study {
         let step = STEP * pixel / RADIUS;
         let differences = differences(context, &scene, &change, step)?;
         let triangles = scene.description().shapes.iter().map(|s| s.mesh.triangles().len()).sum();
-        Ok(Self { side, scene, triangles, image: image.pixels, warped, edges, differences, step })
+        Ok(Self { side, scene, triangles, image: image.image.pixels, warped, edges, differences, step })
     }
 }
 
@@ -118,12 +118,13 @@ fn apart(
         let (Some(terms), Some(direct)) = (all.terms, direct.terms) else {
             anyhow::bail!("{name} does not tell the terms apart");
         };
-        let indirect = terms.secondary.iter().zip(&direct.secondary).map(|(all, direct)| *all - *direct);
+        let indirect =
+            terms.secondary.pixels.iter().zip(&direct.secondary.pixels).map(|(all, direct)| *all - *direct);
         parts[Part::Indirect as usize].push(indirect.collect());
-        parts[Part::Shadow as usize].push(direct.secondary);
-        parts[Part::Primary as usize].push(terms.primary);
-        parts[Part::Interior as usize].push(terms.interior);
-        parts[Part::Whole as usize].push(all.gradient);
+        parts[Part::Shadow as usize].push(direct.secondary.pixels);
+        parts[Part::Primary as usize].push(terms.primary.pixels);
+        parts[Part::Interior as usize].push(terms.interior.pixels);
+        parts[Part::Whole as usize].push(all.gradient.pixels);
     }
     Ok(Parts { samples: samples * RUNS as usize, seconds: start.elapsed().as_secs_f64(), parts })
 }
@@ -133,7 +134,7 @@ fn differences(context: &Context, scene: &Scene, change: &Tangent, step: f64) ->
     let samples = context.spend(48, 1024);
     let runs = (0..RUNS).map(|run| {
         let method = FiniteDifference { samples, step, seed: seed_of(context.seed(), &[11, 2, run]) };
-        Ok(method.forward(scene, change, &context.progress("11 finite differences"))?.gradient)
+        Ok(method.forward(scene, change, &context.progress("11 finite differences"))?.gradient.pixels)
     });
     let parts = [runs.collect::<anyhow::Result<_>>()?, vec![], vec![], vec![], vec![]];
     Ok(Parts { samples: samples * RUNS as usize, seconds: start.elapsed().as_secs_f64(), parts })

@@ -84,7 +84,7 @@ impl Study {
         let many = context.spend(64, 2048);
         let best = Method::of_key(REFERENCE).unwrap_or(&METHODS[0]);
         let reference = (0..REFERENCE_RUNS)
-            .map(|run| Ok(estimate(best, &task(many, &[12, index, 99, run]))?.gradient))
+            .map(|run| Ok(estimate(best, &task(many, &[12, index, 99, run]))?.gradient.pixels))
             .collect::<anyhow::Result<Vec<_>>>()?;
         let reference = Reference::of_runs(reference);
         let runs = context.spend(6, 24);
@@ -96,13 +96,13 @@ impl Study {
             for run in 0..runs {
                 let result = estimate(method, &task(samples, &[12, index, number as u64, run]))?;
                 non_finite += result.non_finite.len();
-                gradients.push(result.gradient);
+                gradients.push(result.gradient.pixels);
             }
             let seconds = clock.seconds() / runs as f64;
             let compared = Compared::new(&gradients, &reference);
             let error = compared.mean.iter().zip(&reference.gradient).map(|(a, b)| *a - *b).collect();
             entries.push(Entry { method, samples, runs, seconds, compared, error, non_finite });
         }
-        Ok(Self { setting, image: image.pixels, reference, entries })
+        Ok(Self { setting, image: image.image.pixels, reference, entries })
     }
 }

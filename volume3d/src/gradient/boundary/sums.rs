@@ -52,11 +52,11 @@ fn add(image: &mut GradientImage, term: Term, estimate: Estimate) {
     });
     for (i, (mean, variance)) in estimate.mean.iter().zip(&estimate.variance).enumerate() {
         if let Some(term) = &mut term {
-            term[i] += *mean;
+            term.pixels[i] += *mean;
         }
-        image.gradient[i] += *mean;
-        let error = image.standard_error[i];
-        image.standard_error[i] = (error * error + *variance).map(f64::sqrt);
+        image.gradient.pixels[i] += *mean;
+        let error = &mut image.standard_error.pixels[i];
+        *error = (*error * *error + *variance).map(f64::sqrt);
     }
     image.regions.add(&estimate.regions);
     image.auxiliary_rays += estimate.rays;

@@ -27,7 +27,7 @@ fn the_edge_of_a_square_moves_its_area() {
                 seed,
                 ..EdgeSampling::default()
             };
-            method.forward(&scene, &change, &Progress::none()).unwrap().gradient
+            method.forward(&scene, &change, &Progress::none()).unwrap().gradient.pixels
         });
         // Gaussians cut off are no partition of unity: their sum over pixels is 1 to about a thousandth.
         let slack = if matches!(filter, Filter::Gaussian { .. }) { 2e-3 } else { 1e-9 };
@@ -63,12 +63,13 @@ fn forward_and_reverse_are_transposes() {
         for scene in [room(filter), square(filter)] {
             let mut change = random_tangent(&scene, 3);
             change.normals.fill(DVec3::ZERO);
-            let adjoint = random_adjoint(scene.size().0 * scene.size().1);
+            let adjoint = random_adjoint(scene.size());
             let method = EdgeSampling { samples: 4, primary: 4, secondary: 20, seed: 0 };
             let image = method.forward(&scene, &change, &Progress::none()).unwrap();
             let active = ActiveParameters::everything(&scene);
             let gradient = method.reverse(&scene, &adjoint, &active, &Progress::none()).unwrap();
-            let forward: f64 = image.gradient.iter().zip(&adjoint).map(|(a, b)| a.dot(*b)).sum();
+            let forward: f64 =
+                image.gradient.pixels.iter().zip(&adjoint.pixels).map(|(a, b)| a.dot(*b)).sum();
             let reverse = gradient.by_parameter.dot(&change);
             assert!((forward - reverse).abs() < 1e-9 * forward.abs().max(1.0), "{forward} {reverse}");
         }
@@ -85,12 +86,12 @@ fn surfaces_turn_their_other_side_to_one_another() {
     let differences = total(|seed| {
         let samples = if thorough() { 8192 } else { 6144 };
         let method = super::super::FiniteDifference { samples, step: 4e-2, seed: 50 + seed };
-        method.forward(&scene, &change, &none).unwrap().gradient
+        method.forward(&scene, &change, &none).unwrap().gradient.pixels
     });
     let samples = if thorough() { 576 } else { 192 };
     let method = |seed| EdgeSampling { samples, primary: 8, secondary: 8 * samples, seed };
     let scale = terms(&method(9).forward_terms(&scene, &change, &none).unwrap());
-    let edges = total(|seed| method(seed).forward(&scene, &change, &none).unwrap().gradient);
+    let edges = total(|seed| method(seed).forward(&scene, &change, &none).unwrap().gradient.pixels);
     let motion = Motion::new(&scene, &change);
     let moving = Moving::of(&scene, &motion);
     let paths = Paths::new(&scene, Kernels::default());

@@ -3,6 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::Image;
 use crate::gradient::GradientImage;
 
 /// The mean of independent runs, and its standard error.
@@ -90,6 +91,6 @@ pub(crate) fn thorough() -> bool {
 /// Σ |term| of the sum of all pixels.
 pub(crate) fn terms(image: &GradientImage) -> f64 {
     let terms = image.terms.as_ref().expect("asked for");
-    let sum = |term: &[DVec3]| term.iter().map(|p| p.element_sum()).sum::<f64>().abs();
+    let sum = |term: &Image| term.pixels.iter().map(|p| p.element_sum()).sum::<f64>().abs();
     sum(&terms.interior) + sum(&terms.primary) + sum(&terms.secondary)
 }

@@ -4,6 +4,7 @@ use flatland::warp::{Debias, Warp};
 use glam::DVec3;
 
 use super::*;
+use crate::Image;
 use crate::scene::{Bsdf, Light, Reflectance};
 
 #[test]
@@ -15,7 +16,7 @@ fn the_image_is_that_without_derivatives_bit_for_bit() {
         let with = method.forward_terms(&scene, &change, &Progress::none()).unwrap();
         let without = method.forward(&scene, &Tangent::still(&scene), &Progress::none()).unwrap();
         assert_eq!(with.image, without.image);
-        assert!(without.image.iter().any(|p| p.x > 0.0));
+        assert!(without.image.pixels.iter().any(|p| p.x > 0.0));
     }
 }
 
@@ -28,9 +29,9 @@ fn the_interior_term_is_what_is_left_without_warps() {
     let terms = method.forward_terms(&scene, &change, &Progress::none()).unwrap();
     let interior = &terms.terms.as_ref().unwrap().interior;
     let alone = WarpedArea { warps: false, ..method }.forward(&scene, &change, &Progress::none()).unwrap();
-    let scale = alone.gradient.iter().map(|g| g.abs().max_element()).fold(0.0, f64::max);
+    let scale = alone.gradient.pixels.iter().map(|g| g.abs().max_element()).fold(0.0, f64::max);
     assert!(scale > 0.0);
-    for (with, without) in interior.iter().zip(&alone.gradient) {
+    for (with, without) in interior.pixels.iter().zip(&alone.gradient.pixels) {
         assert!((*with - *without).abs().max_element() <= 1e-12 * scale, "{with} {without}");
     }
 }
@@ -47,7 +48,7 @@ fn an_outlier_is_one_sample_of_many_with_much_of_the_result() {
         image.outlier().is_none() && image.largest_share() > 0.0 && largest.among == 64 * 16,
         "{largest:?}"
     );
-    let whole: f64 = image.gradient.iter().map(|g| g.abs().element_sum()).sum();
+    let whole: f64 = image.gradient.pixels.iter().map(|g| g.abs().element_sum()).sum();
     image.largest = Some(Contribution { amount: 0.3 * whole, ..largest });
     assert!(image.outlier().is_some() && (image.largest_share() - 0.3).abs() < 1e-12);
     image.largest = Some(Contribution { amount: 0.3 * whole, among: 600, ..largest });
@@ -59,7 +60,7 @@ fn forward_and_reverse_are_transposes() {
     for (k, filter) in filters().into_iter().enumerate() {
         let scene = room(filter);
         let change = random_tangent(&scene, k as u64);
-        let adjoint = random_adjoint(36);
+        let adjoint = random_adjoint((6, 6));
         let rays = |debias| WarpedArea {
             field: Field::AuxiliaryRays,
             warp: Warp { debias, ..Warp::default() },
@@ -71,7 +72,7 @@ fn forward_and_reverse_are_transposes() {
             let terms = method.forward_terms(&scene, &change, &Progress::none()).unwrap();
             let active = ActiveParameters::everything(&scene);
             let gradient = method.reverse(&scene, &adjoint, &active, &Progress::none()).unwrap().by_parameter;
-            let pair = |g: &[DVec3]| g.iter().zip(&adjoint).map(|(a, b)| a.dot(*b)).sum::<f64>();
+            let pair = |g: &Image| g.pixels.iter().zip(&adjoint.pixels).map(|(a, b)| a.dot(*b)).sum::<f64>();
             let (forward, reverse) = (pair(&image.gradient), gradient.dot(&change));
             let split = pair(&terms.gradient);
             assert!((forward - reverse).abs() < 1e-9 * forward.abs().max(1.0), "{forward} {reverse}");
@@ -103,7 +104,7 @@ fn what_no_warp_sees_is_refused() {
     };
     let mirror = Scene::new(d).unwrap();
     let refuses = |scene: &Scene, change: &Tangent, active: &ActiveParameters, unsupported: &Unsupported| {
-        let (adjoint, none) = (vec![DVec3::ONE; 16], Progress::none());
+        let (adjoint, none) = (Image::constant(4, 4, DVec3::ONE), Progress::none());
         let (warped, edges) = (WarpedArea::default(), EdgeSampling::default());
         let found = [
             warped.forward(scene, change, &none).err(),
@@ -127,7 +128,8 @@ fn what_no_warp_sees_is_refused() {
     // Its intensity moves no shadow.
     active.poses = false;
     active.lights = true;
-    let result = WarpedArea::default().reverse(&lit, &[DVec3::ONE; 16], &active, &Progress::none());
+    let result =
+        WarpedArea::default().reverse(&lit, &Image::constant(4, 4, DVec3::ONE), &active, &Progress::none());
     assert!(result.is_ok_and(|g| g.by_parameter.intensity[0].min_element() > 0.0));
 }
 
@@ -137,7 +139,7 @@ fn an_emitter_without_triangles_is_none() {
     let mut d = plain.description().clone();
     d.add_emitter("nothing", Mesh::new(vec![DVec3::ZERO], vec![]).unwrap(), DVec3::ONE);
     let scene = Scene::new(d).unwrap();
-    let image = |scene: &Scene| render(scene, 4, 0, &Progress::none()).unwrap().pixels;
+    let image = |scene: &Scene| render(scene, 4, 0, &Progress::none()).unwrap().image.pixels;
     assert_eq!(image(&scene), image(&plain));
     let gradient = |scene: &Scene| {
         let mut change = Tangent::still(scene);

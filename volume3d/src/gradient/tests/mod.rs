@@ -7,6 +7,7 @@ mod scenes;
 use glam::{DAffine3, DVec3};
 
 use super::*;
+use crate::Image;
 use crate::geometry::Mesh;
 use crate::scene::{Camera, Description, Environment, Filter, Integrator, Material, Scene};
 
@@ -27,7 +28,7 @@ fn the_edge_of_a_square_moves_its_area() {
         change.scale(&scene, 0, DVec3::new(0.05, -0.02, -3.0), 1.0);
         let found = total(|seed| {
             let method = WarpedArea { samples: 16, seed, ..WarpedArea::default() };
-            method.forward(&scene, &change, &Progress::none()).unwrap().gradient
+            method.forward(&scene, &change, &Progress::none()).unwrap().gradient.pixels
         });
         // Gaussians cut off are no partition of unity: their sum over pixels is 1 to about a thousandth.
         let slack = if matches!(filter, Filter::Gaussian { .. }) { 2e-3 } else { 1e-9 };
@@ -45,9 +46,10 @@ fn an_image_and_a_gradient_of_one_seed_are_independent() {
     let none = Progress::none();
     let mut active = ActiveParameters::nothing(&scene);
     active.materials[0] = true;
-    let slope = |seed: u64, image: &[DVec3]| {
+    let slope = |seed: u64, image: &Image| {
         let target = render(&scene, 1, seed + 10_000, &none).unwrap();
-        let adjoint: Vec<DVec3> = image.iter().zip(&target.pixels).map(|(i, t)| 2.0 * (*i - *t)).collect();
+        let pixels = image.pixels.iter().zip(&target.image.pixels).map(|(i, t)| 2.0 * (*i - *t)).collect();
+        let adjoint = image.with_pixels(pixels);
         let method = WarpedArea { samples: 1, seed, ..WarpedArea::default() };
         method.reverse(&scene, &adjoint, &active, &none).unwrap().by_parameter.reflectance[0].element_sum()
     };
@@ -55,8 +57,8 @@ fn an_image_and_a_gradient_of_one_seed_are_independent() {
         let method = WarpedArea { samples: 1, seed, ..WarpedArea::default() };
         method.forward(&scene, &Tangent::still(&scene), &none).unwrap().image
     };
-    let plain = |seed| render(&scene, 1, seed, &none).unwrap().pixels;
-    let slopes = |image: &dyn Fn(u64) -> Vec<DVec3>| -> Vec<f64> {
+    let plain = |seed| render(&scene, 1, seed, &none).unwrap().image;
+    let slopes = |image: &dyn Fn(u64) -> Image| -> Vec<f64> {
         (0..SHARED_RUNS).map(|seed| slope(seed, &image(seed))).collect()
     };
     let (mean, error) = statistics(&slopes(&plain));
@@ -87,7 +89,7 @@ fn rays_below_a_face_do_no_harm() {
             .map(|seed| {
                 let method = WarpedArea { samples: 32, seed, ..method.clone() };
                 let image = method.forward(&scene, &change, &Progress::none()).unwrap();
-                image.gradient.iter().enumerate().map(|(i, g)| g.element_sum() * (i % 6) as f64).sum()
+                image.gradient.pixels.iter().enumerate().map(|(i, g)| g.element_sum() * (i % 6) as f64).sum()
             })
             .collect();
         statistics(&runs)
@@ -133,16 +135,16 @@ fn errors_of_totals_are_the_scatter_over_seeds() {
             mean(&|i| i.regions.sum_error.powi(2)) / scatter(&|i| i.regions.total.element_sum()),
             mean(&|i| i.regions.block_errors[0].y.powi(2)) / scatter(&|i| i.regions.blocks[0].y),
         ];
-        let naive = mean(&|i| i.standard_error.iter().map(|e| e.x * e.x).sum::<f64>());
+        let naive = mean(&|i| i.standard_error.pixels.iter().map(|e| e.x * e.x).sum::<f64>());
         let naive = naive / scatter(&|i| i.regions.total.x);
         println!("{name}: stated variance over scatter {ratios:?}, from pixels {naive}; sees 30 %");
         assert!(ratios.iter().all(|r| (r - 1.0).abs() < 0.3), "{name}: {ratios:?}");
         // The control.
         assert!(!differs || !(0.5..2.0).contains(&naive), "{name}: pixels would do: {naive}");
         let image = &images[0];
-        let sum: f64 = image.gradient.iter().map(|g| g.x).sum();
+        let sum: f64 = image.gradient.pixels.iter().map(|g| g.x).sum();
         assert!((sum - image.regions.total.x).abs() < 1e-9 * sum.abs());
-        let corner: f64 = (0..64).map(|k| image.gradient[k / 8 * 12 + k % 8].y).sum();
+        let corner: f64 = (0..64).map(|k| image.gradient.pixels[k / 8 * 12 + k % 8].y).sum();
         assert!((corner / 64.0 - image.regions.blocks[0].y).abs() < 1e-9 && image.regions.blocks.len() == 4);
     };
     check("warped area", true, &warped);
@@ -161,8 +163,8 @@ fn a_closed_white_box_glows_as_the_series_says() {
     let inside = cube.triangles().iter().map(|t| [t[0], t[2], t[1]]).collect();
     let shape = d.add_shape("box", Mesh::new(cube.positions().to_vec(), inside).unwrap(), material);
     d.shapes[shape].radiance = Some(DVec3::ONE);
-    let image = render(&Scene::new(d).unwrap(), 400, 0, &Progress::none()).unwrap();
-    for (pixel, error) in image.pixels.iter().zip(&image.standard_error) {
+    let rendering = render(&Scene::new(d).unwrap(), 400, 0, &Progress::none()).unwrap();
+    for (pixel, error) in rendering.image.pixels.iter().zip(&rendering.standard_error.pixels) {
         assert!((pixel.x - 2.0).abs() < 5.0 * error.x && error.x < 0.05, "{pixel} ± {error}");
     }
 }
@@ -190,7 +192,7 @@ fn russian_roulette_spares_paths_behind_black_walls() {
             let mut change = Tangent::still(&scene);
             change.reflectance[0] = DVec3::ONE;
             let method = WarpedArea { samples: 64, seed, ..WarpedArea::default() };
-            method.forward(&scene, &change, &Progress::none()).unwrap().gradient
+            method.forward(&scene, &change, &Progress::none()).unwrap().gradient.pixels
         })
     };
     let mut comparisons = Comparisons::of("russian_roulette_spares_paths_behind_black_walls");

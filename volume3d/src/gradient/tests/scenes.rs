@@ -3,6 +3,7 @@
 use flatland::random::{open01, stream};
 use glam::{DAffine3, DQuat, DVec3};
 
+use crate::Image;
 use crate::geometry::Mesh;
 use crate::gradient::{CameraTangent, Tangent};
 use crate::scene::{
@@ -67,9 +68,10 @@ pub(crate) fn down() -> DAffine3 {
 }
 
 /// An adjoint for so many pixels.
-pub(crate) fn random_adjoint(pixels: usize) -> Vec<DVec3> {
+pub(crate) fn random_adjoint((width, height): (usize, usize)) -> Image {
     let mut rng = stream(5, &[]);
-    (0..pixels).map(|_| DVec3::from_array(std::array::from_fn(|_| open01(&mut rng) - 0.5))).collect()
+    let mut random = || DVec3::from_array(std::array::from_fn(|_| open01(&mut rng) - 0.5));
+    Image { width, height, pixels: (0..width * height).map(|_| random()).collect() }
 }
 
 pub(crate) fn random_tangent(scene: &Scene, seed: u64) -> Tangent {

@@ -10,11 +10,9 @@ mod forward;
 mod job;
 mod reverse;
 
-use flatland::warp::{Debias, Warp};
-use glam::DVec3;
-
 use self::job::Job;
 pub use field::Field;
+use flatland::warp::{Debias, Warp};
 
 use super::CONTROL_VARIATE;
 use super::accumulator::Sums;
@@ -28,6 +26,7 @@ use super::primal::primal;
 use super::progress::Progress;
 use super::result::{Gradient, GradientImage};
 use super::tangent::{ActiveParameters, Tangent, supports_active, supports_tangent};
+use crate::Image;
 use crate::path::{Kernels, Paths};
 use crate::scene::Scene;
 
@@ -134,7 +133,7 @@ impl WarpedArea {
     pub fn reverse(
         &self,
         scene: &Scene,
-        adjoint: &[DVec3],
+        adjoint: &Image,
         active: &ActiveParameters,
         progress: &Progress,
     ) -> Result<Gradient, GradientError> {
@@ -176,7 +175,7 @@ impl WarpedArea {
     pub(super) fn pull(
         &self,
         scene: &Scene,
-        adjoint: &[DVec3],
+        adjoint: &Image,
         active: &ActiveParameters,
         construction: Construction,
         progress: &Progress,
@@ -184,10 +183,17 @@ impl WarpedArea {
         self.check_reverse(scene, adjoint, active)?;
         let job = self.job(scene, construction, active.is_geometric(), progress)?;
         let mut sums = Sums::new(scene);
-        job.reverse(adjoint, active, progress, &mut sums)?;
+        job.reverse(&adjoint.pixels, active, progress, &mut sums)?;
         if self.has_boundaries() && active.is_geometric() {
             let (effort, sums) = (self.effort(), &mut sums);
-            job.sign_changes().each(&mut Gradients { effort, scene, adjoint, active, progress, sums })?;
+            job.sign_changes().each(&mut Gradients {
+                effort,
+                scene,
+                adjoint: &adjoint.pixels,
+                active,
+                progress,
+                sums,
+            })?;
         }
         Ok(sums.finish(scene, active))
     }
@@ -209,12 +215,11 @@ impl WarpedArea {
     fn check_reverse(
         &self,
         scene: &Scene,
-        adjoint: &[DVec3],
+        adjoint: &Image,
         active: &ActiveParameters,
     ) -> Result<(), GradientError> {
-        let (width, height) = scene.size();
-        if adjoint.len() != width * height {
-            return Err(GradientError::Adjoint { found: adjoint.len(), width, height });
+        if adjoint.size() != scene.size() || adjoint.pixels.len() != adjoint.width * adjoint.height {
+            return Err(GradientError::Adjoint { found: adjoint.size(), film: scene.size() });
         }
         if self.warps {
             supports_active(scene, active)?;
@@ -243,7 +248,7 @@ impl WarpedArea {
         let paths = Paths::new(scene, self.kernels);
         let control_variate = match self.control_variate {
             0 => vec![],
-            samples => primal(&paths, samples, self.seed ^ CONTROL_VARIATE, progress)?.pixels,
+            samples => primal(&paths, samples, self.seed ^ CONTROL_VARIATE, progress)?.image.pixels,
         };
         let film = FilmPlane::new(scene);
         let by_jumps = matches!(construction, Construction::JumpMean { .. });

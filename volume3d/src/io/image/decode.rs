@@ -7,7 +7,8 @@ use exr::meta::{BlockDescription, MetaData};
 use glam::DVec3;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
-use super::{Image, MAX_PIXELS, MAX_PIXELS_PER_BYTE, check_size, error, from_srgb};
+use super::{MAX_PIXELS, MAX_PIXELS_PER_BYTE, check_size, error, from_srgb};
+use crate::Image;
 use crate::io::memory::with_room;
 use crate::io::{Error, ImageProblem, files};
 

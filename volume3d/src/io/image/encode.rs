@@ -5,7 +5,8 @@ use std::path::Path;
 
 use image::{ImageFormat, Rgb, Rgb32FImage};
 
-use super::{Image, error, to_srgb};
+use super::{check, error, to_srgb};
+use crate::Image;
 use crate::io::{Error, files};
 
 /// Writes linear RGB as OpenEXR, single precision, atomically. Negative values, NaN and infinities are kept.
@@ -13,7 +14,7 @@ use crate::io::{Error, files};
 /// # Errors
 /// [`Error::File`], or [`Error::Image`] if the number of pixels is not that of the size.
 pub fn write_exr(path: &Path, image: &Image) -> Result<(), Error> {
-    image.check().map_err(error(path))?;
+    check(image).map_err(error(path))?;
     let pixel = |x: u32, y: u32| {
         let p = image.pixels[y as usize * image.width + x as usize];
         Rgb(p.to_array().map(|x| x as f32))
@@ -32,7 +33,7 @@ pub fn write_exr(path: &Path, image: &Image) -> Result<(), Error> {
 /// # Errors
 /// [`Error::File`], or [`Error::Image`] if the number of pixels is not that of the size.
 pub fn write_png(path: &Path, image: &Image) -> Result<(), Error> {
-    image.check().map_err(error(path))?;
+    check(image).map_err(error(path))?;
     let byte = |x: f64| (255.0 * to_srgb(x.clamp(0.0, 1.0))).round() as u8;
     let bytes: Vec<u8> = image.pixels.iter().flat_map(|p| p.to_array().map(byte)).collect();
     write_png_bytes(path, image, &bytes, &[])

@@ -6,38 +6,24 @@ mod signed;
 
 use std::path::Path;
 
-use glam::DVec3;
-
 pub use self::decode::{load_image, read_exr, read_image};
 pub use self::encode::{write_exr, write_png};
 pub use self::signed::{signed_colour, signed_range, write_signed_png};
 
 use super::{Error, ImageProblem};
+use crate::Image;
 
 /// The largest number of pixels that is read or written: 2²⁸, 6 GiB in memory.
 const MAX_PIXELS: usize = 1 << 28;
 
-/// Linear RGB, row by row from the top.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Image {
-    /// Columns.
-    pub width: usize,
-    /// Rows.
-    pub height: usize,
-    /// The pixels; `width` · `height` of them.
-    pub pixels: Vec<DVec3>,
-}
-
-impl Image {
-    /// Whether there is a pixel for every place, and at least one, and not too many.
-    fn check(&self) -> Result<(), ImageProblem> {
-        let Self { width, height, ref pixels } = *self;
-        check_size(width, height)?;
-        if pixels.len() == width * height {
-            Ok(())
-        } else {
-            Err(ImageProblem::Length { width, height, found: pixels.len() })
-        }
+/// Whether there is a pixel for every place, and at least one, and not too many.
+fn check(image: &Image) -> Result<(), ImageProblem> {
+    let Image { width, height, ref pixels } = *image;
+    check_size(width, height)?;
+    if pixels.len() == width * height {
+        Ok(())
+    } else {
+        Err(ImageProblem::Length { width, height, found: pixels.len() })
     }
 }
 

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use super::encode::write_png_bytes;
-use super::{Image, error};
+use super::{check, error};
+use crate::Image;
 use crate::io::Error;
 
 /// The diverging map `RdBu` of Brewer (ColorBrewer 2.0), sRGB bytes, from negative (blue) over zero (white) to
@@ -66,7 +67,7 @@ pub fn signed_range(image: &Image) -> f64 {
 /// # Errors
 /// [`Error::File`], or [`Error::Image`] if the number of pixels is not that of the size.
 pub fn write_signed_png(path: &Path, image: &Image, range: f64) -> Result<(), Error> {
-    image.check().map_err(error(path))?;
+    check(image).map_err(error(path))?;
     let bytes: Vec<u8> = values(image).flat_map(|x| signed_colour(x, range)).collect();
     let text = format!("mean of R, G, B; blue −{range:e}, white 0, red {range:e}");
     write_png_bytes(path, image, &bytes, &[("Range", text)])

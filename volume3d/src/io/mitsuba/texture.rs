@@ -6,8 +6,9 @@ use super::element::Element;
 use super::object::Object;
 use super::reader::Reader;
 use super::transform;
+use crate::Image;
 use crate::io::Error;
-use crate::io::image::{Image, read_image};
+use crate::io::image::read_image;
 use crate::scene::{Texture, Wrap};
 
 impl<'a> Reader<'a> {

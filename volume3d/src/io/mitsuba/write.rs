@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 
 use glam::{DAffine2, DMat3, DVec2, DVec3};
 
+use crate::Image;
 use crate::geometry::Normals;
-use crate::io::{Error, Image, files, write_exr, write_obj, write_ply};
+use crate::io::{Error, files, write_exr, write_obj, write_ply};
 use crate::scene::{
     Camera, Description, Environment, Film, Filter, Integrator, Light, Material, Reflectance, Scene, Shape,
     Texture, Wrap,

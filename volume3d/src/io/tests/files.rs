@@ -1,9 +1,10 @@
 //! What readers and writers have in common.
 
 use super::{here, message};
+use crate::Image;
 use crate::io::MeshProblem;
 use crate::io::memory::with_room;
-use crate::io::{Array, Error, Image, Precision, load_mesh, load_scene, read_npy, write_npy, write_png};
+use crate::io::{Array, Error, Precision, load_mesh, load_scene, read_npy, write_npy, write_png};
 
 #[test]
 fn missing_files_are_named() {

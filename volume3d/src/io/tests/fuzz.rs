@@ -137,7 +137,7 @@ fn image() {
 fn npy() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.npy");
-    let image = crate::io::Image { width: 2, height: 1, pixels: vec![DVec3::X; 2] };
+    let image = crate::Image { width: 2, height: 1, pixels: vec![DVec3::X; 2] };
     let seeds = [crate::io::Precision::Single, crate::io::Precision::Double].map(|precision| {
         crate::io::write_npy(&path, &crate::io::Array::from(&image), precision).unwrap();
         std::fs::read(&path).unwrap()

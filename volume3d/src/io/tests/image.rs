@@ -6,9 +6,9 @@ use glam::DVec3;
 use image::{DynamicImage, ImageBuffer, ImageFormat, Luma, Rgb, Rgba};
 
 use super::{check_messages, encoded, here, message};
+use crate::Image;
 use crate::io::{
-    Image, load_image, read_exr, read_image, signed_colour, signed_range, write_exr, write_png,
-    write_signed_png,
+    load_image, read_exr, read_image, signed_colour, signed_range, write_exr, write_png, write_signed_png,
 };
 
 fn signed() -> Image {

@@ -3,7 +3,8 @@
 use glam::DVec3;
 
 use super::{check_table, here, message};
-use crate::io::{Array, Image, Precision, parse_npy, read_npy, write_npy};
+use crate::Image;
+use crate::io::{Array, Precision, parse_npy, read_npy, write_npy};
 
 /// What `numpy.save` writes for `array` with this dictionary.
 fn file(dictionary: &str, data: &[u8]) -> Vec<u8> {

@@ -98,7 +98,7 @@ fn differences(scene: &Scene, change: &Tangent) -> (f64, f64) {
         // less than a thousandth.
         let samples = if thorough() { 16384 } else { 1024 };
         let method = FiniteDifference { samples, step: 2e-2, seed: 50 + seed };
-        method.forward(scene, change, &Progress::none()).unwrap().gradient
+        method.forward(scene, change, &Progress::none()).unwrap().gradient.pixels
     })
 }
 
@@ -111,7 +111,7 @@ fn warped(scene: &Scene, change: &Tangent, field: Field, sign_changes: usize) ->
             _ => 192,
         };
         let method = WarpedArea { samples, field, sign_changes, seed, ..WarpedArea::default() };
-        method.forward(scene, change, &Progress::none()).unwrap().gradient
+        method.forward(scene, change, &Progress::none()).unwrap().gradient.pixels
     })
 }
 
@@ -199,10 +199,10 @@ fn terms_are_kept_apart() {
         assert_eq!(before.interior, after.interior);
         assert_eq!([before.primary != after.primary, before.secondary != after.secondary], counts);
         assert_eq!(with.standard_error != without.standard_error, counts != [false; 2]);
-        let grows = with.standard_error.iter().zip(&without.standard_error);
+        let grows = with.standard_error.pixels.iter().zip(&without.standard_error.pixels);
         assert!(grows.clone().all(|(a, b)| a.cmpge(*b * (1.0 - 1e-12)).all()));
-        for (i, g) in with.gradient.iter().enumerate() {
-            let sum = after.interior[i] + after.primary[i] + after.secondary[i];
+        for (i, g) in with.gradient.pixels.iter().enumerate() {
+            let sum = after.interior.pixels[i] + after.primary.pixels[i] + after.secondary.pixels[i];
             assert!((*g - sum).length() < 1e-12 * (1.0 + sum.length() + g.length()), "{g} {sum}");
         }
     }
