@@ -194,7 +194,8 @@ fn parameters_that_are_not_geometry() {
             Scene::new(d).expect("a scene")
         });
         let difference = |samples: usize, seed: u64| {
-            let image = |scene| render(scene, samples, seed, &Progress::none()).expect("not stopped").pixels;
+            let image =
+                |scene| render(scene, samples, seed, &Progress::none()).expect("not stopped").image.pixels;
             let [ahead, behind] = scenes.each_ref().map(image);
             ahead.iter().zip(behind).map(|(a, b)| (*a - b) / (2.0 * step)).collect::<Vec<DVec3>>()
         };

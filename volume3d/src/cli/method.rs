@@ -1,6 +1,5 @@
 //! `--method` and what belongs to it.
 
-use anyhow::bail;
 use clap::error::ErrorKind;
 use clap::{Args, ValueEnum};
 use flatland::warp::{Adaptive, Debias, Warp};
@@ -85,6 +84,11 @@ pub(super) enum Estimator {
 }
 
 impl MethodOptions {
+    /// A method as it is by default.
+    pub(super) fn plain(method: Method) -> Self {
+        Self { method, field: None, debias: None, aux: None, adaptive: false }
+    }
+
     pub(super) fn is_finite_difference(&self) -> bool {
         self.method == Method::FiniteDifference
     }
@@ -180,12 +184,12 @@ impl Estimator {
         adjoint: &Image,
         active: &ActiveParameters,
         progress: &Progress,
-    ) -> anyhow::Result<Gradient> {
+    ) -> Result<Gradient, GradientError> {
         match self {
-            Self::WarpedArea(method) => Ok(method.reverse(scene, adjoint, active, progress)?),
-            Self::EdgeSampling(method) => Ok(method.reverse(scene, adjoint, active, progress)?),
-            Self::Rotation(method) => Ok(method.reverse(scene, adjoint, active, progress)?),
-            Self::FiniteDifference(_) => bail!("finite differences have no reverse mode"),
+            Self::WarpedArea(method) => method.reverse(scene, adjoint, active, progress),
+            Self::EdgeSampling(method) => method.reverse(scene, adjoint, active, progress),
+            Self::Rotation(method) => method.reverse(scene, adjoint, active, progress),
+            Self::FiniteDifference(_) => Err(GradientError::NoReverse),
         }
     }
 }

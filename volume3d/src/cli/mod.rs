@@ -3,6 +3,7 @@
 mod check;
 mod comparison;
 mod extent;
+mod fit;
 mod gradient;
 mod info;
 mod lint;
@@ -42,6 +43,7 @@ enum Command {
     Check(check::Options),
     Info(info::Options),
     Lint(lint::Options),
+    Fit(fit::Options),
 }
 
 const EXAMPLES: &str = "\
@@ -51,6 +53,7 @@ Examples:
   volume3d render scene.xml -o image.exr --png image.png --spp 256
   volume3d gradient scene.xml --move box:translate:1,0,0 -o gradient.exr --png gradient.png
   volume3d check scene.xml --move box:translate:1,0,0
+  volume3d fit fit.toml -o run
 
 Exit status: 0 if all went well; 1 if a file, a scene or a request cannot be dealt with, or a check \
 fails; 2 if the command line cannot be understood; 3 if noise leaves a check open; 130 after Ctrl-C. An output file is at every moment \
@@ -96,6 +99,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Check(options) => check::run(&options),
         Command::Info(options) => info::run(&options),
         Command::Lint(options) => lint::run(&options),
+        Command::Fit(options) => fit::run(&options),
     };
     match done {
         Ok(report) => {
@@ -113,6 +117,10 @@ fn fail(error: &anyhow::Error) -> ExitCode {
         return ExitCode::from(2);
     }
     let gradient = error.downcast_ref::<GradientError>();
+    if let Some(interrupted) = error.downcast_ref::<fit::Interrupted>() {
+        let _ = writeln!(std::io::stderr(), "{}", printable(&interrupted.to_string()));
+        return ExitCode::from(INTERRUPTED);
+    }
     if error.is::<Stopped>() || matches!(gradient, Some(GradientError::Stopped(_))) {
         let _ = writeln!(std::io::stderr(), "stopped; nothing was written");
         return ExitCode::from(INTERRUPTED);

@@ -34,6 +34,12 @@ pub(super) struct RunOptions {
     /// The seed of everything random. The same seed gives the same bits at any number of threads.
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub(super) seed: u64,
+    #[command(flatten)]
+    threads: Threads,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct Threads {
     /// Threads to compute with; all of the machine's unless given.
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
@@ -58,18 +64,24 @@ impl SceneOptions {
     }
 
     pub(super) fn load(&self) -> anyhow::Result<Loaded> {
-        let path = &self.scene;
+        Loaded::read(&self.scene, &self.define)
+    }
+}
+
+impl Loaded {
+    /// Reads a scene file, with values for its $names.
+    pub(super) fn read(path: &Path, define: &[(String, String)]) -> anyhow::Result<Self> {
         let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()));
         let bytes = bytes.map_err(|e| anyhow!("{e:#}"))?;
-        let files = RefCell::new(vec![path.clone()]);
+        let files = RefCell::new(vec![path.to_path_buf()]);
         let open = |file: &Path| {
             files.borrow_mut().push(file.to_path_buf());
             std::fs::read(file)
         };
-        let description = read_scene(&bytes, path, &self.define, &open)?;
+        let description = read_scene(&bytes, path, define, &open)?;
         let scene = Scene::new(description).map_err(|e| anyhow!("{}: {e}", path.display()))?;
         check_memory(path, &scene)?;
-        Ok(Loaded { scene, files: files.into_inner() })
+        Ok(Self { scene, files: files.into_inner() })
     }
 }
 
@@ -81,7 +93,11 @@ const BYTES_A_PIXEL: usize = 512;
 const MOST_MEMORY: usize = 32 << 30;
 
 fn check_memory(path: &Path, scene: &Scene) -> anyhow::Result<()> {
-    let (width, height) = scene.size();
+    check_size(path, scene.size())
+}
+
+/// Refuses images that are too large for any machine, before any work.
+pub(super) fn check_size(path: &Path, (width, height): (usize, usize)) -> anyhow::Result<()> {
     let needed = width.saturating_mul(height).saturating_mul(BYTES_A_PIXEL);
     if needed > MOST_MEMORY {
         let gib = |bytes: usize| bytes >> 30;
@@ -100,6 +116,13 @@ fn check_memory(path: &Path, scene: &Scene) -> anyhow::Result<()> {
 }
 
 impl RunOptions {
+    /// See [`Threads::begin`].
+    pub(super) fn begin(&self) -> anyhow::Result<()> {
+        self.threads.begin()
+    }
+}
+
+impl Threads {
     /// Starts the threads, and listens for Ctrl-C. A second Ctrl-C ends the program at once.
     pub(super) fn begin(&self) -> anyhow::Result<()> {
         let threads = self.threads.map_or(0, |t| t as usize);

@@ -52,6 +52,9 @@ pub enum GradientError {
     /// A step of finite differences leads out of a parameter's range.
     #[error("the step of finite differences leaves the scenes that can be rendered: {0}")]
     Scene(#[from] SceneError),
+    /// A method that only differentiates along one change.
+    #[error("finite differences have no reverse mode")]
+    NoReverse,
     /// Stopped on request.
     #[error(transparent)]
     Stopped(#[from] Stopped),

@@ -46,6 +46,15 @@ pub(super) fn write(
     Ok(())
 }
 
+/// Writes a whole file so that it is at every moment what it was before, or complete.
+///
+/// # Errors
+/// [`Error::File`].
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    let error = |source| Error::File { action: "write", path: path.to_path_buf(), source };
+    write(path, |file| file.write_all(bytes).map_err(error))
+}
+
 /// Temporary files are private by default, but this one is to stay: it gets the permissions of any other.
 fn builder() -> tempfile::Builder<'static, 'static> {
     #[cfg(unix)]

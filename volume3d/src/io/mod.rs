@@ -29,8 +29,10 @@ mod tests;
 use std::path::Path;
 
 pub use self::error::{ArrayProblem, At, Error, ImageProblem, MemoryError, MeshProblem, Place, SceneProblem};
+pub use self::files::write_bytes;
 pub use self::image::{
-    load_image, read_exr, read_image, signed_colour, signed_range, write_exr, write_png, write_signed_png,
+    load_image, load_image_over, read_exr, read_image, signed_colour, signed_range, write_animation,
+    write_exr, write_png, write_signed_png,
 };
 pub use self::mitsuba::{load_scene, load_scene_with, read_scene, write_scene};
 pub use self::npy::{Array, Precision, parse_npy, read_npy, write_npy};

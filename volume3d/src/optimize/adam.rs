@@ -1,5 +1,7 @@
 //! Steps of the size that the gradient's own history says.
 
+use serde::{Deserialize, Serialize};
+
 /// Adam (Kingma and Ba 2015).
 ///
 /// With g the gradient, and first and second moments
@@ -18,7 +20,7 @@
 /// With [`uniform`](Self::uniform) there is one v for all numbers, the greatest (Nicolet, Jacobson and Jakob 2021): numbers that
 /// hardly matter then hardly move, which vertices of a mesh need, where Adam alone would move those that nobody sees by
 /// their noise.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Adam {
     /// The size of a step, in units of the parameters.
     pub rate: f64,
@@ -34,7 +36,7 @@ pub struct Adam {
 }
 
 /// What Adam remembers.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct State {
     steps: u64,
     first: Vec<f64>,
@@ -75,6 +77,19 @@ impl Adam {
         let greatest = second.iter().fold(0.0, |a: f64, &b| a.max(b));
         let size = |v: f64| (if self.uniform { greatest } else { v } / c2).sqrt() + self.epsilon;
         first.iter().zip(second.iter()).map(|(m, v)| -self.rate * (m / c1) / size(*v)).collect()
+    }
+
+    /// How steady the gradients have been: Σ m̂²/Σ v̂ over all numbers, which is 1 if they are all alike, and about
+    /// (1 − β₁)/(1 + β₁) = 0.05 if they are noise around 0. 0 before the first step.
+    ///
+    /// Far from a minimum a small value asks for more samples; near one it is what is to be expected.
+    #[must_use]
+    pub fn signal(&self) -> f64 {
+        let State { steps, first, second } = &self.state;
+        let squares = first.iter().map(|m| m * m).sum::<f64>();
+        let correction = |beta: f64| 1.0 - beta.powf(*steps as f64);
+        let mean_square = second.iter().sum::<f64>() / correction(self.beta2);
+        if mean_square > 0.0 { squares / correction(self.beta1).powi(2) / mean_square } else { 0.0 }
     }
 
     /// Forgets the gradients so far.

@@ -12,16 +12,24 @@
 //! any seed.
 
 mod adam;
+mod checkpoint;
+mod fit;
 mod loss;
+mod objective;
 mod parameters;
 mod pose;
 mod quantity;
 mod regularizer;
+mod schedule;
 #[cfg(test)]
 mod tests;
 
 pub use adam::Adam;
+pub use checkpoint::{CheckpointError, read_checkpoint, write_checkpoint};
+pub use fit::{Fit, FitError, Plan, Record, State, Times};
 pub use loss::{Loss, LossError};
+pub use objective::{Evaluation, Objective, ObjectiveError, Penalty, Reverse, View};
 pub use parameters::{Group, Parameters};
 pub use quantity::{ParameterError, Quantity};
 pub use regularizer::Regularizer;
+pub use schedule::Schedule;

@@ -28,7 +28,20 @@ pub fn load_image(path: &Path, raw: bool) -> Result<Image, Error> {
 /// # Errors
 /// [`Error::Image`].
 pub fn read_image(bytes: &[u8], path: &Path, raw: bool) -> Result<Image, Error> {
-    let image = decode(bytes, raw).map_err(error(path))?;
+    check_finite(decode(bytes, raw, None).map_err(error(path))?, path)
+}
+
+/// [`load_image`] for a picture that is to be compared with a rendering: what is transparent in it shows `background`, linear RGB.
+/// OpenEXR's colours are taken as multiplied by their alpha, as that format has it.
+///
+/// # Errors
+/// [`Error::File`], or [`Error::Image`]; also for pixels that are not finite.
+pub fn load_image_over(path: &Path, background: DVec3) -> Result<Image, Error> {
+    let image = decode(&files::read(path)?, false, Some(background)).map_err(error(path))?;
+    check_finite(image, path)
+}
+
+fn check_finite(image: Image, path: &Path) -> Result<Image, Error> {
     match image.pixels.iter().position(|p| !p.is_finite()) {
         None => Ok(image),
         Some(i) => Err(error(path)(ImageProblem::NotFinite { x: i % image.width, y: i / image.width })),
@@ -44,7 +57,7 @@ pub fn read_exr(path: &Path) -> Result<Image, Error> {
     if image::guess_format(&bytes).ok() != Some(ImageFormat::OpenExr) {
         return Err(error(path)(ImageProblem::Format));
     }
-    decode(&bytes, true).map_err(error(path))
+    decode(&bytes, true, None).map_err(error(path))
 }
 
 /// Whether a file can hold that many pixels.
@@ -71,7 +84,7 @@ fn check_exr(bytes: &[u8]) -> Result<(), ImageProblem> {
     Ok(())
 }
 
-fn decode(bytes: &[u8], raw: bool) -> Result<Image, ImageProblem> {
+fn decode(bytes: &[u8], raw: bool, background: Option<DVec3>) -> Result<Image, ImageProblem> {
     let mut reader =
         ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|_| ImageProblem::Format)?;
     if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::OpenExr | ImageFormat::Hdr)) {
@@ -98,6 +111,15 @@ fn decode(bytes: &[u8], raw: bool) -> Result<Image, ImageProblem> {
     let is_linear = raw || matches!(image, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
     let linear = |x: f64| if is_linear { x } else { from_srgb(x) };
     match image {
+        image if image.color().has_alpha() && background.is_some() => {
+            let background = background.unwrap_or_default();
+            let over = |p: [f32; 4]| {
+                let [r, g, b, a] = p.map(f64::from);
+                let colour = DVec3::new(r, g, b).map(linear);
+                (if is_exr { colour } else { a * colour }) + (1.0 - a) * background
+            };
+            pixels.extend(image.into_rgba32f().pixels().map(|p| over(p.0)));
+        }
         DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
             pixels.extend(image.into_rgb32f().pixels().map(|p| DVec3::from_array(p.0.map(f64::from))));
         }

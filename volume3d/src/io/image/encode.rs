@@ -1,13 +1,13 @@
 //! Writing images.
 
-use std::io::{Cursor, Write};
+use std::io::Cursor;
 use std::path::Path;
 
 use image::{ImageFormat, Rgb, Rgb32FImage};
 
 use super::{check, error, to_srgb};
 use crate::Image;
-use crate::io::{Error, files};
+use crate::io::{Error, ImageProblem, files};
 
 /// Writes linear RGB as OpenEXR, single precision, atomically. Negative values, NaN and infinities are kept.
 ///
@@ -23,7 +23,7 @@ pub fn write_exr(path: &Path, image: &Image) -> Result<(), Error> {
     Rgb32FImage::from_fn(image.width as u32, image.height as u32, pixel)
         .write_to(&mut Cursor::new(&mut bytes), ImageFormat::OpenExr)
         .map_err(|e| error(path)(e.into()))?;
-    write_bytes(path, &bytes)
+    files::write_bytes(path, &bytes)
 }
 
 /// Writes radiance as an 8-bit sRGB PNG, atomically: values outside [0, 1] are clamped, NaN is black.
@@ -34,9 +34,49 @@ pub fn write_exr(path: &Path, image: &Image) -> Result<(), Error> {
 /// [`Error::File`], or [`Error::Image`] if the number of pixels is not that of the size.
 pub fn write_png(path: &Path, image: &Image) -> Result<(), Error> {
     check(image).map_err(error(path))?;
+    write_png_bytes(path, image, &srgb_bytes(image), &[])
+}
+
+fn srgb_bytes(image: &Image) -> Vec<u8> {
     let byte = |x: f64| (255.0 * to_srgb(x.clamp(0.0, 1.0))).round() as u8;
-    let bytes: Vec<u8> = image.pixels.iter().flat_map(|p| p.to_array().map(byte)).collect();
-    write_png_bytes(path, image, &bytes, &[])
+    image.pixels.iter().flat_map(|p| p.to_array().map(byte)).collect()
+}
+
+/// Writes images of one size as an animated PNG that repeats, each shown for `milliseconds`, atomically; each as
+/// [`write_png`] has it.
+///
+/// # Errors
+/// [`Error::File`], or [`Error::Image`] if there are none, or their sizes differ.
+pub fn write_animation(path: &Path, images: &[Image], milliseconds: u16) -> Result<(), Error> {
+    let nothing = Image::default();
+    let first = images.first().unwrap_or(&nothing);
+    for image in std::iter::once(first).chain(images) {
+        check(image).map_err(error(path))?;
+        let (width, height) = first.size();
+        if image.size() != (width, height) {
+            return Err(error(path)(ImageProblem::Length { width, height, found: image.pixels.len() }));
+        }
+    }
+    let mut bytes = vec![];
+    let mut encode = || {
+        let mut encoder = encoder(&mut bytes, first);
+        encoder.set_animated(images.len() as u32, 0)?;
+        encoder.set_frame_delay(milliseconds, 1000)?;
+        let mut writer = encoder.write_header()?;
+        images.iter().try_for_each(|image| writer.write_image_data(&srgb_bytes(image)))?;
+        writer.finish()
+    };
+    encode().map_err(|e| error(path)(e.into()))?;
+    files::write_bytes(path, &bytes)
+}
+
+/// Of 8-bit sRGB.
+fn encoder<'a>(bytes: &'a mut Vec<u8>, image: &Image) -> png::Encoder<'static, &'a mut Vec<u8>> {
+    let mut encoder = png::Encoder::new(bytes, image.width as u32, image.height as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+    encoder
 }
 
 /// Writes 8-bit RGB with texts that say what it shows.
@@ -48,10 +88,7 @@ pub(super) fn write_png_bytes(
 ) -> Result<(), Error> {
     let mut bytes = vec![];
     let mut encode = || {
-        let mut encoder = png::Encoder::new(&mut bytes, image.width as u32, image.height as u32);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+        let mut encoder = encoder(&mut bytes, image);
         for (keyword, text) in texts {
             encoder.add_itxt_chunk((*keyword).to_owned(), text.clone())?;
         }
@@ -60,10 +97,5 @@ pub(super) fn write_png_bytes(
         writer.finish()
     };
     encode().map_err(|e| error(path)(e.into()))?;
-    write_bytes(path, &bytes)
-}
-
-fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    let error = |source| Error::File { action: "write", path: path.to_path_buf(), source };
-    files::write(path, |file| file.write_all(bytes).map_err(error))
+    files::write_bytes(path, &bytes)
 }

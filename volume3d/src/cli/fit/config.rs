@@ -1,0 +1,274 @@
+//! What a fit is asked to do: a TOML file.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::{anyhow, bail};
+use clap::ValueEnum;
+use serde::Deserialize;
+use volume3d::optimize::{Loss, Regularizer, Schedule};
+
+use super::super::method::Method;
+
+/// A whole configuration.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Config {
+    pub(super) scene: PathBuf,
+    #[serde(default)]
+    pub(super) define: BTreeMap<String, String>,
+    pub(super) steps: u64,
+    #[serde(default)]
+    pub(super) seed: u64,
+    #[serde(default)]
+    pub(super) loss: LossKind,
+    #[serde(default)]
+    pub(super) gradient: GradientConfig,
+    #[serde(default)]
+    pub(super) schedule: Schedule,
+    pub(super) views_per_step: Option<usize>,
+    pub(super) background: Option<[f64; 3]>,
+    pub(super) reference: Option<Reference>,
+    #[serde(default, rename = "view")]
+    pub(super) views: Vec<ViewConfig>,
+    #[serde(default, rename = "parameter")]
+    pub(super) parameters: Vec<ParameterConfig>,
+    #[serde(default, rename = "regularizer")]
+    pub(super) regularizers: Vec<RegularizerConfig>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub(super) enum LossKind {
+    L2,
+    L1,
+    Relative {
+        #[serde(default = "epsilon")]
+        epsilon: f64,
+    },
+    Multiscale {
+        #[serde(default = "levels")]
+        levels: usize,
+    },
+}
+
+fn epsilon() -> f64 {
+    0.01
+}
+
+fn levels() -> usize {
+    5
+}
+
+impl Default for LossKind {
+    fn default() -> Self {
+        Self::Multiscale { levels: levels() }
+    }
+}
+
+impl From<LossKind> for Loss {
+    fn from(kind: LossKind) -> Self {
+        match kind {
+            LossKind::L2 => Self::L2,
+            LossKind::L1 => Self::L1,
+            LossKind::Relative { epsilon } => Self::Relative { epsilon },
+            LossKind::Multiscale { levels } => Self::Multiscale { levels },
+        }
+    }
+}
+
+/// How gradients are estimated.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct GradientConfig {
+    method: String,
+    pub(super) spp: usize,
+    pub(super) image_spp: Option<usize>,
+}
+
+impl Default for GradientConfig {
+    fn default() -> Self {
+        Self { method: "warped-area".to_owned(), spp: 16, image_spp: None }
+    }
+}
+
+impl GradientConfig {
+    pub(super) fn method(&self) -> anyhow::Result<Method> {
+        let known: Vec<&Method> =
+            Method::value_variants().iter().filter(|m| **m != Method::FiniteDifference).collect();
+        let name = |m: &Method| m.to_possible_value().map(|v| v.get_name().to_owned()).unwrap_or_default();
+        known.iter().find(|m| name(m) == self.method).map(|m| **m).ok_or_else(|| {
+            let names: Vec<String> = known.iter().map(|m| name(m)).collect();
+            anyhow!("gradient.method is `{}`, but must be one of {}", self.method, names.join(", "))
+        })
+    }
+}
+
+/// A scene that is rendered to have targets.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Reference {
+    pub(super) scene: PathBuf,
+    #[serde(default)]
+    pub(super) define: BTreeMap<String, String>,
+    #[serde(default = "reference_spp")]
+    pub(super) spp: usize,
+}
+
+fn reference_spp() -> usize {
+    1024
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct ViewConfig {
+    pub(super) name: Option<String>,
+    pub(super) target: Option<PathBuf>,
+    pub(super) weights: Option<PathBuf>,
+    pub(super) origin: Option<[f64; 3]>,
+    pub(super) look_at: Option<[f64; 3]>,
+    pub(super) up: Option<[f64; 3]>,
+    pub(super) fov: Option<f64>,
+    pub(super) width: Option<usize>,
+    pub(super) height: Option<usize>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ParameterConfig {
+    pub(super) name: String,
+    pub(super) rate: f64,
+    #[serde(default)]
+    pub(super) uniform: bool,
+    pub(super) large_steps: Option<f64>,
+    pub(super) bounds: Option<[f64; 2]>,
+    pub(super) start: Option<Vec<f64>>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RegularizerConfig {
+    pub(super) shape: String,
+    kind: RegularizerKind,
+    pub(super) weight: f64,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum RegularizerKind {
+    Laplacian,
+    EdgeLength,
+    NormalConsistency,
+}
+
+impl RegularizerConfig {
+    pub(super) fn regularizer(&self) -> Regularizer {
+        match self.kind {
+            RegularizerKind::Laplacian => Regularizer::Laplacian,
+            RegularizerKind::EdgeLength => Regularizer::EdgeLength,
+            RegularizerKind::NormalConsistency => Regularizer::NormalConsistency,
+        }
+    }
+}
+
+/// Reads a configuration, whose relative paths are from its folder. `path` is for messages.
+pub(super) fn parse(text: &str, path: &Path) -> anyhow::Result<Config> {
+    let mut config: Config = toml::from_str(text).map_err(|error| {
+        let line = error.span().map_or(1, |span| 1 + text[..span.start].matches('\n').count());
+        let message = error.message();
+        anyhow!("{}: line {line}: {message}{}", path.display(), suggestion(message))
+    })?;
+    let say = |problem: String| anyhow!("{}: {problem}", path.display());
+    config.check().map_err(|problem| say(problem.to_string()))?;
+    let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+    for file in config.files_mut() {
+        *file = folder.join(&*file);
+    }
+    Ok(config)
+}
+
+/// Values for a scene's $names, as its reader takes them.
+pub(super) fn definitions(define: &BTreeMap<String, String>) -> Vec<(String, String)> {
+    define.iter().map(|(name, value)| (name.clone(), value.clone())).collect()
+}
+
+/// The key that may have been meant, where a message names an unknown one and those that are known, in backticks.
+fn suggestion(message: &str) -> String {
+    let mut names = message.split('`').skip(1).step_by(2);
+    let (Some(unknown), true) = (names.next(), message.starts_with("unknown ")) else { return String::new() };
+    let nearest = names.min_by_key(|known| strsim::osa_distance(unknown, known));
+    match nearest.filter(|known| strsim::osa_distance(unknown, known) <= 1 + unknown.len() / 3) {
+        Some(known) => format!("; did you mean `{known}`?"),
+        None => String::new(),
+    }
+}
+
+impl Config {
+    fn check(&self) -> anyhow::Result<()> {
+        if self.steps == 0 {
+            bail!("steps = 0: a fit takes one step at least");
+        }
+        if self.parameters.is_empty() {
+            bail!(
+                "nothing is to be fitted: add a [[parameter]] with a name, such as \"block.translation\", and a rate"
+            );
+        }
+        for parameter in &self.parameters {
+            let ParameterConfig { name, rate, large_steps, bounds, .. } = parameter;
+            if !(*rate > 0.0 && rate.is_finite()) {
+                bail!("the rate of `{name}` is {rate}, but must be positive");
+            }
+            if let Some([low, high]) = bounds
+                && (low.is_nan() || high.is_nan() || low > high)
+            {
+                bail!("the bounds of `{name}` are {low} and {high}, but must be in order");
+            }
+            if large_steps.is_some() && !name.ends_with(".vertex_positions") {
+                bail!("large_steps is for vertex_positions, not for `{name}`");
+            }
+        }
+        if self.gradient.spp == 0 || self.gradient.image_spp == Some(0) {
+            bail!("a gradient and its image need one sample a pixel at least");
+        }
+        self.gradient.method()?;
+        if let Some(problem) = self.schedule.problem() {
+            bail!("{problem}");
+        }
+        if let LossKind::Multiscale { levels: 0 } = self.loss {
+            bail!("a multiscale loss has one level at least, not 0");
+        }
+        if self.views_per_step == Some(0) {
+            bail!("views_per_step = 0: a step looks at one view at least");
+        }
+        if self.reference.as_ref().is_some_and(|r| r.spp == 0) {
+            bail!("reference.spp = 0: a reference needs samples");
+        }
+        if self.views.is_empty() && self.reference.is_none() {
+            bail!(
+                "there is nothing to fit to: add a [[view]] with a target = \"PICTURE\", or a [reference] with a scene to \
+                 render"
+            );
+        }
+        for (i, view) in self.views.iter().enumerate() {
+            if view.target.is_none() && self.reference.is_none() {
+                bail!("view {} has no target, and there is no [reference] to render one from", i + 1);
+            }
+            if view.origin.is_none() && (view.look_at.is_some() || view.up.is_some()) {
+                bail!("view {} has a look_at or up, but no origin", i + 1);
+            }
+        }
+        for regularizer in &self.regularizers {
+            let RegularizerConfig { shape, weight, .. } = regularizer;
+            if !(*weight >= 0.0 && weight.is_finite()) {
+                bail!("the weight of the regularizer of `{shape}` is {weight}, but must not be negative");
+            }
+        }
+        Ok(())
+    }
+
+    fn files_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        let views = self.views.iter_mut().flat_map(|v| v.target.iter_mut().chain(&mut v.weights));
+        let reference = self.reference.iter_mut().map(|r| &mut r.scene);
+        std::iter::once(&mut self.scene).chain(views).chain(reference)
+    }
+}

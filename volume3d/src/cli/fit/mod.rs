@@ -1,0 +1,192 @@
+//! `volume3d fit`.
+
+mod config;
+mod curve;
+mod folder;
+mod problem;
+mod report;
+mod views;
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use anyhow::{anyhow, bail};
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use volume3d::gradient::GradientError;
+use volume3d::optimize::{Fit, FitError, ObjectiveError, Times};
+use volume3d::scene::Scene;
+
+use self::folder::Folder;
+use self::problem::{Problem, reverse};
+use super::session::{Threads, silent};
+use super::{Outcome, Report};
+
+/// Fits parameters of a scene to pictures.
+///
+/// CONFIG.toml says from which scene to start, what to fit, and to which pictures; relative paths in it are from its folder. The
+/// shortest that does something:
+///
+///   scene = "start.xml"
+///   steps = 100
+///   [reference]                       # or [[view]] with target = "photo.exr"
+///   scene = "truth.xml"
+///   [[parameter]]
+///   name = "block.translation"
+///   rate = 0.02
+///
+/// All that there is, with its defaults:
+///
+///   seed = 0
+///   define = { res = "64" }           # for $res in the scene
+///   views_per_step = 4                # all, unless given
+///   background = [0, 0, 0]            # under transparent pictures; a constant sky, unless given
+///   loss = { kind = "multiscale", levels = 5 }     # or l1, l2, relative with epsilon
+///   gradient = { method = "warped-area", spp = 16, image_spp = 16 }
+///   schedule = { kind = "cosine", end = 0 }        # or constant, exponential with end
+///   [reference]
+///   scene = "truth.xml"
+///   spp = 1024
+///   [[view]]                          # one for each picture
+///   name = "front"
+///   target = "front.png"              # rendered from the reference, unless given
+///   weights = "mask.png"              # multiplies the difference of each pixel
+///   origin = [0, 1, 4]                # the scene's camera, unless given
+///   look_at = [0, 0, 0]
+///   up = [0, 1, 0]
+///   fov = 40                          # degrees, horizontal
+///   width = 128                       # the scene's film, unless given
+///   height = 128
+///   [[parameter]]                     # named as by --wrt of `volume3d gradient`
+///   name = "bunny.vertex_positions"
+///   rate = 0.01                       # of Adam, in units of the parameter: about the size of a step
+///   large_steps = 20                  # smooth steps of vertices (Nicolet et al. 2021), with one step size
+///   uniform = false                   # one step size without smoothing
+///   bounds = [0, 1]
+///   start = [0.1, 0, 0]               # where the scene is, unless given
+///   [[regularizer]]
+///   shape = "bunny"
+///   kind = "laplacian"                # or edge-length, normal-consistency
+///   weight = 0.1
+///
+/// RUN gets the configuration, the loss of every step (loss.csv, loss.svg), pictures of every view, the fitted scene (fit.xml)
+/// with its meshes, and report.html, which shows it all. The state is kept every few seconds: killed at any moment, the same
+/// command goes on, and ends with the same bits. Image and gradient of a step never share samples, so that the
+/// gradient of a squared loss is unbiased.
+#[derive(Args, Debug)]
+#[command(verbatim_doc_comment)]
+pub(super) struct Options {
+    /// What to fit, and to what.
+    #[arg(value_name = "CONFIG.toml")]
+    config: PathBuf,
+    /// The folder of the run; it is made if there is none, and gone on with if it has begun.
+    #[arg(short, long, value_name = "RUN")]
+    output: PathBuf,
+    #[command(flatten)]
+    threads: Threads,
+}
+
+/// Ended by Ctrl-C, with nothing lost.
+#[derive(Debug, thiserror::Error)]
+#[error("stopped after step {done} of {steps}; the same command goes on from there")]
+pub(super) struct Interrupted {
+    done: u64,
+    steps: u64,
+}
+
+/// How long a state may be out of date.
+const KEEP_EVERY: Duration = Duration::from_secs(5);
+
+pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
+    options.threads.begin()?;
+    let Problem { config, text, mut scene, fit, fingerprint, files } = Problem::read(&options.config)?;
+    let folder = Folder::open(&options.output, &text, &files)?;
+    let kept = folder.state(fingerprint)?;
+    let is_new = kept.is_none();
+    let mut fit = match kept {
+        Some(state) => {
+            fit.resumed(state).map_err(|why| anyhow!("{}: {why}", folder.state_path().display()))?
+        }
+        None => fit,
+    };
+    fit.apply(&mut scene)?;
+    let mut text = String::new();
+    if is_new {
+        text += &problem::check_views(&config, &fit, &mut scene)?;
+        folder.begin(&fit, &mut scene)?;
+    } else {
+        text += &format!("goes on after step {} of {}\n", fit.steps_taken(), config.steps);
+    }
+    let from = fit.steps_taken();
+    let start = Instant::now();
+    let ended = steps(&config, &mut fit, &mut scene, &folder, fingerprint);
+    folder.keep(&fit, fingerprint)?;
+    ended?;
+    text += &times(fit.times(), fit.steps_taken() - from, start.elapsed());
+    text += &folder.finish(&config, &fit, &mut scene)?;
+    Ok(Report { text, outcome: Outcome::Good })
+}
+
+fn steps(
+    config: &config::Config,
+    fit: &mut Fit,
+    scene: &mut Scene,
+    folder: &Folder,
+    fingerprint: u32,
+) -> anyhow::Result<()> {
+    let style = ProgressStyle::with_template("fit {bar:32} {pos}/{len}  {msg}  {elapsed} gone, {eta} to go")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    let bar = ProgressBar::new(config.steps).with_style(style).with_position(fit.steps_taken());
+    bar.reset_eta();
+    bar.enable_steady_tick(Duration::from_millis(200));
+    let estimate = reverse(config.gradient.method()?, config.gradient.spp);
+    let mut kept = Instant::now();
+    while !fit.is_done() {
+        folder.frame(config, fit, scene)?;
+        let stepped = fit.step(scene, &estimate, &silent());
+        if is_stop(&stepped) {
+            bar.finish_and_clear();
+            folder.keep(fit, fingerprint)?;
+            bail!(Interrupted { done: fit.steps_taken(), steps: config.steps });
+        }
+        stepped.map_err(|error| {
+            bar.finish_and_clear();
+            let (done, place) = (fit.steps_taken(), folder.state_path());
+            anyhow!("step {}: {error}; the state after {done} steps is kept in {}", done + 1, place.display())
+        })?;
+        if let Some(record) = fit.state().records.last() {
+            bar.set_message(format!("loss {:.3e}, rate {:.2}", record.loss, record.factor));
+        }
+        bar.inc(1);
+        if kept.elapsed() > KEEP_EVERY {
+            folder.keep(fit, fingerprint)?;
+            kept = Instant::now();
+        }
+    }
+    folder.frame(config, fit, scene)?;
+    bar.finish_and_clear();
+    Ok(())
+}
+
+fn is_stop(stepped: &Result<(), FitError>) -> bool {
+    let Err(FitError::Objective(ObjectiveError::Gradient(error))) = stepped else { return false };
+    matches!(error, GradientError::Stopped(_))
+}
+
+/// Where the time of a step went, on average.
+fn times(times: Times, steps: u64, whole: Duration) -> String {
+    if steps == 0 {
+        return String::new();
+    }
+    let each = |time: Duration| time.as_secs_f64() / steps as f64;
+    let Times { update, image, gradient, optimizer } = times;
+    format!(
+        "{steps} steps in {:.1} s; a step takes {:.4} s for images, {:.4} s for gradients, {:.4} s for the optimiser, {:.4} s to \
+         bring the scene up to date\n",
+        whole.as_secs_f64(),
+        each(image),
+        each(gradient),
+        each(optimizer),
+        each(update)
+    )
+}

@@ -1,0 +1,154 @@
+//! From a configuration to a fit that can begin.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, anyhow, bail};
+use volume3d::Image;
+use volume3d::gradient::{ActiveParameters, Gradient, GradientError, Progress};
+use volume3d::optimize::{Adam, Fit, Objective, Parameters, Penalty, Plan, Quantity};
+use volume3d::scene::Scene;
+
+use super::super::method::{Method, MethodOptions};
+use super::super::session::{Bar, Loaded, silent};
+use super::config::{Config, ParameterConfig, definitions, parse};
+use super::views::views;
+
+/// All that a fit begins with.
+pub(super) struct Problem {
+    pub(super) config: Config,
+    /// Of the configuration.
+    pub(super) text: String,
+    pub(super) scene: Scene,
+    pub(super) fit: Fit,
+    /// Of the configuration and all files that it names, so that a state is not gone on with under other input.
+    pub(super) fingerprint: u32,
+    pub(super) files: Vec<PathBuf>,
+}
+
+impl Problem {
+    pub(super) fn read(path: &Path) -> anyhow::Result<Self> {
+        let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()));
+        let text = text.map_err(|e| anyhow!("{e:#}"))?;
+        let config = parse(&text, path)?;
+        let Loaded { scene, mut files } = Loaded::read(&config.scene, &definitions(&config.define))?;
+        let said = |error: anyhow::Error| anyhow!("{}: {error}", path.display());
+        let parameters = parameters(&config, &scene).map_err(said)?;
+        let x = start(&config, &scene, &parameters).map_err(said)?;
+        let (views, more) = views(&config, &scene)?;
+        files.extend(more);
+        files.push(path.to_path_buf());
+        let follows = |q: &Quantity| {
+            matches!(q, Quantity::CameraTranslation | Quantity::CameraRotation | Quantity::FieldOfView)
+        };
+        if let Some(camera) = parameters.groups().iter().find(|g| follows(&g.quantity))
+            && (views.len() > 1 || views.iter().any(|v| v.camera.is_some()))
+        {
+            bail!("{}: `{}` needs a single view, without a camera of its own", path.display(), camera.name);
+        }
+        let penalties = config.regularizers.iter().map(|r| {
+            let shape =
+                scene.find_shape(&r.shape).map_err(|e| anyhow!("{}: regularizer: {e}", path.display()))?;
+            Ok(Penalty { shape, regularizer: r.regularizer(), weight: r.weight })
+        });
+        let penalties = penalties.collect::<anyhow::Result<_>>()?;
+        let image_samples = config.gradient.image_spp.unwrap_or(config.gradient.spp);
+        let plan = Plan {
+            steps: config.steps,
+            schedule: config.schedule,
+            views_per_step: config.views_per_step.unwrap_or(views.len()),
+            seed: config.seed,
+        };
+        let objective = Objective { views, loss: config.loss.into(), penalties, image_samples };
+        let adams = config.parameters.iter().map(adam).collect();
+        let fit = Fit::new(parameters, x, objective, adams, plan);
+        let fingerprint = fingerprint(&files)?;
+        Ok(Self { config, text, scene, fit, fingerprint, files })
+    }
+}
+
+fn adam(parameter: &ParameterConfig) -> Adam {
+    let adam = Adam::new(parameter.rate);
+    if parameter.uniform || parameter.large_steps.is_some() { adam.uniform() } else { adam }
+}
+
+fn parameters(config: &Config, scene: &Scene) -> anyhow::Result<Parameters> {
+    let names: Vec<&String> = config.parameters.iter().map(|p| &p.name).collect();
+    let mut parameters = Parameters::new(scene, &names)?;
+    for (group, ParameterConfig { name, bounds, .. }) in config.parameters.iter().enumerate() {
+        let Some(bounds) = *bounds else { continue };
+        match parameters.groups()[group].quantity {
+            Quantity::Rotation { .. } | Quantity::CameraRotation => {
+                bail!("`{name}`: a rotation has no bounds")
+            }
+            Quantity::Scale { .. } if bounds[0] <= 0.0 => bail!("`{name}`: the least scale is above 0"),
+            _ => parameters = parameters.with_bounds(group, bounds),
+        }
+    }
+    Ok(parameters)
+}
+
+fn start(config: &Config, scene: &Scene, parameters: &Parameters) -> anyhow::Result<Vec<f64>> {
+    let mut x = parameters.values(scene);
+    for (group, ParameterConfig { name, start, .. }) in parameters.groups().iter().zip(&config.parameters) {
+        let Some(start) = start else { continue };
+        if start.len() != group.range.len() {
+            bail!("`{name}` is {} numbers, but its start has {}", group.range.len(), start.len());
+        }
+        if start.iter().any(|v| !v.is_finite()) {
+            bail!("the start of `{name}` is not finite");
+        }
+        let [low, high] = group.bounds;
+        if let Some(outside) = start.iter().find(|v| **v < low || **v > high) {
+            bail!("`{name}` starts at {outside}, outside its bounds {low} and {high}");
+        }
+        x[group.range.clone()].copy_from_slice(start);
+    }
+    Ok(x)
+}
+
+fn fingerprint(files: &[PathBuf]) -> anyhow::Result<u32> {
+    let mut hasher = crc32fast::Hasher::new();
+    for file in files {
+        let bytes = std::fs::read(file).map_err(|e| anyhow!("cannot read {}: {e}", file.display()))?;
+        hasher.update(&(bytes.len() as u64).to_le_bytes());
+        hasher.update(&bytes);
+    }
+    Ok(hasher.finalize())
+}
+
+/// The transpose of a method with so many samples a pixel.
+pub(super) fn reverse(
+    method: Method,
+    samples: usize,
+) -> impl Fn(&Scene, &Image, &ActiveParameters, u64, &Progress) -> Result<Gradient, GradientError> {
+    move |scene, adjoint, active, seed, progress| {
+        MethodOptions::plain(method).estimator(samples, seed, None).reverse(scene, adjoint, active, progress)
+    }
+}
+
+/// Samples a pixel that look for what a view depends on.
+const LOOK: usize = 8;
+
+/// Warns of views that see nothing of what is fitted; what no view sees is an error.
+pub(super) fn check_views(config: &Config, fit: &Fit, scene: &mut Scene) -> anyhow::Result<String> {
+    let views = &fit.objective().views;
+    let groups = fit.parameters().groups();
+    let bar = Bar::new(views.len(), "look at views");
+    let estimate = reverse(config.gradient.method()?, config.gradient.spp.min(LOOK));
+    let (mut seen, mut text) = (vec![false; groups.len()], String::new());
+    for (v, view) in views.iter().enumerate() {
+        let unseen = fit.unseen(scene, v, &estimate, &silent())?;
+        (0..groups.len()).filter(|g| !unseen.contains(g)).for_each(|g| seen[g] = true);
+        if unseen.len() == groups.len() {
+            text += &format!("WARNING: view `{}` does not depend on anything that is fitted\n", view.name);
+        }
+        bar.step();
+    }
+    if let Some(group) = seen.iter().position(|seen| !seen) {
+        bail!(
+            "`{}` changes no pixel of any view: it is not seen, or its light is not; nothing can be fitted by it",
+            groups[group].name
+        );
+    }
+    Ok(text)
+}

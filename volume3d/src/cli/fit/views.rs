@@ -1,0 +1,128 @@
+//! The views of a fit, with their targets.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{anyhow, bail};
+use glam::DVec3;
+use rand::Rng as _;
+use volume3d::Image;
+use volume3d::gradient::render;
+use volume3d::io::load_image_over;
+use volume3d::optimize::View;
+use volume3d::scene::{Camera, Environment, Film, Scene};
+
+use super::super::session::{Bar, Loaded, check_size, silent};
+use super::config::{Config, ViewConfig, definitions};
+
+/// All views, each of which has its target, and the files that they came from.
+pub(super) fn views(config: &Config, scene: &Scene) -> anyhow::Result<(Vec<View>, Vec<PathBuf>)> {
+    let one = [ViewConfig::default()];
+    let asked = if config.views.is_empty() { &one[..] } else { &config.views };
+    let mut reference =
+        config.reference.as_ref().map(|r| Loaded::read(&r.scene, &definitions(&r.define))).transpose()?;
+    let mut files = reference.as_ref().map(|r| r.files.clone()).unwrap_or_default();
+    let background = config.background.map_or_else(|| sky(scene), DVec3::from_array);
+    let mut views: Vec<View> = vec![];
+    let bar = Bar::new(asked.len(), "render targets");
+    for (i, view) in asked.iter().enumerate() {
+        let name = view.name.clone().unwrap_or_else(|| format!("{}", i + 1));
+        if let Some(other) = views.iter().position(|v| v.name == name) {
+            bail!("views {} and {} are both called `{name}`", other + 1, i + 1);
+        }
+        let (camera, film) = (camera(view, scene, &name)?, film(view, scene));
+        check_size(Path::new(&format!("view `{name}`")), (film.width, film.height))?;
+        let target = match (&view.target, &mut reference) {
+            (Some(path), _) => {
+                files.push(path.clone());
+                picture(path, background, &film, &name)?
+            }
+            (None, Some(reference)) => {
+                let samples = config.reference.as_ref().map_or(1, |r| r.spp);
+                let target = rendered(&mut reference.scene, camera.as_ref(), film, samples, seed(config, i));
+                target.map_err(|e| {
+                    if e.is::<volume3d::gradient::Stopped>() { e } else { anyhow!("view `{name}`: {e}") }
+                })?
+            }
+            (None, None) => bail!("view `{name}` has no target"),
+        };
+        let weights = view.weights.as_ref().map(|path| {
+            files.push(path.clone());
+            picture(path, DVec3::ZERO, &film, &name)
+        });
+        views.push(View { name, camera, film, target, weights: weights.transpose()? });
+        bar.step();
+    }
+    Ok((views, files))
+}
+
+/// Of random numbers that nothing else uses.
+fn seed(config: &Config, view: usize) -> u64 {
+    const TARGET: u64 = 1 << 32;
+    flatland::random::stream(config.seed, &[TARGET, view as u64]).next_u64()
+}
+
+/// What rays that meet nothing see, as far as it is one colour.
+fn sky(scene: &Scene) -> DVec3 {
+    match &scene.description().environment {
+        Some(Environment::Constant { radiance, .. }) => *radiance,
+        _ => DVec3::ZERO,
+    }
+}
+
+fn camera(view: &ViewConfig, scene: &Scene, name: &str) -> anyhow::Result<Option<Camera>> {
+    let own = &scene.description().camera;
+    let fov = match view.fov {
+        None => own.field_of_view,
+        Some(degrees) if degrees > 0.0 && degrees < 180.0 => degrees.to_radians(),
+        Some(degrees) => bail!("view `{name}`: fov is {degrees}, but must be between 0 and 180 degrees"),
+    };
+    let Some(origin) = view.origin.map(DVec3::from_array) else {
+        return Ok(view.fov.map(|_| Camera { field_of_view: fov, ..own.clone() }));
+    };
+    let target = view.look_at.map_or(DVec3::ZERO, DVec3::from_array);
+    let up = view.up.map_or(own.up, DVec3::from_array);
+    let (direction, finite) = (target - origin, origin.is_finite() && target.is_finite() && up.is_finite());
+    if !finite || direction.cross(up).length() <= 1e-9 * direction.length() * up.length() {
+        bail!(
+            "view `{name}`: a camera at {origin} that looks at {target} needs another point, and another up, than {up}"
+        );
+    }
+    Ok(Some(Camera::look_at(origin, target, up, fov)))
+}
+
+fn film(view: &ViewConfig, scene: &Scene) -> Film {
+    let film = scene.description().film;
+    if view.width.is_none() && view.height.is_none() {
+        return film;
+    }
+    let (width, height) = (view.width.unwrap_or(film.width), view.height.unwrap_or(film.height));
+    Film { width, height, crop: None, ..film }
+}
+
+fn picture(path: &Path, background: DVec3, film: &Film, name: &str) -> anyhow::Result<Image> {
+    let image = load_image_over(path, background)?;
+    let (width, height) = film.crop.map_or((film.width, film.height), |c| (c.width, c.height));
+    if image.size() != (width, height) {
+        let (w, h) = image.size();
+        bail!(
+            "{}: the picture is {w} × {h} pixels, but view `{name}` {width} × {height}; resize it, or give the view \
+             width = {w} and height = {h}",
+            path.display()
+        );
+    }
+    Ok(image)
+}
+
+fn rendered(
+    scene: &mut Scene,
+    camera: Option<&Camera>,
+    film: Film,
+    samples: usize,
+    seed: u64,
+) -> anyhow::Result<Image> {
+    if let Some(camera) = camera {
+        scene.set_camera(camera.clone())?;
+    }
+    scene.set_film(film)?;
+    Ok(render(scene, samples, seed, &silent())?.image)
+}

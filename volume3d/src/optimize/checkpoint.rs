@@ -1,0 +1,70 @@
+//! The state of a fit in a file.
+
+use std::path::{Path, PathBuf};
+
+use super::fit::State;
+use crate::io::Error;
+
+/// The first bytes of the file, with the version of what follows.
+const HEADER: &[u8] = b"volume3d fit, state 1\n";
+
+/// Why the state of a fit cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CheckpointError {
+    /// The file cannot be read.
+    #[error(transparent)]
+    File(#[from] Error),
+    /// It is something else, or damaged.
+    #[error("{} is not the state of a fit, or is damaged; remove it to start from the beginning", path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
+    },
+    /// It belongs to other input.
+    #[error("{} is the state of another fit: its configuration, scene or pictures were not these", path.display())]
+    Other {
+        /// The file.
+        path: PathBuf,
+    },
+}
+
+/// Writes a state so that the file is at every moment what it was before, or complete. `fingerprint` says of which input it is the
+/// state.
+///
+/// # Errors
+/// [`Error::File`].
+pub fn write_checkpoint(path: &Path, state: &State, fingerprint: u32) -> Result<(), Error> {
+    let error = |source| Error::File { action: "write", path: path.to_path_buf(), source };
+    let content = postcard::to_stdvec(state).map_err(|e| error(std::io::Error::other(e)))?;
+    let mut bytes = HEADER.to_vec();
+    bytes.extend(fingerprint.to_le_bytes());
+    bytes.extend(crc32fast::hash(&content).to_le_bytes());
+    bytes.extend(content);
+    crate::io::write_bytes(path, &bytes)
+}
+
+/// Reads what [`write_checkpoint`] wrote, bit for bit; nothing if there is no such file.
+///
+/// # Errors
+/// A [`CheckpointError`].
+pub fn read_checkpoint(path: &Path, fingerprint: u32) -> Result<Option<State>, CheckpointError> {
+    let bytes = match std::fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(source) => {
+            return Err(Error::File { action: "read", path: path.to_path_buf(), source }.into());
+        }
+    };
+    let damaged = || CheckpointError::Format { path: path.to_path_buf() };
+    let rest = bytes.strip_prefix(HEADER).ok_or_else(damaged)?;
+    let (of, rest) = rest.split_first_chunk::<4>().ok_or_else(damaged)?;
+    let (sum, content) = rest.split_first_chunk::<4>().ok_or_else(damaged)?;
+    if crc32fast::hash(content) != u32::from_le_bytes(*sum) {
+        return Err(damaged());
+    }
+    if u32::from_le_bytes(*of) != fingerprint {
+        return Err(CheckpointError::Other { path: path.to_path_buf() });
+    }
+    postcard::from_bytes(content).map(Some).map_err(|_| damaged())
+}

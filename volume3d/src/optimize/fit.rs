@@ -1,0 +1,313 @@
+//! A fit: steps down the gradient of an objective, which can be left off and gone on with.
+
+use std::ops::Range;
+use std::time::{Duration, Instant};
+
+use flatland::random::stream;
+use rand::Rng as _;
+use serde::{Deserialize, Serialize};
+
+use super::adam::Adam;
+use super::objective::{Evaluation, Objective, ObjectiveError, Reverse};
+use super::parameters::Parameters;
+use super::schedule::Schedule;
+use crate::gradient::Progress;
+use crate::scene::{Scene, SceneError};
+
+/// How long a fit goes on, and what it looks at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plan {
+    /// Steps in all.
+    pub steps: u64,
+    /// How rates change.
+    pub schedule: Schedule,
+    /// Views that a step looks at. The order is a new one each time that all have been seen.
+    pub views_per_step: usize,
+    /// The seed of everything random.
+    pub seed: u64,
+}
+
+/// Where a fit is: all that is needed to go on, to the same bits.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// The values of the parameters.
+    pub x: Vec<f64>,
+    /// One for each group of parameters.
+    adams: Vec<Adam>,
+    /// What was found in each step so far.
+    pub records: Vec<Record>,
+}
+
+/// What one step found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// The mean loss over the step's views, before the step.
+    pub loss: f64,
+    /// The sum of the penalties.
+    pub penalty: f64,
+    /// What the rates were multiplied by.
+    pub factor: f64,
+    /// The length of the gradient by each group of parameters.
+    pub norms: Vec<f64>,
+    /// How steady it has been, see [`Adam::signal`].
+    pub signals: Vec<f64>,
+    /// Samples that were not finite, and are left out.
+    pub non_finite: usize,
+}
+
+/// Where the time of the steps went.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Times {
+    /// Bringing the scene up to date.
+    pub update: Duration,
+    /// Rendering images.
+    pub image: Duration,
+    /// Estimating gradients.
+    pub gradient: Duration,
+    /// Regularisers, preconditioning and the optimiser.
+    pub optimizer: Duration,
+}
+
+/// Parameters of a scene on their way to a minimum.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    objective: Objective,
+    parameters: Parameters,
+    plan: Plan,
+    rates: Vec<f64>,
+    state: State,
+    times: Times,
+}
+
+/// Why a fit does not go on. Its state is that before the step.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FitError {
+    /// The objective has no value or no derivative.
+    #[error(transparent)]
+    Objective(#[from] ObjectiveError),
+    /// A step led to values that are none.
+    #[error("{0}; try a smaller rate, or bounds")]
+    Scene(#[from] SceneError),
+    /// A derivative is not a number.
+    #[error("the gradient by `{parameter}` is not finite")]
+    NotFinite {
+        /// The name of the parameter.
+        parameter: String,
+    },
+    /// The loss has become far larger than it was.
+    #[error(
+        "the fit diverges: the loss is {loss:.3e}, and was {first:.3e} at first; try smaller rates, or more samples"
+    )]
+    Diverges {
+        /// Now.
+        loss: f64,
+        /// In the first step.
+        first: f64,
+    },
+}
+
+/// A loss so many times that of the first step ends a fit.
+const DIVERGES: f64 = 1e3;
+
+/// Purposes of random numbers.
+const STEP: u64 = 0;
+const ORDER: u64 = 1;
+const CHECK: u64 = 2;
+
+impl Fit {
+    /// A fit that begins at x, with one optimiser for each group of parameters: its `rate` is that of the group.
+    ///
+    /// # Panics
+    /// If there is not one optimiser for each group, or one number for each parameter.
+    #[must_use]
+    pub fn new(
+        parameters: Parameters,
+        x: Vec<f64>,
+        objective: Objective,
+        adams: Vec<Adam>,
+        plan: Plan,
+    ) -> Self {
+        assert_eq!(adams.len(), parameters.groups().len(), "one optimiser for each group of parameters");
+        assert_eq!(x.len(), parameters.len(), "one number for each parameter");
+        let rates = adams.iter().map(|adam| adam.rate).collect();
+        let state = State { x, adams, records: vec![] };
+        Self { objective, parameters, plan, rates, state, times: Times::default() }
+    }
+
+    /// The same, gone on with from another state.
+    ///
+    /// # Errors
+    /// Nothing but the reason why it is none of this fit's.
+    pub fn resumed(self, state: State) -> Result<Self, &'static str> {
+        if state.x.len() != self.state.x.len() || state.adams.len() != self.state.adams.len() {
+            return Err("it is of other parameters");
+        }
+        if state.records.len() as u64 > self.plan.steps {
+            return Err("it is of a longer fit");
+        }
+        Ok(Self { state, ..self })
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// What is fitted.
+    #[must_use]
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// What is minimised.
+    #[must_use]
+    pub fn objective(&self) -> &Objective {
+        &self.objective
+    }
+
+    /// Steps that were taken.
+    #[must_use]
+    pub fn steps_taken(&self) -> u64 {
+        self.state.records.len() as u64
+    }
+
+    /// Whether there is no step left.
+    #[must_use]
+    pub fn is_done(&self) -> bool {
+        self.steps_taken() >= self.plan.steps
+    }
+
+    /// Where the time of the steps of this run went.
+    #[must_use]
+    pub fn times(&self) -> Times {
+        self.times
+    }
+
+    /// Gives the scene the values so far.
+    ///
+    /// # Errors
+    /// A [`SceneError`] if they are none of this scene's.
+    pub fn apply(&self, scene: &mut Scene) -> Result<(), SceneError> {
+        self.parameters.apply(&self.state.x, scene)
+    }
+
+    /// Which groups of parameters change no pixel of a view, by view: nobody sees them there. A few samples a pixel are
+    /// spent, with weights that do not depend on the target. What is seen in few pixels may be missed.
+    ///
+    /// # Errors
+    /// An [`ObjectiveError`].
+    pub fn unseen(
+        &self,
+        scene: &mut Scene,
+        view: usize,
+        reverse: Reverse<'_>,
+        progress: &Progress,
+    ) -> Result<Vec<usize>, ObjectiveError> {
+        self.objective.look(scene, view)?;
+        let target = &self.objective.views[view].target;
+        // Weights of one sign but no pattern that a gradient could be orthogonal to.
+        let mut random = stream(self.plan.seed, &[CHECK, view as u64]);
+        let mut weight = || 0.5 + flatland::random::open01(&mut random);
+        let pixels = target.pixels.iter().map(|_| glam::DVec3::from_array(std::array::from_fn(|_| weight())));
+        let adjoint = target.with_pixels(pixels.collect());
+        let active = self.parameters.active(scene);
+        let seed = self.seed(&[CHECK, view as u64]);
+        let gradient = reverse(scene, &adjoint, &active, seed, progress)?;
+        let gradient = self.parameters.gradient(scene, &self.state.x, &gradient.by_parameter);
+        let groups = self.parameters.groups().iter().enumerate();
+        Ok(groups
+            .filter(|(_, g)| gradient[g.range.clone()].iter().all(|d| *d == 0.0))
+            .map(|(i, _)| i)
+            .collect())
+    }
+
+    /// Takes one step, and brings the scene to where it leads. Does nothing once all are taken.
+    ///
+    /// # Errors
+    /// A [`FitError`]; the state is then that before the step.
+    pub fn step(
+        &mut self,
+        scene: &mut Scene,
+        reverse: Reverse<'_>,
+        progress: &Progress,
+    ) -> Result<(), FitError> {
+        if self.is_done() {
+            return Ok(());
+        }
+        let t = self.steps_taken();
+        let start = Instant::now();
+        let views = self.views(t);
+        let seed = self.seed(&[STEP, t]);
+        let x = &self.state.x;
+        let found = self.objective.evaluate(scene, &self.parameters, x, &views, seed, reverse, progress)?;
+        self.check(&found)?;
+        let factor = self.plan.schedule.factor(t, self.plan.steps);
+        let (mut next, mut step) = (self.state.clone(), vec![0.0; x.len()]);
+        let (mut norms, mut signals) = (vec![], vec![]);
+        for (i, range) in self.ranges().enumerate() {
+            let gradient = &found.gradient[range.clone()];
+            norms.push(gradient.iter().map(|g| g * g).sum::<f64>().sqrt());
+            let adam = &mut next.adams[i];
+            adam.rate = factor * self.rates[i];
+            step[range].copy_from_slice(&adam.step(gradient));
+            signals.push(adam.signal());
+        }
+        self.parameters.retract(&mut next.x, &step);
+        let Evaluation { loss, penalty, non_finite, image_time, gradient_time, .. } = found;
+        next.records.push(Record { loss, penalty, factor, norms, signals, non_finite });
+        let optimizer = start.elapsed().saturating_sub(image_time + gradient_time);
+        let start = Instant::now();
+        self.parameters.apply(&next.x, scene)?;
+        self.times.update += start.elapsed();
+        self.times.image += image_time;
+        self.times.gradient += gradient_time;
+        self.times.optimizer += optimizer;
+        self.state = next;
+        Ok(())
+    }
+
+    fn check(&self, found: &Evaluation) -> Result<(), FitError> {
+        for group in self.parameters.groups() {
+            if found.gradient[group.range.clone()].iter().any(|g| !g.is_finite()) {
+                return Err(FitError::NotFinite { parameter: group.name.clone() });
+            }
+        }
+        match self.state.records.first().map(|r| r.loss + r.penalty) {
+            Some(first) if first > 0.0 && found.loss + found.penalty > DIVERGES * first => {
+                Err(FitError::Diverges { loss: found.loss + found.penalty, first })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn ranges(&self) -> impl Iterator<Item = Range<usize>> {
+        self.parameters.groups().iter().map(|group| group.range.clone())
+    }
+
+    fn seed(&self, words: &[u64]) -> u64 {
+        stream(self.plan.seed, words).next_u64()
+    }
+
+    /// The views of step t, in increasing order: the next few of an endless sequence of orders.
+    fn views(&self, t: u64) -> Vec<usize> {
+        let count = self.objective.views.len();
+        let each = self.plan.views_per_step.clamp(1, count.max(1));
+        let mut views: Vec<usize> =
+            (0..each as u64).filter_map(|i| self.view_at(t * each as u64 + i)).collect();
+        views.sort_unstable();
+        views.dedup();
+        views
+    }
+
+    fn view_at(&self, place: u64) -> Option<usize> {
+        let count = self.objective.views.len() as u64;
+        let round = place.checked_div(count)?;
+        let mut random = stream(self.plan.seed, &[ORDER, round]);
+        let mut order: Vec<usize> = (0..count as usize).collect();
+        // Fisher and Yates; the remainder's bias is below 10⁻¹⁶ for any number of views that fit into memory.
+        (1..order.len()).rev().for_each(|i| order.swap(i, (random.next_u64() % (i as u64 + 1)) as usize));
+        Some(order[(place % count) as usize])
+    }
+}

@@ -1,0 +1,225 @@
+//! What a fit minimises: how far renderings are from pictures, and what shapes are preferred.
+
+use std::time::{Duration, Instant};
+
+use flatland::random::stream;
+use rand::Rng as _;
+
+use super::loss::{Loss, LossError};
+use super::parameters::Parameters;
+use super::regularizer::Regularizer;
+use crate::Image;
+use crate::gradient::{ActiveParameters, Gradient, GradientError, Progress, Stopped, Tangent, render};
+use crate::scene::{Camera, Film, Scene, SceneError};
+
+/// A picture to be fitted, and from where it was taken.
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    /// Its name in messages.
+    pub name: String,
+    /// The camera, or nothing: then it is the scene's, which may be fitted.
+    pub camera: Option<Camera>,
+    /// The film.
+    pub film: Film,
+    /// The picture, of the film's size.
+    pub target: Image,
+    /// What the difference of each pixel is multiplied by, channel by channel: 0 where the picture is not to be trusted, or
+    /// everywhere but near silhouettes. 1 if there are none.
+    pub weights: Option<Image>,
+}
+
+/// A term for the shape of one mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Penalty {
+    /// Which shape.
+    pub shape: usize,
+    /// What is preferred.
+    pub regularizer: Regularizer,
+    /// What the term is multiplied by.
+    pub weight: f64,
+}
+
+/// The sum of the mean loss over views and of the penalties.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Objective {
+    /// The views; one at least.
+    pub views: Vec<View>,
+    /// How far a rendering is from a picture.
+    pub loss: Loss,
+    /// What is preferred, whatever the pictures say.
+    pub penalties: Vec<Penalty>,
+    /// Samples a pixel of the renderings that the adjoint is computed from. They are not those of the gradient, so that the
+    /// product of both is unbiased. Their noise is noise of the gradient, in proportion to what a pixel's derivative is; as many as
+    /// the gradient has are a good start.
+    pub image_samples: usize,
+}
+
+/// How the gradient of Σ adjoint · image is estimated, with a seed: usually
+/// [`WarpedArea::reverse`](crate::gradient::WarpedArea::reverse).
+pub type Reverse<'a> =
+    &'a dyn Fn(&Scene, &Image, &ActiveParameters, u64, &Progress) -> Result<Gradient, GradientError>;
+
+/// An objective and its derivative, estimated in one place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Evaluation {
+    /// The mean loss over the views that were asked for. It is that of noisy images: squared losses are too large by their
+    /// variance.
+    pub loss: f64,
+    /// The sum of the penalties.
+    pub penalty: f64,
+    /// The derivative of the sum of both by x.
+    pub gradient: Vec<f64>,
+    /// Samples that were not finite, and are left out.
+    pub non_finite: usize,
+    /// The time that renderings took.
+    pub image_time: Duration,
+    /// The time that gradients took.
+    pub gradient_time: Duration,
+}
+
+/// Why an objective has no value.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ObjectiveError {
+    /// Nothing to compare with.
+    #[error("there is no view to compare with")]
+    NoViews,
+    /// A rendering cannot be compared with its target.
+    #[error("view `{view}`: {source}")]
+    Loss {
+        /// Which view.
+        view: String,
+        /// Why.
+        source: LossError,
+    },
+    /// Weights of another size, or not finite.
+    #[error("view `{view}`: the weights must be finite and as many as the target has pixels, {} x {}", size.0, size.1)]
+    Weights {
+        /// Which view.
+        view: String,
+        /// Columns and rows of the target.
+        size: (usize, usize),
+    },
+    /// A camera or film that cannot be.
+    #[error("view `{view}`: {source}")]
+    View {
+        /// Which view.
+        view: String,
+        /// Why.
+        source: SceneError,
+    },
+    /// No gradient.
+    #[error(transparent)]
+    Gradient(#[from] GradientError),
+}
+
+impl From<Stopped> for ObjectiveError {
+    fn from(stopped: Stopped) -> Self {
+        Self::Gradient(stopped.into())
+    }
+}
+
+impl Objective {
+    /// Shows a scene as a view sees it.
+    ///
+    /// # Errors
+    /// [`ObjectiveError::View`].
+    pub fn look(&self, scene: &mut Scene, view: usize) -> Result<(), ObjectiveError> {
+        let View { name, camera, film, .. } = &self.views[view];
+        let error = |source| ObjectiveError::View { view: name.clone(), source };
+        if let Some(camera) = camera {
+            scene.set_camera(camera.clone()).map_err(error)?;
+        }
+        scene.set_film(*film).map_err(error)
+    }
+
+    /// Estimates the objective over some of the views, and its derivative by x, where the scene is at x.
+    ///
+    /// Each view and each of image and gradient has random numbers of its own, made of `seed`.
+    ///
+    /// # Errors
+    /// An [`ObjectiveError`].
+    ///
+    /// # Panics
+    /// If there is no such view, or x has another length.
+    pub fn evaluate(
+        &self,
+        scene: &mut Scene,
+        parameters: &Parameters,
+        x: &[f64],
+        views: &[usize],
+        seed: u64,
+        reverse: Reverse<'_>,
+        progress: &Progress,
+    ) -> Result<Evaluation, ObjectiveError> {
+        if views.is_empty() {
+            return Err(ObjectiveError::NoViews);
+        }
+        let active = parameters.active(scene);
+        let mut evaluation = Evaluation {
+            loss: 0.0,
+            penalty: 0.0,
+            gradient: vec![0.0; x.len()],
+            non_finite: 0,
+            image_time: Duration::ZERO,
+            gradient_time: Duration::ZERO,
+        };
+        let part = 1.0 / views.len() as f64;
+        for &v in views {
+            self.look(scene, v)?;
+            let seed = stream(seed, &[v as u64]).next_u64();
+            let start = Instant::now();
+            let rendering = render(scene, self.image_samples, seed, progress)?;
+            evaluation.image_time += start.elapsed();
+            let (loss, mut adjoint) = self.compare(v, &rendering.image)?;
+            adjoint.pixels.iter_mut().for_each(|p| *p *= part);
+            let start = Instant::now();
+            let gradient = reverse(scene, &adjoint, &active, seed, progress)?;
+            evaluation.gradient_time += start.elapsed();
+            evaluation.loss += part * loss;
+            evaluation.non_finite += rendering.non_finite.len() + gradient.non_finite.len();
+            add(&mut evaluation.gradient, &parameters.gradient(scene, x, &gradient.by_parameter));
+        }
+        self.add_penalties(scene, parameters, x, &mut evaluation);
+        Ok(evaluation)
+    }
+
+    /// The loss of an image of a view, and its derivative by every pixel.
+    ///
+    /// # Errors
+    /// [`ObjectiveError::Loss`] or [`ObjectiveError::Weights`].
+    pub fn compare(&self, view: usize, image: &Image) -> Result<(f64, Image), ObjectiveError> {
+        let View { name, target, weights, .. } = &self.views[view];
+        let error = |source| ObjectiveError::Loss { view: name.clone(), source };
+        let Some(weights) = weights else { return self.loss.of(image, target).map_err(error) };
+        let sizes = [weights.pixels.len(), image.pixels.len(), target.pixels.len()];
+        let fits = weights.size() == target.size() && sizes == [target.width * target.height; 3];
+        if !fits || !weights.pixels.iter().all(|w| w.is_finite()) {
+            return Err(ObjectiveError::Weights { view: name.clone(), size: target.size() });
+        }
+        // T + w (I − T) is as far from T as the weighted difference.
+        let pixels = image.pixels.iter().zip(&target.pixels).zip(&weights.pixels);
+        let weighted = image.with_pixels(pixels.map(|((i, t), w)| *t + *w * (*i - *t)).collect());
+        let (loss, mut adjoint) = self.loss.of(&weighted, target).map_err(error)?;
+        adjoint.pixels.iter_mut().zip(&weights.pixels).for_each(|(a, w)| *a *= *w);
+        Ok((loss, adjoint))
+    }
+
+    fn add_penalties(&self, scene: &Scene, parameters: &Parameters, x: &[f64], to: &mut Evaluation) {
+        if self.penalties.is_empty() {
+            return;
+        }
+        let mut tangent = Tangent::still(scene);
+        for Penalty { shape, regularizer, weight } in &self.penalties {
+            let (value, slopes) = regularizer.of(&scene.description().shapes[*shape].mesh);
+            to.penalty += weight * value;
+            let rates = tangent.positions_of_mut(scene, *shape).iter_mut();
+            rates.zip(slopes).for_each(|(rate, slope)| *rate += *weight * slope);
+        }
+        add(&mut to.gradient, &parameters.gradient(scene, x, &tangent));
+    }
+}
+
+fn add(sums: &mut [f64], more: &[f64]) {
+    sums.iter_mut().zip(more).for_each(|(sum, m)| *sum += m);
+}
