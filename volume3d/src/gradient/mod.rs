@@ -49,7 +49,7 @@ mod rotation;
 mod rows;
 mod tangent;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod warped_area;
 mod warps;
 

@@ -1,5 +1,8 @@
 //! A fit: steps down the gradient of an objective, which can be left off and gone on with.
 
+#[cfg(test)]
+mod tests;
+
 use std::ops::Range;
 use std::time::{Duration, Instant};
 

@@ -9,7 +9,7 @@ use crate::scene::{
 };
 
 /// Something of every kind.
-fn scene() -> Scene {
+pub(super) fn scene() -> Scene {
     let camera = Camera::look_at(DVec3::new(0.0, 1.0, 6.0), DVec3::ZERO, DVec3::Y, 0.7);
     let film = Film { width: 8, height: 8, crop: None, filter: Filter::Tent { radius: 1.0 } };
     let mut d = Description::new(camera, film);

@@ -123,6 +123,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     folder.keep(&fit, fingerprint)?;
     ended?;
     text += &times(fit.times(), fit.steps_taken() - from, start.elapsed());
+    text += &doubts(&fit);
     text += &folder.finish(&config, &fit, &mut scene)?;
     Ok(Report { text, outcome: Outcome::Good })
 }
@@ -171,6 +172,29 @@ fn steps(
 fn is_stop(stepped: &Result<(), FitError>) -> bool {
     let Err(FitError::Objective(ObjectiveError::Gradient(error))) = stepped else { return false };
     matches!(error, GradientError::Stopped(_))
+}
+
+/// What speaks against the result.
+fn doubts(fit: &Fit) -> String {
+    let mut text = String::new();
+    let records = &fit.state().records;
+    let (Some(first), Some(last)) = (records.first(), records.last()) else { return text };
+    for (group, norm) in fit.parameters().groups().iter().zip(&last.norms) {
+        if *norm == 0.0 {
+            text += &format!(
+                "WARNING: the gradient by `{}` was 0 in the last step: it has left the views; try a smaller rate, or bounds\n",
+                group.name
+            );
+        }
+    }
+    if last.loss + last.penalty > first.loss + first.penalty {
+        text += "WARNING: the loss is larger than at first; try smaller rates, or more samples\n";
+    }
+    let lost: usize = records.iter().map(|r| r.non_finite).sum();
+    if lost > 0 {
+        text += &format!("{lost} samples were not finite and are left out\n");
+    }
+    text
 }
 
 /// Where the time of a step went, on average.

@@ -1,6 +1,6 @@
 //! The simplest scenes with known answers.
 
-mod comparisons;
+pub(crate) mod comparisons;
 mod exact;
 mod scenes;
 

@@ -1,0 +1,274 @@
+//! Objectives of several views, and fits that are left off and gone on with.
+
+use glam::DVec3;
+
+use crate::Image;
+use crate::gradient::tests::comparisons::{Comparisons, statistics};
+use crate::gradient::{ActiveParameters, Gradient, GradientError, Progress, WarpedArea, render};
+use crate::optimize::tests::scene;
+use crate::optimize::{
+    Adam, CheckpointError, Fit, FitError, Loss, Objective, ObjectiveError, Parameters, Penalty, Plan,
+    Regularizer, Schedule, State, View, read_checkpoint, write_checkpoint,
+};
+use crate::scene::{Camera, Scene};
+
+fn reverse(
+    scene: &Scene,
+    adjoint: &Image,
+    active: &ActiveParameters,
+    seed: u64,
+    progress: &Progress,
+) -> Result<Gradient, GradientError> {
+    WarpedArea { samples: 2, seed, ..WarpedArea::default() }.reverse(scene, adjoint, active, progress)
+}
+
+/// From the front, with the scene's camera, and from the side.
+fn views(scene: &mut Scene, samples: usize) -> Vec<View> {
+    let film = scene.description().film;
+    let own = scene.description().camera.clone();
+    let side = Camera::look_at(DVec3::new(5.0, 2.0, 3.0), DVec3::ZERO, DVec3::Y, 0.7);
+    let cameras = [("front", own.clone()), ("side", side)];
+    let views = cameras.map(|(name, camera)| {
+        scene.set_camera(camera.clone()).unwrap();
+        let target = render(scene, samples, 99, &Progress::none()).unwrap().image;
+        View { name: name.to_owned(), camera: Some(camera), film, target, weights: None }
+    });
+    scene.set_camera(own).unwrap();
+    views.to_vec()
+}
+
+/// The scene without its point light, under which nothing may move.
+fn lit() -> Scene {
+    let mut d = scene().description().clone();
+    d.lights.clear();
+    Scene::new(d).unwrap()
+}
+
+fn objective(scene: &mut Scene) -> Objective {
+    Objective { views: views(scene, 16), loss: Loss::L2, penalties: vec![], image_samples: 2 }
+}
+
+fn plan(steps: u64) -> Plan {
+    Plan { steps, schedule: Schedule::default(), views_per_step: 1, seed: 4 }
+}
+
+fn fit(scene: &mut Scene, steps: u64) -> Fit {
+    let parameters = Parameters::new(scene, &["block.translation", "white.reflectance"]).unwrap();
+    let mut x = parameters.values(scene);
+    x[0] += 0.2;
+    parameters.apply(&x, scene).unwrap();
+    let adams = vec![Adam::new(0.02), Adam::new(0.01).uniform()];
+    let mut fit = Fit::new(parameters, x, objective(scene), adams, plan(steps));
+    fit.apply(scene).unwrap();
+    // Targets were rendered where the fit begins: something else is to be found.
+    fit.state = State { x: fit.state.x.iter().map(|x| 0.9 * x).collect(), ..fit.state };
+    fit.apply(scene).unwrap();
+    fit
+}
+
+/// The mean gradient of a squared loss over two views, from images of two samples a pixel, is that of the loss of the true
+/// images: by central differences of images that hardly have noise.
+#[test]
+fn gradients_of_squared_losses_are_unbiased() {
+    let mut scene = lit();
+    let parameters = Parameters::new(&scene, &["white.reflectance"]).unwrap();
+    let x = vec![0.4, 0.5, 0.6];
+    let objective = Objective { views: views(&mut scene, 4096), ..objective(&mut scene) };
+    let loss = |scene: &mut Scene, h: f64, seed: u64| -> f64 {
+        parameters.apply(&x.iter().map(|x| x + h).collect::<Vec<_>>(), scene).unwrap();
+        let of_view = |scene: &mut Scene, v: usize| {
+            objective.look(scene, v).unwrap();
+            let image = render(scene, 2048, seed, &Progress::none()).unwrap().image;
+            objective.compare(v, &image).unwrap().0
+        };
+        0.5 * (of_view(scene, 0) + of_view(scene, 1))
+    };
+    let step = 0.05;
+    let differences: Vec<f64> = (0..8)
+        .map(|seed| (loss(&mut scene, step, seed) - loss(&mut scene, -step, seed)) / (2.0 * step))
+        .collect();
+    parameters.apply(&x, &mut scene).unwrap();
+    let sums: Vec<f64> = (0..400)
+        .map(|seed| {
+            let none = Progress::none();
+            let found =
+                objective.evaluate(&mut scene, &parameters, &x, &[0, 1], seed, &reverse, &none).unwrap();
+            found.gradient.iter().sum()
+        })
+        .collect();
+    let (found, reference) = (statistics(&sums), statistics(&differences));
+    let mut comparisons = Comparisons::of("gradients_of_squared_losses_are_unbiased");
+    comparisons.add("two views".to_owned(), found, reference, 0.0, reference.0);
+    comparisons.finish();
+}
+
+#[test]
+fn weights_choose_what_counts() {
+    let mut scene = lit();
+    let mut objective = objective(&mut scene);
+    let image = Image::constant(8, 8, DVec3::ONE);
+    let (plain, whole) = objective.compare(0, &image).unwrap();
+    objective.views[0].weights = Some(Image::constant(8, 8, DVec3::splat(2.0)));
+    let (twice, adjoint) = objective.compare(0, &image).unwrap();
+    assert!((twice - 4.0 * plain).abs() < 1e-12 * plain);
+    assert!(adjoint.pixels.iter().zip(&whole.pixels).all(|(a, w)| (*a - 4.0 * *w).length() < 1e-12));
+    objective.views[0].weights = Some(Image::constant(8, 8, DVec3::ZERO));
+    assert_eq!(objective.compare(0, &image).unwrap(), (0.0, Image::constant(8, 8, DVec3::ZERO)));
+    objective.views[0].weights = Some(Image::constant(8, 7, DVec3::ONE));
+    assert!(matches!(objective.compare(0, &image), Err(ObjectiveError::Weights { .. })));
+    objective.views[0].target = Image::constant(3, 8, DVec3::ONE);
+    objective.views[0].weights = None;
+    assert!(matches!(objective.compare(0, &image), Err(ObjectiveError::Loss { .. })));
+}
+
+/// Penalties of a mesh that is placed and whose vertices are free, against differences.
+#[test]
+fn penalties_have_gradients() {
+    let mut scene = lit();
+    let parameters = Parameters::new(&scene, &["block.vertex_positions", "block.scale"]).unwrap();
+    let mut x = parameters.values(&scene);
+    x.iter_mut().enumerate().for_each(|(i, x)| *x += 0.1 * (3.7 * i as f64).sin());
+    let shape = scene.shape("block").unwrap();
+    let penalties = vec![Penalty { shape, regularizer: Regularizer::Laplacian, weight: 3.0 }];
+    // No picture counts.
+    let mut objective = Objective { penalties, ..objective(&mut scene) };
+    objective.views.iter_mut().for_each(|v| v.weights = Some(Image::constant(8, 8, DVec3::ZERO)));
+    let mut at = |x: &[f64]| {
+        parameters.apply(x, &mut scene).unwrap();
+        objective.evaluate(&mut scene, &parameters, x, &[1], 0, &reverse, &Progress::none()).unwrap()
+    };
+    let found = at(&x);
+    assert!(found.loss == 0.0 && found.penalty > 0.0);
+    for i in [0, 4, 11, 24] {
+        let mut moved = |h: f64| {
+            let mut x = x.clone();
+            x[i] += h;
+            at(&x).penalty
+        };
+        let difference = (moved(1e-5) - moved(-1e-5)) / 2e-5;
+        assert!((difference - found.gradient[i]).abs() < 1e-6, "{i}: {difference} {}", found.gradient[i]);
+    }
+}
+
+#[test]
+fn a_fit_goes_on_to_the_same_bits() {
+    let (mut scene, none) = (lit(), Progress::none());
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("state.bin");
+    assert!(read_checkpoint(&path, 7).unwrap().is_none());
+    let mut whole = fit(&mut scene, 6);
+    for _ in 0..4 {
+        whole.step(&mut scene, &reverse, &none).unwrap();
+    }
+    write_checkpoint(&path, whole.state(), 7).unwrap();
+    let kept = whole.state().clone();
+    while !whole.is_done() {
+        whole.step(&mut scene, &reverse, &none).unwrap();
+    }
+    // Once all steps are taken there is nothing to do.
+    let done = whole.state().clone();
+    whole.step(&mut scene, &reverse, &none).unwrap();
+    assert_eq!(&done, whole.state());
+
+    let mut again = lit();
+    let read = read_checkpoint(&path, 7).unwrap().unwrap();
+    assert_eq!(read, kept);
+    let mut resumed = fit(&mut again, 6).resumed(read).unwrap();
+    resumed.apply(&mut again).unwrap();
+    while !resumed.is_done() {
+        resumed.step(&mut again, &reverse, &none).unwrap();
+    }
+    assert_eq!(resumed.state(), &done);
+    assert_eq!(again.description(), scene.description());
+    assert!(fit(&mut again, 3).resumed(done.clone()).is_err());
+    let fewer = Parameters::new(&again, &["block.scale"]).unwrap();
+    let x = fewer.values(&again);
+    assert!(Fit::new(fewer, x, objective(&mut again), vec![Adam::new(0.1)], plan(9)).resumed(done).is_err());
+
+    assert!(matches!(read_checkpoint(&path, 8), Err(CheckpointError::Other { .. })));
+    let mut bytes = std::fs::read(&path).unwrap();
+    for (at, _) in bytes.clone().iter().enumerate().step_by(41) {
+        bytes[at] ^= 1;
+        std::fs::write(&path, &bytes).unwrap();
+        assert!(read_checkpoint(&path, 7).is_err(), "byte {at}");
+        bytes[at] ^= 1;
+    }
+    std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+    assert!(matches!(read_checkpoint(&path, 7), Err(CheckpointError::Format { .. })));
+    assert!(matches!(read_checkpoint(folder.path(), 7), Err(CheckpointError::File(_))));
+}
+
+#[test]
+fn every_view_has_its_turn() {
+    let mut scene = lit();
+    let mut objective = objective(&mut scene);
+    let view = objective.views[0].clone();
+    objective.views = (0..5).map(|i| View { name: i.to_string(), ..view.clone() }).collect();
+    let parameters = Parameters::new(&scene, &["white.reflectance"]).unwrap();
+    let x = parameters.values(&scene);
+    let fit = Fit::new(parameters, x, objective, vec![Adam::new(0.1)], plan(100));
+    let order: Vec<usize> = (0..20).flat_map(|t| fit.views(t)).collect();
+    for round in order.chunks(5) {
+        let mut round = round.to_vec();
+        round.sort_unstable();
+        assert_eq!(round, [0, 1, 2, 3, 4]);
+    }
+    assert!(order[..5] != order[5..10] || order[5..10] != order[10..15], "{order:?}");
+}
+
+/// What cannot go on says why, and leaves the state as it was.
+#[test]
+fn failures_lose_nothing() {
+    let (mut scene, none) = (lit(), Progress::none());
+    let mut failing = fit(&mut scene, 6);
+    failing.step(&mut scene, &reverse, &none).unwrap();
+    let before = failing.state().clone();
+    let broken =
+        |scene: &Scene, adjoint: &Image, active: &ActiveParameters, seed: u64, progress: &Progress| {
+            let mut gradient = reverse(scene, adjoint, active, seed, progress)?;
+            gradient.by_parameter.reflectance[0].y = f64::NAN;
+            Ok(gradient)
+        };
+    let error = failing.step(&mut scene, &broken, &none).unwrap_err();
+    assert_eq!(error, FitError::NotFinite { parameter: "white.reflectance".to_owned() });
+    let huge = |scene: &Scene, adjoint: &Image, active: &ActiveParameters, seed: u64, progress: &Progress| {
+        reverse(scene, &adjoint.with_pixels(vec![DVec3::ZERO; 64]), active, seed, progress)
+    };
+    failing.objective.views.iter_mut().for_each(|v| v.target = Image::constant(8, 8, DVec3::splat(1e6)));
+    assert!(matches!(failing.step(&mut scene, &huge, &none), Err(FitError::Diverges { .. })));
+    assert_eq!(failing.state(), &before);
+    // Nobody sees the page's other side, and everybody the block.
+    let mut hidden = fit(&mut scene, 6);
+    assert!(hidden.unseen(&mut scene, 0, &reverse, &none).unwrap().is_empty());
+    let away = Camera::look_at(DVec3::new(0.0, 0.0, 50.0), DVec3::new(0.0, 0.0, 100.0), DVec3::Y, 0.7);
+    hidden.objective.views[1].camera = Some(away);
+    assert_eq!(hidden.unseen(&mut scene, 1, &reverse, &none).unwrap(), [0, 1]);
+}
+
+#[test]
+fn schedules_fall_from_one_to_their_end() {
+    for schedule in [Schedule::Cosine { end: 0.1 }, Schedule::Exponential { end: 0.1 }] {
+        let factors: Vec<f64> = (0..=10).map(|t| schedule.factor(t, 10)).collect();
+        assert!(factors.windows(2).all(|w| w[1] < w[0]), "{factors:?}");
+        assert!((factors[0] - 1.0).abs() < 1e-15 && (factors[10] - 0.1).abs() < 1e-15, "{factors:?}");
+        assert!(schedule.problem().is_none());
+    }
+    assert_eq!(Schedule::Constant.factor(7, 10), 1.0);
+    assert!(Schedule::Exponential { end: 0.0 }.problem().is_some());
+    assert!(Schedule::Cosine { end: f64::NAN }.problem().is_some());
+}
+
+/// Steady gradients are signal, and noise around 0 is none.
+#[test]
+fn adam_tells_signal_from_noise() {
+    let (mut steady, mut noisy) = (Adam::new(0.1), Adam::new(0.1));
+    let mut random = flatland::random::stream(3, &[]);
+    for _ in 0..2000 {
+        steady.step(&[2.0, -1.0]);
+        let noise = [0, 1].map(|_| flatland::random::open01(&mut random) - 0.5);
+        noisy.step(&noise);
+    }
+    assert!((steady.signal() - 1.0).abs() < 1e-9, "{}", steady.signal());
+    assert!(noisy.signal() < 0.3, "{}", noisy.signal());
+    assert_eq!(Adam::new(0.1).signal(), 0.0);
+}
