@@ -17,7 +17,7 @@ use crate::scene::{Camera, Film, Scene, SceneError};
 pub struct View {
     /// Its name in messages.
     pub name: String,
-    /// The camera, or nothing: then it is the scene's, which may be fitted.
+    /// The camera, or nothing in the only view: then it is the scene's, which may be fitted.
     pub camera: Option<Camera>,
     /// The film.
     pub film: Film,
@@ -84,6 +84,12 @@ pub enum ObjectiveError {
     /// Nothing to compare with.
     #[error("there is no view to compare with")]
     NoViews,
+    /// A view without a camera among others: whose camera the scene has would depend on what was looked at before.
+    #[error("view `{view}` needs a camera of its own, as there are other views")]
+    Camera {
+        /// Which view.
+        view: String,
+    },
     /// A rendering cannot be compared with its target.
     #[error("view `{view}`: {source}")]
     Loss {
@@ -123,12 +129,14 @@ impl Objective {
     /// Shows a scene as a view sees it.
     ///
     /// # Errors
-    /// [`ObjectiveError::View`].
+    /// [`ObjectiveError::View`] or [`ObjectiveError::Camera`].
     pub fn look(&self, scene: &mut Scene, view: usize) -> Result<(), ObjectiveError> {
         let View { name, camera, film, .. } = &self.views[view];
         let error = |source| ObjectiveError::View { view: name.clone(), source };
-        if let Some(camera) = camera {
-            scene.set_camera(camera.clone()).map_err(error)?;
+        match camera {
+            Some(camera) => scene.set_camera(camera.clone()).map_err(error)?,
+            None if self.views.len() > 1 => return Err(ObjectiveError::Camera { view: name.clone() }),
+            None => {}
         }
         scene.set_film(*film).map_err(error)
     }

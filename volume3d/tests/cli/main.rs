@@ -1,5 +1,6 @@
 //! The command line, from outside: options, messages, exit codes and files.
 
+mod fit;
 mod place;
 mod refused;
 

@@ -14,7 +14,7 @@ use volume3d::scene::{Camera, Environment, Film, Scene};
 use super::super::session::{Bar, Loaded, check_size, silent};
 use super::config::{Config, ViewConfig, definitions};
 
-/// All views, each of which has its target, and the files that they came from.
+/// All views, with cameras of their own if they are several, each of which has its target, and the files that they came from.
 pub(super) fn views(config: &Config, scene: &Scene) -> anyhow::Result<(Vec<View>, Vec<PathBuf>)> {
     let one = [ViewConfig::default()];
     let asked = if config.views.is_empty() { &one[..] } else { &config.views };
@@ -30,6 +30,9 @@ pub(super) fn views(config: &Config, scene: &Scene) -> anyhow::Result<(Vec<View>
             bail!("views {} and {} are both called `{name}`", other + 1, i + 1);
         }
         let (camera, film) = (camera(view, scene, &name)?, film(view, scene));
+        // The only view may be the scene's own, so that its camera can be fitted.
+        let is_own = asked.len() == 1 && view.origin.is_none() && view.fov.is_none();
+        let camera = (!is_own).then_some(camera);
         check_size(Path::new(&format!("view `{name}`")), (film.width, film.height))?;
         let target = match (&view.target, &mut reference) {
             (Some(path), _) => {
@@ -69,7 +72,7 @@ fn sky(scene: &Scene) -> DVec3 {
     }
 }
 
-fn camera(view: &ViewConfig, scene: &Scene, name: &str) -> anyhow::Result<Option<Camera>> {
+fn camera(view: &ViewConfig, scene: &Scene, name: &str) -> anyhow::Result<Camera> {
     let own = &scene.description().camera;
     let fov = match view.fov {
         None => own.field_of_view,
@@ -77,7 +80,7 @@ fn camera(view: &ViewConfig, scene: &Scene, name: &str) -> anyhow::Result<Option
         Some(degrees) => bail!("view `{name}`: fov is {degrees}, but must be between 0 and 180 degrees"),
     };
     let Some(origin) = view.origin.map(DVec3::from_array) else {
-        return Ok(view.fov.map(|_| Camera { field_of_view: fov, ..own.clone() }));
+        return Ok(Camera { field_of_view: fov, ..own.clone() });
     };
     let target = view.look_at.map_or(DVec3::ZERO, DVec3::from_array);
     let up = view.up.map_or(own.up, DVec3::from_array);
@@ -87,7 +90,7 @@ fn camera(view: &ViewConfig, scene: &Scene, name: &str) -> anyhow::Result<Option
             "view `{name}`: a camera at {origin} that looks at {target} needs another point, and another up, than {up}"
         );
     }
-    Ok(Some(Camera::look_at(origin, target, up, fov)))
+    Ok(Camera::look_at(origin, target, up, fov))
 }
 
 fn film(view: &ViewConfig, scene: &Scene) -> Film {

@@ -116,6 +116,9 @@ fn weights_choose_what_counts() {
     assert_eq!(objective.compare(0, &image).unwrap(), (0.0, Image::constant(8, 8, DVec3::ZERO)));
     objective.views[0].weights = Some(Image::constant(8, 7, DVec3::ONE));
     assert!(matches!(objective.compare(0, &image), Err(ObjectiveError::Weights { .. })));
+    objective.views[0].camera = None;
+    let error = objective.look(&mut scene, 0).unwrap_err();
+    assert_eq!(error, ObjectiveError::Camera { view: "front".to_owned() });
     objective.views[0].target = Image::constant(3, 8, DVec3::ONE);
     objective.views[0].weights = None;
     assert!(matches!(objective.compare(0, &image), Err(ObjectiveError::Loss { .. })));

@@ -1,0 +1,183 @@
+//! `volume3d fit`: a run, its folder, and what is refused.
+
+use std::path::Path;
+
+use glam::DVec3;
+use volume3d::Image;
+use volume3d::io::{load_image, load_scene, write_png};
+
+use super::Place;
+
+/// The block of the scene, from a little aside.
+const CONFIG: &str = r#"
+scene = "scene.xml"
+define = { size = "6" }
+steps = 4
+gradient = { spp = 2 }
+[reference]
+scene = "scene.xml"
+define = { size = "6" }
+spp = 4
+[[view]]
+name = "front"
+[[view]]
+name = "aside"
+origin = [-2, 1, 2]
+look_at = [-0.9, 0, 0]
+width = 5
+[[parameter]]
+name = "block.translation"
+rate = 0.05
+start = [0.1, 0.1, 0]
+"#;
+
+fn place(config: &str) -> Place {
+    let place = Place::new();
+    std::fs::write(place.path("fit.toml"), config).unwrap();
+    place
+}
+
+/// All files below a folder, with their contents.
+fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut found = vec![];
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        if path.is_dir() {
+            found.extend(files(&path).into_iter().map(|(below, bytes)| (format!("{name}/{below}"), bytes)));
+        } else {
+            found.push((name, std::fs::read(&path).unwrap()));
+        }
+    }
+    found.sort();
+    found
+}
+
+fn assert_same(a: &[(String, Vec<u8>)], b: &[(String, Vec<u8>)]) {
+    let names = |all: &[(String, Vec<u8>)]| all.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
+    assert_eq!(names(a), names(b));
+    for (a, b) in a.iter().zip(b) {
+        assert!(a == b, "{} differs", a.0);
+    }
+}
+
+#[test]
+fn a_run_leaves_a_folder_that_says_all() {
+    let place = place(CONFIG);
+    let text = place.succeed("fit fit.toml -o run");
+    assert!(text.contains("4 steps in ") && text.contains("block.translation: "), "{text}");
+    assert!(text.contains("wrote run/report.html"), "{text}");
+    let table = String::from_utf8(place.bytes("run/loss.csv")).unwrap();
+    assert!(table.starts_with("step,loss,penalty,rate factor,|gradient| block.translation,"), "{table}");
+    assert_eq!(table.lines().count(), 5, "{table}");
+    let page = String::from_utf8(place.bytes("run/report.html")).unwrap();
+    assert!(["<svg", "data:image/png;base64,", "aside", "difference"].iter().all(|w| page.contains(w)));
+    assert_eq!(load_image(&place.path("run/views/002-fit.png"), false).unwrap().size(), (5, 6));
+    load_scene(&place.path("run/fit.xml")).unwrap();
+    let whole = files(&place.path("run"));
+
+    // On another number of threads, and once more where it has ended.
+    place.succeed("fit fit.toml -o one --threads 1");
+    assert_same(&files(&place.path("one")), &whole);
+    let text = place.succeed("fit fit.toml -o run");
+    assert!(text.contains("goes on after step 4 of 4"), "{text}");
+    assert_same(&files(&place.path("run")), &whole);
+}
+
+/// A run that is interrupted, and then killed, ends where one does that is left alone.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_goes_on_to_the_same_bits() {
+    use std::process::{Command, Stdio};
+    let place = place(&CONFIG.replace("steps = 4", "steps = 400"));
+    let has_begun = || place.path("run/frames/00000012.png").exists();
+    let mut codes = vec![];
+    for signal in ["-INT", "-KILL"] {
+        let mut command = place.command("fit fit.toml -o run");
+        let mut run = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        while !has_begun() && run.try_wait().unwrap().is_none() {
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        Command::new("kill").args([signal, &run.id().to_string()]).status().unwrap();
+        codes.push(run.wait().unwrap().code());
+    }
+    // Ctrl-C ends it in order; nothing catches the other signal.
+    assert_eq!(codes, [Some(130), None]);
+    let text = place.succeed("fit fit.toml -o run");
+    assert!(text.contains("goes on after step "), "{text}");
+    place.succeed("fit fit.toml -o whole");
+    let [run, whole] = ["run", "whole"].map(|name| files(&place.path(name)));
+    assert_same(&run, &whole);
+}
+
+#[test]
+fn what_cannot_be_fitted_is_refused() {
+    let photo = Image::constant(8, 8, DVec3::splat(0.5));
+    let cases = [
+        ("steps = 4", "stepss = 4", "line 4: unknown field `stepss`", "did you mean `steps`?"),
+        ("steps = 4", "steps = 0", "steps = 0", "one step"),
+        ("steps = 4", "steps = 4.5", "line 4", "invalid type"),
+        ("steps = 4", "steps = 4\nloss = { kind = \"l3\" }", "unknown variant `l3`", "did you mean `l"),
+        ("steps = 4", "steps = 4\nschedule = { kind = \"exponential\", end = 0 }", "ends at 0", "above 0"),
+        ("spp = 2", "spp = 0", "one sample a pixel", "fit.toml"),
+        ("spp = 2", "spp = 2, method = \"edges\"", "`edges`", "edge"),
+        ("block.tr", "blok.tr", "no shape `blok`", "closest first, there are: `block`"),
+        ("block.translation", "block.tanslation", "`block.tanslation`", "SHAPE.translation"),
+        ("block.tr", "camera.tr", "`camera.translation`", "a single view"),
+        ("rate = 0.05", "rate = 0", "the rate of `block.translation` is 0", "positive"),
+        ("rate = 0.05", "rate = 1\nbounds = [1, 0]", "bounds", "in order"),
+        ("rate = 0.05", "rate = 1\nlarge_steps = 1", "large_steps is for vertex_positions", "block"),
+        ("[0.1, 0.1, 0]", "[0.1, 0.1]", "is 3 numbers", "its start has 2"),
+        ("name = \"aside\"", "name = \"front\"", "views 1 and 2", "`front`"),
+        ("name = \"aside\"", "target = \"none.png\"", "cannot read none.png", "No such file"),
+        ("name = \"aside\"", "target = \"scene.xml\"", "scene.xml", "not a PNG"),
+        ("name = \"aside\"", "target = \"photo.png\"", "8 × 8 pixels, but view `2` 5 × 6", "width = 8"),
+        ("look_at = [-0.9, 0, 0]", "look_at = [-2, 1, 2]", "view `aside`", "another point"),
+        ("width = 5", "width = 0", "view `aside`", "0"),
+        ("width = 5", "width = 500000000", "view `aside`", "memory"),
+    ];
+    for (what, instead, words, more) in cases {
+        let config = CONFIG.replacen(what, instead, 1);
+        assert_ne!(config, CONFIG, "{what}");
+        let place = place(&config);
+        write_png(&place.path("photo.png"), &photo).unwrap();
+        place.fail("fit fit.toml -o run", 1, &[words, more]);
+        assert!(!place.path("run/state.bin").exists(), "{instead}");
+    }
+}
+
+#[test]
+fn what_nobody_sees_cannot_be_fitted() {
+    let hidden =
+        CONFIG.replace("origin = [-2, 1, 2]", "origin = [0, 0, 60]").replace("[-0.9, 0, 0]", "[0, 0, 90]");
+    let text = place(&hidden).succeed("fit fit.toml -o run");
+    assert!(text.contains("WARNING: view `aside` does not depend on anything"), "{text}");
+    let only = hidden.replace("[[view]]\nname = \"front\"\n", "");
+    place(&only).fail("fit fit.toml -o run", 1, &["`block.translation` changes no pixel of any view"]);
+    let far = CONFIG.replace("rate = 0.05", "rate = 1000");
+    let text = place(&far).succeed("fit fit.toml -o run");
+    assert!(text.contains("has left the views"), "{text}");
+}
+
+#[test]
+fn a_folder_is_one_runs() {
+    let place = place(CONFIG);
+    place.fail("fit none.toml -o run", 1, &["cannot read none.toml"]);
+    place.fail("fit fit.toml", 2, &["--output"]);
+    place.fail("fit fit.toml -o .", 1, &["is in the folder of the run"]);
+    std::fs::create_dir(place.path("other")).unwrap();
+    std::fs::write(place.path("other/thesis.txt"), "mine").unwrap();
+    place.fail("fit fit.toml -o other", 1, &["other is not empty"]);
+    place.fail("fit fit.toml -o other/thesis.txt", 1, &["cannot make the folder"]);
+    place.succeed("fit fit.toml -o run");
+    std::fs::write(place.path("fit.toml"), CONFIG.replace("0.05", "0.04")).unwrap();
+    place.fail("fit fit.toml -o run", 1, &["another configuration"]);
+    // The same words, but another scene.
+    std::fs::write(place.path("fit.toml"), CONFIG).unwrap();
+    let scene = String::from_utf8(place.bytes("scene.xml")).unwrap();
+    std::fs::write(place.path("scene.xml"), scene.replace("0.6,0.5,0.4", "0.6,0.5,0.5")).unwrap();
+    place.fail("fit fit.toml -o run", 1, &["state.bin is the state of another fit"]);
+    std::fs::write(place.path("scene.xml"), scene).unwrap();
+    std::fs::write(place.path("run/state.bin"), "damage").unwrap();
+    place.fail("fit fit.toml -o run", 1, &["run/state.bin", "damaged; remove it"]);
+}
