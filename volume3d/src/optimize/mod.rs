@@ -12,6 +12,7 @@
 //! any seed.
 
 mod adam;
+mod large_steps;
 mod loss;
 mod parameters;
 mod pose;
@@ -21,6 +22,7 @@ mod regularizer;
 mod tests;
 
 pub use adam::Adam;
+pub use large_steps::{LargeSteps, LargeStepsError};
 pub use loss::{Loss, LossError};
 pub use parameters::{Group, Parameters};
 pub use quantity::{ParameterError, Quantity};
