@@ -12,7 +12,9 @@
 //! any seed.
 
 mod adam;
+mod chart;
 mod large_steps;
+mod lbfgs;
 mod loss;
 mod parameters;
 mod pose;
@@ -22,7 +24,9 @@ mod regularizer;
 mod tests;
 
 pub use adam::Adam;
+pub use chart::Chart;
 pub use large_steps::{LargeSteps, LargeStepsError};
+pub use lbfgs::{End, Lbfgs, LbfgsError, Minimum, lbfgs};
 pub use loss::{Loss, LossError};
 pub use parameters::{Group, Parameters};
 pub use quantity::{ParameterError, Quantity};
