@@ -46,6 +46,11 @@ impl Edges {
     pub fn iter(&self) -> impl Iterator<Item = &[HalfEdge]> {
         self.sides.chunk_by(|a, b| a.ends == b.ends)
     }
+
+    /// Both ends of every edge, the lower index first; without those whose ends are the same.
+    pub(crate) fn ends(&self) -> impl Iterator<Item = [u32; 2]> {
+        self.iter().map(|sides| sides[0].ends).filter(|[a, b]| a != b)
+    }
 }
 
 #[cfg(test)]

@@ -12,8 +12,11 @@
 //! any seed.
 
 mod adam;
+mod chart;
 mod checkpoint;
 mod fit;
+mod large_steps;
+mod lbfgs;
 mod loss;
 mod objective;
 mod parameters;
@@ -25,8 +28,11 @@ mod schedule;
 mod tests;
 
 pub use adam::Adam;
+pub use chart::Chart;
 pub use checkpoint::{CheckpointError, read_checkpoint, write_checkpoint};
 pub use fit::{Fit, FitError, Plan, Record, State, Times};
+pub use large_steps::{LargeSteps, LargeStepsError};
+pub use lbfgs::{End, Lbfgs, LbfgsError, Minimum, lbfgs};
 pub use loss::{Loss, LossError};
 pub use objective::{Evaluation, Objective, ObjectiveError, Penalty, Reverse, View};
 pub use parameters::{Group, Parameters};

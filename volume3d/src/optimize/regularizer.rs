@@ -40,8 +40,7 @@ impl Regularizer {
 
 /// Both ends of every edge, once.
 fn ends(edges: &Edges) -> Vec<[usize; 2]> {
-    let ends = edges.iter().map(|sides| sides[0].ends.map(|i| i as usize));
-    ends.filter(|[a, b]| a != b).collect()
+    edges.ends().map(|ends| ends.map(|i| i as usize)).collect()
 }
 
 fn laplacian(positions: &[DVec3], edges: &[[usize; 2]]) -> (f64, Vec<DVec3>) {
