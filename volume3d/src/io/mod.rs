@@ -26,6 +26,7 @@ mod soup;
 #[cfg(test)]
 mod tests;
 
+use std::io::Write as _;
 use std::path::Path;
 
 pub use self::error::{ArrayProblem, At, Error, ImageProblem, MemoryError, MeshProblem, Place, SceneProblem};
@@ -40,6 +41,20 @@ pub use self::ply::{read_ply, write_ply};
 
 use self::soup::Soup;
 use crate::geometry::Mesh;
+
+/// Writes a whole file: `path` is at every moment either what it was or complete, even if the program is killed.
+///
+/// # Errors
+/// [`Error::File`].
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    files::write(path, |file| {
+        file.write_all(bytes).map_err(|source| Error::File {
+            action: "write",
+            path: path.to_path_buf(),
+            source,
+        })
+    })
+}
 
 /// Reads a mesh from a file named `.ply`, `.obj`, `.ply.gz` or `.obj.gz`; see [`read_ply`] and [`read_obj`].
 ///

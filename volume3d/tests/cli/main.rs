@@ -2,6 +2,7 @@
 
 mod place;
 mod refused;
+mod tune;
 
 use glam::DVec3;
 use volume3d::io::{Array, Image, Precision, write_exr, write_npy};
@@ -274,7 +275,7 @@ fn help_teaches() {
     for word in ["right-handed", "radians", "scene units", "biased", "unbiased", "camera:fov:rate"] {
         assert!(gradient.contains(word), "{word}: {gradient}");
     }
-    for command in ["render", "check", "info", "lint"] {
+    for command in ["render", "check", "tune", "info", "lint"] {
         assert!(place.succeed(&format!("{command} --help")).len() > 300, "{command}");
     }
 }
