@@ -103,7 +103,7 @@ fn time_and_threads_decide_no_number() {
 fn what_is_refused_is_listed_and_differences_take_its_place() {
     let place =
         Place::with("<emitter type='point' id='bulb'><point name='position' value='0,0,2'/></emitter>");
-    let text = place.succeed(&format!("{MOVED} --spp 16 --error 0.9"));
+    let text = place.succeed(&format!("{MOVED} --spp 64 --error 0.9"));
     for words in ["refused: --method edge: ", "`bulb`", "WARNING: no unbiased method takes this scene"] {
         assert!(text.contains(words), "{words}: {text}");
     }
