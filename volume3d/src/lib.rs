@@ -49,7 +49,7 @@
 //! | [`io`] | readers and writers that end in a value or a typed error |
 //! | `path` | the path tracer, written once over the numbers of [`flatland::calculus`] |
 //! | [`gradient`] | what may change; one sample over numbers, forward and reverse; one file a method |
-//! | [`optimize`] | parameters of a scene as one vector, losses with their adjoints, steps down a gradient |
+//! | [`optimize`] | parameters of a scene as one vector, losses with their adjoints, objectives of several views, fits |
 //!
 //! The path tracer is one program over a number type. With plain numbers it is the primal; with dual numbers, forward
 //! mode; with numbers that write to a tape, reverse mode. So a path has the same value with and without derivatives,

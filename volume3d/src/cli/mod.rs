@@ -17,6 +17,7 @@ mod reverse;
 mod session;
 mod spp;
 mod summary;
+mod tune;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -41,6 +42,7 @@ enum Command {
     Render(render::Options),
     Gradient(gradient::Options),
     Check(check::Options),
+    Tune(tune::Options),
     Info(info::Options),
     Lint(lint::Options),
     Fit(fit::Options),
@@ -54,6 +56,7 @@ Examples:
   volume3d gradient scene.xml --move box:translate:1,0,0 -o gradient.exr --png gradient.png
   volume3d check scene.xml --move box:translate:1,0,0
   volume3d fit fit.toml -o run
+  volume3d tune scene.xml --move box:translate:1,0,0 --seconds 10
 
 Exit status: 0 if all went well; 1 if a file, a scene or a request cannot be dealt with, or a check \
 fails; 2 if the command line cannot be understood; 3 if noise leaves a check open; 130 after Ctrl-C. An output file is at every moment \
@@ -97,6 +100,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Render(options) => render::run(&options),
         Command::Gradient(options) => gradient::run(&options),
         Command::Check(options) => check::run(&options),
+        Command::Tune(options) => tune::run(&options),
         Command::Info(options) => info::run(&options),
         Command::Lint(options) => lint::run(&options),
         Command::Fit(options) => fit::run(&options),

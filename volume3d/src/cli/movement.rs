@@ -1,5 +1,6 @@
 //! `--move`: a direction in the space of parameters, in words.
 
+use std::fmt;
 use std::str::FromStr;
 
 use anyhow::bail;
@@ -120,6 +121,24 @@ impl FromStr for Move {
     }
 }
 
+/// As it is read: numbers are the shortest that mean the same.
+impl fmt::Display for Move {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let vector = |v: DVec3| format!("{},{},{}", v.x, v.y, v.z);
+        let how = match self.how {
+            How::Translate(v) | How::CameraTranslate(v) => format!("translate:{}", vector(v)),
+            How::Rotate { centre, axis } => format!("rotate:{}:{}", vector(centre), vector(axis)),
+            How::CameraRotate(axis) => format!("rotate:{}", vector(axis)),
+            How::Scale { centre, rate } => format!("scale:{}:{rate}", vector(centre)),
+            How::Vertex { index, velocity } => format!("vertex:{index}:{}", vector(velocity)),
+            How::Colour(kind, rate) => format!("{kind}:{}", vector(rate)),
+            How::Roughness(rate) => format!("roughness:{rate}"),
+            How::CameraFieldOfView(rate) => format!("fov:{rate}"),
+        };
+        write!(f, "{}:{how}", self.what)
+    }
+}
+
 fn number(text: &str) -> Result<f64, String> {
     let number = text.trim().parse().ok().filter(|x: &f64| x.is_finite());
     number.ok_or_else(|| format!("`{text}` is not a finite number"))
@@ -196,6 +215,24 @@ mod tests {
         assert_eq!(parse("a:b:vertex:7:1,-2,0.5"), of("a:b", How::Vertex { index: 7, velocity: v }));
         assert_eq!(parse("camera:rotate:1,-2,0.5"), of("camera", How::CameraRotate(v)));
         assert_eq!(parse("camera:fov:1e-2"), of("camera", How::CameraFieldOfView(0.01)));
+    }
+
+    #[test]
+    fn motions_are_written_as_they_are_read() {
+        let texts = [
+            "a:b:translate:1,-2,0.5",
+            "a:rotate:0,0,0.25:1,-2,0.5",
+            "a:scale:1,2,3:-0.1",
+            "a:vertex:7:1,-2,0.5",
+            "a:irradiance:1,2,3",
+            "a:roughness:0.1",
+            "camera:translate:1,-2,0.5",
+            "camera:rotate:1,-2,0.5",
+            "camera:fov:0.01",
+        ];
+        for text in texts {
+            assert_eq!(parse(text).unwrap().to_string(), text);
+        }
     }
 
     #[test]

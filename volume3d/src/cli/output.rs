@@ -78,8 +78,13 @@ fn extension(path: &Path) -> String {
 
 /// An array's file, whose name must end in `.npy`.
 pub(super) fn check_array(path: &Path) -> anyhow::Result<()> {
-    if extension(path) != "npy" {
-        bail!("{}: the derivative by a parameter is written as .npy", path.display());
+    check_file(path, "npy", "the derivative by a parameter")
+}
+
+/// A file of something that is written in one format alone, whose name must end so.
+pub(super) fn check_file(path: &Path, ending: &str, what: &str) -> anyhow::Result<()> {
+    if extension(path) != ending {
+        bail!("{}: {what} is written as .{ending}", path.display());
     }
     check_place(path)
 }

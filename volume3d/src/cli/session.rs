@@ -63,6 +63,12 @@ impl SceneOptions {
         &self.scene
     }
 
+    /// As they are given.
+    pub(super) fn words(&self) -> Vec<String> {
+        let define = |(name, value): &(String, String)| ["-D".to_owned(), format!("{name}={value}")];
+        [self.scene.display().to_string()].into_iter().chain(self.define.iter().flat_map(define)).collect()
+    }
+
     pub(super) fn load(&self) -> anyhow::Result<Loaded> {
         Loaded::read(&self.scene, &self.define)
     }
@@ -172,7 +178,16 @@ impl Bar {
     }
 
     pub(super) fn step(&self) {
-        self.0.inc(1);
+        self.advance(1);
+    }
+
+    pub(super) fn advance(&self, steps: usize) {
+        self.0.inc(steps as u64);
+    }
+
+    /// So many steps are done in all.
+    pub(super) fn reach(&self, steps: usize) {
+        self.0.set_position(steps as u64);
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::bail;
 
 /// The most samples a pixel: what a day will not see the end of.
-const MAX_SAMPLES: usize = 1 << 30;
+pub(super) const MAX_SAMPLES: usize = 1 << 30;
 
 /// A number of samples a pixel.
 pub(super) fn samples(text: &str) -> Result<usize, String> {

@@ -56,6 +56,7 @@ mod warps;
 pub use contribution::{Contribution, Source};
 pub use edge_sampling::EdgeSampling;
 pub use error::GradientError;
+pub(crate) use film::FilmPlane;
 pub use finite_difference::FiniteDifference;
 pub use non_finite::NonFinite;
 pub use primal::render;

@@ -11,6 +11,7 @@ use rand::Rng as _;
 use serde::{Deserialize, Serialize};
 
 use super::adam::Adam;
+use super::large_steps::LargeSteps;
 use super::objective::{Evaluation, Objective, ObjectiveError, Reverse};
 use super::parameters::Parameters;
 use super::schedule::Schedule;
@@ -39,6 +40,30 @@ pub struct State {
     adams: Vec<Adam>,
     /// What was found in each step so far.
     pub records: Vec<Record>,
+}
+
+/// How one group of parameters is moved.
+#[derive(Clone, Debug)]
+pub struct Optimizer {
+    /// The sizes of steps; its `rate` is that of the first step.
+    pub adam: Adam,
+    /// For vertex positions, what keeps steps smooth: then Adam should be [`uniform`](Adam::uniform).
+    pub large_steps: Option<LargeSteps>,
+}
+
+impl From<Adam> for Optimizer {
+    fn from(adam: Adam) -> Self {
+        Self { adam, large_steps: None }
+    }
+}
+
+impl Optimizer {
+    fn step(&self, adam: &mut Adam, gradient: &[f64]) -> Vec<f64> {
+        match &self.large_steps {
+            Some(large) => large.solve(&adam.step(&large.solve(gradient))),
+            None => adam.step(gradient),
+        }
+    }
 }
 
 /// What one step found.
@@ -77,7 +102,7 @@ pub struct Fit {
     objective: Objective,
     parameters: Parameters,
     plan: Plan,
-    rates: Vec<f64>,
+    optimizers: Vec<Optimizer>,
     state: State,
     times: Times,
 }
@@ -119,23 +144,23 @@ const ORDER: u64 = 1;
 const CHECK: u64 = 2;
 
 impl Fit {
-    /// A fit that begins at x, with one optimiser for each group of parameters: its `rate` is that of the group.
+    /// A fit that begins at x, with one optimiser for each group of parameters.
     ///
     /// # Panics
-    /// If there is not one optimiser for each group, or one number for each parameter.
+    /// If there is not one optimiser for each group, or one number for each parameter, or large steps are of another mesh.
     #[must_use]
     pub fn new(
         parameters: Parameters,
         x: Vec<f64>,
         objective: Objective,
-        adams: Vec<Adam>,
+        optimizers: Vec<Optimizer>,
         plan: Plan,
     ) -> Self {
-        assert_eq!(adams.len(), parameters.groups().len(), "one optimiser for each group of parameters");
+        assert_eq!(optimizers.len(), parameters.groups().len(), "one optimiser for each group of parameters");
         assert_eq!(x.len(), parameters.len(), "one number for each parameter");
-        let rates = adams.iter().map(|adam| adam.rate).collect();
+        let adams = optimizers.iter().map(|o| o.adam.clone()).collect();
         let state = State { x, adams, records: vec![] };
-        Self { objective, parameters, plan, rates, state, times: Times::default() }
+        Self { objective, parameters, plan, optimizers, state, times: Times::default() }
     }
 
     /// The same, gone on with from another state.
@@ -253,8 +278,9 @@ impl Fit {
             let gradient = &found.gradient[range.clone()];
             norms.push(gradient.iter().map(|g| g * g).sum::<f64>().sqrt());
             let adam = &mut next.adams[i];
-            adam.rate = factor * self.rates[i];
-            step[range].copy_from_slice(&adam.step(gradient));
+            let optimizer = &self.optimizers[i];
+            adam.rate = factor * optimizer.adam.rate;
+            step[range].copy_from_slice(&optimizer.step(adam, gradient));
             signals.push(adam.signal());
         }
         self.parameters.retract(&mut next.x, &step);

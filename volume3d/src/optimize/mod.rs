@@ -8,6 +8,14 @@
 //! x → scene → I → L, ∂L/∂I → ∂L/∂scene → ∂L/∂x → step
 //! ```
 //!
+//! [`Fit`] takes such steps over several views, and its [`State`] can be kept in a file and gone on with to the same bits; `volume3d
+//! fit` is its command line. What is written by hand instead is `examples/pose.rs`.
+//!
+//! | many parameters of a mesh | [`LargeSteps`] with [`Adam::uniform`] |
+//! |---|---|
+//! | a pose, colours, textures | [`Adam`], with a [`Schedule`] |
+//! | few parameters, and many samples | [`lbfgs()`], in a [`Chart`] |
+//!
 //! The image must come from other samples than the gradient, or their product is biased: [`render`](crate::gradient::render) draws its own at
 //! any seed.
 
@@ -24,13 +32,14 @@ mod pose;
 mod quantity;
 mod regularizer;
 mod schedule;
+mod silhouettes;
 #[cfg(test)]
 mod tests;
 
 pub use adam::Adam;
 pub use chart::Chart;
 pub use checkpoint::{CheckpointError, read_checkpoint, write_checkpoint};
-pub use fit::{Fit, FitError, Plan, Record, State, Times};
+pub use fit::{Fit, FitError, Optimizer, Plan, Record, State, Times};
 pub use large_steps::{LargeSteps, LargeStepsError};
 pub use lbfgs::{End, Lbfgs, LbfgsError, Minimum, lbfgs};
 pub use loss::{Loss, LossError};
@@ -39,3 +48,4 @@ pub use parameters::{Group, Parameters};
 pub use quantity::{ParameterError, Quantity};
 pub use regularizer::Regularizer;
 pub use schedule::Schedule;
+pub use silhouettes::silhouette_weights;

@@ -8,6 +8,7 @@ use rand::Rng as _;
 use super::loss::{Loss, LossError};
 use super::parameters::Parameters;
 use super::regularizer::Regularizer;
+use super::silhouettes::silhouette_weights;
 use crate::Image;
 use crate::gradient::{ActiveParameters, Gradient, GradientError, Progress, Stopped, Tangent, render};
 use crate::scene::{Camera, Film, Scene, SceneError};
@@ -48,6 +49,9 @@ pub struct Objective {
     pub loss: Loss,
     /// What is preferred, whatever the pictures say.
     pub penalties: Vec<Penalty>,
+    /// Only pixels so near to a silhouette of the shapes that are fitted count, as [`silhouette_weights`] has it: for
+    /// shapes whose colour or light is not known.
+    pub silhouettes: Option<usize>,
     /// Samples a pixel of the renderings that the adjoint is computed from. They are not those of the gradient, so that the
     /// product of both is unbiased. Their noise is noise of the gradient, in proportion to what a pixel's derivative is; as many as
     /// the gradient has are a good start.
@@ -164,6 +168,7 @@ impl Objective {
             return Err(ObjectiveError::NoViews);
         }
         let active = parameters.active(scene);
+        let shapes: Vec<usize> = (0..active.shapes.len()).filter(|&s| active.shapes[s]).collect();
         let mut evaluation = Evaluation {
             loss: 0.0,
             penalty: 0.0,
@@ -179,7 +184,15 @@ impl Objective {
             let start = Instant::now();
             let rendering = render(scene, self.image_samples, seed, progress)?;
             evaluation.image_time += start.elapsed();
-            let (loss, mut adjoint) = self.compare(v, &rendering.image)?;
+            let (loss, mut adjoint) = match self.silhouettes {
+                None => self.compare(v, &rendering.image)?,
+                Some(reach) => {
+                    let weights = silhouette_weights(scene, &shapes, reach);
+                    let mut near = self.views[v].clone();
+                    near.weights = Some(product(near.weights, weights));
+                    self.compare_view(&near, &rendering.image)?
+                }
+            };
             adjoint.pixels.iter_mut().for_each(|p| *p *= part);
             let start = Instant::now();
             let gradient = reverse(scene, &adjoint, &active, seed, progress)?;
@@ -197,7 +210,11 @@ impl Objective {
     /// # Errors
     /// [`ObjectiveError::Loss`] or [`ObjectiveError::Weights`].
     pub fn compare(&self, view: usize, image: &Image) -> Result<(f64, Image), ObjectiveError> {
-        let View { name, target, weights, .. } = &self.views[view];
+        self.compare_view(&self.views[view], image)
+    }
+
+    fn compare_view(&self, view: &View, image: &Image) -> Result<(f64, Image), ObjectiveError> {
+        let View { name, target, weights, .. } = view;
         let error = |source| ObjectiveError::Loss { view: name.clone(), source };
         let Some(weights) = weights else { return self.loss.of(image, target).map_err(error) };
         let sizes = [weights.pixels.len(), image.pixels.len(), target.pixels.len()];
@@ -225,6 +242,18 @@ impl Objective {
             rates.zip(slopes).for_each(|(rate, slope)| *rate += *weight * slope);
         }
         add(&mut to.gradient, &parameters.gradient(scene, x, &tangent));
+    }
+}
+
+/// Weights times others, where there are others of that size.
+fn product(weights: Option<Image>, by: Image) -> Image {
+    match weights {
+        Some(weights) if weights.size() == by.size() => {
+            by.with_pixels(by.pixels.iter().zip(&weights.pixels).map(|(a, b)| *a * *b).collect())
+        }
+        // What does not fit is refused with a name.
+        Some(weights) => weights,
+        None => by,
     }
 }
 

@@ -3,6 +3,7 @@
 mod fit;
 mod place;
 mod refused;
+mod tune;
 
 use glam::DVec3;
 use volume3d::Image;
@@ -276,7 +277,7 @@ fn help_teaches() {
     for word in ["right-handed", "radians", "scene units", "biased", "unbiased", "camera:fov:rate"] {
         assert!(gradient.contains(word), "{word}: {gradient}");
     }
-    for command in ["render", "check", "info", "lint"] {
+    for command in ["render", "check", "tune", "info", "lint"] {
         assert!(place.succeed(&format!("{command} --help")).len() > 300, "{command}");
     }
 }

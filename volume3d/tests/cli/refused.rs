@@ -109,6 +109,7 @@ fn ctrl_c_leaves_the_old_file() {
         "render scene.xml -o old.exr -D size=256 --spp 20000",
         "gradient scene.xml --move sheet:translate:1,0,0 -o old.exr -D size=256 --spp 20000",
         "check scene.xml --move sheet:translate:1,0,0 -D size=256 --spp 200000",
+        "tune scene.xml --move sheet:translate:1,0,0 -D size=256 --budget 1000 -o old.svg",
     ];
     for line in commands {
         std::fs::write(place.path("old.exr"), "old").unwrap();

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{anyhow, bail};
 use clap::ValueEnum;
 use serde::Deserialize;
-use volume3d::optimize::{Loss, Regularizer, Schedule};
+use volume3d::optimize::{Adam, Loss, Regularizer, Schedule};
 
 use super::super::method::Method;
 
@@ -27,6 +27,7 @@ pub(super) struct Config {
     #[serde(default)]
     pub(super) schedule: Schedule,
     pub(super) views_per_step: Option<usize>,
+    pub(super) silhouettes: Option<usize>,
     pub(super) background: Option<[f64; 3]>,
     pub(super) reference: Option<Reference>,
     #[serde(default, rename = "view")]
@@ -141,8 +142,20 @@ pub(super) struct ParameterConfig {
     #[serde(default)]
     pub(super) uniform: bool,
     pub(super) large_steps: Option<f64>,
+    #[serde(default = "beta1")]
+    pub(super) beta1: f64,
+    #[serde(default = "beta2")]
+    pub(super) beta2: f64,
     pub(super) bounds: Option<[f64; 2]>,
     pub(super) start: Option<Vec<f64>>,
+}
+
+fn beta1() -> f64 {
+    Adam::new(1.0).beta1
+}
+
+fn beta2() -> f64 {
+    Adam::new(1.0).beta2
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -222,6 +235,11 @@ impl Config {
                 && (low.is_nan() || high.is_nan() || low > high)
             {
                 bail!("the bounds of `{name}` are {low} and {high}, but must be in order");
+            }
+            for (key, beta) in [("beta1", parameter.beta1), ("beta2", parameter.beta2)] {
+                if !(0.0..1.0).contains(&beta) {
+                    bail!("{key} of `{name}` is {beta}, but must be from 0 to below 1");
+                }
             }
             if large_steps.is_some() && !name.ends_with(".vertex_positions") {
                 bail!("large_steps is for vertex_positions, not for `{name}`");

@@ -40,6 +40,7 @@ use super::{Outcome, Report};
 ///   seed = 0
 ///   define = { res = "64" }           # for $res in the scene
 ///   views_per_step = 4                # all, unless given
+///   silhouettes = 2                   # only pixels so near to a silhouette count; all, unless given
 ///   background = [0, 0, 0]            # under transparent pictures; a constant sky, unless given
 ///   loss = { kind = "multiscale", levels = 5 }     # or l1, l2, relative with epsilon
 ///   gradient = { method = "warped-area", spp = 16, image_spp = 16 }
@@ -62,6 +63,8 @@ use super::{Outcome, Report};
 ///   rate = 0.01                       # of Adam, in units of the parameter: about the size of a step
 ///   large_steps = 20                  # smooth steps of vertices (Nicolet et al. 2021), with one step size
 ///   uniform = false                   # one step size without smoothing
+///   beta1 = 0.9                       # of Adam: how slowly gradients are forgotten, and their squares
+///   beta2 = 0.999
 ///   bounds = [0, 1]
 ///   start = [0.1, 0, 0]               # where the scene is, unless given
 ///   [[regularizer]]

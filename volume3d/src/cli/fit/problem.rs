@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, anyhow, bail};
 use volume3d::Image;
 use volume3d::gradient::{ActiveParameters, Gradient, GradientError, Progress};
-use volume3d::optimize::{Adam, Fit, Objective, Parameters, Penalty, Plan, Quantity};
+use volume3d::optimize::{
+    Adam, Fit, LargeSteps, LargeStepsError, Objective, Optimizer, Parameters, Penalty, Plan, Quantity,
+};
 use volume3d::scene::Scene;
 
 use super::super::method::{Method, MethodOptions};
@@ -58,17 +60,33 @@ impl Problem {
             views_per_step: config.views_per_step.unwrap_or(views.len()),
             seed: config.seed,
         };
-        let objective = Objective { views, loss: config.loss.into(), penalties, image_samples };
-        let adams = config.parameters.iter().map(adam).collect();
-        let fit = Fit::new(parameters, x, objective, adams, plan);
+        let silhouettes = config.silhouettes;
+        let objective = Objective { views, loss: config.loss.into(), penalties, silhouettes, image_samples };
+        let optimizers = config.parameters.iter().zip(parameters.groups());
+        let optimizers =
+            optimizers.map(|(p, group)| optimizer(p, group.quantity, &scene)).collect::<Result<_, _>>();
+        let optimizers = optimizers.map_err(|e| anyhow!("{}: {e}", path.display()))?;
+        let fit = Fit::new(parameters, x, objective, optimizers, plan);
         let fingerprint = fingerprint(&files)?;
         Ok(Self { config, text, scene, fit, fingerprint, files })
     }
 }
 
-fn adam(parameter: &ParameterConfig) -> Adam {
-    let adam = Adam::new(parameter.rate);
-    if parameter.uniform || parameter.large_steps.is_some() { adam.uniform() } else { adam }
+fn optimizer(
+    parameter: &ParameterConfig,
+    quantity: Quantity,
+    scene: &Scene,
+) -> Result<Optimizer, LargeStepsError> {
+    let ParameterConfig { rate, uniform, large_steps, beta1, beta2, .. } = *parameter;
+    let mut adam = Adam::new(rate);
+    (adam.beta1, adam.beta2, adam.uniform) = (beta1, beta2, uniform || large_steps.is_some());
+    let large_steps = match (large_steps, quantity) {
+        (Some(lambda), Quantity::VertexPositions { shape }) => {
+            Some(LargeSteps::new(&scene.description().shapes[shape].mesh, lambda)?)
+        }
+        _ => None,
+    };
+    Ok(Optimizer { adam, large_steps })
 }
 
 fn parameters(config: &Config, scene: &Scene) -> anyhow::Result<Parameters> {

@@ -8,7 +8,7 @@ use crate::gradient::{ActiveParameters, Gradient, GradientError, Progress, Warpe
 use crate::optimize::tests::scene;
 use crate::optimize::{
     Adam, CheckpointError, Fit, FitError, Loss, Objective, ObjectiveError, Parameters, Penalty, Plan,
-    Regularizer, Schedule, State, View, read_checkpoint, write_checkpoint,
+    Regularizer, Schedule, State, View, read_checkpoint, silhouette_weights, write_checkpoint,
 };
 use crate::scene::{Camera, Scene};
 
@@ -45,7 +45,13 @@ fn lit() -> Scene {
 }
 
 fn objective(scene: &mut Scene) -> Objective {
-    Objective { views: views(scene, 16), loss: Loss::L2, penalties: vec![], image_samples: 2 }
+    Objective {
+        views: views(scene, 16),
+        loss: Loss::L2,
+        penalties: vec![],
+        silhouettes: None,
+        image_samples: 2,
+    }
 }
 
 fn plan(steps: u64) -> Plan {
@@ -57,7 +63,7 @@ fn fit(scene: &mut Scene, steps: u64) -> Fit {
     let mut x = parameters.values(scene);
     x[0] += 0.2;
     parameters.apply(&x, scene).unwrap();
-    let adams = vec![Adam::new(0.02), Adam::new(0.01).uniform()];
+    let adams = vec![Adam::new(0.02).into(), Adam::new(0.01).uniform().into()];
     let mut fit = Fit::new(parameters, x, objective(scene), adams, plan(steps));
     fit.apply(scene).unwrap();
     // Targets were rendered where the fit begins: something else is to be found.
@@ -124,6 +130,29 @@ fn weights_choose_what_counts() {
     assert!(matches!(objective.compare(0, &image), Err(ObjectiveError::Loss { .. })));
 }
 
+/// Seen from the front, the block is a rectangle in the middle.
+#[test]
+fn silhouettes_have_pixels_around_them() {
+    let scene = lit();
+    let block = scene.shape("block").unwrap();
+    let [thin, wide] = [0, 1].map(|reach| silhouette_weights(&scene, &[block], reach));
+    let count = |image: &Image| image.pixels.iter().filter(|w| **w == DVec3::ONE).count();
+    let at = |image: &Image, x: usize, y: usize| image.pixels[8 * y + x];
+    assert!(count(&thin) > 8 && count(&thin) < count(&wide) && count(&wide) < 64, "{thin:?} {wide:?}");
+    assert_eq!((at(&wide, 0, 0), at(&wide, 4, 4)), (DVec3::ZERO, DVec3::ZERO));
+    // Nobody's silhouette, and a loss that only has silhouettes.
+    assert_eq!(count(&silhouette_weights(&scene, &[], 1)), 0);
+    let mut scene = scene;
+    let parameters = Parameters::new(&scene, &["block.translation"]).unwrap();
+    let x = parameters.values(&scene);
+    let whole = objective(&mut scene);
+    let near = Objective { silhouettes: Some(0), ..whole.clone() };
+    let [whole, near] = [whole, near].map(|objective| {
+        objective.evaluate(&mut scene, &parameters, &x, &[0], 3, &reverse, &Progress::none()).unwrap()
+    });
+    assert!(near.loss > 0.0 && near.loss < whole.loss && near.gradient != whole.gradient);
+}
+
 /// Penalties of a mesh that is placed and whose vertices are free, against differences.
 #[test]
 fn penalties_have_gradients() {
@@ -186,7 +215,11 @@ fn a_fit_goes_on_to_the_same_bits() {
     assert!(fit(&mut again, 3).resumed(done.clone()).is_err());
     let fewer = Parameters::new(&again, &["block.scale"]).unwrap();
     let x = fewer.values(&again);
-    assert!(Fit::new(fewer, x, objective(&mut again), vec![Adam::new(0.1)], plan(9)).resumed(done).is_err());
+    assert!(
+        Fit::new(fewer, x, objective(&mut again), vec![Adam::new(0.1).into()], plan(9))
+            .resumed(done)
+            .is_err()
+    );
 
     assert!(matches!(read_checkpoint(&path, 8), Err(CheckpointError::Other { .. })));
     let mut bytes = std::fs::read(&path).unwrap();
@@ -209,7 +242,7 @@ fn every_view_has_its_turn() {
     objective.views = (0..5).map(|i| View { name: i.to_string(), ..view.clone() }).collect();
     let parameters = Parameters::new(&scene, &["white.reflectance"]).unwrap();
     let x = parameters.values(&scene);
-    let fit = Fit::new(parameters, x, objective, vec![Adam::new(0.1)], plan(100));
+    let fit = Fit::new(parameters, x, objective, vec![Adam::new(0.1).into()], plan(100));
     let order: Vec<usize> = (0..20).flat_map(|t| fit.views(t)).collect();
     for round in order.chunks(5) {
         let mut round = round.to_vec();

@@ -133,7 +133,7 @@ fn the_pose_of_a_block_is_found_in_few_evaluations() {
     (description.film.width, description.film.height) = (32, 24);
     let mut scene = Scene::new(description).unwrap();
     let parameters = Parameters::new(&scene, &["block.translation", "block.rotation"]).unwrap();
-    let target = render(&scene, 64, 0, &Progress::none()).unwrap().pixels;
+    let target = render(&scene, 64, 0, &Progress::none()).unwrap().image;
     let mut start = parameters.values(&scene);
     parameters.retract(&mut start, &[0.1, 0.05, -0.05, 0.1, -0.2, 0.1]);
     let chart = Chart::new(&parameters, &start);
@@ -141,8 +141,8 @@ fn the_pose_of_a_block_is_found_in_few_evaluations() {
     let evaluate = |y: &[f64]| -> Result<_, Box<dyn std::error::Error>> {
         let x = chart.point(y);
         parameters.apply(&x, &mut scene)?;
-        let image = render(&scene, 32, 1, &Progress::none())?;
-        let (loss, adjoint) = Loss::L2.of(scene.size(), &image.pixels, &target)?;
+        let image = render(&scene, 32, 1, &Progress::none())?.image;
+        let (loss, adjoint) = Loss::L2.of(&image, &target)?;
         let gradient = method.reverse(&scene, &adjoint, &parameters.active(&scene), &Progress::none())?;
         Ok((loss, chart.gradient(y, &parameters.gradient(&scene, &x, &gradient.by_parameter))))
     };

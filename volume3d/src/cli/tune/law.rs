@@ -1,0 +1,184 @@
+//! What a setting costs and errs at numbers of samples that were not measured.
+
+use super::statistics::{Measure, Statistics};
+use crate::cli::comparison::TOLERATED;
+use crate::cli::spp::MAX_SAMPLES;
+
+/// What was measured of a setting at one number of samples.
+#[derive(Clone, Debug)]
+pub(super) struct Rung {
+    /// Samples a pixel of each run.
+    pub(super) samples: usize,
+    /// Of a run, the median.
+    pub(super) seconds: f64,
+    pub(super) statistics: Statistics,
+    /// Runs of which one sample carries so much that errors are not to be trusted.
+    pub(super) heavy: usize,
+    /// Samples that were not finite, in all runs.
+    pub(super) non_finite: usize,
+}
+
+/// How far the mean of infinitely many runs is off, relative to the gradient, as a root mean square.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Bias {
+    /// None, by proof; measured to be below this.
+    Proved { below: f64 },
+    /// Not to be told from noise; below this, which is two standard errors above what was measured.
+    Unresolved { below: f64 },
+    /// So much.
+    Resolved(f64),
+}
+
+/// The error and the time of a setting by its number of samples n:
+///
+/// ```text
+/// error² = bias² + variance/n,   seconds = fixed + n · each
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Law {
+    pub(super) bias: Bias,
+    /// Of one sample a pixel, relative to the mean square of the gradient.
+    pub(super) variance: Measure,
+    /// What a run takes whatever its samples: preparations, and the level that is subtracted.
+    fixed: f64,
+    /// What a sample a pixel adds.
+    each: f64,
+    /// The most samples that were measured.
+    pub(super) measured: usize,
+}
+
+/// A setting's number of samples with what is expected of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Expected {
+    pub(super) samples: usize,
+    pub(super) seconds: f64,
+    pub(super) error: Measure,
+}
+
+/// Standard errors above what was measured at which an unresolved bias is said to be below.
+const BOUND: f64 = 2.0;
+
+impl Bias {
+    fn of(statistics: &Statistics, unbiased: bool) -> Self {
+        let Statistics { relative_bias2, slope, .. } = statistics;
+        let too_small = (1.0 - slope.value).abs();
+        // The projection on the gradient is a part of the bias, and often known better than the whole.
+        if relative_bias2.value > TOLERATED * relative_bias2.error {
+            return Self::Resolved(relative_bias2.value.sqrt());
+        }
+        if too_small > TOLERATED * slope.error {
+            return Self::Resolved(too_small.max(relative_bias2.value.max(0.0).sqrt()));
+        }
+        let below = (relative_bias2.value.max(0.0) + BOUND * relative_bias2.error).sqrt();
+        if unbiased { Self::Proved { below } } else { Self::Unresolved { below } }
+    }
+
+    /// What it counts as in an expected error: its bound where it may be there, but is not resolved.
+    pub(super) fn counted(self) -> f64 {
+        match self {
+            Self::Proved { .. } => 0.0,
+            Self::Unresolved { below } => below,
+            Self::Resolved(value) => value,
+        }
+    }
+}
+
+impl Law {
+    /// From all rungs of a setting, of which the last tells bias and variance, and first and last the time.
+    pub(super) fn of(rungs: &[Rung], unbiased: bool) -> Option<Self> {
+        let (first, last) = (rungs.first()?, rungs.last()?);
+        let more = last.samples - first.samples;
+        let each = if more > 0 { (last.seconds - first.seconds) / more as f64 } else { 0.0 };
+        let whole = last.seconds / last.samples as f64;
+        // Where noise of the clock hides what samples cost, all is theirs.
+        let each = if each > 0.0 && each < whole { each } else { whole };
+        Some(Self {
+            bias: Bias::of(&last.statistics, unbiased),
+            variance: last.statistics.relative_variance.scaled(last.samples as f64),
+            fixed: last.seconds - each * last.samples as f64,
+            each,
+            measured: last.samples,
+        })
+    }
+
+    /// What is expected of n samples a pixel.
+    pub(super) fn expected(&self, samples: usize) -> Expected {
+        let noise = self.variance.scaled(1.0 / samples as f64);
+        let error = (self.bias.counted().powi(2) + noise.value.max(0.0)).sqrt();
+        let of_error = if error > 0.0 { noise.error / (2.0 * error) } else { 0.0 };
+        let seconds = self.fixed + self.each * samples as f64;
+        Expected { samples, seconds, error: Measure { value: error, error: of_error } }
+    }
+
+    /// What fits into a time; nothing if a single sample a pixel does not.
+    pub(super) fn within(&self, seconds: f64) -> Option<Expected> {
+        let samples = ((seconds - self.fixed) / self.each).floor();
+        (samples >= 1.0).then(|| self.expected(whole_strata(samples.min(MAX_SAMPLES as f64) as usize, false)))
+    }
+
+    /// What has no larger error; nothing if bias forbids it, or no number of samples that can be asked for has.
+    pub(super) fn reaching(&self, error: f64) -> Option<Expected> {
+        let room = error.powi(2) - self.bias.counted().powi(2);
+        let samples = (self.variance.value.max(0.0) / room).ceil().max(1.0);
+        let able = room > 0.0 && samples < MAX_SAMPLES as f64;
+        able.then(|| self.expected(whole_strata(samples as usize, true)))
+    }
+}
+
+/// The next multiple of 8, below or above: samples are drawn in 8 groups, each stratified by itself, and the last is not to
+/// be shorter.
+fn whole_strata(samples: usize, up: bool) -> usize {
+    if samples < 8 || samples.is_multiple_of(8) {
+        samples
+    } else if up {
+        samples.next_multiple_of(8)
+    } else {
+        samples - samples % 8
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rung(samples: usize, seconds: f64, bias2: (f64, f64), slope: (f64, f64)) -> Rung {
+        let measure = |(value, error)| Measure { value, error };
+        let statistics = Statistics {
+            variance: measure((9.0, 1.0)),
+            relative_variance: measure((1.0 / samples as f64, 0.1 / samples as f64)),
+            relative_bias2: measure(bias2),
+            slope: measure(slope),
+        };
+        Rung { samples, seconds, statistics, heavy: 0, non_finite: 0 }
+    }
+
+    #[test]
+    fn times_and_errors_follow() {
+        let rungs = [1, 64].map(|n| rung(n, 0.5 + 0.1 * n as f64, (-1e-4, 1e-4), (1.0, 0.01)));
+        let law = Law::of(&rungs, true).unwrap();
+        let expected = law.within(10.55).unwrap();
+        assert_eq!(expected.samples, 96);
+        assert!((expected.seconds - 10.1).abs() < 1e-9);
+        assert!((expected.error.value - 1.0 / 96.0_f64.sqrt()).abs() < 1e-12);
+        assert!((expected.error.error - 0.05 * expected.error.value).abs() < 1e-12);
+        let expected = law.reaching(0.1).unwrap();
+        assert!((100..=104).contains(&expected.samples) && expected.error.value <= 0.1, "{expected:?}");
+        assert!(law.within(0.55).is_none());
+        assert!(law.reaching(1e-6).is_none(), "more samples than can be asked for");
+    }
+
+    #[test]
+    fn bias_counts_where_it_may_be() {
+        let law = |bias2, slope, unbiased| Law::of(&[rung(64, 1.0, bias2, slope)], unbiased).unwrap();
+        let proved = law((1e-4, 1e-4), (1.0, 0.1), true);
+        assert_eq!(proved.bias.counted(), 0.0);
+        let unresolved = law((1e-4, 1e-4), (1.0, 0.1), false);
+        assert!((unresolved.bias.counted() - 3e-4_f64.sqrt()).abs() < 1e-12);
+        let resolved = law((0.04, 0.001), (0.9, 0.1), false);
+        assert_eq!(resolved.bias, Bias::Resolved(0.2));
+        assert!(resolved.reaching(0.19).is_none() && resolved.reaching(0.3).is_some());
+        assert_eq!(law((0.0, 0.04), (0.5, 0.1), false).bias, Bias::Resolved(0.5));
+        // What is proved and yet is seen to be biased is not believed.
+        assert_eq!(law((0.04, 0.001), (0.9, 0.1), true).bias, Bias::Resolved(0.2));
+    }
+}

@@ -1,0 +1,102 @@
+//! The settings that a study measures: options of `volume3d gradient`, read as that command reads them.
+
+use clap::Parser;
+use volume3d::gradient::Tangent;
+use volume3d::scene::Scene;
+
+use crate::cli::extent;
+use crate::cli::gradient::step;
+use crate::cli::method::{Estimator, MethodOptions};
+
+/// A method with its settings.
+#[derive(Debug)]
+pub(super) struct Setting {
+    /// As one gives them to `volume3d gradient`.
+    pub(super) options: String,
+    /// Whether it is unbiased by proof for the change that is studied.
+    pub(super) unbiased: bool,
+    line: Line,
+}
+
+#[derive(Debug, Parser)]
+#[command(no_binary_name = true)]
+struct Line {
+    #[command(flatten)]
+    method: MethodOptions,
+    #[arg(long, value_parser = step)]
+    step: Option<f64>,
+}
+
+/// What is unbiased wherever it is not refused. The reference is one of the first two.
+const UNBIASED: [&str; 4] = ["--field jump-mean", "--method edge", "--field rays", "--field rays --adaptive"];
+
+/// What is biased where geometry moves.
+const BIASED: [&str; 4] =
+    ["--debias none --aux 4", "--debias none --aux 16", "--debias none --aux 64", "--method rotation"];
+
+/// The interior term alone, biased where geometry moves.
+const INTERIOR: &str = "--method interior";
+
+/// Of the steps that suit a change the largest is too biased to be anyone's choice.
+const SKIPPED: usize = 1;
+
+impl Setting {
+    fn new(options: &str, unbiased: bool) -> anyhow::Result<Self> {
+        let line = Line::try_parse_from(options.split_whitespace())?;
+        Ok(Self { options: options.to_owned(), unbiased, line })
+    }
+
+    pub(super) fn estimator(&self, samples: usize, seed: u64) -> Estimator {
+        self.line.method.estimator(samples, seed, self.line.step)
+    }
+}
+
+/// Everything that is worth measuring along a change. Where no geometry moves all methods but finite differences are
+/// the interior term, and one stands for them.
+pub(super) fn settings(scene: &Scene, change: &Tangent) -> anyhow::Result<Vec<Setting>> {
+    let mut all = vec![];
+    if change.is_geometric() {
+        all.extend(UNBIASED.map(|options| Setting::new(options, true)));
+        all.extend(BIASED.map(|options| Setting::new(options, false)));
+        all.push(Setting::new(INTERIOR, false));
+    } else {
+        all.push(Setting::new(UNBIASED[0], true));
+        all.push(Setting::new(INTERIOR, true));
+    }
+    all.extend(differences(scene, change).iter().map(|options| Setting::new(options, false)));
+    all.into_iter().collect()
+}
+
+/// What may be the reference: two unbiased methods, of which the better is taken.
+pub(super) fn references(change: &Tangent) -> anyhow::Result<Vec<Setting>> {
+    let able = if change.is_geometric() { &UNBIASED[..2] } else { &UNBIASED[..1] };
+    able.iter().map(|options| Setting::new(options, true)).collect()
+}
+
+/// What stands for a reference where no unbiased method takes a scene: a step with one below it, whose difference then shows,
+/// as the smallest may be lost in noise.
+pub(super) fn makeshift(scene: &Scene, change: &Tangent) -> anyhow::Result<Setting> {
+    let all = differences(scene, change);
+    Setting::new(all.get(1).map_or("--method finite-difference", |o| o), false)
+}
+
+/// Finite differences, from large to small steps of two digits.
+fn differences(scene: &Scene, change: &Tangent) -> Vec<String> {
+    let steps = extent::steps(scene, change).into_iter().skip(SKIPPED);
+    steps.map(|h| format!("--method finite-difference --step {h:.1e}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_are_those_of_the_command() {
+        for options in UNBIASED.iter().chain(&BIASED).chain(&[INTERIOR]) {
+            let setting = Setting::new(options, true).unwrap();
+            setting.line.method.check("gradient", false).unwrap();
+        }
+        let difference = Setting::new("--method finite-difference --step 1.0e-2", false).unwrap();
+        assert!(matches!(difference.estimator(8, 3), Estimator::FiniteDifference(f) if f.step == 0.01));
+    }
+}

@@ -1,0 +1,181 @@
+//! The study in words and numbers: a table for readers, and CSV for programs.
+
+use std::fmt::Write as _;
+
+use super::advice::percent;
+use super::law::{Bias, Law, Rung};
+use super::settings::Setting;
+use super::statistics::Measure;
+use super::study::{Outcome, RUNS, Reference};
+
+/// One line for every setting, at the most samples that were measured, with the error that is expected within a time.
+pub(super) fn table(settings: &[Setting], outcomes: &[Outcome], at: f64) -> String {
+    let width = settings.iter().map(|s| s.options.len()).max().unwrap_or(0);
+    let mut text = format!(
+        "{:width$}  {:>6}  {:>8}  {:>15}  {:>11}  {:>9}  {:>14}\n",
+        "setting",
+        "spp",
+        "seconds",
+        "slope",
+        "bias",
+        "noise",
+        format!("error in {at} s"),
+    );
+    for (setting, outcome) in settings.iter().zip(outcomes) {
+        let _ = write!(text, "{:width$}  ", setting.options);
+        match outcome {
+            Outcome::Measured(rungs) => text += &line(rungs, setting.unbiased, at),
+            Outcome::Refused(_) => text += "refused, see below",
+            Outcome::TooSlow => text += "not measured: one sample a pixel does not fit; raise --budget",
+        }
+        text.push('\n');
+    }
+    for (setting, outcome) in settings.iter().zip(outcomes) {
+        if let Outcome::Refused(reason) = outcome {
+            let _ = writeln!(text, "refused: {}: {reason}", setting.options);
+        }
+    }
+    text
+}
+
+fn line(rungs: &[Rung], unbiased: bool, at: f64) -> String {
+    let (Some(Rung { samples, seconds, statistics, heavy, .. }), Some(law)) =
+        (rungs.last(), Law::of(rungs, unbiased))
+    else {
+        return String::new();
+    };
+    let Measure { value, error } = statistics.slope;
+    let slope = format!("{value:.3} ± {error:.3}");
+    let bias = match law.bias {
+        Bias::Proved { below } => format!("0 (< {})", percent(below)),
+        Bias::Unresolved { below } => format!("< {}", percent(below)),
+        Bias::Resolved(bias) => percent(bias),
+    };
+    let noise = percent(statistics.relative_variance.value.max(0.0).sqrt());
+    let then = law.within(at).map_or_else(|| "-".to_owned(), |e| percent(e.error.value));
+    let tails = if *heavy > 0 { format!("  heavy tails: {heavy} of {RUNS} runs") } else { String::new() };
+    format!("{samples:>6}  {seconds:>8.3}  {slope:>15}  {bias:>11}  {noise:>9}  {then:>14}{tails}")
+}
+
+/// What the words of the table mean, and what the reference is.
+pub(super) fn legend(reference: &Reference) -> String {
+    let Reference { setting, images, samples, seconds, .. } = reference;
+    let error = (images.variance().value.max(0.0) / RUNS as f64 / images.power().value).sqrt();
+    format!(
+        "\nreference: {}, {RUNS} runs of {samples} spp in {seconds:.1} s;\n  \
+           its own standard error, {} of the gradient, is taken off\n\
+         seconds:   wall time of one run, the median of {RUNS}\n\
+         slope:     of the mean on the reference; below 1 gradients are too small\n\
+         bias:      the error that samples do not cure; 0 (< x): none by proof, and none above x seen;\n           \
+                    < x: none resolved, and x is two standard errors above what was seen\n\
+         noise:     the standard deviation of one run\n\
+         All are root mean squares over pixels and channels, relative to that of the gradient.\n\
+         Expected error² at N spp = bias² + noise² · spp/N, where a bias that is not resolved counts as x.\n\n",
+        setting.options,
+        percent(error),
+    )
+}
+
+/// What of a study may not be trusted.
+pub(super) fn warnings(settings: &[Setting], outcomes: &[Outcome], reference: &Reference) -> String {
+    let mut text = String::new();
+    if !reference.setting.unbiased {
+        let _ = writeln!(
+            text,
+            "WARNING: no unbiased method takes this scene. The reference is {}, whose bias, ~ step², is not seen here",
+            reference.setting.options
+        );
+    }
+    if reference.heavy > 0 {
+        let _ = writeln!(
+            text,
+            "WARNING: in {} of {RUNS} runs of the reference one sample carries 2% of the sum of |gradient| or more: tails are heavy, \
+             its error is larger than stated, and so are those of all biases and slopes; raise --budget",
+            reference.heavy
+        );
+    }
+    for (setting, outcome) in settings.iter().zip(outcomes) {
+        let Outcome::Measured(rungs) = outcome else { continue };
+        let (Some(law), Some(last)) = (Law::of(rungs, setting.unbiased), rungs.last()) else { continue };
+        if let (Bias::Resolved(bias), true) = (law.bias, setting.unbiased) {
+            let _ = writeln!(
+                text,
+                "WARNING: {} is unbiased by proof, but is {} off the reference by more than noise explains: one of the two has \
+                 not seen what is rare; try another --seed and a larger --budget",
+                setting.options,
+                percent(bias)
+            );
+        }
+        if last.non_finite > 0 {
+            let _ = writeln!(
+                text,
+                "WARNING: {}: {} samples were not finite and are left out",
+                setting.options, last.non_finite
+            );
+        }
+    }
+    if outcomes.iter().any(|o| matches!(o, Outcome::Measured(r) if r.last().is_some_and(|l| l.heavy > 0))) {
+        text += "heavy tails: in so many runs one sample carries 2% of the sum of |gradient| or more. Then noise and errors are \
+                 larger than stated more often than not, and fall more slowly with samples\n";
+    }
+    text
+}
+
+/// Every rung of every setting.
+pub(super) fn csv(
+    settings: &[Setting],
+    outcomes: &[Outcome],
+    reference: &Reference,
+) -> anyhow::Result<Vec<u8>> {
+    let mut table = csv::Writer::from_writer(vec![]);
+    table.write_record(HEADER)?;
+    let none = vec![];
+    for (setting, outcome) in settings.iter().zip(outcomes) {
+        let (rungs, refusal) = match outcome {
+            Outcome::Measured(rungs) => (rungs, String::new()),
+            Outcome::Refused(reason) => (&none, format!("refused: {reason}")),
+            Outcome::TooSlow => (&none, "not measured: too slow for the budget".to_owned()),
+        };
+        let unbiased = if setting.unbiased { "yes" } else { "no" };
+        for Rung { samples, seconds, statistics: s, heavy, non_finite } in rungs {
+            let (v, r, b, m) = (s.variance, s.relative_variance, s.relative_bias2, s.slope);
+            let numbers = [v.value, v.error, r.value, r.error, b.value, b.error, m.value, m.error];
+            let mut cells = vec![setting.options.clone(), unbiased.to_owned(), samples.to_string()];
+            cells.extend([RUNS.to_string(), format!("{seconds}")]);
+            cells.extend(numbers.map(|x| format!("{x}")));
+            cells.extend([heavy.to_string(), non_finite.to_string()]);
+            cells.extend([reference.setting.options.clone(), reference.samples.to_string(), String::new()]);
+            table.write_record(&cells)?;
+        }
+        if rungs.is_empty() {
+            let mut cells = vec![String::new(); HEADER.len()];
+            cells[0] = setting.options.clone();
+            cells[1] = unbiased.to_owned();
+            cells[HEADER.len() - 1] = refusal;
+            table.write_record(&cells)?;
+        }
+    }
+    Ok(table.into_inner()?)
+}
+
+/// Variances and bias² are those of a pixel and channel; relative ones are over the mean square of the gradient.
+const HEADER: [&str; 18] = [
+    "setting",
+    "unbiased",
+    "spp",
+    "runs",
+    "seconds",
+    "variance",
+    "variance_error",
+    "relative_variance",
+    "relative_variance_error",
+    "relative_bias2",
+    "relative_bias2_error",
+    "slope",
+    "slope_error",
+    "heavy_runs",
+    "non_finite_samples",
+    "reference",
+    "reference_spp",
+    "note",
+];
