@@ -16,6 +16,10 @@
 //! | a pose, colours, textures | [`Adam`], with a [`Schedule`] |
 //! | few parameters, and many samples | [`lbfgs()`], in a [`Chart`] |
 //!
+//! A mesh keeps its topology throughout: there is no remeshing. Between two fits a mesh can be written, remeshed by
+//! another program, and read again; edges that collapse are kept alive by [`Regularizer::EdgeLength`], and triangles that pass through one
+//! another are seen as such, as crossings are followed like edges.
+//!
 //! The image must come from other samples than the gradient, or their product is biased: [`render`](crate::gradient::render) draws its own at
 //! any seed.
 

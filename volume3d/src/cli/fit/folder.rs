@@ -131,13 +131,15 @@ impl Folder {
     pub(super) fn finish(&self, config: &Config, fit: &Fit, scene: &mut Scene) -> anyhow::Result<String> {
         let views = &fit.objective().views;
         let bar = Bar::new(views.len(), "render the fit");
+        let mut ranges = vec![];
         for (v, view) in views.iter().enumerate() {
             let image = looked_at(fit, scene, v, 4 * PICTURE)?;
             self.picture(v, "fit", &image)?;
             let pixels = image.pixels.iter().zip(&view.target.pixels).map(|(i, t)| *i - *t).collect();
             let difference = image.with_pixels(pixels);
             let path = self.file(&format!("{}.png", view_file(v, "difference")));
-            write_signed_png(&path, &difference, signed_range(&difference))?;
+            ranges.push(signed_range(&difference));
+            write_signed_png(&path, &difference, ranges[v])?;
             bar.step();
         }
         drop(bar);
@@ -152,7 +154,7 @@ impl Folder {
         }
         write_bytes(&self.file("parameters.csv"), &values(fit, scene)?)?;
         write_scene(&self.file("fit.xml"), scene)?;
-        let page = report::page(config, fit, &values_listed(fit), |name| self.file(name))?;
+        let page = report::page(config, fit, &values_listed(fit), &ranges, |name| self.file(name))?;
         write_bytes(&self.file("report.html"), page.as_bytes())?;
         Ok(format!("{}wrote {}\n", values_listed(fit), self.file("report.html").display()))
     }

@@ -26,6 +26,7 @@ pub(super) fn page(
     config: &Config,
     fit: &Fit,
     values: &str,
+    ranges: &[f64],
     file: impl Fn(&str) -> PathBuf,
 ) -> anyhow::Result<String> {
     let read = |name: &str| {
@@ -69,7 +70,12 @@ pub(super) fn page(
         let _ = writeln!(page, "<h3>{}</h3><div class=\"row\">", escape(&view.name));
         for what in ["target", "start", "fit", "difference"] {
             let name = format!("{}.png", view_file(v, what));
-            let _ = writeln!(page, "<figure>{}<figcaption>{what}</figcaption></figure>", picture(&name)?);
+            let range = match (what, ranges.get(v)) {
+                ("difference", Some(range)) => format!(", ± {range:.2e}"),
+                _ => String::new(),
+            };
+            let _ =
+                writeln!(page, "<figure>{}<figcaption>{what}{range}</figcaption></figure>", picture(&name)?);
         }
         page.push_str("</div>\n");
     }

@@ -8,7 +8,8 @@ use image::{DynamicImage, ImageBuffer, ImageFormat, Luma, Rgb, Rgba};
 use super::{check_messages, encoded, here, message};
 use crate::Image;
 use crate::io::{
-    load_image, read_exr, read_image, signed_colour, signed_range, write_exr, write_png, write_signed_png,
+    load_image, load_image_over, read_exr, read_image, signed_colour, signed_range, write_animation,
+    write_exr, write_png, write_signed_png,
 };
 
 fn signed() -> Image {
@@ -68,6 +69,47 @@ fn alpha_is_left_out_and_grey_becomes_colour() {
     let grey: ImageBuffer<Luma<u8>, _> = ImageBuffer::from_raw(1, 1, vec![255_u8]).unwrap();
     let bytes = encoded(ImageFormat::Png, DynamicImage::ImageLuma8(grey));
     assert_eq!(read_image(&bytes, here("a.png"), false).unwrap().pixels, [DVec3::ONE]);
+}
+
+/// Half transparent red over blue: half of each in linear light; OpenEXR has its colours multiplied already.
+#[test]
+fn transparent_pictures_show_a_background() {
+    let folder = tempfile::tempdir().unwrap();
+    let half = 128.0 / 255.0;
+    let rgba: ImageBuffer<Rgba<u8>, _> =
+        ImageBuffer::from_raw(2, 1, vec![255_u8, 0, 0, 128, 0, 255, 0, 255]).unwrap();
+    let path = folder.path().join("a.png");
+    std::fs::write(&path, encoded(ImageFormat::Png, DynamicImage::ImageRgba8(rgba))).unwrap();
+    let over = load_image_over(&path, DVec3::new(0.0, 0.0, 2.0)).unwrap().pixels;
+    let expected = DVec3::new(half, 0.0, 2.0 * (1.0 - half));
+    assert!((over[0] - expected).length() < 1e-6 && over[1] == DVec3::Y, "{over:?}");
+    let rgba: ImageBuffer<Rgba<f32>, _> = ImageBuffer::from_raw(1, 1, vec![3.0_f32, 0.5, 0.0, 0.25]).unwrap();
+    let path = folder.path().join("a.exr");
+    std::fs::write(&path, encoded(ImageFormat::OpenExr, DynamicImage::ImageRgba32F(rgba))).unwrap();
+    assert_eq!(load_image_over(&path, DVec3::splat(4.0)).unwrap().pixels, [DVec3::new(6.0, 3.5, 3.0)]);
+    // Without alpha it is what it is.
+    let grey: ImageBuffer<Luma<u8>, _> = ImageBuffer::from_raw(1, 1, vec![255_u8]).unwrap();
+    std::fs::write(&path, encoded(ImageFormat::Png, DynamicImage::ImageLuma8(grey))).unwrap();
+    assert_eq!(load_image_over(&path, DVec3::X).unwrap().pixels, [DVec3::ONE]);
+    assert!(load_image_over(&folder.path().join("none.png"), DVec3::X).is_err());
+}
+
+#[test]
+fn animations_have_all_their_images() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.png");
+    let image = |value: f64| Image::constant(2, 3, DVec3::splat(value));
+    write_animation(&path, &[image(0.0), image(1.0), image(0.0)], 40).unwrap();
+    let mut reader =
+        png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&path).unwrap())).read_info().unwrap();
+    assert_eq!(reader.info().animation_control().unwrap().num_frames, 3);
+    let mut bytes = [7; 18];
+    for value in [0, 255, 0] {
+        reader.next_frame(&mut bytes).unwrap();
+        assert_eq!(bytes, [value; 18]);
+    }
+    assert!(write_animation(&path, &[], 40).is_err());
+    assert!(write_animation(&path, &[image(0.0), Image::constant(3, 2, DVec3::ONE)], 40).is_err());
 }
 
 #[test]
