@@ -40,6 +40,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! The [`guide`] leads from a mesh to a fitted pose, and says which method and settings to take, and how large a problem may be.
+//!
 //! # How it is built
 //!
 //! | room | holds |
@@ -90,6 +92,7 @@
 
 pub mod geometry;
 pub mod gradient;
+pub mod guide;
 mod image;
 pub mod io;
 pub mod optimize;

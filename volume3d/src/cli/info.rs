@@ -3,14 +3,15 @@
 use std::fmt::Write as _;
 
 use clap::Args;
+use glam::DVec3;
 use volume3d::scene::{Description, Environment, Light, Reflectance, Scene};
 
 use super::lint;
 use super::session::SceneOptions;
 use super::{Outcome, Report};
 
-/// Lists what a scene is made of, and what may surprise: ids for --move and --wrt, sizes, and what a linter finds in its
-/// meshes.
+/// Lists what a scene is made of, and what may surprise: ids for --move and --wrt, sizes and boxes around shapes, and what
+/// a linter finds in their meshes.
 #[derive(Args, Debug)]
 pub(super) struct Options {
     #[command(flatten)]
@@ -45,6 +46,10 @@ fn shapes(text: &mut String, d: &Description) {
         let (mesh, material) = (&shape.mesh, &d.materials[shape.material].id);
         let (vertices, triangles) = (mesh.sources().len(), mesh.triangles().len());
         let _ = write!(text, "  `{}`: {vertices} vertices, {triangles} triangles, `{material}`", shape.id);
+        let positions = || mesh.positions().iter().copied();
+        if let (Some(low), Some(high)) = (positions().reduce(DVec3::min), positions().reduce(DVec3::max)) {
+            let _ = write!(text, ", from {low:.4} to {high:.4}");
+        }
         if let Some(radiance) = shape.radiance {
             let _ = write!(text, ", emits {radiance}");
         }

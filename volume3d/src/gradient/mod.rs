@@ -1,5 +1,24 @@
 //! Derivatives of images: what may change, forward and reverse, one file a method.
 //!
+//! Inverse rendering asks which scene a picture shows. One guesses a scene, renders it, and goes down the gradient of the
+//! difference between the pictures, a loss L. As L is one number and a scene has many, the gradient is taken in reverse: the adjoint image
+//! ∂L/∂I says of every pixel which way is better, and [`WarpedArea::reverse`] turns it into ∂L/∂p for all parameters p at
+//! once, silhouettes and shadows included. Forward, [`WarpedArea::forward`] shows dI/dθ as an image along one change.
+//! [`optimize`](crate::optimize) has parameters by name, losses and steps; the [`guide`](crate::guide) begins before that.
+//!
+//! ```no_run
+//! # use volume3d::{gradient::{Progress, WarpedArea, render}, optimize::{Loss, Parameters}, scene::Scene};
+//! # fn f(scene: &Scene, target: &[glam::DVec3]) -> Result<(), Box<dyn std::error::Error>> {
+//! let parameters = Parameters::new(scene, &["bunny.translation", "clay.reflectance"])?;
+//! let image = render(scene, 64, 0, &Progress::none())?;
+//! let (loss, adjoint) = Loss::L2.of(scene.size(), &image.pixels, target)?;
+//! let method = WarpedArea { samples: 16, seed: 1, ..WarpedArea::default() };
+//! let gradient = method.reverse(scene, &adjoint, &parameters.active(scene), &Progress::none())?;
+//! let gradient = parameters.gradient(scene, &parameters.values(scene), &gradient.by_parameter);
+//! # Ok(())
+//! # }
+//! ```
+//!
 //! # Which samples are shared
 //!
 //! A loss L(I) has the gradient Σ ∂L/∂I · dI/dθ. Both factors are estimates, and the mean of their product is the

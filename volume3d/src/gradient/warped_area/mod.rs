@@ -32,6 +32,16 @@ use crate::scene::Scene;
 
 /// Warped-area sampling (Bangaru, Li and Durand 2020) along paths.
 ///
+/// Two fields are to be touched: [`samples`](Self::samples), 4 to 16 for a step of a fit and 64 or more for a gradient
+/// image to look at, and [`seed`](Self::seed), another one for every step. The defaults of all others are unbiased; the
+/// [guide](crate::guide::methods) says when another [`field`](Self::field), or another method, is better.
+///
+/// ```
+/// # use volume3d::gradient::WarpedArea;
+/// let step = 7;
+/// let method = WarpedArea { samples: 16, seed: step, ..WarpedArea::default() };
+/// ```
+///
 /// # Heavy tails
 /// In the penumbra of a small light the silhouettes of the light and of what hides it, which move differently, meet in every
 /// direction, and ∇·V is large there. [`EdgeSampling`](super::EdgeSampling) has no such trouble. On a strip of penumbra of

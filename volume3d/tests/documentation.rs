@@ -1,0 +1,157 @@
+//! Every line of a shell in the README and in the guide runs as it is written.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use glam::DVec3;
+use tempfile::TempDir;
+use volume3d::io::{Image, write_exr};
+
+/// Lines that are not run here, with who runs them or why nobody does.
+const ELSEWHERE: [(&str, &str); 3] = [
+    ("cargo run --release -p figures", "the smoke run of the figures, with --quality draft"),
+    ("cargo test --release --workspace", "this test is a part of it"),
+    (
+        "cargo run --release -p figures -- peers --scenes SCENES --times 2,20 --out OUT",
+        "its words in capitals stand for the reader's own; the tests of the figures run it",
+    ),
+];
+
+/// What goes before a command of the program.
+const PROGRAM: &str = "volume3d ";
+const EXAMPLE: &str = "cargo run --release -p volume3d --example ";
+const INSTALL: &str = "cargo install --path ";
+
+/// Pixels along each side of the picture here, instead of the guide's 128, and seconds of a study instead of a minute: the lines
+/// take as long as they say.
+const SIZE: usize = 20;
+const STUDY: &str = " --budget 2";
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn read(path: &str) -> String {
+    std::fs::read_to_string(root().join(path)).unwrap_or_else(|e| panic!("{path}: {e}"))
+}
+
+/// The texts with lines to run.
+fn documents() -> Vec<(String, String)> {
+    let guide = root().join("volume3d/guide");
+    let names =
+        std::fs::read_dir(guide).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let mut names: Vec<String> = names.map(|name| format!("volume3d/guide/{name}")).collect();
+    names.sort();
+    names.insert(0, "README.md".to_owned());
+    names.into_iter().map(|name| (name.clone(), read(&name))).collect()
+}
+
+/// The blocks of a kind in a text.
+fn blocks<'t>(text: &'t str, kind: &str) -> Vec<&'t str> {
+    let opening = format!("\n```{kind}\n");
+    text.split(&opening).skip(1).map(|rest| rest.split("\n```").next().unwrap()).collect()
+}
+
+/// A folder with the guide's scene, a mesh for it, and an adjoint image.
+fn place() -> TempDir {
+    let place = tempfile::tempdir().unwrap();
+    let guide = read("volume3d/guide/start.md");
+    let scene = blocks(&guide, "xml")[0].replace("value=\"128\"", &format!("value=\"{SIZE}\""));
+    assert!(scene.contains(&format!("value=\"{SIZE}\"")), "the guide's scene has another size by now");
+    std::fs::write(place.path().join("scene.xml"), scene).unwrap();
+    std::fs::write(place.path().join("bunny.obj"), BUNNY).unwrap();
+    let adjoint = Image { width: SIZE, height: SIZE, pixels: vec![DVec3::ONE; SIZE * SIZE] };
+    write_exr(&place.path().join("adjoint.exr"), &adjoint).unwrap();
+    place
+}
+
+/// An octahedron, ten units high and standing on the ground, as closed as a bunny.
+const BUNNY: &str = "v -4 4 0\nv 4 4 0\nv 0 0 0\nv 0 10 0\nv 0 4 -4\nv 0 4 4\n\
+    f 2 4 6\nf 4 1 6\nf 1 3 6\nf 3 2 6\nf 4 2 5\nf 1 4 5\nf 3 1 5\nf 2 3 5\n";
+
+/// Runs a line of the program in a folder; what is wrong with it, if anything.
+fn fault(place: &Path, line: &str) -> Option<String> {
+    let arguments = line.strip_prefix(PROGRAM)?;
+    let study = if arguments.starts_with("tune ") { STUDY } else { "" };
+    let mut command = Command::new(env!("CARGO_BIN_EXE_volume3d"));
+    let output =
+        command.current_dir(place).args(format!("{arguments}{study}").split_whitespace()).output().unwrap();
+    let said = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
+    (output.status.code() != Some(0)).then(|| format!("{line}: {}: {said}", output.status))
+}
+
+/// What is wrong with a line that installs the program from a folder, if anything: this package must be there, with a program
+/// of the name that the other lines call.
+fn fault_of_installing(line: &str, folder: &str) -> Option<String> {
+    let same =
+        root().join(folder).canonicalize().ok() == Path::new(env!("CARGO_MANIFEST_DIR")).canonicalize().ok();
+    let program = Path::new(env!("CARGO_BIN_EXE_volume3d")).file_stem();
+    let named = program.is_some_and(|name| name == PROGRAM.trim());
+    (!same || !named).then(|| format!("{line}: installs no `{}`", PROGRAM.trim()))
+}
+
+#[test]
+fn every_line_runs() {
+    let place = place();
+    let (mut faults, mut run) = (vec![], 0);
+    let mut elsewhere = ELSEWHERE.map(|_| false);
+    for (document, text) in documents() {
+        for line in blocks(&text, "sh").into_iter().flat_map(str::lines) {
+            let line = line.split('#').next().unwrap_or_default().trim();
+            if line.is_empty() {
+                continue;
+            }
+            let fault = if let Some(known) = ELSEWHERE.iter().position(|(known, _)| *known == line) {
+                elsewhere[known] = true;
+                None
+            } else if line.starts_with(PROGRAM) {
+                run += 1;
+                fault(place.path(), line)
+            } else if let Some(folder) = line.strip_prefix(INSTALL) {
+                fault_of_installing(line, folder)
+            } else if let Some(example) = line.strip_prefix(EXAMPLE) {
+                // Each takes up to half a minute, and is compiled with the tests.
+                let source = root().join(format!("volume3d/examples/{example}.rs"));
+                (!source.is_file()).then(|| format!("{line}: there is no such example"))
+            } else {
+                Some(format!(
+                    "{line}: nobody knows how to run this; add it to the list of those that are run elsewhere, with by whom"
+                ))
+            };
+            faults.extend(fault.map(|fault| format!("{document}: {fault}")));
+        }
+    }
+    for ((line, _), seen) in ELSEWHERE.iter().zip(elsewhere) {
+        if !seen {
+            faults.push(format!("{line}: is listed as run elsewhere, but no document has it"));
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+    assert!(run > 8, "only {run} lines of the program were found");
+}
+
+/// The program can be had before it is called.
+#[test]
+fn installation_comes_first() {
+    for (document, text) in documents() {
+        let lines: Vec<&str> = blocks(&text, "sh").into_iter().flat_map(str::lines).collect();
+        let first = |prefix: &str| lines.iter().position(|line| line.starts_with(prefix));
+        if let (Some(call), false) =
+            (first(PROGRAM), document.ends_with("methods.md") || document.ends_with("size.md"))
+        {
+            assert!(first(INSTALL).is_some_and(|install| install < call), "{document}");
+        }
+    }
+}
+
+/// A line that nobody knows, and one that fails, are noticed.
+#[test]
+fn what_does_not_run_is_noticed() {
+    let place = place();
+    assert!(fault(place.path(), "volume3d info scene.xml").is_none());
+    assert!(fault(place.path(), "volume3d info scenes.xml").is_some());
+    assert!(fault(place.path(), "volume3d paint scene.xml").is_some());
+    assert!(fault_of_installing("", "volume3d").is_none());
+    assert!(fault_of_installing("", "flatland").is_some());
+    assert_eq!(blocks("a\n```sh\nb\nc\n```\n```text\nd\n```\n", "sh"), ["b\nc"]);
+}
