@@ -42,6 +42,11 @@ use crate::geometry::{Edges, Mesh};
 /// form, (1 − α) I + α L, is (1 − α) M with λ = α/(1 − α), such as 19 for α = 0.95, and takes steps that are 1/(1 − α) times as long
 /// at the same rate.
 ///
+/// # Which rate
+/// Adam's rate is that of u, of which M⁻¹ leaves a small part where numbers of opposite signs are near one another: take ten times what
+/// vertices should move by at most in a step, such as a tenth of the shape's extent, and let it fall tenfold. Where gradients
+/// shrink as fast as in fits of a few hundred steps, [`Adam::beta2`](super::Adam::beta2) = 0.95 keeps steps from shrinking with them.
+///
 /// # What it costs
 /// M is factored once, by the sparse Cholesky decomposition of `faer` after a fill-reducing permutation, and solved for every
 /// step. On one core of a shared machine, spheres took:
