@@ -43,9 +43,10 @@ use crate::geometry::{Edges, Mesh};
 /// at the same rate.
 ///
 /// # Which rate
-/// Adam's rate is that of u, of which M⁻¹ leaves a small part where numbers of opposite signs are near one another: take ten times what
-/// vertices should move by at most in a step, such as a tenth of the shape's extent, and let it fall tenfold. Where gradients
-/// shrink as fast as in fits of a few hundred steps, [`Adam::beta2`](super::Adam::beta2) = 0.95 keeps steps from shrinking with them.
+/// Adam's rate is that of u, of which M⁻¹ leaves little where neighbours pull opposite ways: it must be larger than what vertices are to
+/// move by. From a sphere to a bunny of diagonal 2 in 160 steps, rates of 0.1 to 0.3 that fell tenfold served; 0.03 was slow, and 1 went
+/// astray. As gradients shrink during so short a fit, [`Adam::beta2`](super::Adam::beta2) = 0.95 came nearer than 0.999, which remembers the
+/// first ones to the end.
 ///
 /// # What it costs
 /// M is factored once, by the sparse Cholesky decomposition of `faer` after a fill-reducing permutation, and solved for every

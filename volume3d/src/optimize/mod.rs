@@ -8,6 +8,12 @@
 //! x → scene → I → L, ∂L/∂I → ∂L/∂scene → ∂L/∂x → step
 //! ```
 //!
+//! | what is fitted | steps |
+//! |---|---|
+//! | a pose, a few lights, with many samples | [`lbfgs()`] in the coordinates of a [`Chart`] |
+//! | poses, materials, textures, with noise | [`Adam`] |
+//! | vertices of a mesh | [`Adam::uniform`] between two solves of [`LargeSteps`] |
+//!
 //! The image must come from other samples than the gradient, or their product is biased: [`render`](crate::gradient::render) draws its own at
 //! any seed.
 
