@@ -9,7 +9,9 @@ use anyhow::Result;
 use clap::ValueEnum;
 use glam::DVec3;
 use indicatif::{ProgressBar, ProgressStyle};
+use volume3d::geometry::Mesh;
 use volume3d::gradient::Progress;
+use volume3d::io::write_obj;
 
 use crate::output::{Table, write_animation, write_csv, write_exr, write_png};
 use crate::plot::Canvas;
@@ -74,6 +76,12 @@ impl Context {
     pub(crate) fn exr(&self, file: &str, width: usize, pixels: &[DVec3]) -> Result<String> {
         let pixels: Vec<[f32; 3]> = pixels.iter().map(|pixel| pixel.as_vec3().to_array()).collect();
         write_exr(&self.out.join(file), width, &pixels)?;
+        Ok(file.to_owned())
+    }
+
+    /// Writes a mesh as OBJ, and returns the file's name for the list of data.
+    pub(crate) fn obj(&self, file: &str, mesh: &Mesh) -> Result<String> {
+        write_obj(&self.out.join(file), mesh)?;
         Ok(file.to_owned())
     }
 

@@ -42,6 +42,12 @@ use crate::geometry::{Edges, Mesh};
 /// form, (1 − α) I + α L, is (1 − α) M with λ = α/(1 − α), such as 19 for α = 0.95, and takes steps that are 1/(1 − α) times as long
 /// at the same rate.
 ///
+/// # Which rate
+/// Adam's rate is that of u, of which M⁻¹ leaves little where neighbours pull opposite ways: it must be larger than what vertices are to
+/// move by. From a sphere to a bunny of diagonal 2 in 160 steps, rates of 0.1 to 0.3 that fell tenfold served; 0.03 was slow, and 1 went
+/// astray. As gradients shrink during so short a fit, [`Adam::beta2`](super::Adam::beta2) = 0.95 came nearer than 0.999, which remembers the
+/// first ones to the end.
+///
 /// # What it costs
 /// M is factored once, by the sparse Cholesky decomposition of `faer` after a fill-reducing permutation, and solved for every
 /// step. On one core of a shared machine, spheres took:

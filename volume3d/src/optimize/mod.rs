@@ -11,10 +11,11 @@
 //! [`Fit`] takes such steps over several views, and its [`State`] can be kept in a file and gone on with to the same bits; `volume3d
 //! fit` is its command line. What is written by hand instead is `examples/pose.rs`.
 //!
-//! | many parameters of a mesh | [`LargeSteps`] with [`Adam::uniform`] |
+//! | what is fitted | steps |
 //! |---|---|
-//! | a pose, colours, textures | [`Adam`], with a [`Schedule`] |
-//! | few parameters, and many samples | [`lbfgs()`], in a [`Chart`] |
+//! | a pose, a few lights, with many samples | [`lbfgs()`] in the coordinates of a [`Chart`] |
+//! | poses, materials, textures, with noise | [`Adam`], with a [`Schedule`] |
+//! | vertices of a mesh | [`Adam::uniform`] between two solves of [`LargeSteps`] |
 //!
 //! A mesh keeps its topology throughout: there is no remeshing. Between two fits a mesh can be written, remeshed by
 //! another program, and read again; edges that collapse are kept alive by [`Regularizer::EdgeLength`], and triangles that pass through one
