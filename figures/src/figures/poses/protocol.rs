@@ -1,4 +1,7 @@
 //! What was fixed before anything was run: film, samples, schedule, starts, and what counts as success.
+//!
+//! It was made with starts of another seed, mostly by warped area alone, so that most descents of the bunny arrive within the
+//! time that the whole may take: a coarse film and few samples a step, as Adam takes the mean over steps anyway.
 
 use std::f64::consts::PI;
 
@@ -49,6 +52,9 @@ impl Effort {
         Self { steps: 12, stride: 2, starts: [2, 1, 1, 1, 1, 1], seeds: 2, target: 64 };
 }
 
+/// Where the stream of starts begins: none of them was seen while the protocol was made.
+const FRESH: u64 = 20_261_122;
+
 /// The rate of a step.
 pub(super) fn rate(step: u64, steps: u64) -> f64 {
     0.5 * RATE * (1.0 + (PI * step as f64 / steps as f64).cos())
@@ -57,7 +63,7 @@ pub(super) fn rate(step: u64, steps: u64) -> f64 {
 /// A start: a translation and a rotation vector, both uniform in balls. They depend on nothing but the seed, the scene and their
 /// number, so that every method has the same.
 pub(super) fn start(stage: Stage, seed: u64, index: u64) -> [f64; 6] {
-    let mut dice = stream(seed, &[13, stage as u64, index]);
+    let mut dice = stream(seed, &[13, FRESH, stage as u64, index]);
     let t = FARTHEST[0] * stage.extent() * in_ball(&mut dice);
     let r = FARTHEST[1] * in_ball(&mut dice);
     [t.x, t.y, t.z, r.x, r.y, r.z]
