@@ -1,5 +1,6 @@
 //! Figure 13: poses found by descending gradients, from several starts, by every method.
 
+mod drift;
 mod fit;
 mod picture;
 mod protocol;
@@ -15,11 +16,13 @@ use crate::figures::common::{listed, percent};
 use crate::gallery::Section;
 use crate::output::Table;
 use crate::prose::Prose;
+use crate::ratio::Ratio;
+use drift::{Drift, Offset};
 use protocol::{CLOSE, SAMPLES, SIDE, equal_time};
 use racer::Racer;
 use stage::Stage;
 use study::Study;
-use summary::{Drift, Offset, Race};
+use summary::Race;
 use views::View;
 
 /// Measures, draws and explains.
@@ -95,8 +98,10 @@ impl<'a> Results<'a> {
                 ("rates_glossy", &self.rates(Stage::Glossy)),
                 ("apart", &self.apart()),
                 ("seeds", &study.effort.seeds),
-                ("unreachable_cylinders", &self.offsets(Stage::Cylinders)),
-                ("unreachable_bunny", &self.offsets(Stage::Bunny)),
+                ("unreachable_cylinders", &offsets(self.before(Stage::Cylinders))),
+                ("unreachable_bunny", &offsets(self.before(Stage::Bunny))),
+                ("strays_cylinders", &self.strays(Stage::Cylinders)),
+                ("strays_bunny", &self.strays(Stage::Bunny)),
                 ("truth", &offsets(&self.truth)),
             ],
         )
@@ -128,9 +133,22 @@ impl<'a> Results<'a> {
         if words.is_empty() { "nowhere".to_owned() } else { words }
     }
 
-    fn offsets(&self, stage: Stage) -> String {
-        let of = self.unreachable.iter().find(|(other, _)| *other == stage);
-        of.map_or_else(String::new, |(_, drifts)| offsets(drifts))
+    fn before(&self, stage: Stage) -> &[Drift] {
+        self.unreachable.iter().find(|(other, _)| *other == stage).map_or(&[], |(_, drifts)| drifts)
+    }
+
+    /// Which methods end elsewhere than edge sampling, before a target that cannot be reached.
+    fn strays(&self, stage: Stage) -> String {
+        let drifts = self.before(stage);
+        let words = drifts.iter().filter_map(|drift| {
+            let [shift, turn] = drift.beyond(drifts)?;
+            let apart = || [shift.length().scaled(100.0), turn.length()].map(Ratio::shown);
+            let is_sure = drift.racer != Racer::EdgeSampling && (shift.is_sure() || turn.is_sure());
+            let words = || apart().join(" % and ");
+            is_sure.then(|| format!("{} by {}°", drift.racer.name(), words()))
+        });
+        let words = listed(words);
+        if words.is_empty() { "none that this run could tell".to_owned() } else { words }
     }
 
     /// Everything that is counted.
@@ -175,13 +193,13 @@ impl<'a> Results<'a> {
                 ("method", &|(.., drift)| drift.racer.name().into()),
                 ("samples a pixel", &|(.., drift)| drift.samples.into()),
                 ("seeds", &|(.., drift)| drift.count.into()),
-                ("mean translation", &|(.., drift)| drift.shift.length.value.into()),
-                ("its error", &|(.., drift)| drift.shift.length.error.into()),
-                ("by chance", &|(.., drift)| drift.shift.chance.into()),
+                ("mean translation", &|(.., drift)| drift.shift.length().value.into()),
+                ("its error", &|(.., drift)| drift.shift.length().error.into()),
+                ("by chance", &|(.., drift)| drift.shift.chance().into()),
                 ("of one descent", &|(.., drift)| drift.shift.single.into()),
-                ("mean rotation (°)", &|(.., drift)| drift.turn.length.value.into()),
-                ("its error", &|(.., drift)| drift.turn.length.error.into()),
-                ("by chance", &|(.., drift)| drift.turn.chance.into()),
+                ("mean rotation (°)", &|(.., drift)| drift.turn.length().value.into()),
+                ("its error", &|(.., drift)| drift.turn.length().error.into()),
+                ("by chance", &|(.., drift)| drift.turn.chance().into()),
                 ("of one descent", &|(.., drift)| drift.turn.single.into()),
             ],
         )
@@ -213,7 +231,7 @@ fn offsets(drifts: &[Drift]) -> String {
             if drift.samples > SAMPLES { format!(" with {} samples", drift.samples) } else { String::new() };
         let shown = |offset: Offset, scale: f64| {
             let chance = if offset.is_sure() { "" } else { ", which may be chance" };
-            (offset.length.scaled(scale).shown(), chance)
+            (offset.length().scaled(scale).shown(), chance)
         };
         let ((shift, by_chance), (turn, too)) = (shown(drift.shift, 100.0), shown(drift.turn, 1.0));
         format!("{}{many} {shift} %{by_chance}, and {turn}°{too}", drift.racer.name())

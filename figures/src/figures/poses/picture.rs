@@ -1,10 +1,11 @@
 //! The pictures: what is to be found, how often it is, how fast, and where biased gradients rest instead.
 
+use super::drift::{Drift, Offset};
 use super::protocol::SAMPLES;
 use super::racer::Racer;
 use super::stage::Stage;
 use super::study::Study;
-use super::summary::{Drift, Offset, Race};
+use super::summary::Race;
 use super::views::View;
 use crate::plot::*;
 use crate::space::picture::radiance;
@@ -54,7 +55,7 @@ pub(super) fn rates(study: &Study, races: &[[Race<'_>; 2]], caption: &str) -> Ca
     let cells = figure.body.grid([2, 3], [GAP; 2]);
     for (stage, cell) in Stage::ALL.into_iter().zip(cells) {
         let count = study.effort.starts[stage as usize];
-        let space = figure.panel(cell, &format!("{}, {count} starts", stage.name()));
+        let space = figure.panel(cell, &format!("{} (starts: {count})", stage.name()));
         let ticks = [0, 25, 50, 75, 100].map(|part| (f64::from(part), part.to_string()));
         let axis = Axis::linear("found, % of starts").limits(-4.0, 104.0).ticks(ticks);
         let mut rows = named(axis);
@@ -105,38 +106,52 @@ pub(super) fn curves(study: &Study, races: &[[Race<'_>; 2]], caption: &str) -> a
 /// Where descents rest that begin at the truth: before targets that cannot be reached, and the bunny before its own.
 pub(super) fn drifts(unreachable: &[(Stage, Vec<Drift>)], truth: &[Drift], caption: &str) -> Canvas {
     let title = "Where descents go that begin with the object in its place";
-    let mut figure = Figure::new(960.0, 2.0 * 200.0 + GAP, title, caption);
+    let mut figure = Figure::new(1020.0, 2.0 * 200.0 + GAP, title, caption);
     let cells = figure.body.grid([2, 3], [GAP; 2]);
-    let mut panels: Vec<(String, &[Drift])> = vec![];
-    for (stage, drifts) in unreachable {
-        panels.push((format!("{}, unreachable target", stage.name()), drifts));
-    }
-    panels.push(("bunny, its own target".to_owned(), truth));
-    for (i, (name, drifts)) in panels.into_iter().enumerate() {
-        let kinds: [(&str, &str, fn(&Drift) -> Offset, f64); 2] = [
-            ("translation", "% of the extent", |d| d.shift, 100.0),
-            ("rotation", "degrees", |d| d.turn, 1.0),
-        ];
-        for (j, (what, unit, offset, scale)) in kinds.into_iter().enumerate() {
-            let space = figure.panel(cells[3 * j + i], &format!("{name}: {what}"));
-            let widest = drifts.iter().map(|d| offset(d).length.ends()[1]).fold(0.0, f64::max);
-            let axis = Axis::linear(unit).limits(0.0, 1.1 * scale * widest.max(1e-9));
-            let label = |d: &Drift| {
-                let many =
-                    if d.samples > SAMPLES { format!(", {} samples", d.samples) } else { String::new() };
-                (format!("{}{many}", d.racer.name()), d.racer.color())
-            };
-            let mut rows = Rows::new(axis, drifts.iter().map(label).collect());
-            for (row, drift) in drifts.iter().enumerate() {
-                let offset = offset(drift);
-                rows.bar(row, offset.length.ends().map(|end| scale * end.max(0.0)));
-                let marker = if offset.is_sure() { Marker::Circle } else { Marker::Ring };
-                rows.mark(row, scale * offset.length.value, marker);
-            }
-            rows.draw(&mut figure.canvas, space, NAMES, 6.0);
+    let targets =
+        unreachable.iter().map(|(stage, drifts)| (format!("{}, no match", stage.name()), drifts, true));
+    let own = ("bunny, its own picture".to_owned(), truth.to_vec());
+    let targets: Vec<_> = targets.chain([(own.0, &own.1, false)]).collect();
+    for (part, row) in cells.chunks(3).enumerate() {
+        for ((name, drifts, is_compared), cell) in targets.iter().zip(row) {
+            let what = ["translation", "rotation"][part];
+            let space = figure.panel(*cell, &format!("{name}: {what}"));
+            draw_drifts(&mut figure.canvas, space, drifts, part, *is_compared);
         }
     }
     figure.canvas
+}
+
+/// Lengths of mean translations (part 0) or rotations (part 1), and how far they are from those of edge sampling.
+fn draw_drifts(canvas: &mut Canvas, space: Rect, drifts: &[Drift], part: usize, is_compared: bool) {
+    let (unit, scale) = [("% of the extent", 100.0), ("degrees", 1.0)][part];
+    let offset = |drift: &Drift| [drift.shift, drift.turn][part];
+    let widest = drifts.iter().map(|d| offset(d).length().ends()[1]).fold(1e-9, f64::max);
+    let label = |d: &Drift| {
+        let many = if d.samples > SAMPLES { format!(", {} samples", d.samples) } else { String::new() };
+        (format!("{}{many}", d.racer.name()), d.racer.color())
+    };
+    let axis = Axis::linear(unit).limits(0.0, 1.1 * scale * widest);
+    let mut rows = Rows::new(axis, drifts.iter().map(label).collect());
+    let marker = |offset: &Offset| if offset.is_sure() { Marker::Circle } else { Marker::Ring };
+    for (row, drift) in drifts.iter().enumerate() {
+        let offset = offset(drift);
+        rows.bar(row, offset.length().ends().map(|end| scale * end.max(0.0)));
+        rows.mark(row, scale * offset.length().value, marker(&offset));
+    }
+    let placed = rows.draw(canvas, space, NAMES, if is_compared { 84.0 } else { 6.0 });
+    if is_compared {
+        rows.column(canvas, &placed, (8.0, "beyond edges’"), |row| {
+            let beyond = drifts[row].beyond(drifts).filter(|_| drifts[row].racer != Racer::EdgeSampling);
+            beyond.map_or_else(
+                || ("–".to_owned(), Color::MUTED),
+                |b| {
+                    let color = if b[part].is_sure() { Color::INK } else { Color::SPINE };
+                    (b[part].length().scaled(scale).shown(), color)
+                },
+            )
+        });
+    }
 }
 
 /// A row for every method.

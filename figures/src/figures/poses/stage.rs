@@ -206,7 +206,7 @@ fn sphere() -> anyhow::Result<Mesh> {
         let polar = PI * f64::from(ring) / f64::from(RINGS);
         let around = 2.0 * PI * f64::from(meridian % (2 * RINGS)) / f64::from(2 * RINGS);
         // At the poles all meridians meet in one point, to the last bit.
-        let across = if ring % RINGS == 0 { 0.0 } else { polar.sin() };
+        let across = if ring == 0 || ring == RINGS { 0.0 } else { polar.sin() };
         DVec3::new(across * around.sin(), polar.cos(), across * around.cos())
     };
     let mut corners = vec![];

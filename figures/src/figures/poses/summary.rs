@@ -1,14 +1,10 @@
-//! What the descents of one kind have in common: how many succeed, and where they end on average.
+//! What the descents of one method on one scene have in common: how many succeed, and how near they come.
 
-use glam::DVec3;
-
-use super::protocol::SAMPLES;
 use super::racer::Racer;
 use super::record::Row;
 use super::stage::Stage;
 use super::study::{Experiment, Job, Study};
 use crate::figures::common::median;
-use crate::ratio::Ratio;
 
 /// How many of so many descents succeeded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,85 +79,6 @@ impl<'a> Race<'a> {
     }
 }
 
-/// Where descents from one place end: a mean of independent runs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Drift {
-    pub(super) racer: Racer,
-    pub(super) samples: usize,
-    pub(super) count: usize,
-    /// The length of the mean translation, in extents.
-    pub(super) shift: Offset,
-    /// The length of the mean rotation vector, in degrees.
-    pub(super) turn: Offset,
-}
-
-/// The length of a mean vector.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Offset {
-    /// With its standard error along the mean.
-    pub(super) length: Ratio,
-    /// What the length would be by chance if the true mean were 0: the root of the sum of the squared standard errors.
-    pub(super) chance: f64,
-    /// The root mean square of the vectors of single runs.
-    pub(super) single: f64,
-}
-
-impl Offset {
-    /// Of vectors that independent runs found.
-    pub(super) fn of(vectors: &[DVec3]) -> Self {
-        let along = |axis: usize| Ratio::of_runs(&vectors.iter().map(|v| v[axis]).collect::<Vec<_>>());
-        let axes = [0, 1, 2].map(along);
-        let mean = DVec3::from_array(axes.map(|a| a.value));
-        let error = DVec3::from_array(axes.map(|a| a.error));
-        let single = vectors.iter().map(|v| v.length_squared()).sum::<f64>() / vectors.len() as f64;
-        Self {
-            length: Ratio { value: mean.length(), error: (mean.normalize_or_zero() * error).length() },
-            chance: error.length(),
-            single: single.sqrt(),
-        }
-    }
-
-    /// Whether it is more than chance explains: with a dozen runs, one mean of 0 in a thousand is.
-    pub(super) fn is_sure(&self) -> bool {
-        self.length.value > 3.0 * self.chance
-    }
-}
-
-impl Drift {
-    pub(super) fn new(study: &Study, job: &Job) -> anyhow::Result<Self> {
-        let rows = study.descents(job);
-        let poses = rows.iter().map(|row| row.pose()).collect::<anyhow::Result<Vec<_>>>()?;
-        let part = |at: usize, scale: f64| -> Vec<DVec3> {
-            poses.iter().map(|x| scale * DVec3::from_slice(&x[at..at + 3])).collect()
-        };
-        Ok(Self {
-            racer: job.racer,
-            samples: job.samples,
-            count: rows.len(),
-            shift: Offset::of(&part(0, 1.0 / job.stage.extent())),
-            turn: Offset::of(&part(3, 1f64.to_degrees())),
-        })
-    }
-
-    /// Of the bunny from where it is.
-    pub(super) fn from_truth(study: &Study) -> anyhow::Result<Vec<Self>> {
-        let samples = [SAMPLES, 4 * SAMPLES];
-        let jobs = Racer::DRIFTING.into_iter().flat_map(|racer| samples.map(|samples| (racer, samples)));
-        jobs.map(|(racer, samples)| {
-            let (experiment, stage) = (Experiment::Truth, Stage::Bunny);
-            Self::new(study, &Job { experiment, stage, racer, samples, start: 0 })
-        })
-        .collect()
-    }
-
-    /// To a target that cannot be reached.
-    pub(super) fn unreachable(study: &Study, stage: Stage) -> anyhow::Result<Vec<Self>> {
-        let experiment = Experiment::Unreachable;
-        let job = |racer| Job { experiment, stage, racer, samples: SAMPLES, start: 0 };
-        Racer::ALL.into_iter().map(|racer| Self::new(study, &job(racer))).collect()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -175,13 +92,5 @@ mod tests {
         };
         close(Rate { successes: 81, count: 263 }, [0.2553, 0.3662]);
         close(Rate { successes: 0, count: 20 }, [0.0, 0.1611]);
-    }
-
-    #[test]
-    fn means_of_vectors_have_lengths_and_errors() {
-        let offset = Offset::of(&[DVec3::new(2.0, 1.0, 0.0), DVec3::new(4.0, -1.0, 0.0)]);
-        assert_eq!(offset.length, Ratio { value: 3.0, error: 1.0 });
-        assert!((offset.chance - 2f64.sqrt()).abs() < 1e-15 && (offset.single - 11f64.sqrt()).abs() < 1e-15);
-        assert!(!offset.is_sure());
     }
 }
