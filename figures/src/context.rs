@@ -56,6 +56,11 @@ impl Context {
         self.seed
     }
 
+    /// Where a file of this name is to stand.
+    pub(crate) fn path(&self, file: &str) -> PathBuf {
+        self.out.join(file)
+    }
+
     /// Writes a drawing to a file of this name.
     pub(crate) fn png(&self, file: &str, canvas: &Canvas) -> Result<()> {
         write_png(&self.out.join(file), canvas)

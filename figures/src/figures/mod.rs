@@ -11,6 +11,7 @@ mod implicit;
 mod mesh;
 mod motions;
 mod path_bias;
+mod poses;
 mod specular;
 mod trade;
 mod transport;
@@ -41,7 +42,7 @@ const fn figure(
 }
 
 /// All figures in the order of their numbers, from 1 on.
-pub(crate) const ALL: [Figure; 13] = [
+pub(crate) const ALL: [Figure; 14] = [
     figure("fields", "every construction of the warp field on one scene", fields::draw),
     figure("attempts", "the three attempts along a line across a silhouette", attempts::draw),
     figure("forms", "Reynolds, divergence and reparameterised forms of one derivative", forms::draw),
@@ -62,5 +63,6 @@ pub(crate) const ALL: [Figure; 13] = [
         "variance and bias of every method on cylinders and foliage that rotate",
         motions::draw,
     ),
+    figure("poses", "poses found by descending gradients, from several starts, by every method", poses::draw),
     figure("views", "meshes from their rendered views, by large steps down unbiased gradients", views::draw),
 ];

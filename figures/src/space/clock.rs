@@ -4,6 +4,22 @@
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Clock(f64);
 
+/// The same for what one thread does by itself, whatever the others do; started by [`ThreadClock::start`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ThreadClock(f64);
+
+impl ThreadClock {
+    /// Starts now, on this thread.
+    pub(crate) fn start() -> Self {
+        Self(thread_seconds())
+    }
+
+    /// Seconds that this thread has computed since then.
+    pub(crate) fn seconds(self) -> f64 {
+        thread_seconds() - self.0
+    }
+}
+
 impl Clock {
     /// Starts now.
     pub(crate) fn start() -> Self {
@@ -18,16 +34,31 @@ impl Clock {
 
 #[cfg(unix)]
 fn processor_seconds() -> f64 {
-    use rustix::time::{ClockId, clock_gettime};
-    let time = clock_gettime(ClockId::ProcessCPUTime);
+    seconds_of(rustix::time::ClockId::ProcessCPUTime)
+}
+
+#[cfg(unix)]
+fn thread_seconds() -> f64 {
+    seconds_of(rustix::time::ClockId::ThreadCPUTime)
+}
+
+#[cfg(unix)]
+fn seconds_of(clock: rustix::time::ClockId) -> f64 {
+    let time = rustix::time::clock_gettime(clock);
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
 /// Without such a clock: the time that passed, as if every thread had been busy.
 #[cfg(not(unix))]
 fn processor_seconds() -> f64 {
+    thread_seconds() * rayon::current_num_threads() as f64
+}
+
+/// Without such a clock: the time that passed.
+#[cfg(not(unix))]
+fn thread_seconds() -> f64 {
     use std::sync::LazyLock;
     use std::time::Instant;
     static START: LazyLock<Instant> = LazyLock::new(Instant::now);
-    START.elapsed().as_secs_f64() * rayon::current_num_threads() as f64
+    START.elapsed().as_secs_f64()
 }

@@ -5,6 +5,6 @@ mod methods;
 pub(crate) mod picture;
 mod runs;
 
-pub(crate) use clock::Clock;
+pub(crate) use clock::{Clock, ThreadClock};
 pub(crate) use methods::{METHODS, Method, Task};
 pub(crate) use runs::{Compared, Reference};

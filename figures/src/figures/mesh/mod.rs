@@ -10,6 +10,7 @@ use crate::output::Table;
 use crate::plot::number;
 use crate::prose::Prose;
 use crate::ratio::Ratio;
+pub(super) use scene::standing_bunny;
 use study::{Part, RUNS, STEP, Study};
 
 /// Measures, draws and explains.

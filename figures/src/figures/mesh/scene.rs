@@ -64,7 +64,7 @@ fn wall(at: DVec3, normal: DVec3) -> Mesh {
 }
 
 /// The bunny upright on the floor, in facets: nothing but its edges jumps.
-fn standing_bunny() -> anyhow::Result<Mesh> {
+pub(in crate::figures) fn standing_bunny() -> anyhow::Result<Mesh> {
     let mesh = read_obj(BUNNY, Path::new("figures/assets/bunny.obj"))?.with_normals(Normals::Face)?;
     let low = mesh.positions().iter().copied().reduce(DVec3::min).context("the bunny has no vertices")?;
     let high = mesh.positions().iter().copied().fold(low, DVec3::max);

@@ -11,7 +11,7 @@ use crate::output::Table;
 use crate::plot::number;
 use crate::prose::Prose;
 use crate::ratio::Ratio;
-use scene::Setting;
+pub(super) use scene::Setting;
 use study::{Entry, REFERENCE_RUNS, SURE, Study};
 
 /// Measures, draws and explains.

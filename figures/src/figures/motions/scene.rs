@@ -22,9 +22,9 @@ const LENGTHS: [f64; 2] = [0.28, 0.46];
 const SPREAD: f64 = 1.0;
 
 /// A scene and the rotation that is its parameter.
-pub(super) struct Setting {
+pub(in crate::figures) struct Setting {
     pub(super) name: &'static str,
-    pub(super) scene: Scene,
+    pub(in crate::figures) scene: Scene,
     pub(super) change: Tangent,
     /// Radians by which what is a unit away from the axis moves one pixel.
     pub(super) pixel: f64,
@@ -47,7 +47,7 @@ impl Setting {
     }
 
     /// Bent leaves of two triangles a side, anywhere in a ball.
-    pub(super) fn foliage(side: usize, seed: u64) -> anyhow::Result<Self> {
+    pub(in crate::figures) fn foliage(side: usize, seed: u64) -> anyhow::Result<Self> {
         let mut soup = Soup::default();
         for index in 0..LEAVES {
             let mut dice = Dice(stream(seed, &[12, 1, index]));

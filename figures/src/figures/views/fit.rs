@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use flatland::random::{open01, stream};
 use glam::DVec3;
+use volume3d::Image;
 use volume3d::geometry::Mesh;
 use volume3d::gradient::{Progress, WarpedArea, render};
 use volume3d::optimize::{Adam, LargeSteps, Loss, Parameters};
@@ -139,7 +140,7 @@ const LOOKS: u64 = 4;
 /// Cameras with what they see.
 struct Views {
     cameras: Vec<Camera>,
-    targets: Vec<Vec<DVec3>>,
+    targets: Vec<Image>,
 }
 
 impl Views {
@@ -150,19 +151,21 @@ impl Views {
 }
 
 /// A scene's images.
-fn look(cameras: &[Camera], scene: &mut Scene, samples: usize, seed: u64) -> anyhow::Result<Vec<Vec<DVec3>>> {
+fn look(cameras: &[Camera], scene: &mut Scene, samples: usize, seed: u64) -> anyhow::Result<Vec<Image>> {
     let mut images = vec![];
     for (i, camera) in (0..).zip(cameras) {
         scene.set_camera(camera.clone())?;
-        images.push(render(scene, samples, seed_of(seed, &[i]), &Progress::none())?.pixels);
+        images.push(render(scene, samples, seed_of(seed, &[i]), &Progress::none())?.image);
     }
     Ok(images)
 }
 
 /// The mean over images, pixels and channels of |a − b|.
-fn mean_error(a: &[Vec<DVec3>], b: &[Vec<DVec3>]) -> f64 {
-    let differences = a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (*a - *b).abs().element_sum());
-    differences.sum::<f64>() / (3 * a.iter().map(Vec::len).sum::<usize>()) as f64
+fn mean_error(a: &[Image], b: &[Image]) -> f64 {
+    let pixels = |images: &[Image]| images.iter().flat_map(|i| i.pixels.clone()).collect::<Vec<DVec3>>();
+    let (a, b) = (pixels(a), pixels(b));
+    let differences = a.iter().zip(&b).map(|(a, b)| (*a - *b).abs().element_sum());
+    differences.sum::<f64>() / (3 * a.len()) as f64
 }
 
 impl Fit {
@@ -196,7 +199,7 @@ impl Fit {
             let mesh = &scene.description().shapes[shape].mesh;
             let chamfer = chamfer(mesh, &target, effort.points, seed(&[LOOKS, 2])) / DIAGONAL;
             let picture = look(&chosen[1..], scene, effort.shown / 4, seed(&[LOOKS, 3]))?.remove(0);
-            moments.push(Moment { step, chamfer, picture });
+            moments.push(Moment { step, chamfer, picture: picture.pixels });
             Ok(())
         };
         moment(0, &mut scene)?;
@@ -205,7 +208,7 @@ impl Fit {
                 let finer = subdivided(&scene.description().shapes[shape].mesh)?;
                 scene.set_meshes([(shape, finer)])?;
             }
-            let what = format!("13 {}, {}", subject.name(), light.name());
+            let what = format!("14 {}, {}", subject.name(), light.name());
             run.descend(&mut scene, shape, steps, &what, &mut moment)?;
         }
         let fits = look(&chosen, &mut scene, effort.shown, seed(&[LOOKS, 4]))?;
@@ -215,7 +218,8 @@ impl Fit {
             .into_iter()
             .zip(starts)
             .zip(fits)
-            .map(|((target, start), fit)| Shown { target, start, fit });
+            .map(|((target, start), fit)| [target, start, fit].map(|image| image.pixels))
+            .map(|[target, start, fit]| Shown { target, start, fit });
         let shown = std::array::from_fn(|_| shown.next().expect("two views"));
         let held_out =
             [held_out_start, held_out_fit, again].map(|images| mean_error(&images, &unknown.targets));
@@ -296,12 +300,11 @@ impl Run<'_> {
                 scene.set_camera(self.known.cameras[view].clone())?;
                 let clock = Clock::start();
                 let [of_image, samples] = self.effort.samples;
-                let image = render(scene, of_image, seed, &Progress::none())?;
+                let image = render(scene, of_image, seed, &Progress::none())?.image;
                 self.seconds.image += clock.seconds();
                 let clock = Clock::start();
                 let target = &self.known.targets[view];
-                let (of_view, adjoint) =
-                    Loss::Multiscale { levels: LEVELS }.of(scene.size(), &image.pixels, target)?;
+                let (of_view, adjoint) = Loss::Multiscale { levels: LEVELS }.of(&image, target)?;
                 loss += of_view / self.effort.batch as f64;
                 self.seconds.optimiser += clock.seconds();
                 let clock = Clock::start();

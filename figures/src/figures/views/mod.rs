@@ -1,4 +1,4 @@
-//! Figure 13: meshes from rendered views, by descent along unbiased gradients.
+//! Figure 14: meshes from rendered views, by descent along unbiased gradients.
 
 mod chamfer;
 mod fit;
@@ -25,21 +25,21 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
         }
     }
     let mut prose = prose(context, &fits)?;
-    let caption = prose.take_caption("figure13_views.png")?;
-    context.png("figure13_views.png", &picture::draw(&fits, &caption))?;
-    context.animation("figure13_views_animated.png", &picture::frames(&fits), 150)?;
+    let caption = prose.take_caption("figure14_views.png")?;
+    context.png("figure14_views.png", &picture::draw(&fits, &caption))?;
+    context.animation("figure14_views_animated.png", &picture::frames(&fits), 150)?;
     let table = summary(&fits);
     let mut data = vec![
-        context.csv("figure13_fits.csv", &table)?,
-        context.csv("figure13_losses.csv", &losses(&fits))?,
-        context.csv("figure13_distances.csv", &distances(&fits))?,
+        context.csv("figure14_fits.csv", &table)?,
+        context.csv("figure14_losses.csv", &losses(&fits))?,
+        context.csv("figure14_distances.csv", &distances(&fits))?,
     ];
     for fit in &fits {
         let light = fit.light.name().replace(' ', "_");
-        data.push(context.obj(&format!("figure13_{}_{light}.obj", fit.subject.name()), &fit.mesh)?);
+        data.push(context.obj(&format!("figure14_{}_{light}.obj", fit.subject.name()), &fit.mesh)?);
     }
     for subject in Subject::ALL {
-        data.push(context.obj(&format!("figure13_{}_target.obj", subject.name()), &subject.target()?)?);
+        data.push(context.obj(&format!("figure14_{}_target.obj", subject.name()), &subject.target()?)?);
     }
     prose.section("views", data, table)
 }

@@ -1,0 +1,257 @@
+//! Figure 13: poses found by descending gradients, from several starts, by every method.
+
+mod drift;
+mod fit;
+mod picture;
+mod protocol;
+mod racer;
+mod record;
+mod stage;
+mod study;
+mod summary;
+mod views;
+
+use crate::context::Context;
+use crate::figures::common::{listed, percent};
+use crate::gallery::Section;
+use crate::output::Table;
+use crate::prose::Prose;
+use crate::ratio::Ratio;
+use drift::{Drift, Offset};
+use protocol::{CLOSE, SAMPLES, SIDE, equal_time};
+use racer::Racer;
+use stage::Stage;
+use study::Study;
+use summary::Race;
+use views::View;
+
+/// Measures, draws and explains.
+pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
+    let study = Study::new(context)?;
+    let results = Results::new(&study)?;
+    context.step("13 pictures");
+    let (side, samples) = context.spend((24, 16), (64, 64));
+    let views = Stage::ALL.map(|stage| View::new(&study, stage, side, samples));
+    let views = views.into_iter().collect::<anyhow::Result<Vec<_>>>()?;
+    let is_draft = context.spend(true, false);
+    let mut prose = results.prose(&study, is_draft)?;
+    let caption = prose.take_caption("figure13_views.png")?;
+    context.png("figure13_views.png", &picture::views(&views, &caption))?;
+    let caption = prose.take_caption("figure13_poses.png")?;
+    context.png("figure13_poses.png", &picture::rates(&study, &results.races, &caption))?;
+    let caption = prose.take_caption("figure13_curves.png")?;
+    context.png("figure13_curves.png", &picture::curves(&study, &results.races, &caption)?)?;
+    let caption = prose.take_caption("figure13_drift.png")?;
+    context.png("figure13_drift.png", &picture::drifts(&results.unreachable, &results.truth, &caption))?;
+    let table = results.table();
+    let data = [
+        context.csv("figure13_poses.csv", &table)?,
+        context.csv("figure13_drift.csv", &results.drifts())?,
+        context.csv("figure13_descents.csv", &descents(&study))?,
+        context.csv("figure13_time.csv", &results.times())?,
+    ];
+    study.finish()?;
+    prose.section("poses", data.to_vec(), table)
+}
+
+/// What is said of all descents.
+struct Results<'a> {
+    /// At equal steps and at equal time.
+    races: Vec<[Race<'a>; 2]>,
+    unreachable: Vec<(Stage, Vec<Drift>)>,
+    /// The bunny from where it is.
+    truth: Vec<Drift>,
+}
+
+impl<'a> Results<'a> {
+    fn new(study: &'a Study) -> anyhow::Result<Self> {
+        let pairs = Stage::ALL.into_iter().flat_map(|stage| Racer::ALL.map(|racer| (stage, racer)));
+        let races = pairs.map(|(stage, racer)| {
+            [SAMPLES, equal_time(stage, racer)].map(|samples| Race::new(study, stage, racer, samples))
+        });
+        let unreachable =
+            Stage::UNREACHABLE.into_iter().map(|stage| Ok((stage, Drift::unreachable(study, stage)?)));
+        Ok(Self {
+            races: races.collect(),
+            unreachable: unreachable.collect::<anyhow::Result<_>>()?,
+            truth: Drift::from_truth(study)?,
+        })
+    }
+
+    fn prose(&self, study: &Study, is_draft: bool) -> anyhow::Result<Prose> {
+        let draft = "**This is the draft**: a few steps from one or two starts, which show that everything works and \
+                     nothing else. None of its numbers means anything. ";
+        Prose::new(
+            include_str!("poses.md"),
+            &[
+                ("draft", &if is_draft { draft } else { "" }),
+                ("side", &SIDE),
+                ("samples", &SAMPLES),
+                ("steps", &study.effort.steps),
+                ("shift", &percent(CLOSE[0])),
+                ("turn", &CLOSE[1]),
+                ("rates_cylinders", &self.rates(Stage::Cylinders)),
+                ("rates_foliage", &self.rates(Stage::Foliage)),
+                ("rates_bunny", &self.rates(Stage::Bunny)),
+                ("rates_sphere", &self.rates(Stage::Sphere)),
+                ("rates_shadow", &self.rates(Stage::Shadow)),
+                ("rates_glossy", &self.rates(Stage::Glossy)),
+                ("apart", &self.apart()),
+                ("seeds", &study.effort.seeds),
+                ("unreachable_cylinders", &offsets(self.before(Stage::Cylinders))),
+                ("unreachable_bunny", &offsets(self.before(Stage::Bunny))),
+                ("strays_cylinders", &self.strays(Stage::Cylinders)),
+                ("strays_bunny", &self.strays(Stage::Bunny)),
+                ("truth", &offsets(&self.truth)),
+            ],
+        )
+    }
+
+    /// "warped area 53 of 85 (equal time 53); …".
+    fn rates(&self, stage: Stage) -> String {
+        let races = self.races.iter().filter(|race| race[0].stage == stage);
+        listed(races.map(|[steps, time]| {
+            let at_time = if time.samples == steps.samples {
+                String::new()
+            } else {
+                format!(" (at equal time {})", time.rate().shown())
+            };
+            format!("{} {}{at_time}", steps.racer.name(), steps.rate().shown())
+        }))
+    }
+
+    /// Where a method's interval at equal steps lies wholly below that of warped area, or above.
+    fn apart(&self) -> String {
+        let words = self.races.iter().filter_map(|[race, _]| {
+            let best = self.races.iter().find(|[other, _]| other.stage == race.stage)?;
+            let ([low, high], [least, most]) = (race.rate().interval(), best[0].rate().interval());
+            let side = if high < least { "less often" } else { "more often" };
+            let words = format!("{} {side} on {}", race.racer.name(), race.stage.name());
+            (high < least || low > most).then_some(words)
+        });
+        let words = listed(words);
+        if words.is_empty() { "nowhere".to_owned() } else { words }
+    }
+
+    fn before(&self, stage: Stage) -> &[Drift] {
+        self.unreachable.iter().find(|(other, _)| *other == stage).map_or(&[], |(_, drifts)| drifts)
+    }
+
+    /// Which methods end elsewhere than edge sampling, before a target that cannot be reached.
+    fn strays(&self, stage: Stage) -> String {
+        let drifts = self.before(stage);
+        let words = drifts.iter().filter_map(|drift| {
+            let [shift, turn] = drift.beyond(drifts)?;
+            let apart = || [shift.length().scaled(100.0), turn.length()].map(Ratio::shown);
+            let is_sure = drift.racer != Racer::EdgeSampling && (shift.is_sure() || turn.is_sure());
+            let words = || apart().join(" % and ");
+            is_sure.then(|| format!("{} by {}°", drift.racer.name(), words()))
+        });
+        let words = listed(words);
+        if words.is_empty() { "none that this run could tell".to_owned() } else { words }
+    }
+
+    /// Everything that is counted.
+    fn table(&self) -> Table {
+        let budgets = ["equal steps", "equal time"];
+        let rows = self.races.iter().flat_map(|pair| budgets.into_iter().zip(pair));
+        let found = |race: &Race<'_>, i: usize| {
+            race.converged().map_or_else(|| "–".into(), |errors| errors[i].into())
+        };
+        Table::of(
+            rows,
+            &[
+                ("scene", &|(_, race)| race.stage.name().into()),
+                ("method", &|(_, race)| race.racer.name().into()),
+                ("budget", &|(budget, _)| (*budget).into()),
+                ("samples a pixel", &|(_, race)| race.samples.into()),
+                ("starts", &|(_, race)| race.rate().count.into()),
+                ("found", &|(_, race)| race.rate().successes.into()),
+                ("rate", &|(_, race)| race.rate().value().into()),
+                ("from (95 %)", &|(_, race)| race.rate().interval()[0].into()),
+                ("to", &|(_, race)| race.rate().interval()[1].into()),
+                ("median translation error", &|(_, race)| race.medians()[0].into()),
+                ("median rotation error (°)", &|(_, race)| race.medians()[1].into()),
+                ("translation error where found", &|(_, race)| found(race, 0)),
+                ("rotation error where found (°)", &|(_, race)| found(race, 1)),
+            ],
+        )
+    }
+
+    /// Where descents go that begin at the truth.
+    fn drifts(&self) -> Table {
+        let mut rows: Vec<(&str, Stage, &Drift)> = vec![];
+        for (stage, drifts) in &self.unreachable {
+            rows.extend(drifts.iter().map(|drift| ("cannot be reached", *stage, drift)));
+        }
+        rows.extend(self.truth.iter().map(|drift| ("its own", Stage::Bunny, drift)));
+        Table::of(
+            rows,
+            &[
+                ("target", &|(target, ..)| (*target).into()),
+                ("scene", &|(_, stage, _)| stage.name().into()),
+                ("method", &|(.., drift)| drift.racer.name().into()),
+                ("samples a pixel", &|(.., drift)| drift.samples.into()),
+                ("seeds", &|(.., drift)| drift.count.into()),
+                ("mean translation", &|(.., drift)| drift.shift.length().value.into()),
+                ("its error", &|(.., drift)| drift.shift.length().error.into()),
+                ("by chance", &|(.., drift)| drift.shift.chance().into()),
+                ("of one descent", &|(.., drift)| drift.shift.single.into()),
+                ("mean rotation (°)", &|(.., drift)| drift.turn.length().value.into()),
+                ("its error", &|(.., drift)| drift.turn.length().error.into()),
+                ("by chance", &|(.., drift)| drift.turn.chance().into()),
+                ("of one descent", &|(.., drift)| drift.turn.single.into()),
+            ],
+        )
+    }
+
+    /// What the clock said.
+    fn times(&self) -> Table {
+        let seconds = |stage: Stage| {
+            let warped = self.races.iter().find(|[race, _]| race.stage == stage);
+            warped.map_or(f64::NAN, |[race, _]| race.seconds())
+        };
+        Table::of(
+            self.races.iter().flatten(),
+            &[
+                ("scene", &|race| race.stage.name().into()),
+                ("method", &|race| race.racer.name().into()),
+                ("samples a pixel", &|race| race.samples.into()),
+                ("processor seconds a step", &|race| race.seconds().into()),
+                ("over warped area's", &|race| (race.seconds() / seconds(race.stage)).into()),
+            ],
+        )
+    }
+}
+
+/// "rotation 1.2 ± 0.3 % and 0.8 ± 0.2°; …".
+fn offsets(drifts: &[Drift]) -> String {
+    listed(drifts.iter().map(|drift| {
+        let many =
+            if drift.samples > SAMPLES { format!(" with {} samples", drift.samples) } else { String::new() };
+        let shown = |offset: Offset, scale: f64| {
+            let chance = if offset.is_sure() { "" } else { ", which may be chance" };
+            (offset.length().scaled(scale).shown(), chance)
+        };
+        let ((shift, by_chance), (turn, too)) = (shown(drift.shift, 100.0), shown(drift.turn, 1.0));
+        format!("{}{many} {shift} %{by_chance}, and {turn}°{too}", drift.racer.name())
+    }))
+}
+
+/// Every descent.
+fn descents(study: &Study) -> Table {
+    Table::of(
+        &study.rows,
+        &[
+            ("experiment", &|row| row.experiment.as_str().into()),
+            ("scene", &|row| row.scene.as_str().into()),
+            ("method", &|row| row.method.as_str().into()),
+            ("samples a pixel", &|row| row.samples.into()),
+            ("start", &|row| (row.start as usize).into()),
+            ("translation error", &|row| row.translation_error.into()),
+            ("rotation error (°)", &|row| row.rotation_error.into()),
+            ("pose", &|row| row.pose.as_str().into()),
+            ("errors", &|row| row.errors.as_str().into()),
+        ],
+    )
+}
