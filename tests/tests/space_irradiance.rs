@@ -224,8 +224,8 @@ fn controls_are_rejected() {
             let method = WarpedArea { seed, ..pixel() };
             let found = method.forward_terms(&k.scene, &k.change, &Progress::none()).expect("valid");
             let terms = found.terms.expect("asked for");
-            let pixels = (0..k.weights.len()).map(|i| sum(&terms, i)).collect();
-            k.weighted(&terms.interior.with_pixels(pixels))
+            let pixels: Vec<DVec3> = (0..k.weights.len()).map(|i| sum(&terms, i)).collect();
+            k.weighted(&pixels)
         })
     };
     reject("no secondary term", some, |k, half| {

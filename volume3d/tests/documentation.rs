@@ -5,7 +5,8 @@ use std::process::Command;
 
 use glam::DVec3;
 use tempfile::TempDir;
-use volume3d::io::{Image, write_exr};
+use volume3d::Image;
+use volume3d::io::write_exr;
 
 /// Lines that are not run here, with who runs them or why nobody does.
 const ELSEWHERE: [(&str, &str); 3] = [

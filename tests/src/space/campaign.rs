@@ -163,8 +163,8 @@ impl Known {
     }
 
     /// Σ weight · pixel.
-    pub fn weighted(&self, image: &Image) -> f64 {
-        self.weights.iter().zip(&image.pixels).map(|(w, p)| w.dot(*p)).sum()
+    pub fn weighted(&self, pixels: &[DVec3]) -> f64 {
+        self.weights.iter().zip(pixels).map(|(w, p)| w.dot(*p)).sum()
     }
 
     /// A scene whose derivative is known by an argument, or is to be compared with that of another method.
@@ -182,7 +182,7 @@ impl Known {
 
     /// The weighted gradient of a method.
     pub fn sample(&self, method: &impl Sampler) -> f64 {
-        self.weighted(&self.run(method).gradient)
+        self.weighted(&self.run(method).gradient.pixels)
     }
 
     /// Central differences with common random numbers at N steps, each twice the last, extrapolated (Richardson), and
@@ -194,7 +194,7 @@ impl Known {
                     let step = 2.0_f64.powi(i) * narrowest.step;
                     let method = FiniteDifference { step, seed: narrowest.seed + k, ..narrowest };
                     let found = method.forward(&self.scene, &self.change, &Progress::none()).expect("valid");
-                    self.weighted(&found.gradient)
+                    self.weighted(&found.gradient.pixels)
                 })
                 .collect();
             let (mut apart, mut order) = (0.0, 4.0);
@@ -247,7 +247,7 @@ impl Known {
     /// that, relative to the absolute values of what is summed: sums over parameters may cancel.
     pub fn assert_transposed(&self, method: &impl Sampler, active: &ActiveParameters) -> f64 {
         let image = self.run(method).gradient;
-        let forward = self.weighted(&image);
+        let forward = self.weighted(&image.pixels);
         let scale: f64 =
             self.weights.iter().zip(&image.pixels).map(|(w, g)| (*w * *g).abs().element_sum()).sum();
         let found = method.reverse(&self.scene, &image.with_pixels(self.weights.clone()), active);

@@ -69,7 +69,7 @@ fn a_white_furnace() {
         let sum: f64 = weights(16).iter().map(|w| w.element_sum()).sum();
         let level = furnace_up_to(albedo, emission, bounces as i32);
         let image = render(&scene(), 1024, 0, &Progress::none()).expect("not stopped");
-        for (pixel, error) in image.pixels.iter().zip(&image.standard_error.pixels) {
+        for (pixel, error) in image.image.pixels.iter().zip(&image.standard_error.pixels) {
             let z = (pixel.x - level).abs() / error.x.max(1e-9);
             // Eight groups of samples: Student's distribution with seven degrees of freedom.
             assert!(z < 30.0 && error.x < 0.01 * level, "{} ± {} for {level}", pixel.x, error.x);
@@ -159,7 +159,7 @@ fn terms_of_cube(k: &Known) -> [[Estimate; 2]; 2] {
         let term = |pick: fn(&Terms) -> &Vec<DVec3>| {
             repeated(k, |seed| k.weighted(pick(&run(seed).expect("valid").terms.expect("asked for"))))
         };
-        [term(|t| &t.primary), term(|t| &t.secondary)]
+        [term(|t| &t.primary.pixels), term(|t| &t.secondary.pixels)]
     };
     let area = |seed| WarpedArea { seed, ..warped(pick(9, 16)) }.forward_terms(&k.scene, &k.change, none);
     let edges = |seed| {

@@ -33,7 +33,7 @@ fn cube(centre: DVec3, half: f64, turn: DQuat) -> Mesh {
 /// A scene whose derivative is known. Where that is 0, errors are measured by the image, as if it changed by itself.
 fn known(scene: Scene, change: Tangent, exact: f64, label: &str) -> Known {
     let mut k = Known::given(scene, change, exact, label);
-    k.scale = k.weighted(&render(&k.scene, 64, 1, &Progress::none()).expect("not stopped").pixels);
+    k.scale = k.weighted(&render(&k.scene, 64, 1, &Progress::none()).expect("not stopped").image.pixels);
     k
 }
 

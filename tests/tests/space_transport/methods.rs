@@ -44,7 +44,7 @@ fn terms(k: &Known, runs: u64, method: Method) -> Vec<[f64; 3]> {
         let found = method(k, seed);
         assert!(found.non_finite.is_empty(), "{:?} {}", found.non_finite, k.label);
         let terms = found.terms.expect("asked for");
-        [&terms.interior, &terms.primary, &terms.secondary].map(|term| k.weighted(term))
+        [&terms.interior, &terms.primary, &terms.secondary].map(|term| k.weighted(&term.pixels))
     };
     (0..runs).into_par_iter().map(run).collect()
 }

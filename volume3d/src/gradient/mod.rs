@@ -8,10 +8,10 @@
 //!
 //! ```no_run
 //! # use volume3d::{gradient::{Progress, WarpedArea, render}, optimize::{Loss, Parameters}, scene::Scene};
-//! # fn f(scene: &Scene, target: &[glam::DVec3]) -> Result<(), Box<dyn std::error::Error>> {
+//! # fn f(scene: &Scene, target: &volume3d::Image) -> Result<(), Box<dyn std::error::Error>> {
 //! let parameters = Parameters::new(scene, &["bunny.translation", "clay.reflectance"])?;
-//! let image = render(scene, 64, 0, &Progress::none())?;
-//! let (loss, adjoint) = Loss::L2.of(scene.size(), &image.pixels, target)?;
+//! let image = render(scene, 64, 0, &Progress::none())?.image;
+//! let (loss, adjoint) = Loss::L2.of(&image, target)?;
 //! let method = WarpedArea { samples: 16, seed: 1, ..WarpedArea::default() };
 //! let gradient = method.reverse(scene, &adjoint, &parameters.active(scene), &Progress::none())?;
 //! let gradient = parameters.gradient(scene, &parameters.values(scene), &gradient.by_parameter);

@@ -37,7 +37,7 @@ pub struct Group {
 ///
 /// ```no_run
 /// # use volume3d::{gradient::{Progress, WarpedArea}, optimize::{Adam, Parameters}, scene::Scene};
-/// # fn f(scene: &mut Scene, adjoint: &[glam::DVec3]) -> Result<(), Box<dyn std::error::Error>> {
+/// # fn f(scene: &mut Scene, adjoint: &volume3d::Image) -> Result<(), Box<dyn std::error::Error>> {
 /// let parameters = Parameters::new(scene, &["bunny.translation", "bunny.rotation"])?;
 /// let mut x = parameters.values(scene);
 /// let gradient = WarpedArea::default().reverse(scene, adjoint, &parameters.active(scene), &Progress::none())?;
