@@ -269,7 +269,7 @@ impl Fit {
         let views = self.views(t);
         let seed = self.seed(&[STEP, t]);
         let x = &self.state.x;
-        let found = self.objective.evaluate(scene, &self.parameters, x, &views, seed, reverse, progress)?;
+        let found = self.objective.evaluate(scene, (&self.parameters, x), &views, seed, reverse, progress)?;
         self.check(&found)?;
         let factor = self.plan.schedule.factor(t, self.plan.steps);
         let (mut next, mut step) = (self.state.clone(), vec![0.0; x.len()]);

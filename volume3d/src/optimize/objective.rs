@@ -157,8 +157,7 @@ impl Objective {
     pub fn evaluate(
         &self,
         scene: &mut Scene,
-        parameters: &Parameters,
-        x: &[f64],
+        (parameters, x): (&Parameters, &[f64]),
         views: &[usize],
         seed: u64,
         reverse: Reverse<'_>,

@@ -98,7 +98,7 @@ fn gradients_of_squared_losses_are_unbiased() {
         .map(|seed| {
             let none = Progress::none();
             let found =
-                objective.evaluate(&mut scene, &parameters, &x, &[0, 1], seed, &reverse, &none).unwrap();
+                objective.evaluate(&mut scene, (&parameters, &x), &[0, 1], seed, &reverse, &none).unwrap();
             found.gradient.iter().sum()
         })
         .collect();
@@ -149,7 +149,7 @@ fn silhouettes_have_pixels_around_them() {
     let whole = objective(&mut scene);
     let near = Objective { silhouettes: Some(0), ..whole.clone() };
     let [whole, near] = [whole, near].map(|objective| {
-        objective.evaluate(&mut scene, &parameters, &x, &[0], 3, &reverse, &Progress::none()).unwrap()
+        objective.evaluate(&mut scene, (&parameters, &x), &[0], 3, &reverse, &Progress::none()).unwrap()
     });
     assert!(near.loss > 0.0 && near.loss < whole.loss && near.gradient != whole.gradient);
 }
@@ -168,7 +168,7 @@ fn penalties_have_gradients() {
     objective.views.iter_mut().for_each(|v| v.weights = Some(Image::constant(8, 8, DVec3::ZERO)));
     let mut at = |x: &[f64]| {
         parameters.apply(x, &mut scene).unwrap();
-        objective.evaluate(&mut scene, &parameters, x, &[1], 0, &reverse, &Progress::none()).unwrap()
+        objective.evaluate(&mut scene, (&parameters, x), &[1], 0, &reverse, &Progress::none()).unwrap()
     };
     let found = at(&x);
     assert!(found.loss == 0.0 && found.penalty > 0.0);
