@@ -53,7 +53,10 @@ fn blocks<'t>(text: &'t str, kind: &str) -> Vec<&'t str> {
     text.split(&opening).skip(1).map(|rest| rest.split("\n```").next().unwrap()).collect()
 }
 
-/// A folder with the guide's scene, a mesh for it, and an adjoint image.
+/// Steps of the fit here, instead of 80.
+const STEPS: &str = "steps = 3\n";
+
+/// A folder with the guide's scene, a mesh for it, an adjoint image, and the scenes that come with the program.
 fn place() -> TempDir {
     let place = tempfile::tempdir().unwrap();
     let guide = read("volume3d/guide/start.md");
@@ -63,6 +66,12 @@ fn place() -> TempDir {
     std::fs::write(place.path().join("bunny.obj"), BUNNY).unwrap();
     let adjoint = Image { width: SIZE, height: SIZE, pixels: vec![DVec3::ONE; SIZE * SIZE] };
     write_exr(&place.path().join("adjoint.exr"), &adjoint).unwrap();
+    let scenes = place.path().join("volume3d/scenes");
+    std::fs::create_dir_all(&scenes).unwrap();
+    std::fs::write(scenes.join("table.xml"), read("volume3d/scenes/table.xml")).unwrap();
+    let fit = read("volume3d/scenes/fit.toml").replace("steps = 80\n", STEPS);
+    assert!(fit.contains(STEPS), "the fit has another number of steps by now");
+    std::fs::write(scenes.join("fit.toml"), fit).unwrap();
     place
 }
 

@@ -15,6 +15,7 @@ use volume3d::scene::Scene;
 
 use super::super::session::{Bar, silent};
 use super::config::Config;
+use super::views::view_file;
 use super::{curve, report};
 
 /// Pictures of the first view that the animation is made of, at most.
@@ -158,11 +159,6 @@ impl Folder {
         write_bytes(&self.file("report.html"), page.as_bytes())?;
         Ok(format!("{}wrote {}\n", values_listed(fit), self.file("report.html").display()))
     }
-}
-
-/// The file of a picture of a view, without its extension.
-pub(super) fn view_file(view: usize, what: &str) -> String {
-    format!("views/{:03}-{what}", view + 1)
 }
 
 /// A name that any system takes for a file.

@@ -9,7 +9,7 @@ use base64::engine::general_purpose::STANDARD;
 use volume3d::optimize::Fit;
 
 use super::config::Config;
-use super::folder::view_file;
+use super::views::view_file;
 
 const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:1000px;margin:2em auto;padding:0 1em;color:#222}\
     img{image-rendering:pixelated;width:100%;display:block}table{border-collapse:collapse}\

@@ -129,3 +129,8 @@ fn rendered(
     scene.set_film(film)?;
     Ok(render(scene, samples, seed, &silent())?.image)
 }
+
+/// The file of a picture of a view in the folder of a run, without its extension.
+pub(super) fn view_file(view: usize, what: &str) -> String {
+    format!("views/{:03}-{what}", view + 1)
+}
