@@ -140,13 +140,6 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     let outcomes = study.climb(&settings, &reference)?;
     stop_if_asked()?;
 
-    let mut text = table::table(&settings, &outcomes, options.seconds.first().copied().unwrap_or(SECONDS));
-    text += &table::legend(&reference);
-    text += &filters;
-    text += &table::warnings(&settings, &outcomes, &reference);
-    for parted in scene.parted_shapes(&change.positions) {
-        text += &format!("WARNING: {}; {APART}\n", covering(scene.description(), &parted));
-    }
     let tuned: Vec<Tuned<'_>> = settings
         .iter()
         .zip(&outcomes)
@@ -158,9 +151,16 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
         .collect();
     if tuned.is_empty() {
         let needed = (2 * settings.len()) as f64 * reference.seconds / reference.samples as f64;
-        text +=
-            &format!("OPEN: nothing was measured; --budget {:.0} or so is enough for it\n", needed.max(1.0));
+        let text =
+            format!("OPEN: nothing was measured; --budget {:.0} or so is enough for it\n", needed.max(1.0));
         return Ok(Report { text, outcome: Outcome::Open });
+    }
+    let mut text = table::table(&settings, &outcomes, options.seconds.first().copied().unwrap_or(SECONDS));
+    text += &table::legend(&reference);
+    text += &filters;
+    text += &table::warnings(&settings, &outcomes, &reference);
+    for parted in scene.parted_shapes(&change.positions) {
+        text += &format!("WARNING: {}; {APART}\n", covering(scene.description(), &parted));
     }
     for target in options.targets() {
         text += &advice(&tuned, target, &options.scene, &options.moves.moves);

@@ -56,7 +56,7 @@ pub(super) enum Outcome {
     Measured(Vec<Rung>),
     /// The method does not take the scene.
     Refused(GradientError),
-    /// Not even one sample a pixel fitted into the budget.
+    /// Not even runs of one sample a pixel fitted into the budget.
     TooSlow,
 }
 
@@ -165,6 +165,10 @@ impl Study<'_> {
     ) -> Result<Vec<Outcome>, GradientError> {
         let mut outcomes = vec![];
         for (i, setting) in settings.iter().enumerate() {
+            if !self.allowance.allows(0, 0.0) {
+                outcomes.push(Outcome::TooSlow);
+                continue;
+            }
             outcomes.push(match self.rung(i, setting, 1, reference) {
                 Ok(Some(rung)) => Outcome::Measured(vec![rung]),
                 Ok(None) => Outcome::TooSlow,
