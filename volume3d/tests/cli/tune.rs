@@ -52,7 +52,7 @@ fn bias_is_seen_where_it_is_and_nowhere_else() {
     for words in [
         "reference: --",
         "noise by pixel filter",
-        "tent 1 (the scene's)",
+        "tent 1.00 (the scene's)",
         "no setting takes less",
         "is biased by more",
         "wrote tune.svg",
@@ -135,6 +135,7 @@ fn what_cannot_be_tuned_says_why() {
         (&format!("{MOVED} --spp 4 --budget 9"), 2, "cannot be used with"),
         ("tune scene.xml --move sheet:translate:0,0,0 --spp 1", 1, "NOTHING CHANGES"),
         ("tune scene.xml --move behind:translate:1,0,0 --spp 1", 1, "NOTHING CHANGES"),
+        (&format!("{MOVED} --budget 1e-9"), 3, "OPEN: "),
         ("tune none.xml --move sheet:translate:1,0,0", 1, "cannot read none.xml"),
     ];
     for (line, code, words) in cases {

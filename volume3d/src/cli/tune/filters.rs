@@ -14,36 +14,35 @@ const FILTERS: [(&str, Filter); 3] = [
     ("gaussian", Filter::Gaussian { deviation: 0.5 }),
 ];
 
-/// A line about all of them: the noise of the reference's method, relative to the gradient under each filter, at equal
-/// samples. The gradient is another one under another filter: this is no comparison of errors of one number.
+/// A line about all of them: the noise of the reference's method, relative to the gradient under each filter and to the noise
+/// under the scene's own, at equal samples. The gradient is another one under another filter: this is no comparison of errors of
+/// one number.
 pub(super) fn compared(study: &Study<'_>, reference: &Reference) -> anyhow::Result<String> {
     let own = study.scene.description().film.filter;
-    let Some(scale) = noise(&reference.images, reference.samples).filter(|scale| *scale > 0.0) else {
-        return Ok(String::new());
-    };
-    let mut words = vec![];
+    let mut found = vec![];
     for (i, (name, filter)) in FILTERS.into_iter().enumerate() {
-        if std::mem::discriminant(&filter) == std::mem::discriminant(&own) {
-            words.push(format!("{name} 1 (the scene's)"));
-            continue;
-        }
+        let is_own = std::mem::discriminant(&filter) == std::mem::discriminant(&own);
         let mut description = study.scene.description().clone();
-        description.film.filter = filter;
-        let scene = Scene::new(description)?;
-        let (images, samples) = match study.elsewhere(&scene, i, reference) {
-            Ok(found) => found,
+        description.film.filter = if is_own { own } else { filter };
+        match study.elsewhere(&Scene::new(description)?, i, reference) {
+            Ok(images) => found.extend(images.and_then(|images| noise(&images)).map(|n| (name, is_own, n))),
             Err(GradientError::Stopped(stopped)) => return Err(stopped.into()),
-            Err(_) => continue,
-        };
-        words.extend(noise(&images, samples).map(|noise| format!("{name} {:.2}", noise / scale)));
+            Err(_) => {}
+        }
     }
-    let (method, words) = (&reference.setting.options, words.join(", "));
+    let scale = found.iter().find(|(_, is_own, _)| *is_own).map(|(.., noise)| *noise);
+    let Some(scale) = scale.filter(|scale| *scale > 0.0) else { return Ok(String::new()) };
+    let words = found.iter().map(|(name, is_own, noise)| {
+        let whose = if *is_own { " (the scene's)" } else { "" };
+        format!("{name} {:.2}{whose}", noise / scale)
+    });
+    let (method, words) = (&reference.setting.options, words.collect::<Vec<_>>().join(", "));
     Ok(format!("noise by pixel filter, at equal samples of {method}: {words}\n\n"))
 }
 
-/// The noise of one sample a pixel, relative to the gradient; nothing if that is lost in it.
-fn noise(images: &Images, samples: usize) -> Option<f64> {
+/// The noise relative to the gradient; nothing if that is lost in it.
+fn noise(images: &Images) -> Option<f64> {
     let power = images.power();
-    let relative = images.variance().value.max(0.0) * samples as f64 / power.value;
+    let relative = images.variance().value.max(0.0) / power.value;
     (power.value > TOLERATED * power.error).then(|| relative.sqrt())
 }

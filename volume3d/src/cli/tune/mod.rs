@@ -47,7 +47,7 @@ use super::{Outcome, Report, usage};
 /// A scene with long tails fools a short study. Where in some runs one sample carries much of the whole, that is said,
 /// and errors of that setting are larger than stated.
 ///
-/// The wall time of all is --budget; the reference has 30% of it, and no run is begun that does not fit. With the same
+/// The wall time of all is --budget, but for the first run of a kind, which tells how long it takes; the reference has 30% of it. With the same
 /// --seed every number but times has the same bits; time decides only how far sample numbers go. With --spp it
 /// decides nothing.
 #[derive(Args, Debug)]
@@ -140,13 +140,6 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     let outcomes = study.climb(&settings, &reference)?;
     stop_if_asked()?;
 
-    let mut text = table::table(&settings, &outcomes, options.seconds.first().copied().unwrap_or(SECONDS));
-    text += &table::legend(&reference);
-    text += &filters;
-    text += &table::warnings(&settings, &outcomes, &reference);
-    for parted in scene.parted_shapes(&change.positions) {
-        text += &format!("WARNING: {}; {APART}\n", covering(scene.description(), &parted));
-    }
     let tuned: Vec<Tuned<'_>> = settings
         .iter()
         .zip(&outcomes)
@@ -156,6 +149,19 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
             Some(Tuned { setting, law: Law::of(rungs, setting.unbiased)?, heavy })
         })
         .collect();
+    if tuned.is_empty() {
+        let needed = (2 * settings.len()) as f64 * reference.seconds / reference.samples as f64;
+        let text =
+            format!("OPEN: nothing was measured; --budget {:.0} or so is enough for it\n", needed.max(1.0));
+        return Ok(Report { text, outcome: Outcome::Open });
+    }
+    let mut text = table::table(&settings, &outcomes, options.seconds.first().copied().unwrap_or(SECONDS));
+    text += &table::legend(&reference);
+    text += &filters;
+    text += &table::warnings(&settings, &outcomes, &reference);
+    for parted in scene.parted_shapes(&change.positions) {
+        text += &format!("WARNING: {}; {APART}\n", covering(scene.description(), &parted));
+    }
     for target in options.targets() {
         text += &advice(&tuned, target, &options.scene, &options.moves.moves);
     }

@@ -28,8 +28,9 @@ const REFERENCE_SHARE: f64 = 0.3;
 const TRIAL_SHARE: f64 = 0.02;
 /// How many times the samples of all else the reference has, if these are given.
 const REFERENCE_SAMPLES: usize = 4;
-/// The part of the reference's samples with which another filter is tried.
-const FILTER_PART: usize = 4;
+/// The part of the reference's samples with which a filter is tried, and the most of a budget that one may take.
+const FILTER_PART: usize = 8;
+const FILTER_SHARE: f64 = 0.05;
 
 /// What tells seeds apart.
 const TRIAL: u64 = 1;
@@ -55,7 +56,7 @@ pub(super) enum Outcome {
     Measured(Vec<Rung>),
     /// The method does not take the scene.
     Refused(GradientError),
-    /// Not even one sample a pixel fitted into the budget.
+    /// Not even runs of one sample a pixel fitted into the budget.
     TooSlow,
 }
 
@@ -119,17 +120,22 @@ impl Study<'_> {
         Ok(Reference { setting, images, samples, seconds: start.elapsed().as_secs_f64(), heavy })
     }
 
-    /// Images of the reference's method on another scene, with a part of its samples and seeds of their own; and how many samples.
+    /// Images of the reference's method on another scene, with a part of its samples and seeds of their own; nothing if they
+    /// do not fit.
     pub(super) fn elsewhere(
         &self,
         scene: &Scene,
         number: usize,
         reference: &Reference,
-    ) -> Result<(Images, usize), GradientError> {
+    ) -> Result<Option<Images>, GradientError> {
         let samples = (reference.samples / FILTER_PART).max(1);
+        let foreseen = reference.seconds * samples as f64 / reference.samples as f64;
+        if foreseen > FILTER_SHARE * self.allowance.budget() {
+            return Ok(None);
+        }
         let study = Study { scene, ..*self };
         let batch = study.batch(&reference.setting, samples, 0..RUNS, &[FILTER, number as u64])?;
-        Ok((Images::new(batch.images), samples))
+        Ok(Some(Images::new(batch.images)))
     }
 
     fn trial(&self, number: u64, setting: &Setting) -> Result<Trial, GradientError> {
@@ -159,6 +165,10 @@ impl Study<'_> {
     ) -> Result<Vec<Outcome>, GradientError> {
         let mut outcomes = vec![];
         for (i, setting) in settings.iter().enumerate() {
+            if !self.allowance.allows(0, 0.0) {
+                outcomes.push(Outcome::TooSlow);
+                continue;
+            }
             outcomes.push(match self.rung(i, setting, 1, reference) {
                 Ok(Some(rung)) => Outcome::Measured(vec![rung]),
                 Ok(None) => Outcome::TooSlow,

@@ -26,7 +26,7 @@ pub(super) fn table(settings: &[Setting], outcomes: &[Outcome], at: f64) -> Stri
         match outcome {
             Outcome::Measured(rungs) => text += &line(rungs, setting.unbiased, at),
             Outcome::Refused(_) => text += "refused, see below",
-            Outcome::TooSlow => text += "not measured: one sample a pixel does not fit; raise --budget",
+            Outcome::TooSlow => text += "not measured: runs of one sample a pixel do not fit; raise --budget",
         }
         text.push('\n');
     }
