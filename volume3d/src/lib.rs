@@ -35,8 +35,8 @@
 //! let mut change = Tangent::still(&scene);
 //! change.translate(&scene, block, DVec3::X);
 //! let result = WarpedArea::default().forward(&scene, &change, &Progress::none())?;
-//! assert_eq!(result.gradient.len(), 16 * 16);
-//! assert!(result.gradient.iter().any(|g| g.x != 0.0) && result.non_finite.is_empty());
+//! assert_eq!(result.gradient.size(), (16, 16));
+//! assert!(result.gradient.pixels.iter().any(|g| g.x != 0.0) && result.non_finite.is_empty());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

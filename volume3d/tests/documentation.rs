@@ -66,6 +66,9 @@ fn place() -> TempDir {
     std::fs::write(place.path().join("bunny.obj"), BUNNY).unwrap();
     let adjoint = Image { width: SIZE, height: SIZE, pixels: vec![DVec3::ONE; SIZE * SIZE] };
     write_exr(&place.path().join("adjoint.exr"), &adjoint).unwrap();
+    let fit = blocks(&guide, "toml")[0].replace("steps = 80\n", STEPS);
+    assert!(fit.contains(STEPS), "the guide's fit has another number of steps by now");
+    std::fs::write(place.path().join("fit.toml"), fit).unwrap();
     let scenes = place.path().join("volume3d/scenes");
     std::fs::create_dir_all(&scenes).unwrap();
     std::fs::write(scenes.join("table.xml"), read("volume3d/scenes/table.xml")).unwrap();

@@ -181,6 +181,11 @@ impl Bar {
         self.advance(1);
     }
 
+    /// Says something on the standard error, above the bar.
+    pub(super) fn say(&self, text: &str) {
+        self.0.suspend(|| eprintln!("{text}"));
+    }
+
     pub(super) fn advance(&self, steps: usize) {
         self.0.inc(steps as u64);
     }

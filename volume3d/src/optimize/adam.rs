@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 /// step = −rate m̂ / (√v̂ + ε),   m̂ = m/(1 − β₁ᵗ),   v̂ = v/(1 − β₂ᵗ).
 /// ```
 ///
-/// A step is about `rate` in each number, whatever the size of the gradient, and about three times that at most, where one
-/// gradient follows on many small ones: choose the rate in units of the parameter, as a few hundredths of the change
+/// A step is about `rate` in each number, whatever the size of the gradient, and about three times that where one
+/// gradient follows on many small ones, seven times at most: choose the rate in units of the parameter, as a few hundredths of the change
 /// that is expected in all, and lower it towards the end, as it bounds how near Adam comes. Steps are quotients of noisy
 /// numbers: with an unbiased gradient whose noise is skewed, Adam may rest beside the zero of the gradient (Reddi, Kale and Kumar
 /// 2018). More samples bring it nearer.
@@ -77,6 +77,11 @@ impl Adam {
         let greatest = second.iter().fold(0.0, |a: f64, &b| a.max(b));
         let size = |v: f64| (if self.uniform { greatest } else { v } / c2).sqrt() + self.epsilon;
         first.iter().zip(second.iter()).map(|(m, v)| -self.rate * (m / c1) / size(*v)).collect()
+    }
+
+    /// How many numbers it moves; nothing before the first step.
+    pub(crate) fn len(&self) -> Option<usize> {
+        (self.state.steps > 0).then_some(self.state.first.len())
     }
 
     /// How steady the gradients have been: Σ m̂²/Σ v̂ over all numbers, which is 1 if they are all alike, and about

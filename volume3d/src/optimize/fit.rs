@@ -15,6 +15,7 @@ use super::large_steps::LargeSteps;
 use super::objective::{Evaluation, Objective, ObjectiveError, Reverse};
 use super::parameters::Parameters;
 use super::schedule::Schedule;
+use crate::Image;
 use crate::gradient::Progress;
 use crate::scene::{Scene, SceneError};
 
@@ -25,7 +26,8 @@ pub struct Plan {
     pub steps: u64,
     /// How rates change.
     pub schedule: Schedule,
-    /// Views that a step looks at. The order is a new one each time that all have been seen.
+    /// Views that a step looks at. Every view has its turn in each round, in an order of its own; the last step of a round may have
+    /// fewer.
     pub views_per_step: usize,
     /// The seed of everything random.
     pub seed: u64,
@@ -158,17 +160,26 @@ impl Fit {
     ) -> Self {
         assert_eq!(optimizers.len(), parameters.groups().len(), "one optimiser for each group of parameters");
         assert_eq!(x.len(), parameters.len(), "one number for each parameter");
+        for (group, optimizer) in parameters.groups().iter().zip(&optimizers) {
+            let vertices = optimizer.large_steps.as_ref().map(LargeSteps::vertices);
+            let fits = vertices.is_none_or(|vertices| 3 * vertices == group.range.len());
+            assert!(fits, "the large steps of `{}` are of its mesh", group.name);
+        }
         let adams = optimizers.iter().map(|o| o.adam.clone()).collect();
         let state = State { x, adams, records: vec![] };
         Self { objective, parameters, plan, optimizers, state, times: Times::default() }
     }
 
-    /// The same, gone on with from another state.
+    /// The same, gone on with from another state, with the optimisers as they were then.
     ///
     /// # Errors
     /// Nothing but the reason why it is none of this fit's.
     pub fn resumed(self, state: State) -> Result<Self, &'static str> {
-        if state.x.len() != self.state.x.len() || state.adams.len() != self.state.adams.len() {
+        let groups = self.parameters.groups();
+        let same = |adam: &Adam, range: &Range<usize>| adam.len().is_none_or(|len| len == range.len());
+        let fits = state.adams.len() == groups.len()
+            && state.adams.iter().zip(groups).all(|(adam, group)| same(adam, &group.range));
+        if state.x.len() != self.state.x.len() || !fits {
             return Err("it is of other parameters");
         }
         if state.records.len() as u64 > self.plan.steps {
@@ -236,7 +247,7 @@ impl Fit {
         self.objective.look(scene, view)?;
         let target = &self.objective.views[view].target;
         // Weights of one sign but no pattern that a gradient could be orthogonal to.
-        let mut random = stream(self.plan.seed, &[CHECK, view as u64]);
+        let mut random = stream(self.plan.seed, &[CHECK, view as u64, 1]);
         let mut weight = || 0.5 + flatland::random::open01(&mut random);
         let pixels = target.pixels.iter().map(|_| glam::DVec3::from_array(std::array::from_fn(|_| weight())));
         let adjoint = target.with_pixels(pixels.collect());
@@ -270,45 +281,54 @@ impl Fit {
         let seed = self.seed(&[STEP, t]);
         let x = &self.state.x;
         let found = self.objective.evaluate(scene, (&self.parameters, x), &views, seed, reverse, progress)?;
-        self.check(&found)?;
+        self.check(&found, &views)?;
         let factor = self.plan.schedule.factor(t, self.plan.steps);
-        let (mut next, mut step) = (self.state.clone(), vec![0.0; x.len()]);
+        let (mut next, mut adams, mut step) = (x.clone(), self.state.adams.clone(), vec![0.0; x.len()]);
         let (mut norms, mut signals) = (vec![], vec![]);
         for (i, range) in self.ranges().enumerate() {
             let gradient = &found.gradient[range.clone()];
             norms.push(gradient.iter().map(|g| g * g).sum::<f64>().sqrt());
-            let adam = &mut next.adams[i];
+            let adam = &mut adams[i];
             let optimizer = &self.optimizers[i];
             adam.rate = factor * optimizer.adam.rate;
             step[range].copy_from_slice(&optimizer.step(adam, gradient));
             signals.push(adam.signal());
         }
-        self.parameters.retract(&mut next.x, &step);
+        self.parameters.retract(&mut next, &step);
         let Evaluation { loss, penalty, non_finite, image_time, gradient_time, .. } = found;
-        next.records.push(Record { loss, penalty, factor, norms, signals, non_finite });
+        let record = Record { loss, penalty, factor, norms, signals, non_finite };
         let optimizer = start.elapsed().saturating_sub(image_time + gradient_time);
         let start = Instant::now();
-        self.parameters.apply(&next.x, scene)?;
+        self.parameters.apply(&next, scene)?;
         self.times.update += start.elapsed();
         self.times.image += image_time;
         self.times.gradient += gradient_time;
         self.times.optimizer += optimizer;
-        self.state = next;
+        (self.state.x, self.state.adams) = (next, adams);
+        self.state.records.push(record);
         Ok(())
     }
 
-    fn check(&self, found: &Evaluation) -> Result<(), FitError> {
+    fn check(&self, found: &Evaluation, views: &[usize]) -> Result<(), FitError> {
         for group in self.parameters.groups() {
             if found.gradient[group.range.clone()].iter().any(|g| !g.is_finite()) {
                 return Err(FitError::NotFinite { parameter: group.name.clone() });
             }
         }
-        match self.state.records.first().map(|r| r.loss + r.penalty) {
-            Some(first) if first > 0.0 && found.loss + found.penalty > DIVERGES * first => {
-                Err(FitError::Diverges { loss: found.loss + found.penalty, first })
-            }
-            _ => Ok(()),
+        let Some(first) = self.state.records.first().map(|r| r.loss + r.penalty) else { return Ok(()) };
+        // The first views may have shown next to nothing, or the fit may have begun where it is to end: it has not diverged while
+        // it is no worse than a thousand black pictures.
+        let black = views.iter().map(|&v| {
+            let (width, height) = self.objective.views[v].target.size();
+            let nothing = Image::constant(width, height, glam::DVec3::ZERO);
+            Ok(self.objective.compare(v, &nothing)?.0)
+        });
+        let black = black.collect::<Result<Vec<f64>, ObjectiveError>>()?;
+        let loss = found.loss + found.penalty;
+        if loss > DIVERGES * black.into_iter().fold(first, f64::max) {
+            return Err(FitError::Diverges { loss, first });
         }
+        Ok(())
     }
 
     fn ranges(&self) -> impl Iterator<Item = Range<usize>> {
@@ -319,14 +339,22 @@ impl Fit {
         stream(self.plan.seed, words).next_u64()
     }
 
-    /// The views of step t, in increasing order: the next few of an endless sequence of orders.
+    /// How many steps it takes until every view has had its turn.
+    #[must_use]
+    pub fn round(&self) -> usize {
+        let count = self.objective.views.len();
+        count.div_ceil(self.plan.views_per_step.clamp(1, count.max(1)))
+    }
+
+    /// The views of step t, in increasing order. In a round of steps every view has one turn; where the views of a round do not
+    /// suffice for its last step, that step looks at fewer.
     fn views(&self, t: u64) -> Vec<usize> {
         let count = self.objective.views.len();
-        let each = self.plan.views_per_step.clamp(1, count.max(1));
-        let mut views: Vec<usize> =
-            (0..each as u64).filter_map(|i| self.view_at(t * each as u64 + i)).collect();
+        let each = self.plan.views_per_step.clamp(1, count.max(1)) as u64;
+        let (round, within) = (t / self.round().max(1) as u64, t % self.round().max(1) as u64);
+        let places = (each * within)..(each * (within + 1)).min(count as u64);
+        let mut views: Vec<usize> = places.filter_map(|i| self.view_at(round * count as u64 + i)).collect();
         views.sort_unstable();
-        views.dedup();
         views
     }
 

@@ -127,6 +127,11 @@ impl LargeSteps {
         Ok(Self { factor, vertices })
     }
 
+    /// How many vertices the mesh has.
+    pub(crate) fn vertices(&self) -> usize {
+        self.vertices
+    }
+
     /// M⁻¹ times a vector of the mesh's vertices, x, y and z of each in turn; each coordinate by itself.
     ///
     /// The same at any number of threads, bit for bit.

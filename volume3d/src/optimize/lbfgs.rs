@@ -214,7 +214,10 @@ where
 
     fn descend(&mut self, start: &[f64], options: &Lbfgs) -> Result<End, Stop<E>> {
         let (loss, gradient) = self.at(start)?;
-        let length = gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
+        // Squares of very large and very small numbers are no numbers.
+        let greatest = gradient.iter().fold(0.0, |a: f64, g| a.max(g.abs()));
+        let unit = if greatest > 0.0 { greatest } else { 1.0 };
+        let length = unit * gradient.iter().map(|g| (g / unit).powi(2)).sum::<f64>().sqrt();
         if length == 0.0 {
             return Ok(End::Converged);
         }
@@ -225,8 +228,15 @@ where
         };
         let bounds = (bound(0, f64::NEG_INFINITY), bound(1, f64::INFINITY));
         // The solver's first step has the length 1 along a gradient of that length.
-        let problem =
-            Scaled { search: RefCell::new(&mut *self), start, step, loss: step * length, at: loss, bounds };
+        let problem = Scaled {
+            search: RefCell::new(&mut *self),
+            start,
+            step,
+            loss: step * length,
+            at: loss,
+            bounds,
+            limits: &options.bounds,
+        };
         let method = basin::Lbfgs::new().with_absolute_projected_gradient_tolerance(options.tolerance);
         let state = FirstOrderState::new(vec![0.0; start.len()]);
         match Executor::new(problem, method, state).run() {
@@ -252,6 +262,8 @@ struct Scaled<'s, S> {
     /// The loss that counts as 0.
     at: f64,
     bounds: (Vec<f64>, Vec<f64>),
+    /// The same in units of the parameters.
+    limits: &'s [[f64; 2]],
 }
 
 impl<F, E> CostFunction for Scaled<'_, Search<F>>
@@ -278,7 +290,9 @@ where
     }
 
     fn cost_and_gradient(&self, z: &Vec<f64>) -> Result<(f64, Vec<f64>), Stop<E>> {
-        let x: Vec<f64> = self.start.iter().zip(z).map(|(x, z)| x + self.step * z).collect();
+        let mut x: Vec<f64> = self.start.iter().zip(z).map(|(x, z)| x + self.step * z).collect();
+        // Rounding may lead an ulp beyond a bound.
+        x.iter_mut().zip(self.limits).for_each(|(x, [low, high])| *x = x.clamp(*low, *high));
         let (loss, gradient) = self.search.borrow_mut().at(&x)?;
         let gradient = gradient.iter().map(|g| g * self.step / self.loss).collect();
         Ok(((loss - self.at) / self.loss, gradient))

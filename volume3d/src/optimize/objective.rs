@@ -25,7 +25,7 @@ pub struct View {
     /// The picture, of the film's size.
     pub target: Image,
     /// What the difference of each pixel is multiplied by, channel by channel: 0 where the picture is not to be trusted, or
-    /// everywhere but near silhouettes. 1 if there are none.
+    /// everywhere but near silhouettes. 1 if there are none. The picture must be finite even where its weight is 0.
     pub weights: Option<Image>,
 }
 

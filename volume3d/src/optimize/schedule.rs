@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Schedule {
     /// 1 in all steps: to look for a rate that works.
-    Constant,
+    Constant {},
     /// end + (1 − end) (1 + cos(π t/T))/2: large steps for long, then ever smaller ones. The default, with end = 0.
     Cosine {
         /// What it falls to.
@@ -37,7 +37,7 @@ impl Schedule {
     pub fn factor(self, t: u64, steps: u64) -> f64 {
         let part = t as f64 / steps.max(1) as f64;
         match self {
-            Self::Constant => 1.0,
+            Self::Constant {} => 1.0,
             Self::Cosine { end } => end + (1.0 - end) * 0.5 * (1.0 + (PI * part).cos()),
             Self::Exponential { end } => end.powf(part),
         }

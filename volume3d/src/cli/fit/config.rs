@@ -9,6 +9,7 @@ use serde::Deserialize;
 use volume3d::optimize::{Adam, Loss, Regularizer, Schedule};
 
 use super::super::method::Method;
+use super::super::spp::MAX_SAMPLES;
 
 /// A whole configuration.
 #[derive(Clone, Debug, Deserialize)]
@@ -41,8 +42,8 @@ pub(super) struct Config {
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) enum LossKind {
-    L2,
-    L1,
+    L2 {},
+    L1 {},
     Relative {
         #[serde(default = "epsilon")]
         epsilon: f64,
@@ -70,8 +71,8 @@ impl Default for LossKind {
 impl From<LossKind> for Loss {
     fn from(kind: LossKind) -> Self {
         match kind {
-            LossKind::L2 => Self::L2,
-            LossKind::L1 => Self::L1,
+            LossKind::L2 {} => Self::L2,
+            LossKind::L1 {} => Self::L1,
             LossKind::Relative { epsilon } => Self::Relative { epsilon },
             LossKind::Multiscale { levels } => Self::Multiscale { levels },
         }
@@ -245,8 +246,16 @@ impl Config {
                 bail!("large_steps is for vertex_positions, not for `{name}`");
             }
         }
-        if self.gradient.spp == 0 || self.gradient.image_spp == Some(0) {
-            bail!("a gradient and its image need one sample a pixel at least");
+        let of_reference = self.reference.as_ref().map_or(1, |r| r.spp);
+        let of_image = self.gradient.image_spp.unwrap_or(1);
+        for (key, samples) in [
+            ("gradient.spp", self.gradient.spp),
+            ("gradient.image_spp", of_image),
+            ("reference.spp", of_reference),
+        ] {
+            if !(1..=MAX_SAMPLES).contains(&samples) {
+                bail!("{key} is {samples}, but must be from 1 to {MAX_SAMPLES} samples a pixel");
+            }
         }
         self.gradient.method()?;
         if let Some(problem) = self.schedule.problem() {
@@ -257,9 +266,6 @@ impl Config {
         }
         if self.views_per_step == Some(0) {
             bail!("views_per_step = 0: a step looks at one view at least");
-        }
-        if self.reference.as_ref().is_some_and(|r| r.spp == 0) {
-            bail!("reference.spp = 0: a reference needs samples");
         }
         if self.views.is_empty() && self.reference.is_none() {
             bail!(

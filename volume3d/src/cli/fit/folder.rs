@@ -11,7 +11,7 @@ use volume3d::io::{
     write_signed_png,
 };
 use volume3d::optimize::{Fit, Quantity, State, read_checkpoint, write_checkpoint};
-use volume3d::scene::Scene;
+use volume3d::scene::{Camera, Film, Scene};
 
 use super::super::session::{Bar, silent};
 use super::config::Config;
@@ -59,12 +59,18 @@ impl Folder {
         let copy = folder.file("config.toml");
         match std::fs::read_to_string(&copy) {
             Ok(found) if found == config => {}
+            // Nothing has come of the other configuration.
+            Ok(_) if !folder.state_path().exists() => write_bytes(&copy, config.as_bytes())?,
             Ok(_) => bail!(
                 "{} is the folder of a run with another configuration; choose another folder, or remove it",
                 path.display()
             ),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                if std::fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_some()) {
+                // A write that was killed leaves a temporary file.
+                let is_other = |e: std::io::Result<std::fs::DirEntry>| {
+                    e.is_ok_and(|e| !e.file_name().to_string_lossy().starts_with(".tmp"))
+                };
+                if std::fs::read_dir(path).is_ok_and(|mut entries| entries.any(is_other)) {
                     bail!("{} is not empty, and not the folder of a run; choose another", path.display());
                 }
                 write_bytes(&copy, config.as_bytes())?;
@@ -129,7 +135,14 @@ impl Folder {
     }
 
     /// What there is at the end.
-    pub(super) fn finish(&self, config: &Config, fit: &Fit, scene: &mut Scene) -> anyhow::Result<String> {
+    pub(super) fn finish(
+        &self,
+        config: &Config,
+        fit: &Fit,
+        scene: &mut Scene,
+        camera: Camera,
+        film: Film,
+    ) -> anyhow::Result<String> {
         let views = &fit.objective().views;
         let bar = Bar::new(views.len(), "render the fit");
         let mut ranges = vec![];
@@ -154,6 +167,10 @@ impl Folder {
             }
         }
         write_bytes(&self.file("parameters.csv"), &values(fit, scene)?)?;
+        if views.iter().any(|v| v.camera.is_some()) {
+            scene.set_camera(camera)?;
+        }
+        scene.set_film(film)?;
         write_scene(&self.file("fit.xml"), scene)?;
         let page = report::page(config, fit, &values_listed(fit), &ranges, |name| self.file(name))?;
         write_bytes(&self.file("report.html"), page.as_bytes())?;

@@ -10,11 +10,11 @@ mod views;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use anyhow::{anyhow, bail};
+use anyhow::anyhow;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use volume3d::gradient::GradientError;
-use volume3d::optimize::{Fit, FitError, ObjectiveError, Times};
+use volume3d::gradient::{GradientError, Stopped};
+use volume3d::optimize::{Fit, FitError, ObjectiveError, Record, Times};
 use volume3d::scene::Scene;
 
 use self::folder::Folder;
@@ -35,26 +35,27 @@ use super::{Outcome, Report};
 ///   name = "block.translation"
 ///   rate = 0.02
 ///
-/// All that there is, with its defaults:
+/// All that there is; what is said to be a default need not be written:
 ///
-///   seed = 0
+///   seed = 0                          # the default
 ///   define = { res = "64" }           # for $res in the scene
 ///   views_per_step = 4                # all, unless given
 ///   silhouettes = 2                   # only pixels so near to a silhouette count; all, unless given
 ///   background = [0, 0, 0]            # under transparent pictures; a constant sky, unless given
-///   loss = { kind = "multiscale", levels = 5 }     # or l1, l2, relative with epsilon
-///   gradient = { method = "warped-area", spp = 16, image_spp = 16 }
-///   schedule = { kind = "cosine", end = 0 }        # or constant, exponential with end
+///   loss = { kind = "multiscale", levels = 5 }     # the default; or l1, l2, relative with epsilon
+///   gradient = { method = "warped-area", spp = 16, image_spp = 16 }  # the default
+///   schedule = { kind = "cosine", end = 0 }        # the default; or constant, exponential with end
 ///   [reference]
-///   scene = "truth.xml"
-///   spp = 1024
+///   scene = "truth.xml"               # rendered from the camera of each view; its own, if there is a single view without one
+///   define = { res = "64" }
+///   spp = 1024                        # the default
 ///   [[view]]                          # one for each picture
 ///   name = "front"
 ///   target = "front.png"              # rendered from the reference, unless given
-///   weights = "mask.png"              # multiplies the difference of each pixel
+///   weights = "mask.png"              # multiplies the difference of each pixel; 0 to 1, not sRGB
 ///   origin = [0, 1, 4]                # the scene's camera, unless given
 ///   look_at = [0, 0, 0]
-///   up = [0, 1, 0]
+///   up = [0, 1, 0]                    # the default
 ///   fov = 40                          # degrees, horizontal
 ///   width = 128                       # the scene's film, unless given
 ///   height = 128
@@ -62,15 +63,18 @@ use super::{Outcome, Report};
 ///   name = "bunny.vertex_positions"
 ///   rate = 0.01                       # of Adam, in units of the parameter: about the size of a step
 ///   large_steps = 20                  # smooth steps of vertices (Nicolet et al. 2021), with one step size
-///   uniform = false                   # one step size without smoothing
+///   uniform = false                   # the default; true: one step size without smoothing
 ///   beta1 = 0.9                       # of Adam: how slowly gradients are forgotten, and their squares
 ///   beta2 = 0.999
-///   bounds = [0, 1]
+///   bounds = [0, 1]                   # those of the parameter, unless given
 ///   start = [0.1, 0, 0]               # where the scene is, unless given
 ///   [[regularizer]]
 ///   shape = "bunny"
 ///   kind = "laplacian"                # or edge-length, normal-consistency
 ///   weight = 0.1
+///
+/// PNG targets end at 1, and renderings do not: keep pictures below, or take OpenEXR. Steps are those of Adam; L-BFGS is in the
+/// library.
 ///
 /// RUN gets the configuration, the loss of every step (loss.csv, loss.svg), pictures of every view, the fitted scene (fit.xml)
 /// with its meshes, and report.html, which shows it all. The state is kept every few seconds: killed at any moment, the same
@@ -112,11 +116,13 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
         }
         None => fit,
     };
+    // Views look at the scene with cameras of their own, but it is written with its own.
+    let own = (scene.description().camera.clone(), scene.description().film);
     fit.apply(&mut scene)?;
     let mut text = String::new();
     if is_new {
-        text += &problem::check_views(&config, &fit, &mut scene)?;
-        folder.begin(&fit, &mut scene)?;
+        problem::check_views(&config, &fit, &mut scene).map_err(interrupted(&fit, &config))?;
+        folder.begin(&fit, &mut scene).map_err(interrupted(&fit, &config))?;
     } else {
         text += &format!("goes on after step {} of {}\n", fit.steps_taken(), config.steps);
     }
@@ -127,7 +133,8 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     ended?;
     text += &times(fit.times(), fit.steps_taken() - from, start.elapsed());
     text += &doubts(&fit);
-    text += &folder.finish(&config, &fit, &mut scene)?;
+    let (camera, film) = own;
+    text += &folder.finish(&config, &fit, &mut scene, camera, film).map_err(interrupted(&fit, &config))?;
     Ok(Report { text, outcome: Outcome::Good })
 }
 
@@ -146,17 +153,18 @@ fn steps(
     let estimate = reverse(config.gradient.method()?, config.gradient.spp);
     let mut kept = Instant::now();
     while !fit.is_done() {
-        folder.frame(config, fit, scene)?;
-        let stepped = fit.step(scene, &estimate, &silent());
-        if is_stop(&stepped) {
-            bar.finish_and_clear();
-            folder.keep(fit, fingerprint)?;
-            bail!(Interrupted { done: fit.steps_taken(), steps: config.steps });
-        }
-        stepped.map_err(|error| {
+        folder.frame(config, fit, scene).map_err(interrupted(fit, config))?;
+        fit.step(scene, &estimate, &silent()).map_err(|error| {
             bar.finish_and_clear();
             let (done, place) = (fit.steps_taken(), folder.state_path());
-            anyhow!("step {}: {error}; the state after {done} steps is kept in {}", done + 1, place.display())
+            if is_stop(&error) {
+                return anyhow!(Interrupted { done, steps: config.steps });
+            }
+            anyhow!(
+                "step {}: {error}; the state after {done} steps is in {}, and a new folder takes another configuration",
+                done + 1,
+                place.display()
+            )
         })?;
         if let Some(record) = fit.state().records.last() {
             bar.set_message(format!("loss {:.3e}, rate {:.2}", record.loss, record.factor));
@@ -167,30 +175,42 @@ fn steps(
             kept = Instant::now();
         }
     }
-    folder.frame(config, fit, scene)?;
+    folder.frame(config, fit, scene).map_err(interrupted(fit, config))?;
     bar.finish_and_clear();
     Ok(())
 }
 
-fn is_stop(stepped: &Result<(), FitError>) -> bool {
-    let Err(FitError::Objective(ObjectiveError::Gradient(error))) = stepped else { return false };
-    matches!(error, GradientError::Stopped(_))
+fn is_stop(error: &FitError) -> bool {
+    matches!(error, FitError::Objective(ObjectiveError::Gradient(GradientError::Stopped(_))))
+}
+
+/// What Ctrl-C is reported as, once there is a folder: all that was found is kept, or found again.
+fn interrupted(fit: &Fit, config: &config::Config) -> impl Fn(anyhow::Error) -> anyhow::Error {
+    let (done, steps) = (fit.steps_taken(), config.steps);
+    move |error| {
+        let of_objective = error.downcast_ref::<ObjectiveError>();
+        let stopped = matches!(of_objective, Some(ObjectiveError::Gradient(GradientError::Stopped(_))));
+        if stopped || error.is::<Stopped>() { anyhow!(Interrupted { done, steps }) } else { error }
+    }
 }
 
 /// What speaks against the result.
 fn doubts(fit: &Fit) -> String {
     let mut text = String::new();
     let records = &fit.state().records;
-    let (Some(first), Some(last)) = (records.first(), records.last()) else { return text };
-    for (group, norm) in fit.parameters().groups().iter().zip(&last.norms) {
-        if *norm == 0.0 {
+    // Every view has its turn in a round.
+    let round = fit.round().min(records.len());
+    let (first, last) = (&records[..round], &records[records.len() - round..]);
+    for (g, group) in fit.parameters().groups().iter().enumerate() {
+        if round > 0 && last.iter().all(|record| record.norms[g] == 0.0) {
             text += &format!(
-                "WARNING: the gradient by `{}` was 0 in the last step: it has left the views; try a smaller rate, or bounds\n",
+                "WARNING: the gradient by `{}` was 0 in the end: it has left the views; try a smaller rate, or bounds\n",
                 group.name
             );
         }
     }
-    if last.loss + last.penalty > first.loss + first.penalty {
+    let sum = |records: &[Record]| records.iter().map(|r| r.loss + r.penalty).sum::<f64>();
+    if sum(last) > sum(first) {
         text += "WARNING: the loss is larger than at first; try smaller rates, or more samples\n";
     }
     let lost: usize = records.iter().map(|r| r.non_finite).sum();

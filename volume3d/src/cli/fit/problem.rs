@@ -50,6 +50,13 @@ impl Problem {
         let penalties = config.regularizers.iter().map(|r| {
             let shape =
                 scene.find_shape(&r.shape).map_err(|e| anyhow!("{}: regularizer: {e}", path.display()))?;
+            let moves = |q: Quantity| q == Quantity::VertexPositions { shape };
+            if !parameters.groups().iter().any(|g| moves(g.quantity)) {
+                let (file, id) = (path.display(), &r.shape);
+                bail!(
+                    "{file}: a regularizer of `{id}` does nothing unless `{id}.vertex_positions` is fitted"
+                );
+            }
             Ok(Penalty { shape, regularizer: r.regularizer(), weight: r.weight })
         });
         let penalties = penalties.collect::<anyhow::Result<_>>()?;
@@ -61,6 +68,9 @@ impl Problem {
             seed: config.seed,
         };
         let silhouettes = config.silhouettes;
+        if silhouettes.is_some() && !parameters.active(&scene).shapes.contains(&true) {
+            bail!("{}: silhouettes count only where a shape is fitted", path.display());
+        }
         let objective = Objective { views, loss: config.loss.into(), penalties, silhouettes, image_samples };
         let optimizers = config.parameters.iter().zip(parameters.groups());
         let optimizers =
@@ -108,18 +118,19 @@ fn parameters(config: &Config, scene: &Scene) -> anyhow::Result<Parameters> {
 fn start(config: &Config, scene: &Scene, parameters: &Parameters) -> anyhow::Result<Vec<f64>> {
     let mut x = parameters.values(scene);
     for (group, ParameterConfig { name, start, .. }) in parameters.groups().iter().zip(&config.parameters) {
-        let Some(start) = start else { continue };
+        let [low, high] = group.bounds;
+        let range = group.range.clone();
+        let start = start.as_deref().unwrap_or(&x[range.clone()]).to_vec();
         if start.len() != group.range.len() {
             bail!("`{name}` is {} numbers, but its start has {}", group.range.len(), start.len());
         }
         if start.iter().any(|v| !v.is_finite()) {
             bail!("the start of `{name}` is not finite");
         }
-        let [low, high] = group.bounds;
         if let Some(outside) = start.iter().find(|v| **v < low || **v > high) {
             bail!("`{name}` starts at {outside}, outside its bounds {low} and {high}");
         }
-        x[group.range.clone()].copy_from_slice(start);
+        x[range].copy_from_slice(&start);
     }
     Ok(x)
 }
@@ -144,21 +155,24 @@ pub(super) fn reverse(
     }
 }
 
-/// Samples a pixel that look for what a view depends on.
-const LOOK: usize = 8;
+/// Samples a pixel that look for what a view depends on, at first and where that has found nothing.
+const LOOK: [usize; 2] = [8, 64];
 
 /// Warns of views that see nothing of what is fitted; what no view sees is an error.
-pub(super) fn check_views(config: &Config, fit: &Fit, scene: &mut Scene) -> anyhow::Result<String> {
+pub(super) fn check_views(config: &Config, fit: &Fit, scene: &mut Scene) -> anyhow::Result<()> {
     let views = &fit.objective().views;
     let groups = fit.parameters().groups();
     let bar = Bar::new(views.len(), "look at views");
-    let estimate = reverse(config.gradient.method()?, config.gradient.spp.min(LOOK));
-    let (mut seen, mut text) = (vec![false; groups.len()], String::new());
+    let method = config.gradient.method()?;
+    let mut seen = vec![false; groups.len()];
     for (v, view) in views.iter().enumerate() {
-        let unseen = fit.unseen(scene, v, &estimate, &silent())?;
+        let mut unseen = fit.unseen(scene, v, &reverse(method, LOOK[0]), &silent())?;
+        if !unseen.is_empty() {
+            unseen = fit.unseen(scene, v, &reverse(method, LOOK[1]), &silent())?;
+        }
         (0..groups.len()).filter(|g| !unseen.contains(g)).for_each(|g| seen[g] = true);
         if unseen.len() == groups.len() {
-            text += &format!("WARNING: view `{}` does not depend on anything that is fitted\n", view.name);
+            bar.say(&format!("WARNING: view `{}` does not depend on anything that is fitted", view.name));
         }
         bar.step();
     }
@@ -168,5 +182,5 @@ pub(super) fn check_views(config: &Config, fit: &Fit, scene: &mut Scene) -> anyh
             groups[group].name
         );
     }
-    Ok(text)
+    Ok(())
 }

@@ -7,11 +7,11 @@ use glam::DVec3;
 use rand::Rng as _;
 use volume3d::Image;
 use volume3d::gradient::render;
-use volume3d::io::load_image_over;
+use volume3d::io::{load_image, load_image_over};
 use volume3d::optimize::View;
 use volume3d::scene::{Camera, Environment, Film, Scene};
 
-use super::super::session::{Bar, Loaded, check_size, silent};
+use super::super::session::{Bar, Loaded, check_size, located, silent};
 use super::config::{Config, ViewConfig, definitions};
 
 /// All views, with cameras of their own if they are several, each of which has its target, and the files that they came from.
@@ -50,7 +50,9 @@ pub(super) fn views(config: &Config, scene: &Scene) -> anyhow::Result<(Vec<View>
         };
         let weights = view.weights.as_ref().map(|path| {
             files.push(path.clone());
-            picture(path, DVec3::ZERO, &film, &name)
+            let weights = load_image(path, true)?;
+            check_picture(&weights, path, &film, &name)?;
+            Ok::<_, anyhow::Error>(weights)
         });
         views.push(View { name, camera, film, target, weights: weights.transpose()? });
         bar.step();
@@ -83,7 +85,7 @@ fn camera(view: &ViewConfig, scene: &Scene, name: &str) -> anyhow::Result<Camera
         return Ok(Camera { field_of_view: fov, ..own.clone() });
     };
     let target = view.look_at.map_or(DVec3::ZERO, DVec3::from_array);
-    let up = view.up.map_or(own.up, DVec3::from_array);
+    let up = view.up.map_or(DVec3::Y, DVec3::from_array);
     let (direction, finite) = (target - origin, origin.is_finite() && target.is_finite() && up.is_finite());
     if !finite || direction.cross(up).length() <= 1e-9 * direction.length() * up.length() {
         bail!(
@@ -104,6 +106,11 @@ fn film(view: &ViewConfig, scene: &Scene) -> Film {
 
 fn picture(path: &Path, background: DVec3, film: &Film, name: &str) -> anyhow::Result<Image> {
     let image = load_image_over(path, background)?;
+    check_picture(&image, path, film, name)?;
+    Ok(image)
+}
+
+fn check_picture(image: &Image, path: &Path, film: &Film, name: &str) -> anyhow::Result<()> {
     let (width, height) = film.crop.map_or((film.width, film.height), |c| (c.width, c.height));
     if image.size() != (width, height) {
         let (w, h) = image.size();
@@ -113,7 +120,7 @@ fn picture(path: &Path, background: DVec3, film: &Film, name: &str) -> anyhow::R
             path.display()
         );
     }
-    Ok(image)
+    Ok(())
 }
 
 fn rendered(
@@ -127,7 +134,9 @@ fn rendered(
         scene.set_camera(camera.clone())?;
     }
     scene.set_film(film)?;
-    Ok(render(scene, samples, seed, &silent())?.image)
+    let rendering = render(scene, samples, seed, &silent())?;
+    eprint!("{}", located(&rendering.non_finite));
+    Ok(rendering.image)
 }
 
 /// The file of a picture of a view in the folder of a run, without its extension.

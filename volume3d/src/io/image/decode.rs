@@ -104,7 +104,7 @@ fn decode(bytes: &[u8], raw: bool, background: Option<DVec3>) -> Result<Image, I
     }
     let mut pixels: Vec<DVec3> = with_room(width * height, "the pixels")?;
     // The decoder and the conversion below end the program where there is no room: it is looked for before.
-    let converted = (width * height).saturating_mul(size_of::<[f32; 3]>());
+    let converted = (width * height).saturating_mul(size_of::<[f32; 4]>());
     let decoded = usize::try_from(decoder.total_bytes()).unwrap_or(usize::MAX);
     drop(with_room::<u8>(decoded.saturating_add(converted), "decoding the pixels")?);
     let image = DynamicImage::from_decoder(decoder)?;

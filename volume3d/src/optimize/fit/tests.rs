@@ -290,7 +290,7 @@ fn schedules_fall_from_one_to_their_end() {
         assert!((factors[0] - 1.0).abs() < 1e-15 && (factors[10] - 0.1).abs() < 1e-15, "{factors:?}");
         assert!(schedule.problem().is_none());
     }
-    assert_eq!(Schedule::Constant.factor(7, 10), 1.0);
+    assert_eq!(Schedule::Constant {}.factor(7, 10), 1.0);
     assert!(Schedule::Exponential { end: 0.0 }.problem().is_some());
     assert!(Schedule::Cosine { end: f64::NAN }.problem().is_some());
 }
