@@ -7,8 +7,8 @@ use super::shapes::Subject;
 use crate::plot::*;
 use crate::space::picture::{gradient, radiance};
 
-/// Side of a picture on the page.
-const SIDE: f64 = 116.0;
+/// Side of a picture on the page: of 128 pixels, each is two device pixels wide.
+const SIDE: f64 = 128.0;
 const GAP: f64 = 8.0;
 /// Room above the pictures for what they are.
 const HEADS: f64 = 17.0;
@@ -110,7 +110,7 @@ fn distances(fit: &Fit) -> impl Iterator<Item = [f64; 2]> {
 
 /// The fits with shadows, step by step beside their targets; the last is held.
 pub(super) fn frames(fits: &[Fit]) -> Vec<Canvas> {
-    const SIDE: f64 = 190.0;
+    const SIDE: f64 = 192.0;
     const HOLD: usize = 8;
     let moving: Vec<(&Fit, Color)> =
         fits.iter().zip(COLORS).filter(|(fit, _)| fit.light == super::scene::Light::Lamp).collect();
