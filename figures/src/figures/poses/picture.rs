@@ -141,7 +141,7 @@ fn draw_drifts(canvas: &mut Canvas, space: Rect, drifts: &[Drift], part: usize, 
     }
     let placed = rows.draw(canvas, space, NAMES, if is_compared { 84.0 } else { 6.0 });
     if is_compared {
-        rows.column(canvas, &placed, (8.0, "beyond edges’"), |row| {
+        rows.column(canvas, &placed, (8.0, "from edges’ end"), |row| {
             let beyond = drifts[row].beyond(drifts).filter(|_| drifts[row].racer != Racer::EdgeSampling);
             beyond.map_or_else(
                 || ("–".to_owned(), Color::MUTED),
