@@ -17,6 +17,7 @@ use crate::context::Context;
 use crate::figures::common::{listed, percent};
 use crate::gallery::Section;
 use crate::output::Table;
+use crate::plot::number;
 use crate::prose::Prose;
 use crate::ratio::Ratio;
 use drift::{Drift, Offset};
@@ -249,17 +250,22 @@ impl<'a> Results<'a> {
     }
 }
 
-/// "rotation 1.2 ± 0.3 % and 0.8 ± 0.2°; …".
+/// "rotation 1.2 ± 0.3 % and 0.8 ± 0.2° (?), single ones 2 % and 3°; …".
 fn offsets(drifts: &[Drift]) -> String {
     listed(drifts.iter().map(|drift| {
         let many =
             if drift.samples > SAMPLES { format!(" with {} samples", drift.samples) } else { String::new() };
-        let shown = |offset: Offset, scale: f64| {
-            let chance = if offset.is_sure() { "" } else { ", which may be chance" };
-            (offset.length().scaled(scale).shown(), chance)
+        let shown = |offset: Offset, scale: f64, unit: &str| {
+            if offset.single < 1e-6 {
+                // Rounding of what no step has moved.
+                return "0".to_owned();
+            }
+            let doubt = if offset.is_sure() { "" } else { " (?)" };
+            format!("{}{unit}{doubt}", offset.length().scaled(scale).shown())
         };
-        let ((shift, by_chance), (turn, too)) = (shown(drift.shift, 100.0), shown(drift.turn, 1.0));
-        format!("{}{many} {shift} %{by_chance}, and {turn}°{too}", drift.racer.name())
+        let (shift, turn) = (shown(drift.shift, 100.0, " %"), shown(drift.turn, 1.0, "°"));
+        let single = [number(100.0 * drift.shift.single), number(drift.turn.single)].join(" % and ");
+        format!("{}{many} {shift} and {turn}, single ones {single}°", drift.racer.name())
     }))
 }
 

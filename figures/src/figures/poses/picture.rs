@@ -14,7 +14,7 @@ const GAP: f64 = 14.0;
 /// Room for the names of methods beside a plot.
 const NAMES: f64 = 128.0;
 /// The side of a small picture.
-const SIDE: f64 = 92.0;
+const SIDE: f64 = 96.0;
 
 /// Target, start and ends: a row for each scene.
 pub(super) fn views(views: &[View], caption: &str) -> Canvas {
