@@ -11,10 +11,13 @@ mod study;
 mod summary;
 mod views;
 
+use std::collections::BTreeSet;
+
 use crate::context::Context;
 use crate::figures::common::{listed, percent};
 use crate::gallery::Section;
 use crate::output::Table;
+use crate::plot::number;
 use crate::prose::Prose;
 use crate::ratio::Ratio;
 use drift::{Drift, Offset};
@@ -22,7 +25,7 @@ use protocol::{CLOSE, SAMPLES, SIDE, equal_time};
 use racer::Racer;
 use stage::Stage;
 use study::Study;
-use summary::Race;
+use summary::{Race, Rate};
 use views::View;
 
 /// Measures, draws and explains.
@@ -97,6 +100,10 @@ impl<'a> Results<'a> {
                 ("rates_shadow", &self.rates(Stage::Shadow)),
                 ("rates_glossy", &self.rates(Stage::Glossy)),
                 ("apart", &self.apart()),
+                ("interior", &self.interior()),
+                ("nobody_cylinders", &self.nobody(Stage::Cylinders)),
+                ("nobody_foliage", &self.nobody(Stage::Foliage)),
+                ("nobody_bunny", &self.nobody(Stage::Bunny)),
                 ("seeds", &study.effort.seeds),
                 ("unreachable_cylinders", &offsets(self.before(Stage::Cylinders))),
                 ("unreachable_bunny", &offsets(self.before(Stage::Bunny))),
@@ -131,6 +138,25 @@ impl<'a> Results<'a> {
         });
         let words = listed(words);
         if words.is_empty() { "nowhere".to_owned() } else { words }
+    }
+
+    /// Descents of the interior term alone that succeed, of all.
+    fn interior(&self) -> String {
+        let races = self.races.iter().flatten().filter(|race| race.racer == Racer::Interior);
+        let rates = races.map(Race::rate);
+        let [successes, count] =
+            rates.fold([0; 2], |[found, all], rate| [found + rate.successes, all + rate.count]);
+        Rate { successes, count }.shown()
+    }
+
+    /// Starts of a scene from which no method succeeds at equal steps, of all.
+    fn nobody(&self, stage: Stage) -> String {
+        let races: Vec<&Race<'_>> =
+            self.races.iter().map(|[race, _]| race).filter(|race| race.stage == stage).collect();
+        let starts: BTreeSet<u64> =
+            races.iter().flat_map(|race| race.rows.iter().map(|row| row.start)).collect();
+        let found: BTreeSet<u64> = races.iter().flat_map(|race| race.found().map(|row| row.start)).collect();
+        Rate { successes: starts.len() - found.len(), count: starts.len() }.shown()
     }
 
     fn before(&self, stage: Stage) -> &[Drift] {
@@ -224,17 +250,22 @@ impl<'a> Results<'a> {
     }
 }
 
-/// "rotation 1.2 ± 0.3 % and 0.8 ± 0.2°; …".
+/// "rotation 1.2 ± 0.3 % and 0.8 ± 0.2° (?), single ones 2 % and 3°; …".
 fn offsets(drifts: &[Drift]) -> String {
     listed(drifts.iter().map(|drift| {
         let many =
             if drift.samples > SAMPLES { format!(" with {} samples", drift.samples) } else { String::new() };
-        let shown = |offset: Offset, scale: f64| {
-            let chance = if offset.is_sure() { "" } else { ", which may be chance" };
-            (offset.length().scaled(scale).shown(), chance)
+        let shown = |offset: Offset, scale: f64, unit: &str| {
+            if offset.single < 1e-6 {
+                // Rounding of what no step has moved.
+                return "0".to_owned();
+            }
+            let doubt = if offset.is_sure() { "" } else { " (?)" };
+            format!("{}{unit}{doubt}", offset.length().scaled(scale).shown())
         };
-        let ((shift, by_chance), (turn, too)) = (shown(drift.shift, 100.0), shown(drift.turn, 1.0));
-        format!("{}{many} {shift} %{by_chance}, and {turn}°{too}", drift.racer.name())
+        let (shift, turn) = (shown(drift.shift, 100.0, " %"), shown(drift.turn, 1.0, "°"));
+        let single = [number(100.0 * drift.shift.single), number(drift.turn.single)].join(" % and ");
+        format!("{}{many} {shift} and {turn}, single ones {single}°", drift.racer.name())
     }))
 }
 

@@ -14,7 +14,7 @@ const GAP: f64 = 14.0;
 /// Room for the names of methods beside a plot.
 const NAMES: f64 = 128.0;
 /// The side of a small picture.
-const SIDE: f64 = 92.0;
+const SIDE: f64 = 96.0;
 
 /// Target, start and ends: a row for each scene.
 pub(super) fn views(views: &[View], caption: &str) -> Canvas {
@@ -141,7 +141,7 @@ fn draw_drifts(canvas: &mut Canvas, space: Rect, drifts: &[Drift], part: usize, 
     }
     let placed = rows.draw(canvas, space, NAMES, if is_compared { 84.0 } else { 6.0 });
     if is_compared {
-        rows.column(canvas, &placed, (8.0, "beyond edges’"), |row| {
+        rows.column(canvas, &placed, (8.0, "from edges’ end"), |row| {
             let beyond = drifts[row].beyond(drifts).filter(|_| drifts[row].racer != Racer::EdgeSampling);
             beyond.map_or_else(
                 || ("–".to_owned(), Color::MUTED),

@@ -48,9 +48,13 @@ impl<'a> Race<'a> {
         Self { stage, racer, samples, rows: study.descents(&job) }
     }
 
+    /// The descents that succeed.
+    pub(super) fn found(&self) -> impl Iterator<Item = &'a Row> + '_ {
+        self.rows.iter().copied().filter(|row| row.distance().relative() <= 1.0)
+    }
+
     pub(super) fn rate(&self) -> Rate {
-        let successes = self.rows.iter().filter(|row| row.distance().relative() <= 1.0).count();
-        Rate { successes, count: self.rows.len() }
+        Rate { successes: self.found().count(), count: self.rows.len() }
     }
 
     /// Processor seconds of one step.
@@ -66,8 +70,7 @@ impl<'a> Race<'a> {
 
     /// The same among the successful; nothing if there are none.
     pub(super) fn converged(&self) -> Option<[f64; 2]> {
-        let rows: Vec<&Row> =
-            self.rows.iter().copied().filter(|row| row.distance().relative() <= 1.0).collect();
+        let rows: Vec<&Row> = self.found().collect();
         (!rows.is_empty()).then(|| Self { rows, ..*self }.medians())
     }
 
