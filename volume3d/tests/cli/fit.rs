@@ -119,7 +119,7 @@ fn what_cannot_be_fitted_is_refused() {
         ("steps = 4", "steps = 4.5", "line 4", "invalid type"),
         ("steps = 4", "steps = 4\nloss = { kind = \"l3\" }", "unknown variant `l3`", "did you mean `l"),
         ("steps = 4", "steps = 4\nschedule = { kind = \"exponential\", end = 0 }", "ends at 0", "above 0"),
-        ("spp = 2", "spp = 0", "one sample a pixel", "fit.toml"),
+        ("spp = 2", "spp = 0", "gradient.spp is 0", "from 1 to"),
         ("spp = 2", "spp = 2, method = \"edges\"", "`edges`", "edge"),
         ("block.tr", "blok.tr", "no shape `blok`", "closest first, there are: `block`"),
         ("block.translation", "block.tanslation", "`block.tanslation`", "SHAPE.translation"),

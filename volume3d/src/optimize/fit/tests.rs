@@ -271,8 +271,14 @@ fn failures_lose_nothing() {
     let huge = |scene: &Scene, adjoint: &Image, active: &ActiveParameters, seed: u64, progress: &Progress| {
         reverse(scene, &adjoint.with_pixels(vec![DVec3::ZERO; 64]), active, seed, progress)
     };
-    failing.objective.views.iter_mut().for_each(|v| v.target = Image::constant(8, 8, DVec3::splat(1e6)));
-    assert!(matches!(failing.step(&mut scene, &huge, &none), Err(FitError::Diverges { .. })));
+    // Far worse than at first, and than a black picture; the first alone is no measure.
+    let mut far = failing.clone();
+    far.state.records[0].loss = 1e-9;
+    far.step(&mut scene, &huge, &none).unwrap();
+    let mut far = failing.clone();
+    far.state.records[0].loss = 1e-9;
+    far.objective.views.iter_mut().for_each(|v| v.target = Image::constant(8, 8, DVec3::splat(1e-3)));
+    assert!(matches!(far.step(&mut scene, &huge, &none), Err(FitError::Diverges { .. })));
     assert_eq!(failing.state(), &before);
     // Nobody sees the page's other side, and everybody the block.
     let mut hidden = fit(&mut scene, 6);
