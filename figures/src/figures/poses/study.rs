@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use volume3d::gradient::{Progress, render};
 
 use super::fit::{Descent, Distance, Problem};
-use super::protocol::{Effort, NOISY_SAMPLES, SAMPLES, SIDE, equal_time, start};
+use super::protocol::{Effort, IMAGE_SAMPLES, NOISY_SAMPLES, SAMPLES, SIDE, equal_time, start};
 use super::racer::Racer;
 use super::record::{Records, Row, listed};
 use super::stage::Stage;
@@ -53,7 +53,7 @@ impl Study {
     /// Makes every descent that has not been made.
     pub(super) fn new(context: &Context) -> anyhow::Result<Self> {
         let (effort, seed) = (context.spend(Effort::DRAFT, Effort::FULL), context.seed());
-        let run = format!("seed {seed}, {effort:?}");
+        let run = format!("seed {seed}, {SIDE} pixels, {SAMPLES} and {IMAGE_SAMPLES} samples, {effort:?}");
         let path = context.path("figure13_poses.unfinished.csv");
         let records = Records::open(path, &run)?;
         let jobs: Vec<Job> = jobs(&effort).into_iter().filter(|job| !records.holds(&job.row(&run))).collect();
