@@ -1,0 +1,62 @@
+//! The picture: views, floors, and how far every number is from the truth.
+
+use glam::DVec2;
+
+use super::scene::TEXELS;
+use super::study::Study;
+use crate::plot::*;
+use crate::space::picture::{gradient, radiance};
+
+const SIDE: f64 = 160.0;
+const GAP: f64 = 10.0;
+const HEADS: f64 = 18.0;
+/// Room for the names of parameters beside the plot.
+const NAMES: f64 = 120.0;
+/// The difference of luminance at which colours end.
+const LIMIT: f64 = 0.05;
+/// Scores beyond which a number is not recovered, for 95 % of those that are: the normal distribution's.
+pub(super) const LIKELY: f64 = 1.96;
+
+pub(super) fn draw(study: &Study, caption: &str) -> Canvas {
+    let height = HEADS + 2.0 * (SIDE + GAP) + GUTTER + 250.0;
+    let title = "Pose, paint, lamp and floor from two pictures";
+    let mut figure = Figure::new(4.0 * SIDE + 3.0 * GAP, height, title, caption);
+    let (heads, rest) = figure.body.split_top(HEADS);
+    let column = |i: usize| heads.x + i as f64 * (SIDE + GAP);
+    let style = TextStyle::new(10.5, Color::MUTED).anchored(Align::Left, Height::Top);
+    for (i, name) in ["target", "start", "fit", "fit − target"].into_iter().enumerate() {
+        figure.canvas.text(name, DVec2::new(column(i), heads.y), &style);
+    }
+    for (row, images) in study.pictures.iter().enumerate() {
+        let place = |i: usize| Rect::new(column(i), rest.y + row as f64 * (SIDE + GAP), SIDE, SIDE);
+        for (i, image) in images.iter().enumerate() {
+            figure.canvas.picture(&radiance(&image.pixels, image.width), place(i));
+        }
+        let [target, _, fit] = images;
+        let difference: Vec<_> = fit.pixels.iter().zip(&target.pixels).map(|(a, b)| *a - *b).collect();
+        gradient(&mut figure.canvas, &difference, fit.width, &Shading::signed(LIMIT), place(3));
+    }
+    let below = rest.inset(0.0, 2.0 * (SIDE + GAP) + GUTTER, 0.0, 0.0);
+    let parts = below.columns(&[1.0, 1.25], GUTTER);
+    let space = figure.panel(parts[0], "the floor: truth, start, mean of all fits");
+    for (i, texels) in study.textures.iter().enumerate() {
+        let side = (space.width - 2.0 * GAP) / 3.0;
+        let pixels: Vec<_> = texels.chunks_exact(3).map(glam::DVec3::from_slice).collect();
+        let place = Rect::new(space.x + i as f64 * (side + GAP), space.y, side, side);
+        figure.canvas.picture(&radiance(&pixels, TEXELS), place);
+    }
+    let space = figure.panel(parts[1], "mean less truth, in standard errors of the mean");
+    let names = study.groups.iter().map(|group| (group.name.to_owned(), Palette::BLUE)).collect();
+    let widest = study.scores().fold(3.0, |a: f64, s| a.max(s.abs())).min(20.0);
+    let mut rows = Rows::new(Axis::linear("standard errors").limits(-1.05 * widest, 1.05 * widest), names);
+    for end in [-LIKELY, 0.0, LIKELY] {
+        rows.axes.vertical(end, &Style::new(Color::MUTED).width(1.0).dashed());
+    }
+    for (row, group) in study.groups.iter().enumerate() {
+        for number in &group.numbers {
+            rows.mark(row, number.score().clamp(-widest, widest), Marker::Ring);
+        }
+    }
+    rows.draw(&mut figure.canvas, space, NAMES, 6.0);
+    figure.canvas
+}

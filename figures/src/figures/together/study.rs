@@ -1,0 +1,210 @@
+//! Fits of everything at once, each to pictures of its own noise.
+
+use volume3d::Image;
+use volume3d::gradient::{ActiveParameters, Gradient, GradientError, Progress, WarpedArea, render};
+use volume3d::optimize::{Adam, Fit, Loss, Objective, Parameters, Plan, Schedule, View};
+use volume3d::scene::Scene;
+
+use super::scene::{NAMES, cameras, film, start, truth};
+use crate::context::Context;
+use crate::figures::common::seed_of;
+use crate::space::Clock;
+
+/// The first step of Adam for each of [`NAMES`]: scene units, radians, reflectance, radiance, reflectance.
+pub(super) const RATES: [f64; 5] = [0.02, 0.04, 0.02, 0.3, 0.03];
+/// Resolutions of the loss.
+pub(super) const LEVELS: usize = 4;
+
+/// How much is run.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Effort {
+    /// The film's side in pixels.
+    pub(super) side: usize,
+    /// Of a fit.
+    pub(super) steps: u64,
+    /// Fits, each to pictures of its own.
+    pub(super) fits: u64,
+    /// Samples a pixel of targets, of images and of gradients.
+    pub(super) samples: [usize; 3],
+}
+
+impl Effort {
+    const FULL: Self = Self { side: 40, steps: 240, fits: 12, samples: [256, 16, 8] };
+    /// Too little to say anything but that all of it works.
+    const DRAFT: Self = Self { side: 20, steps: 100, fits: 3, samples: [64, 8, 4] };
+}
+
+/// What all fits found.
+pub(super) struct Study {
+    pub(super) effort: Effort,
+    pub(super) groups: Vec<Found>,
+    /// Of the first fit, by view: target, start, fit.
+    pub(super) pictures: Vec<[Image; 3]>,
+    /// Of the floor: as it is, at the start, and the mean of all fits.
+    pub(super) textures: [Vec<f64>; 3],
+    /// The mean loss of each step of the first fit.
+    pub(super) losses: Vec<f64>,
+    /// Processor seconds of one fit.
+    pub(super) seconds: f64,
+}
+
+/// The numbers of one parameter.
+#[derive(Clone, Debug)]
+pub(super) struct Found {
+    pub(super) name: &'static str,
+    pub(super) numbers: Vec<Number>,
+}
+
+/// One number, over all fits.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Number {
+    pub(super) truth: f64,
+    pub(super) start: f64,
+    pub(super) mean: f64,
+    /// The standard deviation of one fit.
+    pub(super) deviation: f64,
+    /// That of the mean.
+    pub(super) error: f64,
+}
+
+impl Number {
+    fn new(truth: f64, start: f64, values: &[f64]) -> Self {
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        let deviation = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+        Self { truth, start, mean, deviation, error: deviation / n.sqrt() }
+    }
+
+    /// How far the mean is from the truth, in standard errors.
+    pub(super) fn score(&self) -> f64 {
+        if self.error > 0.0 { (self.mean - self.truth) / self.error } else { 0.0 }
+    }
+}
+
+impl Found {
+    fn mean_square(&self, of: impl Fn(&Number) -> f64) -> f64 {
+        (self.numbers.iter().map(|n| of(n).powi(2)).sum::<f64>() / self.numbers.len() as f64).sqrt()
+    }
+
+    /// Root mean squares over the numbers: how far the start is from the truth, the mean of all fits, and one fit from that mean.
+    pub(super) fn distances(&self) -> [f64; 3] {
+        [
+            self.mean_square(|n| n.start - n.truth),
+            self.mean_square(|n| n.mean - n.truth),
+            self.mean_square(|n| n.deviation),
+        ]
+    }
+
+    /// The standard error of the mean, and how far it is from the truth in those.
+    pub(super) fn error(&self) -> f64 {
+        self.mean_square(|n| n.error)
+    }
+
+    /// The root mean square of the scores: about 1 if nothing but chance keeps the means from the truth.
+    pub(super) fn score(&self) -> f64 {
+        self.mean_square(Number::score)
+    }
+}
+
+impl Study {
+    pub(super) fn new(context: &Context) -> anyhow::Result<Self> {
+        let effort = context.spend(Effort::DRAFT, Effort::FULL);
+        let scene = truth(effort.side)?;
+        let parameters = Parameters::new(&scene, &NAMES)?;
+        let exact = parameters.values(&scene);
+        let (mut all, mut pictures, mut losses) = (vec![], vec![], vec![]);
+        let clock = Clock::start();
+        for run in 0..effort.fits {
+            let seed = seed_of(context.seed(), &[15, run]);
+            let what = format!("15 fit {} of {}", run + 1, effort.fits);
+            let mut fit = fit(effort, seed)?;
+            let mut scene = truth(effort.side)?;
+            fit.apply(&mut scene)?;
+            let starts = if run == 0 { look(&fit, &mut scene, effort)? } else { vec![] };
+            while !fit.is_done() {
+                context.step(&format!("{what}: step {}", fit.steps_taken() + 1));
+                fit.step(
+                    &mut scene,
+                    &|s, a, p, seed, g| reverse(effort.samples[2], s, a, p, seed, g),
+                    &Progress::none(),
+                )?;
+            }
+            if run == 0 {
+                let views = fit.objective().views.iter().zip(starts).zip(look(&fit, &mut scene, effort)?);
+                pictures = views.map(|((view, start), fit)| [view.target.clone(), start, fit]).collect();
+                losses = fit.state().records.iter().map(|record| record.loss).collect();
+            }
+            all.push(fit.state().x.clone());
+        }
+        let seconds = clock.seconds() / effort.fits as f64;
+        let first = start(&exact);
+        let number =
+            |i: usize| Number::new(exact[i], first[i], &all.iter().map(|x| x[i]).collect::<Vec<_>>());
+        let groups: Vec<Found> = NAMES
+            .into_iter()
+            .zip(parameters.groups())
+            .map(|(name, group)| Found { name, numbers: group.range.clone().map(number).collect() })
+            .collect();
+        let floor = &groups[NAMES.len() - 1].numbers;
+        let of = |pick: fn(&Number) -> f64| floor.iter().map(pick).collect::<Vec<f64>>();
+        let textures = [of(|n| n.truth), of(|n| n.start), of(|n| n.mean)];
+        Ok(Self { effort, groups, pictures, textures, losses, seconds })
+    }
+
+    /// All scores of all numbers.
+    pub(super) fn scores(&self) -> impl Iterator<Item = f64> {
+        self.groups.iter().flat_map(|group| group.numbers.iter().map(Number::score))
+    }
+}
+
+/// A fit to pictures with noise of their own.
+fn fit(effort: Effort, seed: u64) -> anyhow::Result<Fit> {
+    let mut scene = truth(effort.side)?;
+    let parameters = Parameters::new(&scene, &NAMES)?;
+    let exact = parameters.values(&scene);
+    let [of_target, image_samples, _] = effort.samples;
+    let mut views = vec![];
+    for (i, camera) in (0..).zip(cameras()) {
+        scene.set_camera(camera.clone())?;
+        let target = render(&scene, of_target, seed_of(seed, &[i]), &Progress::none())?.image;
+        views.push(View {
+            name: i.to_string(),
+            camera: Some(camera),
+            film: film(effort.side),
+            target,
+            weights: None,
+        });
+    }
+    let views_per_step = views.len();
+    let loss = Loss::Multiscale { levels: LEVELS };
+    let objective = Objective { views, loss, penalties: vec![], silhouettes: None, image_samples };
+    let optimizers = RATES.map(|rate| Adam::new(rate).into()).to_vec();
+    let plan = Plan {
+        steps: effort.steps,
+        schedule: Schedule::default(),
+        views_per_step,
+        seed: seed_of(seed, &[100]),
+    };
+    Ok(Fit::new(parameters, start(&exact), objective, optimizers, plan))
+}
+
+fn reverse(
+    samples: usize,
+    scene: &Scene,
+    adjoint: &Image,
+    active: &ActiveParameters,
+    seed: u64,
+    progress: &Progress,
+) -> Result<Gradient, GradientError> {
+    WarpedArea { samples, seed, ..WarpedArea::default() }.reverse(scene, adjoint, active, progress)
+}
+
+/// What all views see of the scene as it is.
+fn look(fit: &Fit, scene: &mut Scene, effort: Effort) -> anyhow::Result<Vec<Image>> {
+    let mut images = vec![];
+    for view in 0..fit.objective().views.len() {
+        fit.objective().look(scene, view)?;
+        images.push(render(scene, effort.samples[0], 15, &Progress::none())?.image);
+    }
+    Ok(images)
+}
