@@ -11,7 +11,7 @@ use crate::output::Table;
 use crate::plot::number;
 use crate::prose::Prose;
 use picture::LIKELY;
-use study::{LEVELS, Study};
+use study::Study;
 
 /// Measures, draws and explains.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
@@ -56,7 +56,6 @@ fn prose(context: &Context, study: &Study) -> anyhow::Result<Prose> {
             ("of_target", &of_target),
             ("of_image", &of_image),
             ("of_gradient", &of_gradient),
-            ("levels", &LEVELS),
             ("found", &listed(found)),
             ("within", &within),
             ("likely", &LIKELY),

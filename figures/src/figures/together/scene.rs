@@ -1,4 +1,4 @@
-//! A block over a printed floor, under a lamp that no camera sees.
+//! A block over a printed floor with a grey card, under a lamp that no camera sees.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -47,6 +47,12 @@ pub(super) fn truth(side: usize) -> anyhow::Result<Scene> {
     let paint = description.add_material(Material::diffuse("paint", DVec3::new(0.25, 0.45, 0.65)));
     let floor = DAffine3::from_rotation_x(-FRAC_PI_2) * DAffine3::from_scale(DVec3::splat(1.2));
     description.add_shape("floor", Mesh::rectangle().transformed(&floor), printed);
+    // What is known: of light and reflectance a picture shows the product, and the sky alone tells them apart slowly.
+    let grey = description.add_material(Material::diffuse("grey", DVec3::splat(0.5)));
+    let card = DAffine3::from_translation(DVec3::new(-1.0, 0.02, 0.75))
+        * DAffine3::from_rotation_x(-FRAC_PI_2)
+        * DAffine3::from_scale(DVec3::splat(0.4));
+    description.add_shape("card", Mesh::rectangle().transformed(&card), grey);
     let block = DAffine3::from_translation(0.65 * DVec3::Y)
         * DAffine3::from_rotation_y(0.6)
         * DAffine3::from_rotation_x(0.4)

@@ -11,9 +11,9 @@ use crate::figures::common::seed_of;
 use crate::space::Clock;
 
 /// The first step of Adam for each of [`NAMES`]: scene units, radians, reflectance, radiance, reflectance.
-pub(super) const RATES: [f64; 5] = [0.02, 0.04, 0.02, 0.3, 0.03];
-/// Resolutions of the loss.
-pub(super) const LEVELS: usize = 4;
+const RATES: [f64; 5] = [0.02, 0.04, 0.04, 1.5, 0.06];
+/// Light and reflectance are told apart slowly: gradients of the beginning must not rule the end.
+const BETA2: f64 = 0.98;
 
 /// How much is run.
 #[derive(Clone, Copy, Debug)]
@@ -29,9 +29,9 @@ pub(super) struct Effort {
 }
 
 impl Effort {
-    const FULL: Self = Self { side: 40, steps: 240, fits: 12, samples: [256, 16, 8] };
+    const FULL: Self = Self { side: 28, steps: 400, fits: 12, samples: [256, 16, 8] };
     /// Too little to say anything but that all of it works.
-    const DRAFT: Self = Self { side: 20, steps: 100, fits: 3, samples: [64, 8, 4] };
+    const DRAFT: Self = Self { side: 20, steps: 120, fits: 3, samples: [64, 8, 4] };
 }
 
 /// What all fits found.
@@ -176,16 +176,20 @@ fn fit(effort: Effort, seed: u64) -> anyhow::Result<Fit> {
         });
     }
     let views_per_step = views.len();
-    let loss = Loss::Multiscale { levels: LEVELS };
+    let loss = Loss::L2;
     let objective = Objective { views, loss, penalties: vec![], silhouettes: None, image_samples };
-    let optimizers = RATES.map(|rate| Adam::new(rate).into()).to_vec();
+    let optimizers = RATES.map(|rate| {
+        let mut adam = Adam::new(rate);
+        adam.beta2 = BETA2;
+        adam.into()
+    });
     let plan = Plan {
         steps: effort.steps,
         schedule: Schedule::default(),
         views_per_step,
         seed: seed_of(seed, &[100]),
     };
-    Ok(Fit::new(parameters, start(&exact), objective, optimizers, plan))
+    Ok(Fit::new(parameters, start(&exact), objective, optimizers.to_vec(), plan))
 }
 
 fn reverse(
