@@ -42,7 +42,7 @@ pub(crate) fn nearest_jump(
     let p = scene.corners(triangle).map(|p| p - origin);
     let normal = (p[1] - p[0]).cross(p[2] - p[0]);
     let facing = normal.dot(p[0]);
-    let radius = scene.adjacency.radius(triangle);
+    let radius = scene.radius(triangle);
     let mut nearest = f64::INFINITY;
     if radius.is_finite() {
         let cosine_squared = normal.dot(direction).powi(2) / normal.length_squared();

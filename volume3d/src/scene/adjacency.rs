@@ -1,9 +1,11 @@
 //! What lies beyond the edges of triangles, and whether what is seen jumps there.
 
+use std::sync::OnceLock;
+
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::triangle::{NONE, Tables, Triangle};
+use super::triangle::{Tables, Triangle};
 use crate::geometry::{Edges, HalfEdge};
 
 /// What lies beyond an edge of a triangle.
@@ -17,6 +19,16 @@ pub(crate) enum Beyond {
     Crease(u32),
     /// Another triangle that continues surface and shading.
     Smooth(u32),
+}
+
+impl Beyond {
+    /// The triangle that continues the surface.
+    fn continued(self) -> Option<u32> {
+        match self {
+            Self::Border => None,
+            Self::Crease(other) | Self::Smooth(other) => Some(other),
+        }
+    }
 }
 
 /// What triangles are shaded by.
@@ -33,9 +45,11 @@ pub(super) struct Shading<'s> {
 pub(crate) struct Adjacency {
     /// For edge k of a triangle, from corner k to corner k + 1.
     beyond: Vec<[Beyond; 3]>,
-    /// The smallest radius of curvature around each triangle, from the angles to the faces that continue its
-    /// surface; infinite where it is flat or alone.
-    radius: Vec<f64>,
+    /// Whether edges of a triangle may become creases, or cease to be, if positions, normals or textures change.
+    may_change: Vec<bool>,
+    /// The smallest radius of curvature around each triangle, once asked for: auxiliary rays alone need it, and it takes
+    /// as long as all else that is brought up to date when vertices move.
+    radii: OnceLock<Vec<f64>>,
 }
 
 impl Adjacency {
@@ -49,24 +63,29 @@ impl Adjacency {
                 }
             }
         }
-        let mut adjacency = Self { radius: vec![f64::INFINITY; beyond.len()], beyond };
+        let change = |(s, beyond): (usize, &[Beyond; 3])| {
+            let others = beyond.iter().map(|beyond| beyond.continued());
+            others.enumerate().any(|(k, t)| t.is_some_and(|t| !indices_continue(tables, [s, t as usize], k)))
+        };
+        let may_change = beyond.par_iter().enumerate().map(change).collect();
+        let mut adjacency = Self { beyond, may_change, radii: OnceLock::new() };
         adjacency.fit(tables, shading);
         adjacency
     }
 
-    /// Finds again which edges are creases and how the surface is curved, for other positions, normals or textures of the
-    /// same triangles.
+    /// Finds again which edges are creases, for other positions, normals or textures of the same triangles.
     pub(super) fn fit(&mut self, tables: Tables<'_>, shading: Shading<'_>) {
-        let normals: Vec<DVec3> =
-            (0..tables.triangles.len()).into_par_iter().map(|t| normal(tables.corners(t as u32))).collect();
+        self.radii = OnceLock::new();
+        // Normals of faces matter to flat shading alone.
+        let flat = tables.triangles.par_iter().any(|t| t.is_flat());
+        let normals = if flat { normals(tables) } else { vec![] };
         let planes = Planes { tables, normals: &normals };
-        self.beyond.par_iter_mut().zip(&mut self.radius).enumerate().for_each(|(s, (beyond, radius))| {
-            *radius = f64::INFINITY;
+        let changing = self.beyond.par_iter_mut().zip(&self.may_change).enumerate();
+        changing.filter(|(_, (_, may_change))| **may_change).for_each(|(s, (beyond, _))| {
             for (k, beyond) in beyond.iter_mut().enumerate() {
                 if let Beyond::Crease(t) | Beyond::Smooth(t) = *beyond {
                     let smooth = planes.shading_continues(shading, [s, t as usize], k);
                     *beyond = if smooth { Beyond::Smooth(t) } else { Beyond::Crease(t) };
-                    *radius = radius.min(planes.radius_across([s, t as usize]));
                 }
             }
         });
@@ -77,17 +96,27 @@ impl Adjacency {
         self.beyond[triangle as usize]
     }
 
-    /// The smallest radius of curvature around a triangle.
-    pub(crate) fn radius(&self, triangle: u32) -> f64 {
-        self.radius[triangle as usize]
+    /// The smallest radius of curvature around a triangle of these tables, from the angles to the faces that continue its
+    /// surface; infinite where it is flat or alone.
+    pub(super) fn radius(&self, tables: Tables<'_>, triangle: u32) -> f64 {
+        self.radii.get_or_init(|| self.find_radii(tables))[triangle as usize]
+    }
+
+    /// On one thread: others may be waiting for it.
+    fn find_radii(&self, tables: Tables<'_>) -> Vec<f64> {
+        let normals: Vec<DVec3> =
+            (0..tables.triangles.len()).map(|t| normal(tables.corners(t as u32))).collect();
+        let planes = Planes { tables, normals: &normals };
+        let radius = |(s, beyond): (usize, &[Beyond; 3])| {
+            let others = beyond.iter().filter_map(|beyond| beyond.continued());
+            others.fold(f64::INFINITY, |radius, t| radius.min(planes.radius_across([s, t as usize])))
+        };
+        self.beyond.iter().enumerate().map(radius).collect()
     }
 
     /// The triangle that continues the surface beyond edge k.
     pub(crate) fn continued(&self, triangle: u32, k: usize) -> Option<u32> {
-        match self.beyond[triangle as usize][k] {
-            Beyond::Border => None,
-            Beyond::Crease(other) | Beyond::Smooth(other) => Some(other),
-        }
+        self.beyond[triangle as usize][k].continued()
     }
 
     /// The triangle that continues surface and shading beyond edge k.
@@ -111,6 +140,29 @@ fn surface_continues(tables: Tables<'_>, first: &HalfEdge, second: &HalfEdge) ->
     first.ascending != second.ascending && s == t
 }
 
+/// The edge of a second triangle that runs along edge k of a first in the opposite sense.
+fn facing(s: &Triangle, t: &Triangle, k: usize) -> Option<usize> {
+    let [a, b] = [s.positions[k], s.positions[(k + 1) % 3]];
+    (0..3).find(|&l| t.positions[l] == b && t.positions[(l + 1) % 3] == a)
+}
+
+/// Of a table of two triangles' corners, what is at the ends of the edge between them, in one order.
+fn ends([s, t]: [&Triangle; 2], [k, l]: [usize; 2], table: fn(&Triangle) -> [u32; 3]) -> [[u32; 2]; 2] {
+    let (s, t) = (table(s), table(t));
+    [[s[k], s[(k + 1) % 3]], [t[(l + 1) % 3], t[l]]]
+}
+
+/// Whether normals and texture go on across edge k of the first triangle whatever their values are.
+fn indices_continue(tables: Tables<'_>, pair: [usize; 2], k: usize) -> bool {
+    let [s, t] = pair.map(|i| &tables.triangles[i]);
+    let Some(l) = facing(s, t, k) else { return false };
+    let same = |table| {
+        let [a, b] = ends([s, t], [k, l], table);
+        a == b
+    };
+    !s.is_flat() && same(|t| t.normals) && same(|t| t.uvs)
+}
+
 /// Unit normals that differ by no more than this are those of one plane. It is what rounding to single precision, in
 /// which most meshes are stored, does to triangles a hundredth as large as their coordinates. A jump of the radiance that
 /// is left out where flat-shaded triangles meet is as small, relatively.
@@ -128,20 +180,13 @@ impl Planes<'_> {
     /// in the opposite sense.
     fn shading_continues(self, shading: Shading<'_>, pair: [usize; 2], k: usize) -> bool {
         let [s, t] = pair.map(|i| &self.tables.triangles[i]);
-        let l = (0..3).find(|&l| {
-            t.positions[l] == s.positions[(k + 1) % 3] && t.positions[(l + 1) % 3] == s.positions[k]
-        });
-        let Some(l) = l else { return false };
-        // Of a table of the triangles' corners, what is at the ends of the edge, in one order.
-        let ends = |table: fn(&Triangle) -> [u32; 3]| {
-            let (s, t) = (table(s), table(t));
-            [[s[k], s[(k + 1) % 3]], [t[(l + 1) % 3], t[l]]]
-        };
+        let Some(l) = facing(s, t, k) else { return false };
+        let ends = |table| ends([s, t], [k, l], table);
         let same_uv = !shading.textured[s.shape as usize] || {
             let [a, b] = ends(|t| t.uvs).map(|ends| ends.map(|n| shading.uvs[n as usize]));
             a == b
         };
-        let same_normals = if s.normals[0] == NONE {
+        let same_normals = if s.is_flat() {
             self.coplanar(pair)
         } else {
             let [a, b] = ends(|t| t.normals);
@@ -164,6 +209,10 @@ impl Planes<'_> {
         let [m, n] = pair.map(|i| self.normals[i]);
         (a - b).length() / m.cross(n).length().atan2(m.dot(n))
     }
+}
+
+fn normals(tables: Tables<'_>) -> Vec<DVec3> {
+    (0..tables.triangles.len()).into_par_iter().map(|t| normal(tables.corners(t as u32))).collect()
 }
 
 fn normal([a, b, c]: [DVec3; 3]) -> DVec3 {

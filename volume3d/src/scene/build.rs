@@ -158,6 +158,11 @@ impl Scene {
         Tables { positions: &self.positions, triangles: &self.triangles }
     }
 
+    /// The smallest radius of curvature around a triangle; infinite where the surface is flat.
+    pub(crate) fn radius(&self, triangle: u32) -> f64 {
+        self.adjacency.radius(self.tables(), triangle)
+    }
+
     /// The curves along which surfaces pass through one another.
     pub(crate) fn crossings(&self) -> &Crossings {
         self.crossings.get_or_init(|| Crossings::build(self.tables(), &self.adjacency, &self.accelerator))

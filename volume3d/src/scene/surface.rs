@@ -4,7 +4,6 @@ use glam::DVec3;
 
 use super::build::Scene;
 use super::hit::{Hit, MaterialPoint, Surface};
-use super::triangle::NONE;
 
 impl Scene {
     /// The shape that a surface is a part of.
@@ -30,7 +29,7 @@ impl Scene {
     /// Whether it is shaded by other normals than its own.
     pub(crate) fn has_shading_normals(&self, surface: Surface) -> bool {
         match surface {
-            Surface::Triangle(triangle) => self.triangles[triangle as usize].normals[0] != NONE,
+            Surface::Triangle(triangle) => !self.triangles[triangle as usize].is_flat(),
         }
     }
 

@@ -16,6 +16,14 @@ pub(crate) struct Triangle {
     pub(crate) shape: u32,
 }
 
+impl Triangle {
+    /// Whether the face's own normal shades.
+    #[inline]
+    pub(crate) fn is_flat(&self) -> bool {
+        self.normals[0] == NONE
+    }
+}
+
 /// Where the triangles of a scene are.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tables<'s> {

@@ -95,16 +95,15 @@ impl Accelerator {
     pub fn build(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
         assert!(triangles.len() <= Self::MOST, "fewer than 2²⁸ triangles");
         let mesh = Mesh { positions, triangles };
-        let left_out = mesh.left_out();
-        let bounds = mesh.bounds(&left_out);
+        let Solid { left_out, bounds } = mesh.solid();
         let frame = Frame::around(bounds);
         let solid = |triangle: &u32| left_out.binary_search(triangle).is_err();
         let mut references: Vec<Reference> = (0..triangles.len() as u32)
             .into_par_iter()
             .filter(solid)
-            .map(|triangle| Reference {
-                bounds: rounded_out(mesh.corners(triangle).map(|p| frame.place(p))),
-                triangle,
+            .map(|triangle| {
+                let [a, b, c] = mesh.corners(triangle).map(|p| frame.place(p));
+                Reference { bounds: rounded_out(a.min(b).min(c), a.max(b).max(c)), triangle }
             })
             .collect();
         let root = build::build(&mut references);
@@ -124,8 +123,9 @@ impl Accelerator {
     /// If an index is out of range, or the triangles are not those it was built over.
     pub fn refit(&mut self, positions: &[DVec3], triangles: &[[u32; 3]]) {
         let mesh = Mesh { positions, triangles };
-        if mesh.left_out() == self.left_out {
-            self.bounds = mesh.bounds(&self.left_out);
+        let Solid { left_out, bounds } = mesh.solid();
+        if left_out == self.left_out {
+            self.bounds = bounds;
             self.frame = Frame::around(self.bounds);
             if self.tree.fit(&self.frame, mesh) <= WORST_COST * self.cost {
                 return;
@@ -181,20 +181,41 @@ impl Mesh<'_> {
         self.triangles.len() as u32
     }
 
-    /// The triangles that no ray hits, in order.
-    fn left_out(&self) -> Vec<u32> {
-        (0..self.len()).into_par_iter().filter(|&triangle| !is_solid(&self.corners(triangle))).collect()
+    /// What is hit, and what is not.
+    fn solid(&self) -> Solid {
+        let add = |mut sum: Solid, triangle: u32| {
+            let corners = self.corners(triangle);
+            if is_solid(&corners) {
+                let [a, b, c] = corners;
+                let (lower, upper) = sum.bounds;
+                sum.bounds = (lower.min(a).min(b).min(c), upper.max(a).max(b).max(c));
+            } else {
+                sum.left_out.push(triangle);
+            }
+            sum
+        };
+        (0..self.len()).into_par_iter().fold(Solid::default, add).reduce(Solid::default, Solid::followed_by)
     }
+}
 
-    /// The box around all triangles but those left out.
-    fn bounds(&self, left_out: &[u32]) -> (DVec3, DVec3) {
-        let empty = || (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let union = |a: (DVec3, DVec3), b: (DVec3, DVec3)| (a.0.min(b.0), a.1.max(b.1));
-        (0..self.len())
-            .into_par_iter()
-            .filter(|triangle| left_out.binary_search(triangle).is_err())
-            .map(|triangle| self.corners(triangle).into_iter().fold(empty(), |sum, p| union(sum, (p, p))))
-            .reduce(empty, union)
+/// The triangles of a mesh that no ray hits, in order, and the box around all others.
+struct Solid {
+    left_out: Vec<u32>,
+    bounds: (DVec3, DVec3),
+}
+
+impl Default for Solid {
+    fn default() -> Self {
+        Self { left_out: vec![], bounds: (DVec3::INFINITY, DVec3::NEG_INFINITY) }
+    }
+}
+
+impl Solid {
+    /// With that of later triangles.
+    fn followed_by(mut self, mut later: Self) -> Self {
+        self.left_out.append(&mut later.left_out);
+        let ((a, b), (c, d)) = (self.bounds, later.bounds);
+        Self { left_out: self.left_out, bounds: (a.min(c), b.max(d)) }
     }
 }
 
@@ -207,10 +228,8 @@ fn is_solid(corners: &[DVec3; 3]) -> bool {
     corners.iter().all(|p| p.is_finite()) && !(flat(0, 1) && flat(1, 2) && flat(2, 0))
 }
 
-/// The box around three points in single precision, no smaller than in double precision.
-fn rounded_out(corners: [DVec3; 3]) -> Bounds {
-    let [a, b, c] = corners;
-    let (lower, upper) = (a.min(b).min(c), a.max(b).max(c));
+/// A box in single precision, no smaller than in double precision.
+fn rounded_out(lower: DVec3, upper: DVec3) -> Bounds {
     let down = |x: f64| if f64::from(x as f32) <= x { x as f32 } else { (x as f32).next_down() };
     let up = |x: f64| if f64::from(x as f32) >= x { x as f32 } else { (x as f32).next_up() };
     Bounds {

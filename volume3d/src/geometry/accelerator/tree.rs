@@ -334,22 +334,29 @@ impl Leaf {
         if self.is_spare() {
             return Bounds::EMPTY;
         }
-        let place = |corner: u8| frame.place(DVec3::from_array(positions[usize::from(corner)]));
-        let mut bounds = Bounds::EMPTY;
-        for corners in &self.corners {
-            bounds = bounds.union(rounded_out(corners.map(place)));
+        // Vertices come in the order in which corners name them first.
+        let count = 1 + usize::from(self.corners.as_flattened().iter().copied().max().unwrap_or(0));
+        let mut places = [DVec3::ZERO; 3 * WIDTH];
+        let (mut lower, mut upper) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for (place, &position) in places.iter_mut().zip(&positions[..count]) {
+            *place = frame.place(DVec3::from_array(position));
+            (lower, upper) = (lower.min(*place), upper.max(*place));
         }
+        let bounds = rounded_out(lower, upper);
         let Bounds { lower, upper } = bounds;
         // Rounded up, so that the box is within all steps.
         let step = ((upper - lower).max_element() / f32::from(u16::MAX)) * (1.0 + 2.0 * f32::EPSILON);
         (self.anchor, self.step) = (lower.to_array(), step.max(SMALLEST_STEP));
+        let (anchor, step) = (DVec3::from_array(self.anchor.map(f64::from)), f64::from(self.step));
+        // To the nearest: steps are not negative.
+        let mut steps = [[0; 3]; 3 * WIDTH];
+        for (steps, &place) in steps.iter_mut().zip(&places[..count]) {
+            *steps = ((place - anchor) / step).to_array().map(|steps| (steps + 0.5) as u16);
+        }
         for (lane, corners) in self.corners.iter().enumerate() {
             for (vertex, &corner) in corners.iter().enumerate() {
-                let p = place(corner);
-                for axis in 0..3 {
-                    let steps = (p[axis] - f64::from(self.anchor[axis])) / f64::from(self.step);
-                    // To the nearest: steps are not negative.
-                    self.vertices[vertex][axis][lane] = (steps + 0.5) as u16;
+                for (axis, &steps) in steps[usize::from(corner)].iter().enumerate() {
+                    self.vertices[vertex][axis][lane] = steps;
                 }
             }
         }
