@@ -77,7 +77,7 @@ impl Adjacency {
     pub(super) fn fit(&mut self, tables: Tables<'_>, shading: Shading<'_>) {
         self.radii = OnceLock::new();
         // Normals of faces matter to flat shading alone.
-        let flat = tables.triangles.par_iter().any(|t| t.is_flat());
+        let flat = tables.triangles.par_iter().any(Triangle::is_flat);
         let normals = if flat { normals(tables) } else { vec![] };
         let planes = Planes { tables, normals: &normals };
         let changing = self.beyond.par_iter_mut().zip(&self.may_change).enumerate();

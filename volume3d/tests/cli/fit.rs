@@ -164,11 +164,15 @@ fn a_folder_is_one_runs() {
     let place = place(CONFIG);
     place.fail("fit none.toml -o run", 1, &["cannot read none.toml"]);
     place.fail("fit fit.toml", 2, &["--output"]);
-    place.fail("fit fit.toml -o .", 1, &["is in the folder of the run"]);
+    place.fail("fit fit.toml -o .", 1, &[". is not empty"]);
+    std::fs::create_dir(place.path("own")).unwrap();
+    let inside = CONFIG.replace("\"scene.xml\"", "\"../scene.xml\"");
+    std::fs::write(place.path("own/config.toml"), inside).unwrap();
+    place.fail("fit own/config.toml -o own", 1, &["own/config.toml is in the folder of the run"]);
     std::fs::create_dir(place.path("other")).unwrap();
     std::fs::write(place.path("other/thesis.txt"), "mine").unwrap();
     place.fail("fit fit.toml -o other", 1, &["other is not empty"]);
-    place.fail("fit fit.toml -o other/thesis.txt", 1, &["cannot make the folder"]);
+    place.fail("fit fit.toml -o other/thesis.txt", 1, &["thesis.txt is not a folder"]);
     place.succeed("fit fit.toml -o run");
     std::fs::write(place.path("fit.toml"), CONFIG.replace("0.05", "0.04")).unwrap();
     place.fail("fit fit.toml -o run", 1, &["another configuration"]);

@@ -36,8 +36,36 @@ pub(super) struct Folder {
 }
 
 impl Folder {
+    /// That a folder is not there, or is empty, or that of a run of this configuration; nothing is written.
+    pub(super) fn check(path: &Path, config: &str) -> anyhow::Result<()> {
+        let folder = Self { path: path.to_path_buf() };
+        let copy = folder.file("config.toml");
+        match std::fs::read_to_string(&copy) {
+            Ok(found) if found == config => Ok(()),
+            // Nothing has come of the other configuration.
+            Ok(_) if !folder.state_path().exists() => Ok(()),
+            Ok(_) => bail!(
+                "{} is the folder of a run with another configuration; choose another folder, or remove it",
+                path.display()
+            ),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                // A write that was killed leaves a temporary file.
+                let is_other = |e: std::io::Result<std::fs::DirEntry>| {
+                    e.is_ok_and(|e| !e.file_name().to_string_lossy().starts_with(".tmp"))
+                };
+                if std::fs::read_dir(path).is_ok_and(|mut entries| entries.any(is_other)) {
+                    bail!("{} is not empty, and not the folder of a run; choose another", path.display());
+                }
+                Ok(())
+            }
+            Err(_) if path.is_file() => bail!("{} is not a folder", path.display()),
+            Err(error) => bail!("cannot read {}: {error}", copy.display()),
+        }
+    }
+
     /// Makes the folder, or finds it as this configuration has left it.
     pub(super) fn open(path: &Path, config: &str, inputs: &[PathBuf]) -> anyhow::Result<Self> {
+        Self::check(path, config)?;
         let make = |path: &Path| {
             std::fs::create_dir_all(path)
                 .map_err(|e| anyhow!("cannot make the folder {}: {e}", path.display()))
@@ -57,25 +85,8 @@ impl Folder {
             );
         }
         let copy = folder.file("config.toml");
-        match std::fs::read_to_string(&copy) {
-            Ok(found) if found == config => {}
-            // Nothing has come of the other configuration.
-            Ok(_) if !folder.state_path().exists() => write_bytes(&copy, config.as_bytes())?,
-            Ok(_) => bail!(
-                "{} is the folder of a run with another configuration; choose another folder, or remove it",
-                path.display()
-            ),
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                // A write that was killed leaves a temporary file.
-                let is_other = |e: std::io::Result<std::fs::DirEntry>| {
-                    e.is_ok_and(|e| !e.file_name().to_string_lossy().starts_with(".tmp"))
-                };
-                if std::fs::read_dir(path).is_ok_and(|mut entries| entries.any(is_other)) {
-                    bail!("{} is not empty, and not the folder of a run; choose another", path.display());
-                }
-                write_bytes(&copy, config.as_bytes())?;
-            }
-            Err(error) => bail!("cannot read {}: {error}", copy.display()),
+        if std::fs::read_to_string(&copy).ok().as_deref() != Some(config) {
+            write_bytes(&copy, config.as_bytes())?;
         }
         ["views", "frames", "meshes"].iter().try_for_each(|name| make(&folder.file(name)))?;
         Ok(folder)

@@ -106,7 +106,8 @@ const KEEP_EVERY: Duration = Duration::from_secs(5);
 
 pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     options.threads.begin()?;
-    let Problem { config, text, mut scene, fit, fingerprint, files } = Problem::read(&options.config)?;
+    let Problem { config, text, mut scene, fit, fingerprint, files } =
+        Problem::read(&options.config, &options.output)?;
     let folder = Folder::open(&options.output, &text, &files)?;
     let kept = folder.state(fingerprint)?;
     let is_new = kept.is_none();

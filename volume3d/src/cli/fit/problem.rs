@@ -13,6 +13,7 @@ use volume3d::scene::Scene;
 use super::super::method::{Method, MethodOptions};
 use super::super::session::{Bar, Loaded, silent};
 use super::config::{Config, ParameterConfig, definitions, parse};
+use super::folder::Folder;
 use super::views::views;
 
 /// All that a fit begins with.
@@ -28,10 +29,13 @@ pub(super) struct Problem {
 }
 
 impl Problem {
-    pub(super) fn read(path: &Path) -> anyhow::Result<Self> {
+    /// Reads and renders all of it, unless the run's folder is another's.
+    pub(super) fn read(path: &Path, run: &Path) -> anyhow::Result<Self> {
         let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()));
         let text = text.map_err(|e| anyhow!("{e:#}"))?;
         let config = parse(&text, path)?;
+        // Targets may take long to render.
+        Folder::check(run, &text)?;
         let Loaded { scene, mut files } = Loaded::read(&config.scene, &definitions(&config.define))?;
         let said = |error: anyhow::Error| anyhow!("{}: {error}", path.display());
         let parameters = parameters(&config, &scene).map_err(said)?;
