@@ -2,6 +2,7 @@
 
 use std::ops::{Add, Mul};
 
+use super::space::Space;
 use crate::warp::Vector;
 
 /// A value and its gradient; also a covector on such pairs.
@@ -38,8 +39,32 @@ impl<V: Vector> Mul<f64> for Jet<V> {
     }
 }
 
-/// An implicit shape φ(x; θ) = 0 with φ > 0 outside, |∇φ| ≤ 1 (so that spheres of radius φ are
-/// empty) and parameters θ ∈ Rᵖ.
+/// A value, its gradient and its second derivatives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SecondOrder<V: Space> {
+    /// φ and ∇φ.
+    pub jet: Jet<V>,
+    /// ∇²φ, which is symmetric.
+    pub hessian: V::Matrix,
+}
+
+impl<V: Space> SecondOrder<V> {
+    /// (∇φ·v, ∇²φ v): how φ and ∇φ change for who moves with velocity v. An eye with velocity ȯ sees a shape whose φ̇ and ∇φ̇ are
+    /// larger by this. What it leaves out of −ȯ in the velocity of a level set, the part along it, moves no silhouette.
+    #[must_use]
+    pub fn advected(&self, velocity: V) -> Jet<V> {
+        Jet { value: self.jet.gradient.dot(velocity), gradient: self.hessian * velocity }
+    }
+
+    /// The transpose: the covector of v.
+    #[must_use]
+    pub fn advected_transpose(&self, covector: Jet<V>) -> V {
+        self.jet.gradient * covector.value + self.hessian * covector.gradient
+    }
+}
+
+/// An implicit shape φ(x; θ) = 0 with φ > 0 outside and parameters θ ∈ Rᵖ. Spheres of radius φ over the
+/// [bound](Self::slope_bound) on |∇φ|, 1 for distances, are empty.
 ///
 /// [`rate`](Self::rate) and [`add_parameter_gradient`](Self::add_parameter_gradient) are one linear
 /// map and its transpose: forward and reverse mode agree to rounding.
@@ -49,15 +74,17 @@ impl<V: Vector> Mul<f64> for Jet<V> {
 /// Where φ is not differentiable (its medial axis, the corners of polygons, the cell edges of a
 /// bilinear grid) every implementation returns the derivatives of one of the smooth pieces that meet
 /// there, and a gradient of 0 at an isolated point (the centre of a circle, a vertex).
-pub trait Sdf<V: Vector>: Sync {
+pub trait Sdf<V: Space>: Sync {
     /// φ(x) and ∇φ(x).
     fn jet(&self, x: V) -> Jet<V>;
 
-    /// ∇²φ(x) v.
-    fn hessian_times(&self, x: V, v: V) -> V;
+    /// φ(x), ∇φ(x) and ∇²φ(x) in one visit.
+    fn second_order(&self, x: V) -> SecondOrder<V>;
 
-    /// Δφ(x), the trace of ∇²φ.
-    fn laplacian(&self, x: V) -> f64;
+    /// A bound on |∇φ| wherever rays go.
+    fn slope_bound(&self) -> f64 {
+        1.0
+    }
 
     /// p, the number of parameters.
     fn parameter_count(&self) -> usize;
@@ -85,15 +112,17 @@ const BOUNDED: f64 = 0.5;
 /// continuous function would do, and 1/|∇φ|² will not: between every two shapes a differentiable φ has
 /// a saddle, where it is infinite.
 #[derive(Clone, Copy)]
-pub(super) struct LevelSetVelocity<V> {
-    pub(super) e: V,
+pub struct LevelSetVelocity<V> {
+    e: V,
     gradient: V,
     rho: f64,
     rho_slope: f64,
 }
 
-impl<V: Vector> LevelSetVelocity<V> {
-    pub(super) fn new(gradient: V) -> Self {
+impl<V: Space> LevelSetVelocity<V> {
+    /// Of a shape with this ∇φ.
+    #[must_use]
+    pub fn new(gradient: V) -> Self {
         let square = gradient.dot(gradient);
         let (rho, rho_slope) = if square >= BOUNDED {
             (square.recip(), -(square * square).recip())
@@ -104,13 +133,23 @@ impl<V: Vector> LevelSetVelocity<V> {
         Self { e: gradient * -rho, gradient, rho, rho_slope }
     }
 
-    /// De v = −ρ Hv − 2ρ′ ∇φ (∇φ·Hv), from Hv.
-    pub(super) fn derivative(&self, hessian_v: V) -> V {
-        hessian_v * -self.rho - self.gradient * (2.0 * self.rho_slope * self.gradient.dot(hessian_v))
+    /// e.
+    #[must_use]
+    pub fn e(&self) -> V {
+        self.e
     }
 
-    /// tr De, from Δφ and H∇φ.
-    pub(super) fn trace(&self, laplacian: f64, hessian_gradient: V) -> f64 {
-        -self.rho * laplacian - 2.0 * self.rho_slope * self.gradient.dot(hessian_gradient)
+    /// De v = −ρ Hv − 2ρ′ ∇φ (∇φ·Hv), with H = ∇²φ.
+    #[must_use]
+    pub fn derivative(&self, hessian: V::Matrix, v: V) -> V {
+        let turn = hessian * v;
+        turn * -self.rho - self.gradient * (2.0 * self.rho_slope * self.gradient.dot(turn))
+    }
+
+    /// tr De.
+    #[must_use]
+    pub fn trace(&self, hessian: V::Matrix) -> f64 {
+        let turn = hessian * self.gradient;
+        -self.rho * V::trace(hessian) - 2.0 * self.rho_slope * self.gradient.dot(turn)
     }
 }

@@ -4,9 +4,10 @@
 //! ray from the eye hits first. A ray is found by sphere tracing, which brings points x_i with φ and
 //! ∇φ for nothing; the two fields published for implicit shapes are made of these points alone and
 //! trace no auxiliary ray. [`distance`](Sdf), [`tracer`](Tracer) and [`fields`] do not know the
-//! dimension: the sphere of directions uses the same code.
+//! dimension: with [`Space`] for the plane or space, the sphere of directions uses the same code.
 //!
 //! - [`Sdf`]: φ, its derivatives in space and in the parameters, and the transpose of the latter.
+//! - [`LevelSetVelocity`]: how fast a level set moves, and the derivatives of that.
 //! - [`shapes`]: discs, rectangles, polygons, grids, and their smooth union.
 //! - [`Tracer`], [`View`], [`Trace`]: sphere tracing and the derivative of the whole trace.
 //! - [`fields`]: every construction of V, as a linear form in ∂_θφ and ∇∂_θφ.
@@ -21,11 +22,17 @@ pub mod estimator;
 pub mod exact;
 pub mod fields;
 mod film;
+mod near_miss;
+mod scalar;
 mod scene;
 pub mod shapes;
+mod space;
 mod tracer;
 
-pub use distance::{Jet, Sdf};
+pub use distance::{Jet, LevelSetVelocity, Sdf, SecondOrder};
 pub use film::{AngularFilm, AngularFilmError, AngularFilter};
+pub use near_miss::near_misses;
+pub use scalar::Scalar;
 pub use scene::{Scene, SceneError, Shading};
+pub use space::{Directions, Space};
 pub use tracer::{End, RayCount, Trace, TracePoint, Tracer, TracerError, View};

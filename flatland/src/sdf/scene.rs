@@ -124,7 +124,7 @@ impl Scene {
     /// What fields ask of the scene.
     #[must_use]
     pub fn view(&self) -> View<'_, DVec2> {
-        View { sdf: &self.shape, eye: self.eye, tracer: self.tracer }
+        View { sdf: &self.shape, eye: self.eye, start: 0.0, tracer: self.tracer }
     }
 
     /// L of a traced ray.
@@ -161,7 +161,7 @@ impl Scene {
         let inverse = gradient.length().recip();
         let n = gradient * inverse;
         let r = (self.shading.normal - n * n.dot(self.shading.normal)) * inverse;
-        let q = self.shading.position + self.shape.hessian_times(hit.position, r);
+        let q = self.shading.position + self.shape.second_order(hit.position).hessian * r;
         let slope = q.dot(direction) / gradient.dot(direction);
         ((q - gradient * slope) * hit.t, Jet { value: -slope, gradient: r })
     }

@@ -4,13 +4,14 @@ use std::iter::Sum;
 use std::ops::AddAssign;
 
 use super::distance::{Jet, Sdf};
-use crate::warp::Vector;
+use super::scalar::Scalar;
+use super::space::Space;
 
 /// How a ray is traced.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tracer {
-    /// ℓ = `step_scale` · φ, in (0, 1]. Less than 1 gives more points, and safety where |∇φ| exceeds
-    /// 1 a little.
+    /// ℓ = `step_scale` · φ over the bound on |∇φ|, in (0, 1]. Less than 1 gives more points, and safety where |∇φ|
+    /// exceeds its bound a little.
     pub step_scale: f64,
     /// A point is on the surface when |φ| ≤ `tolerance` · t: the angle, in radians, within which a
     /// passing ray counts as a hit. In [10⁻¹⁴, 1).
@@ -140,11 +141,13 @@ impl<V> Trace<V> {
 
 /// An implicit shape seen from a point.
 #[derive(Clone, Copy)]
-pub struct View<'a, V> {
+pub struct View<'a, V: Space> {
     /// φ.
     pub sdf: &'a dyn Sdf<V>,
-    /// o, outside the shape.
+    /// o, outside the shape or on its surface.
     pub eye: V,
+    /// t₀, where rays start: 0 from free space. On a surface φ = 0 and no step is taken; rays that leave one start beyond it.
+    pub start: f64,
     /// How rays are traced.
     pub tracer: Tracer,
 }
@@ -168,7 +171,7 @@ impl Tracer {
     }
 }
 
-impl<V: Vector> View<'_, V> {
+impl<V: Space> View<'_, V> {
     /// Traces the ray in the unit direction ω:
     ///
     /// ```text
@@ -180,23 +183,32 @@ impl<V: Vector> View<'_, V> {
     /// of ω do so with ℓ = 0.
     #[must_use]
     pub fn trace(&self, direction: V) -> Trace<V> {
-        let tracer = &self.tracer;
-        let (mut t, mut t_gradient) = (0.0, V::ZERO);
         let mut trace = Trace { direction, points: vec![], end: End::OutOfSteps };
-        for _ in 0..tracer.max_steps {
+        self.trace_until(direction, Scalar::constant(self.tracer.far), &mut trace);
+        trace
+    }
+
+    /// The same up to a far limit that may depend on the direction, such as the distance of something else that the ray
+    /// hits. What was in the trace before is lost, but for its memory.
+    pub fn trace_until(&self, direction: V, far: Scalar<V>, trace: &mut Trace<V>) {
+        let tracer = &self.tracer;
+        let scale = tracer.step_scale / self.sdf.slope_bound();
+        let (mut t, mut t_gradient) = (self.start, V::ZERO);
+        (trace.direction, trace.end) = (direction, End::OutOfSteps);
+        trace.points.clear();
+        for index in 0..tracer.max_steps {
             let position = self.eye + direction * t;
             let jet = self.sdf.jet(position);
             let along = jet.gradient.dot(direction);
             let phi_gradient = (jet.gradient - direction * along) * t + t_gradient * along;
-            let (mut step, mut step_gradient) =
-                (tracer.step_scale * jet.value, phi_gradient * tracer.step_scale);
-            let leaves = t + step >= tracer.far;
+            let (mut step, mut step_gradient) = (scale * jet.value, phi_gradient * scale);
+            let leaves = t + step >= far.value;
             if leaves {
-                (step, step_gradient) = (tracer.far - t, -t_gradient);
+                (step, step_gradient) = (far.value - t, far.gradient - t_gradient);
             }
             let point = TracePoint { position, t, t_gradient, jet, phi_gradient, step, step_gradient };
             trace.points.push(point);
-            if t > 0.0 && jet.value.abs() <= tracer.tolerance * t {
+            if index > 0 && jet.value.abs() <= tracer.tolerance * t {
                 trace.end = End::Hit;
                 break;
             }
@@ -207,7 +219,6 @@ impl<V: Vector> View<'_, V> {
             t += step;
             t_gradient = t_gradient + step_gradient;
         }
-        trace
     }
 }
 
@@ -225,16 +236,32 @@ mod tests {
     }
 
     fn view(sdf: &Shape) -> View<'_, DVec2> {
-        View { sdf, eye: DVec2::ZERO, tracer: Tracer { far: 20.0, ..Tracer::default() } }
+        View { sdf, eye: DVec2::ZERO, start: 0.0, tracer: Tracer { far: 20.0, ..Tracer::default() } }
     }
 
     #[test]
     fn every_gradient_is_that_of_the_discrete_trace() {
+        // Rays that begin beyond the eye and end at a wall.
+        let wall = |angle: f64| {
+            let gradient = DVec2::from_angle(angle).perp() * (2.0 * (4.0 * angle).cos());
+            Scalar { value: 3.9 + 0.5 * (4.0 * angle).sin(), gradient }
+        };
         let shape = two_discs();
-        let (view, h) = (view(&shape), 1e-7);
-        for angle in [-0.4, -0.17, 0.02, 0.1, 0.3, 0.42, 1.0] {
+        let free = view(&shape);
+        let walled = View { start: 0.7, ..free };
+        let at = |is_walled: bool, angle: f64| {
+            let mut trace = free.trace(DVec2::from_angle(0.3));
+            let (view, far) = if is_walled { (walled, wall(angle)) } else { (free, Scalar::constant(20.0)) };
+            view.trace_until(DVec2::from_angle(angle), far, &mut trace);
+            trace
+        };
+        let h = 1e-7;
+        let angles = [-0.4, -0.17, 0.02, 0.1, 0.3, 0.42, 1.0].map(|angle| [(false, angle), (true, angle)]);
+        for (is_walled, angle) in angles.into_iter().flatten() {
             let direction = DVec2::from_angle(angle);
-            let [middle, plus, minus] = [0.0, h, -h].map(|h| view.trace(DVec2::from_angle(angle + h)));
+            let [middle, plus, minus] = [0.0, h, -h].map(|h| at(is_walled, angle + h));
+            let end = middle.points.last().map_or(0.0, |p| p.t + p.step);
+            assert!(!is_walled || middle.end == End::Hit || (end - wall(angle).value).abs() < 1e-12);
             let rows = middle.points.iter().zip(&plus.points).zip(&minus.points);
             for (index, ((point, plus), minus)) in rows.enumerate() {
                 let pairs = [

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 use flatland::sdf::fields::{BangaruField, ViciniField};
-use flatland::sdf::shapes::{Grid, Interpolation, RoundedBox, Shape};
+use flatland::sdf::shapes::{Grid, Interpolation, Parametric as _, RoundedBox, Shape};
 use flatland::sdf::{AngularFilm, AngularFilter, Scene, Sdf as _, Shading, Tracer};
 use glam::DVec2;
 use tests::effort::thorough;

@@ -6,10 +6,7 @@ use super::linear::{self, PixelSample, Sampled};
 use super::{Estimate, EstimatorError, check_adjoint, check_direction, check_samples};
 use crate::random::Stream;
 use crate::sdf::scene::Seen;
-use crate::sdf::{AngularFilm, Jet, RayCount, Scene, Sdf, Trace, TracePoint, View};
-
-/// Bisections of a local minimum: the angle of ∇φ against the ray is then 0 to 2⁻⁵⁰.
-const BISECTIONS: usize = 50;
+use crate::sdf::{AngularFilm, Jet, RayCount, Scene, Sdf, near_misses};
 
 /// Interior term plus the boundary term of rays that pass the surface within ε (Wang et al. 2024, "A
 /// Simple Approach to Differentiable Rendering of SDFs").
@@ -92,29 +89,11 @@ impl RelaxedBoundary {
         let trace = view.trace(sample.direction);
         let Seen { radiance, hit, .. } = scene.seen(&trace);
         let mut points: Vec<_> = hit.map(|(x, covector)| (x, covector * sample.value)).into_iter().collect();
-        for x in passed(&view, &trace, self.width) {
+        for x in near_misses(&view, &trace, self.width) {
             let front = scene.radiance_at(x, scene.shape().jet(x).gradient);
             let value = -sample.value * (front - radiance) / self.width;
             points.push((x, Jet { value, gradient: DVec2::ZERO }));
         }
         Covectors { points, rays: trace.count() }
     }
-}
-
-/// The local minima of φ along a ray with 0 < φ < ε. Steps are no longer than φ, so that within the
-/// band no minimum falls between two points unseen.
-fn passed(view: &View<'_, DVec2>, trace: &Trace<DVec2>, width: f64) -> Vec<DVec2> {
-    let slope = |point: &TracePoint<DVec2>| point.jet.gradient.dot(trace.direction);
-    let brackets = trace.points.windows(2).filter(|p| slope(&p[0]) < 0.0 && slope(&p[1]) >= 0.0);
-    let minima = brackets.map(|p| {
-        let (mut low, mut high) = (p[0].t, p[1].t);
-        for _ in 0..BISECTIONS {
-            let middle = 0.5 * (low + high);
-            let gradient = view.sdf.jet(view.eye + middle * trace.direction).gradient;
-            if gradient.dot(trace.direction) < 0.0 { low = middle } else { high = middle }
-        }
-        view.eye + 0.5 * (low + high) * trace.direction
-    });
-    let within = |x: &DVec2| (0.0..width).contains(&view.sdf.jet(*x).value);
-    minima.filter(within).collect()
 }

@@ -3,7 +3,7 @@ use std::f64::consts::FRAC_PI_4;
 use glam::DVec2;
 
 use super::*;
-use crate::sdf::shapes::{Circle, Polygon, RoundedBox, Shape, SmoothUnion};
+use crate::sdf::shapes::{Circle, Parametric as _, Polygon, RoundedBox, Shape, SmoothUnion};
 use crate::sdf::{Shading, Tracer};
 
 fn shading() -> Shading {

@@ -4,8 +4,9 @@ use super::form::{FieldForm, Tap};
 use super::{FieldError, TracedField};
 use crate::random::Stream;
 use crate::sdf::distance::LevelSetVelocity;
+use crate::sdf::space::Directions;
 use crate::sdf::tracer::{RayCount, TracePoint, View};
-use crate::warp::{Domain, Vector, Warp};
+use crate::warp::{Vector, Warp};
 
 /// What stands for the angle s, in radians, from an auxiliary hit to the silhouette: a function of the
 /// hit alone. n is the unit normal. Only [`Curvature`](Self::Curvature) is that angle; the others are
@@ -57,21 +58,21 @@ pub struct AuxiliaryField {
     pub distance: SilhouetteDistance,
 }
 
-impl<D: Domain> TracedField<D> for AuxiliaryField {
+impl<D: Directions> TracedField<D> for AuxiliaryField {
     fn form(&self, view: &View<'_, D::Vector>, direction: D::Vector, rng: &mut Stream) -> FieldForm<D> {
         let mut rays = RayCount::default();
         let stencil = self.warp.stencil::<D, _>(direction, self.kappa, rng, |omega| {
             let trace = view.trace(omega);
             rays += trace.count();
             let hit = trace.hit().copied();
-            let hessian = |hit: &TracePoint<_>| view.sdf.hessian_times(hit.position, omega);
+            let hessian = |hit: &TracePoint<_>| view.sdf.second_order(hit.position).hessian * omega;
             let distance = hit.map_or(f64::INFINITY, |h| self.distance.of(&h, omega, || hessian(&h)));
             (hit.map(|hit| (omega, hit)), distance)
         });
         let taps = stencil.terms().iter().filter_map(|term| {
             let (omega, hit) = term.hit?;
             // V_i = φ̇ times this.
-            let velocity = D::project(omega, LevelSetVelocity::new(hit.jet.gradient).e) * (1.0 / hit.t);
+            let velocity = D::project(omega, LevelSetVelocity::new(hit.jet.gradient).e()) * (1.0 / hit.t);
             Some(Tap {
                 point: hit.position,
                 value: velocity * term.weight,

@@ -1,11 +1,13 @@
 //! The mean of geometry derivatives over the points of a ray (Bangaru et al. 2022).
 
-use super::form::{FieldForm, Scalar, Tap};
+use super::form::{FieldForm, Tap};
 use super::mean::{magnitude, normalise, slope_along};
 use super::{FieldError, TracedField, check};
 use crate::random::Stream;
+use crate::sdf::scalar::Scalar;
+use crate::sdf::space::Directions;
 use crate::sdf::tracer::{Trace, TracePoint, View};
-use crate::warp::{Domain, Vector};
+use crate::warp::Vector;
 
 /// V(ω) = P_ω Σ ℓ_i w_i G(x_i)/t_i / Σ ℓ_i w_i over the points of the primary ray itself, with
 ///
@@ -46,12 +48,12 @@ impl BangaruField {
     /// The points that take part and their normalised weights ℓ_i w_i / Σ ℓ_j w_j: what the field is
     /// the mean of. The eye itself, where G/t has no limit, takes no part.
     #[must_use]
-    pub fn weights<D: Domain>(&self, view: &View<'_, D::Vector>, trace: &Trace<D::Vector>) -> Vec<f64> {
+    pub fn weights<D: Directions>(&self, view: &View<'_, D::Vector>, trace: &Trace<D::Vector>) -> Vec<f64> {
         self.scalars::<D>(view, trace).into_iter().map(|w| w.value).collect()
     }
 
     /// As [`weights`](Self::weights), one for each point of the trace but the first.
-    fn scalars<D: Domain>(
+    fn scalars<D: Directions>(
         &self,
         view: &View<'_, D::Vector>,
         trace: &Trace<D::Vector>,
@@ -70,7 +72,7 @@ impl BangaruField {
     }
 
     /// S. Never 0, so that its power stays finite relative to the smallest.
-    fn distance<D: Domain>(
+    fn distance<D: Directions>(
         &self,
         view: &View<'_, D::Vector>,
         direction: D::Vector,
@@ -100,7 +102,11 @@ impl BangaruField {
 
     /// The form over a ray that is traced already.
     #[must_use]
-    pub fn form_of<D: Domain>(&self, view: &View<'_, D::Vector>, trace: &Trace<D::Vector>) -> FieldForm<D> {
+    pub fn form_of<D: Directions>(
+        &self,
+        view: &View<'_, D::Vector>,
+        trace: &Trace<D::Vector>,
+    ) -> FieldForm<D> {
         let weights = self.scalars::<D>(view, trace);
         let taps = trace.points.iter().skip(1).zip(weights).filter(|(_, w)| w.value != 0.0);
         let taps = taps.map(|(point, weight)| {
@@ -125,7 +131,7 @@ fn step_weight<V: Vector>(point: &TracePoint<V>, power: Scalar<V>, kept: Option<
     }
 }
 
-impl<D: Domain> TracedField<D> for BangaruField {
+impl<D: Directions> TracedField<D> for BangaruField {
     fn form(&self, view: &View<'_, D::Vector>, direction: D::Vector, _: &mut Stream) -> FieldForm<D> {
         self.form_of(view, &view.trace(direction))
     }

@@ -1,16 +1,18 @@
 //! "Attempt 1": the velocity of what is seen.
 
-use super::form::{FieldForm, Scalar, Tap};
+use super::form::{FieldForm, Tap};
 use super::{FieldError, TracedField};
 use crate::random::Stream;
+use crate::sdf::scalar::Scalar;
+use crate::sdf::space::Directions;
 use crate::sdf::tracer::View;
-use crate::warp::{Domain, Vector};
+use crate::warp::Vector;
 
 /// V = P_ω G(x)/t at the hit x, and 0 on a miss. It jumps at silhouettes: a negative control.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DirectField;
 
-impl<D: Domain> TracedField<D> for DirectField {
+impl<D: Directions> TracedField<D> for DirectField {
     fn form(&self, view: &View<'_, D::Vector>, direction: D::Vector, _: &mut Stream) -> FieldForm<D> {
         let trace = view.trace(direction);
         let tap = trace.hit().map(|hit| {

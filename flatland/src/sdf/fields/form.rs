@@ -1,6 +1,8 @@
 //! A warp field as a linear form in the rates of φ, and its transpose.
 
-use crate::sdf::distance::{Jet, LevelSetVelocity};
+use crate::sdf::distance::{Jet, LevelSetVelocity, SecondOrder};
+use crate::sdf::scalar::Scalar;
+use crate::sdf::space::{Directions, Space};
 use crate::sdf::tracer::{RayCount, View};
 use crate::warp::{Domain, Field, LinearField, Vector};
 
@@ -17,20 +19,7 @@ pub struct Tap<V> {
     pub gradient: V,
 }
 
-/// A scalar function of ω and its gradient, tangent at ω.
-#[derive(Clone, Copy)]
-pub(super) struct Scalar<V> {
-    pub(super) value: f64,
-    pub(super) gradient: V,
-}
-
-impl<V: Vector> Scalar<V> {
-    pub(super) fn constant(value: f64) -> Self {
-        Self { value, gradient: V::ZERO }
-    }
-}
-
-impl<V: Vector> Tap<V> {
+impl<V: Space> Tap<V> {
     /// The tap of U(ω) = W G(x)/t with x = o + tω, where t and W depend on ω, and of the divergence
     /// of P_ω U.
     ///
@@ -43,19 +32,19 @@ impl<V: Vector> Tap<V> {
     ///
     /// and ∇·(P_ω U) = ∇_ω·U − n ω·U, because projecting to the sphere of directions takes away what
     /// points along ω.
-    pub(super) fn new<D: Domain<Vector = V>>(
+    #[must_use]
+    pub fn new<D: Domain<Vector = V>>(
         view: &View<'_, V>,
         direction: V,
         t: Scalar<V>,
         weight: Scalar<V>,
     ) -> Self {
         let point = view.eye + direction * t.value;
-        let gradient = view.sdf.jet(point).gradient;
-        let velocity = LevelSetVelocity::new(gradient);
-        let e = velocity.e;
-        let along = velocity.derivative(view.sdf.hessian_times(point, direction));
-        let across = view.sdf.hessian_times(point, gradient);
-        let trace = velocity.trace(view.sdf.laplacian(point), across);
+        let SecondOrder { jet, hessian } = view.sdf.second_order(point);
+        let velocity = LevelSetVelocity::new(jet.gradient);
+        let e = velocity.e();
+        let along = velocity.derivative(hessian, direction);
+        let trace = velocity.trace(hessian);
         let turn = t.gradient.dot(along) + t.value * (trace - direction.dot(along));
         let shift = direction * e.dot(t.gradient) + D::project(direction, e) * t.value;
         let scale = weight.value / t.value;
@@ -67,13 +56,13 @@ impl<V: Vector> Tap<V> {
 
 /// V = P_ω Σ a_i φ̇(x_i) and ∇·V = Σ α_i φ̇(x_i) + β_i·∇φ̇(x_i), in one direction ω.
 #[derive(Clone, Debug)]
-pub struct FieldForm<D: Domain> {
+pub struct FieldForm<D: Directions> {
     direction: D::Vector,
     taps: Vec<Tap<D::Vector>>,
     rays: RayCount,
 }
 
-impl<D: Domain> FieldForm<D> {
+impl<D: Directions> FieldForm<D> {
     pub(super) fn new(direction: D::Vector, taps: Vec<Tap<D::Vector>>, rays: RayCount) -> Self {
         Self { direction, taps, rays }
     }
@@ -91,7 +80,7 @@ impl<D: Domain> FieldForm<D> {
     }
 }
 
-impl<D: Domain> LinearField for FieldForm<D> {
+impl<D: Directions> LinearField for FieldForm<D> {
     type Vector = D::Vector;
     type Source = D::Vector;
     /// φ̇ and ∇φ̇.

@@ -41,12 +41,13 @@ pub use direct::DirectField;
 pub use form::{FieldForm, Tap};
 pub use vicini::ViciniField;
 
+use super::space::Directions;
 use super::tracer::{RayCount, View};
 use crate::random::Stream;
-use crate::warp::{Domain, Field, LinearField as _, WarpError, WarpField};
+use crate::warp::{Field, LinearField as _, WarpError, WarpField};
 
 /// A field that is linear in ∂_θφ and ∇∂_θφ at points of rays.
-pub trait TracedField<D: Domain>: Sync {
+pub trait TracedField<D: Directions>: Sync {
     /// The coefficients of (V, ∇·V) in the direction ω.
     fn form(&self, view: &View<'_, D::Vector>, direction: D::Vector, rng: &mut Stream) -> FieldForm<D>;
 
@@ -91,7 +92,7 @@ fn check(parameter: &'static str, value: f64, wanted: &'static str, holds: bool)
 }
 
 /// A warp field made for one motion of a shape: what forward mode asks for.
-pub trait MotionField<D: Domain>: Sync {
+pub trait MotionField<D: Directions>: Sync {
     /// The direction in parameter space along which the shape moves.
     fn direction(&self) -> &[f64];
 
@@ -101,13 +102,13 @@ pub trait MotionField<D: Domain>: Sync {
 
 /// A traced field for one motion. Its parameters and its direction are known to be good.
 #[derive(Clone, Copy)]
-pub struct MovingField<'a, D: Domain, F: ?Sized> {
+pub struct MovingField<'a, D: Directions, F: ?Sized> {
     view: View<'a, D::Vector>,
     field: &'a F,
     direction: &'a [f64],
 }
 
-impl<'a, D: Domain, F: TracedField<D> + ?Sized> MovingField<'a, D, F> {
+impl<'a, D: Directions, F: TracedField<D> + ?Sized> MovingField<'a, D, F> {
     /// The field of a shape that moves along a direction in parameter space.
     ///
     /// # Errors
@@ -127,7 +128,7 @@ impl<'a, D: Domain, F: TracedField<D> + ?Sized> MovingField<'a, D, F> {
     }
 }
 
-impl<D: Domain, F: TracedField<D> + ?Sized> MotionField<D> for MovingField<'_, D, F>
+impl<D: Directions, F: TracedField<D> + ?Sized> MotionField<D> for MovingField<'_, D, F>
 where
     D::Vector: Sync,
 {
@@ -141,7 +142,7 @@ where
     }
 }
 
-impl<D: Domain, F: TracedField<D> + ?Sized> WarpField<D> for MovingField<'_, D, F>
+impl<D: Directions, F: TracedField<D> + ?Sized> WarpField<D> for MovingField<'_, D, F>
 where
     D::Vector: Sync,
 {

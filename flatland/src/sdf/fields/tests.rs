@@ -1,8 +1,8 @@
 use glam::DVec2;
 
-use super::form::Scalar;
 use super::*;
 use crate::random::{open01, stream};
+use crate::sdf::Scalar;
 use crate::sdf::distance::{Jet, Sdf};
 use crate::sdf::shapes::{Circle, Grid, Interpolation, Polygon, RoundedBox, Shape, SmoothUnion};
 use crate::sdf::tracer::Tracer;
@@ -26,7 +26,7 @@ fn shapes() -> Vec<Shape> {
 
 fn view(sdf: &Shape) -> View<'_, DVec2> {
     let tracer = Tracer { far: 5.0, step_scale: 0.9, ..Tracer::default() };
-    View { sdf, eye: DVec2::ZERO, tracer }
+    View { sdf, eye: DVec2::ZERO, start: 0.0, tracer }
 }
 
 fn direction(shape: &Shape) -> Vec<f64> {

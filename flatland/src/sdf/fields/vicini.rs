@@ -1,11 +1,13 @@
 //! The geometry derivative at one mean distance (Vicini et al. 2022).
 
-use super::form::{FieldForm, Scalar, Tap};
+use super::form::{FieldForm, Tap};
 use super::mean::{magnitude, normalise, slope_along};
 use super::{FieldError, TracedField, check};
 use crate::random::Stream;
+use crate::sdf::scalar::Scalar;
+use crate::sdf::space::Directions;
 use crate::sdf::tracer::{Trace, TracePoint, View};
-use crate::warp::{Domain, Vector};
+use crate::warp::Vector;
 
 /// V(ω) = m P_ω G(x̄)/t̄ at x̄ = o + t̄ω, t̄ = Σ ℓ_i w_i t_i / Σ ℓ_i w_i, with
 ///
@@ -43,11 +45,11 @@ impl Default for ViciniField {
 impl ViciniField {
     /// The normalised weights ℓ_i w_i / Σ ℓ_j w_j, one for each point of the trace but the first.
     #[must_use]
-    pub fn weights<D: Domain>(&self, view: &View<'_, D::Vector>, trace: &Trace<D::Vector>) -> Vec<f64> {
+    pub fn weights<D: Directions>(&self, view: &View<'_, D::Vector>, trace: &Trace<D::Vector>) -> Vec<f64> {
         self.scalars::<D>(view, trace).into_iter().map(|w| w.value).collect()
     }
 
-    fn scalars<D: Domain>(
+    fn scalars<D: Directions>(
         &self,
         view: &View<'_, D::Vector>,
         trace: &Trace<D::Vector>,
@@ -70,7 +72,7 @@ impl ViciniField {
     }
 
     /// ε + |φ| + β (∇φ·ω)²/|∇φ|²
-    fn distance<D: Domain>(
+    fn distance<D: Directions>(
         &self,
         view: &View<'_, D::Vector>,
         direction: D::Vector,
@@ -81,7 +83,7 @@ impl ViciniField {
         // 1/|∇φ|², or 0 where ∇φ is, and the gradient of |∇φ|²/2: H∇φ moved along the ray.
         let square = gradient.dot(gradient);
         let inverse = if square > 0.0 { square.recip() } else { 0.0 };
-        let hessian = view.sdf.hessian_times(point.position, gradient);
+        let hessian = view.sdf.second_order(point.position).hessian * gradient;
         let half = D::project(direction, hessian) * point.t + point.t_gradient * hessian.dot(direction);
         let along = slope_along::<D>(view, direction, point);
         let relative = along.value * along.value * inverse;
@@ -93,7 +95,7 @@ impl ViciniField {
     }
 
     /// m at x̄.
-    fn multiplier<D: Domain>(
+    fn multiplier<D: Directions>(
         &self,
         view: &View<'_, D::Vector>,
         direction: D::Vector,
@@ -113,7 +115,11 @@ impl ViciniField {
 
     /// The form over a ray that is traced already.
     #[must_use]
-    pub fn form_of<D: Domain>(&self, view: &View<'_, D::Vector>, trace: &Trace<D::Vector>) -> FieldForm<D> {
+    pub fn form_of<D: Directions>(
+        &self,
+        view: &View<'_, D::Vector>,
+        trace: &Trace<D::Vector>,
+    ) -> FieldForm<D> {
         let weights = self.scalars::<D>(view, trace);
         let direction = trace.direction;
         if weights.is_empty() {
@@ -131,7 +137,7 @@ impl ViciniField {
     }
 }
 
-impl<D: Domain> TracedField<D> for ViciniField {
+impl<D: Directions> TracedField<D> for ViciniField {
     fn form(&self, view: &View<'_, D::Vector>, direction: D::Vector, _: &mut Stream) -> FieldForm<D> {
         self.form_of(view, &view.trace(direction))
     }

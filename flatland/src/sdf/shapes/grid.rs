@@ -1,9 +1,9 @@
 //! Distances sampled on a grid.
 
-use glam::DVec2;
+use glam::{DMat2, DVec2};
 
 use super::{ShapeError, check};
-use crate::sdf::distance::{Jet, Sdf};
+use crate::sdf::distance::{Jet, Sdf, SecondOrder};
 
 /// How a grid becomes a function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,51 +37,46 @@ pub struct Grid {
     nodes: Vec<f64>,
 }
 
-/// The weights of up to four neighbouring nodes in one direction, and their first two derivatives.
-struct Basis {
-    /// Index of the first node; it and the others are clamped to the grid.
-    first: i64,
-    weights: [[f64; 4]; 3],
+/// The weights of up to four neighbouring nodes along one axis, and their first two derivatives.
+#[derive(Clone, Copy, Debug)]
+pub struct Basis {
+    /// Index of the first node, which may be before the grid.
+    pub first: i64,
+    /// Weights of the nodes from the first on, their first and their second derivatives, in units of the spacing.
+    pub weights: [[f64; 4]; 3],
 }
 
 impl Basis {
-    /// At a coordinate in units of the spacing, with the first node at 0.
-    fn new(interpolation: Interpolation, coordinate: f64) -> Self {
+    /// Linear interpolation at a coordinate in units of the spacing, with the first node at 0.
+    #[must_use]
+    pub fn linear(coordinate: f64) -> Self {
         let cell = coordinate.floor();
         let s = coordinate - cell;
-        match interpolation {
-            Interpolation::Bilinear => Self {
-                first: cell as i64,
-                weights: [[1.0 - s, s, 0.0, 0.0], [-1.0, 1.0, 0.0, 0.0], [0.0; 4]],
-            },
-            Interpolation::Bicubic => {
-                let r = 1.0 - s;
-                let value = [
-                    r * r * r / 6.0,
-                    (4.0 - 3.0 * s * s * (2.0 - s)) / 6.0,
-                    (4.0 - 3.0 * r * r * (2.0 - r)) / 6.0,
-                    s * s * s / 6.0,
-                ];
-                let slope = [-0.5 * r * r, 0.5 * s * (3.0 * s - 4.0), 0.5 * r * (4.0 - 3.0 * r), 0.5 * s * s];
-                Self {
-                    first: (cell as i64).saturating_sub(1),
-                    weights: [value, slope, [r, 3.0 * s - 2.0, 3.0 * r - 2.0, s]],
-                }
-            }
-        }
+        Self { first: cell as i64, weights: [[1.0 - s, s, 0.0, 0.0], [-1.0, 1.0, 0.0, 0.0], [0.0; 4]] }
     }
 
-    /// The node of weight i, of `count`.
-    fn node(&self, i: usize, count: usize) -> usize {
+    /// The uniform cubic B-spline.
+    #[must_use]
+    pub fn cubic(coordinate: f64) -> Self {
+        let cell = coordinate.floor();
+        let s = coordinate - cell;
+        let r = 1.0 - s;
+        let value = [
+            r * r * r / 6.0,
+            (4.0 - 3.0 * s * s * (2.0 - s)) / 6.0,
+            (4.0 - 3.0 * r * r * (2.0 - r)) / 6.0,
+            s * s * s / 6.0,
+        ];
+        let slope = [-0.5 * r * r, 0.5 * s * (3.0 * s - 4.0), 0.5 * r * (4.0 - 3.0 * r), 0.5 * s * s];
+        let weights = [value, slope, [r, 3.0 * s - 2.0, 3.0 * r - 2.0, s]];
+        Self { first: (cell as i64).saturating_sub(1), weights }
+    }
+
+    /// The node of weight i, of `count`: those beyond the ends are the outermost.
+    #[must_use]
+    pub fn node(&self, i: usize, count: usize) -> usize {
         self.first.saturating_add(i as i64).clamp(0, count as i64 - 1) as usize
     }
-}
-
-/// Second derivatives in x², xy, y².
-struct Curvature {
-    xx: f64,
-    xy: f64,
-    yy: f64,
 }
 
 impl Grid {
@@ -139,7 +134,10 @@ impl Grid {
 
     fn bases(&self, x: DVec2) -> [Basis; 2] {
         let local = (x - self.low) / self.spacing;
-        [local.x, local.y].map(|coordinate| Basis::new(self.interpolation, coordinate))
+        [local.x, local.y].map(match self.interpolation {
+            Interpolation::Bilinear => Basis::linear,
+            Interpolation::Bicubic => Basis::cubic,
+        })
     }
 
     /// Calls `visit` with each node near x and its coefficients in (φ, ∂_xφ, ∂_yφ).
@@ -165,9 +163,9 @@ impl Grid {
         jet
     }
 
-    fn curvature(&self, x: DVec2) -> Curvature {
+    fn hessian(&self, x: DVec2) -> DMat2 {
         let [across, down] = self.bases(x);
-        let mut sum = Curvature { xx: 0.0, xy: 0.0, yy: 0.0 };
+        let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
         let inverse = (self.spacing * self.spacing).recip();
         for j in 0..4 {
             let row = down.node(j, self.height) * self.width;
@@ -175,12 +173,12 @@ impl Grid {
             for i in 0..4 {
                 let [u, du, ddu] = across.weights.map(|w| w[i]);
                 let value = self.nodes[row + across.node(i, self.width)] * inverse;
-                sum.xx += ddu * v * value;
-                sum.xy += du * dv * value;
-                sum.yy += u * ddv * value;
+                xx += ddu * v * value;
+                xy += du * dv * value;
+                yy += u * ddv * value;
             }
         }
-        sum
+        DMat2::from_cols(DVec2::new(xx, xy), DVec2::new(xy, yy))
     }
 }
 
@@ -189,14 +187,8 @@ impl Sdf<DVec2> for Grid {
         self.interpolate(x, &self.nodes)
     }
 
-    fn hessian_times(&self, x: DVec2, v: DVec2) -> DVec2 {
-        let Curvature { xx, xy, yy } = self.curvature(x);
-        DVec2::new(xx * v.x + xy * v.y, xy * v.x + yy * v.y)
-    }
-
-    fn laplacian(&self, x: DVec2) -> f64 {
-        let Curvature { xx, yy, .. } = self.curvature(x);
-        xx + yy
+    fn second_order(&self, x: DVec2) -> SecondOrder<DVec2> {
+        SecondOrder { jet: self.jet(x), hessian: self.hessian(x) }
     }
 
     fn parameter_count(&self) -> usize {

@@ -1,14 +1,14 @@
-//! Implicit shapes in the plane.
+//! Implicit shapes in the plane; balls and their unions in space, too.
 
-mod circle;
+mod ball;
 mod grid;
 mod point;
 mod polygon;
 mod rounded_box;
 mod union;
 
-pub use circle::Circle;
-pub use grid::{Grid, Interpolation};
+pub use ball::{Ball, Circle};
+pub use grid::{Basis, Grid, Interpolation};
 pub use polygon::Polygon;
 pub(in crate::sdf) use polygon::segments_meet;
 pub use rounded_box::RoundedBox;
@@ -16,7 +16,8 @@ pub use union::SmoothUnion;
 
 use glam::DVec2;
 
-use super::distance::{Jet, Sdf};
+use super::distance::{Jet, Sdf, SecondOrder};
+use super::space::Space;
 
 /// A shape that cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -80,7 +81,27 @@ fn check(
     if good { Ok(()) } else { Err(ShapeError::Parameter { shape, parameter, value, wanted }) }
 }
 
-/// Any of the shapes.
+impl ShapeError {
+    /// Refuses a list of parameters of the wrong length.
+    fn count(expected: usize, parameters: &[f64]) -> Result<(), Self> {
+        let found = parameters.len();
+        if expected == found { Ok(()) } else { Err(Self::Count { expected, found }) }
+    }
+}
+
+/// A shape whose parameters can be read and replaced.
+pub trait Parametric<V: Space>: Sdf<V> + Sized {
+    /// θ, in the order in which every direction and gradient is given.
+    fn parameters(&self) -> Vec<f64>;
+
+    /// The same shape with other parameters.
+    ///
+    /// # Errors
+    /// A [`ShapeError`] that names the parameter.
+    fn with_parameters(&self, parameters: &[f64]) -> Result<Self, ShapeError>;
+}
+
+/// Any of the shapes of the plane.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// A disc: centre, radius.
@@ -90,7 +111,7 @@ pub enum Shape {
     /// A simple polygon: its vertices.
     Polygon(Polygon),
     /// Two shapes, blended where they are close: the parameters of both, blending width.
-    Union(Box<SmoothUnion>),
+    Union(Box<SmoothUnion<Shape>>),
     /// Samples on a grid: its node values.
     Grid(Grid),
 }
@@ -107,24 +128,15 @@ macro_rules! each {
     };
 }
 
-impl Shape {
-    /// θ, in the order in which every direction and gradient is given.
-    #[must_use]
-    pub fn parameters(&self) -> Vec<f64> {
+impl Parametric<DVec2> for Shape {
+    fn parameters(&self) -> Vec<f64> {
         each!(self, shape => shape.parameters())
     }
 
-    /// The same shape with other parameters.
-    ///
-    /// # Errors
-    /// A [`ShapeError`] that names the parameter.
-    pub fn with_parameters(&self, parameters: &[f64]) -> Result<Self, ShapeError> {
-        let (expected, found) = (self.parameter_count(), parameters.len());
-        if expected != found {
-            return Err(ShapeError::Count { expected, found });
-        }
+    fn with_parameters(&self, parameters: &[f64]) -> Result<Self, ShapeError> {
+        ShapeError::count(self.parameter_count(), parameters)?;
         Ok(match self {
-            Self::Circle(_) => Self::Circle(Circle::from_parameters(parameters)?),
+            Self::Circle(circle) => Self::Circle(circle.with_parameters(parameters)?),
             Self::Box(_) => Self::Box(RoundedBox::from_parameters(parameters)?),
             Self::Polygon(_) => Self::Polygon(Polygon::from_parameters(parameters)?),
             Self::Union(union) => Self::Union(Box::new(union.with_parameters(parameters)?)),
@@ -138,12 +150,8 @@ impl Sdf<DVec2> for Shape {
         each!(self, shape => shape.jet(x))
     }
 
-    fn hessian_times(&self, x: DVec2, v: DVec2) -> DVec2 {
-        each!(self, shape => shape.hessian_times(x, v))
-    }
-
-    fn laplacian(&self, x: DVec2) -> f64 {
-        each!(self, shape => shape.laplacian(x))
+    fn second_order(&self, x: DVec2) -> SecondOrder<DVec2> {
+        each!(self, shape => shape.second_order(x))
     }
 
     fn parameter_count(&self) -> usize {

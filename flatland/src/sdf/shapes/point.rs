@@ -1,47 +1,48 @@
 //! The distance from a moving point, which discs and the corners of polygons are made of.
 
-use glam::DVec2;
-
-use crate::sdf::distance::Jet;
+use crate::sdf::distance::{Jet, SecondOrder};
+use crate::sdf::space::Space;
 
 /// ρ(x) = |x − p|, with the derivatives all of which are 0 at p itself.
 #[derive(Clone, Copy)]
-pub(super) struct PointDistance {
+pub(super) struct PointDistance<V> {
     distance: f64,
     /// m = (x − p)/ρ.
-    direction: DVec2,
+    direction: V,
     /// 1/ρ.
     inverse: f64,
 }
 
-impl PointDistance {
-    pub(super) fn new(x: DVec2, p: DVec2) -> Self {
+impl<V: Space> PointDistance<V> {
+    pub(super) fn new(x: V, p: V) -> Self {
         let offset = x - p;
-        let distance = offset.length();
+        let distance = offset.norm();
         let inverse = if distance > 0.0 { distance.recip() } else { 0.0 };
         Self { distance, direction: offset * inverse, inverse }
     }
 
-    pub(super) fn jet(self) -> Jet<DVec2> {
+    pub(super) fn jet(self) -> Jet<V> {
         Jet { value: self.distance, gradient: self.direction }
     }
 
     /// ∇²ρ v = (v − m m·v)/ρ
-    pub(super) fn hessian_times(self, v: DVec2) -> DVec2 {
-        (v - self.direction.dot(v) * self.direction) * self.inverse
+    fn hessian_times(self, v: V) -> V {
+        (v - self.direction * self.direction.dot(v)) * self.inverse
     }
 
-    pub(super) fn laplacian(self) -> f64 {
-        self.inverse
+    /// ∇²ρ = (1 − m mᵀ)/ρ
+    pub(super) fn second_order(self) -> SecondOrder<V> {
+        let hessian = (V::IDENTITY - self.direction.outer(self.direction)) * self.inverse;
+        SecondOrder { jet: self.jet(), hessian }
     }
 
     /// ρ̇ = −m·ṗ, ∇ρ̇ = −∇²ρ ṗ
-    pub(super) fn rate(self, velocity: DVec2) -> Jet<DVec2> {
+    pub(super) fn rate(self, velocity: V) -> Jet<V> {
         Jet { value: -self.direction.dot(velocity), gradient: -self.hessian_times(velocity) }
     }
 
     /// The covector of ṗ.
-    pub(super) fn transpose(self, covector: Jet<DVec2>) -> DVec2 {
-        -covector.value * self.direction - self.hessian_times(covector.gradient)
+    pub(super) fn transpose(self, covector: Jet<V>) -> V {
+        self.direction * -covector.value - self.hessian_times(covector.gradient)
     }
 }

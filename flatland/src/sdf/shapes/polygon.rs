@@ -1,10 +1,10 @@
 //! Simple polygons, by their exact signed distance.
 
-use glam::DVec2;
+use glam::{DMat2, DVec2};
 
 use super::point::PointDistance;
 use super::{ShapeError, check};
-use crate::sdf::distance::{Jet, Sdf};
+use crate::sdf::distance::{Jet, Sdf, SecondOrder};
 
 /// The signed distance to a simple polygon, of either orientation. Parameters: x and y of every
 /// vertex, in order.
@@ -235,20 +235,14 @@ impl Sdf<DVec2> for Polygon {
         }
     }
 
-    fn hessian_times(&self, x: DVec2, v: DVec2) -> DVec2 {
-        match self.nearest(x) {
+    fn second_order(&self, x: DVec2) -> SecondOrder<DVec2> {
+        let hessian = match self.nearest(x) {
             Nearest::Vertex { index, side } => {
-                PointDistance::new(x, self.vertices[index]).hessian_times(v) * side
+                PointDistance::new(x, self.vertices[index]).second_order().hessian * side
             }
-            Nearest::Edge { .. } => DVec2::ZERO,
-        }
-    }
-
-    fn laplacian(&self, x: DVec2) -> f64 {
-        match self.nearest(x) {
-            Nearest::Vertex { index, side } => PointDistance::new(x, self.vertices[index]).laplacian() * side,
-            Nearest::Edge { .. } => 0.0,
-        }
+            Nearest::Edge { .. } => DMat2::ZERO,
+        };
+        SecondOrder { jet: self.jet(x), hessian }
     }
 
     fn parameter_count(&self) -> usize {

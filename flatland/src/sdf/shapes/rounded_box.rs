@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::polygon::Polygon;
 use super::{ShapeError, check};
-use crate::sdf::distance::{Jet, Sdf};
+use crate::sdf::distance::{Jet, Sdf, SecondOrder};
 
 /// A rectangle of half extents h, turned by an angle and grown by a rounding r on every side:
 /// φ = (distance to the rectangle) − r. Parameters: c.x, c.y, h.x, h.y, angle, r.
@@ -74,12 +74,8 @@ impl Sdf<DVec2> for RoundedBox {
         Jet { value: jet.value - self.rounding, ..jet }
     }
 
-    fn hessian_times(&self, x: DVec2, v: DVec2) -> DVec2 {
-        self.core.hessian_times(x, v)
-    }
-
-    fn laplacian(&self, x: DVec2) -> f64 {
-        self.core.laplacian(x)
+    fn second_order(&self, x: DVec2) -> SecondOrder<DVec2> {
+        SecondOrder { jet: self.jet(x), ..self.core.second_order(x) }
     }
 
     fn parameter_count(&self) -> usize {

@@ -1,4 +1,4 @@
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use super::*;
 use crate::random::{Stream, open01, stream};
@@ -60,14 +60,12 @@ fn derivatives_are_those_of_the_value() {
                 shape.with_parameters(&moved).expect("still a shape")
             };
             let (jet, rate) = (shape.jet(x), shape.rate(x, &direction));
-            let hessian = shape.hessian_times(x, v);
-            let basis = [DVec2::X, DVec2::Y];
-            let trace: f64 = basis.iter().map(|&e| e.dot(shape.hessian_times(x, e))).sum();
+            let hessian = shape.second_order(x).hessian * v;
+            assert_eq!(shape.second_order(x).jet, jet, "{name} at {x}");
             let pairs = [
                 ("∇φ·v", jet.gradient.dot(v), difference(&|h| shape.jet(x + h * v).value)),
                 ("v·Hv", hessian.dot(v), difference(&|h| shape.jet(x + h * v).gradient.dot(v))),
                 ("Hv.x", hessian.x, difference(&|h| shape.jet(x + h * v).gradient.x)),
-                ("Δφ", shape.laplacian(x), trace),
                 ("∂θφ", rate.value, difference(&|h| moved(h).jet(x).value)),
                 ("∇∂θφ·v", rate.gradient.dot(v), difference(&|h| moved(h).jet(x).gradient.dot(v))),
             ];
@@ -78,6 +76,54 @@ fn derivatives_are_those_of_the_value() {
         }
         assert!(checked > 200, "{name}: only {checked} smooth points");
     }
+}
+
+/// Balls and their unions in space, as in the plane; and how they pass an eye that moves.
+#[test]
+fn balls_in_space_have_the_derivatives_of_their_values() {
+    let vector = |rng: &mut Stream| DVec3::from_array([(); 3].map(|()| 2.4 * open01(rng) - 1.2));
+    let ball = |x, r| Ball::new(DVec3::new(x, 0.2, -0.1), r).expect("a ball");
+    let shape = SmoothUnion::new(ball(-0.4, 0.3), ball(0.5, 0.4), 0.7).expect("a union");
+    let theta = shape.parameters();
+    assert_eq!(theta.len(), Sdf::<DVec3>::parameter_count(&shape));
+    let (mut rng, h) = (stream(6, &[]), 1e-5);
+    for _ in 0..200 {
+        let (x, v) = (vector(&mut rng), vector(&mut rng));
+        let direction: Vec<f64> = theta.iter().map(|_| open01(&mut rng) - 0.5).collect();
+        let moved = |h: f64| {
+            let moved: Vec<f64> = theta.iter().zip(&direction).map(|(p, d)| p + h * d).collect();
+            Parametric::<DVec3>::with_parameters(&shape, &moved).expect("still a shape")
+        };
+        let SecondOrder { jet, hessian } = shape.second_order(x);
+        let second = SecondOrder { jet, hessian };
+        let (rate, advected) = (shape.rate(x, &direction), second.advected(v));
+        let difference = |f: &dyn Fn(f64) -> f64| (f(h) - f(-h)) / (2.0 * h);
+        let pairs = [
+            (jet.value, shape.jet(x).value),
+            (jet.gradient.dot(v), difference(&|h| shape.jet(x + h * v).value)),
+            ((hessian * v).y, difference(&|h| shape.jet(x + h * v).gradient.y)),
+            (DVec3::trace(hessian), DVec3::AXES.map(|e| e.dot(hessian * e)).iter().sum()),
+            (rate.value, difference(&|h| moved(h).jet(x).value)),
+            (rate.gradient.z, difference(&|h| moved(h).jet(x).gradient.z)),
+            (advected.value, difference(&|h| shape.jet(x + h * v).value)),
+            (advected.gradient.x, difference(&|h| shape.jet(x + h * v).gradient.x)),
+        ];
+        for (index, (found, expected)) in pairs.into_iter().enumerate() {
+            // Third derivatives reach 1/ρ², and jump where blending begins.
+            assert!(
+                (found - expected).abs() < 1e-4 * (1.0 + expected.abs()),
+                "{index} at {x}: {found} {expected}"
+            );
+        }
+        let covector = Jet { value: open01(&mut rng), gradient: vector(&mut rng) };
+        let back = second.advected_transpose(covector).dot(v);
+        assert!((back - covector.dot(advected)).abs() < 1e-13 * (1.0 + back.abs()));
+        let mut gradient = vec![0.0; theta.len()];
+        shape.add_parameter_gradient(x, covector, &mut gradient);
+        let back: f64 = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum();
+        assert!((back - covector.dot(rate)).abs() < 1e-13 * (1.0 + back.abs()));
+    }
+    assert!(matches!(Ball::new(DVec3::NAN, 1.0), Err(ShapeError::Parameter { shape: "ball", .. })));
 }
 
 #[test]
@@ -136,7 +182,7 @@ fn a_straight_corner_is_a_point_of_its_edge() {
             }
         }
         if off == 0.0 {
-            assert_eq!(square.laplacian(DVec2::new(0.5, 0.3)), 0.0);
+            assert_eq!(square.second_order(DVec2::new(0.5, 0.3)).hessian, glam::DMat2::ZERO);
         }
     }
 }

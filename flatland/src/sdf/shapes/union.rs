@@ -1,9 +1,8 @@
 //! Two shapes as one, blended where they are close.
 
-use glam::DVec2;
-
-use super::{Shape, ShapeError, check};
-use crate::sdf::distance::{Jet, Sdf};
+use super::{Parametric, ShapeError, check};
+use crate::sdf::distance::{Jet, Sdf, SecondOrder};
+use crate::sdf::space::Space;
 
 /// The quadratic smooth minimum of two distances (Quilez 2013): with d = φ_a − φ_b,
 ///
@@ -18,52 +17,74 @@ use crate::sdf::distance::{Jet, Sdf};
 ///
 /// Parameters: those of a, those of b, k.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SmoothUnion {
-    a: Shape,
-    b: Shape,
+pub struct SmoothUnion<S> {
+    a: S,
+    b: S,
     width: f64,
 }
 
 /// Both children at a point, with what blending needs.
-struct Blend {
-    a: Jet<DVec2>,
-    b: Jet<DVec2>,
+struct Blend<V> {
+    a: Jet<V>,
+    b: Jet<V>,
     /// ∂φ/∂φ_a; that of φ_b is the rest to 1.
     share: f64,
     /// −∂share/∂d: 1/(2k) where the children blend, else 0.
     bend: f64,
 }
 
-impl Blend {
+impl<V: Space> Blend<V> {
+    fn new(a: Jet<V>, b: Jet<V>, width: f64) -> Self {
+        let d = a.value - b.value;
+        if d.abs() >= width {
+            return Self { a, b, share: if d <= 0.0 { 1.0 } else { 0.0 }, bend: 0.0 };
+        }
+        Self { a, b, share: 0.5 - 0.5 * d / width, bend: 0.5 / width }
+    }
+
     /// ∇d.
-    fn difference(&self) -> DVec2 {
+    fn difference(&self) -> V {
         self.a.gradient - self.b.gradient
+    }
+
+    fn jet(&self, width: f64) -> Jet<V> {
+        let gradient = self.a.gradient * self.share + self.b.gradient * (1.0 - self.share);
+        let least = self.a.value.min(self.b.value);
+        let value = if self.bend == 0.0 {
+            least
+        } else {
+            let overlap = width - (self.a.value - self.b.value).abs();
+            least - 0.25 * overlap * overlap / width
+        };
+        Jet { value, gradient }
+    }
+
+    /// ∂φ/∂k = −(k² − d²)/(4k²) and its gradient.
+    fn width_rate(&self, width: f64) -> Jet<V> {
+        if self.bend == 0.0 {
+            return Jet::ZERO;
+        }
+        let relative = (self.a.value - self.b.value) / width;
+        Jet {
+            value: -0.25 * (1.0 - relative * relative),
+            gradient: self.difference() * (0.5 * relative / width),
+        }
     }
 }
 
-impl SmoothUnion {
+impl<S> SmoothUnion<S> {
     /// Blends two shapes over a width k ≥ 0.
     ///
     /// # Errors
     /// If k is negative or not finite.
-    pub fn new(a: Shape, b: Shape, width: f64) -> Result<Self, ShapeError> {
+    pub fn new(a: S, b: S, width: f64) -> Result<Self, ShapeError> {
         check("smooth union", "width", width, "finite and not negative", width >= 0.0)?;
         Ok(Self { a, b, width })
     }
 
-    pub(super) fn with_parameters(&self, parameters: &[f64]) -> Result<Self, ShapeError> {
-        let (a, rest) = parameters.split_at(self.a.parameter_count());
-        let (b, k) = rest.split_at(self.b.parameter_count());
-        Self::new(self.a.with_parameters(a)?, self.b.with_parameters(b)?, k[0])
-    }
-
-    pub(super) fn parameters(&self) -> Vec<f64> {
-        [self.a.parameters(), self.b.parameters(), vec![self.width]].concat()
-    }
-
     /// Both shapes.
     #[must_use]
-    pub fn children(&self) -> [&Shape; 2] {
+    pub fn children(&self) -> [&S; 2] {
         [&self.a, &self.b]
     }
 
@@ -73,70 +94,56 @@ impl SmoothUnion {
         self.width
     }
 
-    fn blend(&self, x: DVec2) -> Blend {
-        let (a, b) = (self.a.jet(x), self.b.jet(x));
-        let d = a.value - b.value;
-        if d.abs() >= self.width {
-            return Blend { a, b, share: if d <= 0.0 { 1.0 } else { 0.0 }, bend: 0.0 };
-        }
-        Blend { a, b, share: 0.5 - 0.5 * d / self.width, bend: 0.5 / self.width }
-    }
-
-    /// ∂φ/∂k = −(k² − d²)/(4k²) and its gradient.
-    fn width_rate(&self, blend: &Blend) -> Jet<DVec2> {
-        if blend.bend == 0.0 {
-            return Jet::ZERO;
-        }
-        let relative = (blend.a.value - blend.b.value) / self.width;
-        Jet {
-            value: -0.25 * (1.0 - relative * relative),
-            gradient: blend.difference() * (0.5 * relative / self.width),
-        }
+    fn blend<V: Space>(&self, x: V) -> Blend<V>
+    where
+        S: Sdf<V>,
+    {
+        Blend::new(self.a.jet(x), self.b.jet(x), self.width)
     }
 }
 
-impl Sdf<DVec2> for SmoothUnion {
-    fn jet(&self, x: DVec2) -> Jet<DVec2> {
-        let blend = self.blend(x);
-        let gradient = blend.a.gradient * blend.share + blend.b.gradient * (1.0 - blend.share);
-        let least = blend.a.value.min(blend.b.value);
-        let value = if blend.bend == 0.0 {
-            least
-        } else {
-            let overlap = self.width - (blend.a.value - blend.b.value).abs();
-            least - 0.25 * overlap * overlap / self.width
-        };
-        Jet { value, gradient }
+impl<V: Space, S: Parametric<V>> Parametric<V> for SmoothUnion<S> {
+    fn parameters(&self) -> Vec<f64> {
+        [self.a.parameters(), self.b.parameters(), vec![self.width]].concat()
     }
 
-    /// α H_a v + (1 − α) H_b v − ∇d (∇d·v)/(2k)
-    fn hessian_times(&self, x: DVec2, v: DVec2) -> DVec2 {
-        let blend = self.blend(x);
+    fn with_parameters(&self, parameters: &[f64]) -> Result<Self, ShapeError> {
+        ShapeError::count(self.parameter_count(), parameters)?;
+        let (a, rest) = parameters.split_at(self.a.parameter_count());
+        let (b, k) = rest.split_at(self.b.parameter_count());
+        Self::new(self.a.with_parameters(a)?, self.b.with_parameters(b)?, k[0])
+    }
+}
+
+impl<V: Space, S: Sdf<V>> Sdf<V> for SmoothUnion<S> {
+    fn jet(&self, x: V) -> Jet<V> {
+        self.blend(x).jet(self.width)
+    }
+
+    /// H = α H_a + (1 − α) H_b − ∇d ∇dᵀ/(2k)
+    fn second_order(&self, x: V) -> SecondOrder<V> {
+        let (a, b) = (self.a.second_order(x), self.b.second_order(x));
+        let blend = Blend::new(a.jet, b.jet, self.width);
         let d = blend.difference();
-        self.a.hessian_times(x, v) * blend.share + self.b.hessian_times(x, v) * (1.0 - blend.share)
-            - d * (blend.bend * d.dot(v))
-    }
-
-    fn laplacian(&self, x: DVec2) -> f64 {
-        let blend = self.blend(x);
-        self.a.laplacian(x) * blend.share + self.b.laplacian(x) * (1.0 - blend.share)
-            - blend.bend * blend.difference().length_squared()
+        let bend = d.outer(d) * blend.bend;
+        let hessian = a.hessian * blend.share + b.hessian * (1.0 - blend.share) - bend;
+        SecondOrder { jet: blend.jet(self.width), hessian }
     }
 
     fn parameter_count(&self) -> usize {
         self.a.parameter_count() + self.b.parameter_count() + 1
     }
 
-    fn rate(&self, x: DVec2, direction: &[f64]) -> Jet<DVec2> {
+    fn rate(&self, x: V, direction: &[f64]) -> Jet<V> {
         let blend = self.blend(x);
         let (a, rest) = direction.split_at(self.a.parameter_count());
         let (b, k) = rest.split_at(self.b.parameter_count());
         let (a, b) = (self.a.rate(x, a), self.b.rate(x, b));
         let bend = Jet { value: 0.0, gradient: blend.difference() * (-blend.bend * (a.value - b.value)) };
-        a * blend.share + b * (1.0 - blend.share) + bend + self.width_rate(&blend) * k[0]
+        a * blend.share + b * (1.0 - blend.share) + bend + blend.width_rate(self.width) * k[0]
     }
 
-    fn add_parameter_gradient(&self, x: DVec2, covector: Jet<DVec2>, gradient: &mut [f64]) {
+    fn add_parameter_gradient(&self, x: V, covector: Jet<V>, gradient: &mut [f64]) {
         let blend = self.blend(x);
         let (a, rest) = gradient.split_at_mut(self.a.parameter_count());
         let (b, k) = rest.split_at_mut(self.b.parameter_count());
@@ -147,6 +154,6 @@ impl Sdf<DVec2> for SmoothUnion {
         };
         self.a.add_parameter_gradient(x, part(blend.share, bend), a);
         self.b.add_parameter_gradient(x, part(1.0 - blend.share, -bend), b);
-        k[0] += self.width_rate(&blend).dot(covector);
+        k[0] += blend.width_rate(self.width).dot(covector);
     }
 }
