@@ -98,6 +98,7 @@ pub mod io;
 pub mod optimize;
 mod path;
 pub mod scene;
+pub mod sdf;
 mod sphere;
 
 pub use self::image::Image;
