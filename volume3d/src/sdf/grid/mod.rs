@@ -43,7 +43,8 @@ pub enum Interpolation {
 /// go to the two ends of edge i: again a convex combination, of the same vectors at the corners of 27 cells.
 ///
 /// The largest is taken over the nodes that count where φ > 0, which is where rays go: such a point has a positive node among
-/// its 8 or 64. Inside, where distances have a ridge, it would be up to √3 for nothing.
+/// its 8 or 64. Inside, where distances have a ridge, it would be up to √3 for nothing. Ridges outside count: around
+/// a ball in 32 cells the bound is 1.06, around a bunny in 64 it is 1.54, where no slope of the spline was found to exceed 1.01.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     interpolation: Interpolation,
