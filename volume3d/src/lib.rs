@@ -7,8 +7,8 @@
 //! [`flatland::warp::JumpMean`] with great arcs in place of segments, clipped to what is before the face that is seen, and
 //! with the seams of curved surfaces, which yield to jumps: it lists the edges of meshes once, and takes
 //! their exact mean. Beside either field the borders of flat emitters and the sign changes of shading normals are sampled
-//! with the speed that the field leaves them, by the residual theorem of [`flatland::boundary`]. `flatland::sdf`, implicit shapes, is
-//! not yet used in space.
+//! with the speed that the field leaves them, by the residual theorem of [`flatland::boundary`]. Implicit surfaces, [`sdf`], are
+//! not yet rendered in space.
 //!
 //! A scene is read from a file, [`io::load_scene`], or built:
 //!
@@ -47,6 +47,7 @@
 //! | room | holds |
 //! |---|---|
 //! | [`geometry`] | meshes and their edges, the tracing of rays and bundles of rays |
+//! | [`sdf`] | implicit surfaces: formulas, networks, and grids of signed distances, with how they are made from meshes |
 //! | [`scene`] | what a scene is made of, checked, and updated in place |
 //! | [`io`] | readers and writers that end in a value or a typed error |
 //! | `path` | the path tracer, written once over the numbers of [`flatland::calculus`] |

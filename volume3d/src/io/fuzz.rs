@@ -4,8 +4,9 @@
 use std::io::{Error as IoError, ErrorKind};
 use std::path::Path;
 
-use super::{MeshFormat, parse_npy, read_image, read_scene};
+use super::{MeshFormat, parse_npy, parse_sdf, read_image, read_scene};
 use crate::geometry::{Mesh, Normals};
+use crate::sdf::Interpolation;
 
 /// OBJ, or its gzip.
 pub fn obj(bytes: &[u8]) {
@@ -44,6 +45,14 @@ pub fn image(bytes: &[u8]) {
 pub fn npy(bytes: &[u8]) {
     if let Ok(array) = parse_npy(bytes, Path::new("fuzz.npy")) {
         assert_eq!(array.shape.iter().product::<usize>(), array.values.len());
+    }
+}
+
+/// A grid of signed distances.
+pub fn sdf(bytes: &[u8]) {
+    if let Ok(grid) = parse_sdf(bytes, Path::new("fuzz.vol"), Interpolation::Cubic) {
+        assert_eq!(grid.size().iter().product::<usize>(), grid.nodes().len());
+        assert!(grid.nodes().iter().all(|value| value.is_finite()));
     }
 }
 

@@ -10,6 +10,7 @@
 //! | meshes | OBJ, PLY, also gzipped: [`load_mesh`] | OBJ, PLY: [`write_obj`], [`write_ply`] |
 //! | images | PNG, OpenEXR, Radiance HDR: [`load_image`], [`read_exr`] | OpenEXR, PNG: [`write_exr`], [`write_png`], [`write_signed_png`] |
 //! | arrays | NPY: [`read_npy`] | NPY: [`write_npy`] |
+//! | grids of signed distances | Mitsuba's binary volumes: [`read_sdf`] | the same: [`write_sdf`] |
 
 mod error;
 mod files;
@@ -21,6 +22,7 @@ pub mod mitsuba;
 mod npy;
 mod obj;
 mod ply;
+mod sdf;
 mod soup;
 
 #[cfg(test)]
@@ -28,7 +30,9 @@ mod tests;
 
 use std::path::Path;
 
-pub use self::error::{ArrayProblem, At, Error, ImageProblem, MemoryError, MeshProblem, Place, SceneProblem};
+pub use self::error::{
+    ArrayProblem, At, Error, GridProblem, ImageProblem, MemoryError, MeshProblem, Place, SceneProblem,
+};
 pub use self::files::write_bytes;
 pub use self::image::{
     load_image, load_image_over, read_exr, read_image, signed_colour, signed_range, write_animation,
@@ -38,6 +42,7 @@ pub use self::mitsuba::{load_scene, load_scene_with, read_scene, write_scene};
 pub use self::npy::{Array, Precision, parse_npy, read_npy, write_npy};
 pub use self::obj::{read_obj, write_obj};
 pub use self::ply::{read_ply, write_ply};
+pub use self::sdf::{parse_sdf, read_sdf, write_sdf};
 
 use self::soup::Soup;
 use crate::geometry::Mesh;

@@ -2,6 +2,17 @@
 //!
 //! [`flatland::sdf`] does not know the dimension: its [`Sdf`](flatland::sdf::Sdf), [sphere tracing](flatland::sdf::View) and
 //! [fields](flatland::sdf::fields) serve space with [`DVec3`](glam::DVec3) for points and [`Sphere`](crate::Sphere) for
-//! directions, and so do its [balls and smooth unions](flatland::sdf::shapes). Here is what space adds.
+//! directions, and so do its [balls and smooth unions](flatland::sdf::shapes). Here is what space adds:
+//!
+//! - [`analytic`]: rounded boxes and rings.
+//! - [`Grid`]: node values on a regular grid, whose interpolation is φ and which are its parameters.
+//! - [`from_mesh()`]: the grid of signed distances to a triangle mesh.
+//! - [`network`]: φ as a neural network, with its weights for parameters.
 
 pub mod analytic;
+mod from_mesh;
+mod grid;
+
+
+pub use from_mesh::{MeshDistanceError, MeshDistances, from_mesh};
+pub use grid::{Grid, GridError, Interpolation};

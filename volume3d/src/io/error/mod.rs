@@ -1,6 +1,7 @@
 //! Why a file cannot be read or written, and where.
 
 mod array;
+mod grid;
 mod image;
 mod mesh;
 mod scene;
@@ -9,6 +10,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 pub use array::ArrayProblem;
+pub use grid::GridProblem;
 pub use image::ImageProblem;
 pub use mesh::MeshProblem;
 pub use scene::SceneProblem;
@@ -132,6 +134,14 @@ pub enum Error {
         path: PathBuf,
         /// What is wrong with it.
         problem: ArrayProblem,
+    },
+    /// A grid of signed distances that cannot be read or written.
+    #[error("{}: {problem}", path.display())]
+    Grid {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: GridProblem,
     },
 }
 

@@ -145,6 +145,11 @@ fn npy() {
     mutate(fuzz::npy, 5, 40000, &seeds);
 }
 
+#[test]
+fn sdf() {
+    mutate(fuzz::sdf, 6, 40000, &[super::sdf::file()]);
+}
+
 /// `roxmltree` must not recurse on what a file nests.
 #[test]
 fn deep_nesting() {

@@ -9,6 +9,7 @@ mod obj;
 mod ply;
 mod scene;
 mod scene_errors;
+mod sdf;
 mod write_scene;
 
 use std::io::{Cursor, Write as _};

@@ -1,0 +1,120 @@
+//! Signed distances to a triangle mesh.
+
+#[cfg(test)]
+mod tests;
+mod tree;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use self::tree::Tree;
+use super::{Grid, GridError, Interpolation};
+use crate::geometry::Mesh;
+
+/// A mesh as a grid of signed distances, and how sure its signs are.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshDistances {
+    /// Distances at the nodes, negative inside.
+    pub grid: Grid,
+    /// Nodes whose winding number is farther than ¼ from a whole number. 0 for meshes that are closed and consistently
+    /// turned; else the surface near them is a guess that closes holes.
+    pub doubtful: usize,
+}
+
+/// Why a mesh has no signed distances.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshDistanceError {
+    /// The mesh has no triangle with an area.
+    #[error("the mesh has no triangle with an area")]
+    Empty,
+    /// There are no cells, or more nodes than 2³² would be needed.
+    #[error("{cells} cells along the longest side are not between 1 and 1600")]
+    Cells {
+        /// Cells asked for.
+        cells: usize,
+    },
+    /// The margin is negative or not finite.
+    #[error("the margin {margin} is not finite and at least 0")]
+    Margin {
+        /// The margin.
+        margin: f64,
+    },
+    /// No node, or every node, is inside.
+    #[error("{0}; the mesh encloses no node: close its holes, or take more cells")]
+    Grid(#[from] GridError),
+}
+
+/// Signed distances to a mesh at the nodes of a grid of cubes, `cells` along the longest side of the box around the mesh, which is grown by
+/// `margin` times that side in all directions.
+///
+/// Distances are exact to rounding. A node is inside where the generalised winding number (Jacobson, Kavan and
+/// Sorkine-Hornung 2013) exceeds ½ in magnitude, so that meshes may be turned inside out as a whole, and holes and missing triangles
+/// are closed. There distances are those to what is left of the mesh, so that signs change where they are not 0, and the surface of the grid
+/// goes through cells with steep slopes: [`MeshDistances::doubtful`] counts such nodes. Distant triangles count as dipoles (Barill et al. 2018). Bits do not depend on the number of threads.
+///
+/// Wrong signs among the 220,480 nodes around a bunny of 3,674 triangles, counting those farther than half a cell from it, beside those of the
+/// majority of three rays' parities:
+///
+/// | mesh | winding number | doubtful | parity |
+/// |---|---|---|---|
+/// | whole | 0 | 0 | 0 |
+/// | 5 % of triangles missing | 0 | 225 | 346 |
+/// | one large hole | 19 | 813 | 241 |
+/// | 10 % of triangles turned over | 104 | 9,323 | 0 |
+///
+/// So turn triangles one way before. On one thread these nodes took 0.7 s, and eight times as many 4.4 s.
+///
+/// # Errors
+/// [`MeshDistanceError`].
+pub fn from_mesh(
+    mesh: &Mesh,
+    interpolation: Interpolation,
+    cells: usize,
+    margin: f64,
+) -> Result<MeshDistances, MeshDistanceError> {
+    if !(1..=1600).contains(&cells) {
+        return Err(MeshDistanceError::Cells { cells });
+    }
+    if !(margin.is_finite() && margin >= 0.0) {
+        return Err(MeshDistanceError::Margin { margin });
+    }
+    let corners = mesh.triangles().iter().map(|t| t.map(|i| mesh.positions()[i as usize]));
+    let triangles: Vec<_> = corners.filter(|[a, b, c]| (b - a).cross(c - a) != DVec3::ZERO).collect();
+    if triangles.is_empty() {
+        return Err(MeshDistanceError::Empty);
+    }
+    let low = triangles.iter().flatten().fold(DVec3::INFINITY, |low, p| low.min(*p));
+    let high = triangles.iter().flatten().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
+    let spacing = (high - low).max_element() * (1.0 + 2.0 * margin) / cells as f64;
+    let margin = (high - low).max_element() * margin;
+    let (low, high) = (low - margin, high + margin);
+    let size = (high - low).to_array().map(|side| ((side / spacing - 1e-9).ceil() as usize).max(1) + 1);
+    let tree = Tree::new(triangles);
+    let [nx, ny, nz] = size;
+    let rows: Vec<(Vec<f64>, usize)> = (0..ny * nz)
+        .into_par_iter()
+        .map(|row| {
+            row_of(&tree, low + spacing * DVec3::new(0.0, (row % ny) as f64, (row / ny) as f64), spacing, nx)
+        })
+        .collect();
+    let doubtful = rows.iter().map(|(_, doubtful)| doubtful).sum();
+    let nodes = rows.into_iter().flat_map(|(values, _)| values).collect();
+    let grid = Grid::new(interpolation, low, DVec3::splat(spacing), size, nodes)?;
+    Ok(MeshDistances { grid, doubtful })
+}
+
+/// The nodes of one row along x, and how many of them are doubtful.
+fn row_of(tree: &Tree, begin: DVec3, spacing: f64, count: usize) -> (Vec<f64>, usize) {
+    let (mut doubtful, mut before) = (0, f64::INFINITY);
+    let values = (0..count).map(|i| {
+        let x = begin + DVec3::X * (i as f64 * spacing);
+        // The nearest point of the node before is at most one spacing farther away; the factor is for rounding.
+        let bound = (before + spacing) * (1.0 + 1e-9);
+        before = tree.distance_squared(x, bound * bound).sqrt();
+        let winding = tree.winding_number(x).abs();
+        doubtful += usize::from((winding - winding.round()).abs() > 0.25);
+        if winding > 0.5 { -before } else { before }
+    });
+    (values.collect(), doubtful)
+}

@@ -1,0 +1,163 @@
+//! Distance to triangles, and their generalised winding number, over one tree of boxes.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+/// Triangles in a tree: two children a node, up to `LEAF` triangles a leaf.
+pub(super) struct Tree {
+    nodes: Vec<Node>,
+    triangles: Vec<[DVec3; 3]>,
+}
+
+struct Node {
+    low: DVec3,
+    high: DVec3,
+    /// The sum of the triangles' normals, each as long as the triangle is large.
+    area: DVec3,
+    /// The mean of their centres, weighted by their areas.
+    centre: DVec3,
+    /// All triangles are within this distance of the centre.
+    radius: f64,
+    /// The triangles of the node.
+    begin: usize,
+    end: usize,
+    /// The second child, the first being the next node; 0 for a leaf.
+    second: usize,
+}
+
+const LEAF: usize = 4;
+
+/// A node farther away than this many of its radii counts as one dipole: the factor of Barill et al. (2018).
+const FAR: f64 = 2.0;
+
+impl Tree {
+    /// There must be at least one triangle.
+    pub(super) fn new(mut triangles: Vec<[DVec3; 3]>) -> Self {
+        let mut nodes = vec![];
+        let count = triangles.len();
+        split(&mut nodes, &mut triangles, 0, count);
+        Self { nodes, triangles }
+    }
+
+    /// The square of the distance to the nearest triangle, if that is below `bound`, else `bound`.
+    pub(super) fn distance_squared(&self, x: DVec3, bound: f64) -> f64 {
+        let mut nearest = bound;
+        self.descend(x, 0, &mut nearest);
+        nearest
+    }
+
+    fn descend(&self, x: DVec3, index: usize, nearest: &mut f64) {
+        let node = &self.nodes[index];
+        if node.second == 0 {
+            for corners in &self.triangles[node.begin..node.end] {
+                *nearest = nearest.min(x.distance_squared(closest_point(x, corners)));
+            }
+            return;
+        }
+        let away = |child: usize| self.nodes[child].away(x);
+        let [mut first, mut second] = [index + 1, node.second].map(|child| (away(child), child));
+        if second.0 < first.0 {
+            (first, second) = (second, first);
+        }
+        for (away, child) in [first, second] {
+            if away < *nearest {
+                self.descend(x, child, nearest);
+            }
+        }
+    }
+
+    /// Σ of the solid angles of the triangles at x, over 4π (Jacobson et al. 2013): 1 inside of a closed mesh that faces outwards, 0 outside,
+    /// and in between where the mesh has holes. Distant parts count as dipoles (Barill et al. 2018).
+    pub(super) fn winding_number(&self, x: DVec3) -> f64 {
+        self.solid_angle(x, 0) / (4.0 * PI)
+    }
+
+    fn solid_angle(&self, x: DVec3, index: usize) -> f64 {
+        let node = &self.nodes[index];
+        let to = node.centre - x;
+        let square = to.length_squared();
+        if square > (FAR * node.radius).powi(2) {
+            return node.area.dot(to) / (square * square.sqrt());
+        }
+        if node.second == 0 {
+            return self.triangles[node.begin..node.end].iter().map(|corners| solid_angle(x, corners)).sum();
+        }
+        self.solid_angle(x, index + 1) + self.solid_angle(x, node.second)
+    }
+}
+
+impl Node {
+    /// The square of the distance to the box.
+    fn away(&self, x: DVec3) -> f64 {
+        x.distance_squared(x.clamp(self.low, self.high))
+    }
+}
+
+fn split(nodes: &mut Vec<Node>, triangles: &mut [[DVec3; 3]], begin: usize, end: usize) {
+    let mine = &mut triangles[begin..end];
+    let corners = || mine.iter().flatten().copied();
+    let low = corners().fold(DVec3::INFINITY, DVec3::min);
+    let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let (mut area, mut weighted, mut total) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+    for [a, b, c] in &*mine {
+        let normal = 0.5 * (b - a).cross(c - a);
+        let size = normal.length();
+        area += normal;
+        weighted += size * (a + b + c) / 3.0;
+        total += size;
+    }
+    let centre = if total > 0.0 { weighted / total } else { 0.5 * (low + high) };
+    let radius = corners().map(|p| p.distance(centre)).fold(0.0, f64::max);
+    let index = nodes.len();
+    nodes.push(Node { low, high, area, centre, radius, begin, end, second: 0 });
+    if mine.len() <= LEAF {
+        return;
+    }
+    let extent = high - low;
+    let axis = extent.max_position();
+    let middle = mine.len() / 2;
+    let along = |[a, b, c]: &[DVec3; 3]| a[axis] + b[axis] + c[axis];
+    mine.select_nth_unstable_by(middle, |s, t| along(s).total_cmp(&along(t)));
+    split(nodes, triangles, begin, begin + middle);
+    nodes[index].second = nodes.len();
+    split(nodes, triangles, begin + middle, end);
+}
+
+/// The point of a triangle that is nearest to x (Ericson, Real-Time Collision Detection, 5.1.5).
+fn closest_point(x: DVec3, &[a, b, c]: &[DVec3; 3]) -> DVec3 {
+    let (ab, ac, ax) = (b - a, c - a, x - a);
+    let (d1, d2) = (ab.dot(ax), ac.dot(ax));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return a;
+    }
+    let (d3, d4) = (ab.dot(x - b), ac.dot(x - b));
+    if d3 >= 0.0 && d4 <= d3 {
+        return b;
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return a + ab * (d1 / (d1 - d3));
+    }
+    let (d5, d6) = (ab.dot(x - c), ac.dot(x - c));
+    if d6 >= 0.0 && d5 <= d6 {
+        return c;
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return a + ac * (d2 / (d2 - d6));
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 >= d3 && d5 >= d6 {
+        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
+    }
+    a + (ab * vb + ac * vc) / (va + vb + vc)
+}
+
+/// The signed solid angle of a triangle (van Oosterom and Strackee 1983), positive where x is behind it.
+fn solid_angle(x: DVec3, corners: &[DVec3; 3]) -> f64 {
+    let [a, b, c] = corners.map(|p| p - x);
+    let [la, lb, lc] = [a, b, c].map(DVec3::length);
+    let volume = a.dot(b.cross(c));
+    2.0 * volume.atan2(la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb)
+}

@@ -1,0 +1,237 @@
+//! Signed distances sampled on a grid.
+
+mod error;
+mod kernel;
+mod slope;
+#[cfg(test)]
+mod tests;
+
+use flatland::sdf::shapes::{Basis, Parametric, ShapeError};
+use flatland::sdf::{Jet, Sdf, SecondOrder};
+use glam::DVec3;
+use rayon::prelude::*;
+
+pub use error::GridError;
+use kernel::Stencil;
+
+/// How a grid becomes a function.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interpolation {
+    /// Through the eight nodes around a point. It is continuous only: ∇φ jumps from cell to cell, and fields that are made of
+    /// the points of a tracer are biased on it, whatever the resolution. To read grids that were made for it.
+    Trilinear,
+    /// The uniform cubic B-spline with the node values as coefficients, 64 nodes around a point: twice continuously
+    /// differentiable, as warp fields need it. It smooths, and does not pass through its nodes: of a distance its surface lies about
+    /// h² (κ₁ + κ₂) / 6 inside the one it was sampled from, h being the spacing and κ the curvatures, positive where convex.
+    Cubic,
+}
+
+/// φ from node values on a regular grid of nx × ny × nz nodes, x fastest, φ > 0 outside. Parameters: the node values.
+///
+/// The first node is at the low corner, the next along an axis one spacing further. Beyond the border the outermost nodes are
+/// repeated: φ becomes constant across the border, so that it remains a bound on distances, but ∇φ vanishes beyond the corners.
+/// The surface belongs inside, with a margin of two nodes for [`Interpolation::Cubic`].
+///
+/// # The slope bound
+///
+/// [`slope_bound`](Sdf::slope_bound) is the largest √(Σ_axis max(d₊², d₋²)), d₊ and d₋ being the differences of a node to its two neighbours
+/// along an axis, by the spacing. For trilinear interpolation, ∂φ/∂x at a point of a cell is Σ_jk w_j w_k d_jk over its four edges along x. As Σ_i w_i = 1
+/// this is Σ_ijk w_i w_j w_k d_jk, and likewise for y and z: ∇φ is a convex combination, with the same weights for all three components,
+/// of the eight vectors of differences along the edges that meet at a corner, of which none is longer than
+/// the bound. For the cubic spline, ∂φ/∂x = Σ Q_i B_j B_k d_ijk with the quadratic weights Q of the
+/// edges along x, and B_i = α_i Q_i + (1 − α_{i−1}) Q_{i−1} with α in [0, 1] (Cox–de Boor). So Q_i is the sum of α_i Q_i and (1 − α_i) Q_i, which
+/// go to the two ends of edge i: again a convex combination, of the same vectors at the corners of 27 cells.
+///
+/// The largest is taken over the nodes that count where φ > 0, which is where rays go: such a point has a positive node among
+/// its 8 or 64. Inside, where distances have a ridge, it would be up to √3 for nothing. Ridges outside count: around
+/// a ball in 32 cells the bound is 1.06, around a bunny in 64 it is 1.54, where no slope of the spline was found to exceed 1.01.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grid {
+    interpolation: Interpolation,
+    low: DVec3,
+    spacing: DVec3,
+    size: [usize; 3],
+    nodes: Vec<f64>,
+    slope_bound: f64,
+}
+
+impl Grid {
+    /// A grid whose first node is at `low`, and whose node (i, j, k) is number i + nx (j + ny k).
+    ///
+    /// # Errors
+    /// [`GridError`]: fewer than two nodes along an axis, another number of values than the size says, values or a place that
+    /// are not finite, or values of one sign only.
+    pub fn new(
+        interpolation: Interpolation,
+        low: DVec3,
+        spacing: DVec3,
+        size: [usize; 3],
+        nodes: Vec<f64>,
+    ) -> Result<Self, GridError> {
+        if size.iter().any(|&n| n < 2) {
+            return Err(GridError::TooFew { size });
+        }
+        let found = nodes.len();
+        if size.iter().try_fold(1_usize, |count, &n| count.checked_mul(n)) != Some(found) {
+            return Err(GridError::Count { size, found });
+        }
+        if !(low.is_finite() && spacing.is_finite() && spacing.cmpgt(DVec3::ZERO).all()) {
+            return Err(GridError::Place { low, spacing });
+        }
+        if let Some(index) = nodes.iter().position(|value| !value.is_finite()) {
+            return Err(GridError::NotFinite { node: place(index, size), value: nodes[index] });
+        }
+        if nodes.iter().all(|&value| value > 0.0) {
+            return Err(GridError::OneSign { sign: "positive" });
+        }
+        if nodes.iter().all(|&value| value <= 0.0) {
+            return Err(GridError::OneSign { sign: "0 or negative" });
+        }
+        let slope_bound = slope::slope_bound(&nodes, size, spacing, interpolation.reach());
+        Ok(Self { interpolation, low, spacing, size, nodes, slope_bound })
+    }
+
+    /// The values of a function at the nodes between two corners: `cells` cubes along the longest side, and no less than the box along the
+    /// others.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn sampled(
+        interpolation: Interpolation,
+        (low, high): (DVec3, DVec3),
+        cells: usize,
+        value: impl Fn(DVec3) -> f64 + Sync,
+    ) -> Result<Self, GridError> {
+        let extent = high - low;
+        let spacing = extent.max_element() / cells.max(1) as f64;
+        if !(low.is_finite() && extent.is_finite() && spacing > 0.0) {
+            return Err(GridError::Place { low, spacing: DVec3::splat(spacing) });
+        }
+        let size = extent.to_array().map(|length| (length / spacing - 1e-9).ceil().max(1.0) as usize + 1);
+        let count = size.iter().product();
+        let at = |index: usize| low + spacing * DVec3::from_array(place(index, size).map(|i| i as f64));
+        let nodes = (0..count).into_par_iter().map(|index| value(at(index))).collect();
+        Self::new(interpolation, low, DVec3::splat(spacing), size, nodes)
+    }
+
+    /// The same nodes, interpolated in the given way.
+    #[must_use]
+    pub fn with_interpolation(mut self, interpolation: Interpolation) -> Self {
+        self.interpolation = interpolation;
+        self.slope_bound = slope::slope_bound(&self.nodes, self.size, self.spacing, interpolation.reach());
+        self
+    }
+
+    /// How the nodes become a function.
+    #[must_use]
+    pub fn interpolation(&self) -> Interpolation {
+        self.interpolation
+    }
+
+    /// Where the first node is.
+    #[must_use]
+    pub fn low(&self) -> DVec3 {
+        self.low
+    }
+
+    /// Where the last node is.
+    #[must_use]
+    pub fn high(&self) -> DVec3 {
+        self.low + self.spacing * DVec3::from_array(self.size.map(|n| (n - 1) as f64))
+    }
+
+    /// From node to node along each axis.
+    #[must_use]
+    pub fn spacing(&self) -> DVec3 {
+        self.spacing
+    }
+
+    /// Nodes along x, y and z.
+    #[must_use]
+    pub fn size(&self) -> [usize; 3] {
+        self.size
+    }
+
+    /// The node values, x fastest.
+    #[must_use]
+    pub fn nodes(&self) -> &[f64] {
+        &self.nodes
+    }
+
+    /// Where a node is, by its index in [`nodes`](Self::nodes).
+    #[must_use]
+    pub fn position(&self, index: usize) -> DVec3 {
+        self.low + self.spacing * DVec3::from_array(place(index, self.size).map(|i| i as f64))
+    }
+
+    #[inline(always)]
+    fn stencil<const N: usize>(&self, x: DVec3, basis: fn(f64) -> Basis) -> Stencil<N> {
+        let per_length = self.spacing.recip();
+        Stencil::new((x - self.low) * per_length, per_length, self.size, basis)
+    }
+
+    #[inline(always)]
+    fn interpolate(&self, x: DVec3, values: &[f64]) -> Jet<DVec3> {
+        match self.interpolation {
+            Interpolation::Trilinear => self.stencil::<2>(x, Basis::linear).jet(values),
+            Interpolation::Cubic => self.stencil::<4>(x, Basis::cubic).jet(values),
+        }
+    }
+}
+
+impl Interpolation {
+    /// How far apart two nodes may be that count at one point.
+    fn reach(self) -> usize {
+        match self {
+            Self::Trilinear => 1,
+            Self::Cubic => 3,
+        }
+    }
+}
+
+/// A node's place along each axis.
+fn place(index: usize, [nx, ny, _]: [usize; 3]) -> [usize; 3] {
+    [index % nx, index / nx % ny, index / nx / ny]
+}
+
+impl Sdf<DVec3> for Grid {
+    fn jet(&self, x: DVec3) -> Jet<DVec3> {
+        self.interpolate(x, &self.nodes)
+    }
+
+    fn second_order(&self, x: DVec3) -> SecondOrder<DVec3> {
+        match self.interpolation {
+            Interpolation::Trilinear => self.stencil::<2>(x, Basis::linear).second_order(&self.nodes),
+            Interpolation::Cubic => self.stencil::<4>(x, Basis::cubic).second_order(&self.nodes),
+        }
+    }
+
+    fn slope_bound(&self) -> f64 {
+        self.slope_bound
+    }
+
+    fn parameter_count(&self) -> usize {
+        self.nodes.len()
+    }
+
+    fn rate(&self, x: DVec3, direction: &[f64]) -> Jet<DVec3> {
+        self.interpolate(x, direction)
+    }
+
+    fn add_parameter_gradient(&self, x: DVec3, covector: Jet<DVec3>, gradient: &mut [f64]) {
+        match self.interpolation {
+            Interpolation::Trilinear => self.stencil::<2>(x, Basis::linear).add_transpose(covector, gradient),
+            Interpolation::Cubic => self.stencil::<4>(x, Basis::cubic).add_transpose(covector, gradient),
+        }
+    }
+}
+
+impl Parametric<DVec3> for Grid {
+    fn parameters(&self) -> Vec<f64> {
+        self.nodes.clone()
+    }
+
+    fn with_parameters(&self, parameters: &[f64]) -> Result<Self, ShapeError> {
+        Ok(Self::new(self.interpolation, self.low, self.spacing, self.size, parameters.to_vec())?)
+    }
+}

@@ -1,0 +1,163 @@
+use flatland::random::{Stream, open01, stream};
+use flatland::sdf::shapes::Parametric as _;
+use flatland::sdf::{Jet, Sdf as _};
+use glam::DVec3;
+
+use super::{Grid, GridError, Interpolation};
+
+const BOTH: [Interpolation; 2] = [Interpolation::Trilinear, Interpolation::Cubic];
+
+fn vector(random: &mut Stream, reach: f64) -> DVec3 {
+    DVec3::from_array([(); 3].map(|()| reach * (2.0 * open01(random) - 1.0)))
+}
+
+/// Nodes at random, with cells that are no cubes.
+fn rough(interpolation: Interpolation) -> Grid {
+    let (size, mut random) = ([5, 6, 7], stream(1, &[]));
+    let nodes = (0..210).map(|_| open01(&mut random) - 0.5).collect();
+    let spacing = DVec3::new(0.3, 0.25, 0.2);
+    Grid::new(interpolation, DVec3::new(-0.7, -0.6, -0.5), spacing, size, nodes).unwrap()
+}
+
+fn ball(interpolation: Interpolation, cells: usize) -> Grid {
+    let corners = (DVec3::splat(-1.0), DVec3::splat(1.0));
+    Grid::sampled(interpolation, corners, cells, |x| (x - 0.03).length() - 0.6).unwrap()
+}
+
+/// Points inside and, some of them, beyond the border.
+#[test]
+fn derivatives_are_those_of_the_value() {
+    let h = 1e-5;
+    for grid in BOTH.map(rough) {
+        let (mut random, mut checked) = (stream(2, &[]), 0);
+        for _ in 0..400 {
+            let (x, v) = (vector(&mut random, 0.9), vector(&mut random, 1.0));
+            let local = (x - grid.low()) / grid.spacing();
+            // A trilinear gradient jumps at nodes, a cubic Hessian has kinks there.
+            if (local - local.round()).abs().min_element() < 1e-3 {
+                continue;
+            }
+            checked += 1;
+            let direction: Vec<f64> = grid.nodes().iter().map(|_| open01(&mut random) - 0.5).collect();
+            let moved = |h: f64| {
+                let nodes: Vec<f64> = grid.nodes().iter().zip(&direction).map(|(p, d)| p + h * d).collect();
+                grid.with_parameters(&nodes).unwrap()
+            };
+            let difference = |f: &dyn Fn(f64) -> f64| (f(h) - f(-h)) / (2.0 * h);
+            let (second, rate) = (grid.second_order(x), grid.rate(x, &direction));
+            assert_eq!(second.jet, grid.jet(x));
+            let bend = second.hessian * v;
+            let along = |axis: usize| difference(&|h| grid.jet(x + h * v).gradient[axis]);
+            let pairs = [
+                (second.jet.gradient.dot(v), difference(&|h| grid.jet(x + h * v).value)),
+                (bend.x, along(0)),
+                (bend.y, along(1)),
+                (bend.z, along(2)),
+                (rate.value, difference(&|h| moved(h).jet(x).value)),
+                (rate.gradient.dot(v), difference(&|h| moved(h).jet(x).gradient.dot(v))),
+            ];
+            for (index, (found, expected)) in pairs.into_iter().enumerate() {
+                let error = (found - expected).abs();
+                assert!(error < 1e-6 * (1.0 + expected.abs()), "{index} at {x}: {found} for {expected}");
+            }
+        }
+        assert!(checked > 300, "{checked}");
+    }
+}
+
+#[test]
+fn the_parameter_gradient_is_the_transpose_of_the_rate() {
+    for grid in BOTH.map(rough) {
+        let mut random = stream(3, &[]);
+        for _ in 0..300 {
+            let x = vector(&mut random, 1.0);
+            let covector = Jet { value: open01(&mut random) - 0.5, gradient: vector(&mut random, 1.0) };
+            let direction: Vec<f64> = grid.nodes().iter().map(|_| open01(&mut random) - 0.5).collect();
+            let mut gradient = vec![0.0; direction.len()];
+            grid.add_parameter_gradient(x, covector, &mut gradient);
+            let reverse: f64 = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum();
+            let forward = covector.dot(grid.rate(x, &direction));
+            let size = 1.0 + gradient.iter().map(|g| g.abs()).sum::<f64>();
+            assert!((forward - reverse).abs() < 1e-14 * size, "{x}: {forward} {reverse}");
+        }
+    }
+}
+
+/// Wherever φ > 0; of rough nodes, which come close to it, and of distances, for which it is not much above 1.
+#[test]
+fn no_slope_exceeds_the_bound() {
+    for interpolation in BOTH {
+        for (grid, reached) in [(rough(interpolation), 0.3), (ball(interpolation, 32), 0.8)] {
+            let (mut random, mut most) = (stream(4, &[]), 0.0_f64);
+            for _ in 0..100_000 {
+                let jet = grid.jet(vector(&mut random, 1.05));
+                if jet.value > 0.0 {
+                    most = most.max(jet.gradient.length());
+                }
+            }
+            let bound = grid.slope_bound();
+            assert!(most <= bound * (1.0 + 1e-12) && most > reached * bound, "{most} {bound}");
+        }
+        assert!(ball(interpolation, 32).slope_bound() < 1.2);
+        let plane = Grid::sampled(interpolation, (-DVec3::ONE, DVec3::ONE), 8, |x| {
+            DVec3::new(2.0, 3.0, 6.0).dot(x) / 7.0
+        });
+        assert!((plane.unwrap().slope_bound() - 1.0).abs() < 1e-12);
+    }
+}
+
+/// The spline reproduces what is linear, and smooths what is curved: by h²/6 times the Laplacian.
+#[test]
+fn a_ball_is_found_where_it_is() {
+    let on_surface = DVec3::splat(0.03) + 0.6 * DVec3::new(2.0, -3.0, 6.0) / 7.0;
+    let trilinear = ball(Interpolation::Trilinear, 64).jet(on_surface).value;
+    assert!(trilinear.abs() < 1e-3, "{trilinear}");
+    let (cubic, h) = (ball(Interpolation::Cubic, 64).jet(on_surface).value, 2.0 / 64.0);
+    let smoothed = h * h / 6.0 * 2.0 / 0.6;
+    assert!((cubic - smoothed).abs() < 0.05 * smoothed, "{cubic} {smoothed}");
+}
+
+/// Beyond the border φ is what it is on the border, or near it.
+#[test]
+fn the_outermost_nodes_repeat() {
+    for grid in BOTH.map(|interpolation| ball(interpolation, 16)) {
+        for far in [3.0, 1e10, 1e300] {
+            let jet = grid.jet(DVec3::new(far, -far, far));
+            assert_eq!(jet.gradient, DVec3::ZERO);
+            let corner = (DVec3::new(0.97, -1.03, 0.97)).length() - 0.6;
+            assert!((jet.value - corner).abs() < 1e-12, "{} {corner}", jet.value);
+        }
+    }
+}
+
+#[test]
+fn bad_grids_are_refused() {
+    let new = |size, spacing, nodes| Grid::new(Interpolation::Cubic, DVec3::ZERO, spacing, size, nodes);
+    let good = vec![-1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0];
+    let with = |index: usize, value: f64| {
+        let mut nodes = good.clone();
+        nodes[index] = value;
+        nodes
+    };
+    assert!(new([2, 3, 2], DVec3::ONE, good.clone()).is_ok());
+    let few = new([12, 1, 1], DVec3::ONE, good.clone()).unwrap_err();
+    assert_eq!(few.to_string(), "a grid of 12 × 1 × 1 nodes has no cell; at least 2 × 2 × 2 are needed");
+    let count = new([2, 2, 2], DVec3::ONE, good.clone()).unwrap_err();
+    assert_eq!(count, GridError::Count { size: [2, 2, 2], found: 12 });
+    let huge = new([usize::MAX, 2, 2], DVec3::ONE, good.clone());
+    assert!(matches!(huge, Err(GridError::Count { .. })));
+    let nan = new([2, 3, 2], DVec3::ONE, with(9, f64::NAN)).unwrap_err();
+    assert_eq!(nan.to_string(), "node (1, 1, 1) is NaN; every node must be finite");
+    let infinite = new([2, 3, 2], DVec3::ONE, with(5, f64::INFINITY));
+    assert!(matches!(infinite, Err(GridError::NotFinite { node: [1, 2, 0], .. })));
+    let empty = new([2, 3, 2], DVec3::ONE, with(0, 2.0));
+    assert_eq!(empty, Err(GridError::OneSign { sign: "positive" }));
+    let full = new([2, 3, 2], DVec3::ONE, vec![-1.0; 12]);
+    assert_eq!(full, Err(GridError::OneSign { sign: "0 or negative" }));
+    for spacing in [DVec3::new(1.0, 0.0, 1.0), DVec3::NAN, DVec3::INFINITY] {
+        assert!(matches!(new([2, 3, 2], spacing, good.clone()), Err(GridError::Place { .. })));
+    }
+    let grid = new([2, 3, 2], DVec3::ONE, good.clone()).unwrap();
+    assert!(grid.with_parameters(&good).is_ok());
+    assert!(grid.with_parameters(&good[1..]).is_err() && grid.with_parameters(&with(0, 1.0)).is_err());
+}
