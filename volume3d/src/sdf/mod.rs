@@ -5,3 +5,4 @@
 //! directions, and so do its [balls and smooth unions](flatland::sdf::shapes). Here is what space adds.
 
 pub mod analytic;
+pub mod network;
