@@ -7,12 +7,15 @@ use flatland::sdf::shapes::ShapeError;
 /// The most frequencies: 2³² turns over the unit are past what single precision tells apart.
 const MAX_FREQUENCIES: usize = 32;
 
+/// The most hidden layers, and neurons of one: far more than a processor trains, and few enough to be counted.
+const MAX_SIZES: [usize; 2] = [64, 4096];
+
 /// The sizes of a network, and what is not learnt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Architecture {
-    /// How many hidden layers there are, at least 1. 4 learn a smooth object, 8 are those of IDR.
+    /// How many hidden layers there are, 1 to 64. 4 learn a smooth object, 8 are those of IDR.
     pub hidden: usize,
-    /// How many neurons a hidden layer has, at least 1.
+    /// How many neurons a hidden layer has, 1 to 4096.
     pub width: usize,
     /// β, how sharply softplus bends, positive: σ(z) = ln(1 + e^{βz})/β. Second derivatives grow with β, and creases need them.
     pub sharpness: f64,
@@ -35,11 +38,11 @@ impl Architecture {
         let refuse = |parameter, value, wanted| {
             Err(ShapeError::Parameter { shape: "network", parameter, value, wanted })
         };
-        if hidden == 0 {
-            return refuse("hidden", 0.0, "at least 1");
+        if !(1..=MAX_SIZES[0]).contains(&hidden) {
+            return refuse("hidden", hidden as f64, "1 to 64");
         }
-        if width == 0 {
-            return refuse("width", 0.0, "at least 1");
+        if !(1..=MAX_SIZES[1]).contains(&width) {
+            return refuse("width", width as f64, "1 to 4096");
         }
         if !(sharpness.is_finite() && sharpness > 0.0) {
             return refuse("sharpness", sharpness, "positive and finite");

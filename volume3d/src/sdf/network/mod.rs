@@ -1,7 +1,7 @@
 //! Neural signed distance functions: φ(x) = MLP(γ(x)), with derivatives by hand.
 //!
 //! A [`Network`] is fully connected, with softplus of sharpness β between its layers (Gropp et al. 2020; IDR: Yariv et al. 2020) and,
-//! if asked for, the positional encoding γ before them. It is an implicit shape like any other, [`Sdf`](flatland::sdf::Sdf), one
+//! if asked for, the positional encoding γ before them. It is an implicit shape like any other, [`Sdf`], one
 //! point at a time and in double precision.
 
 mod architecture;
