@@ -12,7 +12,7 @@
 pub mod analytic;
 mod from_mesh;
 mod grid;
-
+pub mod network;
 
 pub use from_mesh::{MeshDistanceError, MeshDistances, from_mesh};
 pub use grid::{Grid, GridError, Interpolation};

@@ -1,0 +1,120 @@
+//! How many layers there are, how wide, and where their weights stand in one list.
+
+use std::ops::{Add, Mul, Range};
+
+use flatland::sdf::shapes::ShapeError;
+
+/// The most frequencies: 2³² turns over the unit are past what single precision tells apart.
+const MAX_FREQUENCIES: usize = 32;
+
+/// The most hidden layers, and neurons of one: far more than a processor trains, and few enough to be counted.
+const MAX_SIZES: [usize; 2] = [64, 4096];
+
+/// The sizes of a network, and what is not learnt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Architecture {
+    /// How many hidden layers there are, 1 to 64. 4 learn a smooth object, 8 are those of IDR.
+    pub hidden: usize,
+    /// How many neurons a hidden layer has, 1 to 4096.
+    pub width: usize,
+    /// β, how sharply softplus bends, positive: σ(z) = ln(1 + e^{βz})/β. Second derivatives grow with β, and creases need them.
+    pub sharpness: f64,
+    /// L, how many frequencies 1, 2, …, 2^{L−1} the encoding has, at most 32. 0 gives the coordinates themselves; 6 are those of IDR, for
+    /// detail in an object of about unit size.
+    pub frequencies: usize,
+}
+
+impl Default for Architecture {
+    /// 4 layers of 64 neurons, β = 100, no frequencies.
+    fn default() -> Self {
+        Self { hidden: 4, width: 64, sharpness: 100.0, frequencies: 0 }
+    }
+}
+
+impl Architecture {
+    /// Refuses sizes of which no network can be made.
+    pub(super) fn check(&self) -> Result<(), ShapeError> {
+        let Self { hidden, width, sharpness, frequencies } = *self;
+        let refuse = |parameter, value, wanted| {
+            Err(ShapeError::Parameter { shape: "network", parameter, value, wanted })
+        };
+        if !(1..=MAX_SIZES[0]).contains(&hidden) {
+            return refuse("hidden", hidden as f64, "1 to 64");
+        }
+        if !(1..=MAX_SIZES[1]).contains(&width) {
+            return refuse("width", width as f64, "1 to 4096");
+        }
+        if !(sharpness.is_finite() && sharpness > 0.0) {
+            return refuse("sharpness", sharpness, "positive and finite");
+        }
+        if frequencies > MAX_FREQUENCIES {
+            return refuse("frequencies", frequencies as f64, "at most 32");
+        }
+        Ok(())
+    }
+
+    /// The components of γ(x).
+    pub(super) fn inputs(&self) -> usize {
+        3 + 6 * self.frequencies
+    }
+
+    /// How many layers have weights: the hidden ones, and that of the output.
+    pub(super) fn layers(&self) -> usize {
+        self.hidden + 1
+    }
+
+    /// Rows (outputs) and columns (inputs) of W_k.
+    pub(super) fn shape(&self, k: usize) -> (usize, usize) {
+        let rows = if k == self.hidden { 1 } else { self.width };
+        let columns = if k == 0 { self.inputs() } else { self.width };
+        (rows, columns)
+    }
+
+    /// p, the number of all weights and biases.
+    #[must_use]
+    pub fn parameter_count(&self) -> usize {
+        (0..self.layers()).map(|k| self.shape(k)).map(|(rows, columns)| rows * (columns + 1)).sum()
+    }
+
+    /// Where W_k and b_k stand among the parameters: layer by layer, W_k row by row, then b_k.
+    pub(super) fn ranges(&self, k: usize) -> (Range<usize>, Range<usize>) {
+        let inner = (0..k).map(|k| self.shape(k)).map(|(rows, columns)| rows * (columns + 1)).sum::<usize>();
+        let (rows, columns) = self.shape(k);
+        let bias = inner + rows * columns;
+        (inner..bias, bias..bias + rows)
+    }
+
+    /// A layer of the given parameters.
+    pub(super) fn layer<'p>(&self, parameters: &'p [f64], k: usize) -> Layer<'p> {
+        let (weight, bias) = self.ranges(k);
+        Layer { weight: &parameters[weight], bias: &parameters[bias], columns: self.shape(k).1 }
+    }
+}
+
+/// W, row by row, and b.
+#[derive(Clone, Copy)]
+pub(super) struct Layer<'p> {
+    weight: &'p [f64],
+    pub(super) bias: &'p [f64],
+    columns: usize,
+}
+
+impl Layer<'_> {
+    /// W x, for x of numbers or of vectors.
+    pub(super) fn linear<T>(&self, x: &[T]) -> Vec<T>
+    where
+        T: Copy + Default + Add<Output = T> + Mul<f64, Output = T>,
+    {
+        let product = |row: &[f64]| row.iter().zip(x).fold(T::default(), |sum, (&w, &x)| sum + x * w);
+        self.weight.chunks_exact(self.columns).map(product).collect()
+    }
+
+    /// Wᵀ y.
+    pub(super) fn transpose(&self, y: &[f64]) -> Vec<f64> {
+        let mut x = vec![0.0; self.columns];
+        for (row, y) in self.weight.chunks_exact(self.columns).zip(y) {
+            x.iter_mut().zip(row).for_each(|(x, w)| *x += w * y);
+        }
+        x
+    }
+}

@@ -1,0 +1,21 @@
+//! What keeps φ near a distance.
+
+use flatland::sdf::Jet;
+use glam::DVec3;
+
+/// The eikonal term (Gropp et al. 2020), mean (|∇φ| − 1)² over points, and its covectors ∂/∂(φ, ∇φ) at each, 2/n (1 − 1/|∇φ|) ∇φ,
+/// for [`add_parameter_gradient`](flatland::sdf::Sdf::add_parameter_gradient). Where ∇φ = 0 it has no derivative, and the covector is 0.
+/// Of no points it is NaN.
+///
+/// In units of |∇φ|², so 1 is a function that is constant. It is usually weighted by 0.1 beside a loss of distances.
+#[must_use]
+pub fn eikonal_loss(jets: &[Jet<DVec3>]) -> (f64, Vec<Jet<DVec3>>) {
+    let share = 1.0 / jets.len() as f64;
+    let excess = |jet: &Jet<DVec3>| jet.gradient.length() - 1.0;
+    let loss = jets.iter().map(|jet| share * excess(jet).powi(2)).sum::<f64>();
+    let covector = |jet: &Jet<DVec3>| match jet.gradient.length() {
+        0.0 => Jet::ZERO,
+        slope => Jet { value: 0.0, gradient: jet.gradient * (2.0 * share * excess(jet) / slope) },
+    };
+    (if jets.is_empty() { f64::NAN } else { loss }, jets.iter().map(covector).collect())
+}

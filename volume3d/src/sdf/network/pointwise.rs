@@ -1,0 +1,191 @@
+//! One point at a time in double precision.
+//!
+//! With a_{−1} = γ(x), layers z_k = W_k a_{k−1} + b_k and a_k = σ(z_k), and φ = z_n. All derivatives follow from two sweeps,
+//! and none keeps a graph.
+
+use flatland::sdf::shapes::{Parametric, ShapeError};
+use flatland::sdf::{Jet, Sdf, SecondOrder};
+use glam::{DMat3, DVec3};
+
+use super::Network;
+use super::encoding::{Feature, bend, encode, pull, push};
+
+/// σ(z), σ′(z), σ″(z).
+#[derive(Clone, Copy)]
+struct Neuron {
+    value: f64,
+    slope: f64,
+    curvature: f64,
+}
+
+impl Neuron {
+    /// Softplus with sharpness β, in a form that does not overflow.
+    fn new(z: f64, sharpness: f64) -> Self {
+        let t = sharpness * z;
+        let e = (-t.abs()).exp();
+        let larger = 1.0 / (1.0 + e);
+        let slope = if t >= 0.0 { larger } else { e * larger };
+        // σ′(1 − σ′) = e/(1 + e)², without cancellation.
+        let curvature = sharpness * e * larger * larger;
+        Self { value: (t.max(0.0) + e.ln_1p()) / sharpness, slope, curvature }
+    }
+}
+
+/// What a sweep from x to φ leaves.
+struct Sweep {
+    features: Vec<Feature>,
+    hidden: Vec<Vec<Neuron>>,
+    value: f64,
+}
+
+impl Sweep {
+    /// a_{k−1}, the inputs of layer k.
+    fn inputs(&self, k: usize) -> Vec<f64> {
+        match k.checked_sub(1) {
+            None => self.features.iter().map(|feature| feature.value).collect(),
+            Some(before) => self.hidden[before].iter().map(|neuron| neuron.value).collect(),
+        }
+    }
+}
+
+impl Network {
+    fn sweep(&self, x: DVec3) -> Sweep {
+        let features = encode(x, self.architecture.frequencies).collect();
+        let mut sweep = Sweep { features, hidden: vec![], value: 0.0 };
+        for k in 0..self.architecture.layers() {
+            let layer = self.layer(k);
+            let z = layer.linear(&sweep.inputs(k)).into_iter().zip(layer.bias).map(|(z, b)| z + b);
+            if k == self.architecture.hidden {
+                sweep.value = z.sum();
+            } else {
+                sweep.hidden.push(z.map(|z| Neuron::new(z, self.architecture.sharpness)).collect());
+            }
+        }
+        sweep
+    }
+
+    /// ∂φ/∂a_{k−1} in entry k, from p = ∂φ/∂γ in entry 0 to the last weights.
+    fn adjoints(&self, sweep: &Sweep) -> Vec<Vec<f64>> {
+        let mut adjoints = vec![self.layer(self.architecture.hidden).transpose(&[1.0])];
+        for (k, neurons) in sweep.hidden.iter().enumerate().rev() {
+            let by_z = scaled(neurons, &adjoints[adjoints.len() - 1]);
+            adjoints.push(self.layer(k).transpose(&by_z));
+        }
+        adjoints.reverse();
+        adjoints
+    }
+}
+
+/// σ′ times what is given.
+fn scaled(neurons: &[Neuron], by: &[f64]) -> Vec<f64> {
+    neurons.iter().zip(by).map(|(neuron, y)| neuron.slope * y).collect()
+}
+
+/// σ′ y + σ″ ż u: how σ′u changes where y is the change of u and ż that of z.
+fn turned(neurons: &[Neuron], y: &[f64], moving: &[f64], u: &[f64]) -> Vec<f64> {
+    let term = |(i, neuron): (usize, &Neuron)| neuron.slope * y[i] + neuron.curvature * moving[i] * u[i];
+    neurons.iter().enumerate().map(term).collect()
+}
+
+impl Sdf<DVec3> for Network {
+    fn jet(&self, x: DVec3) -> Jet<DVec3> {
+        let sweep = self.sweep(x);
+        Jet { value: sweep.value, gradient: pull(&sweep.features, &self.adjoints(&sweep)[0]) }
+    }
+
+    /// H = Σ_k Σ_i u_i σ″_i ∇z_i ∇z_iᵀ over all neurons, with u_i = ∂φ/∂a_i, and what the encoding bends.
+    fn second_order(&self, x: DVec3) -> SecondOrder<DVec3> {
+        let sweep = self.sweep(x);
+        let adjoints = self.adjoints(&sweep);
+        let mut hessian = DMat3::from_diagonal(bend(&sweep.features, &adjoints[0]));
+        let axis = |(j, feature): (usize, &Feature)| DVec3::AXES[j % 3] * feature.slope;
+        let mut slopes: Vec<DVec3> = sweep.features.iter().enumerate().map(axis).collect();
+        for (k, neurons) in sweep.hidden.iter().enumerate() {
+            slopes = self.layer(k).linear(&slopes);
+            for ((neuron, slope), u) in neurons.iter().zip(&mut slopes).zip(&adjoints[k + 1]) {
+                let scale = *slope * (u * neuron.curvature);
+                hessian += DMat3::from_cols(*slope * scale.x, *slope * scale.y, *slope * scale.z);
+                *slope *= neuron.slope;
+            }
+        }
+        let gradient = pull(&sweep.features, &adjoints[0]);
+        SecondOrder { jet: Jet { value: sweep.value, gradient }, hessian }
+    }
+
+    /// What the user [states](Network::with_slope_bound).
+    fn slope_bound(&self) -> f64 {
+        self.slope_bound
+    }
+
+    fn parameter_count(&self) -> usize {
+        self.parameters.len()
+    }
+
+    /// Forward δz_k = δW_k a + δb_k + W_k δa; then, with p_k = ∂φ/∂a_{k−1}, back δp_k = δW_kᵀ(σ′p) + W_kᵀ(σ′δp + σ″δz p).
+    fn rate(&self, x: DVec3, direction: &[f64]) -> Jet<DVec3> {
+        let sweep = self.sweep(x);
+        let adjoints = self.adjoints(&sweep);
+        let change = |k| self.architecture.layer(direction, k);
+        let mut moving: Vec<Vec<f64>> = vec![];
+        for k in 0..self.architecture.layers() {
+            let mut z = change(k).linear(&sweep.inputs(k));
+            z.iter_mut().zip(change(k).bias).for_each(|(z, b)| *z += b);
+            if k > 0 {
+                let inner = self.layer(k).linear(&scaled(&sweep.hidden[k - 1], &moving[k - 1]));
+                z.iter_mut().zip(inner).for_each(|(z, inner)| *z += inner);
+            }
+            moving.push(z);
+        }
+        let last = self.architecture.hidden;
+        let mut bent = change(last).transpose(&[1.0]);
+        for (k, neurons) in sweep.hidden.iter().enumerate().rev() {
+            let u = &adjoints[k + 1];
+            let inner = self.layer(k).transpose(&turned(neurons, &bent, &moving[k], u));
+            bent = change(k).transpose(&scaled(neurons, u));
+            bent.iter_mut().zip(inner).for_each(|(p, inner)| *p += inner);
+        }
+        Jet { value: moving[last][0], gradient: pull(&sweep.features, &bent) }
+    }
+
+    /// The gradient of c φ + q·∇φ, where q·∇φ = φ̇ for who moves with velocity q: forward ż_k = W_k ȧ_{k−1} and ȧ = σ′ż from
+    /// ȧ_{−1} = Jγ q; then back, from z̄ = c and ż̄ = 1 at φ, with W̄ = z̄ aᵀ + ż̄ ȧᵀ, b̄ = z̄, v = Wᵀ z̄, u = Wᵀ ż̄ at each layer and
+    /// z̄ = σ′v + σ″ż u, ż̄ = σ′u before it.
+    fn add_parameter_gradient(&self, x: DVec3, covector: Jet<DVec3>, gradient: &mut [f64]) {
+        let sweep = self.sweep(x);
+        let (mut moving, mut tangents) = (vec![], vec![push(&sweep.features, covector.gradient)]);
+        for (k, neurons) in sweep.hidden.iter().enumerate() {
+            let z = self.layer(k).linear(&tangents[k]);
+            tangents.push(scaled(neurons, &z));
+            moving.push(z);
+        }
+        let (mut z, mut z_moving) = (vec![covector.value], vec![1.0]);
+        for k in (0..self.architecture.layers()).rev() {
+            let (inputs, tangent) = (sweep.inputs(k), &tangents[k]);
+            let (weight, bias) = self.architecture.ranges(k);
+            for ((row, z), z_moving) in gradient[weight].chunks_exact_mut(inputs.len()).zip(&z).zip(&z_moving)
+            {
+                let terms = inputs.iter().zip(tangent).map(|(a, t)| z * a + z_moving * t);
+                row.iter_mut().zip(terms).for_each(|(entry, term)| *entry += term);
+            }
+            gradient[bias].iter_mut().zip(&z).for_each(|(entry, z)| *entry += z);
+            if k > 0 {
+                let (v, u) = (self.layer(k).transpose(&z), self.layer(k).transpose(&z_moving));
+                let neurons = &sweep.hidden[k - 1];
+                z = turned(neurons, &v, &moving[k - 1], &u);
+                z_moving = scaled(neurons, &u);
+            }
+        }
+    }
+}
+
+impl Parametric<DVec3> for Network {
+    /// Layer by layer W_k row by row (row = output), then b_k.
+    fn parameters(&self) -> Vec<f64> {
+        self.parameters.clone()
+    }
+
+    fn with_parameters(&self, parameters: &[f64]) -> Result<Self, ShapeError> {
+        let other = Self::new(self.architecture, parameters.to_vec())?;
+        Ok(Self { slope_bound: self.slope_bound, ..other })
+    }
+}
