@@ -2,6 +2,7 @@
 
 mod balls;
 mod case;
+mod grids;
 mod jumps;
 mod outputs;
 

@@ -14,6 +14,7 @@ mod output;
 mod parameter;
 mod render;
 mod reverse;
+mod sdf;
 mod session;
 mod spp;
 mod summary;
@@ -46,6 +47,7 @@ enum Command {
     Info(info::Options),
     Lint(lint::Options),
     Fit(fit::Options),
+    Sdf(sdf::Options),
 }
 
 const EXAMPLES: &str = "\
@@ -57,6 +59,7 @@ Examples:
   volume3d check scene.xml --move box:translate:1,0,0
   volume3d fit fit.toml -o run
   volume3d tune scene.xml --move box:translate:1,0,0 --seconds 10
+  volume3d sdf bunny.obj -o bunny.vol --resolution 64
 
 Exit status: 0 if all went well; 1 if a file, a scene or a request cannot be dealt with, or a check \
 fails; 2 if the command line cannot be understood; 3 if noise leaves a check open; 130 after Ctrl-C. An output file is at every moment \
@@ -104,6 +107,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Info(options) => info::run(&options),
         Command::Lint(options) => lint::run(&options),
         Command::Fit(options) => fit::run(&options),
+        Command::Sdf(options) => sdf::run(&options),
     };
     match done {
         Ok(report) => {

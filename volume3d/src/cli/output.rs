@@ -90,7 +90,7 @@ pub(super) fn check_file(path: &Path, ending: &str, what: &str) -> anyhow::Resul
 }
 
 /// Whether a file can be made at `path`.
-fn check_place(path: &Path) -> anyhow::Result<()> {
+pub(super) fn check_place(path: &Path) -> anyhow::Result<()> {
     if path.is_dir() {
         bail!("{} is a folder; name a file in it", path.display());
     }

@@ -3,6 +3,7 @@
 mod fit;
 mod place;
 mod refused;
+mod sdf;
 mod tune;
 
 use glam::DVec3;

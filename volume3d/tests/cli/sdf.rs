@@ -1,0 +1,82 @@
+//! `volume3d sdf`: a mesh becomes a grid of its distances.
+
+use glam::DVec3;
+use volume3d::io::read_sdf;
+use volume3d::sdf::Interpolation;
+
+use super::Place;
+
+/// The cube [−1, 1]³, closed, turned outwards; without its last triangles if fewer are kept.
+fn cube(triangles: usize) -> String {
+    let mut text = String::new();
+    for i in 0..8 {
+        let corner = [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { 1 } else { -1 });
+        text += &format!("v {} {} {}\n", corner[0], corner[1], corner[2]);
+    }
+    let faces = [
+        [1, 3, 4],
+        [1, 4, 2],
+        [5, 6, 8],
+        [5, 8, 7],
+        [1, 2, 6],
+        [1, 6, 5],
+        [3, 7, 8],
+        [3, 8, 4],
+        [1, 5, 7],
+        [1, 7, 3],
+        [2, 4, 8],
+        [2, 8, 6],
+    ];
+    for [a, b, c] in &faces[..triangles] {
+        text += &format!("f {a} {b} {c}\n");
+    }
+    text
+}
+
+#[test]
+fn a_cube_becomes_its_distances() {
+    let place = Place::new();
+    std::fs::write(place.path("cube.obj"), cube(12)).unwrap();
+    let text = place.succeed("sdf cube.obj -o cube.vol --resolution 10 --margin 0.25");
+    assert!(text.contains("11 × 11 × 11 nodes, 0.300000 apart") && text.contains("wrote cube.vol"), "{text}");
+    assert!(!text.contains("WARNING"), "{text}");
+    let grid = read_sdf(&place.path("cube.vol"), Interpolation::Trilinear).unwrap();
+    for (index, &value) in grid.nodes().iter().enumerate() {
+        let q = grid.position(index).abs() - 1.0;
+        let expected = q.max(DVec3::ZERO).length() + q.max_element().min(0.0);
+        // Of single precision.
+        assert!((value - expected).abs() < 1e-6, "{index}: {value} for {expected}");
+    }
+    // The same bits on one thread.
+    place.succeed("sdf cube.obj -o one.vol --resolution 10 --margin 0.25 --threads 1");
+    assert_eq!(place.bytes("one.vol"), place.bytes("cube.vol"));
+    // Without a side.
+    std::fs::write(place.path("open.obj"), cube(10)).unwrap();
+    let text = place.succeed("sdf open.obj -o open.vol --resolution 10");
+    assert!(text.contains("WARNING: ") && text.contains("are doubtful"), "{text}");
+}
+
+#[test]
+fn what_has_no_distances_is_refused() {
+    let place = Place::new();
+    std::fs::write(place.path("cube.obj"), cube(12)).unwrap();
+    std::fs::write(place.path("sheet.obj"), cube(2)).unwrap();
+    std::fs::write(place.path("point.obj"), "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n").unwrap();
+    let cases = [
+        ("sdf none.obj -o a.vol", 1, "cannot read none.obj"),
+        ("sdf cube.obj -o a.exr", 1, "written as .vol"),
+        ("sdf cube.obj -o none/a.vol", 1, "there is no folder none"),
+        ("sdf cube.obj -o a.vol --resolution 0", 1, "0 cells"),
+        ("sdf cube.obj -o a.vol --resolution 100000", 1, "100000 cells"),
+        ("sdf cube.obj -o a.vol --margin -1", 1, "margin -1"),
+        ("sdf cube.obj -o a.vol --margin NaN", 1, "margin NaN"),
+        ("sdf sheet.obj -o a.vol", 1, "encloses no node"),
+        ("sdf point.obj -o a.vol", 1, "no triangle with an area"),
+        ("sdf scene.xml -o a.vol", 1, "scene.xml"),
+        ("sdf cube.obj", 2, "--output"),
+    ];
+    for (line, code, words) in cases {
+        place.fail(line, code, &[words]);
+        assert!(!place.path("a.vol").exists(), "{line}");
+    }
+}
