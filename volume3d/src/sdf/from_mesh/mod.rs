@@ -34,6 +34,12 @@ pub enum MeshDistanceError {
         /// Cells asked for.
         cells: usize,
     },
+    /// The nodes do not fit into memory.
+    #[error("no memory for {} × {} × {} nodes; take fewer cells", size[0], size[1], size[2])]
+    Memory {
+        /// Nodes along each axis.
+        size: [usize; 3],
+    },
     /// The margin is negative or not finite.
     #[error("the margin {margin} is not finite and at least 0")]
     Margin {
@@ -92,29 +98,32 @@ pub fn from_mesh(
     let size = (high - low).to_array().map(|side| ((side / spacing - 1e-9).ceil() as usize).max(1) + 1);
     let tree = Tree::new(triangles);
     let [nx, ny, nz] = size;
-    let rows: Vec<(Vec<f64>, usize)> = (0..ny * nz)
-        .into_par_iter()
-        .map(|row| {
-            row_of(&tree, low + spacing * DVec3::new(0.0, (row % ny) as f64, (row / ny) as f64), spacing, nx)
-        })
-        .collect();
-    let doubtful = rows.iter().map(|(_, doubtful)| doubtful).sum();
-    let nodes = rows.into_iter().flat_map(|(values, _)| values).collect();
+    let mut nodes = Vec::new();
+    if nodes.try_reserve_exact(nx * ny * nz).is_err() {
+        return Err(MeshDistanceError::Memory { size });
+    }
+    nodes.resize(nx * ny * nz, 0.0);
+    let rows = nodes.par_chunks_exact_mut(nx).enumerate();
+    let doubtful = rows.map(|(row, values)| {
+        let begin = DVec3::new(0.0, (row % ny) as f64, (row / ny) as f64);
+        fill_row(&tree, low + spacing * begin, spacing, values)
+    });
+    let doubtful = doubtful.sum();
     let grid = Grid::new(interpolation, low, DVec3::splat(spacing), size, nodes)?;
     Ok(MeshDistances { grid, doubtful })
 }
 
-/// The nodes of one row along x, and how many of them are doubtful.
-fn row_of(tree: &Tree, begin: DVec3, spacing: f64, count: usize) -> (Vec<f64>, usize) {
+/// Finds the nodes of one row along x; returns how many of them are doubtful.
+fn fill_row(tree: &Tree, begin: DVec3, spacing: f64, values: &mut [f64]) -> usize {
     let (mut doubtful, mut before) = (0, f64::INFINITY);
-    let values = (0..count).map(|i| {
+    for (i, value) in values.iter_mut().enumerate() {
         let x = begin + DVec3::X * (i as f64 * spacing);
         // The nearest point of the node before is at most one spacing farther away; the factor is for rounding.
         let bound = (before + spacing) * (1.0 + 1e-9);
         before = tree.distance_squared(x, bound * bound).sqrt();
         let winding = tree.winding_number(x).abs();
         doubtful += usize::from((winding - winding.round()).abs() > 0.25);
-        if winding > 0.5 { -before } else { before }
-    });
-    (values.collect(), doubtful)
+        *value = if winding > 0.5 { -before } else { before };
+    }
+    doubtful
 }
