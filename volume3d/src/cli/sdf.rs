@@ -1,75 +1,113 @@
 //! `volume3d sdf`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use anyhow::bail;
+use anyhow::{anyhow, bail};
 use clap::Args;
 use indicatif::ProgressBar;
-use volume3d::io::{load_mesh, write_sdf};
-use volume3d::sdf::{Interpolation, MeshDistances, from_mesh};
+use volume3d::io::{load_mesh, read_sdf, write_obj, write_ply, write_sdf};
+use volume3d::sdf::{Interpolation, MeshDistances, from_mesh, isosurface};
 
 use super::output::check_place;
 use super::session::Threads;
 use super::{Outcome, Report};
 
-/// Makes a grid of signed distances from a triangle mesh.
+/// Makes a grid of signed distances from a triangle mesh, or a mesh from such a grid.
 ///
 /// A node's value is its distance to the mesh, negative inside. What is inside is decided by the winding number, which closes holes:
 /// nodes of which it is not sure are counted, and a warning says so. A mesh whose triangles are turned both ways should be turned one
 /// way before.
 ///
-/// The file is a binary volume of Mitsuba 3 (.vol, float32), whose bounding box is in the mesh's own coordinates. Twice the
+/// The other way, the mesh is where the values are 0, interpolated between eight nodes: closed, and flat shaded.
+///
+/// Grids are binary volumes of Mitsuba 3 (.vol, float32), whose bounding box is in the mesh's own coordinates. Twice the
 /// resolution takes eight times the time and memory: 64 a second, 128 a few.
 #[derive(Args, Debug)]
 pub(super) struct Options {
-    /// The mesh: .obj or .ply.
-    #[arg(value_name = "MESH")]
-    mesh: PathBuf,
-    /// The grid: .vol.
-    #[arg(short, long, value_name = "GRID")]
+    /// A mesh (.obj, .ply) or a grid (.vol).
+    #[arg(value_name = "INPUT")]
+    input: PathBuf,
+    /// The grid (.vol) of a mesh, or the mesh (.obj, .ply) of a grid.
+    #[arg(short, long, value_name = "OUTPUT")]
     output: PathBuf,
-    /// Cells along the longest side, 1 to 1600. A part thinner than two cells is lost.
-    #[arg(long, value_name = "CELLS", default_value_t = 64)]
-    resolution: usize,
-    /// Empty space on all sides, as a part of the mesh's longest side.
-    #[arg(long, value_name = "PART", default_value_t = 0.1, allow_negative_numbers = true)]
-    margin: f64,
+    /// Cells along the longest side, 1 to 1600 of a grid and 1 to 1024 for a mesh: 64 unless given, and as many as the grid has. A part
+    /// thinner than two cells is lost.
+    #[arg(long, value_name = "CELLS")]
+    resolution: Option<usize>,
+    /// Empty space on all sides of a mesh, as a part of its longest side. 0.1 unless given.
+    #[arg(long, value_name = "PART", allow_negative_numbers = true)]
+    margin: Option<f64>,
     #[command(flatten)]
     threads: Threads,
 }
 
+/// Cells along the longest side of a mesh, and space around it.
+const DEFAULTS: (usize, f64) = (64, 0.1);
+
 pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
-    let Options { mesh: path, output, resolution, margin, threads } = options;
+    let Options { input, output, threads, .. } = options;
     threads.begin()?;
-    if output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("vol")) {
-        bail!("{}: a grid is written as .vol", output.display());
+    let kind =
+        |path: &Path| path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let is_grid = |path: &Path| kind(path) == "vol";
+    match (is_grid(input), is_grid(output)) {
+        (true, true) => bail!("{} and {} are both grids", input.display(), output.display()),
+        (false, false) => bail!("{}: the grid of a mesh is written as .vol", output.display()),
+        (true, false) if !["obj", "ply"].contains(&kind(output).as_str()) => {
+            bail!("{}: a mesh is written as .obj or .ply", output.display())
+        }
+        (true, false) if options.margin.is_some() => bail!("--margin is for grids of meshes"),
+        _ => {}
     }
     check_place(output)?;
-    let mesh = load_mesh(path)?;
-    let spinner = ProgressBar::new_spinner();
-    spinner.set_message(format!("distances to {} triangles", mesh.triangles().len()));
-    spinner.enable_steady_tick(Duration::from_millis(200));
     let start = Instant::now();
-    let found = from_mesh(&mesh, Interpolation::Cubic, *resolution, *margin);
+    let mut text = if is_grid(output) { to_grid(options)? } else { to_mesh(options)? };
+    text += &format!("wrote {} in {:.1} s\n", output.display(), start.elapsed().as_secs_f64());
+    Ok(Report { text, outcome: Outcome::Good })
+}
+
+fn to_grid(options: &Options) -> anyhow::Result<String> {
+    let (resolution, margin) = DEFAULTS;
+    let (resolution, margin) = (options.resolution.unwrap_or(resolution), options.margin.unwrap_or(margin));
+    let path = &options.input;
+    let mesh = load_mesh(path)?;
+    let spinner = spinner(format!("distances to {} triangles", mesh.triangles().len()));
+    let found = from_mesh(&mesh, Interpolation::Cubic, resolution, margin);
     spinner.finish_and_clear();
-    let MeshDistances { grid, doubtful } = match found {
-        Ok(found) => found,
-        Err(error) => bail!("{}: {error}", path.display()),
-    };
-    write_sdf(output, &grid)?;
+    let MeshDistances { grid, doubtful } = found.map_err(|error| anyhow!("{}: {error}", path.display()))?;
+    write_sdf(&options.output, &grid)?;
     let ([nx, ny, nz], count) = (grid.size(), grid.nodes().len());
-    let mut text = format!(
-        "{nx} × {ny} × {nz} nodes, {:.6} apart, in {:.1} s\n",
-        grid.spacing().x,
-        start.elapsed().as_secs_f64()
-    );
+    let mut text = format!("{nx} × {ny} × {nz} nodes, {:.6} apart\n", grid.spacing().x);
     if doubtful > 0 {
         text += &format!(
             "WARNING: {doubtful} of {count} nodes are doubtful: the mesh is open there, or its triangles are turned both \
              ways; look at the surface near them, or mend the mesh\n"
         );
     }
-    text += &format!("wrote {}\n", output.display());
-    Ok(Report { text, outcome: Outcome::Good })
+    Ok(text)
+}
+
+fn to_mesh(options: &Options) -> anyhow::Result<String> {
+    let (path, output) = (&options.input, &options.output);
+    let grid = read_sdf(path, Interpolation::Trilinear)?;
+    let extent = grid.high() - grid.low();
+    let own = (extent.max_element() / grid.spacing().min_element()).round() as usize;
+    let spinner = spinner(format!("the surface of {} nodes", grid.nodes().len()));
+    let found = isosurface(&grid, (grid.low(), grid.high()), options.resolution.unwrap_or(own));
+    spinner.finish_and_clear();
+    let mesh = found.map_err(|error| anyhow!("{}: {error}", path.display()))?;
+    if output.extension().is_some_and(|e| e.eq_ignore_ascii_case("ply")) {
+        write_ply(output, &mesh)?;
+    } else {
+        write_obj(output, &mesh)?;
+    }
+    Ok(format!("{} vertices, {} triangles\n", mesh.positions().len(), mesh.triangles().len()))
+}
+
+fn spinner(message: String) -> ProgressBar {
+    let spinner = ProgressBar::new_spinner();
+    spinner.set_message(message);
+    spinner.enable_steady_tick(Duration::from_millis(200));
+    spinner
 }

@@ -7,12 +7,15 @@
 //! - [`analytic`]: rounded boxes and rings.
 //! - [`Grid`]: node values on a regular grid, whose interpolation is φ and which are its parameters.
 //! - [`from_mesh()`]: the grid of signed distances to a triangle mesh.
+//! - [`isosurface()`]: the triangle mesh of any of them.
 //! - [`network`]: φ as a neural network, with its weights for parameters.
 
 pub mod analytic;
 mod from_mesh;
 mod grid;
+mod isosurface;
 pub mod network;
 
 pub use from_mesh::{MeshDistanceError, MeshDistances, from_mesh};
 pub use grid::{Grid, GridError, Interpolation};
+pub use isosurface::{IsosurfaceError, isosurface};

@@ -1,8 +1,8 @@
 //! `volume3d sdf`: a mesh becomes a grid of its distances.
 
 use glam::DVec3;
-use volume3d::io::read_sdf;
-use volume3d::sdf::Interpolation;
+use volume3d::io::{load_mesh, read_sdf, write_sdf};
+use volume3d::sdf::{Grid, Interpolation};
 
 use super::Place;
 
@@ -50,6 +50,20 @@ fn a_cube_becomes_its_distances() {
     // The same bits on one thread.
     place.succeed("sdf cube.obj -o one.vol --resolution 10 --margin 0.25 --threads 1");
     assert_eq!(place.bytes("one.vol"), place.bytes("cube.vol"));
+    // And back: a closed mesh through the corners of cells.
+    let text = place.succeed("sdf cube.vol -o back.ply");
+    assert!(text.contains("triangles\nwrote back.ply"), "{text}");
+    let back = load_mesh(&place.path("back.ply")).unwrap();
+    let volume: f64 = back
+        .triangles()
+        .iter()
+        .map(|t| {
+            let [a, b, c] = t.map(|i| back.positions()[i as usize]);
+            a.dot(b.cross(c)) / 6.0
+        })
+        .sum();
+    // Edges of the cube are cut off, by no more than a cell.
+    assert!(volume < 8.0 && volume > 8.0 - 12.0 * 2.0 * 0.3 * 0.3, "{volume}");
     // Without a side.
     std::fs::write(place.path("open.obj"), cube(10)).unwrap();
     let text = place.succeed("sdf open.obj -o open.vol --resolution 10");
@@ -62,6 +76,11 @@ fn what_has_no_distances_is_refused() {
     std::fs::write(place.path("cube.obj"), cube(12)).unwrap();
     std::fs::write(place.path("sheet.obj"), cube(2)).unwrap();
     std::fs::write(place.path("point.obj"), "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n").unwrap();
+    place.succeed("sdf cube.obj -o cube.vol --resolution 6");
+    let corners = (DVec3::splat(-2.0), DVec3::splat(2.0));
+    let wide = Grid::sampled(Interpolation::Trilinear, corners, 8, |x| x.length() - 2.2).unwrap();
+    write_sdf(&place.path("tight.vol"), &wide).unwrap();
+    std::fs::write(place.path("damaged.vol"), &place.bytes("cube.vol")[..100]).unwrap();
     let cases = [
         ("sdf none.obj -o a.vol", 1, "cannot read none.obj"),
         ("sdf cube.obj -o a.exr", 1, "written as .vol"),
@@ -74,9 +93,16 @@ fn what_has_no_distances_is_refused() {
         ("sdf point.obj -o a.vol", 1, "no triangle with an area"),
         ("sdf scene.xml -o a.vol", 1, "scene.xml"),
         ("sdf cube.obj", 2, "--output"),
+        ("sdf cube.obj -o a.obj", 1, "written as .vol"),
+        ("sdf cube.vol -o a.vol", 1, "both grids"),
+        ("sdf cube.vol -o a.stl", 1, ".obj or .ply"),
+        ("sdf cube.vol -o a.obj --margin 0.1", 1, "--margin is for grids"),
+        ("sdf cube.vol -o a.obj --resolution 5000", 1, "5000 cells"),
+        ("sdf tight.vol -o a.obj", 1, "leaves the box"),
+        ("sdf damaged.vol -o a.obj", 1, "damaged.vol"),
     ];
     for (line, code, words) in cases {
         place.fail(line, code, &[words]);
-        assert!(!place.path("a.vol").exists(), "{line}");
+        assert!(!place.path("a.vol").exists() && !place.path("a.obj").exists(), "{line}");
     }
 }
