@@ -1,11 +1,13 @@
-//! Meshes and the tracing of rays.
+//! Meshes, the tracing of rays, and distances.
 
 mod accelerator;
 mod edges;
 mod meeting;
 mod mesh;
+mod proximity;
 
 pub use accelerator::{Accelerator, Hit, Ray};
 pub use edges::{Edges, HalfEdge};
 pub(crate) use meeting::{End, Meeting, meeting};
 pub use mesh::{Attribute, Mesh, MeshError, Normals};
+pub use proximity::Proximity;

@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use super::point::PointDistance;
-use super::{Parametric, ShapeError, check};
+use super::{Parametric, ShapeError};
 use crate::sdf::distance::{Jet, Sdf, SecondOrder};
 use crate::sdf::space::Space;
 
@@ -25,9 +25,9 @@ impl<V: Space> Ball<V> {
     pub fn new(centre: V, radius: f64) -> Result<Self, ShapeError> {
         let shape = if V::DIMENSION == 2 { "circle" } else { "ball" };
         for (axis, name) in ["centre.x", "centre.y", "centre.z"][..V::DIMENSION].iter().enumerate() {
-            check(shape, name, centre.component(axis), "finite", true)?;
+            ShapeError::check(shape, name, centre.component(axis), "finite", true)?;
         }
-        check(shape, "radius", radius, "positive and finite", radius > 0.0)?;
+        ShapeError::check(shape, "radius", radius, "positive and finite", radius > 0.0)?;
         Ok(Self { centre, radius })
     }
 

@@ -2,7 +2,7 @@
 
 use glam::{DMat2, DVec2};
 
-use super::{ShapeError, check};
+use super::ShapeError;
 use crate::sdf::distance::{Jet, Sdf, SecondOrder};
 
 /// How a grid becomes a function.
@@ -96,11 +96,11 @@ impl Grid {
         if width < 2 || height < 2 || width.checked_mul(height) != Some(found) {
             return Err(ShapeError::Nodes { width, height, found });
         }
-        check("grid", "spacing", spacing, "positive and finite", spacing > 0.0)?;
-        check("grid", "low.x", low.x, "finite", true)?;
-        check("grid", "low.y", low.y, "finite", true)?;
+        ShapeError::check("grid", "spacing", spacing, "positive and finite", spacing > 0.0)?;
+        ShapeError::check("grid", "low.x", low.x, "finite", true)?;
+        ShapeError::check("grid", "low.y", low.y, "finite", true)?;
         for &node in &nodes {
-            check("grid", "node value", node, "finite", true)?;
+            ShapeError::check("grid", "node value", node, "finite", true)?;
         }
         Ok(Self { interpolation, low, spacing, width, height, nodes })
     }

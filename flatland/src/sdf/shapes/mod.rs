@@ -69,19 +69,22 @@ pub enum ShapeError {
     },
 }
 
-/// Refuses what is not finite, or not what `holds` says.
-fn check(
-    shape: &'static str,
-    parameter: &'static str,
-    value: f64,
-    wanted: &'static str,
-    holds: bool,
-) -> Result<(), ShapeError> {
-    let good = value.is_finite() && holds;
-    if good { Ok(()) } else { Err(ShapeError::Parameter { shape, parameter, value, wanted }) }
-}
-
 impl ShapeError {
+    /// Refuses a parameter that is not finite, or not what `holds` says.
+    ///
+    /// # Errors
+    /// [`ShapeError::Parameter`].
+    pub fn check(
+        shape: &'static str,
+        parameter: &'static str,
+        value: f64,
+        wanted: &'static str,
+        holds: bool,
+    ) -> Result<(), Self> {
+        let good = value.is_finite() && holds;
+        if good { Ok(()) } else { Err(Self::Parameter { shape, parameter, value, wanted }) }
+    }
+
     /// Refuses a list of parameters of the wrong length.
     fn count(expected: usize, parameters: &[f64]) -> Result<(), Self> {
         let found = parameters.len();

@@ -2,8 +2,8 @@
 
 use glam::{DMat2, DVec2};
 
+use super::ShapeError;
 use super::point::PointDistance;
-use super::{ShapeError, check};
 use crate::sdf::distance::{Jet, Sdf, SecondOrder};
 
 /// The signed distance to a simple polygon, of either orientation. Parameters: x and y of every
@@ -63,8 +63,8 @@ impl Polygon {
             return Err(ShapeError::Vertices { count });
         }
         for v in &vertices {
-            check("polygon", "vertex.x", v.x, "within ±1e150", v.x.abs() <= LARGEST)?;
-            check("polygon", "vertex.y", v.y, "within ±1e150", v.y.abs() <= LARGEST)?;
+            ShapeError::check("polygon", "vertex.x", v.x, "within ±1e150", v.x.abs() <= LARGEST)?;
+            ShapeError::check("polygon", "vertex.y", v.y, "within ±1e150", v.y.abs() <= LARGEST)?;
         }
         check_simple(&vertices)?;
         let orientation = orientation(&vertices)?;

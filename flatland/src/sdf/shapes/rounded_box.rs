@@ -2,8 +2,8 @@
 
 use glam::DVec2;
 
+use super::ShapeError;
 use super::polygon::Polygon;
-use super::{ShapeError, check};
 use crate::sdf::distance::{Jet, Sdf, SecondOrder};
 
 /// A rectangle of half extents h, turned by an angle and grown by a rounding r on every side:
@@ -28,12 +28,12 @@ impl RoundedBox {
     /// # Errors
     /// If a parameter is not finite, a half extent not positive or the rounding negative.
     pub fn new(centre: DVec2, half: DVec2, angle: f64, rounding: f64) -> Result<Self, ShapeError> {
-        check("box", "centre.x", centre.x, "finite", true)?;
-        check("box", "centre.y", centre.y, "finite", true)?;
-        check("box", "half.x", half.x, "positive and finite", half.x > 0.0)?;
-        check("box", "half.y", half.y, "positive and finite", half.y > 0.0)?;
-        check("box", "angle", angle, "finite", true)?;
-        check("box", "rounding", rounding, "finite and not negative", rounding >= 0.0)?;
+        ShapeError::check("box", "centre.x", centre.x, "finite", true)?;
+        ShapeError::check("box", "centre.y", centre.y, "finite", true)?;
+        ShapeError::check("box", "half.x", half.x, "positive and finite", half.x > 0.0)?;
+        ShapeError::check("box", "half.y", half.y, "positive and finite", half.y > 0.0)?;
+        ShapeError::check("box", "angle", angle, "finite", true)?;
+        ShapeError::check("box", "rounding", rounding, "finite and not negative", rounding >= 0.0)?;
         let turn = DVec2::from_angle(angle);
         let corners = CORNERS.map(|corner| centre + turn.rotate(corner * half));
         let core = Polygon::new(corners.to_vec())?;

@@ -1,6 +1,6 @@
 //! Two shapes as one, blended where they are close.
 
-use super::{Parametric, ShapeError, check};
+use super::{Parametric, ShapeError};
 use crate::sdf::distance::{Jet, Sdf, SecondOrder};
 use crate::sdf::space::Space;
 
@@ -78,7 +78,7 @@ impl<S> SmoothUnion<S> {
     /// # Errors
     /// If k is negative or not finite.
     pub fn new(a: S, b: S, width: f64) -> Result<Self, ShapeError> {
-        check("smooth union", "width", width, "finite and not negative", width >= 0.0)?;
+        ShapeError::check("smooth union", "width", width, "finite and not negative", width >= 0.0)?;
         Ok(Self { a, b, width })
     }
 

@@ -3,7 +3,7 @@
 use flatland::sdf::{Jet, Sdf, SecondOrder, Space as _};
 use glam::{BVec3, DMat3, DVec3};
 
-use super::{Parametric, ShapeError, check};
+use super::{Parametric, ShapeError};
 
 /// The points within r of a box whose edges are along the axes: with s the signs and q = |x − c| − h,
 ///
@@ -43,12 +43,12 @@ impl RoundedBox {
     /// If a parameter is not finite, or an extent or r is negative.
     pub fn new(centre: DVec3, half: DVec3, rounding: f64) -> Result<Self, ShapeError> {
         for (axis, name) in ["centre.x", "centre.y", "centre.z"].into_iter().enumerate() {
-            check("rounded box", name, centre[axis], "finite", true)?;
+            ShapeError::check("rounded box", name, centre[axis], "finite", true)?;
         }
         for (axis, name) in ["half.x", "half.y", "half.z"].into_iter().enumerate() {
-            check("rounded box", name, half[axis], "finite and not negative", half[axis] >= 0.0)?;
+            ShapeError::check("rounded box", name, half[axis], "finite and not negative", half[axis] >= 0.0)?;
         }
-        check("rounded box", "rounding", rounding, "finite and not negative", rounding >= 0.0)?;
+        ShapeError::check("rounded box", "rounding", rounding, "finite and not negative", rounding >= 0.0)?;
         Ok(Self { centre, half, rounding })
     }
 

@@ -3,7 +3,7 @@
 use flatland::sdf::{Jet, Sdf, SecondOrder, Space as _};
 use glam::{DMat3, DVec3};
 
-use super::{Parametric, ShapeError, check};
+use super::{Parametric, ShapeError};
 
 /// The points within r of a circle of radius R around the y axis through c: with p = x − c without its y, ρ = |p|,
 ///
@@ -59,10 +59,16 @@ impl Torus {
     /// If a parameter is not finite, r not positive, or R not larger than r.
     pub fn new(centre: DVec3, major: f64, minor: f64) -> Result<Self, ShapeError> {
         for (axis, name) in ["centre.x", "centre.y", "centre.z"].into_iter().enumerate() {
-            check("torus", name, centre[axis], "finite", true)?;
+            ShapeError::check("torus", name, centre[axis], "finite", true)?;
         }
-        check("torus", "minor radius", minor, "positive and finite", minor > 0.0)?;
-        check("torus", "major radius", major, "larger than the minor radius and finite", major > minor)?;
+        ShapeError::check("torus", "minor radius", minor, "positive and finite", minor > 0.0)?;
+        ShapeError::check(
+            "torus",
+            "major radius",
+            major,
+            "larger than the minor radius and finite",
+            major > minor,
+        )?;
         Ok(Self { centre, major, minor })
     }
 

@@ -2,14 +2,12 @@
 
 #[cfg(test)]
 mod tests;
-mod tree;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use self::tree::Tree;
 use super::{Grid, GridError, Interpolation};
-use crate::geometry::Mesh;
+use crate::geometry::{Mesh, Proximity};
 
 /// A mesh as a grid of signed distances, and how sure its signs are.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,18 +83,12 @@ pub fn from_mesh(
     if !(margin.is_finite() && margin >= 0.0) {
         return Err(MeshDistanceError::Margin { margin });
     }
-    let corners = mesh.triangles().iter().map(|t| t.map(|i| mesh.positions()[i as usize]));
-    let triangles: Vec<_> = corners.filter(|[a, b, c]| (b - a).cross(c - a) != DVec3::ZERO).collect();
-    if triangles.is_empty() {
-        return Err(MeshDistanceError::Empty);
-    }
-    let low = triangles.iter().flatten().fold(DVec3::INFINITY, |low, p| low.min(*p));
-    let high = triangles.iter().flatten().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
+    let proximity = Proximity::new(mesh).ok_or(MeshDistanceError::Empty)?;
+    let (low, high) = proximity.bounds();
     let spacing = (high - low).max_element() * (1.0 + 2.0 * margin) / cells as f64;
     let margin = (high - low).max_element() * margin;
     let (low, high) = (low - margin, high + margin);
     let size = (high - low).to_array().map(|side| ((side / spacing - 1e-9).ceil() as usize).max(1) + 1);
-    let tree = Tree::new(triangles);
     let [nx, ny, nz] = size;
     let mut nodes = Vec::new();
     if nodes.try_reserve_exact(nx * ny * nz).is_err() {
@@ -106,7 +98,7 @@ pub fn from_mesh(
     let rows = nodes.par_chunks_exact_mut(nx).enumerate();
     let doubtful = rows.map(|(row, values)| {
         let begin = DVec3::new(0.0, (row % ny) as f64, (row / ny) as f64);
-        fill_row(&tree, low + spacing * begin, spacing, values)
+        fill_row(&proximity, low + spacing * begin, spacing, values)
     });
     let doubtful = doubtful.sum();
     let grid = Grid::new(interpolation, low, DVec3::splat(spacing), size, nodes)?;
@@ -114,14 +106,14 @@ pub fn from_mesh(
 }
 
 /// Finds the nodes of one row along x; returns how many of them are doubtful.
-fn fill_row(tree: &Tree, begin: DVec3, spacing: f64, values: &mut [f64]) -> usize {
+fn fill_row(proximity: &Proximity, begin: DVec3, spacing: f64, values: &mut [f64]) -> usize {
     let (mut doubtful, mut before) = (0, f64::INFINITY);
     for (i, value) in values.iter_mut().enumerate() {
         let x = begin + DVec3::X * (i as f64 * spacing);
         // The nearest point of the node before is at most one spacing farther away; the factor is for rounding.
         let bound = (before + spacing) * (1.0 + 1e-9);
-        before = tree.distance_squared(x, bound * bound).sqrt();
-        let winding = tree.winding_number(x).abs();
+        before = proximity.distance_squared_below(x, bound * bound).sqrt();
+        let winding = proximity.winding_number(x).abs();
         doubtful += usize::from((winding - winding.round()).abs() > 0.25);
         *value = if winding > 0.5 { -before } else { before };
     }

@@ -4,12 +4,17 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-/// Triangles in a tree: two children a node, up to `LEAF` triangles a leaf.
-pub(super) struct Tree {
+use super::Mesh;
+
+/// How far points are from the triangles of a mesh, and how often it winds around them. Triangles without area do not count.
+#[derive(Clone, Debug)]
+pub struct Proximity {
+    /// Two children a node, up to [`LEAF`] triangles a leaf.
     nodes: Vec<Node>,
     triangles: Vec<[DVec3; 3]>,
 }
 
+#[derive(Clone, Debug)]
 struct Node {
     low: DVec3,
     high: DVec3,
@@ -31,17 +36,35 @@ const LEAF: usize = 4;
 /// A node farther away than this many of its radii counts as one dipole: the factor of Barill et al. (2018).
 const FAR: f64 = 2.0;
 
-impl Tree {
-    /// There must be at least one triangle.
-    pub(super) fn new(mut triangles: Vec<[DVec3; 3]>) -> Self {
-        let mut nodes = vec![];
+impl Proximity {
+    /// Of a mesh; nothing if it has no triangle with an area.
+    #[must_use]
+    pub fn new(mesh: &Mesh) -> Option<Self> {
+        let corners = mesh.triangles().iter().map(|t| t.map(|i| mesh.positions()[i as usize]));
+        let mut triangles: Vec<_> = corners.filter(|[a, b, c]| (b - a).cross(c - a) != DVec3::ZERO).collect();
         let count = triangles.len();
+        if count == 0 {
+            return None;
+        }
+        let mut nodes = vec![];
         split(&mut nodes, &mut triangles, 0, count);
-        Self { nodes, triangles }
+        Some(Self { nodes, triangles })
+    }
+
+    /// Lower and upper corner of the box around all triangles.
+    #[must_use]
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        (self.nodes[0].low, self.nodes[0].high)
+    }
+
+    /// The distance of a point to the nearest triangle.
+    #[must_use]
+    pub fn distance(&self, x: DVec3) -> f64 {
+        self.distance_squared_below(x, f64::INFINITY).sqrt()
     }
 
     /// The square of the distance to the nearest triangle, if that is below `bound`, else `bound`.
-    pub(super) fn distance_squared(&self, x: DVec3, bound: f64) -> f64 {
+    pub(crate) fn distance_squared_below(&self, x: DVec3, bound: f64) -> f64 {
         let mut nearest = bound;
         self.descend(x, 0, &mut nearest);
         nearest
@@ -69,7 +92,8 @@ impl Tree {
 
     /// Σ of the solid angles of the triangles at x, over 4π (Jacobson et al. 2013): 1 inside of a closed mesh that faces outwards, 0 outside,
     /// and in between where the mesh has holes. Distant parts count as dipoles (Barill et al. 2018).
-    pub(super) fn winding_number(&self, x: DVec3) -> f64 {
+    #[must_use]
+    pub fn winding_number(&self, x: DVec3) -> f64 {
         self.solid_angle(x, 0) / (4.0 * PI)
     }
 
@@ -160,4 +184,47 @@ fn solid_angle(x: DVec3, corners: &[DVec3; 3]) -> f64 {
     let [la, lb, lc] = [a, b, c].map(DVec3::length);
     let volume = a.dot(b.cross(c));
     2.0 * volume.atan2(la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb)
+}
+
+#[cfg(test)]
+mod tests {
+    use flatland::random::{open01, stream};
+
+    use super::*;
+
+    #[test]
+    fn the_closest_point_is_closer_than_all_others() {
+        let mut rng = stream(3, &[]);
+        let mut random = || DVec3::from_array(std::array::from_fn(|_| 2.0 * open01(&mut rng) - 1.0));
+        for _ in 0..200 {
+            let (p, corners @ [a, b, c]) = (random(), [random(), random(), random()]);
+            let least = p.distance(closest_point(p, &corners));
+            let others = (0..=40).flat_map(|i| (0..=40 - i).map(move |j| [f64::from(i), f64::from(j)]));
+            let point = |[u, v]: [f64; 2]| a + (b - a) * (u / 40.0) + (c - a) * (v / 40.0);
+            let nearest = others.map(|uv| p.distance(point(uv))).fold(f64::INFINITY, f64::min);
+            assert!(least <= nearest + 1e-12 && nearest < least + 0.1, "{least} {nearest}");
+        }
+    }
+
+    #[test]
+    fn the_tree_finds_what_a_search_of_all_finds() {
+        let mut rng = stream(4, &[]);
+        let mut random = || DVec3::from_array(std::array::from_fn(|_| 2.0 * open01(&mut rng) - 1.0));
+        let positions: Vec<DVec3> = (0..300).map(|_| random()).collect();
+        let triangles: Vec<[u32; 3]> = (0..300).collect::<Vec<u32>>().as_chunks::<3>().0.to_vec();
+        let mesh = Mesh::new(positions.clone(), triangles.clone()).unwrap();
+        let proximity = Proximity::new(&mesh).unwrap();
+        for _ in 0..200 {
+            let p = 2.0 * random();
+            let all =
+                triangles.iter().map(|t| p.distance(closest_point(p, &t.map(|i| positions[i as usize]))));
+            assert_eq!(proximity.distance(p), all.fold(f64::INFINITY, f64::min));
+        }
+        let point = Mesh::new(vec![DVec3::ZERO; 3], vec![[0, 1, 2]]).unwrap();
+        assert!(Proximity::new(&point).is_none());
+        let around = Proximity::new(&Mesh::cube()).unwrap();
+        assert!((around.winding_number(DVec3::splat(0.3)) - 1.0).abs() < 1e-12);
+        assert!(around.winding_number(DVec3::new(1.5, 0.2, 0.1)).abs() < 1e-12);
+        assert_eq!(around.bounds(), (DVec3::NEG_ONE, DVec3::ONE));
+    }
 }
