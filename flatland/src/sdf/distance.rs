@@ -81,9 +81,15 @@ pub trait Sdf<V: Space>: Sync {
     /// φ(x), ∇φ(x) and ∇²φ(x) in one visit.
     fn second_order(&self, x: V) -> SecondOrder<V>;
 
-    /// A bound on |∇φ| wherever rays go.
+    /// A bound on |∇φ| wherever rays go, which is where φ > 0.
     fn slope_bound(&self) -> f64 {
         1.0
+    }
+
+    /// A bound on |∇φ| inside as well, where rays go around the [complement](super::shapes::Complement) of the shape. It is the
+    /// same for shapes whose bound does not depend on the side.
+    fn slope_bound_everywhere(&self) -> f64 {
+        self.slope_bound()
     }
 
     /// p, the number of parameters.

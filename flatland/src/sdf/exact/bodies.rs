@@ -67,7 +67,7 @@ fn collect<'a>(shape: &'a Shape, first: usize, found: &mut Vec<Body<'a>>) -> Res
         Shape::Box(_) => return Err(ExactError::NoClosedForm { shape: "rounded box" }),
         Shape::Grid(_) => return Err(ExactError::NoClosedForm { shape: "grid" }),
         Shape::Union(union) => {
-            let [a, b] = union.children();
+            let (a, b) = union.children();
             let inner = collect(a, first, found)? + collect(b, first + a.parameter_count(), found)?;
             return Ok(inner + union.width());
         }

@@ -1,6 +1,7 @@
-//! Implicit shapes in the plane; balls and their unions in space, too.
+//! Implicit shapes in the plane; balls, and unions, intersections and differences, in space, too.
 
 mod ball;
+mod complement;
 mod grid;
 mod point;
 mod polygon;
@@ -8,6 +9,9 @@ mod rounded_box;
 mod union;
 
 pub use ball::{Ball, Circle};
+pub use complement::{
+    Complement, SmoothDifference, SmoothIntersection, smooth_difference, smooth_intersection,
+};
 pub use grid::{Basis, Grid, Interpolation};
 pub use polygon::Polygon;
 pub(in crate::sdf) use polygon::segments_meet;

@@ -15,11 +15,13 @@ use crate::sdf::space::Space;
 /// needs. φ is not a true distance: it is too small where it blends. Where a and b are further
 /// apart than k, the surface is exactly that of both. k = 0 is the plain minimum, with its kink.
 ///
+/// Where a or b has a [slope bound](Sdf::slope_bound) above 1, the union has the larger one of both.
+///
 /// Parameters: those of a, those of b, k.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SmoothUnion<S> {
-    a: S,
-    b: S,
+pub struct SmoothUnion<A, B = A> {
+    a: A,
+    b: B,
     width: f64,
 }
 
@@ -72,20 +74,20 @@ impl<V: Space> Blend<V> {
     }
 }
 
-impl<S> SmoothUnion<S> {
+impl<A, B> SmoothUnion<A, B> {
     /// Blends two shapes over a width k ≥ 0.
     ///
     /// # Errors
     /// If k is negative or not finite.
-    pub fn new(a: S, b: S, width: f64) -> Result<Self, ShapeError> {
+    pub fn new(a: A, b: B, width: f64) -> Result<Self, ShapeError> {
         ShapeError::check("smooth union", "width", width, "finite and not negative", width >= 0.0)?;
         Ok(Self { a, b, width })
     }
 
     /// Both shapes.
     #[must_use]
-    pub fn children(&self) -> [&S; 2] {
-        [&self.a, &self.b]
+    pub fn children(&self) -> (&A, &B) {
+        (&self.a, &self.b)
     }
 
     /// k.
@@ -96,13 +98,14 @@ impl<S> SmoothUnion<S> {
 
     fn blend<V: Space>(&self, x: V) -> Blend<V>
     where
-        S: Sdf<V>,
+        A: Sdf<V>,
+        B: Sdf<V>,
     {
         Blend::new(self.a.jet(x), self.b.jet(x), self.width)
     }
 }
 
-impl<V: Space, S: Parametric<V>> Parametric<V> for SmoothUnion<S> {
+impl<V: Space, A: Parametric<V>, B: Parametric<V>> Parametric<V> for SmoothUnion<A, B> {
     fn parameters(&self) -> Vec<f64> {
         [self.a.parameters(), self.b.parameters(), vec![self.width]].concat()
     }
@@ -115,7 +118,7 @@ impl<V: Space, S: Parametric<V>> Parametric<V> for SmoothUnion<S> {
     }
 }
 
-impl<V: Space, S: Sdf<V>> Sdf<V> for SmoothUnion<S> {
+impl<V: Space, A: Sdf<V>, B: Sdf<V>> Sdf<V> for SmoothUnion<A, B> {
     fn jet(&self, x: V) -> Jet<V> {
         self.blend(x).jet(self.width)
     }
@@ -128,6 +131,15 @@ impl<V: Space, S: Sdf<V>> Sdf<V> for SmoothUnion<S> {
         let bend = d.outer(d) * blend.bend;
         let hessian = a.hessian * blend.share + b.hessian * (1.0 - blend.share) - bend;
         SecondOrder { jet: blend.jet(self.width), hessian }
+    }
+
+    /// Where φ > 0, φ_a and φ_b are positive, too.
+    fn slope_bound(&self) -> f64 {
+        self.a.slope_bound().max(self.b.slope_bound())
+    }
+
+    fn slope_bound_everywhere(&self) -> f64 {
+        self.a.slope_bound_everywhere().max(self.b.slope_bound_everywhere())
     }
 
     fn parameter_count(&self) -> usize {

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 pub use error::GridError;
 use kernel::Stencil;
+use slope::{SlopeBounds, slope_bounds};
 
 /// How a grid becomes a function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,7 +44,8 @@ pub enum Interpolation {
 /// go to the two ends of edge i: again a convex combination, of the same vectors at the corners of 27 cells.
 ///
 /// The largest is taken over the nodes that count where φ > 0, which is where rays go: such a point has a positive node among
-/// its 8 or 64. Inside, where distances have a ridge, it would be up to √3 for nothing. Ridges outside count: around
+/// its 8 or 64. Inside, where distances have a ridge, it would be up to √3 for nothing: [`slope_bound_everywhere`](Sdf::slope_bound_everywhere),
+/// for complements. Ridges outside count: around
 /// a ball in 32 cells the bound is 1.06, around a bunny in 64 it is 1.54, where no slope of the spline was found to exceed 1.01.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
@@ -52,7 +54,7 @@ pub struct Grid {
     spacing: DVec3,
     size: [usize; 3],
     nodes: Vec<f64>,
-    slope_bound: f64,
+    slopes: SlopeBounds,
 }
 
 impl Grid {
@@ -87,8 +89,8 @@ impl Grid {
         if nodes.iter().all(|&value| value <= 0.0) {
             return Err(GridError::OneSign { sign: "0 or negative" });
         }
-        let slope_bound = slope::slope_bound(&nodes, size, spacing, interpolation.reach());
-        Ok(Self { interpolation, low, spacing, size, nodes, slope_bound })
+        let slopes = slope_bounds(&nodes, size, spacing, interpolation.reach());
+        Ok(Self { interpolation, low, spacing, size, nodes, slopes })
     }
 
     /// The values of a function at the nodes between two corners: `cells` cubes along the longest side, and no less than the box along the
@@ -118,7 +120,7 @@ impl Grid {
     #[must_use]
     pub fn with_interpolation(mut self, interpolation: Interpolation) -> Self {
         self.interpolation = interpolation;
-        self.slope_bound = slope::slope_bound(&self.nodes, self.size, self.spacing, interpolation.reach());
+        self.slopes = slope_bounds(&self.nodes, self.size, self.spacing, interpolation.reach());
         self
     }
 
@@ -207,7 +209,11 @@ impl Sdf<DVec3> for Grid {
     }
 
     fn slope_bound(&self) -> f64 {
-        self.slope_bound
+        self.slopes.outside
+    }
+
+    fn slope_bound_everywhere(&self) -> f64 {
+        self.slopes.everywhere
     }
 
     fn parameter_count(&self) -> usize {

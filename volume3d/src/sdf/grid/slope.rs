@@ -1,15 +1,24 @@
-//! A bound on |∇φ| of a grid, from differences of its nodes.
+//! Bounds on |∇φ| of a grid, from differences of its nodes.
 
 use glam::DVec3;
 
-/// The bound that [`Grid`](super::Grid) states: the largest √(Σ_axis max(d₊², d₋²)) over all nodes, where d₊ and d₋ are the
-/// differences to the two neighbours along the axis, by the spacing, and 0 at the border; of nodes with a positive node no
-/// more than `reach` nodes away along every axis.
-pub(super) fn slope_bound(nodes: &[f64], size: [usize; 3], spacing: DVec3, reach: usize) -> f64 {
+/// Bounds on |∇φ|.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct SlopeBounds {
+    /// Where φ > 0.
+    pub(super) outside: f64,
+    /// Inside as well.
+    pub(super) everywhere: f64,
+}
+
+/// The bounds that [`Grid`](super::Grid) states: the largest √(Σ_axis max(d₊², d₋²)) over all nodes, where d₊ and d₋ are the
+/// differences to the two neighbours along the axis, by the spacing, and 0 at the border; for `outside` of nodes with a positive
+/// node no more than `reach` nodes away along every axis.
+pub(super) fn slope_bounds(nodes: &[f64], size: [usize; 3], spacing: DVec3, reach: usize) -> SlopeBounds {
     let outside = near_positive(nodes, size, reach);
     let steps = [1, size[0], size[0] * size[1]];
-    let mut most = 0.0_f64;
-    for (index, (&value, _)) in nodes.iter().zip(&outside).enumerate().filter(|(_, (_, near))| **near) {
+    let (mut most_outside, mut most) = (0.0_f64, 0.0_f64);
+    for (index, (&value, &near)) in nodes.iter().zip(&outside).enumerate() {
         let mut square = 0.0;
         for axis in 0..3 {
             let at = index / steps[axis] % size[axis];
@@ -19,8 +28,11 @@ pub(super) fn slope_bound(nodes: &[f64], size: [usize; 3], spacing: DVec3, reach
             square += slope * slope;
         }
         most = most.max(square);
+        if near {
+            most_outside = most_outside.max(square);
+        }
     }
-    most.sqrt()
+    SlopeBounds { outside: most_outside.sqrt(), everywhere: most.sqrt() }
 }
 
 /// Of every node whether a positive one is no more than `reach` nodes away along every axis.
