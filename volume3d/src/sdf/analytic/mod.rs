@@ -1,9 +1,14 @@
 //! Shapes whose distance is a formula.
 
+mod knot;
 mod rounded_box;
 mod torus;
 
-pub use flatland::sdf::shapes::{Ball, Parametric, ShapeError, SmoothUnion};
+pub use flatland::sdf::shapes::{
+    Ball, Complement, Parametric, ShapeError, SmoothDifference, SmoothIntersection, SmoothUnion,
+    smooth_difference, smooth_intersection,
+};
+pub use knot::Knot;
 pub use rounded_box::RoundedBox;
 pub use torus::Torus;
 

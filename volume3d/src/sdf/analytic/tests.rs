@@ -8,6 +8,16 @@ fn vector(rng: &mut Stream) -> DVec3 {
     DVec3::from_array([(); 3].map(|()| 4.0 * open01(rng) - 2.0))
 }
 
+/// A shape that is a distance: everywhere |∇φ| = 1.
+fn check_distance<S: Parametric<DVec3> + std::fmt::Debug + PartialEq>(name: &str, shape: &S) {
+    let mut rng = stream(2, &[]);
+    for _ in 0..400 {
+        let slope = shape.jet(vector(&mut rng)).gradient.length();
+        assert!((slope - 1.0).abs() < 1e-12, "{name} is a distance: {slope}");
+    }
+    check_derivatives(name, shape);
+}
+
 /// Every derivative against central differences, and every transpose.
 fn check_derivatives<S: Parametric<DVec3> + std::fmt::Debug + PartialEq>(name: &str, shape: &S) {
     let theta = shape.parameters();
@@ -21,7 +31,7 @@ fn check_derivatives<S: Parametric<DVec3> + std::fmt::Debug + PartialEq>(name: &
         let covector = Jet { value: open01(&mut rng) - 0.5, gradient: vector(&mut rng) };
         let (SecondOrder { jet, hessian }, rate) = (shape.second_order(x), shape.rate(x, &direction));
         assert_eq!(jet, shape.jet(x));
-        assert!((jet.gradient.length() - 1.0).abs() < 1e-12, "{name} is a distance");
+        assert!(jet.gradient.length() < 1.0 + 1e-12, "{name}: rays are safe");
         let mut gradient = vec![0.0; theta.len()];
         shape.add_parameter_gradient(x, covector, &mut gradient);
         let reverse: f64 = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum();
@@ -56,9 +66,14 @@ fn check_derivatives<S: Parametric<DVec3> + std::fmt::Debug + PartialEq>(name: &
 fn derivatives_are_those_of_the_value() {
     let centre = DVec3::new(0.1, -0.2, 0.3);
     let rounded = RoundedBox::new(centre, DVec3::new(0.6, 0.4, 0.5), 0.2).expect("a box");
-    check_derivatives("rounded box", &rounded);
-    check_derivatives("torus", &Torus::new(centre, 1.0, 0.3).expect("a torus"));
-    check_derivatives("ball", &Ball::new(centre, 0.7).expect("a ball"));
+    let (torus, ball) =
+        (Torus::new(centre, 1.0, 0.3).expect("a torus"), Ball::new(centre, 0.7).expect("a ball"));
+    check_distance("rounded box", &rounded);
+    check_distance("torus", &torus);
+    check_distance("ball", &ball);
+    check_derivatives("intersection", &smooth_intersection(rounded, ball, 0.3).expect("an intersection"));
+    check_derivatives("difference", &smooth_difference(ball, torus, 0.4).expect("a difference"));
+    check_derivatives("union", &SmoothUnion::new(rounded, torus, 0.5).expect("a union"));
 }
 
 #[test]
@@ -91,4 +106,71 @@ fn bad_shapes_are_refused() {
     assert!(Torus::new(DVec3::ZERO, 1.0, 1.0).is_err());
     assert!(Torus::new(DVec3::ZERO, 1.0, 0.0).is_err());
     assert!(Torus::new(DVec3::ZERO, f64::NAN, 0.1).is_err());
+}
+
+fn trefoil() -> Knot {
+    Knot::new(DVec3::new(0.1, -0.2, 0.05), (2, 3), (1.0, 0.4), 0.15).expect("a knot")
+}
+
+#[test]
+fn knots_have_the_derivatives_of_their_distances() {
+    check_distance("trefoil", &trefoil());
+    check_distance("wobbling ring", &Knot::new(DVec3::ZERO, (1, 2), (1.1, 0.3), 0.2).expect("a knot"));
+    check_distance("cinquefoil", &Knot::new(DVec3::ZERO, (5, 2), (1.0, 0.5), 0.05).expect("a knot"));
+}
+
+/// Against the nearest of many points of the curve, whose distance is too large by less than (step |γ′|)²/(8 distance).
+#[test]
+fn the_nearest_point_of_a_knot_is_the_nearest_of_all() {
+    for (p, q, minor) in [(2, 3, 0.4), (3, 2, 0.6), (1, 1, 0.001), (7, 4, 0.3)] {
+        let knot = Knot::new(DVec3::ZERO, (p, q), (1.0, minor), 1e-3).expect("a knot");
+        let count = 20_000;
+        let points: Vec<DVec3> = (0..count)
+            .map(|i| {
+                let t = std::f64::consts::TAU * f64::from(i) / f64::from(count);
+                let ((sin_p, cos_p), (sin_q, cos_q)) =
+                    ((f64::from(p) * t).sin_cos(), (f64::from(q) * t).sin_cos());
+                let out = 1.0 + minor * cos_q;
+                DVec3::new(out * cos_p, minor * sin_q, out * sin_p)
+            })
+            .collect();
+        let mut rng = stream(3, &[]);
+        let axis = (0..20).map(|i| DVec3::Y * (f64::from(i) - 10.0) / 5.0);
+        let special = axis.chain(points.iter().step_by(997).copied()).chain([DVec3::splat(1e9), DVec3::X]);
+        for x in special.chain((0..200).map(|_| vector(&mut rng))).collect::<Vec<_>>() {
+            let found = knot.jet(x).value + 1e-3;
+            let sampled = points.iter().map(|point| point.distance(x)).fold(f64::INFINITY, f64::min);
+            let rounding = 1e-14 * (1.0 + found);
+            assert!(
+                found <= sampled + rounding && sampled * sampled - found * found < 1e-4 * (1.0 + found),
+                "{p} {q} at {x}: {found} {sampled}"
+            );
+        }
+    }
+}
+
+/// Of a curve that hardly wobbles it is 1/κ, between strands half their distance.
+#[test]
+fn knots_are_thinner_than_their_reach() {
+    let knot = |windings, minor, tube| Knot::new(DVec3::ZERO, windings, (1.0, minor), tube);
+    assert!(knot((1, 1), 0.001, 0.99).is_ok() && knot((1, 1), 0.001, 1.01).is_err());
+    // Two strands opposite of each other on a thin torus, 2a apart.
+    assert!(knot((2, 1), 0.05, 0.049).is_ok() && knot((2, 1), 0.05, 0.0501).is_err());
+    assert!(matches!(
+        knot((2, 3), 0.4, 0.4),
+        Err(ShapeError::Parameter { shape: "knot", parameter: "tube radius", .. })
+    ));
+    for windings in [(0, 1), (1, 0), (2, 4), (31, 3), (u32::MAX, u32::MAX)] {
+        assert!(knot(windings, 0.3, 1e-3).is_err(), "{windings:?}");
+    }
+    for (minor, tube) in [(1.0, 0.1), (0.0, 0.1), (1e-4, 0.1), (0.3, 0.0), (f64::NAN, 0.1), (0.3, f64::NAN)] {
+        assert!(knot((2, 3), minor, tube).is_err(), "{minor} {tube}");
+    }
+    for size in [1e-300, 1e300, f64::INFINITY] {
+        let huge = Knot::new(DVec3::ZERO, (2, 3), (size, 0.4 * size), 0.1 * size);
+        assert!(huge.is_err() || huge.is_ok_and(|knot| !knot.jet(DVec3::ONE).value.is_nan()));
+    }
+    let far = trefoil().jet(DVec3::splat(1e300));
+    assert!(!far.value.is_nan());
+    assert!(matches!(trefoil().with_parameters(&[0.0; 5]), Err(ShapeError::Count { expected: 6, found: 5 })));
 }
