@@ -92,6 +92,27 @@ pub trait Sdf<V: Space>: Sync {
         self.slope_bound()
     }
 
+    /// The corners of a box, along the axes, outside of which φ > 0 everywhere: the surface and the inside lie within. `None` where none is
+    /// known, or the inside has no end.
+    fn bounds(&self) -> Option<(V, V)> {
+        self.level_bounds(0.0)
+    }
+
+    /// The corners of a box outside of which φ > `level` everywhere, for a level of at least 0. `None` where none is known. It is what
+    /// blended shapes need to know of their parts: of what is no distance, how far φ = level is from φ = 0 does not follow from the
+    /// latter.
+    fn level_bounds(&self, level: f64) -> Option<(V, V)> {
+        let _ = level;
+        None
+    }
+
+    /// [`level_bounds`](Self::level_bounds) of −φ, for [complements](super::shapes::Complement): outside of it φ < −`level`. `None` for
+    /// all that has an end.
+    fn complement_level_bounds(&self, level: f64) -> Option<(V, V)> {
+        let _ = level;
+        None
+    }
+
     /// p, the number of parameters.
     fn parameter_count(&self) -> usize;
 

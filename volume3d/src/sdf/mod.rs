@@ -2,9 +2,9 @@
 //!
 //! [`flatland::sdf`] does not know the dimension: its [`Sdf`](flatland::sdf::Sdf), [sphere tracing](flatland::sdf::View) and
 //! [fields](flatland::sdf::fields) serve space with [`DVec3`](glam::DVec3) for points and [`Sphere`](crate::Sphere) for
-//! directions, and so do its [balls and smooth unions](flatland::sdf::shapes). Here is what space adds:
+//! directions, and so do its [balls, smooth unions, intersections and differences](flatland::sdf::shapes). Here is what space adds:
 //!
-//! - [`analytic`]: rounded boxes and rings.
+//! - [`analytic`]: rounded boxes, rings and knots.
 //! - [`Grid`]: node values on a regular grid, whose interpolation is φ and which are its parameters.
 //! - [`from_mesh()`]: the grid of signed distances to a triangle mesh.
 //! - [`isosurface()`]: the triangle mesh of any of them.

@@ -69,6 +69,11 @@ impl<V: Space> Sdf<V> for Ball<V> {
         SecondOrder { jet: self.jet(x), ..self.point(x).second_order() }
     }
 
+    fn level_bounds(&self, level: f64) -> Option<(V, V)> {
+        let half = V::from_components(|_| self.radius + level);
+        Some((self.centre - half, self.centre + half))
+    }
+
     fn parameter_count(&self) -> usize {
         V::DIMENSION + 1
     }

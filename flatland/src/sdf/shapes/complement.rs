@@ -76,6 +76,14 @@ impl<V: Space, S: Sdf<V>> Sdf<V> for Complement<S> {
         self.0.slope_bound_everywhere()
     }
 
+    fn level_bounds(&self, level: f64) -> Option<(V, V)> {
+        self.0.complement_level_bounds(level)
+    }
+
+    fn complement_level_bounds(&self, level: f64) -> Option<(V, V)> {
+        self.0.level_bounds(level)
+    }
+
     fn parameter_count(&self) -> usize {
         self.0.parameter_count()
     }
@@ -155,6 +163,42 @@ mod tests {
         let without = smooth_difference(ball, Steep, 0.1).expect("a difference");
         assert_eq!(Sdf::<DVec3>::slope_bound(&without), 3.0);
         assert_eq!(Sdf::<DVec3>::slope_bound(&Complement(ball)), 1.0);
+    }
+
+    /// Outside of the box φ is above the level; beside each of its faces, but for those of unions that do not blend, it reaches it.
+    #[test]
+    fn boxes_have_everything_within() {
+        let ([a, b], k) = (balls(), 0.4);
+        let union = SmoothUnion::new(a, b, k).expect("a union");
+        let both = smooth_intersection(a, b, k).expect("an intersection");
+        let without = smooth_difference(a, b, k).expect("a difference");
+        let (low, high) = (-DVec3::new(1.0, 0.7, 0.7), DVec3::new(1.1, 0.7, 0.7));
+        let close = |found: Option<(DVec3, DVec3)>, low: DVec3, high: DVec3| {
+            let (found_low, found_high) = found.expect("a box");
+            assert!((found_low - low).length() + (found_high - high).length() < 1e-14, "{found:?}");
+        };
+        close(Sdf::<DVec3>::bounds(&union), low, high);
+        close(union.level_bounds(0.1), low - 0.1, high + 0.1);
+        close(both.bounds(), DVec3::new(-0.2, -0.6, -0.6), DVec3::new(0.3, 0.6, 0.6));
+        close(without.bounds(), DVec3::new(-0.9, -0.6, -0.6), DVec3::new(0.3, 0.6, 0.6));
+        assert_eq!(Sdf::<DVec3>::bounds(&Complement(a)), None);
+        assert_eq!(Sdf::<DVec3>::bounds(&Complement(Complement(a))), a.bounds());
+        assert_eq!(Sdf::<DVec3>::bounds(&Steep), None);
+        let half = smooth_intersection(Steep, a, k).expect("an intersection");
+        assert_eq!(Sdf::<DVec3>::bounds(&half), a.bounds());
+        assert!(SmoothUnion::new(a, Steep, k).is_ok_and(|open| Sdf::<DVec3>::bounds(&open).is_none()));
+        let far = Ball::new(DVec3::splat(9.0), 1.0).expect("a ball");
+        assert_eq!(smooth_intersection(a, far, k).expect("nothing").bounds(), a.bounds());
+        let mut rng = crate::random::stream(1, &[]);
+        let shapes: [&dyn Sdf<DVec3>; 3] = [&union, &both, &without];
+        for _ in 0..5000 {
+            let x = DVec3::from_array([(); 3].map(|()| 4.0 * crate::random::open01(&mut rng) - 2.0));
+            for (shape, level) in shapes.into_iter().flat_map(|s| [(s, 0.0), (s, 0.3)]) {
+                let (low, high) = shape.level_bounds(level).expect("a box");
+                let outside = x.cmplt(low).any() || x.cmpgt(high).any();
+                assert!(!outside || shape.jet(x).value > level - 1e-14, "{x}");
+            }
+        }
     }
 
     #[test]

@@ -161,6 +161,10 @@ impl Sdf<DVec2> for Shape {
         each!(self, shape => shape.second_order(x))
     }
 
+    fn level_bounds(&self, level: f64) -> Option<(DVec2, DVec2)> {
+        each!(self, shape => shape.level_bounds(level))
+    }
+
     fn parameter_count(&self) -> usize {
         each!(self, shape => shape.parameter_count())
     }

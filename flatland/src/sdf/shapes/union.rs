@@ -74,6 +74,11 @@ impl<V: Space> Blend<V> {
     }
 }
 
+/// A function of two numbers, of each component.
+fn each<V: Space>(of: impl Fn(f64, f64) -> f64, a: V, b: V) -> V {
+    V::from_components(|axis| of(a.component(axis), b.component(axis)))
+}
+
 impl<A, B> SmoothUnion<A, B> {
     /// Blends two shapes over a width k ≥ 0.
     ///
@@ -140,6 +145,25 @@ impl<V: Space, A: Sdf<V>, B: Sdf<V>> Sdf<V> for SmoothUnion<A, B> {
 
     fn slope_bound_everywhere(&self) -> f64 {
         self.a.slope_bound_everywhere().max(self.b.slope_bound_everywhere())
+    }
+
+    /// The box around those of a and b at a level higher by k/4, as φ ≥ min(φ_a, φ_b) − k/4: of distances a union is no larger than its
+    /// parts by more than k/4.
+    fn level_bounds(&self, level: f64) -> Option<(V, V)> {
+        let raised = level + 0.25 * self.width;
+        let ((a_low, a_high), (b_low, b_high)) = (self.a.level_bounds(raised)?, self.b.level_bounds(raised)?);
+        Some((each(f64::min, a_low, b_low), each(f64::max, a_high, b_high)))
+    }
+
+    /// What the boxes of −a and −b have in common, as −φ ≥ −φ_a and −φ ≥ −φ_b; that of −a if it is nothing.
+    fn complement_level_bounds(&self, level: f64) -> Option<(V, V)> {
+        let (a, b) = (self.a.complement_level_bounds(level), self.b.complement_level_bounds(level));
+        let (Some((a_low, a_high)), Some((b_low, b_high))) = (a, b) else {
+            return a.or(b);
+        };
+        let (low, high) = (each(f64::max, a_low, b_low), each(f64::min, a_high, b_high));
+        let empty = (0..V::DIMENSION).any(|axis| low.component(axis) > high.component(axis));
+        if empty { a } else { Some((low, high)) }
     }
 
     fn parameter_count(&self) -> usize {

@@ -140,7 +140,7 @@ fn the_nearest_point_of_a_knot_is_the_nearest_of_all() {
         for x in special.chain((0..200).map(|_| vector(&mut rng))).collect::<Vec<_>>() {
             let found = knot.jet(x).value + 1e-3;
             let sampled = points.iter().map(|point| point.distance(x)).fold(f64::INFINITY, f64::min);
-            let rounding = 1e-14 * (1.0 + found);
+            let rounding = 1e-13 * (1.0 + found);
             assert!(
                 found <= sampled + rounding && sampled * sampled - found * found < 1e-4 * (1.0 + found),
                 "{p} {q} at {x}: {found} {sampled}"
@@ -173,4 +173,33 @@ fn knots_are_thinner_than_their_reach() {
     let far = trefoil().jet(DVec3::splat(1e300));
     assert!(!far.value.is_nan());
     assert!(matches!(trefoil().with_parameters(&[0.0; 5]), Err(ShapeError::Count { expected: 6, found: 5 })));
+}
+
+/// No point outside is within the level, and on every face one is near it; but for knots, which do not fill the torus they lie on.
+#[test]
+fn boxes_have_everything_within() {
+    let centre = DVec3::new(0.1, -0.2, 0.3);
+    let rounded = RoundedBox::new(centre, DVec3::new(0.6, 0.4, 0.5), 0.2).expect("a box");
+    let torus = Torus::new(centre, 1.0, 0.3).expect("a torus");
+    let shapes: [(&dyn Sdf<DVec3>, f64); 3] = [(&rounded, 0.1), (&torus, 0.1), (&trefoil(), 0.5)];
+    for ((shape, close), level) in shapes.into_iter().flat_map(|shape| [(shape, 0.0), (shape, 0.25)]) {
+        let (low, high) = shape.level_bounds(level).expect("a box");
+        if level == 0.0 {
+            assert_eq!(shape.bounds(), Some((low, high)));
+        }
+        let (mut rng, mut nearest) = (stream(6, &[]), [[f64::INFINITY; 2]; 3]);
+        for _ in 0..20_000 {
+            let x = low - 0.1 + (high - low + 0.2) * DVec3::from_array([(); 3].map(|()| open01(&mut rng)));
+            let value = shape.jet(x).value;
+            let outside = x.cmplt(low).any() || x.cmpgt(high).any();
+            assert!(!outside || value > level - 1e-14, "{x}: {value}");
+            for axis in 0..3 {
+                if value <= level {
+                    let sides = [x[axis] - low[axis], high[axis] - x[axis]];
+                    (0..2).for_each(|side| nearest[axis][side] = nearest[axis][side].min(sides[side]));
+                }
+            }
+        }
+        assert!(nearest.as_flattened().iter().all(|&distance| distance < close), "{nearest:?}");
+    }
 }

@@ -110,6 +110,11 @@ impl Sdf<DVec3> for Torus {
         SecondOrder { jet, hessian: local.hessian() }
     }
 
+    fn level_bounds(&self, level: f64) -> Option<(DVec3, DVec3)> {
+        let half = DVec3::new(self.major, 0.0, self.major) + (self.minor + level);
+        Some((self.centre - half, self.centre + half))
+    }
+
     fn parameter_count(&self) -> usize {
         5
     }

@@ -216,6 +216,26 @@ impl Sdf<DVec3> for Grid {
         self.slopes.everywhere
     }
 
+    /// From the first node to the last, if all nodes that count on the border and beyond are above the level; else `None`.
+    fn level_bounds(&self, level: f64) -> Option<(DVec3, DVec3)> {
+        // On its border the spline knows two layers, of which beyond it only the outermost is left.
+        let layers = match self.interpolation {
+            Interpolation::Trilinear => 1,
+            Interpolation::Cubic => 2,
+        };
+        let [nx, ny, nz] = self.size;
+        let beside = |i: usize, count: usize| i < layers || i + layers >= count;
+        let above = |&value: &f64| value > level;
+        let clear = self.nodes.chunks_exact(nx).enumerate().all(|(number, row)| {
+            if beside(number % ny, ny) || beside(number / ny, nz) {
+                row.iter().all(above)
+            } else {
+                row[..layers.min(nx)].iter().chain(&row[nx.saturating_sub(layers)..]).all(above)
+            }
+        });
+        clear.then(|| (self.low, self.high()))
+    }
+
     fn parameter_count(&self) -> usize {
         self.nodes.len()
     }

@@ -161,3 +161,21 @@ fn bad_grids_are_refused() {
     assert!(grid.with_parameters(&good).is_ok());
     assert!(grid.with_parameters(&good[1..]).is_err() && grid.with_parameters(&with(0, 1.0)).is_err());
 }
+
+/// Up to where surfaces reach the border, or a level does.
+#[test]
+fn the_box_is_that_of_the_nodes_if_the_border_is_outside() {
+    for interpolation in BOTH {
+        let grid = ball(interpolation, 16);
+        assert_eq!(grid.bounds(), Some((grid.low(), grid.high())));
+        // The nearest layers are 0.97 and, for splines, 0.845 from the centre.
+        assert!(grid.level_bounds(0.24).is_some() && grid.level_bounds(0.38).is_none());
+        assert_eq!(grid.level_bounds(0.3).is_some(), interpolation == Interpolation::Trilinear);
+        assert_eq!(rough(interpolation).bounds(), None);
+        let mut random = stream(5, &[]);
+        for _ in 0..2000 {
+            let x = vector(&mut random, 1.5);
+            assert!(x.abs().max_element() <= 1.0 || grid.jet(x).value > 0.24, "{x}");
+        }
+    }
+}

@@ -165,6 +165,13 @@ impl Sdf<DVec3> for Knot {
         SecondOrder { jet, hessian: local.hessian() }
     }
 
+    /// The box around the torus, which the curve lies on, grown by r and the level.
+    fn level_bounds(&self, level: f64) -> Option<(DVec3, DVec3)> {
+        let [major, minor] = self.curve.radii();
+        let half = DVec3::new(major + minor, minor, major + minor) + (self.tube + level);
+        Some((self.centre - half, self.centre + half))
+    }
+
     fn parameter_count(&self) -> usize {
         6
     }
