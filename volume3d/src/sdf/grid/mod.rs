@@ -2,6 +2,7 @@
 
 mod error;
 mod kernel;
+mod prefilter;
 mod slope;
 #[cfg(test)]
 mod tests;
@@ -23,7 +24,8 @@ pub enum Interpolation {
     Trilinear,
     /// The uniform cubic B-spline with the node values as coefficients, 64 nodes around a point: twice continuously
     /// differentiable, as warp fields need it. It smooths, and does not pass through its nodes: of a distance its surface lies about
-    /// h² (κ₁ + κ₂) / 6 inside the one it was sampled from, h being the spacing and κ the curvatures, positive where convex.
+    /// h² (κ₁ + κ₂) / 6 inside the one it was sampled from, h being the spacing and κ the curvatures, positive where convex;
+    /// [`Grid::prefiltered`] takes that away.
     Cubic,
 }
 
@@ -95,6 +97,8 @@ impl Grid {
 
     /// The values of a function at the nodes between two corners: `cells` cubes along the longest side, and no less than the box along the
     /// others.
+    ///
+    /// `Grid::sampled(Interpolation::Cubic, bounds, 64, |x| sdf.jet(x).value)?.prefiltered()?` makes a grid of any shape.
     ///
     /// # Errors
     /// As [`new`](Self::new).

@@ -117,6 +117,31 @@ fn a_ball_is_found_where_it_is() {
     assert!((cubic - smoothed).abs() < 0.05 * smoothed, "{cubic} {smoothed}");
 }
 
+/// Of a ball, without the h²/6 times the Laplacian, and with an error of a higher order.
+#[test]
+fn prefiltered_splines_pass_close_to_their_samples() {
+    let on_surface = DVec3::splat(0.03) + 0.6 * DVec3::new(2.0, -3.0, 6.0) / 7.0;
+    let errors = [32, 64].map(|cells| {
+        let grid = ball(Interpolation::Cubic, cells);
+        let new = grid.clone().prefiltered().unwrap();
+        assert!(new.slope_bound() < grid.slope_bound() + 0.03, "{}", new.slope_bound());
+        let far = 2.0 * grid.spacing().length();
+        assert!(grid.nodes().iter().zip(new.nodes()).all(|(d, c)| d == c || d.abs() < far));
+        new.jet(on_surface).value.abs()
+    });
+    assert!(errors[0] < 1e-5 && errors[1] < 0.15 * errors[0], "{errors:?}");
+    let plane = |interpolation| {
+        let value = |x: DVec3| DVec3::new(2.0, 3.0, 6.0).dot(x) / 7.0;
+        Grid::sampled(interpolation, (-DVec3::ONE, DVec3::ONE), 8, value).unwrap()
+    };
+    for grid in BOTH.map(plane) {
+        let new = grid.clone().prefiltered().unwrap();
+        assert!(grid.nodes().iter().zip(new.nodes()).all(|(d, c)| (d - c).abs() < 1e-15));
+    }
+    let trilinear = ball(Interpolation::Trilinear, 16);
+    assert_eq!(trilinear.clone().prefiltered(), Ok(trilinear));
+}
+
 /// Beyond the border φ is what it is on the border, or near it.
 #[test]
 fn the_outermost_nodes_repeat() {
