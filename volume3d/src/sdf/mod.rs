@@ -7,6 +7,7 @@
 //! - [`analytic`]: rounded boxes, rings and knots.
 //! - [`Grid`]: node values on a regular grid, whose interpolation is φ and which are its parameters.
 //! - [`from_mesh()`]: the grid of signed distances to a triangle mesh.
+//! - [`redistance()`]: a grid of distances again, with the surface where it is.
 //! - [`isosurface()`]: the triangle mesh of any of them.
 //! - [`network`]: φ as a neural network, with its weights for parameters.
 
@@ -15,7 +16,9 @@ mod from_mesh;
 mod grid;
 mod isosurface;
 pub mod network;
+mod redistance;
 
 pub use from_mesh::{MeshDistanceError, MeshDistances, from_mesh};
 pub use grid::{Grid, GridError, Interpolation};
 pub use isosurface::{IsosurfaceError, isosurface};
+pub use redistance::{RedistanceError, Slopes, redistance};

@@ -163,9 +163,9 @@ impl Curve {
         loop {
             let (slope, convexity) = derivatives(t);
             if slope > 0.0 {
-                high = t
+                high = t;
             } else {
-                low = t
+                low = t;
             }
             let newton = t - slope / convexity;
             let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
