@@ -41,12 +41,12 @@ pub enum Slopes {
 /// no more: with [`Slopes::Overall`] φ is multiplied by a number there. At all others |∇φ| = 1 is solved upwind by fast sweeping
 /// (Zhao 2005), with those for a boundary. No node changes its sign.
 ///
-/// Largest |φ| on the points of the old surface, in cells, with 64 cells, after one and after 100 times:
+/// Largest |φ| on the points of the old surface, in cells, with 64 cells, after one and after 100 times, or as many as said:
 ///
 /// | nodes of the band | ball | trefoil | bunny |
 /// |---|---|---|---|
-/// | divided by one number | 10⁻¹⁴, 10⁻¹⁴ | 10⁻¹⁴, 10⁻¹⁴ | 2·10⁻¹⁴, 2·10⁻¹⁴ (10 times) |
-/// | divided by means over 8 cells | 5·10⁻⁸, 5·10⁻⁸ | 10⁻⁶, 2·10⁻⁵ | 0.006, 0.3 |
+/// | divided by one number | 10⁻¹⁴, 10⁻¹⁴ (30 times) | 10⁻¹⁴, 10⁻¹⁴ (10 times) | 2·10⁻¹⁴, 2·10⁻¹⁴ (10 times) |
+/// | divided by means over 8 cells | below 10⁻⁷, below 10⁻⁷ | 10⁻⁶, 2·10⁻⁵ | 0.006, 0.3 |
 /// | made distances, corrected for the spline | 10⁻⁵, 3·10⁻⁴ (30 times) | 6·10⁻⁴, 0.006 (10 times) | 0.1, 3 (10 times) |
 ///
 /// So use [`Slopes::Overall`] after steps of an optimisation. What it leaves is how |∇φ| varies along the surface, which an eikonal term is for, and
