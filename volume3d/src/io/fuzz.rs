@@ -4,7 +4,9 @@
 use std::io::{Error as IoError, ErrorKind};
 use std::path::Path;
 
-use super::{MeshFormat, parse_npy, parse_sdf, read_image, read_scene};
+use flatland::sdf::shapes::Parametric;
+
+use super::{MeshFormat, parse_network, parse_npy, parse_sdf, read_image, read_scene};
 use crate::geometry::{Mesh, Normals};
 use crate::sdf::Interpolation;
 
@@ -53,6 +55,14 @@ pub fn sdf(bytes: &[u8]) {
     if let Ok(grid) = parse_sdf(bytes, Path::new("fuzz.vol"), Interpolation::Cubic) {
         assert_eq!(grid.size().iter().product::<usize>(), grid.nodes().len());
         assert!(grid.nodes().iter().all(|value| value.is_finite()));
+    }
+}
+
+/// A network.
+pub fn network(bytes: &[u8]) {
+    if let Ok(network) = parse_network(bytes, Path::new("fuzz.safetensors")) {
+        assert_eq!(network.parameters().len(), network.architecture().parameter_count());
+        assert!(network.parameters().iter().all(|p| p.is_finite()));
     }
 }
 

@@ -11,6 +11,7 @@
 //! | images | PNG, OpenEXR, Radiance HDR: [`load_image`], [`read_exr`] | OpenEXR, PNG: [`write_exr`], [`write_png`], [`write_signed_png`] |
 //! | arrays | NPY: [`read_npy`] | NPY: [`write_npy`] |
 //! | grids of signed distances | Mitsuba's binary volumes: [`read_sdf`] | the same: [`write_sdf`] |
+//! | networks | safetensors: [`read_network`] | the same: [`write_network`] |
 
 mod error;
 mod files;
@@ -19,6 +20,7 @@ pub mod fuzz;
 mod image;
 mod memory;
 pub mod mitsuba;
+mod network;
 mod npy;
 mod obj;
 mod ply;
@@ -31,7 +33,8 @@ mod tests;
 use std::path::Path;
 
 pub use self::error::{
-    ArrayProblem, At, Error, GridProblem, ImageProblem, MemoryError, MeshProblem, Place, SceneProblem,
+    ArrayProblem, At, Error, GridProblem, ImageProblem, MemoryError, MeshProblem, NetworkProblem, Place,
+    SceneProblem,
 };
 pub use self::files::write_bytes;
 pub use self::image::{
@@ -39,6 +42,7 @@ pub use self::image::{
     write_exr, write_png, write_signed_png,
 };
 pub use self::mitsuba::{load_scene, load_scene_with, read_scene, write_scene};
+pub use self::network::{parse_network, read_network, write_network};
 pub use self::npy::{Array, Precision, parse_npy, read_npy, write_npy};
 pub use self::obj::{read_obj, write_obj};
 pub use self::ply::{read_ply, write_ply};

@@ -4,6 +4,7 @@ mod array;
 mod grid;
 mod image;
 mod mesh;
+mod network;
 mod scene;
 
 use std::fmt;
@@ -13,6 +14,7 @@ pub use array::ArrayProblem;
 pub use grid::GridProblem;
 pub use image::ImageProblem;
 pub use mesh::MeshProblem;
+pub use network::NetworkProblem;
 pub use scene::SceneProblem;
 
 /// Where in a file.
@@ -142,6 +144,14 @@ pub enum Error {
         path: PathBuf,
         /// What is wrong with it.
         problem: GridProblem,
+    },
+    /// A network that cannot be read or written.
+    #[error("{}: {problem}", path.display())]
+    Network {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: NetworkProblem,
     },
 }
 

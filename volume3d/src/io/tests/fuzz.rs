@@ -150,6 +150,11 @@ fn sdf() {
     mutate(fuzz::sdf, 6, 40000, &[super::sdf::file()]);
 }
 
+#[test]
+fn network() {
+    mutate(fuzz::network, 7, 40000, &[super::network::file(), super::network::single()]);
+}
+
 /// `roxmltree` must not recurse on what a file nests.
 #[test]
 fn deep_nesting() {

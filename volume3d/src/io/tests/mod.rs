@@ -4,6 +4,7 @@ mod clip;
 mod files;
 mod fuzz;
 mod image;
+mod network;
 mod npy;
 mod obj;
 mod ply;

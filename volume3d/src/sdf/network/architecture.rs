@@ -33,7 +33,7 @@ impl Default for Architecture {
 
 impl Architecture {
     /// Refuses sizes of which no network can be made.
-    pub(super) fn check(&self) -> Result<(), ShapeError> {
+    pub(crate) fn check(&self) -> Result<(), ShapeError> {
         let Self { hidden, width, sharpness, frequencies } = *self;
         let refuse = |parameter, value, wanted| {
             Err(ShapeError::Parameter { shape: "network", parameter, value, wanted })
@@ -59,12 +59,12 @@ impl Architecture {
     }
 
     /// How many layers have weights: the hidden ones, and that of the output.
-    pub(super) fn layers(&self) -> usize {
+    pub(crate) fn layers(&self) -> usize {
         self.hidden + 1
     }
 
     /// Rows (outputs) and columns (inputs) of W_k.
-    pub(super) fn shape(&self, k: usize) -> (usize, usize) {
+    pub(crate) fn shape(&self, k: usize) -> (usize, usize) {
         let rows = if k == self.hidden { 1 } else { self.width };
         let columns = if k == 0 { self.inputs() } else { self.width };
         (rows, columns)
@@ -77,7 +77,7 @@ impl Architecture {
     }
 
     /// Where W_k and b_k stand among the parameters: layer by layer, W_k row by row, then b_k.
-    pub(super) fn ranges(&self, k: usize) -> (Range<usize>, Range<usize>) {
+    pub(crate) fn ranges(&self, k: usize) -> (Range<usize>, Range<usize>) {
         let inner = (0..k).map(|k| self.shape(k)).map(|(rows, columns)| rows * (columns + 1)).sum::<usize>();
         let (rows, columns) = self.shape(k);
         let bias = inner + rows * columns;
