@@ -2,9 +2,10 @@
 //!
 //! A [`Network`] is fully connected, with softplus of sharpness β between its layers (Gropp et al. 2020; IDR: Yariv et al. 2020) and,
 //! if asked for, the positional encoding γ before them. It is an implicit shape like any other, [`Sdf`], one
-//! point at a time and in double precision.
+//! point at a time and in double precision. A [`SingleNetwork`] is its copy for many points at once, in single precision.
 
 mod architecture;
+mod batch;
 mod eikonal;
 mod encoding;
 mod pointwise;
@@ -14,6 +15,7 @@ mod sphere;
 mod tests;
 
 pub use architecture::Architecture;
+pub use batch::SingleNetwork;
 pub use eikonal::eikonal_loss;
 
 use flatland::sdf::Sdf;
