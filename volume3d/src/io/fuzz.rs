@@ -6,6 +6,7 @@ use std::path::Path;
 
 use flatland::sdf::shapes::Parametric;
 
+use super::dtu::parse_cameras;
 use super::{MeshFormat, parse_network, parse_npy, parse_sdf, read_image, read_scene};
 use crate::geometry::{Mesh, Normals};
 use crate::sdf::Interpolation;
@@ -63,6 +64,14 @@ pub fn network(bytes: &[u8]) {
     if let Ok(network) = parse_network(bytes, Path::new("fuzz.safetensors")) {
         assert_eq!(network.parameters().len(), network.architecture().parameter_count());
         assert!(network.parameters().iter().all(|p| p.is_finite()));
+    }
+}
+
+/// Cameras of three images.
+pub fn cameras(bytes: &[u8]) {
+    if let Ok(cameras) = parse_cameras(bytes, 3) {
+        assert_eq!(cameras.len(), 3);
+        assert!(cameras.iter().all(|camera| camera.center.is_finite() && camera.intrinsics.is_finite()));
     }
 }
 

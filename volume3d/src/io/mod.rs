@@ -11,8 +11,10 @@
 //! | images | PNG, OpenEXR, Radiance HDR: [`load_image`], [`read_exr`] | OpenEXR, PNG: [`write_exr`], [`write_png`], [`write_signed_png`] |
 //! | arrays | NPY: [`read_npy`] | NPY: [`write_npy`] |
 //! | grids of signed distances | Mitsuba's binary volumes: [`read_sdf`] | the same: [`write_sdf`] |
+//! | pictures with masks and cameras | folders as [`dtu`] says: [`dtu::read_views`] | |
 //! | networks | safetensors: [`read_network`] | the same: [`write_network`] |
 
+pub mod dtu;
 mod error;
 mod files;
 #[doc(hidden)]
@@ -22,6 +24,7 @@ mod memory;
 pub mod mitsuba;
 mod network;
 mod npy;
+mod npz;
 mod obj;
 mod ply;
 mod sdf;
@@ -33,8 +36,8 @@ mod tests;
 use std::path::Path;
 
 pub use self::error::{
-    ArrayProblem, At, Error, GridProblem, ImageProblem, MemoryError, MeshProblem, NetworkProblem, Place,
-    SceneProblem,
+    ArrayProblem, At, DtuProblem, Error, GridProblem, ImageProblem, MemoryError, MeshProblem, NetworkProblem,
+    Place, SceneProblem,
 };
 pub use self::files::write_bytes;
 pub use self::image::{

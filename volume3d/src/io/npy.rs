@@ -115,11 +115,34 @@ fn header(shape: &[usize], precision: Precision) -> Vec<u8> {
 }
 
 fn parse(bytes: &[u8]) -> Result<Array, ArrayProblem> {
+    match parse_either(bytes)? {
+        (array, false) => Ok(array),
+        _ => Err(ArrayProblem::FortranOrder),
+    }
+}
+
+/// An array of any order, if it has two axes at most; as one in C order.
+pub(super) fn parse_matrix(bytes: &[u8]) -> Result<Array, ArrayProblem> {
+    let (array, fortran_order) = parse_either(bytes)?;
+    match (fortran_order, &array.shape[..]) {
+        (false, _) => Ok(array),
+        (true, &[rows, columns]) => {
+            let mut values = with_room(array.values.len(), "the array")?;
+            values.extend(
+                (0..rows)
+                    .flat_map(|i| (0..columns).map(move |j| (i, j)))
+                    .map(|(i, j)| array.values[j * rows + i]),
+            );
+            Ok(Array { values, ..array })
+        }
+        _ => Err(ArrayProblem::FortranOrder),
+    }
+}
+
+/// Numbers as the file has them, and whether their first index runs fastest where that is another order.
+fn parse_either(bytes: &[u8]) -> Result<(Array, bool), ArrayProblem> {
     let (text, data) = split(bytes).ok_or(ArrayProblem::Magic)?;
     let Header { little_endian, size, fortran_order, shape } = Header::parse(text)?;
-    if fortran_order && shape.iter().filter(|&&d| d != 1).count() > 1 {
-        return Err(ArrayProblem::FortranOrder);
-    }
     let length = shape.iter().try_fold(size, |n, &d| n.checked_mul(d));
     if length != Some(data.len()) {
         let expected = length.map_or_else(|| "more than 2^64 bytes".to_owned(), |n| format!("{n} bytes"));
@@ -141,7 +164,8 @@ fn parse(bytes: &[u8]) -> Result<Array, ArrayProblem> {
     };
     let mut values = with_room(data.len() / size, "the array")?;
     values.extend(data.chunks_exact(size).map(number));
-    Ok(Array { values, shape })
+    let differs = fortran_order && shape.iter().filter(|&&d| d != 1).count() > 1;
+    Ok((Array { values, shape }, differs))
 }
 
 /// The header's text and the data after it.

@@ -1,6 +1,7 @@
 //! Why a file cannot be read or written, and where.
 
 mod array;
+mod dtu;
 mod grid;
 mod image;
 mod mesh;
@@ -11,6 +12,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 pub use array::ArrayProblem;
+pub use dtu::DtuProblem;
 pub use grid::GridProblem;
 pub use image::ImageProblem;
 pub use mesh::MeshProblem;
@@ -144,6 +146,14 @@ pub enum Error {
         path: PathBuf,
         /// What is wrong with it.
         problem: GridProblem,
+    },
+    /// Pictures with masks and cameras that cannot be read.
+    #[error("{}: {problem}", path.display())]
+    Dtu {
+        /// The folder, or the file of cameras.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: DtuProblem,
     },
     /// A network that cannot be read or written.
     #[error("{}: {problem}", path.display())]

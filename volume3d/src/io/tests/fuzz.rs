@@ -155,6 +155,11 @@ fn network() {
     mutate(fuzz::network, 7, 40000, &[super::network::file(), super::network::single()]);
 }
 
+#[test]
+fn cameras() {
+    mutate(fuzz::cameras, 8, 20000, &[super::dtu::archive()]);
+}
+
 /// `roxmltree` must not recurse on what a file nests.
 #[test]
 fn deep_nesting() {

@@ -1,6 +1,7 @@
 //! Tests of the readers and writers.
 
 mod clip;
+mod dtu;
 mod files;
 mod fuzz;
 mod image;
