@@ -78,6 +78,11 @@ pub trait Sdf<V: Space>: Sync {
     /// φ(x) and ∇φ(x).
     fn jet(&self, x: V) -> Jet<V>;
 
+    /// φ(x) alone, where that takes less.
+    fn value(&self, x: V) -> f64 {
+        self.jet(x).value
+    }
+
     /// φ(x), ∇φ(x) and ∇²φ(x) in one visit.
     fn second_order(&self, x: V) -> SecondOrder<V>;
 

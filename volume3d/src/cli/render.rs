@@ -7,7 +7,7 @@ use clap::Args;
 use volume3d::gradient::render;
 
 use super::output::{Output, Pixels, check_distinct};
-use super::session::{Bar, RunOptions, SceneOptions, located, stop_if_asked};
+use super::session::{Bar, RunOptions, SceneOptions, located, lost, stop_if_asked};
 use super::spp::{check_error_exists, samples};
 use super::summary::totals;
 use super::{Outcome, Report};
@@ -65,6 +65,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     let (width, height) = rendering.image.size();
     let mut text = format!("{width} × {height} pixels, {samples} spp, {seconds:.2} s\n");
     text += &located(&rendering.non_finite);
+    text += &lost(rendering.traces, samples * width * height);
     text += &totals(&rendering.regions);
     for output in &outputs {
         text += &output.write(&rendering.image)?;

@@ -11,7 +11,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use volume3d::gradient::{NonFinite, Progress, Stopped};
 use volume3d::io::read_scene;
-use volume3d::scene::Scene;
+use volume3d::scene::{Scene, TraceCounts};
 
 /// Set by Ctrl-C.
 static STOP: AtomicBool = AtomicBool::new(false);
@@ -200,6 +200,27 @@ impl Drop for Bar {
     fn drop(&mut self) {
         self.0.finish_and_clear();
     }
+}
+
+/// A warning if more than a thousandth of samples lost a ray at an implicit surface, or if one may have passed through.
+pub(super) fn lost(traces: TraceCounts, samples: usize) -> String {
+    let mut text = String::new();
+    let TraceCounts { out_of_steps, too_steep } = traces;
+    if out_of_steps as f64 > 1e-3 * samples as f64 {
+        let _ = writeln!(
+            text,
+            "WARNING: {out_of_steps} rays at implicit surfaces ran out of steps, for {samples} samples, and count as \
+             misses; image and gradient are biased near silhouettes. Is φ far below the distance?"
+        );
+    }
+    if too_steep > 0 {
+        let _ = writeln!(
+            text,
+            "WARNING: {too_steep} rays met an implicit surface's φ with a slope above its bound, and may have passed \
+             through; state a larger bound, or make it a distance"
+        );
+    }
+    text
 }
 
 /// Where samples were not finite, or nothing if they all were.

@@ -2,6 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
+use flatland::sdf::{Jet, Sdf as _, SecondOrder};
 use glam::DVec3;
 
 use super::contribution::{Contribution, Source};
@@ -9,14 +10,16 @@ use super::non_finite::NonFinite;
 use super::parts::in_order;
 use super::result::Gradient;
 use super::rows::Rows;
-use super::{ActiveParameters, Progress, Stopped};
-use crate::scene::Scene;
+use super::{ActiveParameters, ImplicitTangent, Progress, Stopped};
+use crate::scene::{ImplicitShape, Scene, TraceCounts};
 
 /// The sums over all parts of the work.
 #[derive(Debug)]
 pub(super) struct Sums {
+    shapes: Vec<ImplicitShape>,
     rows: Rows,
     table: Vec<DVec3>,
+    implicits: Vec<ImplicitTangent>,
     non_finite: Vec<NonFinite>,
     largest: Option<Contribution>,
 }
@@ -32,6 +35,10 @@ pub(super) struct Accumulator {
     touched: Vec<u32>,
     /// Rows of the table that are positions.
     positions: u32,
+    /// What is added to the parameters of implicit surfaces: covectors of φ̇ and ∇φ̇ at points.
+    taps: Vec<(u32, DVec3, Jet<DVec3>)>,
+    /// What is added to where each stands.
+    placements: Vec<ImplicitTangent>,
     /// What the current sample has added to positions.
     sample: Vec<(u32, DVec3)>,
     non_finite: Vec<NonFinite>,
@@ -41,6 +48,8 @@ pub(super) struct Accumulator {
 /// What a part adds in all.
 struct Part {
     rows: Vec<(u32, DVec3)>,
+    taps: Vec<(u32, DVec3, Jet<DVec3>)>,
+    placements: Vec<ImplicitTangent>,
     non_finite: Vec<NonFinite>,
     largest: Option<Contribution>,
 }
@@ -50,7 +59,9 @@ impl Sums {
     pub(super) fn new(scene: &Scene) -> Self {
         let rows = Rows::new(scene);
         let table = vec![DVec3::ZERO; rows.count()];
-        Self { rows, table, non_finite: vec![], largest: None }
+        let shapes = scene.description.implicits.clone();
+        let implicits = shapes.iter().map(ImplicitTangent::still).collect();
+        Self { shapes, rows, table, implicits, non_finite: vec![], largest: None }
     }
 
     /// Adds so many parts, the same bit for bit at any number of threads.
@@ -60,12 +71,12 @@ impl Sums {
         progress: &Progress,
         part: impl Fn(usize, &mut Accumulator) + Sync,
     ) -> Result<(), Stopped> {
-        let Self { rows, table, non_finite, largest } = self;
+        let Self { shapes, rows, table, implicits, non_finite, largest } = self;
         let free: Mutex<Vec<Accumulator>> = Mutex::new(vec![]);
         let free = || free.lock().unwrap_or_else(PoisonError::into_inner);
         let compute = |number| {
             let clean = free().pop();
-            let mut sums = clean.unwrap_or_else(|| Accumulator::new(rows));
+            let mut sums = clean.unwrap_or_else(|| Accumulator::new(rows, shapes.len()));
             part(number, &mut sums);
             let part = sums.take();
             free().push(sums);
@@ -73,6 +84,11 @@ impl Sums {
         };
         in_order(parts, progress, compute, |_, part| {
             part.rows.into_iter().for_each(|(row, sum)| table[row as usize] += sum);
+            for (implicit, x, covector) in part.taps {
+                let gradient = &mut implicits[implicit as usize].parameters;
+                shapes[implicit as usize].add_parameter_gradient(x, covector, gradient);
+            }
+            implicits.iter_mut().zip(&part.placements).for_each(|(sum, part)| sum.add(part));
             non_finite.extend(part.non_finite);
             Contribution::merge(largest, part.largest);
         })
@@ -81,16 +97,45 @@ impl Sums {
     /// The gradient, with the covectors of computed normals handed on to positions.
     pub(super) fn finish(self, scene: &Scene, active: &ActiveParameters) -> Gradient {
         let mut by_parameter = self.rows.tangent(&self.table);
+        by_parameter.implicits = self.implicits;
         by_parameter.pull_normals(scene, active);
-        Gradient { by_parameter, non_finite: self.non_finite, largest: self.largest }
+        Gradient {
+            by_parameter,
+            non_finite: self.non_finite,
+            traces: TraceCounts::default(),
+            largest: self.largest,
+        }
     }
 }
 
 impl Accumulator {
-    fn new(rows: &Rows) -> Self {
+    fn new(rows: &Rows, implicits: usize) -> Self {
         let table = vec![DVec3::ZERO; rows.count()];
-        let positions = rows.positions();
-        Self { table, touched: vec![], positions, sample: vec![], non_finite: vec![], largest: None }
+        Self {
+            table,
+            touched: vec![],
+            positions: rows.positions(),
+            taps: vec![],
+            placements: vec![ImplicitTangent::default(); implicits],
+            sample: vec![],
+            non_finite: vec![],
+            largest: None,
+        }
+    }
+
+    /// Adds what a covector of φ̇ and ∇φ̇ at x gives to an implicit surface.
+    pub(super) fn add_implicit(
+        &mut self,
+        implicit: u32,
+        shape: &ImplicitShape,
+        x: DVec3,
+        there: &SecondOrder<DVec3>,
+        covector: Jet<DVec3>,
+    ) {
+        if covector != Jet::ZERO {
+            self.placements[implicit as usize].scatter_motion(shape, x, there, covector);
+            self.taps.push((implicit, x, covector));
+        }
     }
 
     /// Adds to a row of the table.
@@ -135,7 +180,15 @@ impl Accumulator {
         // A sum that was zero in between is listed twice.
         let rows = sums.filter(|(_, sum)| *sum != DVec3::ZERO).collect();
         self.sample.clear();
-        Part { rows, non_finite: std::mem::take(&mut self.non_finite), largest: self.largest.take() }
+        let placements = self.placements.iter_mut().map(std::mem::take).collect();
+        let taps = std::mem::take(&mut self.taps);
+        Part {
+            rows,
+            taps,
+            placements,
+            non_finite: std::mem::take(&mut self.non_finite),
+            largest: self.largest.take(),
+        }
     }
 }
 

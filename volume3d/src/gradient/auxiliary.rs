@@ -3,13 +3,15 @@
 use std::f64::consts::FRAC_PI_2;
 
 use flatland::random::{Stream, open01};
+use flatland::sdf::{End, Trace};
 use flatland::warp::{Bundle, Domain, Plane, Stencil, Warp};
 use glam::{DVec2, DVec3};
 
 use super::film::FilmPlane;
 use super::followed::FollowedPoint;
 use super::jump_mean::{
-    AngularSupport, Cone, Edge, HalfSpace, JumpMean, Pole, SceneEdges, Silhouettes, Subject, View, WIDEST,
+    AngularSupport, Cone, Edge, HalfSpace, JumpMean, Pole, SceneEdges, Sight, Silhouettes, Subject, View,
+    WIDEST,
 };
 use super::motion::MovingBounds;
 use super::nearest_jump::{Jumps, Nearest, nearest_jump};
@@ -44,6 +46,8 @@ pub(crate) struct Auxiliary<'s> {
     directions: Vec<DVec3>,
     hits: Vec<Option<Hit>>,
     near: Near,
+    /// Memory for rays at implicit surfaces.
+    trace: Trace<DVec3>,
 }
 
 /// The silhouettes that the camera sees near a direction, as they were last looked up.
@@ -75,6 +79,7 @@ impl<'s> Auxiliary<'s> {
             directions: vec![],
             hits: vec![],
             near: Near { direction: DVec3::ZERO, margin: 0.0, edges: vec![] },
+            trace: Trace { direction: DVec3::ZERO, points: vec![], end: End::Miss },
         }
     }
 
@@ -96,7 +101,7 @@ impl<'s> Auxiliary<'s> {
         if let Construction::JumpMean { lobe, .. } = self.construction {
             let reach = AngularSupport::new(lobe / kappa.sqrt());
             return self
-                .jump_mean_on_sphere(x, direction, kernel, reach, x_moves)
+                .jump_mean_on_sphere(x, from, direction, kernel, reach, x_moves)
                 .map(DirectionWarp::JumpMean);
         }
         if let Construction::Followed { candidates } = self.construction {
@@ -130,7 +135,7 @@ impl<'s> Auxiliary<'s> {
             VisibilityDomain::BeforePlane { shape, .. } => Jumps::Visibility { light: Some(shape) },
         };
         let bundle: Bundle<Sphere> = warp.bundle(direction, kappa, &mut self.rng);
-        let (face, rounding) = (self.upward(from, normal), scene.rounding());
+        let (face, rounding) = (self.upward(from, x, normal), scene.rounding());
         let sight = |direction: DVec3, hit: Option<Hit>| {
             let hit = hit.filter(|h| normal.dot(direction) > 0.0 && domain.counts(x, direction, h.distance));
             let nearest = hit.map_or(NOWHERE, |h| nearest_jump(scene, &h, x, direction, jumps));
@@ -264,7 +269,9 @@ impl<'s> Auxiliary<'s> {
         let front = triangle.map(|t| self.front(tree.plane(t), origin));
         let subject = Subject::Radiance(triangle);
         let view = View { origin, planes: front.as_slice(), subject, rounding: self.paths.scene.rounding() };
-        JumpMean::new(scene, tree, Silhouettes::Listed(&self.near.edges), &view, direction, reach)
+        let sight = Sight { origin, from: None, plane: triangle.map(|t| self.plane_of(t)) };
+        let silhouettes = Silhouettes::Listed(&self.near.edges);
+        JumpMean::new(scene, tree, silhouettes, &view, direction, reach, &sight, &mut self.trace)
     }
 
     /// Samples of one pixel look along nearly one direction: silhouettes around it are looked up once for them all.
@@ -292,8 +299,9 @@ impl<'s> Auxiliary<'s> {
     }
 
     fn jump_mean_on_sphere(
-        &self,
+        &mut self,
         x: DVec3,
+        from: Surface,
         direction: DVec3,
         kernel: Kernel,
         reach: AngularSupport,
@@ -305,39 +313,47 @@ impl<'s> Auxiliary<'s> {
         // What lies in the plane of the horizon is not above it.
         let horizon = HalfSpace { normal: kernel.normal, point: x, slack: -self.paths.scene.rounding() };
         let (scene, tree) = (self.paths.scene, self.edges?);
-        let (subject, plane) = match kernel.domain {
-            VisibilityDomain::Distant => (Subject::Cover, None),
+        let (subject, plane, end) = match kernel.domain {
+            VisibilityDomain::Distant => (Subject::Cover, None, None),
             VisibilityDomain::Radiance => {
                 let triangle = triangle(kernel.surface);
                 let front = triangle.map(|t| self.front(tree.plane(t), x));
-                (Subject::Radiance(triangle), front)
+                (Subject::Radiance(triangle), front, triangle.map(|t| self.plane_of(t)))
             }
             VisibilityDomain::BeforePlane { normal, offset, shape } => {
                 // Hardly more than rounding: the border of the light's own back, a little behind it, moves with it, and
                 // a field that followed it would have to turn between it and what hides the border.
                 let slack = 1e4 * self.paths.scene.rounding();
                 let plane = HalfSpace { normal, point: offset * normal, slack };
-                (Subject::CoverOf(shape), Some(plane))
+                (Subject::CoverOf(shape), Some(plane), Some((normal, offset)))
             }
         };
         let planes = [horizon, plane.unwrap_or(horizon)];
         let planes = &planes[..1 + usize::from(plane.is_some())];
         let view = View { origin: x, planes, subject, rounding: self.paths.scene.rounding() };
-        JumpMean::new(scene, tree, Silhouettes::All, &view, direction, reach)
+        let sight = Sight { origin: x, from: Some(from), plane: end };
+        let trace = &mut self.trace;
+        JumpMean::new(scene, tree, Silhouettes::All, &view, direction, reach, &sight, trace)
     }
 
     /// The side of a triangle's plane on which the viewer is.
     fn front(&self, triangle: u32, viewer: DVec3) -> HalfSpace {
         let [point, ..] = self.paths.scene.corners(triangle);
-        let normal = self.upward(Surface::Triangle(triangle), viewer - point);
+        let normal = self.upward(Surface::Triangle(triangle), point, viewer - point);
         // What touches a plane counts as before it, and what does so by the rounding of meshes in single precision as well:
         // 10⁻⁶ of the scene. Edges that are behind the plane are hidden, and do no harm.
         HalfSpace { normal, point, slack: 1e7 * self.paths.scene.rounding() }
     }
 
-    /// The unit normal of a surface on the side of another vector.
-    fn upward(&self, surface: Surface, side: DVec3) -> DVec3 {
-        let normal = self.paths.scene.normal_of(surface);
+    /// The plane {y: n·y = d} of a triangle.
+    fn plane_of(&self, triangle: u32) -> (DVec3, f64) {
+        let normal = self.paths.scene.face_normal(triangle);
+        (normal, normal.dot(self.paths.scene.corners(triangle)[0]))
+    }
+
+    /// The unit normal of a surface at a point of it, on the side of another vector.
+    fn upward(&self, surface: Surface, at: DVec3, side: DVec3) -> DVec3 {
+        let normal = self.paths.scene.normal_of(surface, at);
         if normal.dot(side) < 0.0 { -normal } else { normal }
     }
 
@@ -386,7 +402,10 @@ impl<'s> Auxiliary<'s> {
 
 /// The triangle that is seen: jumps within a face are those of meshes.
 fn triangle(seen: Option<Surface>) -> Option<u32> {
-    seen.map(|Surface::Triangle(triangle)| triangle)
+    seen.and_then(|surface| match surface {
+        Surface::Triangle(triangle) => Some(triangle),
+        Surface::Implicit(_) => None,
+    })
 }
 
 /// The nearest jump to a ray that leaves the scene.

@@ -2,9 +2,9 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-use super::Tangent;
+use super::{ImplicitTangent, Tangent};
 use crate::geometry::Normals;
-use crate::scene::{Description, Environment, Light, Reflectance, Scene, SceneError};
+use crate::scene::{Description, Environment, ImplicitShape, Light, Reflectance, Scene, SceneError};
 
 impl Tangent {
     /// The scene at parameters θ + `step` · change. Positions move in straight lines, what turns turns.
@@ -25,6 +25,9 @@ impl Tangent {
             if let Some(radiance) = &mut shape.radiance {
                 *radiance += step * self.radiance[s];
             }
+        }
+        for (shape, rates) in d.implicits.iter_mut().zip(&self.implicits) {
+            *shape = rates.displaced(shape, step)?;
         }
         for (m, material) in d.materials.iter_mut().enumerate() {
             if let Reflectance::Constant(c) = material.bsdf.reflectance_mut() {
@@ -64,6 +67,24 @@ impl Tangent {
         }
         camera.field_of_view += step * self.camera.field_of_view;
         Scene::new(d)
+    }
+}
+
+impl ImplicitTangent {
+    /// The surface some way along a change.
+    pub(super) fn displaced(&self, shape: &ImplicitShape, step: f64) -> Result<ImplicitShape, SceneError> {
+        let mut displaced = shape.clone();
+        if self.parameters.iter().any(|rate| *rate != 0.0) {
+            let rates = shape.surface.parameters().into_iter().zip(&self.parameters);
+            let parameters: Vec<f64> = rates.map(|(p, rate)| p + step * rate).collect();
+            let surface = shape.surface.with_parameters(&parameters);
+            displaced.surface =
+                surface.map_err(|error| SceneError::Implicit { id: shape.id.clone(), error })?;
+        }
+        let placement = &mut displaced.placement;
+        placement.translation += step * self.translation;
+        placement.rotation = DMat3::from_quat(turn(step * self.rotation)) * placement.rotation;
+        Ok(displaced)
     }
 }
 

@@ -10,6 +10,7 @@ use super::parts::in_order;
 use super::progress::{Progress, Stopped};
 use super::result::{GradientImage, Terms};
 use crate::Image;
+use crate::scene::TraceCounts;
 
 /// The sums over a film.
 pub(super) struct FilmSums<const K: usize> {
@@ -133,6 +134,7 @@ pub(super) fn finish<const N: usize, const K: usize>(
         }),
         auxiliary_rays: rays,
         non_finite,
+        traces: TraceCounts::default(),
         largest,
     }
 }

@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::accumulator::Sums;
 use super::boundary::{Effort, Gradients, Images, Moving, each_boundary};
 use super::motion::Motion;
-use super::tangent::{supports_active, supports_tangent};
+use super::tangent::{supports_active, supports_meshes_only, supports_tangent};
 use super::{ActiveParameters, Gradient, GradientError, GradientImage, Progress, Tangent, Terms, WarpedArea};
 use crate::Image;
 use crate::scene::Scene;
@@ -68,6 +68,9 @@ impl EdgeSampling {
     ) -> Result<GradientImage, GradientError> {
         supports_tangent(scene, change)?;
         self.check(change.is_geometric())?;
+        if change.is_geometric() {
+            supports_meshes_only(scene, "edge sampling")?;
+        }
         let mut image = self.interior().forward(scene, change, progress)?;
         let (width, height) = image.gradient.size();
         let zero = Image::constant(width, height, DVec3::ZERO);
@@ -96,8 +99,11 @@ impl EdgeSampling {
     ) -> Result<Gradient, GradientError> {
         supports_active(scene, active)?;
         self.check(active.is_geometric())?;
+        if active.is_geometric() {
+            supports_meshes_only(scene, "edge sampling")?;
+        }
         let mut gradient = self.interior().reverse(scene, adjoint, active, progress)?;
-        let moving = Moving { shapes: active.shapes.clone(), camera: active.camera };
+        let moving = Moving::active(active);
         let (effort, mut sums) = (self.effort(), Sums::new(scene));
         let mut gradients =
             Gradients { effort, scene, adjoint: &adjoint.pixels, active, progress, sums: &mut sums };

@@ -156,9 +156,14 @@ impl FilmPlane {
 
     /// The velocity of a direction with that of the film point it is seen at, as the field of view grows.
     pub(crate) fn zoom(&self, direction: DVec3) -> DVec3 {
-        let (growth, forward) = (self.focal_rate / self.still.focal, self.forward());
+        let (growth, forward) = (self.growth(), self.forward());
         let across = direction - forward * direction.dot(forward);
         (across - across.dot(direction) * direction) * growth
+    }
+
+    /// By what part of itself the image grows for every radian of the field of view.
+    pub(crate) fn growth(&self) -> f64 {
+        self.focal_rate / self.still.focal
     }
 
     /// The film point at which a point of space before the camera is seen.

@@ -43,7 +43,8 @@ pub(crate) enum Followed {
 impl FollowedPoint {
     /// What a ray hit, or did not.
     pub(crate) fn by_ray(scene: &Scene, hit: Option<Hit>, direction: DVec3, falloff: f64) -> Self {
-        let followed = hit.map_or(Followed::Nothing, |h| Followed::Material(scene.material_point(&h)));
+        let followed =
+            hit.and_then(|h| scene.material_point(&h)).map_or(Followed::Nothing, Followed::Material);
         let distance = hit.map_or(f64::INFINITY, |h| h.distance);
         Self { followed, distance, direction, falloff, horizon: None }
     }

@@ -2,7 +2,8 @@
 
 use flatland::calculus::{Dual, Number, Rgb, Vec3};
 use flatland::random::Stream;
-use flatland::warp::LinearField as _;
+use flatland::sdf::{Jet, Sdf as _};
+use flatland::warp::{Field, LinearField as _};
 use glam::{DVec2, DVec3};
 
 use super::auxiliary::Auxiliary;
@@ -75,6 +76,10 @@ impl<const N: usize> Differential for Forward<'_, N> {
             };
             warp.apparent(seen.direction, relative, change)
         });
+        let implicit = warp
+            .level_set_field(|tap| self.motion.level_set_rate(scene, tap) + warp.camera_rate(tap, change));
+        let field =
+            Field { value: field.value + implicit.value, divergence: field.divergence + implicit.divergence };
         let at = if N == 1 { INTERIOR } else { PRIMARY };
         let along = |value: f64, rate: f64| {
             let mut tangent = [0.0; N];
@@ -103,6 +108,30 @@ impl<const N: usize> Calculus for Forward<'_, N> {
     fn normal(&self, index: u32) -> Vec3<Dual<N>> {
         let i = index as usize;
         moving3(self.scene.normals[i], self.motion.normals[i])
+    }
+
+    /// x follows the level set, ẋ − ω (φ̇ + ∇φ·ẋ)/(∇φ·ω), and ∇φ changes with it and by itself.
+    fn level_set(&self, implicit: u32, x: Vec3<Dual<N>>, direction: DVec3) -> (Vec3<Dual<N>>, Vec3<Dual<N>>) {
+        let shape = &self.scene.description.implicits[implicit as usize];
+        let at = x.value();
+        let there = shape.second_order(at);
+        let rates = &self.motion.change.implicits[implicit as usize];
+        let moves = self.motion.moves_implicit[implicit as usize];
+        let own = if moves { rates.rate(shape, at, &there) } else { Jet::ZERO };
+        let along = there.jet.gradient.dot(direction);
+        let (mut position, mut gradient) = (x, Vec3::constant(there.jet.gradient));
+        for l in 0..N {
+            let own = if l == INTERIOR { own } else { Jet::ZERO };
+            let rate = lane(x, l);
+            let moved = rate - direction * ((own.value + there.jet.gradient.dot(rate)) / along);
+            let turned = own.gradient + there.hessian * moved;
+            for (number, rate) in [(&mut position, moved), (&mut gradient, turned)] {
+                number.x.tangent[l] = rate.x;
+                number.y.tangent[l] = rate.y;
+                number.z.tangent[l] = rate.z;
+            }
+        }
+        (position, gradient)
     }
 
     fn reflectance(&self, material: usize, value: DVec3) -> Rgb<Dual<N>> {
@@ -202,6 +231,14 @@ impl<const N: usize> Calculus for Forward<'_, N> {
                 let velocity = if material { seen.followed.velocity(scene, positions) } else { DVec3::ZERO };
                 seen.angular(velocity - origin_rate)
             });
+            let implicit = warp.level_set_field(|tap| {
+                let material = if material { self.motion.level_set_rate(scene, tap) } else { Jet::ZERO };
+                material + tap.there.advected(origin_rate)
+            });
+            let field = Field {
+                value: field.value + implicit.value,
+                divergence: field.divergence + implicit.divergence,
+            };
             warped.direction.x.tangent[l] = field.value.x;
             warped.direction.y.tangent[l] = field.value.y;
             warped.direction.z.tangent[l] = field.value.z;

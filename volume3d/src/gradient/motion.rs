@@ -1,9 +1,10 @@
 //! A change made ready: the rates of what follows from parameters, and what moves at all, and where.
 
+use flatland::sdf::Jet;
 use glam::DVec3;
 
 use super::Tangent;
-use super::jump_mean::AngularSupport;
+use super::jump_mean::{AngularSupport, LevelSetTap};
 use crate::scene::Scene;
 
 /// A change and what follows from it.
@@ -14,6 +15,8 @@ pub(crate) struct Motion<'c> {
     pub(crate) normals: Vec<DVec3>,
     /// Whether each shape moves.
     pub(crate) moves: Vec<bool>,
+    /// Whether each implicit surface changes.
+    pub(crate) moves_implicit: Vec<bool>,
     pub(crate) bounds: MovingBounds,
     pub(crate) camera_moves: bool,
 }
@@ -25,9 +28,21 @@ impl<'c> Motion<'c> {
         let moves: Vec<bool> = (0..scene.description.shapes.len())
             .map(|s| change.positions[scene.position_range(s)].iter().any(|v| *v != DVec3::ZERO))
             .collect();
-        let bounds = MovingBounds::new(scene, &moves);
+        let moves_implicit: Vec<bool> = change.implicits.iter().map(|rates| !rates.is_still()).collect();
+        let bounds = MovingBounds::new(scene, &moves, moves_implicit.contains(&true));
         let camera_moves = change.camera != super::CameraTangent::default();
-        Self { change, normals, moves, bounds, camera_moves }
+        Self { change, normals, moves, moves_implicit, bounds, camera_moves }
+    }
+}
+
+impl Motion<'_> {
+    /// φ̇ and ∇φ̇ of an implicit surface.
+    pub(crate) fn level_set_rate(&self, scene: &Scene, tap: &LevelSetTap) -> Jet<DVec3> {
+        let rates = &self.change.implicits[tap.implicit as usize];
+        if !self.moves_implicit[tap.implicit as usize] {
+            return Jet::ZERO;
+        }
+        rates.rate(&scene.description.implicits[tap.implicit as usize], tap.point(), &tap.there)
     }
 }
 
@@ -36,14 +51,16 @@ impl<'c> Motion<'c> {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MovingBounds {
     boxes: Vec<(DVec3, DVec3)>,
+    /// Whether an implicit surface moves: its kernel ends where φ says, which may be anywhere.
+    implicit: bool,
 }
 
 /// More boxes than this are one box.
 const MOST_BOXES: usize = 8;
 
 impl MovingBounds {
-    /// Of the shapes that move.
-    pub(crate) fn new(scene: &Scene, moves: &[bool]) -> Self {
+    /// Of the meshes that move, and whether an implicit surface does.
+    pub(crate) fn new(scene: &Scene, moves: &[bool], implicit: bool) -> Self {
         let mut boxes: Vec<(DVec3, DVec3)> = vec![];
         for shape in (0..moves.len()).filter(|&s| moves[s]) {
             let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -63,21 +80,22 @@ impl MovingBounds {
                 .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), b| (l.min(b.0), h.max(b.1)));
             boxes = vec![all];
         }
-        Self { boxes }
+        Self { boxes, implicit }
     }
 
     /// Whether anything that moves may be seen within the reach of a direction.
     pub(crate) fn may_be_near(&self, origin: DVec3, direction: DVec3, reach: AngularSupport) -> bool {
-        self.boxes.iter().any(|&(low, high)| {
-            let way = 0.5 * (low + high) - origin;
-            let (distance, radius) = (way.length(), 0.5 * (high - low).length());
-            if distance <= radius {
-                return true;
-            }
-            let sine = radius / distance;
-            let cosine = (1.0 - sine * sine).sqrt();
-            way.dot(direction) >= (reach.cosine * cosine - reach.sine * sine) * distance
-        })
+        self.implicit
+            || self.boxes.iter().any(|&(low, high)| {
+                let way = 0.5 * (low + high) - origin;
+                let (distance, radius) = (way.length(), 0.5 * (high - low).length());
+                if distance <= radius {
+                    return true;
+                }
+                let sine = radius / distance;
+                let cosine = (1.0 - sine * sine).sqrt();
+                way.dot(direction) >= (reach.cosine * cosine - reach.sine * sine) * distance
+            })
     }
 
     pub(crate) fn may_be_hit(&self, origin: DVec3, direction: DVec3) -> bool {

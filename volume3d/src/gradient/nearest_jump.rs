@@ -38,7 +38,10 @@ pub(crate) fn nearest_jump(
     direction: DVec3,
     jumps: Jumps,
 ) -> Nearest {
-    let Surface::Triangle(triangle) = hit.surface;
+    // Auxiliary rays serve meshes only; see `Unsupported::Implicit`.
+    let Surface::Triangle(triangle) = hit.surface else {
+        return Nearest { angle: f64::INFINITY, crossing: None };
+    };
     let p = scene.corners(triangle).map(|p| p - origin);
     let normal = (p[1] - p[0]).cross(p[2] - p[0]);
     let facing = normal.dot(p[0]);

@@ -34,6 +34,7 @@ pub(super) fn primal(
     progress: &Progress,
 ) -> Result<Rendering, Stopped> {
     let film = FilmPlane::new(paths.scene);
+    let before = paths.scene.trace_counts();
     let cell = |(): &mut (), place, sink: CellSink<'_, 3>| {
         sample_cell(paths, &film, place, samples, seed, sink);
     };
@@ -46,6 +47,7 @@ pub(super) fn primal(
         standard_error: image(errors),
         regions: accumulator.regions.finish(samples),
         non_finite,
+        traces: paths.scene.trace_counts() - before,
     })
 }
 

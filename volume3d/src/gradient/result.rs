@@ -5,6 +5,7 @@ use super::contribution::Contribution;
 use super::non_finite::NonFinite;
 use super::regions::Regions;
 use crate::Image;
+use crate::scene::TraceCounts;
 
 /// Interior, primary and secondary term of a derivative, pixel by pixel.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,6 +38,8 @@ pub struct GradientImage {
     pub auxiliary_rays: u64,
     /// Samples that were not finite.
     pub non_finite: Vec<NonFinite>,
+    /// Rays at implicit surfaces that could not be followed.
+    pub traces: TraceCounts,
     /// The sample that contributes most to the gradient; nothing if there are none.
     pub largest: Option<Contribution>,
 }
@@ -69,6 +72,8 @@ pub struct Gradient {
     pub by_parameter: Tangent,
     /// Samples that were not finite.
     pub non_finite: Vec<NonFinite>,
+    /// Rays at implicit surfaces that could not be followed.
+    pub traces: TraceCounts,
     /// The sample that contributes most to the derivatives by positions; nothing if none does. What a sample adds through
     /// normals that are computed from positions does not count.
     pub largest: Option<Contribution>,
@@ -94,13 +99,14 @@ impl Gradient {
     pub(super) fn absorb(&mut self, part: Self) {
         self.by_parameter.add(&part.by_parameter);
         self.non_finite.extend(part.non_finite);
+        self.traces += part.traces;
         Contribution::merge(&mut self.largest, part.largest);
     }
 }
 
 impl From<Tangent> for Gradient {
     fn from(by_parameter: Tangent) -> Self {
-        Self { by_parameter, non_finite: vec![], largest: None }
+        Self { by_parameter, non_finite: vec![], traces: TraceCounts::default(), largest: None }
     }
 }
 
@@ -115,4 +121,6 @@ pub struct Rendering {
     pub regions: Regions,
     /// Samples that were not finite.
     pub non_finite: Vec<NonFinite>,
+    /// Rays at implicit surfaces that could not be followed.
+    pub traces: TraceCounts,
 }

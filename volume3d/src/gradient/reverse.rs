@@ -1,7 +1,10 @@
 //! Reverse mode: numbers that record themselves, and the scatter of their adjoints to parameters.
 
+use std::cell::RefCell;
+
 use flatland::calculus::{Adjoints, Number, Rgb, Tape, Variable, Vec3};
 use flatland::random::Stream;
+use flatland::sdf::{Jet, Sdf as _, SecondOrder};
 use flatland::warp::LinearField as _;
 use glam::{DVec2, DVec3};
 
@@ -28,6 +31,8 @@ pub(crate) enum Input {
     FilmWarp,
     /// A direction and the Jacobian of its warp, by the number of its record.
     Warp(u32),
+    /// A point of an implicit surface and ∇φ there, by the number of its record.
+    LevelSet(u32),
 }
 
 /// A number on the tape.
@@ -38,6 +43,15 @@ pub(crate) type Recorded<'t> = Variable<'t, Input>;
 struct BounceWarp<'t> {
     warp: DirectionWarp,
     origin: Vec3<Recorded<'t>>,
+}
+
+/// A point of an implicit surface.
+#[derive(Debug)]
+struct LevelSetPoint<'t> {
+    implicit: u32,
+    there: SecondOrder<DVec3>,
+    direction: DVec3,
+    x: Vec3<Recorded<'t>>,
 }
 
 /// Which parameters are inputs.
@@ -74,6 +88,7 @@ pub(crate) struct Reverse<'s, 't> {
     pub(crate) film: FilmPlane,
     film_warp: Option<FilmWarp>,
     warps: Vec<BounceWarp<'t>>,
+    level_sets: RefCell<Vec<LevelSetPoint<'t>>>,
     /// Whether all warps on the tape have finite coefficients.
     finite: bool,
 }
@@ -86,7 +101,17 @@ impl<'s, 't> Reverse<'s, 't> {
         auxiliary: Option<&'t mut Auxiliary<'s>>,
         film: FilmPlane,
     ) -> Self {
-        Self { scene, inputs, tape, auxiliary, film, film_warp: None, warps: vec![], finite: true }
+        Self {
+            scene,
+            inputs,
+            tape,
+            auxiliary,
+            film,
+            film_warp: None,
+            warps: vec![],
+            level_sets: RefCell::default(),
+            finite: true,
+        }
     }
 
     fn vector(&self, row: u32, value: DVec3, active: bool) -> Vec3<Recorded<'t>> {
@@ -127,6 +152,7 @@ impl<'s, 't> Reverse<'s, 't> {
     pub(crate) fn forget_warps(&mut self) {
         self.film_warp = None;
         self.warps.clear();
+        self.level_sets.get_mut().clear();
         self.finite = true;
     }
 
@@ -149,7 +175,36 @@ impl<'s, 't> Reverse<'s, 't> {
                     earlier.add(origin.y, -c.y);
                     earlier.add(origin.z, -c.z);
                 });
+                warp.scatter_level_sets(vector(), a[3], |tap, covector| {
+                    self.scatter_implicit(tap.implicit, tap.point(), &tap.there, covector, sums);
+                    add_all(earlier, *origin, tap.there.advected_transpose(covector));
+                });
             }
+            Input::LevelSet(record) => {
+                let level_sets = self.level_sets.borrow();
+                let LevelSetPoint { implicit, there, direction, x } = &level_sets[record as usize];
+                let gradient = DVec3::from_slice(&a[3..]);
+                // x − ω φ/(∇φ·ω), and ∇φ there.
+                let moved = vector() + there.hessian * gradient;
+                let value = -moved.dot(*direction) / there.jet.gradient.dot(*direction);
+                self.scatter_implicit(*implicit, x.value(), there, Jet { value, gradient }, sums);
+                add_all(earlier, *x, moved + there.jet.gradient * value);
+            }
+        }
+    }
+
+    /// What a covector of φ̇ and ∇φ̇ at x gives to an implicit surface.
+    fn scatter_implicit(
+        &self,
+        implicit: u32,
+        x: DVec3,
+        there: &SecondOrder<DVec3>,
+        covector: Jet<DVec3>,
+        sums: &mut Accumulator,
+    ) {
+        if self.inputs.active.implicits[implicit as usize] {
+            let shape = &self.scene.description.implicits[implicit as usize];
+            sums.add_implicit(implicit, shape, x, there, covector);
         }
     }
 
@@ -163,6 +218,13 @@ impl<'s, 't> Reverse<'s, 't> {
             }
             if self.inputs.active.camera {
                 let (rotation, zoom) = warp.apparent_transpose(seen.direction, covector);
+                self.scatter_camera(translation, rotation, zoom, sums);
+            }
+        });
+        warp.scatter_level_sets(a, b, |tap, covector| {
+            self.scatter_implicit(tap.implicit, tap.point(), &tap.there, covector, sums);
+            if self.inputs.active.camera {
+                let (translation, rotation, zoom) = warp.camera_rate_transpose(tap, covector);
                 self.scatter_camera(translation, rotation, zoom, sums);
             }
         });
@@ -180,6 +242,13 @@ impl<'s, 't> Reverse<'s, 't> {
             }
         });
     }
+}
+
+/// Adds to the adjoint of an earlier vector.
+fn add_all(earlier: &mut Adjoints<'_>, vector: Vec3<Recorded<'_>>, amount: DVec3) {
+    earlier.add(vector.x, amount.x);
+    earlier.add(vector.y, amount.y);
+    earlier.add(vector.z, amount.z);
 }
 
 impl<'t> Differential for Reverse<'_, 't> {
@@ -211,6 +280,27 @@ impl<'t> Calculus for Reverse<'_, 't> {
     fn normal(&self, index: u32) -> Vec3<Recorded<'t>> {
         let i = index as usize;
         self.vector(self.inputs.rows.normal(index), self.scene.normals[i], self.inputs.normals[i])
+    }
+
+    fn level_set(
+        &self,
+        implicit: u32,
+        x: Vec3<Recorded<'t>>,
+        direction: DVec3,
+    ) -> (Vec3<Recorded<'t>>, Vec3<Recorded<'t>>) {
+        let at = x.value();
+        let there = self.scene.description.implicits[implicit as usize].second_order(at);
+        let gradient = there.jet.gradient;
+        let active = self.inputs.active.implicits[implicit as usize];
+        if !active && [x.x, x.y, x.z].iter().all(|x| x.is_still()) {
+            return (x, Vec3::constant(gradient));
+        }
+        let mut level_sets = self.level_sets.borrow_mut();
+        level_sets.push(LevelSetPoint { implicit, there, direction, x });
+        let id = Input::LevelSet(level_sets.len() as u32 - 1);
+        let values = [at.x, at.y, at.z, gradient.x, gradient.y, gradient.z];
+        let [x, y, z, a, b, c] = self.tape.inputs(id, values);
+        (Vec3::new(x, y, z), Vec3::new(a, b, c))
     }
 
     fn reflectance(&self, material: usize, value: DVec3) -> Rgb<Recorded<'t>> {

@@ -102,6 +102,7 @@ impl Rows {
         Tangent {
             positions: rows(0, self.normals),
             normals: rows(self.normals, self.reflectance),
+            implicits: vec![],
             reflectance: rows(self.reflectance, self.roughness),
             roughness: rows(self.roughness, self.first_texel()).iter().map(|r| r.x).collect(),
             texels: self.texels.iter().zip(ends).map(|(&first, &end)| rows(first, end)).collect(),

@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
+use super::ImplicitTangent;
 use crate::scene::{Light, Reflectance, Scene};
 
 /// Rates of the camera.
@@ -36,6 +37,8 @@ pub struct Tangent {
     /// Of every shading normal, in the same order. Those that follow from positions are not parameters: theirs
     /// are ignored, and zero in a gradient.
     pub normals: Vec<DVec3>,
+    /// Of every implicit surface.
+    pub implicits: Vec<ImplicitTangent>,
     /// Of every material's constant reflectance; nothing where it is a texture.
     pub reflectance: Vec<DVec3>,
     /// Of every material's roughness; nothing where it has none.
@@ -64,6 +67,7 @@ impl Tangent {
         Self {
             positions: vec![DVec3::ZERO; scene.positions.len()],
             normals: vec![DVec3::ZERO; scene.normals.len()],
+            implicits: d.implicits.iter().map(ImplicitTangent::still).collect(),
             reflectance: vec![DVec3::ZERO; d.materials.len()],
             roughness: vec![0.0; d.materials.len()],
             texels: d.textures.iter().map(|t| vec![DVec3::ZERO; t.texels.len()]).collect(),
@@ -122,6 +126,7 @@ impl Tangent {
         let sum = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
         sum(&self.positions, &other.positions)
             + sum(&self.normals, &other.normals)
+            + self.implicits.iter().zip(&other.implicits).map(|(a, b)| a.dot(b)).sum::<f64>()
             + sum(&self.reflectance, &other.reflectance)
             + self.roughness.iter().zip(&other.roughness).map(|(a, b)| a * b).sum::<f64>()
             + self.texels.iter().zip(&other.texels).map(|(a, b)| sum(a, b)).sum::<f64>()
@@ -141,6 +146,11 @@ impl Tangent {
         let still = Self::still(scene);
         self.positions.len() == still.positions.len()
             && self.normals.len() == still.normals.len()
+            && self
+                .implicits
+                .iter()
+                .map(|i| i.parameters.len())
+                .eq(still.implicits.iter().map(|i| i.parameters.len()))
             && self.reflectance.len() == still.reflectance.len()
             && self.roughness.len() == still.roughness.len()
             && self.texels.iter().map(Vec::len).eq(still.texels.iter().map(Vec::len))
@@ -154,6 +164,7 @@ impl Tangent {
         let sum = |a: &mut [DVec3], b: &[DVec3]| a.iter_mut().zip(b).for_each(|(a, b)| *a += *b);
         sum(&mut self.positions, &other.positions);
         sum(&mut self.normals, &other.normals);
+        self.implicits.iter_mut().zip(&other.implicits).for_each(|(a, b)| a.add(b));
         sum(&mut self.reflectance, &other.reflectance);
         self.roughness.iter_mut().zip(&other.roughness).for_each(|(a, b)| *a += b);
         self.texels.iter_mut().zip(&other.texels).for_each(|(a, b)| sum(a, b));
@@ -185,7 +196,8 @@ impl Tangent {
     #[must_use]
     pub fn is_geometric(&self) -> bool {
         let any = |rates: &[DVec3]| rates.iter().any(|r| *r != DVec3::ZERO);
-        any(&self.positions) || any(&self.normals) || self.camera != CameraTangent::default()
+        let implicit = self.implicits.iter().any(|rates| !rates.is_still());
+        any(&self.positions) || any(&self.normals) || implicit || self.camera != CameraTangent::default()
     }
 }
 
@@ -194,6 +206,8 @@ impl Tangent {
 pub struct ActiveParameters {
     /// Whether each shape's positions, and its given normals, are active.
     pub shapes: Vec<bool>,
+    /// Whether each implicit surface's parameters and place are active.
+    pub implicits: Vec<bool>,
     /// Whether each material's reflectance, texture and roughness are.
     pub materials: Vec<bool>,
     /// Whether the radiance of shapes and of the environment, and the intensity of lights, are.
@@ -211,6 +225,7 @@ impl ActiveParameters {
         let d = scene.description();
         Self {
             shapes: vec![false; d.shapes.len()],
+            implicits: vec![false; d.implicits.len()],
             materials: vec![false; d.materials.len()],
             lights: false,
             poses: false,
@@ -224,6 +239,7 @@ impl ActiveParameters {
         let d = scene.description();
         Self {
             shapes: vec![true; d.shapes.len()],
+            implicits: vec![true; d.implicits.len()],
             materials: vec![true; d.materials.len()],
             lights: true,
             poses: true,
@@ -234,7 +250,7 @@ impl ActiveParameters {
     /// Whether anything active moves geometry.
     #[must_use]
     pub fn is_geometric(&self) -> bool {
-        self.camera || self.shapes.iter().any(|&s| s)
+        self.camera || self.shapes.iter().chain(&self.implicits).any(|&s| s)
     }
 
     /// For every texture, whether its texels are active.
@@ -268,6 +284,16 @@ pub enum Unsupported {
         shape: String,
         /// Its material.
         material: String,
+    },
+    /// A method that knows meshes only.
+    #[error(
+        "{method} does not follow the silhouettes of implicit surface `{shape}`; take warped-area sampling with the mean over jumps, or finite differences, or move nothing"
+    )]
+    Implicit {
+        /// The surface.
+        shape: String,
+        /// The method.
+        method: &'static str,
     },
     /// A light moves, or geometry before it, whose shadows have no width.
     #[error(
@@ -304,12 +330,21 @@ pub(crate) fn supports_active(scene: &Scene, active: &ActiveParameters) -> Resul
     if active.poses { casts_soft_shadows(&scene.description().lights) } else { Ok(()) }
 }
 
+/// Refuses a method that knows meshes only, where geometry moves beside implicit surfaces.
+pub(crate) fn supports_meshes_only(scene: &Scene, method: &'static str) -> Result<(), Unsupported> {
+    match scene.description().implicits.first() {
+        Some(shape) => Err(Unsupported::Implicit { shape: shape.id.clone(), method }),
+        None => Ok(()),
+    }
+}
+
 fn supports_geometry(scene: &Scene) -> Result<(), Unsupported> {
     let d = scene.description();
-    for shape in &d.shapes {
-        let material = &d.materials[shape.material];
+    let meshes = d.shapes.iter().map(|shape| (&shape.id, shape.material));
+    for (id, material) in meshes.chain(d.implicits.iter().map(|shape| (&shape.id, shape.material))) {
+        let material = &d.materials[material];
         if material.bsdf.is_mirror() {
-            return Err(Unsupported::Mirror { shape: shape.id.clone(), material: material.id.clone() });
+            return Err(Unsupported::Mirror { shape: id.clone(), material: material.id.clone() });
         }
     }
     casts_soft_shadows(&d.lights)

@@ -1,12 +1,13 @@
 //! The warps of directions and of the film, whatever their fields are made of.
 
+use flatland::sdf::Jet;
 use flatland::warp::{Field, LinearField, Plane, Stencil};
 use glam::{DVec2, DVec3};
 
 use super::CameraTangent;
 use super::film::FilmPlane;
 use super::followed::FollowedPoint;
-use super::jump_mean::JumpMean;
+use super::jump_mean::{JumpMean, LevelSetTap};
 use super::rigid_motion::RigidMotion;
 use crate::Sphere;
 
@@ -27,6 +28,24 @@ impl DirectionWarp {
         match self {
             Self::Rays(_) | Self::Rigid(_) => true,
             Self::JumpMean(mean) => mean.is_finite(),
+        }
+    }
+}
+
+impl DirectionWarp {
+    /// What implicit surfaces give to the field, from φ̇ and ∇φ̇ as the viewer sees them.
+    pub(crate) fn level_set_field(&self, rate: impl FnMut(&LevelSetTap) -> Jet<DVec3>) -> Field<DVec3> {
+        match self {
+            Self::Rays(_) | Self::Rigid(_) => Field::ZERO,
+            Self::JumpMean(mean) => mean.level_set_field(rate),
+        }
+    }
+
+    /// The transpose: hands each its covector in a·V + b ∇·V.
+    pub(crate) fn scatter_level_sets(&self, a: DVec3, b: f64, add: impl FnMut(&LevelSetTap, Jet<DVec3>)) {
+        match self {
+            Self::Rays(_) | Self::Rigid(_) => {}
+            Self::JumpMean(mean) => mean.scatter_level_sets(a, b, add),
         }
     }
 }
@@ -91,6 +110,63 @@ impl FilmWarp {
         relative - camera.rotation.cross(direction) + self.film.zoom(direction) * camera.field_of_view
     }
 
+    /// What implicit surfaces give to the field, from φ̇ and ∇φ̇ as the camera sees them.
+    pub(crate) fn level_set_field(&self, rate: impl FnMut(&LevelSetTap) -> Jet<DVec3>) -> Field<DVec2> {
+        match &self.field {
+            FilmField::Rays(_) | FilmField::Rigid(_) => Field::ZERO,
+            FilmField::JumpMean(mean, direction) => self.on_film(*direction, mean.level_set_field(rate)),
+        }
+    }
+
+    /// The transpose: hands each its covector in a·V + b ∇·V.
+    pub(crate) fn scatter_level_sets(&self, a: DVec2, b: f64, add: impl FnMut(&LevelSetTap, Jet<DVec3>)) {
+        if let FilmField::JumpMean(mean, direction) = &self.field {
+            mean.scatter_level_sets(self.on_film_transpose(*direction, a, b), b, add);
+        }
+    }
+
+    /// A field of directions as one of film points.
+    fn on_film(&self, direction: DVec3, Field { value, divergence }: Field<DVec3>) -> Field<DVec2> {
+        let tilt = self.film.forward().dot(value) / self.film.forward().dot(direction);
+        Field { value: self.film.jacobian(direction).apply(value), divergence: divergence - 3.0 * tilt }
+    }
+
+    /// The transpose: a of a·V + b ∇·V for directions.
+    fn on_film_transpose(&self, direction: DVec3, a: DVec2, b: f64) -> DVec3 {
+        let tilt = self.film.forward() * (3.0 * b / self.film.forward().dot(direction));
+        self.film.jacobian(direction).transpose(a) - tilt
+    }
+
+    /// φ̇ and ∇φ̇ that a camera which moves, turns and zooms sees of a surface that stands still.
+    ///
+    /// It sees what it would see standing still if space moved by −(ȯ + A r), r = x − o, with A r = w × r − g r_⊥: g is the rate
+    /// at which the image grows, and r_⊥ is across the camera's axis.
+    pub(crate) fn camera_rate(&self, tap: &LevelSetTap, camera: &CameraTangent) -> Jet<DVec3> {
+        let growth = self.film.growth() * camera.field_of_view;
+        let (r, gradient) = (tap.point() - self.film.still.origin.value(), tap.there.jet.gradient);
+        let velocity = camera.translation + camera.rotation.cross(r) - growth * self.across(r);
+        let turned = -camera.rotation.cross(gradient) - growth * self.across(gradient);
+        tap.there.advected(velocity) + Jet { value: 0.0, gradient: turned }
+    }
+
+    /// The transpose: what a covector of these gives to translation, rotation and field of view.
+    pub(crate) fn camera_rate_transpose(
+        &self,
+        tap: &LevelSetTap,
+        covector: Jet<DVec3>,
+    ) -> (DVec3, DVec3, f64) {
+        let (r, gradient) = (tap.point() - self.film.still.origin.value(), tap.there.jet.gradient);
+        let c = tap.there.advected_transpose(covector);
+        let rotation = r.cross(c) - gradient.cross(covector.gradient);
+        let growth = -c.dot(self.across(r)) - covector.gradient.dot(self.across(gradient));
+        (c, rotation, growth * self.film.growth())
+    }
+
+    /// The part of a vector across the camera's axis.
+    fn across(&self, v: DVec3) -> DVec3 {
+        v - self.film.forward() * self.film.forward().dot(v)
+    }
+
     /// The transpose: what a covector of the apparent velocity gives to the rates of rotation and field of view.
     pub(crate) fn apparent_transpose(&self, direction: DVec3, covector: DVec3) -> (DVec3, f64) {
         (-direction.cross(covector), self.film.zoom(direction).dot(covector))
@@ -109,11 +185,7 @@ impl LinearField for FilmWarp {
         match &self.field {
             FilmField::Rays(stencil) => stencil.field(on_film),
             FilmField::Rigid(motion) => motion.field(on_film),
-            FilmField::JumpMean(mean, direction) => {
-                let Field { value, divergence } = mean.field(velocity);
-                let tilt = film.forward().dot(value) / film.forward().dot(*direction);
-                Field { value: film.jacobian(*direction).apply(value), divergence: divergence - 3.0 * tilt }
-            }
+            FilmField::JumpMean(mean, direction) => self.on_film(*direction, mean.field(velocity)),
         }
     }
 
@@ -125,8 +197,7 @@ impl LinearField for FilmWarp {
             FilmField::Rays(stencil) => stencil.scatter(a, b, on_film),
             FilmField::Rigid(motion) => motion.scatter(a, b, on_film),
             FilmField::JumpMean(mean, direction) => {
-                let tilt = film.forward() * (3.0 * b / film.forward().dot(*direction));
-                mean.scatter(film.jacobian(*direction).transpose(a) - tilt, b, add);
+                mean.scatter(self.on_film_transpose(*direction, a, b), b, add);
             }
         }
     }

@@ -2,13 +2,13 @@
 
 use std::ops::Range;
 
-use glam::{DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 
 use super::pose::{Pose, Rest, rotation_vector};
 use super::quantity::{ParameterError, Quantity};
 use crate::geometry::Mesh;
 use crate::gradient::{ActiveParameters, Tangent};
-use crate::scene::{Camera, Environment, Light, Reflectance, Scene, SceneError};
+use crate::scene::{Camera, Environment, Light, Placement, Reflectance, Scene, SceneError};
 
 /// One parameter among [`Parameters`].
 #[derive(Clone, Debug, PartialEq)]
@@ -54,6 +54,8 @@ pub struct Parameters {
     len: usize,
     rests: Vec<Rest>,
     camera: Camera,
+    /// Where implicit surfaces stood.
+    placements: Vec<Placement>,
 }
 
 impl Parameters {
@@ -63,7 +65,8 @@ impl Parameters {
     /// A [`ParameterError`] if one does not exist, or two are the same.
     pub fn new(scene: &Scene, names: &[impl AsRef<str>]) -> Result<Self, ParameterError> {
         let camera = scene.description().camera.clone();
-        let mut this = Self { groups: vec![], len: 0, rests: vec![], camera };
+        let placements = scene.description().implicits.iter().map(|shape| shape.placement).collect();
+        let mut this = Self { groups: vec![], len: 0, rests: vec![], camera, placements };
         for name in names {
             let name = name.as_ref();
             let quantity = Quantity::find(scene, name)?;
@@ -105,8 +108,7 @@ impl Parameters {
     pub fn with_bounds(mut self, group: usize, bounds: [f64; 2]) -> Self {
         assert!(bounds[0] <= bounds[1], "the bounds {bounds:?} are in order");
         let quantity = self.groups[group].quantity;
-        let turns = matches!(quantity, Quantity::Rotation { .. } | Quantity::CameraRotation);
-        assert!(!turns, "a rotation has no bounds");
+        assert!(!quantity.turns(), "a rotation has no bounds");
         assert!(!matches!(quantity, Quantity::Scale { .. }) || bounds[0] > 0.0, "a scale is positive");
         self.groups[group].bounds = bounds;
         self
@@ -159,6 +161,7 @@ impl Parameters {
         for group in &self.groups {
             x.extend(match group.quantity {
                 Quantity::VertexPositions { shape } => flat(d.shapes[shape].mesh.positions()),
+                Quantity::Sdf { implicit } => d.implicits[implicit].surface.parameters(),
                 Quantity::Scale { .. } => vec![1.0],
                 Quantity::Radiance { shape } => flat(&[d.shapes[shape].radiance.unwrap_or(DVec3::ZERO)]),
                 Quantity::EnvironmentRadiance => match &d.environment {
@@ -180,6 +183,8 @@ impl Parameters {
                 Quantity::FieldOfView => vec![d.camera.field_of_view],
                 Quantity::Translation { .. }
                 | Quantity::Rotation { .. }
+                | Quantity::ImplicitTranslation { .. }
+                | Quantity::ImplicitRotation { .. }
                 | Quantity::CameraTranslation
                 | Quantity::CameraRotation => vec![0.0; 3],
             });
@@ -199,6 +204,7 @@ impl Parameters {
     pub fn apply(&self, x: &[f64], scene: &mut Scene) -> Result<(), SceneError> {
         assert_eq!(x.len(), self.len, "one number for each parameter");
         self.apply_camera(x, scene)?;
+        self.apply_implicits(x, scene)?;
         for group in &self.groups {
             let slice = &x[group.range.clone()];
             let vectors = || slice.chunks_exact(3).map(DVec3::from_slice);
@@ -245,6 +251,30 @@ impl Parameters {
             .collect::<Result<_, _>>()
             .map_err(|(id, error)| SceneError::Mesh { id, error })?;
         if meshes.is_empty() { Ok(()) } else { scene.set_meshes(meshes) }
+    }
+
+    fn apply_implicits(&self, x: &[f64], scene: &mut Scene) -> Result<(), SceneError> {
+        for (implicit, rest) in self.placements.iter().enumerate() {
+            let named = [
+                Quantity::Sdf { implicit },
+                Quantity::ImplicitTranslation { implicit },
+                Quantity::ImplicitRotation { implicit },
+            ];
+            let [surface, translation, rotation] = named.map(|quantity| self.group(quantity));
+            if [surface, translation, rotation].iter().all(Option::is_none) {
+                continue;
+            }
+            let mut shape = scene.description().implicits[implicit].clone();
+            if let Some(group) = surface {
+                let made = shape.surface.with_parameters(&x[group.range.clone()]);
+                shape.surface = made.map_err(|error| SceneError::Implicit { id: shape.id.clone(), error })?;
+            }
+            let turn = DQuat::from_scaled_axis(self.vector(x, named[2]));
+            shape.placement.translation = rest.translation + self.vector(x, named[1]);
+            shape.placement.rotation = DMat3::from_quat(turn) * rest.rotation;
+            scene.set_implicit(implicit, shape)?;
+        }
+        Ok(())
     }
 
     fn apply_camera(&self, x: &[f64], scene: &mut Scene) -> Result<(), SceneError> {
@@ -316,6 +346,11 @@ impl Parameters {
                 Quantity::Translation { shape } => put(posed(shape).translation),
                 Quantity::Rotation { shape } => put(posed(shape).rotation),
                 Quantity::Scale { shape } => slice[0] = posed(shape).scale,
+                Quantity::Sdf { implicit } => {
+                    slice.copy_from_slice(&gradient.implicits[implicit].parameters);
+                }
+                Quantity::ImplicitTranslation { implicit } => put(gradient.implicits[implicit].translation),
+                Quantity::ImplicitRotation { implicit } => put(gradient.implicits[implicit].rotation),
                 Quantity::Radiance { shape } => put(gradient.radiance[shape]),
                 Quantity::EnvironmentRadiance => put(gradient.environment),
                 Quantity::Intensity { light } => put(gradient.intensity[light]),
@@ -361,6 +396,14 @@ impl Parameters {
                 Quantity::Scale { shape } => {
                     tangent.scale(scene, shape, centre(shape), slice[0] / self.pose(x, shape).scale);
                 }
+                Quantity::Sdf { implicit } => {
+                    let rates = tangent.implicits[implicit].parameters.iter_mut();
+                    rates.zip(slice).for_each(|(rate, s)| *rate += s);
+                }
+                Quantity::ImplicitTranslation { implicit } => {
+                    tangent.implicits[implicit].translation += vector();
+                }
+                Quantity::ImplicitRotation { implicit } => tangent.implicits[implicit].rotation += vector(),
                 Quantity::Radiance { shape } => tangent.radiance[shape] += vector(),
                 Quantity::EnvironmentRadiance => tangent.environment += vector(),
                 Quantity::Intensity { light } => tangent.intensity[light] += vector(),
@@ -385,7 +428,7 @@ impl Parameters {
         assert_eq!([x.len(), step.len()], [self.len; 2], "one number for each parameter");
         for group in &self.groups {
             let (x, step) = (&mut x[group.range.clone()], &step[group.range.clone()]);
-            if matches!(group.quantity, Quantity::Rotation { .. } | Quantity::CameraRotation) {
+            if group.quantity.turns() {
                 let [further, so_far] = [step, x].map(|w| DQuat::from_scaled_axis(DVec3::from_slice(w)));
                 let turn = (further * so_far).normalize();
                 x.copy_from_slice(&rotation_vector(turn).to_array());

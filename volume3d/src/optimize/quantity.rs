@@ -1,5 +1,7 @@
 //! One parameter of a scene, by name.
 
+use flatland::sdf::Sdf as _;
+
 use crate::gradient::ActiveParameters;
 use crate::scene::{Emitter, NameError, Scene};
 
@@ -14,6 +16,9 @@ use crate::scene::{Emitter, NameError, Scene};
 /// | `SHAPE.translation` | 3, scene units, from where the shape was | none |
 /// | `SHAPE.rotation` | 3, a rotation vector in radians, about the moving centre | none |
 /// | `SHAPE.scale` | 1, about the moving centre | at least 10⁻³ |
+/// | `SHAPE.sdf` of an implicit surface | its parameters: node values of a grid, weights of a network | none |
+/// | `SHAPE.translation` of an implicit surface | 3, scene units, from where it stood | none |
+/// | `SHAPE.rotation` of an implicit surface | 3, a rotation vector in radians, about where it stands | none |
 /// | `SHAPE.radiance`, `LIGHT.radiance` of a constant environment | 3, linear RGB | at least 0 |
 /// | `LIGHT.intensity`, `LIGHT.irradiance` | 3, linear RGB | at least 0 |
 /// | `MATERIAL.reflectance` | 3, linear RGB | 0 to 1 |
@@ -29,6 +34,9 @@ pub enum Quantity {
     Translation { shape: usize },
     Rotation { shape: usize },
     Scale { shape: usize },
+    Sdf { implicit: usize },
+    ImplicitTranslation { implicit: usize },
+    ImplicitRotation { implicit: usize },
     Radiance { shape: usize },
     EnvironmentRadiance,
     Intensity { light: usize },
@@ -71,11 +79,12 @@ pub enum ParameterError {
 }
 
 /// How parameters are named.
-const FORMS: [&str; 14] = [
+const FORMS: [&str; 15] = [
     "SHAPE.vertex_positions",
     "SHAPE.translation",
     "SHAPE.rotation",
     "SHAPE.scale",
+    "SHAPE.sdf",
     "SHAPE.radiance",
     "LIGHT.radiance",
     "LIGHT.intensity",
@@ -115,11 +124,19 @@ impl Quantity {
     pub fn find(scene: &Scene, name: &str) -> Result<Self, ParameterError> {
         let (what, kind) = Self::split_name(name)?;
         let shape = || scene.find_shape(what);
+        let implicit = || scene.find_implicit(what);
         let found = match (what, kind) {
             ("camera", "translation") => Ok(Self::CameraTranslation),
             ("camera", "rotation") => Ok(Self::CameraRotation),
             ("camera", _) => Ok(Self::FieldOfView),
             (_, "vertex_positions") => shape().map(|shape| Self::VertexPositions { shape }),
+            (_, "sdf") => implicit().map(|implicit| Self::Sdf { implicit }),
+            (_, "translation") if scene.implicit(what).is_some() => {
+                implicit().map(|implicit| Self::ImplicitTranslation { implicit })
+            }
+            (_, "rotation") if scene.implicit(what).is_some() => {
+                implicit().map(|implicit| Self::ImplicitRotation { implicit })
+            }
             (_, "translation") => shape().map(|shape| Self::Translation { shape }),
             (_, "rotation") => shape().map(|shape| Self::Rotation { shape }),
             (_, "scale") => shape().map(|shape| Self::Scale { shape }),
@@ -143,6 +160,7 @@ impl Quantity {
         let d = scene.description();
         match self {
             Self::VertexPositions { shape } => vec![d.shapes[shape].mesh.positions().len(), 3],
+            Self::Sdf { implicit } => vec![d.implicits[implicit].parameter_count()],
             Self::Texture { texture, .. } => vec![d.textures[texture].height, d.textures[texture].width, 3],
             Self::Scale { .. } | Self::Roughness { .. } | Self::FieldOfView => vec![],
             _ => vec![3],
@@ -171,6 +189,9 @@ impl Quantity {
             | Self::Translation { shape }
             | Self::Rotation { shape }
             | Self::Scale { shape } => active.shapes[shape] = true,
+            Self::Sdf { implicit }
+            | Self::ImplicitTranslation { implicit }
+            | Self::ImplicitRotation { implicit } => active.implicits[implicit] = true,
             Self::Radiance { .. } | Self::EnvironmentRadiance | Self::Intensity { .. } => {
                 active.lights = true;
             }
@@ -187,6 +208,11 @@ impl Quantity {
             (Self::Texture { texture: a, .. }, Self::Texture { texture: b, .. }) => a == b,
             _ => self == other,
         }
+    }
+
+    /// Whether it is a rotation, whose steps are composed.
+    pub(crate) fn turns(self) -> bool {
+        matches!(self, Self::Rotation { .. } | Self::ImplicitRotation { .. } | Self::CameraRotation)
     }
 
     /// The shape that it places as a whole.

@@ -103,6 +103,16 @@ pub(crate) trait Calculus {
     /// A shading normal before interpolation.
     fn normal(&self, index: u32) -> Vec3<Self::Number>;
 
+    /// The point at which a ray meets an implicit surface, and ∇φ there, for a point x of the ray that is on the surface in value:
+    /// x − ω φ(x)/(∇φ·ω) with the denominator as it stands, and ∇φ of that. φ and ∇φ change with their parameters and with
+    /// x.
+    fn level_set(
+        &self,
+        implicit: u32,
+        x: Vec3<Self::Number>,
+        direction: DVec3,
+    ) -> (Vec3<Self::Number>, Vec3<Self::Number>);
+
     /// A constant reflectance, with its value at hand.
     fn reflectance(&self, material: usize, value: DVec3) -> Rgb<Self::Number>;
 

@@ -91,7 +91,7 @@ impl Area {
         Spot {
             surface,
             point: p + (q - p) * (root * (1.0 - b)) + (r - p) * (root * b),
-            normal: scene.normal_of(surface),
+            normal: scene.face_normal(triangle),
         }
     }
 }
@@ -103,7 +103,7 @@ impl Border {
             return None;
         }
         let first = triangles.start as u32;
-        let face_normal = |t: u32| scene.normal_of(Surface::Triangle(t));
+        let face_normal = |t: u32| scene.face_normal(t);
         let normal = face_normal(first);
         let [corner, ..] = scene.corners(first);
         let offset = normal.dot(corner);

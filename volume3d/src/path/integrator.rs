@@ -74,7 +74,14 @@ impl<'s> Paths<'s> {
         while let Some(hit) = path.hit
             && depth < limit
         {
-            let point = SurfacePoint::new(self.scene, calculus, path.origin, path.direction, hit.surface);
+            let point = SurfacePoint::new(
+                self.scene,
+                calculus,
+                path.origin,
+                path.direction,
+                hit.surface,
+                hit.distance,
+            );
             let Some(shading) = point.shading(self.scene, calculus) else { break };
             let vertex = Vertex { point, shading };
             total = total + path.throughput * self.next_event(calculus, &vertex, samples);

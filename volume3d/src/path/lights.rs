@@ -171,7 +171,8 @@ impl Lights {
     pub(crate) fn density_of_hit(&self, scene: &Scene, shape: u32, hit: &Hit, direction: DVec3) -> f64 {
         let Some(entry) = self.of_shape[shape as usize] else { return 0.0 };
         let Some(area) = self.area(shape) else { return 0.0 };
-        let cosine = -direction.dot(scene.normal_of(hit.surface));
+        let Surface::Triangle(triangle) = hit.surface else { return 0.0 };
+        let cosine = -direction.dot(scene.face_normal(triangle));
         self.entries[entry as usize].probability * hit.distance * hit.distance / (cosine.abs() * area.whole())
     }
 

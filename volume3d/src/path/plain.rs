@@ -1,6 +1,7 @@
 //! Plain numbers: no derivative, no warp, no auxiliary ray.
 
 use flatland::calculus::{Rgb, Vec3};
+use flatland::sdf::Sdf as _;
 use glam::DVec3;
 
 use super::calculus::{BorderSample, Calculus, CameraMotion, Kernel, Warped};
@@ -21,6 +22,11 @@ impl Calculus for Plain<'_> {
 
     fn normal(&self, index: u32) -> Vec3<f64> {
         Vec3::constant(self.scene.normals[index as usize])
+    }
+
+    fn level_set(&self, implicit: u32, x: Vec3<f64>, _: DVec3) -> (Vec3<f64>, Vec3<f64>) {
+        let shape = &self.scene.description.implicits[implicit as usize];
+        (x, Vec3::constant(shape.jet(x.value()).gradient))
     }
 
     fn reflectance(&self, _: usize, value: DVec3) -> Rgb<f64> {

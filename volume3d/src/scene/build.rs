@@ -2,6 +2,7 @@
 
 use std::sync::OnceLock;
 
+use flatland::sdf::Sdf;
 use glam::{DVec2, DVec3};
 
 use super::Description;
@@ -9,6 +10,7 @@ use super::adjacency::{Adjacency, Shading};
 use super::crossing::Crossings;
 use super::error::SceneError;
 use super::normals::VertexNormals;
+use super::trace_counts::Counters;
 use super::triangle::{NONE, Tables, Triangle};
 use crate::geometry::{Accelerator, Normals};
 
@@ -30,6 +32,10 @@ pub struct Scene {
     pub(crate) first_normal: Vec<u32>,
     pub(crate) accelerator: Accelerator,
     pub(crate) adjacency: Adjacency,
+    /// The box around each implicit surface, if it has one.
+    pub(super) implicit_bounds: Vec<Option<(DVec3, DVec3)>>,
+    /// Rays at implicit surfaces that could not be followed.
+    pub(super) trace_counters: Counters,
     /// The largest coordinate of the camera and of all surfaces.
     pub(super) extent: f64,
     /// Found when they are first asked for: an image needs none.
@@ -103,6 +109,8 @@ impl Scene {
             first_normal,
             accelerator,
             adjacency,
+            implicit_bounds: vec![],
+            trace_counters: Counters::default(),
             extent: 0.0,
             crossings: OnceLock::new(),
         };
@@ -112,8 +120,8 @@ impl Scene {
 
     /// Brings the extent up to date.
     pub(super) fn measure(&mut self) {
-        let (low, high) = self.accelerator.bounds();
-        let surfaces = if low.x <= high.x { low.abs().max(high.abs()).max_element() } else { 0.0 };
+        self.implicit_bounds = self.description.implicits.iter().map(Sdf::bounds).collect();
+        let surfaces = self.bounds().map_or(0.0, |(low, high)| low.abs().max(high.abs()).max_element());
         self.extent = self.description.camera.origin.abs().max_element().max(surfaces);
     }
 
@@ -127,6 +135,12 @@ impl Scene {
     #[must_use]
     pub fn shape(&self, id: &str) -> Option<usize> {
         self.description.shapes.iter().position(|s| s.id == id)
+    }
+
+    /// The index of the implicit surface with this name, among implicit surfaces.
+    #[must_use]
+    pub fn implicit(&self, id: &str) -> Option<usize> {
+        self.description.implicits.iter().position(|s| s.id == id)
     }
 
     /// The index of the material with this name.
@@ -147,9 +161,11 @@ impl Scene {
         self.tables().corners(triangle)
     }
 
-    /// Lower and upper corner of the box around all surfaces, if there are any.
+    /// Lower and upper corner of the box around all surfaces that have bounds, if there are any.
     pub(crate) fn bounds(&self) -> Option<(DVec3, DVec3)> {
-        (!self.triangles.is_empty()).then(|| self.accelerator.bounds())
+        let meshes = (!self.triangles.is_empty()).then(|| self.accelerator.bounds());
+        let all = meshes.into_iter().chain(self.implicit_bounds.iter().copied().flatten());
+        all.reduce(|(low, high), (a, b)| (low.min(a), high.max(b)))
     }
 
     /// Where the triangles are.

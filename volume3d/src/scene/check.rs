@@ -2,20 +2,24 @@
 
 use std::collections::HashSet;
 
-use glam::DVec3;
+use flatland::sdf::Sdf as _;
+use glam::{DMat3, DVec3};
 
 use super::{
-    Camera, Description, Environment, Film, Filter, Light, Material, Reflectance, SceneError, Shape, Texture,
+    Camera, Description, Environment, Film, Filter, ImplicitShape, Light, Material, Placement, Reflectance,
+    SceneError, Shape, Texture,
 };
 use crate::geometry::{Accelerator, Mesh, MeshError, Normals};
 
 pub(super) fn check(description: &Description) -> Result<(), SceneError> {
-    let Description { camera, film, textures, materials, shapes, lights, environment, .. } = description;
+    let Description {
+        camera, film, textures, materials, shapes, implicits, tracer, lights, environment, ..
+    } = description;
     self::camera(camera)?;
     self::film(film)?;
     unique("texture", textures.iter().map(|t| &t.id))?;
     unique("material", materials.iter().map(|m| &m.id))?;
-    unique("shape", shapes.iter().map(|s| &s.id))?;
+    unique("shape", shapes.iter().map(|s| &s.id).chain(implicits.iter().map(|s| &s.id)))?;
     unique("light", lights.iter().map(Light::id))?;
     textures.iter().try_for_each(texture)?;
     for material in materials {
@@ -34,6 +38,11 @@ pub(super) fn check(description: &Description) -> Result<(), SceneError> {
         if let Some(radiance) = shape.radiance {
             not_negative(&shape.id, "the radiance", radiance)?;
         }
+    }
+    tracer.check()?;
+    for shape in implicits {
+        implicit(shape, materials)?;
+        outside(shape, camera)?;
     }
     for light in lights {
         self::light(light)?;
@@ -62,6 +71,40 @@ pub(super) fn coordinates(id: &str, mesh: &Mesh, material: &Material) -> Result<
         return Err(SceneError::NoCoordinates { id: id.to_owned() });
     }
     Ok(())
+}
+
+/// That an implicit surface stands somewhere, and has a material without a texture.
+pub(super) fn implicit(shape: &ImplicitShape, materials: &[Material]) -> Result<(), SceneError> {
+    let Placement { scale, rotation, translation } = shape.placement;
+    let range = |what, value, range| Err(SceneError::Range { id: shape.id.clone(), what, value, range });
+    if !(scale.is_finite() && scale > 0.0) {
+        return range("the scale", scale, "positive and finite");
+    }
+    if let Some(&value) = translation.to_array().iter().find(|p| !p.is_finite()) {
+        return range("a coordinate", value, "finite");
+    }
+    let turned = (rotation * rotation.transpose() - DMat3::IDENTITY).to_cols_array();
+    let error = turned.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    if !(error < 1e-6 && rotation.determinant() > 0.0) {
+        return range("the deviation of its rotation from one", error, "0 to rounding, with determinant 1");
+    }
+    let count = materials.len();
+    let material = materials.get(shape.material).ok_or_else(|| SceneError::Missing {
+        id: shape.id.clone(),
+        what: "material",
+        index: shape.material,
+        count,
+    })?;
+    if matches!(material.bsdf.reflectance(), Reflectance::Texture(_)) {
+        return Err(SceneError::NoCoordinates { id: shape.id.clone() });
+    }
+    Ok(())
+}
+
+/// That the camera is outside of an implicit surface.
+pub(super) fn outside(shape: &ImplicitShape, camera: &Camera) -> Result<(), SceneError> {
+    let value = shape.jet(camera.origin).value;
+    if value > 0.0 { Ok(()) } else { Err(SceneError::Inside { id: shape.id.clone(), value }) }
 }
 
 /// That indices count everything.
@@ -183,7 +226,7 @@ pub(super) fn environment(environment: &Environment, textures: usize) -> Result<
         Environment::Map { id, texture, scale, to_world } => {
             check_index(id, *texture, textures)?;
             range(*scale >= 0.0 && scale.is_finite(), id, "the scale", *scale, "finite and not negative")?;
-            let error = (*to_world * to_world.transpose() - glam::DMat3::IDENTITY).to_cols_array();
+            let error = (*to_world * to_world.transpose() - DMat3::IDENTITY).to_cols_array();
             let worst = error.iter().fold(0.0_f64, |worst, e| worst.max(e.abs()));
             range(worst < 1e-5, id, "the distance of to_world from a rotation", worst, "0")
         }

@@ -62,6 +62,27 @@ pub enum SceneError {
         /// What is wrong.
         error: crate::geometry::MeshError,
     },
+    /// The parameters of an implicit surface make none.
+    #[error("implicit surface `{id}`: {error}")]
+    Implicit {
+        /// The surface.
+        id: String,
+        /// What is wrong.
+        error: flatland::sdf::shapes::ShapeError,
+    },
+    /// The numbers for tracing rays at implicit surfaces are out of range.
+    #[error("tracing implicit surfaces: {0}")]
+    Tracer(#[from] flatland::sdf::TracerError),
+    /// The camera looks from within a surface.
+    #[error(
+        "the camera is inside the implicit surface `{id}`, where φ = {value}; it must be outside, where φ > 0"
+    )]
+    Inside {
+        /// The surface.
+        id: String,
+        /// φ at the camera.
+        value: f64,
+    },
     /// The camera's frame is not orthonormal.
     #[error("the camera's right, up and forward are not orthonormal")]
     Frame,

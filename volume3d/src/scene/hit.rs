@@ -12,6 +12,8 @@ use crate::geometry;
 pub(crate) enum Surface {
     /// A triangle of a mesh, by its index in the scene.
     Triangle(u32),
+    /// An implicit surface, by its index in the scene.
+    Implicit(u32),
 }
 
 /// Where a ray meets the scene.

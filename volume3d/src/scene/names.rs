@@ -82,6 +82,14 @@ impl Scene {
         find("shape", id, self.description().shapes.iter().map(|s| &s.id))
     }
 
+    /// The index of the implicit surface with a name, among implicit surfaces.
+    ///
+    /// # Errors
+    /// A [`NameError`] that suggests names, if there is none.
+    pub fn find_implicit(&self, id: &str) -> Result<usize, NameError> {
+        find("implicit surface", id, self.description().implicits.iter().map(|s| &s.id))
+    }
+
     /// A shape that emits, or a constant environment.
     pub(crate) fn find_emitter(&self, id: &str) -> Result<Emitter, NameError> {
         let shapes = &self.description().shapes;

@@ -17,28 +17,31 @@ impl Scene {
     /// The nearest hit along a ray that starts on a surface, which it does not hit there, or in the open.
     #[inline]
     pub(crate) fn closest(&self, origin: DVec3, direction: DVec3, from: Option<Surface>) -> Option<Hit> {
-        let (near, from) = self.start(from);
-        self.accelerator.closest(&Ray { origin, direction, near, far: f64::INFINITY, from }).map(Hit::from)
+        let (near, triangle) = self.start(from);
+        let ray = Ray { origin, direction, near, far: f64::INFINITY, from: triangle };
+        self.or_implicit(self.accelerator.closest(&ray).map(Hit::from), origin, direction, from, near)
     }
 
     /// The nearest hit that is farther away than a distance.
     pub(crate) fn beyond(&self, origin: DVec3, direction: DVec3, near: f64) -> Option<Hit> {
         let ray = Ray { origin, direction, near, far: f64::INFINITY, from: None };
-        self.accelerator.closest(&ray).map(Hit::from)
+        self.or_implicit(self.accelerator.closest(&ray).map(Hit::from), origin, direction, None, near)
     }
 
     /// Whether anything is in the way between the distances `near` and `far`, the latter less rounding.
     pub(crate) fn blocked(&self, origin: DVec3, direction: DVec3, near: f64, far: f64) -> bool {
         let far = self.short_of(far);
         self.accelerator.occluded(&Ray { origin, direction, near, far, from: None })
+            || self.closest_implicit(origin, direction, None, (near, far)).is_some()
     }
 
     /// Whether anything is in the way from x on a surface to what is at a distance.
     #[inline]
     pub(crate) fn shadowed(&self, x: DVec3, from: Surface, direction: DVec3, distance: f64) -> bool {
-        let (near, from) = self.start(Some(from));
+        let (near, triangle) = self.start(Some(from));
         let far = self.short_of(distance);
-        self.accelerator.occluded(&Ray { origin: x, direction, near, far, from })
+        self.accelerator.occluded(&Ray { origin: x, direction, near, far, from: triangle })
+            || self.closest_implicit(x, direction, Some(from), (near, far)).is_some()
     }
 
     /// The nearest hits of many rays from one origin, as [`closest`](Self::closest) finds them one by one.
@@ -49,8 +52,30 @@ impl Scene {
         from: Option<Surface>,
         hits: &mut Vec<Option<Hit>>,
     ) {
-        let (near, from) = self.start(from);
-        self.accelerator.closest_bundle(origin, directions, near, f64::INFINITY, from, hits);
+        let (near, triangle) = self.start(from);
+        self.accelerator.closest_bundle(origin, directions, near, f64::INFINITY, triangle, hits);
+        if !self.description.implicits.is_empty() {
+            for (hit, &direction) in hits.iter_mut().zip(directions) {
+                *hit = self.or_implicit(*hit, origin, direction, from, near);
+            }
+        }
+    }
+
+    /// A hit of a mesh, or the implicit surface before it.
+    #[inline]
+    fn or_implicit(
+        &self,
+        hit: Option<Hit>,
+        origin: DVec3,
+        direction: DVec3,
+        from: Option<Surface>,
+        near: f64,
+    ) -> Option<Hit> {
+        if self.description.implicits.is_empty() {
+            return hit;
+        }
+        let far = hit.map_or(f64::INFINITY, |hit| hit.distance);
+        self.closest_implicit(origin, direction, from, (near, far)).or(hit)
     }
 
     /// Lengths below this are rounding.
@@ -64,6 +89,8 @@ impl Scene {
     fn start(&self, from: Option<Surface>) -> (f64, Option<u32>) {
         match from {
             Some(Surface::Triangle(triangle)) => (self.rounding(), Some(triangle)),
+            // It may start within a mesh by the tolerance to which the surface was hit.
+            Some(Surface::Implicit(_)) => (self.rounding(), None),
             None => (0.0, None),
         }
     }

@@ -1,65 +1,80 @@
 //! What is asked of a surface that was hit, whatever its kind.
 
+use flatland::sdf::Sdf as _;
 use glam::DVec3;
 
 use super::build::Scene;
 use super::hit::{Hit, MaterialPoint, Surface};
 
 impl Scene {
-    /// The shape that a surface is a part of.
+    /// The shape that a surface is a part of. Implicit surfaces are counted after all meshes.
     #[inline]
     pub(crate) fn shape_of(&self, surface: Surface) -> u32 {
         match surface {
             Surface::Triangle(triangle) => self.triangles[triangle as usize].shape,
+            Surface::Implicit(index) => self.description.shapes.len() as u32 + index,
         }
     }
 
     /// The index of its material.
     #[inline]
     pub(crate) fn material_of(&self, surface: Surface) -> usize {
-        self.description.shapes[self.shape_of(surface) as usize].material
+        match surface {
+            Surface::Triangle(_) => self.description.shapes[self.shape_of(surface) as usize].material,
+            Surface::Implicit(index) => self.description.implicits[index as usize].material,
+        }
     }
 
-    /// The unit normal of its front; 0 where there is none. It is the same all over a triangle.
+    /// The unit normal of its front at a point of it; 0 where there is none. It is the same all over a triangle.
     #[inline]
-    pub(crate) fn normal_of(&self, surface: Surface) -> DVec3 {
-        self.area_vector(surface).normalize_or_zero()
+    pub(crate) fn normal_of(&self, surface: Surface, at: DVec3) -> DVec3 {
+        match surface {
+            Surface::Triangle(triangle) => self.face_normal(triangle),
+            Surface::Implicit(index) => {
+                self.description.implicits[index as usize].jet(at).gradient.normalize_or_zero()
+            }
+        }
+    }
+
+    /// The unit normal of a triangle's front; 0 if it has no area.
+    #[inline]
+    pub(crate) fn face_normal(&self, triangle: u32) -> DVec3 {
+        self.area_vector(triangle).normalize_or_zero()
     }
 
     /// Whether it is shaded by other normals than its own.
     pub(crate) fn has_shading_normals(&self, surface: Surface) -> bool {
         match surface {
             Surface::Triangle(triangle) => !self.triangles[triangle as usize].is_flat(),
+            Surface::Implicit(_) => false,
         }
     }
 
     /// The shape and its radiance, if a ray along a direction hits the front of one that emits.
     #[inline]
     pub(crate) fn emission(&self, hit: &Hit, direction: DVec3) -> Option<(u32, DVec3)> {
+        let Surface::Triangle(triangle) = hit.surface else { return None };
         let shape = self.shape_of(hit.surface);
         let radiance = self.description.shapes[shape as usize].radiance?;
-        (self.area_vector(hit.surface).dot(direction) < 0.0).then_some((shape, radiance))
+        (self.area_vector(triangle).dot(direction) < 0.0).then_some((shape, radiance))
     }
 
-    /// The point of matter that was hit.
+    /// The point of matter that was hit; an implicit surface has no such points, only values of φ.
     #[inline]
-    pub(crate) fn material_point(&self, hit: &Hit) -> MaterialPoint {
+    pub(crate) fn material_point(&self, hit: &Hit) -> Option<MaterialPoint> {
         match hit.surface {
             Surface::Triangle(triangle) => {
                 let corners = self.triangles[triangle as usize].positions;
-                MaterialPoint::Mesh(std::array::from_fn(|k| (corners[k], hit.coordinates[k])))
+                Some(MaterialPoint::Mesh(std::array::from_fn(|k| (corners[k], hit.coordinates[k]))))
             }
+            Surface::Implicit(_) => None,
         }
     }
 
     /// Along the normal, of any length: (p₁ − p₀) × (p₂ − p₀).
     #[inline]
-    fn area_vector(&self, surface: Surface) -> DVec3 {
-        match surface {
-            Surface::Triangle(triangle) => {
-                let [a, b, c] = self.corners(triangle);
-                (b - a).cross(c - a)
-            }
-        }
+    fn area_vector(&self, triangle: u32) -> DVec3 {
+        let [a, b, c] = self.corners(triangle);
+        (b - a).cross(c - a)
     }
 }

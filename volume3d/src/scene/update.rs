@@ -21,7 +21,9 @@ use glam::DVec3;
 use super::adjacency::Shading;
 use super::check;
 use super::error::SceneError;
-use super::{Camera, Description, Environment, Film, Light, Material, Reflectance, Scene, Texture};
+use super::{
+    Camera, Description, Environment, Film, ImplicitShape, Light, Material, Reflectance, Scene, Texture,
+};
 use crate::geometry::{Mesh, Normals};
 
 impl Scene {
@@ -94,12 +96,31 @@ impl Scene {
         self.adjacency.fit(tables, shading);
     }
 
+    /// Gives an implicit surface another form, place or material.
+    ///
+    /// # Errors
+    /// A [`SceneError`] if it does not exist, its placement is no rotation with a positive scale, its material does not exist or
+    /// has a texture, its name is that of another, or the camera would be inside. The scene is then as before.
+    pub fn set_implicit(&mut self, index: usize, shape: ImplicitShape) -> Result<(), SceneError> {
+        let Description { implicits, shapes, materials, camera, .. } = &self.description;
+        let old = self.existing("implicit surface", index, implicits)?;
+        check::implicit(&shape, materials)?;
+        check::outside(&shape, camera)?;
+        let others = implicits.iter().map(|s| &s.id).chain(shapes.iter().map(|s| &s.id));
+        check::renamed("shape", &old.id, &shape.id, others)?;
+        self.description.implicits[index] = shape;
+        self.measure();
+        Ok(())
+    }
+
     /// Looks from elsewhere, or with another field of view.
     ///
     /// # Errors
-    /// A [`SceneError`] if the camera's frame is not orthonormal or its field of view out of range.
+    /// A [`SceneError`] if the camera's frame is not orthonormal, its field of view out of range, or if it is inside an
+    /// implicit surface.
     pub fn set_camera(&mut self, camera: Camera) -> Result<(), SceneError> {
         check::camera(&camera)?;
+        self.description.implicits.iter().try_for_each(|shape| check::outside(shape, &camera))?;
         self.description.camera = camera;
         self.measure();
         Ok(())

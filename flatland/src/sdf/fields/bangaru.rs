@@ -79,7 +79,8 @@ impl BangaruField {
         point: &TracePoint<D::Vector>,
     ) -> Scalar<D::Vector> {
         let near = magnitude(Scalar { value: point.jet.value, gradient: point.phi_gradient });
-        let grazing = magnitude(slope_along::<D>(view, direction, point));
+        let hessian = view.sdf.second_order(point.position).hessian;
+        let grazing = magnitude(slope_along::<D>(direction, point, hessian));
         Scalar {
             value: (near.value + self.lambda * grazing.value).max(f64::MIN_POSITIVE),
             gradient: near.gradient + grazing.gradient * self.lambda,

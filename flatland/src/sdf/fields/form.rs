@@ -40,7 +40,18 @@ impl<V: Space> Tap<V> {
         weight: Scalar<V>,
     ) -> Self {
         let point = view.eye + direction * t.value;
-        let SecondOrder { jet, hessian } = view.sdf.second_order(point);
+        Self::of::<D>(point, view.sdf.second_order(point), direction, t, weight)
+    }
+
+    /// The same where φ(x), ∇φ(x) and ∇²φ(x) are known.
+    #[must_use]
+    pub fn of<D: Domain<Vector = V>>(
+        point: V,
+        SecondOrder { jet, hessian }: SecondOrder<V>,
+        direction: V,
+        t: Scalar<V>,
+        weight: Scalar<V>,
+    ) -> Self {
         let velocity = LevelSetVelocity::new(jet.gradient);
         let e = velocity.e();
         let along = velocity.derivative(hessian, direction);

@@ -1,17 +1,17 @@
 //! Means over the points of a ray, with weights that depend on the direction.
 
 use crate::sdf::scalar::Scalar;
-use crate::sdf::space::Directions;
-use crate::sdf::tracer::{TracePoint, View};
+use crate::sdf::space::{Directions, Space};
+use crate::sdf::tracer::TracePoint;
 use crate::warp::Vector;
 
 /// ∇φ·ω at a point of a ray and its gradient P_ω∇φ + t P_ω Hω + (ω·Hω) ∇_ω t.
 pub(super) fn slope_along<D: Directions>(
-    view: &View<'_, D::Vector>,
     direction: D::Vector,
     point: &TracePoint<D::Vector>,
+    hessian: <D::Vector as Space>::Matrix,
 ) -> Scalar<D::Vector> {
-    let hessian = view.sdf.second_order(point.position).hessian * direction;
+    let hessian = hessian * direction;
     let turn = D::project(direction, point.jet.gradient + hessian * point.t);
     Scalar {
         value: point.jet.gradient.dot(direction),

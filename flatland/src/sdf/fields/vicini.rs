@@ -19,8 +19,8 @@ use crate::warp::Vector;
 /// released code). One evaluation of G serves the whole ray. The multiplier m confines the field to a
 /// neighbourhood of the surface, c in radians.
 ///
-/// Left out are the ramps of their weight at the bounding box of the grid, for there is none here,
-/// and at the start of rays that leave a surface, for these leave an eye.
+/// Left out is the ramp of their weight at the bounding box of the grid, for there is none here. That at the start of
+/// rays which leave a surface is [`departure`](Self::departure).
 ///
 /// At ε > 0 the weights stay finite on the silhouette, t̄ does not reach the silhouette's
 /// distance, and V not its velocity: a bias that falls with ε.
@@ -34,11 +34,14 @@ pub struct ViciniField {
     pub gamma: f64,
     /// c, 0.01 in the paper; `None` for m = 1.
     pub reach: Option<f64>,
+    /// d, in units of length: weights have a factor (t/(t + d))^γ besides. For rays that leave the surface itself, whose first
+    /// points are near it and say nothing of its silhouettes, a part of its size; 0, no factor, in free space.
+    pub departure: f64,
 }
 
 impl Default for ViciniField {
     fn default() -> Self {
-        Self { epsilon: 1e-6, grazing: 0.05, gamma: 3.0, reach: Some(0.01) }
+        Self { epsilon: 1e-6, grazing: 0.05, gamma: 3.0, reach: Some(0.01), departure: 0.0 }
     }
 }
 
@@ -64,11 +67,24 @@ impl ViciniField {
                 let power = (s.value / least).powf(-self.gamma);
                 let step = magnitude(Scalar { value: point.step, gradient: point.step_gradient });
                 let slope = -self.gamma * power / s.value * step.value;
-                Scalar { value: step.value * power, gradient: step.gradient * power + s.gradient * slope }
+                let value = step.value * power;
+                let gradient = step.gradient * power + s.gradient * slope;
+                let ramp = self.ramp(Scalar { value: point.t, gradient: point.t_gradient });
+                Scalar { value: value * ramp.value, gradient: gradient * ramp.value + ramp.gradient * value }
             })
             .collect();
         normalise(&mut weights);
         weights
+    }
+
+    /// (t/(t + d))^γ.
+    fn ramp<V: Vector>(&self, t: Scalar<V>) -> Scalar<V> {
+        if self.departure == 0.0 {
+            return Scalar::constant(1.0);
+        }
+        let value = (t.value / (t.value + self.departure)).powf(self.gamma);
+        let slope = self.gamma * value * self.departure / (t.value * (t.value + self.departure));
+        Scalar { value, gradient: t.gradient * slope }
     }
 
     /// ε + |φ| + β (∇φ·ω)²/|∇φ|²
@@ -83,9 +99,10 @@ impl ViciniField {
         // 1/|∇φ|², or 0 where ∇φ is, and the gradient of |∇φ|²/2: H∇φ moved along the ray.
         let square = gradient.dot(gradient);
         let inverse = if square > 0.0 { square.recip() } else { 0.0 };
-        let hessian = view.sdf.second_order(point.position).hessian * gradient;
-        let half = D::project(direction, hessian) * point.t + point.t_gradient * hessian.dot(direction);
-        let along = slope_along::<D>(view, direction, point);
+        let hessian = view.sdf.second_order(point.position).hessian;
+        let turn = hessian * gradient;
+        let half = D::project(direction, turn) * point.t + point.t_gradient * turn.dot(direction);
+        let along = slope_along::<D>(direction, point, hessian);
         let relative = along.value * along.value * inverse;
         let slope = along.gradient * (2.0 * along.value * inverse) - half * (2.0 * relative * inverse);
         Scalar {
@@ -94,8 +111,46 @@ impl ViciniField {
         }
     }
 
+    /// Whether m > 0 at x̄, from values alone: it takes no second derivatives, and most rays are far from all silhouettes.
+    #[must_use]
+    pub fn is_near<D: Directions>(&self, view: &View<'_, D::Vector>, trace: &Trace<D::Vector>) -> bool {
+        let Some(reach) = self.reach else { return true };
+        let (mut sum, mut t) = (0.0, 0.0);
+        for point in trace.points.get(1..).unwrap_or_default() {
+            let gradient = point.jet.gradient;
+            let (square, along) = (gradient.dot(gradient), gradient.dot(trace.direction));
+            let relative = if square > 0.0 { along * along / square } else { 0.0 };
+            let distance =
+                (self.epsilon + point.jet.value.abs() + self.grazing * relative).max(f64::MIN_POSITIVE);
+            let ramp = self.ramp::<D::Vector>(Scalar::constant(point.t)).value;
+            let weight = point.step.abs() * distance.powf(-self.gamma) * ramp;
+            (sum, t) = (sum + weight, t + weight * point.t);
+        }
+        let t = t / sum;
+        // Where rounding or overflow decides, the whole form does.
+        let far = view.sdf.value(view.eye + trace.direction * t).abs() > 1.000_001 * reach * t;
+        sum != 0.0 && !far
+    }
+
+    /// t̄, where any point has a weight.
+    #[must_use]
+    pub fn mean_distance<D: Directions>(
+        &self,
+        view: &View<'_, D::Vector>,
+        trace: &Trace<D::Vector>,
+    ) -> Option<Scalar<D::Vector>> {
+        let weights = self.scalars::<D>(view, trace);
+        let mut t = Scalar::constant(0.0);
+        for (point, weight) in trace.points.iter().skip(1).zip(&weights) {
+            t.value += weight.value * point.t;
+            t.gradient = t.gradient + weight.gradient * point.t + point.t_gradient * weight.value;
+        }
+        (!weights.is_empty()).then_some(t)
+    }
+
     /// m at x̄.
-    fn multiplier<D: Directions>(
+    #[must_use]
+    pub fn multiplier<D: Directions>(
         &self,
         view: &View<'_, D::Vector>,
         direction: D::Vector,
@@ -120,16 +175,10 @@ impl ViciniField {
         view: &View<'_, D::Vector>,
         trace: &Trace<D::Vector>,
     ) -> FieldForm<D> {
-        let weights = self.scalars::<D>(view, trace);
         let direction = trace.direction;
-        if weights.is_empty() {
+        let Some(t) = self.mean_distance::<D>(view, trace) else {
             return FieldForm::new(direction, vec![], trace.count());
-        }
-        let mut t = Scalar::constant(0.0);
-        for (point, weight) in trace.points.iter().skip(1).zip(weights) {
-            t.value += weight.value * point.t;
-            t.gradient = t.gradient + weight.gradient * point.t + point.t_gradient * weight.value;
-        }
+        };
         let multiplier = self.multiplier::<D>(view, direction, t);
         let seen = multiplier.value != 0.0;
         let tap = seen.then(|| Tap::new::<D>(view, direction, t, multiplier));
@@ -145,6 +194,7 @@ impl<D: Directions> TracedField<D> for ViciniField {
     fn check(&self) -> Result<(), FieldError> {
         check("ε", self.epsilon, "finite and not negative", self.epsilon >= 0.0)?;
         check("β", self.grazing, "finite and not negative", self.grazing >= 0.0)?;
+        check("d", self.departure, "finite and not negative", self.departure >= 0.0)?;
         check("γ", self.gamma, "positive and finite", self.gamma > 0.0)?;
         let reach = self.reach.unwrap_or(1.0);
         check("c", reach, "positive and finite", reach > 0.0)

@@ -11,7 +11,7 @@ use volume3d::io::{load_image, load_image_over};
 use volume3d::optimize::View;
 use volume3d::scene::{Camera, Environment, Film, Scene};
 
-use super::super::session::{Bar, Loaded, check_size, located, silent};
+use super::super::session::{Bar, Loaded, check_size, located, lost, silent};
 use super::config::{Config, ViewConfig, definitions};
 
 /// All views, with cameras of their own if they are several, each of which has its target, and the files that they came from.
@@ -135,7 +135,8 @@ fn rendered(
     }
     scene.set_film(film)?;
     let rendering = render(scene, samples, seed, &silent())?;
-    eprint!("{}", located(&rendering.non_finite));
+    let (width, height) = rendering.image.size();
+    eprint!("{}{}", located(&rendering.non_finite), lost(rendering.traces, samples * width * height));
     Ok(rendering.image)
 }
 

@@ -253,7 +253,7 @@ impl<'s> Driver<'s> {
         sums: &mut Sums,
     ) -> Result<(), Stopped> {
         let inputs = Inputs::new(self.scene, active);
-        let bounds = MovingBounds::new(self.scene, &active.shapes);
+        let bounds = MovingBounds::new(self.scene, &active.shapes, active.implicits.contains(&true));
         sums.gather(GROUPS * self.chunks(), progress, |number, part| {
             self.reverse_chunk(boundary, adjoint, (&inputs, &bounds), number, progress, part);
         })

@@ -97,7 +97,7 @@ impl<'a> Horizon<'a> {
     ) {
         let scene = self.walk.sensor.paths.scene;
         let x = subpath.vertices[0];
-        let Surface::Triangle(index) = x.surface;
+        let Surface::Triangle(index) = x.surface else { return };
         let triangle = &scene.triangles[index as usize];
         if triangle.normals[0] == NONE || !self.moving.shapes[triangle.shape as usize] {
             return;

@@ -186,7 +186,9 @@ impl Curve for InnerSignChanges<'_> {
         let scene = self.sensor.paths.scene;
         let (origin, direction) =
             warped_ray(&self.sensor, calculus, eye, &place.vertices, &place.turn.next());
-        let point = SurfacePoint::new(scene, calculus, origin, direction, place.turn.surface);
+        // Only triangles interpolate normals, and their planes tell how far away they are.
+        let distance = f64::NAN;
+        let point = SurfacePoint::new(scene, calculus, origin, direction, place.turn.surface, distance);
         -point.interpolated_normal(scene, calculus).dot(point.viewer)
     }
 }

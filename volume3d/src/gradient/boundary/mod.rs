@@ -38,8 +38,8 @@ use self::secondary::{Light, Secondary};
 use self::sign_changes::FilmSignChanges;
 pub(super) use self::sums::{Effort, Gradients, Images};
 pub(super) use self::warped::SignChanges;
-use super::Stopped;
 use super::motion::Motion;
+use super::{ActiveParameters, Stopped};
 use crate::path::{Kernels, Paths};
 use crate::scene::Scene;
 
@@ -70,14 +70,22 @@ pub(super) struct Moving {
 impl Moving {
     /// As if everything did.
     fn everything(scene: &Scene) -> Self {
-        Self { shapes: vec![true; scene.description.shapes.len()], camera: true }
+        let description = &scene.description;
+        Self { shapes: vec![true; description.shapes.len() + description.implicits.len()], camera: true }
     }
 
     /// What moves or turns its normals.
     pub(super) fn of(scene: &Scene, motion: &Motion<'_>) -> Self {
         let turns = |s: usize| motion.normals[scene.normal_range(s)].iter().any(|n| *n != DVec3::ZERO);
-        let shapes = motion.moves.iter().enumerate().map(|(s, moves)| *moves || turns(s)).collect();
+        let meshes = motion.moves.iter().enumerate().map(|(s, moves)| *moves || turns(s));
+        let shapes = meshes.chain(motion.change.implicits.iter().map(|rates| !rates.is_still())).collect();
         Self { shapes, camera: motion.camera_moves }
+    }
+
+    /// What is active.
+    pub(super) fn active(active: &ActiveParameters) -> Self {
+        let shapes = active.shapes.iter().chain(&active.implicits).copied().collect();
+        Self { shapes, camera: active.camera }
     }
 
     fn anything(&self) -> bool {

@@ -54,9 +54,16 @@ impl<'a> Sensor<'a> {
         let plain = Plain { scene };
         let direction = (vertex.position - viewer).normalize_or_zero();
         let (origin, direction) = (Vec3::constant(viewer), Vec3::constant(direction));
-        let point = SurfacePoint::new(scene, &plain, origin, direction, vertex.surface);
+        let point = SurfacePoint::new(
+            scene,
+            &plain,
+            origin,
+            direction,
+            vertex.surface,
+            viewer.distance(vertex.position),
+        );
         let Some(shading) = point.shading(scene, &plain) else { return DVec3::ZERO };
-        let cosine = self.paths.scene.normal_of(vertex.surface).dot(towards).abs();
+        let cosine = self.paths.scene.normal_of(vertex.surface, vertex.position).dot(towards).abs();
         shading.evaluate(Vec3::constant(towards)).value() / cosine
     }
 
@@ -130,14 +137,14 @@ impl<'a> Sensor<'a> {
         let distance = way.length();
         let direction = way / distance;
         let cosine = direction.dot(self.frame.forward.value());
-        let slope = self.paths.scene.normal_of(vertex.surface).dot(direction).abs();
+        let slope = self.paths.scene.normal_of(vertex.surface, vertex.position).dot(direction).abs();
         self.frame.focal * self.frame.focal * slope / (cosine.powi(3) * distance * distance)
     }
 
     /// One more vertex backwards, and f cos θ_s/cos θ_g · |n·ω′|/density.
     fn extend(&self, vertex: &Vertex, towards: DVec3, numbers: &mut Sequence) -> Option<(Vertex, DVec3)> {
         let scene = self.paths.scene;
-        let face = self.paths.scene.normal_of(vertex.surface);
+        let face = self.paths.scene.normal_of(vertex.surface, vertex.position);
         let face = if face.dot(towards) < 0.0 { -face } else { face };
         let (side, [a, b]) = (numbers.one(), numbers.pair());
         let bends = scene.has_shading_normals(vertex.surface);
@@ -172,7 +179,8 @@ impl<'a> Sensor<'a> {
             if let Some(before) = before {
                 direction = Vec3::constant((vertex.position - before).normalize());
             }
-            origin = SurfacePoint::new(scene, calculus, origin, direction, vertex.surface).position;
+            let distance = origin.value().distance(vertex.position);
+            origin = SurfacePoint::new(scene, calculus, origin, direction, vertex.surface, distance).position;
             before = Some(vertex.position);
         }
         origin

@@ -48,7 +48,7 @@ pub(super) fn look_past(
 /// Whether a crossing of two triangles is seen between two directions, in which they are hit.
 fn cross_between(scene: &Scene, origin: DVec3, [before, behind]: [DVec3; 2], hits: [Option<Hit>; 2]) -> bool {
     let [Some(a), Some(b)] = hits else { return false };
-    let [Surface::Triangle(first), Surface::Triangle(second)] = [a.surface, b.surface];
+    let [Surface::Triangle(first), Surface::Triangle(second)] = [a.surface, b.surface] else { return false };
     let crossings = scene.crossings();
     crossings.of(first).iter().map(|&i| crossings.get(i)).any(|crossing| {
         let [p, q] = crossing.places.map(|p| p - origin);
@@ -62,7 +62,7 @@ fn cross_between(scene: &Scene, origin: DVec3, [before, behind]: [DVec3; 2], hit
 /// Whether an edge at which a triangle jumps is seen between two directions: then rays past it find both surfaces
 /// too. Where it is farther aside, each edge has a jump of its own.
 fn is_between(scene: &Scene, origin: DVec3, [before, behind]: [DVec3; 2], surface: Surface) -> bool {
-    let Surface::Triangle(triangle) = surface;
+    let Surface::Triangle(triangle) = surface else { return false };
     let p = scene.corners(triangle).map(|p| p - origin);
     (0..3).any(|k| {
         let plane = p[k].cross(p[(k + 1) % 3]);

@@ -111,7 +111,9 @@ impl<'a> FilmSignChanges<'a> {
     fn cosine<C: Calculus>(&self, calculus: &C, eye: &Eye<'_, C::Number>, surface: Surface) -> C::Number {
         let scene = self.sensor.paths.scene;
         let direction = self.sensor.film.direction(eye.frame, eye.at);
-        let point = SurfacePoint::new(scene, calculus, eye.frame.origin, direction, surface);
+        // Only triangles interpolate normals, and their planes tell how far away they are.
+        let distance = f64::NAN;
+        let point = SurfacePoint::new(scene, calculus, eye.frame.origin, direction, surface, distance);
         point.interpolated_normal(scene, calculus).dot(point.viewer)
     }
 }

@@ -65,12 +65,14 @@ impl<'a> Walk<'a> {
         film.cell(at)?;
         let direction = film.direction(&frame, [at.x, at.y]).value();
         let hit = scene.closest(origin, direction, None)?;
-        let Surface::Triangle(seen) = hit.surface;
-        if drawn.is_some_and(|triangle| triangle != seen) {
+        if drawn.is_some_and(|triangle| hit.surface != Surface::Triangle(triangle)) {
             return None;
         }
         let mut density = (1.0 - by_area) / (high - low).element_product();
-        if by_area > 0.0 && self.moving.weight(seen as usize) > 0.0 {
+        if let Surface::Triangle(seen) = hit.surface
+            && by_area > 0.0
+            && self.moving.weight(seen as usize) > 0.0
+        {
             let x = Vertex { position: origin + direction * hit.distance, surface: hit.surface };
             density += by_area / (self.moving.total() * self.sensor.film_area(&x));
         }
@@ -106,7 +108,7 @@ impl<'a> Walk<'a> {
         let mut next = Some(hit);
         while let Some(hit) = next {
             let (o, d) = (Vec3::constant(origin), Vec3::constant(direction));
-            let point = SurfacePoint::new(scene, &plain, o, d, hit.surface);
+            let point = SurfacePoint::new(scene, &plain, o, d, hit.surface, hit.distance);
             let Some(shading) = point.shading(scene, &plain) else { return };
             origin = point.position.value();
             vertices.insert(0, Vertex { position: origin, surface: hit.surface });

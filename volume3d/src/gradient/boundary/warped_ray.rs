@@ -20,7 +20,8 @@ pub(super) fn warped_ray<C: Calculus>(
     let mut viewer = eye.frame.origin.value();
     let (mut origin, mut direction) = (eye.frame.origin, sensor.film.direction(eye.frame, eye.at));
     for (k, vertex) in vertices.iter().enumerate().rev() {
-        origin = SurfacePoint::new(scene, calculus, origin, direction, vertex.surface).position;
+        let distance = viewer.distance(vertex.position);
+        origin = SurfacePoint::new(scene, calculus, origin, direction, vertex.surface, distance).position;
         let next = if k > 0 { &vertices[k - 1] } else { next };
         let towards = (next.position - vertex.position).normalize();
         direction = Vec3::constant(towards);
@@ -39,7 +40,8 @@ pub(super) fn warped_ray<C: Calculus>(
 fn kernel(paths: &Paths<'_>, viewer: DVec3, vertex: &Vertex, next: &Vertex) -> Option<Kernel> {
     let plain = Plain { scene: paths.scene };
     let along = Vec3::constant((vertex.position - viewer).normalize());
-    let point = SurfacePoint::new(paths.scene, &plain, Vec3::constant(viewer), along, vertex.surface);
+    let (origin, distance) = (Vec3::constant(viewer), viewer.distance(vertex.position));
+    let point = SurfacePoint::new(paths.scene, &plain, origin, along, vertex.surface, distance);
     let shading = point.shading(paths.scene, &plain)?;
     Some(paths.kernels.of_bounce(&shading, VisibilityDomain::Radiance, Some(next.surface)))
 }

@@ -2,11 +2,13 @@
 
 use std::f64::consts::TAU;
 
+use flatland::sdf::{Jet, Trace};
 use flatland::warp::{Domain as _, Field, LinearField};
 use glam::DVec3;
 
 use super::arc::{AngularSupport, Arc, Graded, Moments};
 use super::edge::{Cone, Edge, HalfSpace};
+use super::level_set::{LevelSetTap, NearLevelSet, Sight};
 use super::scene_edges::SceneEdges;
 use crate::Sphere;
 use crate::gradient::followed::{Followed, FollowedPoint};
@@ -50,6 +52,7 @@ pub(crate) struct View<'p> {
 pub(crate) struct JumpMean {
     point: DVec3,
     pieces: Vec<Piece>,
+    level_sets: Vec<LevelSetTap>,
     /// 1/(∫ K + 2π/R), and that times the gradient of what it is one over.
     inverse: f64,
     slope: DVec3,
@@ -81,7 +84,11 @@ struct End {
 const ROOM: usize = 16;
 
 impl JumpMean {
-    /// The field at u; nothing if no arc is near.
+    /// The field at u; nothing if no arc and no implicit surface is near.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "what is seen, from where, and the memory it takes are told apart"
+    )]
     pub(crate) fn new(
         scene: &Scene,
         tree: &SceneEdges,
@@ -89,6 +96,8 @@ impl JumpMean {
         view: &View<'_>,
         u: DVec3,
         reach: AngularSupport,
+        sight: &Sight,
+        trace: &mut Trace<DVec3>,
     ) -> Option<Self> {
         let mut pieces = Vec::with_capacity(ROOM);
         let mut add = |edge: &Edge, pole: Pole, seam: bool| {
@@ -112,11 +121,17 @@ impl JumpMean {
             Silhouettes::Listed(list) => list.iter().for_each(|(edge, pole)| add(edge, *pole, false)),
         }
         yield_to_jumps(&mut pieces, reach);
-        Self::mean(pieces, u, reach)
+        let near = sight.near(scene, u, trace);
+        Self::mean(pieces, (scene, sight.origin, &near), u, reach)
     }
 
-    fn mean(pieces: Vec<Piece>, u: DVec3, reach: AngularSupport) -> Option<Self> {
-        if pieces.is_empty() {
+    fn mean(
+        pieces: Vec<Piece>,
+        (scene, origin, near): (&Scene, DVec3, &[NearLevelSet]),
+        u: DVec3,
+        reach: AngularSupport,
+    ) -> Option<Self> {
+        if pieces.is_empty() && near.is_empty() {
             return None;
         }
         // 2π/R, with the chord of R.
@@ -127,7 +142,34 @@ impl JumpMean {
             whole += p.moments.whole.value;
             slope += p.moments.whole.gradient;
         }
-        Some(Self { point: u, pieces, inverse: 1.0 / whole, slope: slope / whole })
+        for n in near {
+            whole += floor * n.kernel.value;
+            slope += floor * n.kernel.gradient;
+        }
+        let slope = slope / whole;
+        let level_sets = near.iter().map(|n| {
+            let value = floor * n.kernel.value / whole;
+            let gradient = n.kernel.gradient * (floor / whole) - slope * value;
+            n.tap(scene, origin, u, Graded { value, gradient })
+        });
+        Some(Self { point: u, pieces, level_sets: level_sets.collect(), inverse: 1.0 / whole, slope })
+    }
+
+    /// What implicit surfaces give to V and ∇·V, from φ̇ and ∇φ̇ as the viewer sees them.
+    pub(crate) fn level_set_field(&self, mut rate: impl FnMut(&LevelSetTap) -> Jet<DVec3>) -> Field<DVec3> {
+        let (mut value, mut divergence) = (DVec3::ZERO, 0.0);
+        for tap in &self.level_sets {
+            let (v, d) = tap.field(rate(tap));
+            value += v;
+            divergence += d;
+        }
+        Field { value: Sphere::project(self.point, value), divergence }
+    }
+
+    /// The transpose: hands each its covector in a·V + b ∇·V.
+    pub(crate) fn scatter_level_sets(&self, a: DVec3, b: f64, mut add: impl FnMut(&LevelSetTap, Jet<DVec3>)) {
+        let a = Sphere::project(self.point, a);
+        self.level_sets.iter().for_each(|tap| add(tap, tap.covector(a, b)));
     }
 
     fn ends(&self) -> impl Iterator<Item = End> {
@@ -145,6 +187,7 @@ impl JumpMean {
     /// Whether all coefficients are.
     pub(crate) fn is_finite(&self) -> bool {
         self.ends().all(|end| end.part.is_finite() && end.divergence.is_finite())
+            && self.level_sets.iter().all(LevelSetTap::is_finite)
     }
 }
 

@@ -72,6 +72,7 @@ mod arc;
 mod edge;
 mod faces;
 mod field;
+mod level_set;
 mod node;
 #[cfg(test)]
 mod scan;
@@ -81,4 +82,5 @@ mod tree;
 pub(crate) use arc::{AngularSupport, WIDEST};
 pub(crate) use edge::{Cone, Edge, HalfSpace};
 pub(crate) use field::{JumpMean, Pole, Silhouettes, Subject, View};
+pub(crate) use level_set::{LevelSetTap, Sight};
 pub(crate) use scene_edges::SceneEdges;

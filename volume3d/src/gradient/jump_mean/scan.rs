@@ -5,15 +5,16 @@
 //! Fields that leave out what the lemma asks for must be found out on the same scenes.
 
 use flatland::random::{Stream, open01, stream};
+use flatland::sdf::{End, Trace};
 use flatland::warp::LinearField as _;
 use glam::{DMat3, DVec3};
 
 use super::edge::Edge;
 use super::faces::Faces;
 use super::scene_edges::{SceneEdges, edges};
-use super::{AngularSupport, HalfSpace, JumpMean, Silhouettes, Subject, View};
+use super::{AngularSupport, HalfSpace, JumpMean, Sight, Silhouettes, Subject, View};
 use crate::geometry::Mesh;
-use crate::scene::{Camera, Description, Film, Filter, Hit, Material, Scene, Span, Surface};
+use crate::scene::{Camera, Description, Film, Filter, Material, Scene, Span, Surface};
 
 /// From both sides V may differ by what it changes by on the way between them, and by rounding.
 const TOLERANCE: f64 = 1e-6;
@@ -141,7 +142,10 @@ fn scene(kind: &Kind) -> Scene {
 
 fn seen(scene: &Scene, direction: DVec3) -> Option<u32> {
     let hit = scene.closest(DVec3::ZERO, direction, None);
-    hit.map(|Hit { surface: Surface::Triangle(triangle), .. }| triangle)
+    match hit?.surface {
+        Surface::Triangle(triangle) => Some(triangle),
+        Surface::Implicit(_) => None,
+    }
 }
 
 /// V as it is for camera rays.
@@ -158,7 +162,10 @@ fn field(scene: &Scene, tree: &SceneEdges, velocities: &[DVec3], u: DVec3, trian
         subject: Subject::Radiance(triangle),
         rounding: 6e-13,
     };
-    let mean = JumpMean::new(scene, tree, Silhouettes::All, &view, u, AngularSupport::new(0.2));
+    let sight = Sight { origin: DVec3::ZERO, from: None, plane: None };
+    let mut trace = Trace { direction: u, points: vec![], end: End::Miss };
+    let reach = AngularSupport::new(0.2);
+    let mean = JumpMean::new(scene, tree, Silhouettes::All, &view, u, reach, &sight, &mut trace);
     mean.map_or(DVec3::ZERO, |mean| {
         mean.field(|seen| {
             let velocity = seen.followed.velocity(scene, velocities);

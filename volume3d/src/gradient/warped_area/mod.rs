@@ -25,7 +25,7 @@ use super::motion::Motion;
 use super::primal::primal;
 use super::progress::Progress;
 use super::result::{Gradient, GradientImage};
-use super::tangent::{ActiveParameters, Tangent, supports_active, supports_tangent};
+use super::tangent::{ActiveParameters, Tangent, supports_active, supports_meshes_only, supports_tangent};
 use crate::Image;
 use crate::path::{Kernels, Paths};
 use crate::scene::Scene;
@@ -170,7 +170,8 @@ impl WarpedArea {
         construction: Construction,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
-        self.check_forward(scene, change)?;
+        self.check_forward(scene, change, construction)?;
+        let before = scene.trace_counts();
         let job = self.job(scene, construction, change.is_geometric(), progress)?;
         let motion = &Motion::new(scene, change);
         let mut image = job.forward::<N, K>(motion, progress)?;
@@ -178,6 +179,7 @@ impl WarpedArea {
             let (effort, image) = (self.effort(), &mut image);
             job.sign_changes().each(&mut Images { effort, scene, motion, progress, image })?;
         }
+        image.traces = scene.trace_counts() - before;
         Ok(image)
     }
 
@@ -190,7 +192,8 @@ impl WarpedArea {
         construction: Construction,
         progress: &Progress,
     ) -> Result<Gradient, GradientError> {
-        self.check_reverse(scene, adjoint, active)?;
+        self.check_reverse(scene, adjoint, active, construction)?;
+        let before = scene.trace_counts();
         let job = self.job(scene, construction, active.is_geometric(), progress)?;
         let mut sums = Sums::new(scene);
         job.reverse(&adjoint.pixels, active, progress, &mut sums)?;
@@ -205,20 +208,28 @@ impl WarpedArea {
                 sums,
             })?;
         }
-        Ok(sums.finish(scene, active))
+        let mut gradient = sums.finish(scene, active);
+        gradient.traces = scene.trace_counts() - before;
+        Ok(gradient)
     }
 
     fn has_boundaries(&self) -> bool {
         self.sign_changes > 0 && self.warps
     }
 
-    fn check_forward(&self, scene: &Scene, change: &Tangent) -> Result<(), GradientError> {
+    fn check_forward(
+        &self,
+        scene: &Scene,
+        change: &Tangent,
+        construction: Construction,
+    ) -> Result<(), GradientError> {
         if !change.fits(scene) {
             return Err(GradientError::Tangent);
         }
         if self.warps {
             supports_tangent(scene, change)?;
         }
+        self.check_construction(scene, construction, change.is_geometric())?;
         self.check()
     }
 
@@ -227,6 +238,7 @@ impl WarpedArea {
         scene: &Scene,
         adjoint: &Image,
         active: &ActiveParameters,
+        construction: Construction,
     ) -> Result<(), GradientError> {
         if adjoint.size() != scene.size() || adjoint.pixels.len() != adjoint.width * adjoint.height {
             return Err(GradientError::Adjoint { found: adjoint.size(), film: scene.size() });
@@ -234,7 +246,26 @@ impl WarpedArea {
         if self.warps {
             supports_active(scene, active)?;
         }
+        self.check_construction(scene, construction, active.is_geometric())?;
         self.check()
+    }
+
+    /// Refuses fields that know meshes only where there are implicit surfaces, and something moves.
+    fn check_construction(
+        &self,
+        scene: &Scene,
+        construction: Construction,
+        geometric: bool,
+    ) -> Result<(), GradientError> {
+        let method = match construction {
+            Construction::JumpMean { .. } => return Ok(()),
+            Construction::Weighted => "a field from auxiliary rays",
+            Construction::Followed { .. } => "rotation",
+        };
+        if geometric && self.warps {
+            supports_meshes_only(scene, method)?;
+        }
+        Ok(())
     }
 
     fn check(&self) -> Result<(), GradientError> {

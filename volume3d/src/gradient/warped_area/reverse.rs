@@ -27,7 +27,7 @@ impl Job<'_> {
         sums: &mut Sums,
     ) -> Result<(), Stopped> {
         let scene = self.paths.scene;
-        let bounds = MovingBounds::new(scene, &active.shapes);
+        let bounds = MovingBounds::new(scene, &active.shapes, active.implicits.contains(&true));
         let pull = Pull { adjoint, inputs: Inputs::new(scene, active), bounds };
         let (_, rows) = self.film.cells();
         sums.gather(rows, progress, |j, part| self.reverse_row(j, &pull, progress, part))

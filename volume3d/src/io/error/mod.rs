@@ -163,6 +163,14 @@ pub enum Error {
         /// What is wrong with it.
         problem: NetworkProblem,
     },
+    /// An implicit surface that is no grid, to be written.
+    #[error(
+        "implicit surface `{shape}` is no grid, and there is no file format for others; sample it with `Grid::sampled`"
+    )]
+    NoFormat {
+        /// The surface.
+        shape: String,
+    },
 }
 
 /// The beginning of a text, for a message.

@@ -7,6 +7,7 @@
 //! | element | plugins |
 //! |---|---|
 //! | shape | `obj`, `ply`, `rectangle`, `cube`, with `to_world`, `face_normals`, `flip_normals`, `flip_tex_coords` |
+//! | | `sdfgrid` with `filename`, a `to_world` without shear, and two of our own: `interpolation`, `cubic` unless it is `trilinear`, which Mitsuba's is and which biases gradients, and `use_grid_bbox`, the file's box in place of [0, 1]³ |
 //! | bsdf | `diffuse`, `conductor`, `roughconductor`, `twosided` |
 //! | texture | `bitmap`, bilinear |
 //! | emitter | `area`, `constant`, `envmap`, `directional`, `point` |
@@ -24,6 +25,8 @@
 //! - A transform that mirrors turns the triangles of a shape, so that what faced outwards still does.
 //! - Without given normals, OBJ vertices of one `v` share a normal even where their `vt` differ; in Mitsuba a
 //!   seam of texture coordinates is a crease.
+//! - An `sdfgrid` is interpolated by a cubic spline unless it says otherwise, its normals are those of φ whatever `normals`
+//!   says, and clip planes are not checked against it.
 //! - Films see what is beyond their border, as with `sample_border`, whether it is set or not.
 //! - `near_clip` and `far_clip` cut nothing. A scene of which they would cut something that the film has in view is
 //!   refused. Where they are not given there are none; Mitsuba then cuts at 0.01 and at 10000.
@@ -41,6 +44,7 @@ mod emitter;
 mod object;
 mod reader;
 mod scene;
+mod sdf_grid;
 mod sensor;
 mod shape;
 mod texture;

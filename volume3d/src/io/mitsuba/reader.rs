@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use super::element::{Document, Element, Open};
 use super::object::Ids;
 use crate::io::{Error, SceneProblem};
-use crate::scene::{Environment, Light, Material, Shape, Texture};
+use crate::scene::{Environment, ImplicitShape, Light, Material, Shape, Texture};
 
 /// What has been read so far. Materials and textures may be shared: they are found again by their element.
 pub(super) struct Reader<'a> {
@@ -20,6 +20,7 @@ pub(super) struct Reader<'a> {
     /// Materials of shapes without a bsdf, by whether the shape emits.
     pub(super) default_materials: [Option<usize>; 2],
     pub(super) shapes: Vec<Shape>,
+    pub(super) implicits: Vec<ImplicitShape>,
     pub(super) lights: Vec<Light>,
     pub(super) environment: Option<Environment>,
 }
@@ -37,6 +38,7 @@ impl<'a> Reader<'a> {
             material_of: HashMap::new(),
             default_materials: [None; 2],
             shapes: vec![],
+            implicits: vec![],
             lights: vec![],
             environment: None,
         }

@@ -5,7 +5,7 @@ use super::reader::Reader;
 use super::sensor::Sensor;
 use super::{emitter, sensor};
 use crate::io::Error;
-use crate::scene::{Description, Integrator};
+use crate::scene::{Description, Integrator, SPHERE_TRACING};
 
 impl Reader<'_> {
     /// Reads everything.
@@ -36,7 +36,7 @@ impl Reader<'_> {
         scene.finish()?;
         clips.check(&camera, &film, &self.shapes)?;
 
-        let Self { textures, materials, shapes, lights, environment, .. } = self;
+        let Self { textures, materials, shapes, implicits, lights, environment, .. } = self;
         Ok(Description {
             camera,
             film,
@@ -45,6 +45,8 @@ impl Reader<'_> {
             textures,
             materials,
             shapes,
+            implicits,
+            tracer: SPHERE_TRACING,
             lights,
             environment,
         })

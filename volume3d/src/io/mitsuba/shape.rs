@@ -17,12 +17,13 @@ impl<'a> Reader<'a> {
             "ply" => self.mesh_file(&object, MeshFormat::Ply)?,
             "rectangle" => built_in(&object, Mesh::rectangle())?,
             "cube" => built_in(&object, Mesh::cube())?,
+            "sdfgrid" => return self.sdf_grid(element, &object),
             "sphere" | "disk" | "cylinder" => {
                 let what = format!("the curved shape \"{}\"", object.plugin);
                 let instead = "it is not turned into triangles behind your back: save it as ply or obj";
                 return Err(element.unsupported(what, instead));
             }
-            _ => return Err(object.unknown_plugin("shape", "obj, ply, rectangle, cube")),
+            _ => return Err(object.unknown_plugin("shape", "obj, ply, rectangle, cube, sdfgrid")),
         };
         let mesh = match object.transform("to_world")? {
             Some(element) => mesh.transformed(&transform::invertible(element)?),

@@ -5,15 +5,16 @@ use std::fmt::{Display, Write as _};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use glam::{DAffine2, DMat3, DVec2, DVec3};
+use glam::{DAffine2, DMat3, DMat4, DVec2, DVec3};
 
 use crate::Image;
 use crate::geometry::Normals;
-use crate::io::{Error, files, write_exr, write_obj, write_ply};
+use crate::io::{Error, files, write_exr, write_obj, write_ply, write_sdf};
 use crate::scene::{
-    Camera, Description, Environment, Film, Filter, Integrator, Light, Material, Reflectance, Scene, Shape,
-    Texture, Wrap,
+    Camera, Description, Environment, Film, Filter, ImplicitShape, Integrator, Light, Material, Placement,
+    Reflectance, Scene, Shape, Texture, Wrap,
 };
+use crate::sdf::{Grid, Interpolation};
 
 /// Writes a scene as Mitsuba 3 XML, with its meshes as PLY or OBJ and its textures as OpenEXR in a folder of its own beside it: for `fits/last.xml`, the folder `fits/last.files`. What is there under the names it chooses is replaced;
 /// the scene itself is written last, and every file atomically.
@@ -23,6 +24,8 @@ use crate::scene::{
 /// - textures, which are written in single precision, and those of an environment without their `to_uv`, for which the format
 ///   has no place;
 /// - the last digits of the camera, whose field of view is written in degrees and whose frame is made orthonormal again;
+/// - implicit surfaces: grids are written in single precision, with the file's own box, and `Description::tracer` is not
+///   written;
 /// - the order of vertices where a mesh has normals or texture coordinates, and vertices that no triangle has: PLY has
 ///   one topology only. Two vertices in one place become one;
 /// - names that two things have in common, which the format does not allow: shapes and lights keep theirs, and others get a
@@ -32,7 +35,8 @@ use crate::scene::{
 /// knows no `kappa` of directional lights.
 ///
 /// # Errors
-/// [`Error::File`].
+/// [`Error::File`], [`Error::Grid`] for a grid that single precision cannot hold, and [`Error::NoFormat`] for an implicit
+/// surface that is no grid.
 pub fn write_scene(path: &Path, scene: &Scene) -> Result<(), Error> {
     let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -48,6 +52,7 @@ pub fn write_scene(path: &Path, scene: &Scene) -> Result<(), Error> {
 /// The names of everything, each once.
 pub(super) struct Ids {
     shapes: Vec<String>,
+    implicits: Vec<String>,
     lights: Vec<String>,
     environment: String,
     pub(super) materials: Vec<String>,
@@ -66,6 +71,7 @@ impl Ids {
         };
         Self {
             shapes: d.shapes.iter().map(|s| unique(&s.id)).collect(),
+            implicits: d.implicits.iter().map(|s| unique(&s.id)).collect(),
             lights: d.lights.iter().map(|l| unique(l.id())).collect(),
             environment: d.environment.as_ref().map_or(String::new(), |e| match e {
                 Environment::Constant { id, .. } | Environment::Map { id, .. } => unique(id),
@@ -127,6 +133,9 @@ impl Writer<'_> {
                 self.line("</emitter>");
             }
             self.line("</shape>");
+        }
+        for (i, shape) in scene.implicits.iter().enumerate() {
+            self.implicit(i, shape)?;
         }
         for (i, light) in scene.lights.iter().enumerate() {
             self.light(&self.ids.lights[i], light);
@@ -221,6 +230,32 @@ impl Writer<'_> {
             write_ply(&place, &shape.mesh)?;
         }
         Ok((plugin, file))
+    }
+
+    /// A grid as a file of its own; other implicit surfaces have no place in the format.
+    fn implicit(&mut self, index: usize, shape: &ImplicitShape) -> Result<(), Error> {
+        let Some(grid) = shape.surface.downcast::<Grid>() else {
+            return Err(Error::NoFormat { shape: shape.id.clone() });
+        };
+        let file = self.file("implicit", index, &shape.id, "vol");
+        write_sdf(&self.place(&file)?, grid)?;
+        self.open("shape", "sdfgrid", &self.ids.implicits[index]);
+        self.value("string", "filename", &file);
+        self.value("boolean", "use_grid_bbox", "true");
+        if grid.interpolation() == Interpolation::Trilinear {
+            self.value("string", "interpolation", "trilinear");
+        }
+        if shape.placement != Placement::default() {
+            let Placement { scale, rotation, translation } = shape.placement;
+            let map = DMat4::from_translation(translation) * DMat4::from_mat3(rotation * scale);
+            let rows = map.transpose().to_cols_array_2d();
+            self.line("<transform name=\"to_world\">");
+            self.line(&format!("<matrix value=\"{}\"/>", spaced(rows.as_flattened())));
+            self.line("</transform>");
+        }
+        self.line(&format!("<ref id=\"{}\"/>", escaped(&self.ids.materials[shape.material])));
+        self.line("</shape>");
+        Ok(())
     }
 
     fn light(&mut self, id: &str, light: &Light) {

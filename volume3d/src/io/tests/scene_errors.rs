@@ -234,11 +234,15 @@ fn plugins() {
 <shape/>
     <shape> needs an attribute "type"
 <shape type='hair'/>
-    shape "hair" is not supported; supported: obj, ply, rectangle, cube
+    shape "hair" is not supported; supported: obj, ply, rectangle, cube, sdfgrid
 <shape type='sphere'/>
     the curved shape "sphere" is not supported; it is not turned into triangles behind your back: save it as ply or obj
 <shape type='ply'/>
     shape "ply" needs filename
+<shape type='sdfgrid'/>
+    shape "sdfgrid" needs filename
+<shape type='sdfgrid'><string name='filename' value='a.vol'/></shape>
+    cannot read dir/a.vol: entity not found
 <shape type='ply'><string name='filename' value='a.ply'/></shape>
     cannot read dir/a.ply: entity not found
 <shape type='ply'><string name='filename' value='bad.ply'/></shape>

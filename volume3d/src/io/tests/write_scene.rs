@@ -1,13 +1,15 @@
 //! What is written is read again.
 
+use flatland::sdf::shapes::Ball;
 use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3};
 
 use crate::geometry::{Attribute, Mesh, Normals};
 use crate::io::{load_scene, read_obj, write_obj, write_scene};
 use crate::scene::{
     Bsdf, Camera, Crop, Description, Environment, Film, Filter, Integrator, Light, Material, Microfacets,
-    Reflectance, Scene, Texture, Wrap,
+    Placement, Reflectance, Scene, Texture, Wrap,
 };
+use crate::sdf::{Grid, Interpolation};
 
 /// A square of two triangles whose diagonal is a crease of computed normals and whose texture is torn elsewhere.
 fn creased(uvs: bool) -> Mesh {
@@ -188,6 +190,36 @@ fn meshes_come_back_from_obj() {
         let again = if is_face { again.with_normals(Normals::Face).unwrap() } else { again };
         assert_eq!(corners(&again), corners(&mesh));
     }
+}
+
+/// Grids have their own file, a place and a way of interpolation; what is no grid is refused.
+#[test]
+fn implicit_surfaces_come_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.xml");
+    let mut before = description();
+    let nodes = (0..125).map(|i| if i == 62 { -2.5 } else { 0.5 + f64::from(i % 7) }).collect();
+    let (low, spacing) = (DVec3::new(-1.0, -2.0, 0.5), DVec3::new(0.5, 0.25, 0.125));
+    let grid = Grid::new(Interpolation::Trilinear, low, spacing, [5; 3], nodes).unwrap();
+    before.add_implicit("grid", grid.clone().with_interpolation(Interpolation::Cubic), 0);
+    before.add_implicit("placed", grid, 0);
+    let rotation = DMat3::from_rotation_x(0.7);
+    before.implicits[1].placement =
+        Placement { scale: 0.5, rotation, translation: DVec3::new(0.0, 0.25, -9.0) };
+    before.implicits[0].placement.translation.z = -9.0;
+    write_scene(&path, &Scene::new(before.clone()).unwrap()).unwrap();
+    let after = load_scene(&path).unwrap();
+    assert_eq!(after.implicits.len(), 2);
+    for (a, b) in before.implicits.iter().zip(&after.implicits) {
+        assert_eq!((&a.id, &a.surface), (&b.id, &b.surface));
+        assert_eq!(before.materials[a.material].id, after.materials[b.material].id);
+        let (a, b) = (a.placement, b.placement);
+        assert!((a.scale - b.scale).abs() < 1e-15 && a.translation.distance(b.translation) < 1e-15);
+        assert!(a.rotation.abs_diff_eq(b.rotation, 1e-15), "{} {}", a.rotation, b.rotation);
+    }
+    before.add_implicit("ball", Ball::new(DVec3::new(0.0, 0.0, -9.0), 1.0).unwrap(), 0);
+    let error = write_scene(&path, &Scene::new(before).unwrap()).unwrap_err().to_string();
+    assert!(error.starts_with("implicit surface `ball` is no grid"), "{error}");
 }
 
 #[test]

@@ -1,10 +1,12 @@
 //! What a ray hits, in numbers that carry derivatives.
 
+mod implicit;
 mod triangle;
 
 use flatland::calculus::{Number, Vec3};
 use glam::DVec3;
 
+use self::implicit::MovingLevelSet;
 use self::triangle::MovingTriangle;
 use super::bsdf::Shading;
 use super::calculus::Calculus;
@@ -26,24 +28,33 @@ pub(crate) struct SurfacePoint<T> {
 #[derive(Clone, Copy, Debug)]
 enum Moving<T> {
     Triangle(MovingTriangle<T>),
+    Implicit(MovingLevelSet<T>),
 }
 
 impl<T: Number> SurfacePoint<T> {
-    /// Where the ray o + tω meets a surface. All of it moves: the origin, the direction and the surface.
+    /// Where the ray o + tω meets a surface, at about the given distance. All of it moves: the origin, the direction and the
+    /// surface.
     pub(crate) fn new<C: Calculus<Number = T>>(
         scene: &Scene,
         calculus: &C,
         origin: Vec3<T>,
         direction: Vec3<T>,
         surface: Surface,
+        distance: f64,
     ) -> Self {
-        let (moving, distance) = match surface {
+        let (moving, position) = match surface {
             Surface::Triangle(index) => {
                 let triangle = MovingTriangle::new(scene, calculus, index);
-                (Moving::Triangle(triangle), triangle.distance(origin, direction))
+                let distance = triangle.distance(origin, direction);
+                (Moving::Triangle(triangle), origin + direction * distance)
+            }
+            Surface::Implicit(index) => {
+                let near = origin + direction * T::constant(distance);
+                let (position, gradient) = calculus.level_set(index, near, direction.value());
+                (Moving::Implicit(MovingLevelSet { gradient }), position)
             }
         };
-        Self { surface, position: origin + direction * distance, viewer: -direction, moving }
+        Self { surface, position, viewer: -direction, moving }
     }
 
     /// What reflection depends on; `None` where the surface reflects nothing, whatever its parameters.
@@ -54,9 +65,7 @@ impl<T: Number> SurfacePoint<T> {
     ) -> Option<Shading<'s, T>> {
         let index = scene.material_of(self.surface);
         let material = &scene.description.materials[index];
-        let Moving::Triangle(triangle) = &self.moving;
-        let coordinates = triangle.coordinates(self.position);
-        let normal = triangle.shading_normal(scene, calculus, coordinates);
+        let normal = self.interpolated_normal(scene, calculus);
         let cosine = normal.dot(self.viewer).value();
         if cosine == 0.0 || (cosine < 0.0 && !material.two_sided) {
             return None;
@@ -70,7 +79,7 @@ impl<T: Number> SurfacePoint<T> {
                 calculus.reflectance(index, *c)
             }
             Reflectance::Texture(texture) => {
-                let [s, t] = triangle.uv(scene, coordinates);
+                let [s, t] = self.uv(scene);
                 let image = &scene.description.textures[*texture];
                 lookup(image, *texture, [image.wrap; 2], s, t, calculus)
             }
@@ -86,7 +95,19 @@ impl<T: Number> SurfacePoint<T> {
         scene: &Scene,
         calculus: &C,
     ) -> Vec3<T> {
-        let Moving::Triangle(triangle) = &self.moving;
-        triangle.shading_normal(scene, calculus, triangle.coordinates(self.position))
+        match &self.moving {
+            Moving::Triangle(triangle) => {
+                triangle.shading_normal(scene, calculus, triangle.coordinates(self.position))
+            }
+            Moving::Implicit(level_set) => level_set.normal(),
+        }
+    }
+
+    /// Texture coordinates; an implicit surface has none, and no texture.
+    fn uv(&self, scene: &Scene) -> [T; 2] {
+        match &self.moving {
+            Moving::Triangle(triangle) => triangle.uv(scene, triangle.coordinates(self.position)),
+            Moving::Implicit(_) => [T::constant(0.0); 2],
+        }
     }
 }

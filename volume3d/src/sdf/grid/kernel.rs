@@ -60,6 +60,21 @@ impl<const N: usize> Stencil<N> {
         }
     }
 
+    /// φ.
+    #[inline(always)]
+    pub(super) fn value(&self, values: &[f64]) -> f64 {
+        let [wx, wy, wz] = &self.weights;
+        let mut plain = [0.0; N];
+        for j in 0..N {
+            let mut a = [0.0; N];
+            for k in 0..N {
+                add(&mut a, wz[0][k], &self.row(values, j, k));
+            }
+            add(&mut plain, wy[0][j], &a);
+        }
+        dot(&wx[0], &plain)
+    }
+
     /// φ and ∇φ.
     #[inline(always)]
     pub(super) fn jet(&self, values: &[f64]) -> Jet<DVec3> {

@@ -2,6 +2,7 @@
 
 mod error;
 mod kernel;
+mod outside;
 mod prefilter;
 mod slope;
 #[cfg(test)]
@@ -14,6 +15,7 @@ use rayon::prelude::*;
 
 pub use error::GridError;
 use kernel::Stencil;
+use outside::Outside;
 use slope::{SlopeBounds, slope_bounds};
 
 /// How a grid becomes a function.
@@ -32,7 +34,8 @@ pub enum Interpolation {
 /// φ from node values on a regular grid of nx × ny × nz nodes, x fastest, φ > 0 outside. Parameters: the node values.
 ///
 /// The first node is at the low corner, the next along an axis one spacing further. Beyond the border the outermost nodes are
-/// repeated: φ becomes constant across the border, so that it remains a bound on distances, but ∇φ vanishes beyond the corners.
+/// repeated, and with the distance d to them φ is √(φ² + d²): no more than the distance of the surface, and continuously
+/// differentiable. Where a surface reaches the border there is no d, and φ is constant across it.
 /// The surface belongs inside, with a margin of two nodes for [`Interpolation::Cubic`].
 ///
 /// # The slope bound
@@ -57,6 +60,8 @@ pub struct Grid {
     size: [usize; 3],
     nodes: Vec<f64>,
     slopes: SlopeBounds,
+    /// Whether nothing of the surface reaches the border.
+    closed: bool,
 }
 
 impl Grid {
@@ -92,7 +97,8 @@ impl Grid {
             return Err(GridError::OneSign { sign: "0 or negative" });
         }
         let slopes = slope_bounds(&nodes, size, spacing, interpolation.reach());
-        Ok(Self { interpolation, low, spacing, size, nodes, slopes })
+        let grid = Self { interpolation, low, spacing, size, nodes, slopes, closed: false };
+        Ok(Self { closed: grid.bounds().is_some(), ..grid })
     }
 
     /// The values of a function at the nodes between two corners: `cells` cubes along the longest side, and no less than the box along the
@@ -125,6 +131,7 @@ impl Grid {
     pub fn with_interpolation(mut self, interpolation: Interpolation) -> Self {
         self.interpolation = interpolation;
         self.slopes = slope_bounds(&self.nodes, self.size, self.spacing, interpolation.reach());
+        self.closed = self.bounds().is_some();
         self
     }
 
@@ -202,22 +209,33 @@ fn place(index: usize, [nx, ny, _]: [usize; 3]) -> [usize; 3] {
 
 impl Sdf<DVec3> for Grid {
     fn jet(&self, x: DVec3) -> Jet<DVec3> {
-        self.interpolate(x, &self.nodes)
+        let jet = self.interpolate(x, &self.nodes);
+        self.outside(x).map_or(jet, |outside| outside.jet(jet))
+    }
+
+    fn value(&self, x: DVec3) -> f64 {
+        let value = match self.interpolation {
+            Interpolation::Trilinear => self.stencil::<2>(x, Basis::linear).value(&self.nodes),
+            Interpolation::Cubic => self.stencil::<4>(x, Basis::cubic).value(&self.nodes),
+        };
+        self.outside(x).map_or(value, |outside| outside.value(value))
     }
 
     fn second_order(&self, x: DVec3) -> SecondOrder<DVec3> {
-        match self.interpolation {
+        let there = match self.interpolation {
             Interpolation::Trilinear => self.stencil::<2>(x, Basis::linear).second_order(&self.nodes),
             Interpolation::Cubic => self.stencil::<4>(x, Basis::cubic).second_order(&self.nodes),
-        }
+        };
+        self.outside(x).map_or(there, |outside| outside.second_order(there))
     }
 
     fn slope_bound(&self) -> f64 {
-        self.slopes.outside
+        // Beyond the border of what is closed it is 1.
+        if self.closed { self.slopes.outside.max(1.0) } else { self.slopes.outside }
     }
 
     fn slope_bound_everywhere(&self) -> f64 {
-        self.slopes.everywhere
+        self.slopes.everywhere.max(self.slope_bound())
     }
 
     /// From the first node to the last, if all nodes that count on the border and beyond are above the level; else `None`.
@@ -245,10 +263,13 @@ impl Sdf<DVec3> for Grid {
     }
 
     fn rate(&self, x: DVec3, direction: &[f64]) -> Jet<DVec3> {
-        self.interpolate(x, direction)
+        let rate = self.interpolate(x, direction);
+        self.outside(x).map_or(rate, |outside| outside.rate(self.interpolate(x, &self.nodes), rate))
     }
 
     fn add_parameter_gradient(&self, x: DVec3, covector: Jet<DVec3>, gradient: &mut [f64]) {
+        let border = |outside: Outside| outside.covector(self.interpolate(x, &self.nodes), covector);
+        let covector = self.outside(x).map_or(covector, border);
         match self.interpolation {
             Interpolation::Trilinear => self.stencil::<2>(x, Basis::linear).add_transpose(covector, gradient),
             Interpolation::Cubic => self.stencil::<4>(x, Basis::cubic).add_transpose(covector, gradient),

@@ -28,10 +28,12 @@ fn ball(interpolation: Interpolation, cells: usize) -> Grid {
 #[test]
 fn derivatives_are_those_of_the_value() {
     let h = 1e-5;
-    for grid in BOTH.map(rough) {
+    let open = BOTH.map(|interpolation| (rough(interpolation), 0.9));
+    let closed = BOTH.map(|interpolation| (ball(interpolation, 16), 1.6));
+    for (grid, reach) in open.into_iter().chain(closed) {
         let (mut random, mut checked) = (stream(2, &[]), 0);
         for _ in 0..400 {
-            let (x, v) = (vector(&mut random, 0.9), vector(&mut random, 1.0));
+            let (x, v) = (vector(&mut random, reach), vector(&mut random, 1.0));
             let local = (x - grid.low()) / grid.spacing();
             // A trilinear gradient jumps at nodes, a cubic Hessian has kinks there.
             if (local - local.round()).abs().min_element() < 1e-3 {
@@ -46,6 +48,7 @@ fn derivatives_are_those_of_the_value() {
             let difference = |f: &dyn Fn(f64) -> f64| (f(h) - f(-h)) / (2.0 * h);
             let (second, rate) = (grid.second_order(x), grid.rate(x, &direction));
             assert_eq!(second.jet, grid.jet(x));
+            assert_eq!(second.jet.value, grid.value(x));
             let bend = second.hessian * v;
             let along = |axis: usize| difference(&|h| grid.jet(x + h * v).gradient[axis]);
             let pairs = [
@@ -67,10 +70,12 @@ fn derivatives_are_those_of_the_value() {
 
 #[test]
 fn the_parameter_gradient_is_the_transpose_of_the_rate() {
-    for grid in BOTH.map(rough) {
+    let open = BOTH.map(|interpolation| (rough(interpolation), 1.0));
+    let closed = BOTH.map(|interpolation| (ball(interpolation, 16), 1.6));
+    for (grid, reach) in open.into_iter().chain(closed) {
         let mut random = stream(3, &[]);
         for _ in 0..300 {
-            let x = vector(&mut random, 1.0);
+            let x = vector(&mut random, reach);
             let covector = Jet { value: open01(&mut random) - 0.5, gradient: vector(&mut random, 1.0) };
             let direction: Vec<f64> = grid.nodes().iter().map(|_| open01(&mut random) - 0.5).collect();
             let mut gradient = vec![0.0; direction.len()];
@@ -142,15 +147,27 @@ fn prefiltered_splines_pass_close_to_their_samples() {
     assert_eq!(trilinear.clone().prefiltered(), Ok(trilinear));
 }
 
-/// Beyond the border φ is what it is on the border, or near it.
+/// Beyond the border φ is what it is on the border, joined by the distance from there: no more than the distance of the
+/// surface.
 #[test]
-fn the_outermost_nodes_repeat() {
-    for grid in BOTH.map(|interpolation| ball(interpolation, 16)) {
-        for far in [3.0, 1e10, 1e300] {
-            let jet = grid.jet(DVec3::new(far, -far, far));
-            assert_eq!(jet.gradient, DVec3::ZERO);
+fn beyond_the_border_phi_grows() {
+    for (interpolation, margin) in [(Interpolation::Trilinear, 0.0), (Interpolation::Cubic, 1.0)] {
+        let grid = ball(interpolation, 16);
+        for far in [3.0, 1e10, 1e150] {
+            let x = DVec3::new(far, -far, far);
+            let jet = grid.jet(x);
             let corner = (DVec3::new(0.97, -1.03, 0.97)).length() - 0.6;
-            assert!((jet.value - corner).abs() < 1e-12, "{} {corner}", jet.value);
+            let box_corner = DVec3::new(grid.high().x, grid.low().y, grid.high().z)
+                + DVec3::new(1.0, -1.0, 1.0) * margin * grid.spacing();
+            let expected = corner.hypot(x.distance(box_corner));
+            assert!((jet.value - expected).abs() < 1e-12 * expected, "{} {expected}", jet.value);
+            assert!(jet.gradient.length() <= 1.0 + 1e-12);
+        }
+        let mut random = stream(7, &[]);
+        for _ in 0..1000 {
+            let x = vector(&mut random, 3.0);
+            let distance = (x - DVec3::new(0.03, 0.03, 0.03)).length() - 0.6;
+            assert!(grid.jet(x).value <= distance + 0.02, "{x}");
         }
     }
 }

@@ -1,0 +1,126 @@
+//! Implicit surfaces in scenes, among meshes: gradients of the default method against central differences of images, on the
+//! film, in shadows of each on the other and of a surface on itself, forward and in reverse.
+
+mod scenes;
+
+use glam::DVec3;
+use tests::comparison::{Comparison, Estimate};
+use tests::effort::pick;
+use tests::power::Power;
+use tests::statistics::suite_threshold;
+use volume3d::Image;
+use volume3d::gradient::{ActiveParameters, FiniteDifference, GradientImage, Progress, WarpedArea};
+
+use scenes::{Moving, SIDE};
+
+/// The step of differences: their error ~ h² is below a thousandth here.
+const STEP: f64 = 0.01;
+
+/// Left against right: what moves to the right changes it most.
+fn weights() -> Image {
+    let weight = |i: usize| DVec3::new(1.0, 0.7, 0.4) * (2.0 * (i % SIDE) as f64 / SIDE as f64 - 1.0);
+    Image { width: SIDE, height: SIDE, pixels: (0..SIDE * SIDE).map(weight).collect() }
+}
+
+fn dot(a: &Image, b: &Image) -> f64 {
+    a.pixels.iter().zip(&b.pixels).map(|(a, b)| a.dot(*b)).sum()
+}
+
+/// From 24 seeds.
+fn estimate(run: impl Fn(u64) -> GradientImage) -> Estimate {
+    let weights = weights();
+    Estimate::of((0..24).map(|seed| {
+        let image = run(seed);
+        assert!(image.non_finite.is_empty(), "{:?}", image.non_finite);
+        dot(&image.gradient, &weights)
+    }))
+}
+
+fn warped(moving: &Moving, method: &WarpedArea) -> Estimate {
+    let Moving { scene, change, .. } = moving;
+    estimate(|seed| {
+        let method = WarpedArea { seed, ..method.clone() };
+        method.forward(scene, change, &Progress::none()).expect("a gradient")
+    })
+}
+
+fn compare(moving: &Moving, method: &WarpedArea, differences: usize) -> Comparison {
+    let Moving { scene, change, .. } = moving;
+    let reference = estimate(|seed| {
+        let method = FiniteDifference { samples: differences, step: STEP, seed: 1000 + seed };
+        method.forward(scene, change, &Progress::none()).expect("differences")
+    });
+    Comparison { found: warped(moving, method), reference, limit: suite_threshold(), slack: 0.0 }
+}
+
+fn samples(samples: usize) -> WarpedArea {
+    WarpedArea { samples, ..WarpedArea::default() }
+}
+
+fn accept(test: &'static str, cases: Vec<Moving>, effort: usize) {
+    let mut power = Power::of(test);
+    for moving in cases {
+        let comparison = compare(&moving, &samples(moving.effort * effort), 8 * effort);
+        comparison.accept(&mut power, moving.name, comparison.reference.mean.abs());
+        println!("{}: {:?}", moving.name, moving.scene.trace_counts());
+    }
+}
+
+#[test]
+fn implicit_surfaces_are_followed() {
+    let cases = vec![scenes::silhouette(), scenes::ring(), scenes::union(), scenes::camera()];
+    accept("space_implicit::implicit_surfaces_are_followed", cases, pick(128, 192));
+}
+
+#[test]
+fn so_they_are_among_meshes() {
+    let mut cases = vec![
+        scenes::over_a_floor(2),
+        scenes::under_a_lamp(),
+        scenes::two_balls(),
+        scenes::mesh_over_a_ball(),
+        scenes::behind_a_mesh(),
+        scenes::rounded_box(),
+        scenes::grid(),
+    ];
+    cases.extend(pick(None, Some(scenes::over_a_floor(4))));
+    accept("space_implicit::so_they_are_among_meshes", cases, pick(128, 192));
+}
+
+/// What must be rejected: no warp at all, and a grid whose ∇φ jumps between its cells.
+#[test]
+fn controls_are_rejected() {
+    let kinked = scenes::kinked_grid();
+    compare(&kinked, &samples(128), 512).reject(kinked.name);
+
+    for moving in [scenes::silhouette(), scenes::over_a_floor(2), scenes::mesh_over_a_ball()] {
+        let interior = WarpedArea { warps: false, ..samples(16) };
+        compare(&moving, &interior, 64).reject(moving.name);
+    }
+}
+
+#[test]
+fn reverse_is_the_transpose_of_forward() {
+    let cases = [
+        scenes::ring(),
+        scenes::union(),
+        scenes::mesh_over_a_ball(),
+        scenes::over_a_floor(4),
+        scenes::grid(),
+        scenes::camera(),
+    ];
+    let weights = weights();
+    for Moving { name, scene, change, .. } in cases {
+        let method = samples(2);
+        let forward = method.forward(&scene, &change, &Progress::none()).expect("a gradient");
+        let active = ActiveParameters::everything(&scene);
+        let reverse = || method.reverse(&scene, &weights, &active, &Progress::none()).expect("a gradient");
+        let gradient = reverse();
+        let (found, expected) = (change.dot(&gradient.by_parameter), dot(&forward.gradient, &weights));
+        let scale: f64 = forward.gradient.pixels.iter().map(|g| g.abs().element_sum()).sum();
+        assert!((found - expected).abs() < 1e-11 * scale, "{name}: {found} for {expected}");
+        // The same bits at one thread.
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
+        assert!(pool.install(reverse).by_parameter == gradient.by_parameter, "{name}");
+    }
+}

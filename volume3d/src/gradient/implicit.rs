@@ -1,0 +1,121 @@
+//! How an implicit surface changes: its parameters, and where it stands.
+
+use flatland::sdf::{Jet, Sdf as _, SecondOrder};
+use glam::DVec3;
+
+use crate::scene::ImplicitShape;
+
+/// Rates of an implicit surface; and, as its dual, a gradient.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ImplicitTangent {
+    /// Of its parameters, in the order of [`Sdf::rate`](flatland::sdf::Sdf::rate).
+    pub parameters: Vec<f64>,
+    /// Of where it stands, scene units.
+    pub translation: DVec3,
+    /// Angular velocity about where it stands, radians.
+    pub rotation: DVec3,
+}
+
+impl ImplicitTangent {
+    /// No change of a surface.
+    #[must_use]
+    pub fn still(shape: &ImplicitShape) -> Self {
+        Self { parameters: vec![0.0; shape.parameter_count()], ..Self::default() }
+    }
+
+    /// Whether nothing changes.
+    #[must_use]
+    pub fn is_still(&self) -> bool {
+        let Self { parameters, translation, rotation } = self;
+        *translation == DVec3::ZERO && *rotation == DVec3::ZERO && parameters.iter().all(|p| *p == 0.0)
+    }
+
+    /// The sum of products of all rates.
+    pub(super) fn dot(&self, other: &Self) -> f64 {
+        let parameters = self.parameters.iter().zip(&other.parameters).map(|(a, b)| a * b).sum::<f64>();
+        parameters + self.translation.dot(other.translation) + self.rotation.dot(other.rotation)
+    }
+
+    /// Adds another, rate by rate.
+    pub(super) fn add(&mut self, other: &Self) {
+        self.parameters.iter_mut().zip(&other.parameters).for_each(|(a, b)| *a += b);
+        self.translation += other.translation;
+        self.rotation += other.rotation;
+    }
+
+    /// φ̇ and ∇φ̇ at x, where φ is known to second order: with u = v + w × (x − p), that a rigid motion gives −∇φ·u and
+    /// −∇²φ u + w × ∇φ.
+    pub(super) fn rate(&self, shape: &ImplicitShape, x: DVec3, there: &SecondOrder<DVec3>) -> Jet<DVec3> {
+        let (v, w) = (self.translation, self.rotation);
+        let moved = there.advected(v + w.cross(x - shape.placement.translation));
+        let turned = w.cross(there.jet.gradient);
+        shape.rate(x, &self.parameters) + Jet { value: -moved.value, gradient: turned - moved.gradient }
+    }
+
+    /// The transpose but for the parameters: what a covector of (φ̇, ∇φ̇) at x gives to the rigid motion.
+    pub(super) fn scatter_motion(
+        &mut self,
+        shape: &ImplicitShape,
+        x: DVec3,
+        there: &SecondOrder<DVec3>,
+        covector: Jet<DVec3>,
+    ) {
+        let c = there.advected_transpose(covector);
+        self.translation -= c;
+        self.rotation +=
+            there.jet.gradient.cross(covector.gradient) - (x - shape.placement.translation).cross(c);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DMat3;
+
+    use super::*;
+    use crate::scene::{ImplicitSurface, Placement};
+    use crate::sdf::analytic::RoundedBox;
+
+    fn shape() -> ImplicitShape {
+        let (centre, half) = (DVec3::new(0.1, -0.2, 0.3), DVec3::new(0.9, 0.5, 0.4));
+        let surface = RoundedBox::new(centre, half, 0.15).expect("a box");
+        let rotation = DMat3::from_euler(glam::EulerRot::XYZ, 0.3, -0.8, 1.1);
+        let placement = Placement { scale: 1.7, rotation, translation: DVec3::new(0.4, 0.2, -0.6) };
+        ImplicitShape { id: "box".into(), surface: ImplicitSurface::new(surface), placement, material: 0 }
+    }
+
+    fn tangent(shape: &ImplicitShape) -> ImplicitTangent {
+        let parameters = (0..shape.parameter_count()).map(|i| (i as f64 * 1.3).sin()).collect();
+        let (translation, rotation) = (DVec3::new(0.3, -0.5, 0.2), DVec3::new(-0.4, 0.7, 0.9));
+        ImplicitTangent { parameters, translation, rotation }
+    }
+
+    #[test]
+    fn rates_are_those_of_the_displaced_surface() {
+        let shape = shape();
+        let change = tangent(&shape);
+        let h = 1e-6;
+        let at = |h: f64| change.displaced(&shape, h).expect("it stays a box");
+        for x in [DVec3::new(2.0, 1.0, 0.3), DVec3::new(-1.5, 0.2, 1.4), DVec3::new(0.1, -1.9, -1.0)] {
+            let rate = change.rate(&shape, x, &shape.second_order(x));
+            let (after, before) = (at(h).jet(x), at(-h).jet(x));
+            let value = (after.value - before.value) / (2.0 * h);
+            let gradient = (after.gradient - before.gradient) / (2.0 * h);
+            assert!((rate.value - value).abs() < 1e-8, "{} {value}", rate.value);
+            assert!(rate.gradient.distance(gradient) < 1e-7, "{} {gradient}", rate.gradient);
+        }
+    }
+
+    #[test]
+    fn the_transpose_is_one() {
+        let shape = shape();
+        let change = tangent(&shape);
+        let x = DVec3::new(1.5, 1.0, 0.3);
+        let there = shape.second_order(x);
+        let covector = Jet { value: 0.7, gradient: DVec3::new(-0.2, 1.1, 0.6) };
+        let mut gradient = ImplicitTangent::still(&shape);
+        gradient.scatter_motion(&shape, x, &there, covector);
+        shape.add_parameter_gradient(x, covector, &mut gradient.parameters);
+        let (forward, reverse) = (change.rate(&shape, x, &there).dot(covector), gradient.dot(&change));
+        assert!((forward - reverse).abs() < 1e-13, "{forward} {reverse}");
+    }
+}

@@ -1,0 +1,308 @@
+//! Implicit surfaces of a scene: φ(x) = 0, φ > 0 outside.
+
+use std::any::Any;
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use flatland::sdf::shapes::{Parametric, ShapeError};
+use flatland::sdf::{Jet, Sdf, SecondOrder};
+use glam::{DMat3, DVec3};
+
+/// What a scene asks of an implicit surface. Every [`Parametric`] shape of space is one.
+pub trait Implicit: Sdf<DVec3> + Any + Debug + Send + Sync {
+    /// θ, in the order of [`Sdf::rate`].
+    fn parameters(&self) -> Vec<f64>;
+
+    /// The same surface with other parameters.
+    ///
+    /// # Errors
+    /// A [`ShapeError`] that names the parameter.
+    fn with_parameters(&self, parameters: &[f64]) -> Result<ImplicitSurface, ShapeError>;
+
+    /// Whether another surface is the same.
+    fn is_same(&self, other: &dyn Implicit) -> bool;
+}
+
+impl<S: Parametric<DVec3> + Debug + PartialEq + Send + Sync + 'static> Implicit for S {
+    fn parameters(&self) -> Vec<f64> {
+        Parametric::parameters(self)
+    }
+
+    fn with_parameters(&self, parameters: &[f64]) -> Result<ImplicitSurface, ShapeError> {
+        Parametric::with_parameters(self, parameters).map(ImplicitSurface::new)
+    }
+
+    fn is_same(&self, other: &dyn Implicit) -> bool {
+        (other as &dyn Any).downcast_ref::<S>().is_some_and(|other| self == other)
+    }
+}
+
+/// An implicit surface of any kind. Clones share it.
+#[derive(Clone, Debug)]
+pub struct ImplicitSurface(Arc<dyn Implicit>);
+
+impl ImplicitSurface {
+    /// A surface for scenes.
+    pub fn new(surface: impl Implicit) -> Self {
+        Self(Arc::new(surface))
+    }
+
+    /// The surface as what it was made from, if it was made from that.
+    #[must_use]
+    pub fn downcast<S: Implicit>(&self) -> Option<&S> {
+        (&*self.0 as &dyn Any).downcast_ref()
+    }
+}
+
+impl std::ops::Deref for ImplicitSurface {
+    type Target = dyn Implicit;
+    fn deref(&self) -> &Self::Target {
+        &*self.0
+    }
+}
+
+impl PartialEq for ImplicitSurface {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0) || self.0.is_same(&*other.0)
+    }
+}
+
+/// Where an implicit surface stands: x = s R y + p for its points y.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// s, positive.
+    pub scale: f64,
+    /// R, a rotation.
+    pub rotation: DMat3,
+    /// p, scene units: where its own origin is, about which it turns.
+    pub translation: DVec3,
+}
+
+impl Default for Placement {
+    /// Where it is already.
+    fn default() -> Self {
+        Self { scale: 1.0, rotation: DMat3::IDENTITY, translation: DVec3::ZERO }
+    }
+}
+
+/// An implicit surface with a place and a material. It reflects, and emits nothing.
+///
+/// In the world its function is s φ(Rᵀ(x − p)/s), of which [`Sdf`] is asked; its parameters are those of the
+/// surface. Where it stands has rates of its own, [`ImplicitTangent`](crate::gradient::ImplicitTangent).
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImplicitShape {
+    /// Its name in messages and requests. No mesh may have the same.
+    pub id: String,
+    /// φ.
+    pub surface: ImplicitSurface,
+    /// Where it stands.
+    pub placement: Placement,
+    /// Its material's index in the scene. It has no texture coordinates.
+    pub material: usize,
+}
+
+impl ImplicitShape {
+    /// y, of a point x of the world.
+    fn local(&self, x: DVec3) -> DVec3 {
+        let Placement { scale, rotation, translation } = self.placement;
+        rotation.transpose() * (x - translation) / scale
+    }
+
+    fn placed(&self, jet: Jet<DVec3>) -> Jet<DVec3> {
+        let Placement { scale, rotation, .. } = self.placement;
+        Jet { value: scale * jet.value, gradient: rotation * jet.gradient }
+    }
+}
+
+impl Sdf<DVec3> for ImplicitShape {
+    fn jet(&self, x: DVec3) -> Jet<DVec3> {
+        self.placed(self.surface.jet(self.local(x)))
+    }
+
+    fn value(&self, x: DVec3) -> f64 {
+        self.placement.scale * self.surface.value(self.local(x))
+    }
+
+    fn second_order(&self, x: DVec3) -> SecondOrder<DVec3> {
+        let SecondOrder { jet, hessian } = self.surface.second_order(self.local(x));
+        let Placement { scale, rotation, .. } = self.placement;
+        let hessian = rotation * hessian * rotation.transpose() * scale.recip();
+        SecondOrder { jet: self.placed(jet), hessian }
+    }
+
+    fn slope_bound(&self) -> f64 {
+        self.surface.slope_bound()
+    }
+
+    fn slope_bound_everywhere(&self) -> f64 {
+        self.surface.slope_bound_everywhere()
+    }
+
+    fn level_bounds(&self, level: f64) -> Option<(DVec3, DVec3)> {
+        let Placement { scale, rotation, translation } = self.placement;
+        let (low, high) = self.surface.level_bounds(level / scale)?;
+        let centre = rotation * (0.5 * (low + high)) * scale + translation;
+        let half = 0.5 * (high - low) * scale;
+        let [x, y, z] = [rotation.x_axis, rotation.y_axis, rotation.z_axis].map(DVec3::abs);
+        let reach = x * half.x + y * half.y + z * half.z;
+        Some((centre - reach, centre + reach))
+    }
+
+    fn parameter_count(&self) -> usize {
+        self.surface.parameter_count()
+    }
+
+    fn rate(&self, x: DVec3, direction: &[f64]) -> Jet<DVec3> {
+        self.placed(self.surface.rate(self.local(x), direction))
+    }
+
+    fn add_parameter_gradient(&self, x: DVec3, covector: Jet<DVec3>, gradient: &mut [f64]) {
+        let Placement { scale, rotation, .. } = self.placement;
+        let gradient_covector = rotation.transpose() * covector.gradient;
+        let covector = Jet { value: scale * covector.value, gradient: gradient_covector };
+        self.surface.add_parameter_gradient(self.local(x), covector, gradient);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use flatland::sdf::shapes::Ball;
+
+    use super::*;
+    use crate::gradient::{EdgeSampling, GradientError, Progress, Rotation, Tangent, Unsupported, render};
+    use crate::optimize::Parameters;
+    use crate::scene::{
+        Camera, Description, Environment, Film, Filter, Material, Scene, SceneError, Texture, Wrap,
+    };
+
+    fn ball(z: f64, radius: f64) -> Ball<DVec3> {
+        Ball::new(DVec3::new(0.0, 0.0, z), radius).expect("a ball")
+    }
+
+    fn description() -> Description {
+        let camera = Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::Y, 0.9);
+        let film = Film { width: 8, height: 8, crop: None, filter: Filter::Box };
+        let mut description = Description::new(camera, film);
+        description.environment = Some(Environment::Constant { id: "sky".into(), radiance: DVec3::ONE });
+        let clay = description.add_material(Material::diffuse("clay", DVec3::splat(0.5)));
+        description.add_implicit("ball", ball(4.0, 1.0), clay);
+        description
+    }
+
+    #[test]
+    fn bad_placements_are_refused() {
+        let refused = |change: &dyn Fn(&mut Description)| {
+            let mut description = description();
+            change(&mut description);
+            Scene::new(description).expect_err("a bad scene").to_string()
+        };
+        let placement = |d: &mut Description, change: &dyn Fn(&mut Placement)| {
+            change(&mut d.implicits[0].placement);
+        };
+        let message = refused(&|d| placement(d, &|p| p.translation.z = -4.0));
+        assert!(
+            message.contains("the camera is inside the implicit surface `ball`, where φ = -1"),
+            "{message}"
+        );
+        let message = refused(&|d| placement(d, &|p| p.translation.x = f64::NAN));
+        assert_eq!(message, "a coordinate of `ball` is NaN, but must be finite");
+        let message = refused(&|d| placement(d, &|p| p.scale = 0.0));
+        assert_eq!(message, "the scale of `ball` is 0, but must be positive and finite");
+        let message = refused(&|d| placement(d, &|p| p.rotation.x_axis *= 2.0));
+        assert!(message.contains("rotation"), "{message}");
+        let message = refused(&|d| d.implicits[0].material = 7);
+        assert!(message.contains("material 7"), "{message}");
+        let message = refused(&|d| d.tracer.tolerance = 2.0);
+        assert!(message.contains("tolerance 2"), "{message}");
+        let message = refused(&|d| {
+            d.add_shape("ball", crate::geometry::Mesh::cube(), 0);
+        });
+        assert!(message.contains("two shapes are called `ball`"), "{message}");
+        let message = refused(&|d| {
+            let wrap = Wrap::Repeat;
+            let (texels, to_uv) = (vec![DVec3::ONE], glam::DAffine2::IDENTITY);
+            let paper = Texture { id: "paper".into(), width: 1, height: 1, texels, wrap, to_uv };
+            let paper = d.add_texture(paper);
+            *d.materials[0].bsdf.reflectance_mut() = crate::scene::Reflectance::Texture(paper);
+        });
+        assert!(message.contains("no texture coordinates"), "{message}");
+    }
+
+    #[test]
+    fn methods_for_meshes_refuse_what_moves() {
+        let scene = Scene::new(description()).expect("a scene");
+        let mut change = Tangent::still(&scene);
+        change.implicits[0].translation = DVec3::X;
+        let refused = |result: Result<_, GradientError>| {
+            let implicit = |e| matches!(e, GradientError::Unsupported(Unsupported::Implicit { .. }));
+            assert!(result.is_err_and(implicit));
+        };
+        refused(EdgeSampling::default().forward(&scene, &change, &Progress::none()).map(|_| ()));
+        refused(Rotation::default().forward(&scene, &change, &Progress::none()).map(|_| ()));
+        let still = Tangent::still(&scene);
+        assert!(EdgeSampling::default().forward(&scene, &still, &Progress::none()).is_ok());
+    }
+
+    /// A scene that is given a surface anew, by hand or by parameters, is the scene built with it.
+    #[test]
+    fn updates_are_scenes_built_anew() {
+        let mut scene = Scene::new(description()).expect("a scene");
+        let parameters = Parameters::new(&scene, &["ball.sdf", "ball.translation", "ball.rotation"]);
+        let parameters = parameters.expect("there are such parameters");
+        let x = parameters.values(&scene);
+        assert_eq!(x, [0.0, 0.0, 4.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let moved = [0.1, 0.0, 4.2, 0.8, 0.3, -0.1, 0.5, 0.0, 0.0, 0.2];
+        parameters.apply(&moved, &mut scene).expect("a ball elsewhere");
+        let mut anew = description();
+        anew.implicits[0].surface =
+            ImplicitSurface::new(Ball::new(DVec3::new(0.1, 0.0, 4.2), 0.8).expect("a ball"));
+        let placement = &mut anew.implicits[0].placement;
+        placement.translation = DVec3::new(0.3, -0.1, 0.5);
+        placement.rotation = DMat3::from_quat(glam::DQuat::from_rotation_z(0.2));
+        assert!(
+            anew.implicits[0]
+                .placement
+                .rotation
+                .abs_diff_eq(scene.description().implicits[0].placement.rotation, 1e-15)
+        );
+        anew.implicits[0].placement = scene.description().implicits[0].placement;
+        assert_eq!(*scene.description(), anew);
+        let image = |scene: &Scene| render(scene, 4, 1, &Progress::none()).expect("an image").image;
+        assert!(image(&scene) == image(&Scene::new(anew).expect("a scene")));
+        // What is refused changes nothing.
+        let before = scene.description().clone();
+        let mut bad = moved;
+        bad[3] = -1.0;
+        assert!(matches!(parameters.apply(&bad, &mut scene), Err(SceneError::Implicit { .. })));
+        let mut inside = before.implicits[0].clone();
+        inside.placement.translation.z = -4.2;
+        assert!(matches!(scene.set_implicit(0, inside), Err(SceneError::Inside { .. })));
+        assert_eq!(*scene.description(), before);
+        assert!(scene.set_implicit(1, before.implicits[0].clone()).is_err());
+    }
+
+    /// Along its own axis a ball of radius 1 at distance 4 is 3 away, and rays graze it where they should.
+    #[test]
+    fn rays_meet_it_where_it_is() {
+        let mut description = description();
+        description.implicits[0].placement = Placement { scale: 0.5, ..Placement::default() };
+        let scene = Scene::new(description).expect("a scene");
+        let hit = scene.closest(DVec3::ZERO, DVec3::Z, None).expect("a hit");
+        assert!((hit.distance - 1.5).abs() < 1e-14, "{}", hit.distance);
+        let graze = (0.5_f64 / 2.0).asin();
+        let seen = |angle: f64| scene.closest(DVec3::ZERO, DVec3::new(angle.sin(), 0.0, angle.cos()), None);
+        assert!(seen(graze - 1e-4).is_some() && seen(graze + 1e-4).is_none());
+        assert!(
+            scene.blocked(DVec3::ZERO, DVec3::Z, 0.0, 2.0) && !scene.blocked(DVec3::ZERO, DVec3::Z, 0.0, 1.4)
+        );
+        assert!(scene.beyond(DVec3::ZERO, DVec3::X, 0.0).is_none());
+        // From its own surface it is not seen.
+        let surface = Some(hit.surface);
+        assert!(scene.closest(DVec3::Z * hit.distance, DVec3::new(0.6, 0.0, -0.8), surface).is_none());
+        assert!(
+            scene
+                .closest(DVec3::Z * hit.distance, DVec3::new(1.0, 0.0, -0.01).normalize(), surface)
+                .is_none()
+        );
+    }
+}

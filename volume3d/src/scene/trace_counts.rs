@@ -1,0 +1,59 @@
+//! Counts of the rays at implicit surfaces that could not be followed.
+
+use std::ops::{AddAssign, Sub};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// How many rays at implicit surfaces ended otherwise than by a hit or by leaving, those of warp fields included.
+///
+/// Some run out of steps near every silhouette: about one in 20,000 of those that pass a smooth one with the default
+/// [`tracer`](super::Description::tracer). More of them bias image and gradient. The counts of an image or a gradient include what other
+/// threads do with the same scene meanwhile.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TraceCounts {
+    /// Rays that ran out of steps, and count as misses.
+    pub out_of_steps: u64,
+    /// Rays that went through the surface by a step that its bound on |∇φ| allowed: it is too low, and other rays may have
+    /// passed through parts of it.
+    pub too_steep: u64,
+}
+
+impl AddAssign for TraceCounts {
+    fn add_assign(&mut self, other: Self) {
+        self.out_of_steps += other.out_of_steps;
+        self.too_steep += other.too_steep;
+    }
+}
+
+impl Sub for TraceCounts {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self {
+            out_of_steps: self.out_of_steps.saturating_sub(other.out_of_steps),
+            too_steep: self.too_steep.saturating_sub(other.too_steep),
+        }
+    }
+}
+
+/// Counts that all threads add to. They are rare, so that threads do not wait for one another, and their sums do not depend
+/// on the order.
+#[derive(Debug, Default)]
+pub(super) struct Counters {
+    out_of_steps: AtomicU64,
+    too_steep: AtomicU64,
+}
+
+impl Counters {
+    pub(super) fn count_out_of_steps(&self) {
+        self.out_of_steps.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(super) fn count_too_steep(&self) {
+        self.too_steep.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(super) fn get(&self) -> TraceCounts {
+        let [out_of_steps, too_steep] =
+            [&self.out_of_steps, &self.too_steep].map(|n| n.load(Ordering::Relaxed));
+        TraceCounts { out_of_steps, too_steep }
+    }
+}

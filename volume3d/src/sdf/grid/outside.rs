@@ -1,0 +1,71 @@
+//! φ beyond the border of a grid, where no nodes are.
+
+use flatland::sdf::{Jet, SecondOrder};
+use glam::{DMat3, DVec3};
+
+use super::{Grid, Interpolation};
+
+/// How a point lies to the box within which nodes say something: beyond it their interpolation is constant across the border.
+#[derive(Clone, Copy)]
+pub(super) struct Outside {
+    /// From the nearest point of the box, 0 along axes along which the point is not outside.
+    way: DVec3,
+    /// 1 for axes along which it is.
+    axes: DVec3,
+}
+
+impl Grid {
+    /// How a point lies to the box; nothing inside, and for a surface that reaches the border, which has no outside.
+    #[inline]
+    pub(super) fn outside(&self, x: DVec3) -> Option<Outside> {
+        if !self.closed {
+            return None;
+        }
+        // One node further the cubic spline has left no but the outermost.
+        let margin = match self.interpolation {
+            Interpolation::Trilinear => DVec3::ZERO,
+            Interpolation::Cubic => self.spacing,
+        };
+        let way = x - x.clamp(self.low - margin, self.high() + margin);
+        let axis = |v: f64| f64::from(u8::from(v != 0.0));
+        (way != DVec3::ZERO).then(|| Outside { way, axes: DVec3::new(axis(way.x), axis(way.y), axis(way.z)) })
+    }
+}
+
+impl Outside {
+    /// √(φ² + d²).
+    pub(super) fn value(self, value: f64) -> f64 {
+        value.hypot(self.way.length())
+    }
+
+    /// √(φ² + d²) from φ at the border and the distance d to it: no farther than the surface, as the box is convex, and
+    /// continuously differentiable, as φ does not change across the border.
+    pub(super) fn jet(self, Jet { value, gradient }: Jet<DVec3>) -> Jet<DVec3> {
+        let whole = self.value(value);
+        Jet { value: whole, gradient: (gradient * value + self.way) / whole }
+    }
+
+    /// The same to second order.
+    pub(super) fn second_order(self, SecondOrder { jet, hessian }: SecondOrder<DVec3>) -> SecondOrder<DVec3> {
+        let there = self.jet(jet);
+        let outer = |a: DVec3| DMat3::from_cols(a * a.x, a * a.y, a * a.z);
+        let bent = outer(jet.gradient) + hessian * jet.value + DMat3::from_diagonal(self.axes);
+        SecondOrder { jet: there, hessian: (bent - outer(there.gradient)) * there.value.recip() }
+    }
+
+    /// How it changes with φ at the border: φ φ̇/√(φ² + d²).
+    pub(super) fn rate(self, border: Jet<DVec3>, rate: Jet<DVec3>) -> Jet<DVec3> {
+        let there = self.jet(border);
+        let value = border.value * rate.value / there.value;
+        let gradient = border.gradient * rate.value + rate.gradient * border.value - there.gradient * value;
+        Jet { value, gradient: gradient / there.value }
+    }
+
+    /// The transpose: the covector of the rates at the border.
+    pub(super) fn covector(self, border: Jet<DVec3>, covector: Jet<DVec3>) -> Jet<DVec3> {
+        let there = self.jet(border);
+        let (part, q) = (border.value / there.value, covector.gradient / there.value);
+        let value = part * (covector.value - q.dot(there.gradient)) + q.dot(border.gradient);
+        Jet { value, gradient: q * border.value }
+    }
+}
