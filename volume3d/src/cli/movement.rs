@@ -166,6 +166,9 @@ impl Move {
 
     fn add_to(&self, scene: &Scene, change: &mut Tangent) -> anyhow::Result<()> {
         let shape = || scene.find_shape(&self.what);
+        if let Some(implicit) = scene.implicit(&self.what) {
+            return self.add_to_implicit(scene, implicit, change);
+        }
         match self.how {
             How::Translate(velocity) => change.translate(scene, shape()?, velocity),
             How::Rotate { centre, axis } => change.rotate(scene, shape()?, centre, axis),
@@ -193,6 +196,16 @@ impl Move {
             How::CameraTranslate(velocity) => change.camera.translation += velocity,
             How::CameraRotate(axis) => change.camera.rotation += axis,
             How::CameraFieldOfView(rate) => change.camera.field_of_view += rate,
+        }
+        Ok(())
+    }
+
+    fn add_to_implicit(&self, scene: &Scene, index: usize, change: &mut Tangent) -> anyhow::Result<()> {
+        let (shape, rates) = (&scene.description().implicits[index], &mut change.implicits[index]);
+        match self.how {
+            How::Translate(velocity) => rates.translation += velocity,
+            How::Rotate { centre, axis } => rates.rotate(shape, centre, axis),
+            _ => bail!("`{}` is an implicit surface, which can be translated and rotated only", self.what),
         }
         Ok(())
     }

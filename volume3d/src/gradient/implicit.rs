@@ -23,6 +23,12 @@ impl ImplicitTangent {
         Self { parameters: vec![0.0; shape.parameter_count()], ..Self::default() }
     }
 
+    /// Turns the surface about an axis through `centre`, right-handed, by |w| radians: ẋ = w × (x − c).
+    pub fn rotate(&mut self, shape: &ImplicitShape, centre: DVec3, angular_velocity: DVec3) {
+        self.rotation += angular_velocity;
+        self.translation += angular_velocity.cross(shape.placement.translation - centre);
+    }
+
     /// Whether nothing changes.
     #[must_use]
     pub fn is_still(&self) -> bool {
@@ -102,6 +108,19 @@ mod tests {
             let gradient = (after.gradient - before.gradient) / (2.0 * h);
             assert!((rate.value - value).abs() < 1e-8, "{} {value}", rate.value);
             assert!(rate.gradient.distance(gradient) < 1e-7, "{} {gradient}", rate.gradient);
+        }
+    }
+
+    #[test]
+    fn a_turn_moves_no_point_of_its_axis() {
+        let shape = shape();
+        let mut change = ImplicitTangent::still(&shape);
+        let (centre, axis) = (DVec3::new(1.0, -2.0, 0.5), DVec3::new(0.2, 0.4, -0.1));
+        change.rotate(&shape, centre, axis);
+        for along in [-1.0, 0.0, 2.5] {
+            let x = centre + along * axis;
+            let rate = change.rate(&shape, x, &shape.second_order(x));
+            assert!(rate.value.abs() < 1e-14, "{}", rate.value);
         }
     }
 

@@ -1,6 +1,8 @@
 //! A fit: steps down the gradient of an objective, which can be left off and gone on with.
 
 #[cfg(test)]
+mod implicit_tests;
+#[cfg(test)]
 mod tests;
 
 use std::ops::Range;
@@ -13,11 +15,13 @@ use serde::{Deserialize, Serialize};
 use super::adam::Adam;
 use super::large_steps::LargeSteps;
 use super::objective::{Evaluation, Objective, ObjectiveError, Reverse};
-use super::parameters::Parameters;
+use super::parameters::{Group, Parameters};
+use super::quantity::Quantity;
 use super::schedule::Schedule;
 use crate::Image;
 use crate::gradient::Progress;
 use crate::scene::{Scene, SceneError};
+use crate::sdf::{Grid, RedistanceError, Slopes, redistance};
 
 /// How long a fit goes on, and what it looks at.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,11 +55,14 @@ pub struct Optimizer {
     pub adam: Adam,
     /// For vertex positions, what keeps steps smooth: then Adam should be [`uniform`](Adam::uniform).
     pub large_steps: Option<LargeSteps>,
+    /// For the nodes of a grid: whether they are made distances again after every step, with the surface where the step has put
+    /// it ([`redistance()`]). Without, φ grows flat and steep, and rays take many steps.
+    pub redistance: bool,
 }
 
 impl From<Adam> for Optimizer {
     fn from(adam: Adam) -> Self {
-        Self { adam, large_steps: None }
+        Self { adam, large_steps: None, redistance: false }
     }
 }
 
@@ -124,6 +131,20 @@ pub enum FitError {
     NotFinite {
         /// The name of the parameter.
         parameter: String,
+    },
+    /// Distances are asked of what is no grid.
+    #[error("`{parameter}` is no grid of distances, which cannot be made anew")]
+    NoGrid {
+        /// The name of the parameter.
+        parameter: String,
+    },
+    /// The nodes of a grid have no surface any more.
+    #[error("`{parameter}`: {error}; try a smaller rate")]
+    Redistance {
+        /// The name of the parameter.
+        parameter: String,
+        /// What is wrong.
+        error: RedistanceError,
     },
     /// The loss has become far larger than it was.
     #[error(
@@ -295,6 +316,11 @@ impl Fit {
             signals.push(adam.signal());
         }
         self.parameters.retract(&mut next, &step);
+        for (i, optimizer) in self.optimizers.iter().enumerate() {
+            if optimizer.redistance {
+                self.redistance(i, &mut next, scene)?;
+            }
+        }
         let Evaluation { loss, penalty, non_finite, image_time, gradient_time, .. } = found;
         let record = Record { loss, penalty, factor, norms, signals, non_finite };
         let optimizer = start.elapsed().saturating_sub(image_time + gradient_time);
@@ -306,6 +332,20 @@ impl Fit {
         self.times.optimizer += optimizer;
         (self.state.x, self.state.adams) = (next, adams);
         self.state.records.push(record);
+        Ok(())
+    }
+
+    /// Makes the nodes of a grid distances again.
+    fn redistance(&self, group: usize, x: &mut [f64], scene: &Scene) -> Result<(), FitError> {
+        let Group { name, quantity, range, .. } = &self.parameters.groups()[group];
+        let no_grid = || FitError::NoGrid { parameter: name.clone() };
+        let Quantity::Sdf { implicit } = *quantity else { return Err(no_grid()) };
+        let grid = scene.description().implicits[implicit].surface.downcast::<Grid>().ok_or_else(no_grid)?;
+        let failed = |error| FitError::Redistance { parameter: name.clone(), error };
+        let nodes = &mut x[range.clone()];
+        let grid = Grid::new(grid.interpolation(), grid.low(), grid.spacing(), grid.size(), nodes.to_vec());
+        let grid = redistance(&grid.map_err(|e| failed(e.into()))?, Slopes::Overall).map_err(failed)?;
+        nodes.copy_from_slice(grid.nodes());
         Ok(())
     }
 

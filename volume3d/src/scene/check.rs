@@ -26,13 +26,7 @@ pub(super) fn check(description: &Description) -> Result<(), SceneError> {
         self::material(material, textures.len())?;
     }
     for shape in shapes {
-        let count = materials.len();
-        let material = materials.get(shape.material).ok_or_else(|| SceneError::Missing {
-            id: shape.id.clone(),
-            what: "material",
-            index: shape.material,
-            count,
-        })?;
+        let material = material_of(&shape.id, shape.material, materials)?;
         mesh(&shape.id, &shape.mesh)?;
         coordinates(&shape.id, &shape.mesh, material)?;
         if let Some(radiance) = shape.radiance {
@@ -51,6 +45,12 @@ pub(super) fn check(description: &Description) -> Result<(), SceneError> {
         self::environment(environment, textures.len())?;
     }
     count(shapes)
+}
+
+/// The material of a shape.
+fn material_of<'m>(id: &str, index: usize, materials: &'m [Material]) -> Result<&'m Material, SceneError> {
+    let (what, count) = ("material", materials.len());
+    materials.get(index).ok_or_else(|| SceneError::Missing { id: id.to_owned(), what, index, count })
 }
 
 /// That no map has carried positions out of the numbers.
@@ -88,13 +88,7 @@ pub(super) fn implicit(shape: &ImplicitShape, materials: &[Material]) -> Result<
     if !(error < 1e-6 && rotation.determinant() > 0.0) {
         return range("the deviation of its rotation from one", error, "0 to rounding, with determinant 1");
     }
-    let count = materials.len();
-    let material = materials.get(shape.material).ok_or_else(|| SceneError::Missing {
-        id: shape.id.clone(),
-        what: "material",
-        index: shape.material,
-        count,
-    })?;
+    let material = material_of(&shape.id, shape.material, materials)?;
     if matches!(material.bsdf.reflectance(), Reflectance::Texture(_)) {
         return Err(SceneError::NoCoordinates { id: shape.id.clone() });
     }

@@ -143,6 +143,8 @@ pub(super) struct ParameterConfig {
     #[serde(default)]
     pub(super) uniform: bool,
     pub(super) large_steps: Option<f64>,
+    #[serde(default)]
+    pub(super) redistance: bool,
     #[serde(default = "beta1")]
     pub(super) beta1: f64,
     #[serde(default = "beta2")]
@@ -228,7 +230,7 @@ impl Config {
             );
         }
         for parameter in &self.parameters {
-            let ParameterConfig { name, rate, large_steps, bounds, .. } = parameter;
+            let ParameterConfig { name, rate, large_steps, redistance, bounds, .. } = parameter;
             if !(*rate > 0.0 && rate.is_finite()) {
                 bail!("the rate of `{name}` is {rate}, but must be positive");
             }
@@ -241,6 +243,9 @@ impl Config {
                 if !(0.0..1.0).contains(&beta) {
                     bail!("{key} of `{name}` is {beta}, but must be from 0 to below 1");
                 }
+            }
+            if *redistance && !name.ends_with(".sdf") {
+                bail!("redistance is for the sdf of a grid, not for `{name}`");
             }
             if large_steps.is_some() && !name.ends_with(".vertex_positions") {
                 bail!("large_steps is for vertex_positions, not for `{name}`");

@@ -63,6 +63,7 @@ use super::{Outcome, Report};
 ///   name = "bunny.vertex_positions"
 ///   rate = 0.01                       # of Adam, in units of the parameter: about the size of a step
 ///   large_steps = 20                  # smooth steps of vertices (Nicolet et al. 2021), with one step size
+///   redistance = false                # for SHAPE.sdf of a grid: true makes it distances again after every step
 ///   uniform = false                   # the default; true: one step size without smoothing
 ///   beta1 = 0.9                       # of Adam: how slowly gradients are forgotten, and their squares
 ///   beta2 = 0.999

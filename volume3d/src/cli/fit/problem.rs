@@ -91,7 +91,7 @@ fn optimizer(
     quantity: Quantity,
     scene: &Scene,
 ) -> Result<Optimizer, LargeStepsError> {
-    let ParameterConfig { rate, uniform, large_steps, beta1, beta2, .. } = *parameter;
+    let ParameterConfig { rate, uniform, large_steps, redistance, beta1, beta2, .. } = *parameter;
     let mut adam = Adam::new(rate);
     (adam.beta1, adam.beta2, adam.uniform) = (beta1, beta2, uniform || large_steps.is_some());
     let large_steps = match (large_steps, quantity) {
@@ -100,7 +100,7 @@ fn optimizer(
         }
         _ => None,
     };
-    Ok(Optimizer { adam, large_steps })
+    Ok(Optimizer { adam, large_steps, redistance })
 }
 
 fn parameters(config: &Config, scene: &Scene) -> anyhow::Result<Parameters> {

@@ -1,0 +1,80 @@
+//! Fits of implicit surfaces.
+
+use flatland::sdf::shapes::Ball;
+use glam::DVec3;
+
+use crate::gradient::{Progress, WarpedArea, render};
+use crate::optimize::{Adam, Fit, FitError, Loss, Objective, Optimizer, Parameters, Plan, Schedule, View};
+use crate::scene::{Camera, Description, Environment, Film, Filter, Material, Scene};
+use crate::sdf::{Grid, Interpolation, Slopes, redistance};
+
+/// A black thing before the sky.
+fn scene(surface: impl crate::scene::Implicit) -> Scene {
+    let camera = Camera::look_at(DVec3::Z * 4.0, DVec3::ZERO, DVec3::Y, 0.7);
+    let film = Film { width: 12, height: 12, crop: None, filter: Filter::Tent { radius: 1.0 } };
+    let mut description = Description::new(camera, film);
+    description.integrator.max_depth = Some(1);
+    description.environment = Some(Environment::Constant { id: "sky".into(), radiance: DVec3::ONE });
+    let black = description.add_material(Material::diffuse("black", DVec3::ZERO));
+    description.add_implicit("shape", surface, black);
+    Scene::new(description).expect("a scene")
+}
+
+fn sampled(radius: f64) -> Grid {
+    let box_of = (DVec3::splat(-1.5), DVec3::splat(1.5));
+    Grid::sampled(Interpolation::Cubic, box_of, 12, |x| x.length() - radius).expect("a grid")
+}
+
+fn fit(scene: &Scene, target: &Scene, steps: u64, optimizer: Optimizer) -> Fit {
+    let parameters = Parameters::new(scene, &["shape.sdf"]).expect("a surface");
+    let film = scene.description().film;
+    let target = render(target, 256, 9, &Progress::none()).expect("an image").image;
+    let view = View { name: "front".to_owned(), camera: None, film, target, weights: None };
+    let (loss, penalties) = (Loss::L2, vec![]);
+    let objective = Objective { views: vec![view], loss, penalties, silhouettes: None, image_samples: 16 };
+    let plan = Plan { steps, schedule: Schedule::default(), views_per_step: 1, seed: 4 };
+    let x = parameters.values(scene);
+    Fit::new(parameters, x, objective, vec![optimizer], plan)
+}
+
+fn run(fit: &mut Fit, scene: &mut Scene) -> Result<(), FitError> {
+    let mut result = Ok(());
+    while !fit.is_done() && result.is_ok() {
+        result = fit.step(
+            scene,
+            &|scene, adjoint, active, seed, progress| {
+                WarpedArea { samples: 8, seed, ..WarpedArea::default() }
+                    .reverse(scene, adjoint, active, progress)
+            },
+            &Progress::none(),
+        );
+    }
+    result
+}
+
+/// A ball of radius 0.7 becomes one of 0.9 in a picture, and its nodes stay distances.
+#[test]
+fn a_grid_grows_to_its_outline() {
+    let (mut scene, target) = (scene(sampled(0.7)), scene(sampled(0.9)));
+    let optimizer = Optimizer { redistance: true, ..Adam::new(0.02).into() };
+    let mut fit = fit(&scene, &target, 24, optimizer);
+    run(&mut fit, &mut scene).expect("a fit");
+    let grid = |scene: &Scene| scene.description().implicits[0].surface.downcast::<Grid>().cloned();
+    let found = grid(&scene).expect("a grid");
+    let losses: Vec<f64> = fit.state().records.iter().map(|r| r.loss).collect();
+    println!("{losses:?}");
+    assert!(losses[23] < 0.2 * losses[0], "{losses:?}");
+    let again = redistance(&found, Slopes::Overall).expect("distances");
+    let moved = found.nodes().iter().zip(again.nodes()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(moved < 1e-6, "{moved}");
+}
+
+#[test]
+fn distances_are_asked_of_grids_only() {
+    let ball = Ball::new(DVec3::ZERO, 0.7).expect("a ball");
+    let (mut scene, target) = (scene(ball), scene(sampled(0.9)));
+    let optimizer = Optimizer { redistance: true, ..Adam::new(0.02).into() };
+    let mut fit = fit(&scene, &target, 1, optimizer);
+    let error = run(&mut fit, &mut scene).expect_err("no grid");
+    assert_eq!(error, FitError::NoGrid { parameter: "shape.sdf".to_owned() });
+}
