@@ -99,6 +99,26 @@ fn controls_are_rejected() {
     }
 }
 
+/// From micrometres to megametres, if the scene is in metres: images are the same, and so are their derivatives, to rounding and
+/// what the edges of rounding decide, such as whether a ray hits.
+#[test]
+fn units_of_length_change_nothing() {
+    let gradient = |unit: f64| {
+        let Moving { scene, change, .. } = scenes::in_units(unit);
+        samples(4).forward(&scene, &change, &Progress::none()).expect("a gradient").gradient
+    };
+    let metres = gradient(1.0);
+    let norm = |image: &Image| image.pixels.iter().map(|g| g.length_squared()).sum::<f64>().sqrt();
+    for unit in [1e-6, 1e-3, 1e3, 1e6] {
+        let found = gradient(unit);
+        let pairs = found.pixels.iter().zip(&metres.pixels);
+        let difference = metres.with_pixels(pairs.map(|(a, b)| *a - *b).collect());
+        let relative = norm(&difference) / norm(&metres);
+        println!("unit {unit:.0e}: {relative:.1e}");
+        assert!(relative < 1e-6, "{unit}: {relative}");
+    }
+}
+
 #[test]
 fn reverse_is_the_transpose_of_forward() {
     let cases = [

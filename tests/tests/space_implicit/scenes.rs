@@ -166,6 +166,22 @@ fn sampled(name: &'static str, interpolation: Interpolation, description: Descri
     moving(name, with_surface(description, grid), |_, change| change.implicits[0].parameters = rates)
 }
 
+/// A ball that shades itself, a floor and a ring that moves, in any unit of length.
+pub(crate) fn in_units(unit: f64) -> Moving {
+    let mut description = with_floor(under_the_sky(3));
+    description.shapes[0].mesh =
+        placed(description.shapes[0].mesh.clone(), DVec3::ZERO, unit, DQuat::IDENTITY);
+    description.camera.origin *= unit;
+    description.tracer.far *= unit;
+    description.add_implicit("ball", ball(0.1, 0.3, 1.3, 0.8), 0);
+    description.add_implicit("ring", Torus::new(DVec3::new(0.0, -0.4, 0.8), 0.9, 0.2).expect("a ring"), 0);
+    description.implicits.iter_mut().for_each(|shape| shape.placement.scale = unit);
+    moving("units", description, |_, change| {
+        change.implicits[1].translation = VELOCITY * unit;
+        change.implicits[1].rotation = DVec3::new(0.3, 0.5, 0.1);
+    })
+}
+
 /// The camera moves, turns and zooms.
 pub(crate) fn camera() -> Moving {
     let description = with(with_floor(under_the_sky(2)), [ball(0.1, 0.0, 1.3, 0.8)]);

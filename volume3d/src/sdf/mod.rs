@@ -10,6 +10,8 @@
 //! - [`redistance()`]: a grid of distances again, with the surface where it is.
 //! - [`isosurface()`]: the triangle mesh of any of them.
 //! - [`network`]: φ as a neural network, with its weights for parameters.
+//!
+//! A scene takes any of them, [`Description::add_implicit`](crate::scene::Description::add_implicit).
 
 pub mod analytic;
 mod from_mesh;

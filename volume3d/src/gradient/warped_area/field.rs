@@ -7,8 +7,9 @@ use crate::gradient::GradientError;
 pub enum Field {
     /// The velocities of the edges near a direction, by their exact mean over those edges: no auxiliary ray, and no bias (jumps of
     /// interpolated normals are no edges: see [`WarpedArea::sign_changes`](super::WarpedArea::sign_changes)).
-    /// It needs a mesh, whose edges are listed once. None of them is tested for visibility, and none is sampled but the
-    /// borders of flat emitters.
+    /// Edges of meshes are listed once. None of them is tested for visibility, and none is sampled but the
+    /// borders of flat emitters. Implicit surfaces join the mean by the points of their sphere tracer: it is the one field that
+    /// knows them.
     JumpMean {
         /// How far away edges count on the film, in pixels.
         film: f64,
