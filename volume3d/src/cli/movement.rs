@@ -166,7 +166,11 @@ impl Move {
 
     fn add_to(&self, scene: &Scene, change: &mut Tangent) -> anyhow::Result<()> {
         let shape = || scene.find_shape(&self.what);
-        if let Some(implicit) = scene.implicit(&self.what) {
+        let moves = matches!(
+            self.how,
+            How::Translate(_) | How::Rotate { .. } | How::Scale { .. } | How::Vertex { .. }
+        );
+        if let Some(implicit) = scene.implicit(&self.what).filter(|_| moves) {
             return self.add_to_implicit(scene, implicit, change);
         }
         match self.how {

@@ -13,7 +13,7 @@ use super::lint::{APART, covering};
 use super::method::MethodOptions;
 use super::output::{check_array, check_distinct};
 use super::parameter::{Name, arrays};
-use super::session::{Bar, RunOptions, SceneOptions, located as located_samples, stop_if_asked};
+use super::session::{Bar, RunOptions, SceneOptions, located as located_samples, lost, stop_if_asked};
 use super::summary::{INTERIOR, outlier};
 use super::{Outcome, Report};
 
@@ -54,6 +54,7 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
 
     let mut text = format!("{} × {} pixels, {samples} spp, {seconds:.2} s\n", adjoint.width, adjoint.height);
     text += &located_samples(&gradient.non_finite);
+    text += &lost(gradient.traces, samples * adjoint.width * adjoint.height);
     if request.method.is_interior() && active.is_geometric() {
         text += INTERIOR;
     }

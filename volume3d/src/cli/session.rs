@@ -205,7 +205,7 @@ impl Drop for Bar {
 /// A warning if more than a thousandth of samples lost a ray at an implicit surface, or if one may have passed through.
 pub(super) fn lost(traces: TraceCounts, samples: usize) -> String {
     let mut text = String::new();
-    let TraceCounts { out_of_steps, too_steep } = traces;
+    let TraceCounts { out_of_steps, too_steep, too_flat } = traces;
     if out_of_steps as f64 > 1e-3 * samples as f64 {
         let _ = writeln!(
             text,
@@ -218,6 +218,13 @@ pub(super) fn lost(traces: TraceCounts, samples: usize) -> String {
             text,
             "WARNING: {too_steep} rays met an implicit surface's φ with a slope above its bound, and may have passed \
              through; state a larger bound, or make it a distance"
+        );
+    }
+    if too_flat > 0 {
+        let _ = writeln!(
+            text,
+            "WARNING: {too_flat} rays hit an implicit surface where φ has a slope below 0.7; its gradients are biased \
+             there: make φ a distance, in the units of the scene"
         );
     }
     text

@@ -61,7 +61,9 @@ impl FiniteDifference {
         let film = FilmPlane::new(scene);
         let cell = |(): &mut (), place, sink: CellSink<'_, 6>| self.cell(&paths, &films, place, sink);
         let sums: FilmSums<6> = over_film(&film, self.samples, progress, || (), cell)?;
-        Ok(finish::<1, 6>(&film, sums, self.samples))
+        let mut image = finish::<1, 6>(&film, sums, self.samples);
+        sides.iter().for_each(|side| image.traces += side.trace_counts());
+        Ok(image)
     }
 
     fn cell(

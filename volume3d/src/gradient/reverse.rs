@@ -1,6 +1,6 @@
 //! Reverse mode: numbers that record themselves, and the scatter of their adjoints to parameters.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 
 use flatland::calculus::{Adjoints, Number, Rgb, Tape, Variable, Vec3};
 use flatland::random::Stream;
@@ -90,7 +90,7 @@ pub(crate) struct Reverse<'s, 't> {
     warps: Vec<BounceWarp<'t>>,
     level_sets: RefCell<Vec<LevelSetPoint<'t>>>,
     /// Whether all warps on the tape have finite coefficients.
-    finite: bool,
+    finite: Cell<bool>,
 }
 
 impl<'s, 't> Reverse<'s, 't> {
@@ -110,7 +110,7 @@ impl<'s, 't> Reverse<'s, 't> {
             film_warp: None,
             warps: vec![],
             level_sets: RefCell::default(),
-            finite: true,
+            finite: Cell::new(true),
         }
     }
 
@@ -141,7 +141,7 @@ impl<'s, 't> Reverse<'s, 't> {
         sums: &mut Accumulator,
     ) -> bool {
         let finite = outputs.iter().all(|(output, adjoint)| (output.value() * adjoint).is_finite());
-        let finite = self.finite && finite;
+        let finite = self.finite.get() && finite;
         if finite {
             self.tape.sweep(outputs, adjoints, |id, a, earlier| self.scatter(id, a, earlier, sums));
         }
@@ -153,7 +153,7 @@ impl<'s, 't> Reverse<'s, 't> {
         self.film_warp = None;
         self.warps.clear();
         self.level_sets.get_mut().clear();
-        self.finite = true;
+        self.finite.set(true);
     }
 
     fn scatter(&self, id: Input, a: &[f64], earlier: &mut Adjoints<'_>, sums: &mut Accumulator) {
@@ -258,7 +258,7 @@ impl<'t> Differential for Reverse<'_, 't> {
         let moves = self.inputs.active.camera;
         let Some(auxiliary) = &mut self.auxiliary else { return still };
         let Some(warp) = auxiliary.on_film(&self.film, u, seen, moves) else { return still };
-        self.finite &= warp.is_finite();
+        self.finite.set(self.finite.get() && warp.is_finite());
         self.film_warp = Some(warp);
         let [x, y, jacobian] = self.tape.inputs(Input::FilmWarp, [u.x, u.y, 1.0]);
         FilmPoint { at: [x, y], jacobian }
@@ -295,6 +295,8 @@ impl<'t> Calculus for Reverse<'_, 't> {
         if !active && [x.x, x.y, x.z].iter().all(|x| x.is_still()) {
             return (x, Vec3::constant(gradient));
         }
+        // A ray along the surface has no point of it that moves at a finite speed.
+        self.finite.set(self.finite.get() && gradient.dot(direction) != 0.0);
         let mut level_sets = self.level_sets.borrow_mut();
         level_sets.push(LevelSetPoint { implicit, there, direction, x });
         let id = Input::LevelSet(level_sets.len() as u32 - 1);
@@ -374,7 +376,7 @@ impl<'t> Calculus for Reverse<'_, 't> {
         let moves = [origin.x, origin.y, origin.z].iter().any(|x| !x.is_still());
         let warp = auxiliary.on_sphere(origin.value(), from, direction, kernel, moves);
         let Some(warp) = warp else { return constant() };
-        self.finite &= warp.is_finite();
+        self.finite.set(self.finite.get() && warp.is_finite());
         self.warps.push(BounceWarp { warp, origin });
         let id = Input::Warp(self.warps.len() as u32 - 1);
         let [x, y, z, jacobian] = self.tape.inputs(id, [direction.x, direction.y, direction.z, 1.0]);

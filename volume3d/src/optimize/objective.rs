@@ -167,7 +167,9 @@ impl Objective {
             return Err(ObjectiveError::NoViews);
         }
         let active = parameters.active(scene);
-        let shapes: Vec<usize> = (0..active.shapes.len()).filter(|&s| active.shapes[s]).collect();
+        // Implicit surfaces are counted after all meshes.
+        let both = active.shapes.iter().chain(&active.implicits).enumerate();
+        let shapes: Vec<usize> = both.filter(|(_, active)| **active).map(|(shape, _)| shape).collect();
         let mut evaluation = Evaluation {
             loss: 0.0,
             penalty: 0.0,

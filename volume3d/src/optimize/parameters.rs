@@ -203,8 +203,13 @@ impl Parameters {
     /// If x has another length, or the scene another topology.
     pub fn apply(&self, x: &[f64], scene: &mut Scene) -> Result<(), SceneError> {
         assert_eq!(x.len(), self.len, "one number for each parameter");
-        self.apply_camera(x, scene)?;
-        self.apply_implicits(x, scene)?;
+        // A camera may be within what moves away, or the other way round.
+        if self.apply_camera(x, scene).is_ok() {
+            self.apply_implicits(x, scene)?;
+        } else {
+            self.apply_implicits(x, scene)?;
+            self.apply_camera(x, scene)?;
+        }
         for group in &self.groups {
             let slice = &x[group.range.clone()];
             let vectors = || slice.chunks_exact(3).map(DVec3::from_slice);
@@ -269,9 +274,13 @@ impl Parameters {
                 let made = shape.surface.with_parameters(&x[group.range.clone()]);
                 shape.surface = made.map_err(|error| SceneError::Implicit { id: shape.id.clone(), error })?;
             }
-            let turn = DQuat::from_scaled_axis(self.vector(x, named[2]));
-            shape.placement.translation = rest.translation + self.vector(x, named[1]);
-            shape.placement.rotation = DMat3::from_quat(turn) * rest.rotation;
+            if translation.is_some() {
+                shape.placement.translation = rest.translation + self.vector(x, named[1]);
+            }
+            if rotation.is_some() {
+                let turn = DQuat::from_scaled_axis(self.vector(x, named[2]));
+                shape.placement.rotation = DMat3::from_quat(turn) * rest.rotation;
+            }
             scene.set_implicit(implicit, shape)?;
         }
         Ok(())

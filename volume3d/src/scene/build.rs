@@ -122,7 +122,13 @@ impl Scene {
     pub(super) fn measure(&mut self) {
         self.implicit_bounds = self.description.implicits.iter().map(Sdf::bounds).collect();
         let surfaces = self.bounds().map_or(0.0, |(low, high)| low.abs().max(high.abs()).max_element());
-        self.extent = self.description.camera.origin.abs().max_element().max(surfaces);
+        let camera = self.description.camera.origin;
+        self.extent = camera.abs().max_element().max(surfaces);
+        // What has no bounds is as far from the camera as φ says, at least.
+        for shape in self.description.implicits.iter().filter(|shape| shape.bounds().is_none()) {
+            let reach = camera.abs().max_element() + shape.value(camera).abs() / shape.slope_bound();
+            self.extent = self.extent.max(reach);
+        }
     }
 
     /// What the scene is made of.

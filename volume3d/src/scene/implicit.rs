@@ -279,6 +279,18 @@ mod tests {
         assert!(matches!(scene.set_implicit(0, inside), Err(SceneError::Inside { .. })));
         assert_eq!(*scene.description(), before);
         assert!(scene.set_implicit(1, before.implicits[0].clone()).is_err());
+        let textured = {
+            let mut description = before.clone();
+            let wrap = Wrap::Repeat;
+            let (texels, to_uv) = (vec![DVec3::ONE], glam::DAffine2::IDENTITY);
+            let id = "paper".into();
+            description.add_texture(Texture { id, width: 1, height: 1, texels, wrap, to_uv });
+            let mut scene = Scene::new(description).expect("a scene");
+            let mut material = scene.description().materials[0].clone();
+            *material.bsdf.reflectance_mut() = crate::scene::Reflectance::Texture(0);
+            scene.set_material(0, material)
+        };
+        assert!(matches!(textured, Err(SceneError::NoCoordinates { .. })));
     }
 
     /// Along its own axis a ball of radius 1 at distance 4 is 3 away, and rays graze it where they should.
@@ -296,6 +308,12 @@ mod tests {
             scene.blocked(DVec3::ZERO, DVec3::Z, 0.0, 2.0) && !scene.blocked(DVec3::ZERO, DVec3::Z, 0.0, 1.4)
         );
         assert!(scene.beyond(DVec3::ZERO, DVec3::X, 0.0).is_none());
+        // The point that is looked for is not in its own way, though it is within the tolerance of what is before it.
+        for angle in [0.0, 0.1, 0.2, 0.24] {
+            let way = DVec3::new(f64::sin(angle), 0.0, f64::cos(angle));
+            let hit = scene.closest(DVec3::ZERO, way, None).expect("a hit");
+            assert!(!scene.blocked(DVec3::ZERO, way, 0.0, hit.distance), "{angle}");
+        }
         // From its own surface it is not seen.
         let surface = Some(hit.surface);
         assert!(scene.closest(DVec3::Z * hit.distance, DVec3::new(0.6, 0.0, -0.8), surface).is_none());

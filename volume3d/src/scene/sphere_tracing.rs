@@ -15,6 +15,9 @@ const LEAVING: f64 = 1e-4;
 /// A step to where φ is negative by more than this part of what it was: the slope on the way was above its bound.
 const STEEP: f64 = 1e-6;
 
+/// On surfaces |∇φ| must not be less, as fields take it for the speed of level sets there.
+const FLAT: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
 /// How often a root is made more exact: Newton's method doubles its digits.
 const POLISHING: usize = 6;
 
@@ -26,7 +29,7 @@ struct Part {
 }
 
 impl Scene {
-    /// What tracing implicit surfaces has met since the scene was made.
+    /// What tracing implicit surfaces has met since the scene was made, or was last given meshes of another topology.
     #[must_use]
     pub fn trace_counts(&self) -> TraceCounts {
         self.trace_counters.get()
@@ -101,7 +104,7 @@ impl Scene {
         let mut t = part.near;
         let mut steep = false;
         let mut before = f64::INFINITY;
-        let mut end = None;
+        let (mut end, mut flat) = (None, false);
         let mut out_of_steps = true;
         for _ in 0..max_steps {
             let value = shape.value(origin + direction * t);
@@ -109,7 +112,11 @@ impl Scene {
             steep |= value < before * (1.0 - step_scale) - STEEP * before;
             before = value;
             if value <= tolerance * t {
-                (end, out_of_steps) = (Some(polished(shape, origin, direction, t)), false);
+                let (root, slope) = polished(shape, origin, direction, t);
+                // What hits within the tolerance may do so beyond the end: a light, or the point that is looked for.
+                end = (root < part.far).then_some(root);
+                flat = end.is_some() && slope < FLAT;
+                out_of_steps = false;
                 break;
             }
             t += scale * value;
@@ -125,12 +132,16 @@ impl Scene {
         if steep {
             counters.count_too_steep();
         }
+        if flat {
+            counters.count_too_flat();
+        }
         end
     }
 }
 
 /// The root of φ along a ray next to t, as exactly as Newton's method finds it: |φ| at least halves at each step.
-fn polished(shape: &ImplicitShape, origin: DVec3, direction: DVec3, mut t: f64) -> f64 {
+/// And |∇φ| there.
+fn polished(shape: &ImplicitShape, origin: DVec3, direction: DVec3, mut t: f64) -> (f64, f64) {
     let mut jet = shape.jet(origin + direction * t);
     for _ in 0..POLISHING {
         let next = t - jet.value / jet.gradient.dot(direction);
@@ -143,5 +154,5 @@ fn polished(shape: &ImplicitShape, origin: DVec3, direction: DVec3, mut t: f64) 
         }
         (t, jet) = (next, there);
     }
-    t
+    (t, jet.gradient.length())
 }

@@ -15,12 +15,16 @@ pub struct TraceCounts {
     /// Rays that went through the surface by a step that its bound on |∇φ| allowed: it is too low, and other rays may have
     /// passed through parts of it.
     pub too_steep: u64,
+    /// Rays that hit the surface where |∇φ| < √½: the field takes its silhouettes to be slower than they are, and
+    /// gradients are biased. Make φ a distance, by [`redistance`](crate::sdf::redistance()) or an eikonal term.
+    pub too_flat: u64,
 }
 
 impl AddAssign for TraceCounts {
     fn add_assign(&mut self, other: Self) {
         self.out_of_steps += other.out_of_steps;
         self.too_steep += other.too_steep;
+        self.too_flat += other.too_flat;
     }
 }
 
@@ -30,6 +34,7 @@ impl Sub for TraceCounts {
         Self {
             out_of_steps: self.out_of_steps.saturating_sub(other.out_of_steps),
             too_steep: self.too_steep.saturating_sub(other.too_steep),
+            too_flat: self.too_flat.saturating_sub(other.too_flat),
         }
     }
 }
@@ -40,6 +45,7 @@ impl Sub for TraceCounts {
 pub(super) struct Counters {
     out_of_steps: AtomicU64,
     too_steep: AtomicU64,
+    too_flat: AtomicU64,
 }
 
 impl Counters {
@@ -51,9 +57,13 @@ impl Counters {
         self.too_steep.fetch_add(1, Ordering::Relaxed);
     }
 
+    pub(super) fn count_too_flat(&self) {
+        self.too_flat.fetch_add(1, Ordering::Relaxed);
+    }
+
     pub(super) fn get(&self) -> TraceCounts {
-        let [out_of_steps, too_steep] =
-            [&self.out_of_steps, &self.too_steep].map(|n| n.load(Ordering::Relaxed));
-        TraceCounts { out_of_steps, too_steep }
+        let [out_of_steps, too_steep, too_flat] =
+            [&self.out_of_steps, &self.too_steep, &self.too_flat].map(|n| n.load(Ordering::Relaxed));
+        TraceCounts { out_of_steps, too_steep, too_flat }
     }
 }

@@ -142,7 +142,7 @@ impl Scene {
     /// A [`SceneError`] if it does not exist, a parameter is out of range, its texture does not exist, its name is that of
     /// another, or a shape that has it lacks the texture coordinates that it needs.
     pub fn set_material(&mut self, index: usize, material: Material) -> Result<(), SceneError> {
-        let Description { materials, textures, shapes, .. } = &self.description;
+        let Description { materials, textures, shapes, implicits, .. } = &self.description;
         let old = self.existing("material", index, materials)?;
         check::material(&material, textures.len())?;
         check::renamed("material", &old.id, &material.id, materials.iter().map(|m| &m.id))?;
@@ -150,6 +150,9 @@ impl Scene {
             check::coordinates(&shape.id, &shape.mesh, &material)?;
         }
         let textured = |m: &Material| matches!(m.bsdf.reflectance(), Reflectance::Texture(_));
+        if let Some(shape) = implicits.iter().find(|s| s.material == index && textured(&material)) {
+            return Err(SceneError::NoCoordinates { id: shape.id.clone() });
+        }
         let reshade = textured(old) != textured(&material);
         self.description.materials[index] = material;
         if reshade {

@@ -72,7 +72,8 @@ impl Problem {
             seed: config.seed,
         };
         let silhouettes = config.silhouettes;
-        if silhouettes.is_some() && !parameters.active(&scene).shapes.contains(&true) {
+        let active = parameters.active(&scene);
+        if silhouettes.is_some() && !active.shapes.iter().chain(&active.implicits).any(|&active| active) {
             bail!("{}: silhouettes count only where a shape is fitted", path.display());
         }
         let objective = Objective { views, loss: config.loss.into(), penalties, silhouettes, image_samples };

@@ -63,7 +63,7 @@ pub(crate) struct Moments {
 }
 
 impl Graded {
-    fn times(self, factor: Self) -> Self {
+    pub(super) fn times(self, factor: Self) -> Self {
         let gradient = factor.value * self.gradient + self.value * factor.gradient;
         Self { value: self.value * factor.value, gradient }
     }

@@ -11,7 +11,8 @@
 //! surface, V is m G/t̄ with m = (1 − r/c)₊: Vicini's field itself.
 //!
 //! The lemma of [the module](super) holds as it stands: k is infinite on both sides of a silhouette of its surface, and finite and continuous
-//! elsewhere, if rays end at what they hit of a mesh. Where that ends, an arc is infinite. It is not where a mesh and an
+//! elsewhere, if rays end at what they hit of a mesh: k falls to 0 as what is hit comes within the first step of the tracer, where there is no point to
+//! take a mean of. Where the mesh ends, an arc is infinite. It is not where a mesh and an
 //! implicit surface pass through one another, nor where two implicit surfaces do: their crossings jump, and nothing follows them.
 
 use flatland::sdf::fields::{Tap, ViciniField};
@@ -103,8 +104,22 @@ impl Sight {
         let Scalar { value, gradient } = field.multiplier::<Sphere>(&view, u, t);
         let rest = 1.0 - value;
         let kernel = Graded { value: value / rest, gradient: gradient / (rest * rest) };
+        let kernel = kernel.times(room(trace, far));
         (value > 0.0).then_some(NearLevelSet { implicit, t, kernel })
     }
+}
+
+/// How much of a ray there is beyond its first step, as a part of a tenth of that, at most 1. A ray that ends within its first step
+/// has no point to take a mean of: kernels must vanish as it becomes so short.
+fn room(trace: &Trace<DVec3>, far: Scalar<DVec3>) -> Graded {
+    const PART: f64 = 0.1;
+    let Some(first) = trace.points.get(1) else { return Graded { value: 0.0, gradient: DVec3::ZERO } };
+    let value = (far.value - first.t) / (PART * first.t);
+    if value >= 1.0 {
+        return Graded { value: 1.0, gradient: DVec3::ZERO };
+    }
+    let gradient = (far.gradient - first.t_gradient * (far.value / first.t)) / (PART * first.t);
+    Graded { value, gradient }
 }
 
 /// How far away a plane is along u: t = (d − n·x)/(n·u), with its gradient −t n_⊥/(n·u).
@@ -147,5 +162,53 @@ impl LevelSetTap {
     pub(super) fn is_finite(&self) -> bool {
         let Tap { value, slope, gradient, .. } = self.tap;
         value.is_finite() && slope.is_finite() && gradient.is_finite()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use flatland::sdf::shapes::Ball;
+
+    use super::*;
+    use crate::scene::{Camera, Description, Film, Filter, Material};
+
+    /// A small ball before a floor on which rays end: near the viewer's side of the ball they do so within the tracer's first
+    /// step, whose points are then none.
+    #[test]
+    fn kernels_do_not_jump_where_rays_end_within_the_first_step() {
+        let eye = DVec3::new(0.3, -5.0, 3.0);
+        let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::Z, 0.7);
+        let film = Film { width: 4, height: 4, crop: None, filter: Filter::Box };
+        let mut description = Description::new(camera, film);
+        let clay = description.add_material(Material::diffuse("clay", DVec3::ONE));
+        let ball = Ball::new(DVec3::new(0.1, 0.0, 0.3), 0.3).expect("a ball");
+        description.add_implicit("ball", ball, clay);
+        let scene = Scene::new(description).expect("a scene");
+        let sight = Sight { origin: eye, from: None, plane: Some((DVec3::Z, 0.0)) };
+        let mut trace = Trace { direction: eye, points: vec![], end: End::Miss };
+        let mut at = |y: f64| {
+            let u = (DVec3::new(0.12, y, 0.0) - eye).normalize();
+            let kernel = sight.near(&scene, u, &mut trace).first().map_or(0.0, |near| near.kernel.value);
+            (kernel, trace.points.len())
+        };
+        let (low, high) = (-0.9, -0.35);
+        let count = 400;
+        let place = |i: usize| low + (high - low) * i as f64 / count as f64;
+        let points: Vec<usize> = (0..=count).map(|i| at(place(i)).1).collect();
+        assert!(points.contains(&1) && points.iter().any(|&n| n > 1), "{points:?}");
+        let mut greatest = 0.0_f64;
+        for i in 0..count {
+            let (mut a, mut b) = (place(i), place(i + 1));
+            greatest = greatest.max(at(a).0);
+            // Halved down to rounding, towards the half in which it changes more.
+            for _ in 0..40 {
+                let middle = 0.5 * (a + b);
+                let [left, there, right] = [a, middle, b].map(|y| at(y).0);
+                if (left - there).abs() > (right - there).abs() { b = middle } else { a = middle }
+            }
+            let jump = (at(a).0 - at(b).0).abs();
+            assert!(jump < 1e-9, "{jump} at {a}");
+        }
+        assert!(greatest > 0.1, "{greatest}");
     }
 }
