@@ -30,7 +30,7 @@ use super::{Parametric, ShapeError};
 ///
 /// It is the nearest of all, not of those that some start leads to: pieces of the curve are left out where bounds on derivatives show that they are too far
 /// away, cut where |x − γ|² is not proven to be convex by bounds on γ″ and γ‴, and else have one minimum, which
-/// Newton's method finds within bisection. A value takes about 2 µs for the trefoil.
+/// Newton's method finds within bisection.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Knot {
     centre: DVec3,
@@ -75,8 +75,7 @@ impl Knot {
     /// # Errors
     /// If a parameter is not finite, a radius not positive, a not between R/1000 and R (what is thinner is a ring: [`Torus`](super::Torus)), p or q 0 or with a common divisor, or p + q more
     /// than 32; or if r is not smaller than the reach of the curve, where the tube would touch itself or have kinks. The reach is the least
-    /// |γ(s) − γ(t)|²/2 over the distance of γ(s) from the tangent at t (Federer 1959). It is found to about 0.1 % by sampling t and s, which
-    /// takes 1 ms for the trefoil.
+    /// |γ(s) − γ(t)|²/2 over the distance of γ(s) from the tangent at t (Federer 1959). It is found to about 0.1 % by sampling t and s.
     pub fn new(
         centre: DVec3,
         (p, q): (u32, u32),
