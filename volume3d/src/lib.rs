@@ -97,6 +97,7 @@ pub mod gradient;
 pub mod guide;
 mod image;
 pub mod io;
+mod lanes;
 pub mod optimize;
 mod path;
 pub mod scene;

@@ -97,6 +97,13 @@ pub trait Sdf<V: Space>: Sync {
         self.slope_bound()
     }
 
+    /// A bound M on |s·∇²φ s| for all directions s, wherever rays go within the [bounds](Self::bounds), where ∇φ is continuous. With it φ falls along a
+    /// ray by no more than −∇φ·ω t + M t²/2, so that steps may be longer than φ over the bound on |∇φ| (Kalra and Barr 1989). ∞
+    /// where none is known.
+    fn second_derivative_bound(&self) -> f64 {
+        f64::INFINITY
+    }
+
     /// The corners of a box, along the axes, outside of which φ > 0 everywhere: the surface and the inside lie within. `None` where none is
     /// known, or the inside has no end.
     fn bounds(&self) -> Option<(V, V)> {

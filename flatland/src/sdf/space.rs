@@ -52,22 +52,27 @@ impl Space for DVec2 {
     const FLAT: DMat2 = DMat2::ZERO;
     const IDENTITY: DMat2 = DMat2::IDENTITY;
 
+    #[inline]
     fn from_components(component: impl Fn(usize) -> f64) -> Self {
         Self::new(component(0), component(1))
     }
 
+    #[inline]
     fn component(self, axis: usize) -> f64 {
         self[axis]
     }
 
+    #[inline]
     fn outer(self, other: Self) -> DMat2 {
         DMat2::from_cols(self * other.x, self * other.y)
     }
 
+    #[inline]
     fn trace(matrix: DMat2) -> f64 {
         matrix.x_axis.x + matrix.y_axis.y
     }
 
+    #[inline]
     fn norm(self) -> f64 {
         self.length()
     }
@@ -79,22 +84,27 @@ impl Space for DVec3 {
     const FLAT: DMat3 = DMat3::ZERO;
     const IDENTITY: DMat3 = DMat3::IDENTITY;
 
+    #[inline]
     fn from_components(component: impl Fn(usize) -> f64) -> Self {
         Self::new(component(0), component(1), component(2))
     }
 
+    #[inline]
     fn component(self, axis: usize) -> f64 {
         self[axis]
     }
 
+    #[inline]
     fn outer(self, other: Self) -> DMat3 {
         DMat3::from_cols(self * other.x, self * other.y, self * other.z)
     }
 
+    #[inline]
     fn trace(matrix: DMat3) -> f64 {
         matrix.x_axis.x + matrix.y_axis.y + matrix.z_axis.z
     }
 
+    #[inline]
     fn norm(self) -> f64 {
         self.length()
     }

@@ -29,9 +29,11 @@ macro_rules! vector {
     ($type:ty) => {
         impl Vector for $type {
             const ZERO: Self = <$type>::ZERO;
+            #[inline]
             fn dot(self, other: Self) -> f64 {
                 <$type>::dot(self, other)
             }
+            #[inline]
             fn is_finite(self) -> bool {
                 <$type>::is_finite(self)
             }

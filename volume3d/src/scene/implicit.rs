@@ -138,6 +138,10 @@ impl Sdf<DVec3> for ImplicitShape {
         self.surface.slope_bound_everywhere()
     }
 
+    fn second_derivative_bound(&self) -> f64 {
+        self.surface.second_derivative_bound() / self.placement.scale
+    }
+
     fn level_bounds(&self, level: f64) -> Option<(DVec3, DVec3)> {
         let Placement { scale, rotation, translation } = self.placement;
         let (low, high) = self.surface.level_bounds(level / scale)?;
@@ -174,6 +178,7 @@ mod tests {
     use crate::scene::{
         Camera, Description, Environment, Film, Filter, Material, Scene, SceneError, Texture, Wrap,
     };
+    use crate::sdf::{Grid, Interpolation};
 
     fn ball(z: f64, radius: f64) -> Ball<DVec3> {
         Ball::new(DVec3::new(0.0, 0.0, z), radius).expect("a ball")
@@ -291,6 +296,46 @@ mod tests {
             scene.set_material(0, material)
         };
         assert!(matches!(textured, Err(SceneError::NoCoordinates { .. })));
+    }
+
+    /// A ray that passes within the tracer's tolerance is no hit, whose ∇φ·ω would be nearly 0; nor does one that grazes miss. By
+    /// values alone, and with a bound on second derivatives.
+    #[test]
+    fn hits_do_not_know_the_tolerance() {
+        let grid = {
+            let corners = (DVec3::new(-1.5, -1.5, 2.5), DVec3::new(1.5, 1.5, 5.5));
+            let distance = |x: DVec3| (x - 4.0 * DVec3::Z).length() - 1.0;
+            let grid = Grid::sampled(Interpolation::Cubic, corners, 24, distance).expect("a grid");
+            grid.prefiltered().expect("coefficients")
+        };
+        let mut of_grid = description();
+        of_grid.implicits[0].surface = ImplicitSurface::new(grid);
+        for description in [description(), of_grid] {
+            let scene = Scene::new(description).expect("a scene");
+            let shape = &scene.description().implicits[0];
+            let hit = |angle: f64| {
+                scene
+                    .closest(DVec3::ZERO, DVec3::new(angle.sin(), 0.0, angle.cos()), None)
+                    .map(|h| h.distance)
+            };
+            let (mut inside, mut outside) = (0.2, 0.3);
+            while outside - inside > 1e-15 {
+                let middle = 0.5 * (inside + outside);
+                if hit(middle).is_some() { inside = middle } else { outside = middle }
+            }
+            // The least φ along a ray is 0 at the silhouette.
+            let least = |angle: f64| {
+                let way = DVec3::new(angle.sin(), 0.0, angle.cos());
+                let middle = hit(inside).expect("a hit");
+                (-5_000..5_000)
+                    .map(|i| shape.value((middle + 1e-6 * f64::from(i)) * way))
+                    .fold(f64::INFINITY, f64::min)
+            };
+            assert!(least(inside).abs() < 1e-10, "{}", least(inside));
+            for beside in [1e-9, 1e-8, 1e-7, 1e-6] {
+                assert!(hit(inside - beside).is_some() && hit(inside + beside).is_none(), "{beside}");
+            }
+        }
     }
 
     /// Along its own axis a ball of radius 1 at distance 4 is 3 away, and rays graze it where they should.

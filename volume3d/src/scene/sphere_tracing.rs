@@ -1,25 +1,26 @@
-//! Rays that meet implicit surfaces: sphere tracing (Hart 1996).
+//! Rays that meet implicit surfaces: sphere tracing (Hart 1996), with longer steps where second derivatives are bounded (Kalra and
+//! Barr 1989).
 
-use flatland::sdf::{Sdf as _, Tracer};
+use flatland::sdf::{Jet, Tracer};
 use glam::DVec3;
 
 use super::build::Scene;
 use super::hit::{Hit, Surface};
-use super::implicit::ImplicitShape;
+use super::implicit::{Implicit, ImplicitShape, Placement};
 use super::trace_counts::TraceCounts;
 
 /// A ray that leaves an implicit surface starts at this part of the surface's size, where φ has risen above rounding. What
 /// is nearer than that, in its own folds, it does not see.
 const LEAVING: f64 = 1e-4;
 
-/// A step to where φ is negative by more than this part of what it was: the slope on the way was above its bound.
+/// A step to where φ is less by more than this part of what it was than it must be: the slope on the way was above its bound.
 const STEEP: f64 = 1e-6;
 
 /// On surfaces |∇φ| must not be less, as fields take it for the speed of level sets there.
 const FLAT: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// How often a root is made more exact: Newton's method doubles its digits.
-const POLISHING: usize = 6;
+/// A point is on a surface where |φ| is at most this part of how far away it is, or of the surface's size, whichever is more.
+const EXACT: f64 = 1e-12;
 
 /// The part of a ray on which a surface may be.
 #[derive(Clone, Copy)]
@@ -54,7 +55,8 @@ impl Scene {
             let far = nearest.map_or(far, |hit| hit.distance);
             let start = if from == Some(surface) { self.leaving(index as u32) } else { near };
             let Some(part) = self.part(index, origin, direction, Part { near: start, far }) else { continue };
-            if let Some(distance) = self.march(shape, origin, direction, part) {
+            let ray = LocalRay::new(shape, origin, direction, self.implicit_size(index as u32));
+            if let Some(distance) = self.march(&ray, part) {
                 nearest = Some(Hit { surface, distance, coordinates: [0.0; 3] });
             }
         }
@@ -97,30 +99,32 @@ impl Scene {
     }
 
     /// How far away the surface is.
-    fn march(&self, shape: &ImplicitShape, origin: DVec3, direction: DVec3, part: Part) -> Option<f64> {
-        let Tracer { step_scale, tolerance, max_steps, .. } = self.description.tracer;
-        let bound = shape.slope_bound();
-        let scale = step_scale / bound;
-        let mut t = part.near;
+    ///
+    /// A ray that passes it within the tracer's tolerance is no hit: where it is nearest, ∇φ·ω is 0, and what hits move by infinite.
+    fn march(&self, ray: &LocalRay<'_>, part: Part) -> Option<f64> {
+        let Tracer { tolerance, max_steps, step_scale, .. } = self.description.tracer;
+        let (mut t, far) = (part.near / ray.scale, part.far / ray.scale);
         let mut steep = false;
-        let mut before = f64::INFINITY;
+        let mut least = f64::NEG_INFINITY;
         let (mut end, mut flat) = (None, false);
         let mut out_of_steps = true;
         for _ in 0..max_steps {
-            let value = shape.value(origin + direction * t);
-            // A whole step took φ from `before` to 0 at most.
-            steep |= value < before * (1.0 - step_scale) - STEEP * before;
-            before = value;
+            let (value, slope) = ray.look(t);
+            steep |= value < least;
             if value <= tolerance * t {
-                let (root, slope) = polished(shape, origin, direction, t);
-                // What hits within the tolerance may do so beyond the end: a light, or the point that is looked for.
-                end = (root < part.far).then_some(root);
-                flat = end.is_some() && slope < FLAT;
-                out_of_steps = false;
-                break;
+                let (root, there) = ray.polished(t);
+                if value <= 0.0 || there.value.abs() <= EXACT * ray.size.max(root) {
+                    // It may be beyond the end: a light, or the point that is looked for.
+                    end = (root < far).then_some(root * ray.scale);
+                    flat = end.is_some() && there.gradient.length() < FLAT;
+                    out_of_steps = false;
+                    break;
+                }
             }
-            t += scale * value;
-            if t >= part.far {
+            let step = step_scale * ray.step(value, slope);
+            least = ray.least(value, slope, step) - STEEP * value;
+            t += step;
+            if t >= far {
                 out_of_steps = false;
                 break;
             }
@@ -139,20 +143,72 @@ impl Scene {
     }
 }
 
-/// The root of φ along a ray next to t, as exactly as Newton's method finds it: |φ| at least halves at each step.
-/// And |∇φ| there.
-fn polished(shape: &ImplicitShape, origin: DVec3, direction: DVec3, mut t: f64) -> (f64, f64) {
-    let mut jet = shape.jet(origin + direction * t);
-    for _ in 0..POLISHING {
-        let next = t - jet.value / jet.gradient.dot(direction);
-        if !(next.is_finite() && next > 0.0) {
-            break;
-        }
-        let there = shape.jet(origin + direction * next);
-        if there.value.abs() > 0.5 * jet.value.abs() {
-            break;
-        }
-        (t, jet) = (next, there);
+/// A ray in the coordinates of a surface, where distances are those of the world by its scale.
+struct LocalRay<'a> {
+    surface: &'a dyn Implicit,
+    origin: DVec3,
+    direction: DVec3,
+    scale: f64,
+    size: f64,
+    /// L, the bound on |∇φ|: φ(t) ≥ φ(0) − L t.
+    slope: f64,
+    /// M, the bound on second derivatives, or ∞: φ(t) ≥ φ(0) + φ′(0) t − M t²/2.
+    bend: f64,
+}
+
+impl<'a> LocalRay<'a> {
+    /// Of a ray of the world, and the size of the shape there.
+    fn new(shape: &'a ImplicitShape, origin: DVec3, direction: DVec3, size: f64) -> Self {
+        let Placement { scale, rotation, translation } = shape.placement;
+        let turn = rotation.transpose();
+        let surface = &*shape.surface;
+        let (slope, bend) = (surface.slope_bound(), surface.second_derivative_bound());
+        let origin = turn * (origin - translation) / scale;
+        Self { surface, origin, direction: turn * direction, scale, size: size / scale, slope, bend }
     }
-    (t, jet.gradient.length())
+
+    fn at(&self, t: f64) -> DVec3 {
+        self.origin + self.direction * t
+    }
+
+    /// φ, and φ′ if it is of use.
+    fn look(&self, t: f64) -> (f64, f64) {
+        if self.bend == f64::INFINITY {
+            return (self.surface.value(self.at(t)), -self.slope);
+        }
+        let jet = self.surface.jet(self.at(t));
+        (jet.value, jet.gradient.dot(self.direction))
+    }
+
+    /// How far it is at least to a root: the farther of what the two bounds say.
+    fn step(&self, value: f64, slope: f64) -> f64 {
+        // The root of φ + φ′ t − M t²/2, without cancellation.
+        let root = (slope * slope + 2.0 * self.bend * value).sqrt();
+        let bent = if slope > 0.0 { (slope + root) / self.bend } else { 2.0 * value / (root - slope) };
+        (value / self.slope).max(bent)
+    }
+
+    /// What φ must at least be after a step.
+    fn least(&self, value: f64, slope: f64, step: f64) -> f64 {
+        (value - self.slope * step).max(value + (slope - 0.5 * self.bend * step) * step)
+    }
+
+    /// The root next to t, as exactly as Newton's method finds it, and φ and ∇φ there. Where there is none, or a kink, |φ|
+    /// does not halve at each step.
+    fn polished(&self, mut t: f64) -> (f64, Jet<DVec3>) {
+        let mut jet = self.surface.jet(self.at(t));
+        while jet.value != 0.0 {
+            let next = t - jet.value / jet.gradient.dot(self.direction);
+            if !(next.is_finite() && next > 0.0) {
+                break;
+            }
+            let there = self.surface.jet(self.at(next));
+            let halves = there.value.abs() <= 0.5 * jet.value.abs();
+            if !halves {
+                break;
+            }
+            (t, jet) = (next, there);
+        }
+        (t, jet)
+    }
 }

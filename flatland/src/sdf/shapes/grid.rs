@@ -49,7 +49,7 @@ pub struct Basis {
 impl Basis {
     /// Linear interpolation at a coordinate in units of the spacing, with the first node at 0.
     #[must_use]
-    #[inline]
+    #[inline(always)]
     pub fn linear(coordinate: f64) -> Self {
         let cell = coordinate.floor();
         let s = coordinate - cell;
@@ -58,7 +58,7 @@ impl Basis {
 
     /// The uniform cubic B-spline.
     #[must_use]
-    #[inline]
+    #[inline(always)]
     pub fn cubic(coordinate: f64) -> Self {
         let cell = coordinate.floor();
         let s = coordinate - cell;
@@ -76,7 +76,7 @@ impl Basis {
 
     /// The node of weight i, of `count`: those beyond the ends are the outermost.
     #[must_use]
-    #[inline]
+    #[inline(always)]
     pub fn node(&self, i: usize, count: usize) -> usize {
         self.first.saturating_add(i as i64).clamp(0, count as i64 - 1) as usize
     }

@@ -9,7 +9,7 @@ use glam::Vec3A;
 use rayon::prelude::*;
 
 use super::collapse::Plan;
-use super::lanes::WIDTH;
+use crate::lanes::WIDTH;
 
 /// Bins of an axis.
 const BINS: usize = 16;

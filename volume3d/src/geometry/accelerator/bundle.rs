@@ -3,10 +3,10 @@
 use glam::DVec3;
 
 use super::frame::Fan;
-use super::lanes::{Lanes, Task, next};
 use super::packet::{Limits, PACKET, Packet, PacketTraversal};
 use super::watertight::{Shears, longest_axis};
 use super::{Accelerator, Hit, Ray};
+use crate::lanes::{Lanes, Task, next};
 
 /// Half width of a packet, over the size of leaves, above which rays go alone. Measured with sixteen rays on
 /// spheres of 81,920 and 327,680 triangles: packets are faster below about 4, and several times slower

@@ -5,7 +5,7 @@
 //! is a leaf, if the triangles are few, or a node whose eight children are divided between n's halves; more are
 //! divided between the halves as they come. Costs are surfaces: chances to be met by a ray.
 
-use super::lanes::WIDTH;
+use crate::lanes::WIDTH;
 
 /// Time of a leaf's eight triangles over that of a node's eight boxes.
 pub(super) const LEAF_COST: f32 = 1.5;

@@ -14,7 +14,6 @@ mod build;
 mod bundle;
 mod collapse;
 mod frame;
-mod lanes;
 mod overlap;
 mod packet;
 #[cfg(test)]
@@ -23,10 +22,10 @@ mod traverse;
 mod tree;
 mod watertight;
 
+use crate::lanes::Instructions;
 use build::{Bounds, Reference};
 use frame::{Depth, Frame};
 use glam::{DVec3, Vec3A};
-use lanes::Instructions;
 use rayon::prelude::*;
 use robust::{Coord, orient2d};
 use traverse::{Collect, Traversal};

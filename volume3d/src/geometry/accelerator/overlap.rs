@@ -4,9 +4,9 @@ use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
 
 use super::build::Bounds;
-use super::lanes::WIDTH;
 use super::tree::{Link, Node, Tree};
 use super::{Accelerator, Mesh};
+use crate::lanes::WIDTH;
 
 /// A leaf and its box.
 #[derive(Clone, Copy)]

@@ -9,11 +9,11 @@
 //! So eight triangles are first tried against the whole fan, and each that remains against eight rays at a time.
 
 use super::frame::{Fan, FanAxis};
-use super::lanes::{Lanes, Row, Steps, Task, WIDTH, next};
 use super::traverse::{Grid, PENDING, Pending, Stack, edge, size};
 use super::tree::{Leaf, Link, Node};
 use super::watertight::{Crossing, Crossings, ROWS, ShearRow, Shears, relative};
 use super::{Accelerator, Hit};
+use crate::lanes::{Lanes, Row, Steps, Task, WIDTH, next};
 
 /// Rays of a packet: two rows of lanes.
 pub(super) const PACKET: usize = ROWS * WIDTH;

@@ -1,10 +1,10 @@
 //! Single rays through the hierarchy: eight boxes, then eight triangles at a time.
 
 use super::frame::{Depth, FrameRay};
-use super::lanes::{Lanes, Row, Steps, Task, next};
 use super::tree::{Leaf, Link, Node, Tree};
 use super::watertight::{Crossing, Shear};
 use super::{Accelerator, Ray};
+use crate::lanes::{Lanes, Row, Steps, Task, next};
 
 /// Links kept on the machine's stack: trees of up to 9 levels. Deeper ones take memory from the heap.
 pub(super) const PENDING: usize = 64;

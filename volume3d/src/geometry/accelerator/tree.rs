@@ -10,8 +10,8 @@ use rayon::prelude::*;
 use super::build::{Binary, Bounds, Reference};
 use super::collapse::LEAF_COST;
 use super::frame::Frame;
-use super::lanes::{Lanes, Row, Steps, WIDTH};
 use super::{Mesh, rounded_out};
+use crate::lanes::{Lanes, Row, Steps, WIDTH};
 
 /// What a cache line holds, in bytes.
 const LINE: usize = 64;

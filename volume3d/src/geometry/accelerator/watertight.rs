@@ -13,7 +13,7 @@
 
 use glam::DVec3;
 
-use super::lanes::{Half, Lanes, WIDTH};
+use crate::lanes::{Half, Lanes, WIDTH};
 
 /// A ray as the test needs it.
 #[derive(Clone, Copy, Debug)]

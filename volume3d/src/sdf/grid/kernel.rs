@@ -1,4 +1,7 @@
-//! Sums over the nodes around a point, one axis after another.
+//! Sums over the nodes around a point, one axis after another, with the nodes along x side by side.
+//!
+//! Code is generated for an instruction set only where it is inlined, see [`Lanes`]: so there are no closures. Nothing is fused, so that bits do not depend
+//! on the machine.
 
 #![allow(clippy::needless_range_loop, reason = "indices name nodes along an axis, of several tables at once")]
 
@@ -6,163 +9,204 @@ use flatland::sdf::shapes::Basis;
 use flatland::sdf::{Jet, SecondOrder};
 use glam::{DMat3, DVec3};
 
+use crate::lanes::{Half, Lanes};
+
+/// The nodes along x that are looked at, if there are so many: as many as there are lanes.
+const ROW: usize = 4;
+
 /// N × N × N nodes around a point: where they are, and their weights.
-pub(super) struct Stencil<const N: usize> {
-    /// The weights along x, y and z: of the value, the first and the second derivative, by the spacing.
-    weights: [[[f64; N]; 3]; 3],
-    nodes: Nodes<N>,
+pub(super) struct Stencil<L: Lanes, const N: usize> {
+    lanes: L,
+    /// The weights along x, side by side: of the value, the first and the second derivative, by the spacing. Those beyond N
+    /// are 0.
+    x: [L::Double; 3],
+    /// Those along y and z.
+    y: [Half; 3],
+    z: [Half; 3],
+    nodes: Nodes,
 }
 
 /// Where the nodes of a stencil are in the list of all nodes.
-enum Nodes<const N: usize> {
+enum Nodes {
     /// All within the grid: the first, and how far it is to the next row and to the next layer.
     Inside { first: usize, row: usize, layer: usize },
     /// Beyond the border the outermost nodes are repeated: the places along x, and where rows and layers begin.
-    Border { x: [usize; N], y: [usize; N], z: [usize; N] },
+    Border { x: [usize; ROW], y: [usize; ROW], z: [usize; ROW] },
 }
 
-impl<const N: usize> Stencil<N> {
+impl<L: Lanes, const N: usize> Stencil<L, N> {
     /// The nodes around a point in units of the spacing; `per_length` is 1 over the spacing.
     #[inline(always)]
-    pub(super) fn new(local: DVec3, per_length: DVec3, size: [usize; 3], basis: fn(f64) -> Basis) -> Self {
-        let bases = local.to_array().map(basis);
-        let weights = std::array::from_fn(|axis| {
+    pub(super) fn new(
+        lanes: L,
+        local: DVec3,
+        per_length: DVec3,
+        size: [usize; 3],
+        basis: fn(f64) -> Basis,
+    ) -> Self {
+        let bases = [basis(local.x), basis(local.y), basis(local.z)];
+        let mut weights = [[[0.0; ROW]; 3]; 3];
+        for axis in 0..3 {
             let scale = per_length[axis];
-            let [value, slope, bend]: [[f64; N]; 3] =
-                bases[axis].weights.map(|w| std::array::from_fn(|i| w[i]));
-            [value, slope.map(|w| w * scale), bend.map(|w| w * scale * scale)]
-        });
+            let [value, slope, bend] = &bases[axis].weights;
+            for i in 0..N {
+                weights[axis][0][i] = value[i];
+                weights[axis][1][i] = slope[i] * scale;
+                weights[axis][2][i] = bend[i] * scale * scale;
+            }
+        }
+        let [along_x, y, z] = weights;
+        let x =
+            [lanes.load_double(&along_x[0]), lanes.load_double(&along_x[1]), lanes.load_double(&along_x[2])];
         let [row, layer] = [size[0], size[0] * size[1]];
-        let fits = |axis: usize| {
-            let first = usize::try_from(bases[axis].first).ok()?;
-            (first < size[axis] && size[axis] - first >= N).then_some(first)
+        let fits = |axis: usize, count: usize| {
+            let first = bases[axis].first;
+            first >= 0 && first <= size[axis] as i64 - count as i64
         };
-        let nodes = if let (Some(x), Some(y), Some(z)) = (fits(0), fits(1), fits(2)) {
+        let nodes = if fits(0, ROW) && fits(1, N) && fits(2, N) {
+            let [x, y, z] = [bases[0].first as usize, bases[1].first as usize, bases[2].first as usize];
             Nodes::Inside { first: x + y * row + z * layer, row, layer }
         } else {
-            let along =
-                |axis: usize, step: usize| std::array::from_fn(|i| bases[axis].node(i, size[axis]) * step);
-            Nodes::Border { x: along(0, 1), y: along(1, row), z: along(2, layer) }
+            let mut places = [[0; ROW]; 3];
+            for (axis, step) in [1, row, layer].into_iter().enumerate() {
+                for i in 0..N {
+                    places[axis][i] = bases[axis].node(i, size[axis]) * step;
+                }
+            }
+            let [x, y, z] = places;
+            Nodes::Border { x, y, z }
         };
-        Self { weights, nodes }
+        Self { lanes, x, y, z, nodes }
     }
 
-    /// The values of the N nodes of row j in layer k.
+    /// The values of the nodes of row j in layer k.
     #[inline(always)]
-    fn row(&self, values: &[f64], j: usize, k: usize) -> [f64; N] {
+    fn row(&self, values: &[f64], j: usize, k: usize) -> L::Double {
+        let mut found = [0.0; ROW];
         match &self.nodes {
             Nodes::Inside { first, row, layer } => {
                 let begin = first + j * row + k * layer;
-                let nodes = &values[begin..begin + N];
-                std::array::from_fn(|i| nodes[i])
+                found.copy_from_slice(&values[begin..begin + ROW]);
             }
-            Nodes::Border { x, y, z } => x.map(|x| values[x + y[j] + z[k]]),
+            Nodes::Border { x, y, z } => {
+                for i in 0..N {
+                    found[i] = values[x[i] + y[j] + z[k]];
+                }
+            }
         }
+        self.lanes.load_double(&found)
+    }
+
+    /// sum + weight · row.
+    #[inline(always)]
+    fn add(&self, sum: L::Double, weight: f64, row: L::Double) -> L::Double {
+        let lanes = self.lanes;
+        lanes.add_double(sum, lanes.mul_double(lanes.splat_double(weight), row))
+    }
+
+    /// Σ over x.
+    #[inline(always)]
+    fn dot(&self, a: L::Double, b: L::Double) -> f64 {
+        let [p, q, r, s] = self.lanes.store_double(self.lanes.mul_double(a, b));
+        p + q + r + s
     }
 
     /// φ.
     #[inline(always)]
     pub(super) fn value(&self, values: &[f64]) -> f64 {
-        let [wx, wy, wz] = &self.weights;
-        let mut plain = [0.0; N];
+        let Self { lanes, x, y, z, .. } = self;
+        let mut plain = lanes.splat_double(0.0);
         for j in 0..N {
-            let mut a = [0.0; N];
+            let mut a = lanes.splat_double(0.0);
             for k in 0..N {
-                add(&mut a, wz[0][k], &self.row(values, j, k));
+                a = self.add(a, z[0][k], self.row(values, j, k));
             }
-            add(&mut plain, wy[0][j], &a);
+            plain = self.add(plain, y[0][j], a);
         }
-        dot(&wx[0], &plain)
+        self.dot(x[0], plain)
     }
 
     /// φ and ∇φ.
     #[inline(always)]
     pub(super) fn jet(&self, values: &[f64]) -> Jet<DVec3> {
-        let [wx, wy, wz] = &self.weights;
+        let Self { lanes, x, y, z, .. } = self;
         // Summed over z, then y, then x; names say which derivatives were taken on the way.
-        let [mut plain, mut along_y, mut along_z] = [[0.0; N]; 3];
+        let zero = lanes.splat_double(0.0);
+        let [mut plain, mut along_y, mut along_z] = [zero; 3];
         for j in 0..N {
-            let [mut a, mut b] = [[0.0; N]; 2];
+            let [mut a, mut b] = [zero; 2];
             for k in 0..N {
                 let row = self.row(values, j, k);
-                add(&mut a, wz[0][k], &row);
-                add(&mut b, wz[1][k], &row);
+                a = self.add(a, z[0][k], row);
+                b = self.add(b, z[1][k], row);
             }
-            add(&mut plain, wy[0][j], &a);
-            add(&mut along_y, wy[1][j], &a);
-            add(&mut along_z, wy[0][j], &b);
+            plain = self.add(plain, y[0][j], a);
+            along_y = self.add(along_y, y[1][j], a);
+            along_z = self.add(along_z, y[0][j], b);
         }
-        let gradient = DVec3::new(dot(&wx[1], &plain), dot(&wx[0], &along_y), dot(&wx[0], &along_z));
-        Jet { value: dot(&wx[0], &plain), gradient }
+        let gradient = DVec3::new(self.dot(x[1], plain), self.dot(x[0], along_y), self.dot(x[0], along_z));
+        Jet { value: self.dot(x[0], plain), gradient }
     }
 
     /// φ, ∇φ and ∇²φ.
     #[inline(always)]
     pub(super) fn second_order(&self, values: &[f64]) -> SecondOrder<DVec3> {
-        let [wx, wy, wz] = &self.weights;
-        let [mut plain, mut y, mut z, mut yy, mut yz, mut zz] = [[0.0; N]; 6];
+        let Self { lanes, x, y, z, .. } = self;
+        let zero = lanes.splat_double(0.0);
+        let [mut plain, mut to_y, mut to_z, mut yy, mut yz, mut zz] = [zero; 6];
         for j in 0..N {
-            let [mut a, mut b, mut c] = [[0.0; N]; 3];
+            let [mut a, mut b, mut c] = [zero; 3];
             for k in 0..N {
                 let row = self.row(values, j, k);
-                add(&mut a, wz[0][k], &row);
-                add(&mut b, wz[1][k], &row);
-                add(&mut c, wz[2][k], &row);
+                a = self.add(a, z[0][k], row);
+                b = self.add(b, z[1][k], row);
+                c = self.add(c, z[2][k], row);
             }
-            add(&mut plain, wy[0][j], &a);
-            add(&mut y, wy[1][j], &a);
-            add(&mut yy, wy[2][j], &a);
-            add(&mut z, wy[0][j], &b);
-            add(&mut yz, wy[1][j], &b);
-            add(&mut zz, wy[0][j], &c);
+            plain = self.add(plain, y[0][j], a);
+            to_y = self.add(to_y, y[1][j], a);
+            yy = self.add(yy, y[2][j], a);
+            to_z = self.add(to_z, y[0][j], b);
+            yz = self.add(yz, y[1][j], b);
+            zz = self.add(zz, y[0][j], c);
         }
-        let gradient = DVec3::new(dot(&wx[1], &plain), dot(&wx[0], &y), dot(&wx[0], &z));
-        let (xy, xz, yz) = (dot(&wx[1], &y), dot(&wx[1], &z), dot(&wx[0], &yz));
+        let gradient = DVec3::new(self.dot(x[1], plain), self.dot(x[0], to_y), self.dot(x[0], to_z));
+        let (xy, xz, yz) = (self.dot(x[1], to_y), self.dot(x[1], to_z), self.dot(x[0], yz));
         let hessian = DMat3::from_cols(
-            DVec3::new(dot(&wx[2], &plain), xy, xz),
-            DVec3::new(xy, dot(&wx[0], &yy), yz),
-            DVec3::new(xz, yz, dot(&wx[0], &zz)),
+            DVec3::new(self.dot(x[2], plain), xy, xz),
+            DVec3::new(xy, self.dot(x[0], yy), yz),
+            DVec3::new(xz, yz, self.dot(x[0], zz)),
         );
-        SecondOrder { jet: Jet { value: dot(&wx[0], &plain), gradient }, hessian }
+        SecondOrder { jet: Jet { value: self.dot(x[0], plain), gradient }, hessian }
     }
 
     /// The transpose of [`jet`](Self::jet), added to one number for each node.
     #[inline(always)]
     pub(super) fn add_transpose(&self, covector: Jet<DVec3>, gradient: &mut [f64]) {
-        let [wx, wy, wz] = &self.weights;
+        let Self { lanes, x, y, z, .. } = self;
         let Jet { value: c, gradient: q } = covector;
         for k in 0..N {
             for j in 0..N {
-                let still = wy[0][j] * wz[0][k];
-                let value = c * still + q.y * wy[1][j] * wz[0][k] + q.z * wy[0][j] * wz[1][k];
-                let slope = q.x * still;
-                let added: [f64; N] = std::array::from_fn(|i| value * wx[0][i] + slope * wx[1][i]);
+                let still = y[0][j] * z[0][k];
+                let value = c * still + q.y * y[1][j] * z[0][k] + q.z * y[0][j] * z[1][k];
+                let added = lanes.mul_double(lanes.splat_double(value), x[0]);
+                let added = self.add(added, q.x * still, x[1]);
                 match &self.nodes {
                     Nodes::Inside { first, row, layer } => {
                         let begin = first + j * row + k * layer;
-                        gradient[begin..begin + N].iter_mut().zip(added).for_each(|(g, a)| *g += a);
+                        let there = &mut gradient[begin..begin + ROW];
+                        let mut before = [0.0; ROW];
+                        before.copy_from_slice(there);
+                        let sum = lanes.add_double(lanes.load_double(&before), added);
+                        there.copy_from_slice(&lanes.store_double(sum));
                     }
                     Nodes::Border { x, y, z } => {
-                        x.iter().zip(added).for_each(|(x, a)| gradient[x + y[j] + z[k]] += a);
+                        let added = lanes.store_double(added);
+                        for i in 0..N {
+                            gradient[x[i] + y[j] + z[k]] += added[i];
+                        }
                     }
                 }
             }
         }
     }
-}
-
-#[inline(always)]
-fn add<const N: usize>(sum: &mut [f64; N], weight: f64, row: &[f64; N]) {
-    for i in 0..N {
-        sum[i] += weight * row[i];
-    }
-}
-
-#[inline(always)]
-fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
-    let mut sum = 0.0;
-    for i in 0..N {
-        sum += a[i] * b[i];
-    }
-    sum
 }

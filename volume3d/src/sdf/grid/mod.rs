@@ -7,16 +7,17 @@ mod prefilter;
 mod slope;
 #[cfg(test)]
 mod tests;
+mod visit;
 
-use flatland::sdf::shapes::{Basis, Parametric, ShapeError};
+use flatland::sdf::shapes::{Parametric, ShapeError};
 use flatland::sdf::{Jet, Sdf, SecondOrder};
 use glam::DVec3;
 use rayon::prelude::*;
 
 pub use error::GridError;
-use kernel::Stencil;
 use outside::Outside;
-use slope::{SlopeBounds, slope_bounds};
+use slope::{SlopeBounds, bend_bound, slope_bounds};
+use visit::{Instructions, Visit};
 
 /// How a grid becomes a function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +53,12 @@ pub enum Interpolation {
 /// its 8 or 64. Inside, where distances have a ridge, it would be up to √3 for nothing: [`slope_bound_everywhere`](Sdf::slope_bound_everywhere),
 /// for complements. Ridges outside count: around
 /// a ball in 32 cells the bound is 1.06, around a bunny in 64 it is 1.54, where no slope of the spline was found to exceed 1.01.
+///
+/// # The bound on second derivatives
+///
+/// [`second_derivative_bound`](Sdf::second_derivative_bound) of the cubic spline is the Frobenius norm of the largest second differences of each kind
+/// among the same nodes: ∂²φ/∂x² = Σ L_i B_j B_k (c_{i+1} − 2c_i + c_{i−1})_jk with the linear weights L, and ∂²φ/∂x∂y = Σ Q_i Q_j B_k d_ijk
+/// with the mixed differences d over squares are convex combinations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     interpolation: Interpolation,
@@ -60,8 +67,15 @@ pub struct Grid {
     size: [usize; 3],
     nodes: Vec<f64>,
     slopes: SlopeBounds,
+    /// The bound on second derivatives.
+    bend: f64,
     /// Whether nothing of the surface reaches the border.
     closed: bool,
+    /// 1 over the spacing.
+    per_length: DVec3,
+    /// The box within which nodes say something.
+    inner: (DVec3, DVec3),
+    instructions: Instructions,
 }
 
 impl Grid {
@@ -97,8 +111,23 @@ impl Grid {
             return Err(GridError::OneSign { sign: "0 or negative" });
         }
         let slopes = slope_bounds(&nodes, size, spacing, interpolation.reach());
-        let grid = Self { interpolation, low, spacing, size, nodes, slopes, closed: false };
-        Ok(Self { closed: grid.bounds().is_some(), ..grid })
+        let bend = bend_bound(&nodes, size, spacing, interpolation);
+        let (per_length, instructions) = (spacing.recip(), Instructions::default());
+        let inner = (DVec3::ZERO, DVec3::ZERO);
+        let grid = Self {
+            interpolation,
+            low,
+            spacing,
+            size,
+            nodes,
+            slopes,
+            bend,
+            closed: false,
+            per_length,
+            inner,
+            instructions,
+        };
+        Ok(Self { closed: grid.bounds().is_some(), inner: grid.inner(), ..grid })
     }
 
     /// The values of a function at the nodes between two corners: `cells` cubes along the longest side, and no less than the box along the
@@ -131,7 +160,9 @@ impl Grid {
     pub fn with_interpolation(mut self, interpolation: Interpolation) -> Self {
         self.interpolation = interpolation;
         self.slopes = slope_bounds(&self.nodes, self.size, self.spacing, interpolation.reach());
+        self.bend = bend_bound(&self.nodes, self.size, self.spacing, interpolation);
         self.closed = self.bounds().is_some();
+        self.inner = self.inner();
         self
     }
 
@@ -177,18 +208,16 @@ impl Grid {
         self.low + self.spacing * DVec3::from_array(place(index, self.size).map(|i| i as f64))
     }
 
-    #[inline(always)]
-    fn stencil<const N: usize>(&self, x: DVec3, basis: fn(f64) -> Basis) -> Stencil<N> {
-        let per_length = self.spacing.recip();
-        Stencil::new((x - self.low) * per_length, per_length, self.size, basis)
+    #[inline]
+    fn visit<'a>(&self, x: DVec3, values: &'a [f64]) -> Visit<'a> {
+        let Self { interpolation, size, .. } = *self;
+        let per_length = self.per_length;
+        Visit { interpolation, local: (x - self.low) * per_length, per_length, size, values }
     }
 
-    #[inline(always)]
+    #[inline]
     fn interpolate(&self, x: DVec3, values: &[f64]) -> Jet<DVec3> {
-        match self.interpolation {
-            Interpolation::Trilinear => self.stencil::<2>(x, Basis::linear).jet(values),
-            Interpolation::Cubic => self.stencil::<4>(x, Basis::cubic).jet(values),
-        }
+        self.instructions.jet(self.visit(x, values))
     }
 }
 
@@ -214,24 +243,22 @@ impl Sdf<DVec3> for Grid {
     }
 
     fn value(&self, x: DVec3) -> f64 {
-        let value = match self.interpolation {
-            Interpolation::Trilinear => self.stencil::<2>(x, Basis::linear).value(&self.nodes),
-            Interpolation::Cubic => self.stencil::<4>(x, Basis::cubic).value(&self.nodes),
-        };
+        let value = self.instructions.value(self.visit(x, &self.nodes));
         self.outside(x).map_or(value, |outside| outside.value(value))
     }
 
     fn second_order(&self, x: DVec3) -> SecondOrder<DVec3> {
-        let there = match self.interpolation {
-            Interpolation::Trilinear => self.stencil::<2>(x, Basis::linear).second_order(&self.nodes),
-            Interpolation::Cubic => self.stencil::<4>(x, Basis::cubic).second_order(&self.nodes),
-        };
+        let there = self.instructions.second_order(self.visit(x, &self.nodes));
         self.outside(x).map_or(there, |outside| outside.second_order(there))
     }
 
     fn slope_bound(&self) -> f64 {
         // Beyond the border of what is closed it is 1.
         if self.closed { self.slopes.outside.max(1.0) } else { self.slopes.outside }
+    }
+
+    fn second_derivative_bound(&self) -> f64 {
+        self.bend
     }
 
     fn slope_bound_everywhere(&self) -> f64 {
@@ -270,10 +297,7 @@ impl Sdf<DVec3> for Grid {
     fn add_parameter_gradient(&self, x: DVec3, covector: Jet<DVec3>, gradient: &mut [f64]) {
         let border = |outside: Outside| outside.covector(self.interpolate(x, &self.nodes), covector);
         let covector = self.outside(x).map_or(covector, border);
-        match self.interpolation {
-            Interpolation::Trilinear => self.stencil::<2>(x, Basis::linear).add_transpose(covector, gradient),
-            Interpolation::Cubic => self.stencil::<4>(x, Basis::cubic).add_transpose(covector, gradient),
-        }
+        self.instructions.add_transpose(self.visit(x, &self.nodes), covector, gradient);
     }
 }
 

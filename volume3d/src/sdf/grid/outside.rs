@@ -21,14 +21,22 @@ impl Grid {
         if !self.closed {
             return None;
         }
-        // One node further the cubic spline has left no but the outermost.
+        let (low, high) = self.inner;
+        let way = x - x.clamp(low, high);
+        if way == DVec3::ZERO {
+            return None;
+        }
+        let axis = |v: f64| f64::from(u8::from(v != 0.0));
+        Some(Outside { way, axes: DVec3::new(axis(way.x), axis(way.y), axis(way.z)) })
+    }
+
+    /// The box within which nodes say something: one node further than the last the cubic spline has left no other.
+    pub(super) fn inner(&self) -> (DVec3, DVec3) {
         let margin = match self.interpolation {
             Interpolation::Trilinear => DVec3::ZERO,
             Interpolation::Cubic => self.spacing,
         };
-        let way = x - x.clamp(self.low - margin, self.high() + margin);
-        let axis = |v: f64| f64::from(u8::from(v != 0.0));
-        (way != DVec3::ZERO).then(|| Outside { way, axes: DVec3::new(axis(way.x), axis(way.y), axis(way.z)) })
+        (self.low - margin, self.high() + margin)
     }
 }
 

@@ -1,6 +1,8 @@
-//! Bounds on |∇φ| of a grid, from differences of its nodes.
+//! Bounds on derivatives of a grid, from differences of its nodes.
 
 use glam::DVec3;
+
+use super::{Interpolation, place};
 
 /// Bounds on |∇φ|.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,6 +35,37 @@ pub(super) fn slope_bounds(nodes: &[f64], size: [usize; 3], spacing: DVec3, reac
         }
     }
     SlopeBounds { outside: most_outside.sqrt(), everywhere: most.sqrt() }
+}
+
+/// The bound on second derivatives that [`Grid`](super::Grid) states, where φ > 0. Beyond the border nodes are repeated.
+pub(super) fn bend_bound(
+    nodes: &[f64],
+    size: [usize; 3],
+    spacing: DVec3,
+    interpolation: Interpolation,
+) -> f64 {
+    if interpolation == Interpolation::Trilinear {
+        return f64::INFINITY;
+    }
+    let outside = near_positive(nodes, size, interpolation.reach());
+    let steps = [1, size[0], size[0] * size[1]];
+    let (mut own, mut mixed) = ([0.0_f64; 3], [0.0_f64; 3]);
+    for (index, _) in outside.iter().enumerate().filter(|(_, near)| **near) {
+        let at = place(index, size);
+        let ahead = |axis: usize| if at[axis] + 1 < size[axis] { steps[axis] } else { 0 };
+        let value = nodes[index];
+        for axis in 0..3 {
+            let back = if at[axis] > 0 { steps[axis] } else { 0 };
+            let bend = nodes[index + ahead(axis)] - 2.0 * value + nodes[index - back];
+            own[axis] = own[axis].max((bend / (spacing[axis] * spacing[axis])).abs());
+            let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
+            let (to_a, to_b) = (ahead(a), ahead(b));
+            let twist = nodes[index + to_a + to_b] - nodes[index + to_a] - nodes[index + to_b] + value;
+            mixed[axis] = mixed[axis].max((twist / (spacing[a] * spacing[b])).abs());
+        }
+    }
+    let square = |bounds: [f64; 3]| bounds.iter().map(|b| b * b).sum::<f64>();
+    (square(own) + 2.0 * square(mixed)).sqrt()
 }
 
 /// Of every node whether a positive one is no more than `reach` nodes away along every axis.

@@ -111,6 +111,25 @@ fn no_slope_exceeds_the_bound() {
     }
 }
 
+/// Of rough nodes, and of distances; wherever φ > 0. A trilinear grid has no bound.
+#[test]
+fn no_second_derivative_exceeds_the_bound() {
+    assert_eq!(rough(Interpolation::Trilinear).second_derivative_bound(), f64::INFINITY);
+    for (grid, reached) in [(rough(Interpolation::Cubic), 0.2), (ball(Interpolation::Cubic, 32), 0.2)] {
+        let (mut random, mut most) = (stream(5, &[]), 0.0_f64);
+        for _ in 0..100_000 {
+            // Beyond the border of what is closed φ is another function.
+            let there = grid.second_order(vector(&mut random, 1.0));
+            if there.jet.value > 0.0 {
+                let s = vector(&mut random, 1.0).normalize();
+                most = most.max(s.dot(there.hessian * s).abs());
+            }
+        }
+        let bound = grid.second_derivative_bound();
+        assert!(most <= bound * (1.0 + 1e-12) && most > reached * bound, "{most} {bound}");
+    }
+}
+
 /// The spline reproduces what is linear, and smooths what is curved: by h²/6 times the Laplacian.
 #[test]
 fn a_ball_is_found_where_it_is() {

@@ -4,9 +4,9 @@ use flatland::random::{Stream, open01, stream};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::super::lanes::Instructions;
 use super::meshes::{Mesh, cube, direction, icosphere, in_cube, rock, soup};
 use crate::geometry::{Accelerator, Hit, Ray};
+use crate::lanes::Instructions;
 
 /// Möller and Trumbore's test: distance and how far inside, as the least barycentric weight.
 fn moller_trumbore(ray: &Ray, [a, b, c]: [DVec3; 3]) -> Option<(f64, f64, f64)> {

@@ -1,6 +1,6 @@
-//! Eight single-precision numbers side by side, in the widest registers the machine has.
+//! Eight single-precision numbers, or four in double precision, side by side, in the widest registers the machine has.
 //!
-//! The filters of the traversal are written once over [`Lanes`]. What they decide is conservative
+//! The filters of the traversal of meshes, and the sums over the nodes of a grid, are written once over [`Lanes`]. What the filters decide is conservative
 //! on every implementation; a fused or an unfused [`Lanes::mul_add`] changes which triangles are
 //! looked at in double precision, never the answer.
 //!
@@ -17,19 +17,19 @@ mod sse2;
 use pulp::x86::{V1, V3};
 
 /// The number of lanes, of children of a node and of triangles in a leaf.
-pub(super) const WIDTH: usize = 8;
+pub(crate) const WIDTH: usize = 8;
 
 /// One number a lane, as it stands in memory.
-pub(super) type Row = [f32; WIDTH];
+pub(crate) type Row = [f32; WIDTH];
 
 /// One whole number below 2¹⁶ a lane.
-pub(super) type Steps = [u16; WIDTH];
+pub(crate) type Steps = [u16; WIDTH];
 
 /// Half a row in double precision.
-pub(super) type Half = [f64; WIDTH / 2];
+pub(crate) type Half = [f64; WIDTH / 2];
 
 /// Arithmetic on eight lanes. Comparisons give one bit a lane, lane 0 lowest.
-pub(super) trait Lanes: Copy {
+pub(crate) trait Lanes: Copy {
     /// The eight numbers in registers.
     type Float: Copy;
     /// Four numbers in double precision. Nothing done with them is fused, so that the results are those of the
@@ -71,14 +71,14 @@ pub(super) trait Lanes: Copy {
 }
 
 /// A piece of work to be compiled for each implementation.
-pub(super) trait Task {
+pub(crate) trait Task {
     type Output;
     fn run<L: Lanes>(self, lanes: L) -> Self::Output;
 }
 
 /// The instructions that a machine was found to have.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Instructions {
+pub(crate) enum Instructions {
     #[cfg(target_arch = "x86_64")]
     Avx2(V3),
     #[cfg(target_arch = "x86_64")]
@@ -88,7 +88,7 @@ pub(super) enum Instructions {
 
 impl Instructions {
     /// The best this machine has.
-    pub(super) fn detect() -> Self {
+    pub(crate) fn detect() -> Self {
         #[cfg(target_arch = "x86_64")]
         {
             if let Some(v3) = V3::try_new() {
@@ -102,7 +102,7 @@ impl Instructions {
     }
 
     #[inline(always)]
-    pub(super) fn run<T: Task>(self, task: T) -> T::Output {
+    pub(crate) fn run<T: Task>(self, task: T) -> T::Output {
         match self {
             #[cfg(target_arch = "x86_64")]
             Self::Avx2(v3) => v3.vectorize(avx2::Vectorized(v3, task)),
@@ -115,7 +115,7 @@ impl Instructions {
 
 /// Takes the lowest lane from a mask that is not empty.
 #[inline(always)]
-pub(super) fn next(mask: &mut u32) -> usize {
+pub(crate) fn next(mask: &mut u32) -> usize {
     let lane = mask.trailing_zeros() as usize;
     *mask &= *mask - 1;
     lane
