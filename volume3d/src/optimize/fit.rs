@@ -13,6 +13,7 @@ use rand::Rng as _;
 use serde::{Deserialize, Serialize};
 
 use super::adam::Adam;
+use super::grid_steps::GridSteps;
 use super::large_steps::LargeSteps;
 use super::objective::{Evaluation, Objective, ObjectiveError, Reverse};
 use super::parameters::{Group, Parameters};
@@ -20,8 +21,8 @@ use super::quantity::Quantity;
 use super::schedule::Schedule;
 use crate::Image;
 use crate::gradient::Progress;
-use crate::scene::{Scene, SceneError};
-use crate::sdf::{Grid, RedistanceError, Slopes, redistance};
+use crate::scene::{ImplicitSurface, Scene, SceneError};
+use crate::sdf::{Grid, RedistanceError};
 
 /// How long a fit goes on, and what it looks at.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,23 +56,32 @@ pub struct Optimizer {
     pub adam: Adam,
     /// For vertex positions, what keeps steps smooth: then Adam should be [`uniform`](Adam::uniform).
     pub large_steps: Option<LargeSteps>,
-    /// For the nodes of a grid: whether they are made distances again after every step, with the surface where the step has put
-    /// it ([`redistance()`]). Without, φ grows flat and steep, and rays take many steps.
-    pub redistance: bool,
+    /// For the nodes of a grid of distances, what keeps steps smooth, and them distances.
+    pub grid: Option<GridSteps>,
 }
 
 impl From<Adam> for Optimizer {
     fn from(adam: Adam) -> Self {
-        Self { adam, large_steps: None, redistance: false }
+        Self { adam, large_steps: None, grid: None }
     }
 }
 
 impl Optimizer {
-    fn step(&self, adam: &mut Adam, gradient: &[f64]) -> Vec<f64> {
-        match &self.large_steps {
-            Some(large) => large.solve(&adam.step(&large.solve(gradient))),
-            None => adam.step(gradient),
+    /// A step down a gradient; of the nodes of a grid, if it is one.
+    fn step(&self, adam: &mut Adam, gradient: &[f64], grid: Option<&Grid>) -> Vec<f64> {
+        match (&self.large_steps, &self.grid, grid) {
+            (Some(large), ..) => large.solve(&adam.step(&large.solve(gradient))),
+            (None, Some(steps), Some(grid)) if steps.smoothing > 0.0 => {
+                let size = grid.size();
+                steps.solve(size, &adam.step(&steps.solve(size, gradient)))
+            }
+            _ => adam.step(gradient),
         }
+    }
+
+    /// What rates are multiplied by after so many steps: as grids become finer, in units of their cells they stay.
+    fn fineness(&self, steps: u64) -> f64 {
+        self.grid.as_ref().map_or(1.0, |grid| 0.5_f64.powi(grid.refinements(steps) as i32))
     }
 }
 
@@ -132,15 +142,17 @@ pub enum FitError {
         /// The name of the parameter.
         parameter: String,
     },
-    /// Distances are asked of what is no grid.
-    #[error("`{parameter}` is no grid of distances, which cannot be made anew")]
+    /// What is for the nodes of a grid is asked of something else.
+    #[error(
+        "`{parameter}` is not the nodes of a grid of distances, which alone have smooth steps of that kind, and can be made anew and finer"
+    )]
     NoGrid {
         /// The name of the parameter.
         parameter: String,
     },
     /// The nodes of a grid have no surface any more.
     #[error("`{parameter}`: {error}; try a smaller rate")]
-    Redistance {
+    Grid {
         /// The name of the parameter.
         parameter: String,
         /// What is wrong.
@@ -191,22 +203,33 @@ impl Fit {
         Self { objective, parameters, plan, optimizers, state, times: Times::default() }
     }
 
-    /// The same, gone on with from another state, with the optimisers as they were then.
+    /// The same, gone on with from another state, with the optimisers as they were then. Grids of the scene become as fine as they were.
     ///
     /// # Errors
     /// Nothing but the reason why it is none of this fit's.
-    pub fn resumed(self, state: State) -> Result<Self, &'static str> {
-        let groups = self.parameters.groups();
-        let same = |adam: &Adam, range: &Range<usize>| adam.len().is_none_or(|len| len == range.len());
-        let fits = state.adams.len() == groups.len()
-            && state.adams.iter().zip(groups).all(|(adam, group)| same(adam, &group.range));
-        if state.x.len() != self.state.x.len() || !fits {
-            return Err("it is of other parameters");
-        }
+    pub fn resumed(self, state: State, scene: &mut Scene) -> Result<Self, &'static str> {
         if state.records.len() as u64 > self.plan.steps {
             return Err("it is of a longer fit");
         }
-        Ok(Self { state, ..self })
+        let (mut parameters, mut x) = (self.parameters, self.state.x);
+        for (i, optimizer) in self.optimizers.iter().enumerate() {
+            let Some(steps) = &optimizer.grid else { continue };
+            for _ in 0..steps.refinements(state.records.len() as u64) {
+                let none = "it has no grid";
+                let finer = grid(&parameters.groups()[i], scene)
+                    .and_then(|grid| grid.subdivided().ok())
+                    .ok_or(none)?;
+                (parameters, x) = with_grid(parameters, &x, i, finer, scene).map_err(|_| none)?;
+            }
+        }
+        let groups = parameters.groups();
+        let same = |adam: &Adam, range: &Range<usize>| adam.len().is_none_or(|len| len == range.len());
+        let fits = state.adams.len() == groups.len()
+            && state.adams.iter().zip(groups).all(|(adam, group)| same(adam, &group.range));
+        if state.x.len() != x.len() || !fits {
+            return Err("it is of other parameters");
+        }
+        Ok(Self { state, parameters, ..self })
     }
 
     /// Where it is.
@@ -311,14 +334,22 @@ impl Fit {
             norms.push(gradient.iter().map(|g| g * g).sum::<f64>().sqrt());
             let adam = &mut adams[i];
             let optimizer = &self.optimizers[i];
-            adam.rate = factor * optimizer.adam.rate;
-            step[range].copy_from_slice(&optimizer.step(adam, gradient));
+            adam.rate = factor * optimizer.fineness(t) * optimizer.adam.rate;
+            let grid = optimizer.grid.as_ref().map(|_| self.grid(i, scene)).transpose()?;
+            step[range].copy_from_slice(&optimizer.step(adam, gradient, grid));
             signals.push(adam.signal());
         }
         self.parameters.retract(&mut next, &step);
+        let mut finer = vec![];
         for (i, optimizer) in self.optimizers.iter().enumerate() {
-            if optimizer.redistance {
-                self.redistance(i, &mut next, scene)?;
+            let Some(steps) = &optimizer.grid else { continue };
+            let range = self.parameters.groups()[i].range.clone();
+            let failed =
+                |error| FitError::Grid { parameter: self.parameters.groups()[i].name.clone(), error };
+            let grid = steps.stepped(self.grid(i, scene)?, &next[range.clone()]).map_err(failed)?;
+            next[range].copy_from_slice(grid.nodes());
+            if steps.refinements(t + 1) > steps.refinements(t) {
+                finer.push((i, steps.refined(&grid).map_err(failed)?));
             }
         }
         let Evaluation { loss, penalty, non_finite, image_time, gradient_time, .. } = found;
@@ -326,6 +357,11 @@ impl Fit {
         let optimizer = start.elapsed().saturating_sub(image_time + gradient_time);
         let start = Instant::now();
         self.parameters.apply(&next, scene)?;
+        for (i, grid) in finer {
+            let parameters = self.parameters.clone();
+            (self.parameters, next) = with_grid(parameters, &next, i, grid, scene)?;
+            adams[i] = self.optimizers[i].adam.clone();
+        }
         self.times.update += start.elapsed();
         self.times.image += image_time;
         self.times.gradient += gradient_time;
@@ -335,18 +371,10 @@ impl Fit {
         Ok(())
     }
 
-    /// Makes the nodes of a grid distances again.
-    fn redistance(&self, group: usize, x: &mut [f64], scene: &Scene) -> Result<(), FitError> {
-        let Group { name, quantity, range, .. } = &self.parameters.groups()[group];
-        let no_grid = || FitError::NoGrid { parameter: name.clone() };
-        let Quantity::Sdf { implicit } = *quantity else { return Err(no_grid()) };
-        let grid = scene.description().implicits[implicit].surface.downcast::<Grid>().ok_or_else(no_grid)?;
-        let failed = |error| FitError::Redistance { parameter: name.clone(), error };
-        let nodes = &mut x[range.clone()];
-        let grid = Grid::new(grid.interpolation(), grid.low(), grid.spacing(), grid.size(), nodes.to_vec());
-        let grid = redistance(&grid.map_err(|e| failed(e.into()))?, Slopes::Overall).map_err(failed)?;
-        nodes.copy_from_slice(grid.nodes());
-        Ok(())
+    /// The grid whose nodes a group of parameters is.
+    fn grid<'s>(&self, group: usize, scene: &'s Scene) -> Result<&'s Grid, FitError> {
+        let group = &self.parameters.groups()[group];
+        grid(group, scene).ok_or_else(|| FitError::NoGrid { parameter: group.name.clone() })
     }
 
     fn check(&self, found: &Evaluation, views: &[usize]) -> Result<(), FitError> {
@@ -407,4 +435,28 @@ impl Fit {
         (1..order.len()).rev().for_each(|i| order.swap(i, (random.next_u64() % (i as u64 + 1)) as usize));
         Some(order[(place % count) as usize])
     }
+}
+
+/// The grid whose nodes a group of parameters is; nothing if it is of something else.
+fn grid<'s>(group: &Group, scene: &'s Scene) -> Option<&'s Grid> {
+    let Quantity::Sdf { implicit } = group.quantity else { return None };
+    scene.description().implicits[implicit].surface.downcast()
+}
+
+/// Gives the scene a grid of another size in the place of a group of parameters, which then has more numbers.
+fn with_grid(
+    parameters: Parameters,
+    x: &[f64],
+    group: usize,
+    grid: Grid,
+    scene: &mut Scene,
+) -> Result<(Parameters, Vec<f64>), SceneError> {
+    let Group { range, quantity, .. } = &parameters.groups()[group];
+    let next = [&x[..range.start], grid.nodes(), &x[range.end..]].concat();
+    if let Quantity::Sdf { implicit } = *quantity {
+        let mut shape = scene.description().implicits[implicit].clone();
+        shape.surface = ImplicitSurface::new(grid);
+        scene.set_implicit(implicit, shape)?;
+    }
+    Ok((parameters.resized(scene), next))
 }

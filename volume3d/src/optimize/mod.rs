@@ -16,6 +16,7 @@
 //! | a pose, a few lights, with many samples | [`lbfgs()`] in the coordinates of a [`Chart`] |
 //! | poses, materials, textures, with noise | [`Adam`], with a [`Schedule`] |
 //! | vertices of a mesh | [`Adam::uniform`] between two solves of [`LargeSteps`] |
+//! | nodes of a grid of distances | [`Adam`] between two solves of [`GridSteps`], from a coarse grid to a fine one |
 //!
 //! A mesh keeps its topology throughout: there is no remeshing. Between two fits a mesh can be written, remeshed by
 //! another program, and read again; edges that collapse are kept alive by [`Regularizer::EdgeLength`], and triangles that pass through one
@@ -28,6 +29,7 @@ mod adam;
 mod chart;
 mod checkpoint;
 mod fit;
+mod grid_steps;
 mod large_steps;
 mod lbfgs;
 mod loss;
@@ -45,6 +47,7 @@ pub use adam::Adam;
 pub use chart::Chart;
 pub use checkpoint::{CheckpointError, read_checkpoint, write_checkpoint};
 pub use fit::{Fit, FitError, Optimizer, Plan, Record, State, Times};
+pub use grid_steps::GridSteps;
 pub use large_steps::{LargeSteps, LargeStepsError};
 pub use lbfgs::{End, Lbfgs, LbfgsError, Minimum, lbfgs};
 pub use loss::{Loss, LossError};

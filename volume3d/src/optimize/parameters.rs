@@ -114,6 +114,17 @@ impl Parameters {
         self
     }
 
+    /// The same where grids of the scene have other numbers of nodes.
+    pub(super) fn resized(mut self, scene: &Scene) -> Self {
+        self.len = 0;
+        for group in &mut self.groups {
+            let size: usize = group.quantity.dimensions(scene).iter().product();
+            group.range = self.len..self.len + size;
+            self.len = group.range.end;
+        }
+        self
+    }
+
     /// How many numbers they are.
     #[must_use]
     #[expect(clippy::len_without_is_empty, reason = "none at all is no use to anybody")]

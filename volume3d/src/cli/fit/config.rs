@@ -145,6 +145,8 @@ pub(super) struct ParameterConfig {
     pub(super) large_steps: Option<f64>,
     #[serde(default)]
     pub(super) redistance: bool,
+    #[serde(default)]
+    pub(super) refine: Vec<u64>,
     #[serde(default = "beta1")]
     pub(super) beta1: f64,
     #[serde(default = "beta2")]
@@ -230,7 +232,7 @@ impl Config {
             );
         }
         for parameter in &self.parameters {
-            let ParameterConfig { name, rate, large_steps, redistance, bounds, .. } = parameter;
+            let ParameterConfig { name, rate, large_steps, redistance, refine, bounds, .. } = parameter;
             if !(*rate > 0.0 && rate.is_finite()) {
                 bail!("the rate of `{name}` is {rate}, but must be positive");
             }
@@ -244,11 +246,28 @@ impl Config {
                     bail!("{key} of `{name}` is {beta}, but must be from 0 to below 1");
                 }
             }
-            if *redistance && !name.ends_with(".sdf") {
+            let is_grid = name.ends_with(".sdf");
+            if *redistance && !is_grid {
                 bail!("redistance is for the sdf of a grid, not for `{name}`");
             }
-            if large_steps.is_some() && !name.ends_with(".vertex_positions") {
-                bail!("large_steps is for vertex_positions, not for `{name}`");
+            if !refine.is_empty() && !is_grid {
+                bail!("refine is for the sdf of a grid, not for `{name}`");
+            }
+            let last = refine.last().is_some_and(|step| *step >= self.steps);
+            if refine.first() == Some(&0) || last || !refine.is_sorted_by(|a, b| a < b) {
+                bail!(
+                    "refine of `{name}` is {refine:?}, but must be numbers of steps in increasing order, from 1 to {}",
+                    self.steps - 1
+                );
+            }
+            if large_steps.is_some() && !is_grid && !name.ends_with(".vertex_positions") {
+                bail!("large_steps is for vertex_positions and the sdf of a grid, not for `{name}`");
+            }
+            if let Some(lambda) = large_steps
+                && is_grid
+                && !(0.0..=1e6).contains(lambda)
+            {
+                bail!("large_steps of `{name}` is {lambda}, but must be from 0 to 1e6; 1 is usual");
             }
         }
         let of_reference = self.reference.as_ref().map_or(1, |r| r.spp);

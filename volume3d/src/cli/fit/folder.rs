@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, bail};
+use flatland::sdf::Sdf as _;
 use volume3d::Image;
 use volume3d::gradient::render;
 use volume3d::io::{
@@ -12,6 +13,7 @@ use volume3d::io::{
 };
 use volume3d::optimize::{Fit, Quantity, State, read_checkpoint, write_checkpoint};
 use volume3d::scene::{Camera, Film, Scene};
+use volume3d::sdf::isosurface;
 
 use super::super::session::{Bar, silent};
 use super::config::Config;
@@ -26,6 +28,9 @@ const PICTURE: usize = 64;
 
 /// Purposes of random numbers, apart from those of the fit.
 const LOOKED_AT: u64 = 1 << 33;
+
+/// Cells along the longest side of a fitted grid's box, for its mesh.
+const ISOSURFACE: usize = 128;
 
 /// Numbers of a parameter that are listed one by one; larger ones are in the scene.
 const LISTED: usize = 12;
@@ -172,9 +177,21 @@ impl Folder {
         let frames = frames.map(|path| load_image(&path, false)).collect::<Result<Vec<_>, _>>()?;
         write_animation(&self.file("animation.png"), &frames, 120)?;
         for group in fit.parameters().groups() {
-            if let Quantity::VertexPositions { shape } = group.quantity {
-                let shape = &scene.description().shapes[shape];
-                write_obj(&self.file(&format!("meshes/{}.obj", file_name(&shape.id))), &shape.mesh)?;
+            let path = |id: &str| self.file(&format!("meshes/{}.obj", file_name(id)));
+            match group.quantity {
+                Quantity::VertexPositions { shape } => {
+                    let shape = &scene.description().shapes[shape];
+                    write_obj(&path(&shape.id), &shape.mesh)?;
+                }
+                Quantity::Sdf { implicit } => {
+                    let shape = &scene.description().implicits[implicit];
+                    // What reaches the border of its grid makes no closed mesh; the grid is beside fit.xml.
+                    let mesh = shape.bounds().map(|bounds| isosurface(shape, bounds, ISOSURFACE));
+                    if let Some(Ok(mesh)) = mesh {
+                        write_obj(&path(&shape.id), &mesh)?;
+                    }
+                }
+                _ => {}
             }
         }
         write_bytes(&self.file("parameters.csv"), &values(fit, scene)?)?;
@@ -225,7 +242,8 @@ fn values(fit: &Fit, scene: &Scene) -> anyhow::Result<Vec<u8>> {
     let mut table = csv::Writer::from_writer(vec![]);
     table.write_record(["parameter", "index", "value"])?;
     for group in fit.parameters().groups() {
-        if matches!(group.quantity, Quantity::VertexPositions { .. }) && group.range.len() > LISTED {
+        let many = matches!(group.quantity, Quantity::VertexPositions { .. } | Quantity::Sdf { .. });
+        if many && group.range.len() > LISTED {
             let dimensions = group.quantity.dimensions(scene);
             table.write_record([&group.name, &format!("{dimensions:?}"), "in fit.xml"])?;
             continue;

@@ -62,8 +62,9 @@ use super::{Outcome, Report};
 ///   [[parameter]]                     # named as by --wrt of `volume3d gradient`
 ///   name = "bunny.vertex_positions"
 ///   rate = 0.01                       # of Adam, in units of the parameter: about the size of a step
-///   large_steps = 20                  # smooth steps of vertices (Nicolet et al. 2021), with one step size
+///   large_steps = 20                  # smooth steps of vertices (Nicolet et al. 2021), with one step size; 1 for SHAPE.sdf of a grid
 ///   redistance = false                # for SHAPE.sdf of a grid: true makes it distances again after every step
+///   refine = [80, 160]                # for SHAPE.sdf of a grid: steps after which it has half the spacing, and steps half the rate
 ///   uniform = false                   # the default; true: one step size without smoothing
 ///   beta1 = 0.9                       # of Adam: how slowly gradients are forgotten, and their squares
 ///   beta2 = 0.999
@@ -113,9 +114,9 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     let kept = folder.state(fingerprint)?;
     let is_new = kept.is_none();
     let mut fit = match kept {
-        Some(state) => {
-            fit.resumed(state).map_err(|why| anyhow!("{}: {why}", folder.state_path().display()))?
-        }
+        Some(state) => fit
+            .resumed(state, &mut scene)
+            .map_err(|why| anyhow!("{}: {why}", folder.state_path().display()))?,
         None => fit,
     };
     // Views look at the scene with cameras of their own, but it is written with its own.

@@ -6,7 +6,8 @@ use anyhow::{Context as _, anyhow, bail};
 use volume3d::Image;
 use volume3d::gradient::{ActiveParameters, Gradient, GradientError, Progress};
 use volume3d::optimize::{
-    Adam, Fit, LargeSteps, LargeStepsError, Objective, Optimizer, Parameters, Penalty, Plan, Quantity,
+    Adam, Fit, GridSteps, LargeSteps, LargeStepsError, Objective, Optimizer, Parameters, Penalty, Plan,
+    Quantity,
 };
 use volume3d::scene::Scene;
 
@@ -92,16 +93,23 @@ fn optimizer(
     quantity: Quantity,
     scene: &Scene,
 ) -> Result<Optimizer, LargeStepsError> {
-    let ParameterConfig { rate, uniform, large_steps, redistance, beta1, beta2, .. } = *parameter;
+    let ParameterConfig { rate, uniform, large_steps, redistance, ref refine, beta1, beta2, .. } = *parameter;
     let mut adam = Adam::new(rate);
-    (adam.beta1, adam.beta2, adam.uniform) = (beta1, beta2, uniform || large_steps.is_some());
-    let large_steps = match (large_steps, quantity) {
-        (Some(lambda), Quantity::VertexPositions { shape }) => {
-            Some(LargeSteps::new(&scene.description().shapes[shape].mesh, lambda)?)
+    (adam.beta1, adam.beta2, adam.uniform) = (beta1, beta2, uniform);
+    Ok(match quantity {
+        Quantity::VertexPositions { shape } => {
+            let mesh = &scene.description().shapes[shape].mesh;
+            let large_steps = large_steps.map(|lambda| LargeSteps::new(mesh, lambda)).transpose()?;
+            adam.uniform |= large_steps.is_some();
+            Optimizer { large_steps, ..adam.into() }
         }
-        _ => None,
-    };
-    Ok(Optimizer { adam, large_steps, redistance })
+        _ if large_steps.is_some() || redistance || !refine.is_empty() => {
+            let smoothing = large_steps.unwrap_or(0.0);
+            let grid = GridSteps { smoothing, redistance, refine: refine.clone() };
+            Optimizer { grid: Some(grid), ..adam.into() }
+        }
+        _ => adam.into(),
+    })
 }
 
 fn parameters(config: &Config, scene: &Scene) -> anyhow::Result<Parameters> {

@@ -4,7 +4,9 @@ use flatland::sdf::shapes::Ball;
 use glam::DVec3;
 
 use crate::gradient::{Progress, WarpedArea, render};
-use crate::optimize::{Adam, Fit, FitError, Loss, Objective, Optimizer, Parameters, Plan, Schedule, View};
+use crate::optimize::{
+    Adam, Fit, FitError, GridSteps, Loss, Objective, Optimizer, Parameters, Plan, Schedule, View,
+};
 use crate::scene::{Camera, Description, Environment, Film, Filter, Material, Scene};
 use crate::sdf::{Grid, Interpolation, Slopes, redistance};
 
@@ -56,7 +58,8 @@ fn run(fit: &mut Fit, scene: &mut Scene) -> Result<(), FitError> {
 #[test]
 fn a_grid_grows_to_its_outline() {
     let (mut scene, target) = (scene(sampled(0.7)), scene(sampled(0.9)));
-    let optimizer = Optimizer { redistance: true, ..Adam::new(0.02).into() };
+    let grid_steps = GridSteps { redistance: true, ..GridSteps::default() };
+    let optimizer = Optimizer { grid: Some(grid_steps), ..Adam::new(0.02).into() };
     let mut fit = fit(&scene, &target, 24, optimizer);
     run(&mut fit, &mut scene).expect("a fit");
     let grid = |scene: &Scene| scene.description().implicits[0].surface.downcast::<Grid>().cloned();
@@ -73,8 +76,55 @@ fn a_grid_grows_to_its_outline() {
 fn distances_are_asked_of_grids_only() {
     let ball = Ball::new(DVec3::ZERO, 0.7).expect("a ball");
     let (mut scene, target) = (scene(ball), scene(sampled(0.9)));
-    let optimizer = Optimizer { redistance: true, ..Adam::new(0.02).into() };
+    let optimizer = Optimizer { grid: Some(GridSteps::default()), ..Adam::new(0.02).into() };
     let mut fit = fit(&scene, &target, 1, optimizer);
     let error = run(&mut fit, &mut scene).expect_err("no grid");
     assert_eq!(error, FitError::NoGrid { parameter: "shape.sdf".to_owned() });
+}
+
+/// From 6 cells to 12 and 24, with the same bits if it is left off in the middle.
+#[test]
+fn grids_become_finer_and_fits_go_on() {
+    let target = scene(sampled(0.9));
+    let coarse = || {
+        let box_of = (DVec3::splat(-1.5), DVec3::splat(1.5));
+        scene(Grid::sampled(Interpolation::Cubic, box_of, 6, |x| x.length() - 0.7).expect("a grid"))
+    };
+    let grid_steps = GridSteps { smoothing: 1.0, redistance: true, refine: vec![4, 8] };
+    let optimizer = Optimizer { grid: Some(grid_steps), ..Adam::new(0.1).into() };
+    let begun = |scene: &Scene| fit(scene, &target, 12, optimizer.clone());
+    let mut first = coarse();
+    let mut whole = begun(&first);
+    let mut states = vec![whole.state().clone()];
+    let mut lengths = vec![whole.state().x.len()];
+    while !whole.is_done() {
+        let reverse = |scene: &Scene, adjoint: &_, active: &_, seed, progress: &_| {
+            WarpedArea { samples: 4, seed, ..WarpedArea::default() }.reverse(scene, adjoint, active, progress)
+        };
+        whole.step(&mut first, &reverse, &Progress::none()).expect("a step");
+        states.push(whole.state().clone());
+        lengths.push(whole.state().x.len());
+        assert_eq!(whole.parameters().values(&first), whole.state().x);
+    }
+    assert_eq!(
+        lengths,
+        [[343; 4], [2197; 4], [15625; 4]].as_flattened().iter().copied().chain([15625]).collect::<Vec<_>>()
+    );
+    let losses: Vec<f64> = whole.state().records.iter().map(|r| r.loss).collect();
+    assert!(losses[11] < 0.3 * losses[0], "{losses:?}");
+    for at in [3, 4, 9] {
+        let mut again = coarse();
+        let resumed = begun(&again).resumed(states[at].clone(), &mut again);
+        let mut resumed = resumed.expect("a state of this fit");
+        resumed.apply(&mut again).expect("values of this scene");
+        while !resumed.is_done() {
+            let reverse = |scene: &Scene, adjoint: &_, active: &_, seed, progress: &_| {
+                WarpedArea { samples: 4, seed, ..WarpedArea::default() }
+                    .reverse(scene, adjoint, active, progress)
+            };
+            resumed.step(&mut again, &reverse, &Progress::none()).expect("a step");
+        }
+        assert_eq!(resumed.state(), whole.state(), "{at}");
+        assert_eq!(again.description().implicits, first.description().implicits);
+    }
 }

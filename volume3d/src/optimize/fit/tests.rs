@@ -206,21 +206,18 @@ fn a_fit_goes_on_to_the_same_bits() {
     let mut again = lit();
     let read = read_checkpoint(&path, 7).unwrap().unwrap();
     assert_eq!(read, kept);
-    let mut resumed = fit(&mut again, 6).resumed(read).unwrap();
+    let mut resumed = fit(&mut again, 6).resumed(read, &mut again).unwrap();
     resumed.apply(&mut again).unwrap();
     while !resumed.is_done() {
         resumed.step(&mut again, &reverse, &none).unwrap();
     }
     assert_eq!(resumed.state(), &done);
     assert_eq!(again.description(), scene.description());
-    assert!(fit(&mut again, 3).resumed(done.clone()).is_err());
+    assert!(fit(&mut again, 3).resumed(done.clone(), &mut again).is_err());
     let fewer = Parameters::new(&again, &["block.scale"]).unwrap();
     let x = fewer.values(&again);
-    assert!(
-        Fit::new(fewer, x, objective(&mut again), vec![Adam::new(0.1).into()], plan(9))
-            .resumed(done)
-            .is_err()
-    );
+    let other = Fit::new(fewer, x, objective(&mut again), vec![Adam::new(0.1).into()], plan(9));
+    assert!(other.resumed(done, &mut again).is_err());
 
     assert!(matches!(read_checkpoint(&path, 8), Err(CheckpointError::Other { .. })));
     let mut bytes = std::fs::read(&path).unwrap();

@@ -5,6 +5,7 @@ mod kernel;
 mod outside;
 mod prefilter;
 mod slope;
+mod subdivide;
 #[cfg(test)]
 mod tests;
 mod visit;

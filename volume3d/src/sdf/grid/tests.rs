@@ -111,6 +111,28 @@ fn no_slope_exceeds_the_bound() {
     }
 }
 
+/// Away from the border, where nodes are repeated.
+#[test]
+fn subdivision_is_the_same_function() {
+    for interpolation in BOTH {
+        let grid = rough(interpolation);
+        let finer = grid.subdivided().unwrap();
+        assert_eq!((finer.size(), finer.high()), ([9, 11, 13], grid.high()));
+        let (mut random, mut checked) = (stream(6, &[]), 0);
+        for _ in 0..1000 {
+            let x = vector(&mut random, 0.9);
+            let inside = (x - grid.low()).min(grid.high() - x) / grid.spacing();
+            if inside.min_element() > 1.0 {
+                checked += 1;
+                let (a, b) = (grid.jet(x), finer.jet(x));
+                assert!((a.value - b.value).abs() < 1e-14, "{x}");
+                assert!((a.gradient - b.gradient).length() < 1e-12, "{x}");
+            }
+        }
+        assert!(checked > 50, "{checked}");
+    }
+}
+
 /// Of rough nodes, and of distances; wherever φ > 0. A trilinear grid has no bound.
 #[test]
 fn no_second_derivative_exceeds_the_bound() {
