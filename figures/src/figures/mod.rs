@@ -13,6 +13,7 @@ mod motions;
 mod path_bias;
 mod poses;
 mod specular;
+mod surfaces;
 mod together;
 mod trade;
 mod transport;
@@ -43,7 +44,7 @@ const fn figure(
 }
 
 /// All figures in the order of their numbers, from 1 on.
-pub(crate) const ALL: [Figure; 15] = [
+pub(crate) const ALL: [Figure; 16] = [
     figure("fields", "every construction of the warp field on one scene", fields::draw),
     figure("attempts", "the three attempts along a line across a silhouette", attempts::draw),
     figure("forms", "Reynolds, divergence and reparameterised forms of one derivative", forms::draw),
@@ -67,4 +68,5 @@ pub(crate) const ALL: [Figure; 15] = [
     figure("poses", "poses found by descending gradients, from several starts, by every method", poses::draw),
     figure("views", "meshes from their rendered views, by large steps down unbiased gradients", views::draw),
     figure("together", "pose, paint, lamp and floor of one scene from two pictures", together::draw),
+    figure("surfaces", "implicit surfaces from their views, through changes of topology", surfaces::draw),
 ];

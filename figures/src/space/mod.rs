@@ -1,9 +1,11 @@
 //! What the figures and the comparison in space share: the table of methods, what is measured of them, pictures.
 
+pub(crate) mod chamfer;
 mod clock;
 mod methods;
 pub(crate) mod picture;
 mod runs;
+pub(crate) mod target;
 
 pub(crate) use clock::{Clock, ThreadClock};
 pub(crate) use methods::{METHODS, Method, Task};

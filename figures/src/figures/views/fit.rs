@@ -10,12 +10,13 @@ use volume3d::gradient::{Progress, WarpedArea, render};
 use volume3d::optimize::{Adam, LargeSteps, Loss, Parameters};
 use volume3d::scene::{Camera, Scene};
 
-use super::chamfer::chamfer;
 use super::scene::Light;
-use super::shapes::{DIAGONAL, Subject, subdivided};
+use super::shapes::{Subject, subdivided};
 use crate::context::Context;
 use crate::figures::common::seed_of;
 use crate::space::Clock;
+use crate::space::chamfer::chamfer;
+use crate::space::target::DIAGONAL;
 
 /// λ of the large steps on a mesh of so many vertices; it grows with their number, for the same smoothness in space.
 pub(super) const LAMBDA: (f64, usize) = (6.0, 2562);

@@ -1,6 +1,5 @@
 //! Figure 14: meshes from rendered views, by descent along unbiased gradients.
 
-mod chamfer;
 mod fit;
 mod picture;
 mod scene;

@@ -2,17 +2,11 @@
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
-use std::path::Path;
 
-use anyhow::Context as _;
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 use volume3d::geometry::Mesh;
-use volume3d::io::read_obj;
 
-/// The Stanford bunny; its origin stands in figures/assets/CREDITS.md.
-const BUNNY: &[u8] = include_bytes!("../../../assets/bunny.obj");
-/// The diagonal of the box around a target, in scene units.
-pub(super) const DIAGONAL: f64 = 2.0;
+use crate::space::target;
 
 /// A shape to be found from its views.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,8 +30,8 @@ impl Subject {
     /// What is to be found, smooth, about the origin.
     pub(super) fn target(self) -> anyhow::Result<Mesh> {
         let mesh = match self {
-            Self::Bunny => read_obj(BUNNY, Path::new("figures/assets/bunny.obj"))?,
-            Self::Ring => tube([120, 48], |u, v| {
+            Self::Bunny => target::bunny()?,
+            Self::Ring => target::placed(tube([120, 48], |u, v| {
                 // Three waves around a ring, whose oval section turns once and a half on the way.
                 let (away, up) = (DVec3::new(u.cos(), 0.0, u.sin()), DVec3::Y);
                 let centre = (0.75 + 0.1 * (3.0 * u).cos()) * away + 0.22 * (3.0 * u).sin() * up;
@@ -45,14 +39,9 @@ impl Subject {
                 let (p, q) = (1.3 * radius * (v - turn).cos(), 0.75 * radius * (v - turn).sin());
                 let (sine, cosine) = turn.sin_cos();
                 centre + (p * cosine - q * sine) * away + (p * sine + q * cosine) * up
-            })?,
+            })?)?,
         };
-        let low = mesh.positions().iter().copied().reduce(DVec3::min).context("a target has vertices")?;
-        let high = mesh.positions().iter().copied().fold(low, DVec3::max);
-        let scale = DIAGONAL / low.distance(high);
-        let place =
-            DAffine3::from_scale(DVec3::splat(scale)) * DAffine3::from_translation(-0.5 * (low + high));
-        Ok(mesh.transformed(&place).smooth())
+        Ok(mesh.smooth())
     }
 
     /// What a fit starts from, of the target's genus: the coarsest mesh of all.
@@ -155,7 +144,7 @@ mod tests {
             assert!(volume(&start) > 0.0 && volume(&target) > 0.0);
             let low = target.positions().iter().copied().reduce(DVec3::min).unwrap();
             let high = target.positions().iter().copied().reduce(DVec3::max).unwrap();
-            assert!((low.distance(high) - DIAGONAL).abs() < 1e-12 && (low + high).length() < 1e-12);
+            assert!((low.distance(high) - target::DIAGONAL).abs() < 1e-12 && (low + high).length() < 1e-12);
         }
         assert_eq!(euler(&Subject::Ring.target().unwrap()), 0);
     }

@@ -7,15 +7,25 @@ use volume3d::geometry::{Mesh, Proximity};
 
 /// The symmetric Chamfer distance ½ (mean over points a of A of d(a, B) + mean over points b of B of d(b, A)), with `count` points uniform on
 /// each surface and distances to the other's nearest triangle: 0 for equal surfaces, whatever their triangles.
-pub(super) fn chamfer(a: &Mesh, b: &Mesh, count: usize, seed: u64) -> f64 {
-    0.5 * (one_sided(a, b, count, seed) + one_sided(b, a, count, seed + 1))
+pub(crate) fn chamfer(a: &Mesh, b: &Mesh, count: usize, seed: u64) -> f64 {
+    let mean = |distances: Vec<f64>| distances.iter().sum::<f64>() / count as f64;
+    0.5 * (mean(one_sided(a, b, count, seed)) + mean(one_sided(b, a, count, seed + 1)))
 }
 
-fn one_sided(from: &Mesh, to: &Mesh, count: usize, seed: u64) -> f64 {
+/// The distance within which 95 % of the points of each surface are to the other: the Hausdorff distance but for the worst.
+pub(crate) fn hausdorff(a: &Mesh, b: &Mesh, count: usize, seed: u64) -> f64 {
+    let most = |mut distances: Vec<f64>| {
+        distances.sort_by(f64::total_cmp);
+        distances[(0.95 * (count - 1) as f64) as usize]
+    };
+    most(one_sided(a, b, count, seed)).max(most(one_sided(b, a, count, seed + 1)))
+}
+
+/// The distances of points of one surface to the other.
+fn one_sided(from: &Mesh, to: &Mesh, count: usize, seed: u64) -> Vec<f64> {
     // A mesh without area is nowhere.
-    let Some(to) = Proximity::new(to) else { return f64::NAN };
-    let distances: Vec<f64> = points(from, count, seed).into_par_iter().map(|p| to.distance(p)).collect();
-    distances.iter().sum::<f64>() / count as f64
+    let Some(to) = Proximity::new(to) else { return vec![f64::NAN; count] };
+    points(from, count, seed).into_par_iter().map(|p| to.distance(p)).collect()
 }
 
 /// Points that are uniform on a surface.
@@ -52,9 +62,14 @@ mod tests {
         let by = |size: f64| Mesh::cube().transformed(&DAffine3::from_scale(DVec3::splat(size)));
         assert!(chamfer(&by(1.0), &by(1.0), 1000, 1) < 1e-15);
         // From within it is 0.1 to the faces; from without that, and more by edges: of the side 2.2, a strip of 0.1 along each.
-        let inward = one_sided(&by(1.0), &by(1.1), 1000, 1);
+        let mean =
+            |a: &Mesh, b: &Mesh, count: usize| one_sided(a, b, count, 1).iter().sum::<f64>() / count as f64;
+        let inward = mean(&by(1.0), &by(1.1), 1000);
         assert!((inward - 0.1).abs() < 1e-12, "{inward}");
-        let outward = one_sided(&by(1.1), &by(1.0), 20_000, 1);
+        let outward = mean(&by(1.1), &by(1.0), 20_000);
         assert!(outward > 0.1 && outward < 0.105, "{outward}");
+        // Of the larger, less than a twentieth is near an edge.
+        let most = hausdorff(&by(1.0), &by(1.1), 20_000, 1);
+        assert!((most - 0.1).abs() < 0.01, "{most}");
     }
 }

@@ -1,0 +1,115 @@
+//! Figure 16: implicit surfaces from rendered views, without masks and whatever their topology.
+
+mod fit;
+mod picture;
+
+use crate::context::Context;
+use crate::figures::common::{listed, percent};
+use crate::gallery::Section;
+use crate::output::Table;
+use crate::plot::number;
+use crate::prose::Prose;
+use fit::{Effort, LEVELS, RADIUS, RATE, Reconstruction, SMOOTHING, Subject};
+
+/// The Chamfer distance that was hoped for, in parts of the diagonal, and the least decibels of held-out views.
+const GOAL: (f64, f64) = (0.005, 30.0);
+
+/// Measures, draws and explains.
+pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
+    let effort = Effort::new(context);
+    let mut fits = vec![];
+    for subject in Subject::ALL {
+        for number in 1..=effort.seeds {
+            fits.push(Reconstruction::new(context, subject, number)?);
+        }
+    }
+    let mut prose = prose(context, &fits)?;
+    let caption = prose.take_caption("figure16_surfaces.png")?;
+    let cells = [1, 2, 4].map(|finer| finer * effort.cells);
+    context.png("figure16_surfaces.png", &picture::draw(&fits, effort.side, cells, &caption))?;
+    let table = summary(&fits);
+    let mut data = vec![
+        context.csv("figure16_fits.csv", &table)?,
+        context.csv("figure16_distances.csv", &distances(&fits))?,
+    ];
+    for fit in fits.iter().filter(|fit| fit.number == 1) {
+        data.push(context.obj(&format!("figure16_{}.obj", fit.subject.name()), &fit.mesh)?);
+    }
+    prose.section("surfaces", data, table)
+}
+
+fn prose(context: &Context, fits: &[Reconstruction]) -> anyhow::Result<Prose> {
+    let effort = Effort::new(context);
+    let all = |of: &dyn Fn(&Reconstruction) -> String| {
+        listed(Subject::ALL.into_iter().map(|subject| {
+            let of_subject = fits.iter().filter(|fit| fit.subject == subject);
+            format!("{}: {}", subject.name(), of_subject.map(of).collect::<Vec<_>>().join(", "))
+        }))
+    };
+    let met = |goal: bool| if goal { "All reach it" } else { "Not all reach it" };
+    let distances_met = fits.iter().all(|fit| fit.chamfer() < GOAL.0);
+    let decibels_met = fits.iter().all(|fit| fit.worst_decibels() > GOAL.1);
+    let seconds = fits.iter().map(|fit| fit.seconds).sum::<f64>() / fits.len() as f64;
+    let quality = context.spend(
+        "This is the draft: small films, few views, few steps and coarse grids, so that everything takes seconds. Its distances say \
+         nothing of what the method can do; `--quality full` does.",
+        "",
+    );
+    Prose::new(
+        include_str!("surfaces.md"),
+        &[
+            ("quality", &quality),
+            ("views", &effort.views),
+            ("side", &effort.side),
+            ("batch", &effort.batch),
+            ("samples", &effort.samples),
+            ("steps", &effort.steps()),
+            ("cells", &effort.cells),
+            ("finer", &(2 * effort.cells)),
+            ("finest", &(4 * effort.cells)),
+            ("levels", &LEVELS),
+            ("lambda", &number(SMOOTHING)),
+            ("rate", &number(RATE)),
+            ("radius", &number(RADIUS)),
+            ("points", &effort.points),
+            ("chamfers", &all(&|fit| percent(fit.chamfer()))),
+            ("hausdorffs", &all(&|fit| percent(fit.hausdorff))),
+            ("decibels", &all(&|fit| number(fit.worst_decibels()))),
+            ("goal", &percent(GOAL.0)),
+            ("goal_decibels", &number(GOAL.1)),
+            ("distances_met", &met(distances_met)),
+            ("decibels_met", &met(decibels_met)),
+            ("seconds", &number(seconds)),
+        ],
+    )
+}
+
+fn summary(fits: &[Reconstruction]) -> Table {
+    let mean = |fit: &Reconstruction| fit.decibels.iter().sum::<f64>() / fit.decibels.len() as f64;
+    Table::of(
+        fits,
+        &[
+            ("surface", &|fit| fit.subject.name().into()),
+            ("seed", &|fit| (fit.number as usize).into()),
+            ("Chamfer distance, start (%)", &|fit| (100.0 * fit.moments[0].chamfer).into()),
+            ("Chamfer distance, fit (%)", &|fit| (100.0 * fit.chamfer()).into()),
+            ("95 % Hausdorff distance, fit (%)", &|fit| (100.0 * fit.hausdorff).into()),
+            ("PSNR of held-out views, mean (dB)", &|fit| mean(fit).into()),
+            ("PSNR of held-out views, worst (dB)", &|fit| fit.worst_decibels().into()),
+            ("processor seconds", &|fit| fit.seconds.into()),
+        ],
+    )
+}
+
+fn distances(fits: &[Reconstruction]) -> Table {
+    let rows = fits.iter().flat_map(|fit| fit.moments.iter().map(move |moment| (fit, moment)));
+    Table::of(
+        rows,
+        &[
+            ("surface", &|(fit, _)| fit.subject.name().into()),
+            ("seed", &|(fit, _)| (fit.number as usize).into()),
+            ("step", &|(_, moment)| (moment.step as usize).into()),
+            ("Chamfer distance (part of the diagonal)", &|(_, moment)| moment.chamfer.into()),
+        ],
+    )
+}

@@ -1,0 +1,67 @@
+//! The picture.
+
+use glam::DVec2;
+
+use super::fit::{Reconstruction, Subject};
+use crate::plot::*;
+use crate::space::picture::{gradient, radiance};
+
+const SIDE: f64 = 128.0;
+const GAP: f64 = 8.0;
+/// Room above the pictures for what they are.
+const HEADS: f64 = 17.0;
+/// Room on the right for the colour bar.
+const BAR: f64 = 58.0;
+const PLOTS: f64 = 225.0;
+/// The difference of luminance at which colours end.
+const LIMIT: f64 = 0.25;
+
+const COLORS: [Color; 2] = [Palette::BLUE, Palette::VERMILION];
+
+/// A row for the first fit of each subject, and below the curves of all.
+pub(super) fn draw(fits: &[Reconstruction], side: usize, cells: [usize; 3], caption: &str) -> Canvas {
+    let row = PANEL_TITLE_ROOM + SIDE + GAP;
+    let width = 6.0 * (SIDE + GAP) + BAR;
+    let height = HEADS + Subject::ALL.len() as f64 * row + PLOTS;
+    let title = "Surfaces from their views, whatever their topology";
+    let mut figure = Figure::new(width, height, title, caption);
+    let (heads, rest) = figure.body.split_top(HEADS);
+    let after = cells.map(|n| format!("after {n}³ cells"));
+    let names = ["target, held out", "start", &after[0], &after[1], &after[2], "last − target"];
+    let style = TextStyle::new(10.5, Color::MUTED).anchored(Align::Left, Height::Top);
+    let place_of = |i: usize, y: f64| Rect::new(rest.x + i as f64 * (SIDE + GAP), y, SIDE, SIDE);
+    for (i, name) in names.iter().enumerate() {
+        figure.canvas.text(name, DVec2::new(place_of(i, 0.0).x, heads.y), &style);
+    }
+    let shading = Shading::signed(LIMIT);
+    let mut place = rest;
+    for subject in Subject::ALL {
+        let of_subject = || fits.iter().filter(|fit| fit.subject == subject);
+        let Some(first) = of_subject().next() else { continue };
+        let chamfers: Vec<String> = of_subject().map(|fit| number(100.0 * fit.chamfer())).collect();
+        let title = format!("{}: Chamfer distance {} % of the diagonal", subject.name(), chamfers.join(", "));
+        let space = figure.panel(Rect { height: row - GAP, ..place }, &title);
+        let seen = std::iter::once(&first.target).chain(&first.stages);
+        for (i, pixels) in seen.enumerate() {
+            figure.canvas.picture(&radiance(pixels, side), place_of(i, space.y));
+        }
+        if let Some(last) = first.stages.last() {
+            let difference: Vec<_> = last.iter().zip(&first.target).map(|(a, b)| *a - *b).collect();
+            gradient(&mut figure.canvas, &difference, side, &shading, place_of(5, space.y));
+        }
+        place = place.inset(0.0, row, 0.0, 0.0);
+    }
+    let bar = Rect::new(rest.right() - BAR + 8.0, rest.y + PANEL_TITLE_ROOM, 9.0, SIDE);
+    figure.canvas.color_bar(bar, &shading, "luminance");
+    let mut axes = Axes::new(Axis::linear("step"), Axis::log("% of the diagonal")).legend(Legend::Outside);
+    for (subject, color) in Subject::ALL.into_iter().zip(COLORS) {
+        for fit in fits.iter().filter(|fit| fit.subject == subject) {
+            let style = Style::new(color);
+            let style = if fit.number == 1 { style.labelled(subject.name()) } else { style };
+            axes.line(fit.moments.iter().map(|m| [m.step as f64, 100.0 * m.chamfer]), &style);
+        }
+    }
+    axes.horizontal(100.0 * super::GOAL.0, &Style::new(Color::MUTED).dashed().labelled("the goal"));
+    figure.plot(place.inset(0.0, 4.0, 0.0, 0.0), "Chamfer distance of the surfaces, for every seed", &axes);
+    figure.canvas
+}
