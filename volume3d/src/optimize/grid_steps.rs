@@ -19,8 +19,8 @@ use crate::sdf::{Grid, RedistanceError, Slopes, redistance};
 ///
 /// # Distances
 ///
-/// After a step φ is no distance. [`redistance()`] makes it one again, with the surface where the step has put it. Nodes of the two outermost layers
-/// stay positive, so that the surface does not leave the grid.
+/// After a step φ is no distance. [`redistance()`] makes it one again, with the surface where the step has put it; but it does not leave the grid, which stays
+/// [closed](Grid::closed).
 ///
 /// # From coarse to fine
 ///
@@ -64,13 +64,9 @@ impl GridSteps {
 
     /// The grid with other nodes, after a step.
     pub(super) fn stepped(&self, grid: &Grid, nodes: &[f64]) -> Result<Grid, RedistanceError> {
-        let mut nodes = nodes.to_vec();
-        if self.redistance {
-            clear_border(&mut nodes, grid.size(), 0.5 * grid.spacing().min_element());
-        }
-        let of = |nodes| Grid::new(grid.interpolation(), grid.low(), grid.spacing(), grid.size(), nodes);
-        let grid = of(nodes)?;
-        if self.redistance { redistance(&grid, Slopes::Overall) } else { Ok(grid) }
+        let nodes = nodes.to_vec();
+        let grid = Grid::new(grid.interpolation(), grid.low(), grid.spacing(), grid.size(), nodes)?;
+        if self.redistance { redistance(&grid.closed()?, Slopes::Overall) } else { Ok(grid) }
     }
 
     /// The finer grid.
@@ -115,17 +111,6 @@ fn solve_lines(lambda: f64, ratios: &[f64], step: usize, lines: &mut [f64]) {
     }
 }
 
-/// Makes nodes of the two outermost layers at least `least`.
-fn clear_border(nodes: &mut [f64], [nx, ny, nz]: [usize; 3], least: f64) {
-    let beside = |i: usize, count: usize| i < 2 || i + 2 >= count;
-    for (index, node) in nodes.iter_mut().enumerate() {
-        let (i, j, k) = (index % nx, index / nx % ny, index / nx / ny);
-        if beside(i, nx) || beside(j, ny) || beside(k, nz) {
-            *node = node.max(least);
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use flatland::random::{open01, stream};
@@ -162,8 +147,9 @@ mod tests {
         let corners = (DVec3::NEG_ONE, DVec3::ONE);
         let ball = Grid::sampled(Interpolation::Cubic, corners, 12, |x| x.length() - 0.5).expect("a grid");
         let steps = GridSteps { redistance: true, ..GridSteps::default() };
-        let all_inside = vec![-1.0; ball.nodes().len()];
-        let grid = steps.stepped(&ball, &all_inside).expect("a surface");
+        let mut nearly_all_inside = vec![-1.0; ball.nodes().len()];
+        nearly_all_inside[0] = 1.0;
+        let grid = steps.stepped(&ball, &nearly_all_inside).expect("a surface");
         assert!(flatland::sdf::Sdf::bounds(&grid).is_some());
     }
 }

@@ -10,16 +10,19 @@
 //! - [`redistance()`]: a grid of distances again, with the surface where it is.
 //! - [`isosurface()`]: the triangle mesh of any of them.
 //! - [`network`]: φ as a neural network, with its weights for parameters.
+//! - [`Baked`]: a network on a grid, which rays meet faster, with the gradient by its weights.
 //!
 //! A scene takes any of them, [`Description::add_implicit`](crate::scene::Description::add_implicit).
 
 pub mod analytic;
+mod bake;
 mod from_mesh;
 mod grid;
 mod isosurface;
 pub mod network;
 mod redistance;
 
+pub use bake::{BakeError, Baked};
 pub use from_mesh::{MeshDistanceError, MeshDistances, from_mesh};
 pub use grid::{Grid, GridError, Interpolation};
 pub use isosurface::{IsosurfaceError, isosurface};

@@ -140,9 +140,20 @@ impl Grid {
     /// As [`new`](Self::new).
     pub fn sampled(
         interpolation: Interpolation,
-        (low, high): (DVec3, DVec3),
+        bounds: (DVec3, DVec3),
         cells: usize,
         value: impl Fn(DVec3) -> f64 + Sync,
+    ) -> Result<Self, GridError> {
+        let together = |points: &[DVec3]| points.par_iter().map(|&x| value(x)).collect();
+        Self::sampled_together(interpolation, bounds, cells, together)
+    }
+
+    /// The same of a function of many points at once.
+    pub(super) fn sampled_together(
+        interpolation: Interpolation,
+        (low, high): (DVec3, DVec3),
+        cells: usize,
+        values: impl FnOnce(&[DVec3]) -> Vec<f64>,
     ) -> Result<Self, GridError> {
         let extent = high - low;
         let spacing = extent.max_element() / cells.max(1) as f64;
@@ -150,10 +161,9 @@ impl Grid {
             return Err(GridError::Place { low, spacing: DVec3::splat(spacing) });
         }
         let size = extent.to_array().map(|length| (length / spacing - 1e-9).ceil().max(1.0) as usize + 1);
-        let count = size.iter().product();
         let at = |index: usize| low + spacing * DVec3::from_array(place(index, size).map(|i| i as f64));
-        let nodes = (0..count).into_par_iter().map(|index| value(at(index))).collect();
-        Self::new(interpolation, low, DVec3::splat(spacing), size, nodes)
+        let points: Vec<DVec3> = (0..size.iter().product()).map(at).collect();
+        Self::new(interpolation, low, DVec3::splat(spacing), size, values(&points))
     }
 
     /// The same nodes, interpolated in the given way.

@@ -3,7 +3,7 @@
 use flatland::sdf::{Jet, SecondOrder};
 use glam::{DMat3, DVec3};
 
-use super::{Grid, Interpolation};
+use super::{Grid, GridError, Interpolation, place};
 
 /// How a point lies to the box within which nodes say something: beyond it their interpolation is constant across the border.
 #[derive(Clone, Copy)]
@@ -15,6 +15,23 @@ pub(super) struct Outside {
 }
 
 impl Grid {
+    /// The same with the nodes of the two outermost layers at least half a spacing, so that the surface does not reach the border: what does has no
+    /// [bounds](flatland::sdf::Sdf::bounds), and rays look for it everywhere.
+    ///
+    /// # Errors
+    /// [`GridError::OneSign`] if nothing else was inside.
+    pub fn closed(self) -> Result<Self, GridError> {
+        let (mut nodes, size) = (self.nodes, self.size);
+        let least = 0.5 * self.spacing.min_element();
+        for (index, node) in nodes.iter_mut().enumerate() {
+            let place = place(index, size);
+            if (0..3).any(|axis| place[axis] < 2 || place[axis] + 2 >= size[axis]) {
+                *node = node.max(least);
+            }
+        }
+        Self::new(self.interpolation, self.low, self.spacing, size, nodes)
+    }
+
     /// How a point lies to the box; nothing inside, and for a surface that reaches the border, which has no outside.
     #[inline]
     pub(super) fn outside(&self, x: DVec3) -> Option<Outside> {

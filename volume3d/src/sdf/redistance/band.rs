@@ -4,7 +4,7 @@ use crate::sdf::{Grid, Interpolation};
 
 /// Of every node whether it counts in a cell where φ may be 0: where neither all coefficients of its Bézier form are positive, nor all negative
 /// or 0. φ is within their range, and of one sign in all other cells.
-pub(super) fn band(grid: &Grid) -> Vec<bool> {
+pub(in crate::sdf) fn band(grid: &Grid) -> Vec<bool> {
     match grid.interpolation() {
         Interpolation::Trilinear => Cells::<2>::mixed(grid).nodes_where(|_| true),
         Interpolation::Cubic => Cells::<4>::mixed(grid).nodes_where(|values| is_mixed(&bezier(values))),

@@ -9,6 +9,7 @@ mod tests;
 
 use rayon::prelude::*;
 
+pub(super) use self::band::band;
 use self::slopes::MeanSlopes;
 use super::{Grid, GridError};
 
@@ -60,11 +61,16 @@ pub enum Slopes {
 /// # Errors
 /// [`RedistanceError`].
 pub fn redistance(grid: &Grid, slopes: Slopes) -> Result<Grid, RedistanceError> {
+    Ok(distances(grid, slopes)?.0)
+}
+
+/// The same with the mean slope of the surface.
+pub(super) fn distances(grid: &Grid, slopes: Slopes) -> Result<(Grid, f64), RedistanceError> {
     let nodes = grid.nodes();
-    let band = band::band(grid);
+    let band = band(grid);
     let kept: Vec<usize> = (0..nodes.len()).filter(|&node| band[node]).collect();
     let feet: Vec<_> = kept.par_iter().map(|&node| project::foot(grid, node)).collect();
-    let slopes = MeanSlopes::new(grid, slopes, &feet).ok_or(RedistanceError::NoSurface)?;
+    let (slopes, overall) = MeanSlopes::new(grid, slopes, &feet).ok_or(RedistanceError::NoSurface)?;
     let mut known = vec![None; nodes.len()];
     for (&node, foot) in kept.iter().zip(&feet) {
         // Where there is no foot, the node's own place serves: all that is lost is that the mean is constant along normals.
@@ -74,5 +80,6 @@ pub fn redistance(grid: &Grid, slopes: Slopes) -> Result<Grid, RedistanceError> 
     let distances = sweep::sweep(&known, grid.size(), grid.spacing());
     let signed = |(&node, distance): (&f64, f64)| if node > 0.0 { distance } else { -distance };
     let new = nodes.iter().zip(distances).map(signed).collect();
-    Ok(Grid::new(grid.interpolation(), grid.low(), grid.spacing(), grid.size(), new)?)
+    let new = Grid::new(grid.interpolation(), grid.low(), grid.spacing(), grid.size(), new)?;
+    Ok((new, overall))
 }

@@ -17,14 +17,15 @@ pub(super) enum MeanSlopes {
 }
 
 impl MeanSlopes {
-    /// `None` if there are no feet.
-    pub(super) fn new(grid: &Grid, slopes: Slopes, feet: &[Option<Foot>]) -> Option<Self> {
+    /// And the mean over all. `None` if there are no feet.
+    pub(super) fn new(grid: &Grid, slopes: Slopes, feet: &[Option<Foot>]) -> Option<(Self, f64)> {
         let count = feet.iter().flatten().count();
         let overall = feet.iter().flatten().map(|foot| foot.slope).sum::<f64>() / count as f64;
-        (count > 0).then(|| match slopes {
+        let means = || match slopes {
             Slopes::Overall => Self::Overall(overall),
             Slopes::Local => Self::Local(Lattice::new(grid, overall, feet)),
-        })
+        };
+        (count > 0).then(|| (means(), overall))
     }
 
     pub(super) fn at(&self, x: DVec3) -> f64 {
