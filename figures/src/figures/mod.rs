@@ -68,5 +68,5 @@ pub(crate) const ALL: [Figure; 16] = [
     figure("poses", "poses found by descending gradients, from several starts, by every method", poses::draw),
     figure("views", "meshes from their rendered views, by large steps down unbiased gradients", views::draw),
     figure("together", "pose, paint, lamp and floor of one scene from two pictures", together::draw),
-    figure("surfaces", "implicit surfaces from their views, through changes of topology", surfaces::draw),
+    figure("surfaces", "implicit surfaces from their views, and what topology does to it", surfaces::draw),
 ];

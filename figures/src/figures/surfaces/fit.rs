@@ -110,7 +110,7 @@ impl Effort {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Subject {
     Bunny,
-    /// Of another genus than the ball.
+    /// A ring, which the ball is not.
     Knot,
 }
 
@@ -283,6 +283,11 @@ impl Reconstruction {
     /// The Chamfer distance at the end.
     pub(super) fn chamfer(&self) -> f64 {
         self.moments.last().map_or(f64::NAN, |moment| moment.chamfer)
+    }
+
+    /// V − E + F, where every edge has two triangles.
+    pub(super) fn euler(&self) -> i64 {
+        self.mesh.positions().len() as i64 - self.mesh.triangles().len() as i64 / 2
     }
 
     /// The worst held-out view.

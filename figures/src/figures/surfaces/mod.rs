@@ -1,4 +1,4 @@
-//! Figure 16: implicit surfaces from rendered views, without masks and whatever their topology.
+//! Figure 16: implicit surfaces from rendered views, without masks, and what their topology does to it.
 
 mod fit;
 mod picture;
@@ -75,6 +75,7 @@ fn prose(context: &Context, fits: &[Reconstruction]) -> anyhow::Result<Prose> {
             ("chamfers", &all(&|fit| percent(fit.chamfer()))),
             ("hausdorffs", &all(&|fit| percent(fit.hausdorff))),
             ("decibels", &all(&|fit| number(fit.worst_decibels()))),
+            ("eulers", &all(&|fit| fit.euler().to_string())),
             ("goal", &percent(GOAL.0)),
             ("goal_decibels", &number(GOAL.1)),
             ("distances_met", &met(distances_met)),
@@ -94,6 +95,7 @@ fn summary(fits: &[Reconstruction]) -> Table {
             ("Chamfer distance, start (%)", &|fit| (100.0 * fit.moments[0].chamfer).into()),
             ("Chamfer distance, fit (%)", &|fit| (100.0 * fit.chamfer()).into()),
             ("95 % Hausdorff distance, fit (%)", &|fit| (100.0 * fit.hausdorff).into()),
+            ("Euler characteristic, fit", &|fit| (fit.euler() as f64).into()),
             ("PSNR of held-out views, mean (dB)", &|fit| mean(fit).into()),
             ("PSNR of held-out views, worst (dB)", &|fit| fit.worst_decibels().into()),
             ("processor seconds", &|fit| fit.seconds.into()),

@@ -23,7 +23,7 @@ pub(super) fn draw(fits: &[Reconstruction], side: usize, cells: [usize; 3], capt
     let row = PANEL_TITLE_ROOM + SIDE + GAP;
     let width = 6.0 * (SIDE + GAP) + BAR;
     let height = HEADS + Subject::ALL.len() as f64 * row + PLOTS;
-    let title = "Surfaces from their views, whatever their topology";
+    let title = "Surfaces from their views: from a ball to a bunny, and to a trefoil knot";
     let mut figure = Figure::new(width, height, title, caption);
     let (heads, rest) = figure.body.split_top(HEADS);
     let after = cells.map(|n| format!("after {n}³ cells"));
