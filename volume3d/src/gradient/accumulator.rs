@@ -60,7 +60,7 @@ impl Sums {
         let rows = Rows::new(scene);
         let table = vec![DVec3::ZERO; rows.count()];
         let shapes = scene.description.implicits.clone();
-        let implicits = shapes.iter().map(ImplicitTangent::still).collect();
+        let implicits = shapes.iter().map(ImplicitTangent::no_gradient).collect();
         Self { shapes, rows, table, implicits, non_finite: vec![], largest: None }
     }
 
@@ -97,7 +97,8 @@ impl Sums {
     /// The gradient, with the covectors of computed normals handed on to positions.
     pub(super) fn finish(self, scene: &Scene, active: &ActiveParameters) -> Gradient {
         let mut by_parameter = self.rows.tangent(&self.table);
-        by_parameter.implicits = self.implicits;
+        let implicits = self.implicits.into_iter().zip(&self.shapes);
+        by_parameter.implicits = implicits.map(|(gradient, shape)| gradient.pulled_back(shape)).collect();
         by_parameter.pull_normals(scene, active);
         Gradient {
             by_parameter,

@@ -115,7 +115,7 @@ impl<const N: usize> Calculus for Forward<'_, N> {
         let shape = &self.scene.description.implicits[implicit as usize];
         let at = x.value();
         let there = shape.second_order(at);
-        let rates = &self.motion.change.implicits[implicit as usize];
+        let rates = &self.motion.implicits[implicit as usize];
         let moves = self.motion.moves_implicit[implicit as usize];
         let own = if moves { rates.rate(shape, at, &there) } else { Jet::ZERO };
         let along = there.jet.gradient.dot(direction);

@@ -8,7 +8,7 @@ use crate::scene::ImplicitShape;
 /// Rates of an implicit surface; and, as its dual, a gradient.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImplicitTangent {
-    /// Of its parameters, in the order of [`Sdf::rate`](flatland::sdf::Sdf::rate).
+    /// Of its [parameters](flatland::sdf::shapes::Parametric::parameters).
     pub parameters: Vec<f64>,
     /// Of where it stands, scene units.
     pub translation: DVec3,
@@ -20,7 +20,7 @@ impl ImplicitTangent {
     /// No change of a surface.
     #[must_use]
     pub fn still(shape: &ImplicitShape) -> Self {
-        Self { parameters: vec![0.0; shape.parameter_count()], ..Self::default() }
+        Self { parameters: vec![0.0; shape.surface.dimension()], ..Self::default() }
     }
 
     /// Turns the surface about an axis through `centre`, right-handed, by |w| radians: ẋ = w × (x − c).
@@ -36,6 +36,22 @@ impl ImplicitTangent {
         *translation == DVec3::ZERO && *rotation == DVec3::ZERO && parameters.iter().all(|p| *p == 0.0)
     }
 
+    /// The same change with ċ for θ̇: the rates of the numbers that the surface is [made of](flatland::sdf::shapes::Parametric), of which
+    /// it is asked at every point.
+    pub(super) fn pushed_forward(&self, shape: &ImplicitShape) -> Self {
+        Self { parameters: shape.surface.push_forward(&self.parameters), ..*self }
+    }
+
+    /// The transpose.
+    pub(super) fn pulled_back(self, shape: &ImplicitShape) -> Self {
+        Self { parameters: shape.surface.pull_back(self.parameters), ..self }
+    }
+
+    /// No gradient yet by the numbers that the surface is made of.
+    pub(super) fn no_gradient(shape: &ImplicitShape) -> Self {
+        Self { parameters: vec![0.0; shape.parameter_count()], ..Self::default() }
+    }
+
     /// The sum of products of all rates.
     pub(super) fn dot(&self, other: &Self) -> f64 {
         let parameters = self.parameters.iter().zip(&other.parameters).map(|(a, b)| a * b).sum::<f64>();
@@ -49,7 +65,7 @@ impl ImplicitTangent {
         self.rotation += other.rotation;
     }
 
-    /// φ̇ and ∇φ̇ at x, where φ is known to second order: with u = v + w × (x − p), that a rigid motion gives −∇φ·u and
+    /// φ̇ and ∇φ̇ at x of a change that is [pushed forward](Self::pushed_forward), where φ is known to second order: with u = v + w × (x − p), that a rigid motion gives −∇φ·u and
     /// −∇²φ u + w × ∇φ.
     pub(super) fn rate(&self, shape: &ImplicitShape, x: DVec3, there: &SecondOrder<DVec3>) -> Jet<DVec3> {
         let (v, w) = (self.translation, self.rotation);

@@ -3,8 +3,8 @@
 use flatland::sdf::Jet;
 use glam::DVec3;
 
-use super::Tangent;
 use super::jump_mean::{AngularSupport, LevelSetTap};
+use super::{ImplicitTangent, Tangent};
 use crate::scene::Scene;
 
 /// A change and what follows from it.
@@ -15,6 +15,8 @@ pub(crate) struct Motion<'c> {
     pub(crate) normals: Vec<DVec3>,
     /// Whether each shape moves.
     pub(crate) moves: Vec<bool>,
+    /// Of every implicit surface, [pushed forward](ImplicitTangent::pushed_forward).
+    pub(crate) implicits: Vec<ImplicitTangent>,
     /// Whether each implicit surface changes.
     pub(crate) moves_implicit: Vec<bool>,
     pub(crate) bounds: MovingBounds,
@@ -29,16 +31,19 @@ impl<'c> Motion<'c> {
             .map(|s| change.positions[scene.position_range(s)].iter().any(|v| *v != DVec3::ZERO))
             .collect();
         let moves_implicit: Vec<bool> = change.implicits.iter().map(|rates| !rates.is_still()).collect();
+        let shapes = scene.description.implicits.iter();
+        let implicits = change.implicits.iter().zip(shapes).map(|(rates, shape)| rates.pushed_forward(shape));
+        let implicits = implicits.collect();
         let bounds = MovingBounds::new(scene, &moves, moves_implicit.contains(&true));
         let camera_moves = change.camera != super::CameraTangent::default();
-        Self { change, normals, moves, moves_implicit, bounds, camera_moves }
+        Self { change, normals, moves, implicits, moves_implicit, bounds, camera_moves }
     }
 }
 
 impl Motion<'_> {
     /// φ̇ and ∇φ̇ of an implicit surface.
     pub(crate) fn level_set_rate(&self, scene: &Scene, tap: &LevelSetTap) -> Jet<DVec3> {
-        let rates = &self.change.implicits[tap.implicit as usize];
+        let rates = &self.implicits[tap.implicit as usize];
         if !self.moves_implicit[tap.implicit as usize] {
             return Jet::ZERO;
         }

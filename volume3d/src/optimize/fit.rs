@@ -2,6 +2,7 @@
 
 #[cfg(test)]
 mod implicit_tests;
+mod surface;
 #[cfg(test)]
 mod tests;
 
@@ -16,8 +17,7 @@ use super::adam::Adam;
 use super::grid_steps::GridSteps;
 use super::large_steps::LargeSteps;
 use super::objective::{Evaluation, Objective, ObjectiveError, Reverse};
-use super::parameters::{Group, Parameters};
-use super::quantity::Quantity;
+use super::parameters::Parameters;
 use super::schedule::Schedule;
 use crate::Image;
 use crate::gradient::Progress;
@@ -56,7 +56,8 @@ pub struct Optimizer {
     pub adam: Adam,
     /// For vertex positions, what keeps steps smooth: then Adam should be [`uniform`](Adam::uniform).
     pub large_steps: Option<LargeSteps>,
-    /// For the nodes of a grid of distances, what keeps steps smooth, and them distances.
+    /// For the nodes of a grid of distances, what keeps steps smooth, and them distances. For a network on a grid, when that becomes
+    /// finer.
     pub grid: Option<GridSteps>,
 }
 
@@ -144,7 +145,8 @@ pub enum FitError {
     },
     /// What is for the nodes of a grid is asked of something else.
     #[error(
-        "`{parameter}` is not the nodes of a grid of distances, which alone have smooth steps of that kind, and can be made anew and finer"
+        "`{parameter}` is not the nodes of a grid of distances, which alone have smooth steps of that kind, and can be made distances again; \
+         finer become they, and networks on grids"
     )]
     NoGrid {
         /// The name of the parameter.
@@ -216,10 +218,8 @@ impl Fit {
             let Some(steps) = &optimizer.grid else { continue };
             for _ in 0..steps.refinements(state.records.len() as u64) {
                 let none = "it has no grid";
-                let finer = grid(&parameters.groups()[i], scene)
-                    .and_then(|grid| grid.subdivided().ok())
-                    .ok_or(none)?;
-                (parameters, x) = with_grid(parameters, &x, i, finer, scene).map_err(|_| none)?;
+                let finer = surface::finer(&parameters.groups()[i], scene).ok_or(none)?;
+                (parameters, x) = surface::replace(parameters, &x, i, finer, scene).map_err(|_| none)?;
             }
         }
         let groups = parameters.groups();
@@ -334,22 +334,23 @@ impl Fit {
             norms.push(gradient.iter().map(|g| g * g).sum::<f64>().sqrt());
             let adam = &mut adams[i];
             let optimizer = &self.optimizers[i];
-            adam.rate = factor * optimizer.fineness(t) * optimizer.adam.rate;
-            let grid = optimizer.grid.as_ref().map(|_| self.grid(i, scene)).transpose()?;
+            let grid = self.grid(i, scene)?;
+            let fineness = grid.map_or(1.0, |_| optimizer.fineness(t));
+            adam.rate = factor * fineness * optimizer.adam.rate;
             step[range].copy_from_slice(&optimizer.step(adam, gradient, grid));
             signals.push(adam.signal());
         }
         self.parameters.retract(&mut next, &step);
         let mut finer = vec![];
         for (i, optimizer) in self.optimizers.iter().enumerate() {
-            let Some(steps) = &optimizer.grid else { continue };
+            let (Some(steps), Some(grid)) = (&optimizer.grid, self.grid(i, scene)?) else { continue };
             let range = self.parameters.groups()[i].range.clone();
             let failed =
                 |error| FitError::Grid { parameter: self.parameters.groups()[i].name.clone(), error };
-            let grid = steps.stepped(self.grid(i, scene)?, &next[range.clone()]).map_err(failed)?;
+            let grid = steps.stepped(grid, &next[range.clone()]).map_err(failed)?;
             next[range].copy_from_slice(grid.nodes());
             if steps.refinements(t + 1) > steps.refinements(t) {
-                finer.push((i, steps.refined(&grid).map_err(failed)?));
+                finer.push((i, ImplicitSurface::new(steps.refined(&grid).map_err(failed)?)));
             }
         }
         let Evaluation { loss, penalty, non_finite, image_time, gradient_time, .. } = found;
@@ -357,24 +358,42 @@ impl Fit {
         let optimizer = start.elapsed().saturating_sub(image_time + gradient_time);
         let start = Instant::now();
         self.parameters.apply(&next, scene)?;
-        for (i, grid) in finer {
-            let parameters = self.parameters.clone();
-            (self.parameters, next) = with_grid(parameters, &next, i, grid, scene)?;
-            adams[i] = self.optimizers[i].adam.clone();
+        for (i, optimizer) in self.optimizers.iter().enumerate() {
+            let Some(steps) = &optimizer.grid else { continue };
+            let due = steps.refinements(t + 1) > steps.refinements(t);
+            if due && let Some(network) = surface::finer_network(&self.parameters.groups()[i], scene) {
+                finer.push((i, network));
+            }
+        }
+        let mut parameters = self.parameters.clone();
+        for (i, surface) in finer {
+            let numbers = next.len();
+            (parameters, next) = surface::replace(parameters, &next, i, surface, scene)?;
+            if next.len() != numbers {
+                // Other numbers have no history.
+                adams[i] = self.optimizers[i].adam.clone();
+            }
         }
         self.times.update += start.elapsed();
         self.times.image += image_time;
         self.times.gradient += gradient_time;
         self.times.optimizer += optimizer;
-        (self.state.x, self.state.adams) = (next, adams);
+        (self.state.x, self.state.adams, self.parameters) = (next, adams, parameters);
         self.state.records.push(record);
         Ok(())
     }
 
-    /// The grid whose nodes a group of parameters is.
-    fn grid<'s>(&self, group: usize, scene: &'s Scene) -> Result<&'s Grid, FitError> {
+    /// The grid whose nodes a group of parameters is, if they have steps of their own.
+    fn grid<'s>(&self, group: usize, scene: &'s Scene) -> Result<Option<&'s Grid>, FitError> {
+        let Some(steps) = &self.optimizers[group].grid else { return Ok(None) };
         let group = &self.parameters.groups()[group];
-        grid(group, scene).ok_or_else(|| FitError::NoGrid { parameter: group.name.clone() })
+        let grid = surface::grid(group, scene);
+        let is_network = surface::network(group, scene).is_some() && steps.is_for_networks();
+        if grid.is_some() || is_network {
+            Ok(grid)
+        } else {
+            Err(FitError::NoGrid { parameter: group.name.clone() })
+        }
     }
 
     fn check(&self, found: &Evaluation, views: &[usize]) -> Result<(), FitError> {
@@ -435,28 +454,4 @@ impl Fit {
         (1..order.len()).rev().for_each(|i| order.swap(i, (random.next_u64() % (i as u64 + 1)) as usize));
         Some(order[(place % count) as usize])
     }
-}
-
-/// The grid whose nodes a group of parameters is; nothing if it is of something else.
-fn grid<'s>(group: &Group, scene: &'s Scene) -> Option<&'s Grid> {
-    let Quantity::Sdf { implicit } = group.quantity else { return None };
-    scene.description().implicits[implicit].surface.downcast()
-}
-
-/// Gives the scene a grid of another size in the place of a group of parameters, which then has more numbers.
-fn with_grid(
-    parameters: Parameters,
-    x: &[f64],
-    group: usize,
-    grid: Grid,
-    scene: &mut Scene,
-) -> Result<(Parameters, Vec<f64>), SceneError> {
-    let Group { range, quantity, .. } = &parameters.groups()[group];
-    let next = [&x[..range.start], grid.nodes(), &x[range.end..]].concat();
-    if let Quantity::Sdf { implicit } = *quantity {
-        let mut shape = scene.description().implicits[implicit].clone();
-        shape.surface = ImplicitSurface::new(grid);
-        scene.set_implicit(implicit, shape)?;
-    }
-    Ok((parameters.resized(scene), next))
 }

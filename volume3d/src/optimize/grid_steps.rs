@@ -25,7 +25,8 @@ use crate::sdf::{Grid, RedistanceError, Slopes, redistance};
 /// # From coarse to fine
 ///
 /// Grids of 16 cells find the rough shape in a few dozen steps, which 64 do not. After the steps of `refine` the grid has
-/// [half the spacing](Grid::subdivided), with the same surface, Adam begins anew, and steps are half as long: as many cells.
+/// [half the spacing](Grid::subdivided), with the same surface, Adam begins anew, and steps are half as long: as many cells. Of a [network on a
+/// grid](crate::sdf::Baked) the grid becomes finer, and its weights and their steps stay.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GridSteps {
     /// λ, at least 0: 1 is a good start.
@@ -41,6 +42,12 @@ impl GridSteps {
     #[must_use]
     pub fn refinements(&self, steps: u64) -> usize {
         self.refine.iter().filter(|&&step| step <= steps).count()
+    }
+
+    /// Whether a network on a grid can have these steps: its grid becomes finer, and that is all.
+    #[must_use]
+    pub fn is_for_networks(&self) -> bool {
+        self.smoothing == 0.0 && !self.redistance
     }
 
     /// M⁻¹ times a number for each node, x fastest.

@@ -1,7 +1,5 @@
 //! One parameter of a scene, by name.
 
-use flatland::sdf::Sdf as _;
-
 use crate::gradient::ActiveParameters;
 use crate::scene::{Emitter, NameError, Scene};
 
@@ -160,7 +158,7 @@ impl Quantity {
         let d = scene.description();
         match self {
             Self::VertexPositions { shape } => vec![d.shapes[shape].mesh.positions().len(), 3],
-            Self::Sdf { implicit } => vec![d.implicits[implicit].parameter_count()],
+            Self::Sdf { implicit } => vec![d.implicits[implicit].surface.dimension()],
             Self::Texture { texture, .. } => vec![d.textures[texture].height, d.textures[texture].width, 3],
             Self::Scale { .. } | Self::Roughness { .. } | Self::FieldOfView => vec![],
             _ => vec![3],

@@ -10,8 +10,17 @@ use glam::{DMat3, DVec3};
 
 /// What a scene asks of an implicit surface. Every [`Parametric`] shape of space is one.
 pub trait Implicit: Sdf<DVec3> + Any + Debug + Send + Sync {
-    /// θ, in the order of [`Sdf::rate`].
+    /// [`Parametric::parameters`].
     fn parameters(&self) -> Vec<f64>;
+
+    /// [`Parametric::dimension`].
+    fn dimension(&self) -> usize;
+
+    /// [`Parametric::push_forward`].
+    fn push_forward(&self, direction: &[f64]) -> Vec<f64>;
+
+    /// [`Parametric::pull_back`].
+    fn pull_back(&self, gradient: Vec<f64>) -> Vec<f64>;
 
     /// The same surface with other parameters.
     ///
@@ -26,6 +35,18 @@ pub trait Implicit: Sdf<DVec3> + Any + Debug + Send + Sync {
 impl<S: Parametric<DVec3> + Debug + PartialEq + Send + Sync + 'static> Implicit for S {
     fn parameters(&self) -> Vec<f64> {
         Parametric::parameters(self)
+    }
+
+    fn dimension(&self) -> usize {
+        Parametric::dimension(self)
+    }
+
+    fn push_forward(&self, direction: &[f64]) -> Vec<f64> {
+        Parametric::push_forward(self, direction)
+    }
+
+    fn pull_back(&self, gradient: Vec<f64>) -> Vec<f64> {
+        Parametric::pull_back(self, gradient)
     }
 
     fn with_parameters(&self, parameters: &[f64]) -> Result<ImplicitSurface, ShapeError> {

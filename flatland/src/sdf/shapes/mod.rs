@@ -71,6 +71,14 @@ pub enum ShapeError {
         /// How many were given.
         found: usize,
     },
+    /// What is made from all parameters together cannot be made from these.
+    #[error("{shape}: {reason}")]
+    Unmade {
+        /// Which kind of shape.
+        shape: &'static str,
+        /// Why not.
+        reason: String,
+    },
 }
 
 impl ShapeError {
@@ -97,9 +105,28 @@ impl ShapeError {
 }
 
 /// A shape whose parameters can be read and replaced.
+///
+/// The numbers c of which [`Sdf::rate`] takes the rates are θ itself, but for shapes that are made from θ as a whole, as a network on a grid
+/// is: there they are the nodes of the grid. [`push_forward`](Self::push_forward) and [`pull_back`](Self::pull_back) go
+/// from one to the other once a gradient, and not at every point.
 pub trait Parametric<V: Space>: Sdf<V> + Sized {
     /// θ, in the order in which every direction and gradient is given.
     fn parameters(&self) -> Vec<f64>;
+
+    /// p, how many numbers θ is.
+    fn dimension(&self) -> usize {
+        self.parameter_count()
+    }
+
+    /// ċ = (∂c/∂θ) θ̇, as many numbers as [`Sdf::parameter_count`] says.
+    fn push_forward(&self, direction: &[f64]) -> Vec<f64> {
+        direction.to_vec()
+    }
+
+    /// The transpose: ∂L/∂θ from ∂L/∂c.
+    fn pull_back(&self, gradient: Vec<f64>) -> Vec<f64> {
+        gradient
+    }
 
     /// The same shape with other parameters.
     ///

@@ -177,14 +177,17 @@ enum RegularizerKind {
     Laplacian,
     EdgeLength,
     NormalConsistency,
+    Eikonal,
 }
 
 impl RegularizerConfig {
-    pub(super) fn regularizer(&self) -> Regularizer {
+    /// Of a mesh; nothing if it is for networks.
+    pub(super) fn regularizer(&self) -> Option<Regularizer> {
         match self.kind {
-            RegularizerKind::Laplacian => Regularizer::Laplacian,
-            RegularizerKind::EdgeLength => Regularizer::EdgeLength,
-            RegularizerKind::NormalConsistency => Regularizer::NormalConsistency,
+            RegularizerKind::Laplacian => Some(Regularizer::Laplacian),
+            RegularizerKind::EdgeLength => Some(Regularizer::EdgeLength),
+            RegularizerKind::NormalConsistency => Some(Regularizer::NormalConsistency),
+            RegularizerKind::Eikonal => None,
         }
     }
 }
@@ -251,7 +254,7 @@ impl Config {
                 bail!("redistance is for the sdf of a grid, not for `{name}`");
             }
             if !refine.is_empty() && !is_grid {
-                bail!("refine is for the sdf of a grid, not for `{name}`");
+                bail!("refine is for the sdf of a grid or network, not for `{name}`");
             }
             let last = refine.last().is_some_and(|step| *step >= self.steps);
             if refine.first() == Some(&0) || last || !refine.is_sorted_by(|a, b| a < b) {

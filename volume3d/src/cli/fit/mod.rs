@@ -64,7 +64,8 @@ use super::{Outcome, Report};
 ///   rate = 0.01                       # of Adam, in units of the parameter: about the size of a step
 ///   large_steps = 20                  # smooth steps of vertices (Nicolet et al. 2021), with one step size; 1 for SHAPE.sdf of a grid
 ///   redistance = false                # for SHAPE.sdf of a grid: true makes it distances again after every step
-///   refine = [80, 160]                # for SHAPE.sdf of a grid: steps after which it has half the spacing, and steps half the rate
+///   refine = [80, 160]                # for SHAPE.sdf of a grid: steps after which it has half the spacing, and steps half the rate;
+///                                     # of a network: after which its grid has
 ///   uniform = false                   # the default; true: one step size without smoothing
 ///   beta1 = 0.9                       # of Adam: how slowly gradients are forgotten, and their squares
 ///   beta2 = 0.999
@@ -72,7 +73,7 @@ use super::{Outcome, Report};
 ///   start = [0.1, 0, 0]               # where the scene is, unless given
 ///   [[regularizer]]
 ///   shape = "bunny"
-///   kind = "laplacian"                # or edge-length, normal-consistency
+///   kind = "laplacian"                # or edge-length, normal-consistency; eikonal for a network, weight 0.1
 ///   weight = 0.1
 ///
 /// PNG targets end at 1, and renderings do not: keep pictures below, or take OpenEXR. Steps are those of Adam; L-BFGS is in the

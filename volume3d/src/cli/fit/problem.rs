@@ -6,14 +6,14 @@ use anyhow::{Context as _, anyhow, bail};
 use volume3d::Image;
 use volume3d::gradient::{ActiveParameters, Gradient, GradientError, Progress};
 use volume3d::optimize::{
-    Adam, Fit, GridSteps, LargeSteps, LargeStepsError, Objective, Optimizer, Parameters, Penalty, Plan,
-    Quantity,
+    Adam, Fit, GridSteps, LargeSteps, Objective, Optimizer, Parameters, Penalty, Plan, Quantity,
 };
 use volume3d::scene::Scene;
+use volume3d::sdf::{Baked, Grid};
 
 use super::super::method::{Method, MethodOptions};
 use super::super::session::{Bar, Loaded, silent};
-use super::config::{Config, ParameterConfig, definitions, parse};
+use super::config::{Config, ParameterConfig, RegularizerConfig, definitions, parse};
 use super::folder::Folder;
 use super::views::views;
 
@@ -52,19 +52,8 @@ impl Problem {
         {
             bail!("{}: `{}` needs a single view, without a camera of its own", path.display(), camera.name);
         }
-        let penalties = config.regularizers.iter().map(|r| {
-            let shape =
-                scene.find_shape(&r.shape).map_err(|e| anyhow!("{}: regularizer: {e}", path.display()))?;
-            let moves = |q: Quantity| q == Quantity::VertexPositions { shape };
-            if !parameters.groups().iter().any(|g| moves(g.quantity)) {
-                let (file, id) = (path.display(), &r.shape);
-                bail!(
-                    "{file}: a regularizer of `{id}` does nothing unless `{id}.vertex_positions` is fitted"
-                );
-            }
-            Ok(Penalty { shape, regularizer: r.regularizer(), weight: r.weight })
-        });
-        let penalties = penalties.collect::<anyhow::Result<_>>()?;
+        let penalties = config.regularizers.iter().map(|r| penalty(r, &scene, &parameters));
+        let penalties = penalties.collect::<anyhow::Result<_>>().map_err(said)?;
         let image_samples = config.gradient.image_spp.unwrap_or(config.gradient.spp);
         let plan = Plan {
             steps: config.steps,
@@ -80,7 +69,7 @@ impl Problem {
         let objective = Objective { views, loss: config.loss.into(), penalties, silhouettes, image_samples };
         let optimizers = config.parameters.iter().zip(parameters.groups());
         let optimizers =
-            optimizers.map(|(p, group)| optimizer(p, group.quantity, &scene)).collect::<Result<_, _>>();
+            optimizers.map(|(p, group)| optimizer(p, group.quantity, &scene)).collect::<anyhow::Result<_>>();
         let optimizers = optimizers.map_err(|e| anyhow!("{}: {e}", path.display()))?;
         let fit = Fit::new(parameters, x, objective, optimizers, plan);
         let fingerprint = fingerprint(&files)?;
@@ -88,11 +77,30 @@ impl Problem {
     }
 }
 
-fn optimizer(
-    parameter: &ParameterConfig,
-    quantity: Quantity,
-    scene: &Scene,
-) -> Result<Optimizer, LargeStepsError> {
+/// A term for a shape that is fitted.
+fn penalty(config: &RegularizerConfig, scene: &Scene, parameters: &Parameters) -> anyhow::Result<Penalty> {
+    let RegularizerConfig { shape: id, weight, .. } = config;
+    let is_fitted = |quantity: Quantity| parameters.groups().iter().any(|group| group.quantity == quantity);
+    let Some(regularizer) = config.regularizer() else {
+        let implicit = scene.find_implicit(id).map_err(|e| anyhow!("regularizer: {e}"))?;
+        if scene.description().implicits[implicit].surface.downcast::<Baked>().is_none() {
+            bail!(
+                "the eikonal regularizer is for networks on grids (<shape type=\"sdfnetwork\">), and `{id}` is none"
+            );
+        }
+        if !is_fitted(Quantity::Sdf { implicit }) {
+            bail!("a regularizer of `{id}` does nothing unless `{id}.sdf` is fitted");
+        }
+        return Ok(Penalty::Eikonal { implicit, weight: *weight });
+    };
+    let shape = scene.find_shape(id).map_err(|e| anyhow!("regularizer: {e}"))?;
+    if !is_fitted(Quantity::VertexPositions { shape }) {
+        bail!("a regularizer of `{id}` does nothing unless `{id}.vertex_positions` is fitted");
+    }
+    Ok(Penalty::Mesh { shape, regularizer, weight: *weight })
+}
+
+fn optimizer(parameter: &ParameterConfig, quantity: Quantity, scene: &Scene) -> anyhow::Result<Optimizer> {
     let ParameterConfig { rate, uniform, large_steps, redistance, ref refine, beta1, beta2, .. } = *parameter;
     let mut adam = Adam::new(rate);
     (adam.beta1, adam.beta2, adam.uniform) = (beta1, beta2, uniform);
@@ -102,6 +110,13 @@ fn optimizer(
             let large_steps = large_steps.map(|lambda| LargeSteps::new(mesh, lambda)).transpose()?;
             adam.uniform |= large_steps.is_some();
             Optimizer { large_steps, ..adam.into() }
+        }
+        Quantity::Sdf { implicit }
+            if (large_steps.is_some() || redistance)
+                && scene.description().implicits[implicit].surface.downcast::<Grid>().is_none() =>
+        {
+            let name = &parameter.name;
+            bail!("large_steps and redistance are for the nodes of a grid, and `{name}` is none");
         }
         _ if large_steps.is_some() || redistance || !refine.is_empty() => {
             let smoothing = large_steps.unwrap_or(0.0);

@@ -165,7 +165,7 @@ pub enum Error {
     },
     /// An implicit surface that is no grid, to be written.
     #[error(
-        "implicit surface `{shape}` is no grid, and there is no file format for others; sample it with `Grid::sampled`"
+        "implicit surface `{shape}` is no grid or network, and there is no file format for others; sample it with `Grid::sampled`"
     )]
     NoFormat {
         /// The surface.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::Place;
+use crate::sdf::BakeError;
 
 /// What is wrong at one place of a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -18,6 +19,9 @@ pub enum SceneProblem {
         /// What may stand there.
         supported: String,
     },
+    /// A network that makes no surface.
+    #[error("the network cannot be put on a grid: {0}")]
+    Network(BakeError),
     /// Text between elements.
     #[error("unexpected text \"{text}\" between elements; remove it")]
     Text {

@@ -18,12 +18,13 @@ impl<'a> Reader<'a> {
             "rectangle" => built_in(&object, Mesh::rectangle())?,
             "cube" => built_in(&object, Mesh::cube())?,
             "sdfgrid" => return self.sdf_grid(element, &object),
+            "sdfnetwork" => return self.sdf_network(element, &object),
             "sphere" | "disk" | "cylinder" => {
                 let what = format!("the curved shape \"{}\"", object.plugin);
                 let instead = "it is not turned into triangles behind your back: save it as ply or obj";
                 return Err(element.unsupported(what, instead));
             }
-            _ => return Err(object.unknown_plugin("shape", "obj, ply, rectangle, cube, sdfgrid")),
+            _ => return Err(object.unknown_plugin("shape", "obj, ply, rectangle, cube, sdfgrid, sdfnetwork")),
         };
         let mesh = match object.transform("to_world")? {
             Some(element) => mesh.transformed(&transform::invertible(element)?),

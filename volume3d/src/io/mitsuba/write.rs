@@ -9,12 +9,12 @@ use glam::{DAffine2, DMat3, DMat4, DVec2, DVec3};
 
 use crate::Image;
 use crate::geometry::Normals;
-use crate::io::{Error, files, write_exr, write_obj, write_ply, write_sdf};
+use crate::io::{Error, files, write_exr, write_network, write_obj, write_ply, write_sdf};
 use crate::scene::{
     Camera, Description, Environment, Film, Filter, ImplicitShape, Integrator, Light, Material, Placement,
     Reflectance, Scene, Shape, Texture, Wrap,
 };
-use crate::sdf::{Grid, Interpolation};
+use crate::sdf::{Baked, Grid, Interpolation};
 
 /// Writes a scene as Mitsuba 3 XML, with its meshes as PLY or OBJ and its textures as OpenEXR in a folder of its own beside it: for `fits/last.xml`, the folder `fits/last.files`. What is there under the names it chooses is replaced;
 /// the scene itself is written last, and every file atomically.
@@ -232,18 +232,31 @@ impl Writer<'_> {
         Ok((plugin, file))
     }
 
-    /// A grid as a file of its own; other implicit surfaces have no place in the format.
+    /// A grid or network with a file of its own; other implicit surfaces have no place in the format.
     fn implicit(&mut self, index: usize, shape: &ImplicitShape) -> Result<(), Error> {
-        let Some(grid) = shape.surface.downcast::<Grid>() else {
-            return Err(Error::NoFormat { shape: shape.id.clone() });
-        };
-        let file = self.file("implicit", index, &shape.id, "vol");
-        write_sdf(&self.place(&file)?, grid)?;
-        self.open("shape", "sdfgrid", &self.ids.implicits[index]);
-        self.value("string", "filename", &file);
-        self.value("boolean", "use_grid_bbox", "true");
-        if grid.interpolation() == Interpolation::Trilinear {
-            self.value("string", "interpolation", "trilinear");
+        let (id, surface) = (self.ids.implicits[index].clone(), &shape.surface);
+        if let Some(grid) = surface.downcast::<Grid>() {
+            let file = self.file("implicit", index, &shape.id, "vol");
+            write_sdf(&self.place(&file)?, grid)?;
+            self.open("shape", "sdfgrid", &id);
+            self.value("string", "filename", &file);
+            self.value("boolean", "use_grid_bbox", "true");
+            if grid.interpolation() == Interpolation::Trilinear {
+                self.value("string", "interpolation", "trilinear");
+            }
+        } else {
+            let baked = surface.downcast::<Baked>();
+            let network = baked.map(Baked::network).or_else(|| surface.downcast());
+            let network = network.ok_or_else(|| Error::NoFormat { shape: shape.id.clone() })?;
+            let file = self.file("implicit", index, &shape.id, "safetensors");
+            write_network(&self.place(&file)?, network)?;
+            self.open("shape", "sdfnetwork", &id);
+            self.value("string", "filename", &file);
+            self.value("integer", "cells", baked.map_or(0, Baked::cells));
+            if let Some((low, high)) = baked.map(Baked::bounds) {
+                self.vector("low", low);
+                self.vector("high", high);
+            }
         }
         if shape.placement != Placement::default() {
             let Placement { scale, rotation, translation } = shape.placement;

@@ -234,7 +234,7 @@ fn plugins() {
 <shape/>
     <shape> needs an attribute "type"
 <shape type='hair'/>
-    shape "hair" is not supported; supported: obj, ply, rectangle, cube, sdfgrid
+    shape "hair" is not supported; supported: obj, ply, rectangle, cube, sdfgrid, sdfnetwork
 <shape type='sphere'/>
     the curved shape "sphere" is not supported; it is not turned into triangles behind your back: save it as ply or obj
 <shape type='ply'/>
@@ -243,6 +243,12 @@ fn plugins() {
     shape "sdfgrid" needs filename
 <shape type='sdfgrid'><string name='filename' value='a.vol'/></shape>
     cannot read dir/a.vol: entity not found
+<shape type='sdfnetwork'><string name='filename' value='a.safetensors'/></shape>
+    cannot read dir/a.safetensors: entity not found
+<shape type='sdfnetwork'><integer name='cells' value='2000'/></shape>
+    dir/s.xml:2:26: cells="2000": expected 0 to 1024 cells
+<shape type='sdfnetwork'><float name='radius' value='3'/></shape>
+    the network cannot be put on a grid: the network makes no grid: every node is 0 or negative, so that the grid has no surface; values are positive outside and negative inside
 <shape type='ply'><string name='filename' value='a.ply'/></shape>
     cannot read dir/a.ply: entity not found
 <shape type='ply'><string name='filename' value='bad.ply'/></shape>

@@ -9,7 +9,8 @@ use crate::scene::{
     Bsdf, Camera, Crop, Description, Environment, Film, Filter, Integrator, Light, Material, Microfacets,
     Placement, Reflectance, Scene, Texture, Wrap,
 };
-use crate::sdf::{Grid, Interpolation};
+use crate::sdf::network::{Architecture, Network};
+use crate::sdf::{Baked, Grid, Interpolation};
 
 /// A square of two triangles whose diagonal is a crease of computed normals and whose texture is torn elsewhere.
 fn creased(uvs: bool) -> Mesh {
@@ -207,9 +208,14 @@ fn implicit_surfaces_come_back() {
     before.implicits[1].placement =
         Placement { scale: 0.5, rotation, translation: DVec3::new(0.0, 0.25, -9.0) };
     before.implicits[0].placement.translation.z = -9.0;
+    let network = Network::sphere(Architecture { width: 16, ..Architecture::default() }, 0.5, 1).unwrap();
+    let corners = (DVec3::splat(-1.25), DVec3::splat(1.5));
+    before.add_implicit("baked", Baked::new(network.clone(), corners, 12).unwrap(), 0);
+    before.add_implicit("network", network, 0);
+    (2..4).for_each(|i| before.implicits[i].placement.translation.z = -9.0);
     write_scene(&path, &Scene::new(before.clone()).unwrap()).unwrap();
     let after = load_scene(&path).unwrap();
-    assert_eq!(after.implicits.len(), 2);
+    assert_eq!(after.implicits.len(), 4);
     for (a, b) in before.implicits.iter().zip(&after.implicits) {
         assert_eq!((&a.id, &a.surface), (&b.id, &b.surface));
         assert_eq!(before.materials[a.material].id, after.materials[b.material].id);
@@ -219,7 +225,7 @@ fn implicit_surfaces_come_back() {
     }
     before.add_implicit("ball", Ball::new(DVec3::new(0.0, 0.0, -9.0), 1.0).unwrap(), 0);
     let error = write_scene(&path, &Scene::new(before).unwrap()).unwrap_err().to_string();
-    assert!(error.starts_with("implicit surface `ball` is no grid"), "{error}");
+    assert!(error.starts_with("implicit surface `ball` is no grid or network"), "{error}");
 }
 
 #[test]

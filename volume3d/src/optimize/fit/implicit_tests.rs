@@ -1,14 +1,15 @@
 //! Fits of implicit surfaces.
 
-use flatland::sdf::shapes::Ball;
+use flatland::sdf::shapes::{Ball, Parametric as _};
 use glam::DVec3;
 
-use crate::gradient::{Progress, WarpedArea, render};
+use crate::gradient::{ActiveParameters, Progress, Tangent, WarpedArea, render};
 use crate::optimize::{
-    Adam, Fit, FitError, GridSteps, Loss, Objective, Optimizer, Parameters, Plan, Schedule, View,
+    Adam, Fit, FitError, GridSteps, Loss, Objective, Optimizer, Parameters, Penalty, Plan, Schedule, View,
 };
 use crate::scene::{Camera, Description, Environment, Film, Filter, Material, Scene};
-use crate::sdf::{Grid, Interpolation, Slopes, redistance};
+use crate::sdf::network::{Architecture, Network};
+use crate::sdf::{Baked, Grid, Interpolation, Slopes, redistance};
 
 /// A black thing before the sky.
 fn scene(surface: impl crate::scene::Implicit) -> Scene {
@@ -39,19 +40,18 @@ fn fit(scene: &Scene, target: &Scene, steps: u64, optimizer: Optimizer) -> Fit {
     Fit::new(parameters, x, objective, vec![optimizer], plan)
 }
 
+fn step(fit: &mut Fit, scene: &mut Scene) -> Result<(), FitError> {
+    let reverse = |scene: &Scene, adjoint: &_, active: &_, seed, progress: &_| {
+        WarpedArea { samples: 8, seed, ..WarpedArea::default() }.reverse(scene, adjoint, active, progress)
+    };
+    fit.step(scene, &reverse, &Progress::none())
+}
+
 fn run(fit: &mut Fit, scene: &mut Scene) -> Result<(), FitError> {
-    let mut result = Ok(());
-    while !fit.is_done() && result.is_ok() {
-        result = fit.step(
-            scene,
-            &|scene, adjoint, active, seed, progress| {
-                WarpedArea { samples: 8, seed, ..WarpedArea::default() }
-                    .reverse(scene, adjoint, active, progress)
-            },
-            &Progress::none(),
-        );
+    while !fit.is_done() {
+        step(fit, scene)?;
     }
-    result
+    Ok(())
 }
 
 /// A ball of radius 0.7 becomes one of 0.9 in a picture, and its nodes stay distances.
@@ -70,6 +70,72 @@ fn a_grid_grows_to_its_outline() {
     let again = redistance(&found, Slopes::Overall).expect("distances");
     let moved = found.nodes().iter().zip(again.nodes()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(moved < 1e-6, "{moved}");
+}
+
+fn network() -> Scene {
+    let architecture = Architecture { hidden: 2, width: 32, sharpness: 20.0, frequencies: 0 };
+    let network = Network::sphere(architecture, 0.7, 4).expect("a network");
+    scene(Baked::new(network, (DVec3::splat(-1.5), DVec3::splat(1.5)), 12).expect("a grid"))
+}
+
+/// Its grid becomes finer on the way, its weights stay as many, and it goes on with the same bits.
+#[test]
+fn a_network_grows_to_its_outline() {
+    let target = scene(sampled(0.9));
+    let grid_steps = GridSteps { refine: vec![8], ..GridSteps::default() };
+    let optimizer = Optimizer { grid: Some(grid_steps), ..Adam::new(0.01).into() };
+    let begun = |scene: &Scene| {
+        let mut fit = fit(scene, &target, 16, optimizer.clone());
+        fit.objective.penalties = vec![Penalty::Eikonal { implicit: 0, weight: 0.1 }];
+        fit
+    };
+    let cells = |scene: &Scene| {
+        scene.description().implicits[0].surface.downcast().map(Baked::cells).expect("a network")
+    };
+    let mut first = network();
+    let mut whole = begun(&first);
+    let mut states = vec![whole.state().clone()];
+    while !whole.is_done() {
+        step(&mut whole, &mut first).expect("a step");
+        states.push(whole.state().clone());
+    }
+    let losses: Vec<f64> = whole.state().records.iter().map(|r| r.loss).collect();
+    assert!(losses[15] < 0.2 * losses[0], "{losses:?}");
+    assert!(whole.state().records.iter().all(|record| record.penalty > 0.0));
+    assert_eq!(cells(&first), 24);
+    for at in [7, 8, 12] {
+        let mut again = network();
+        let resumed = begun(&again).resumed(states[at].clone(), &mut again);
+        let mut resumed = resumed.expect("a state of this fit");
+        resumed.apply(&mut again).expect("weights");
+        run(&mut resumed, &mut again).expect("a fit");
+        assert!(resumed.state() == whole.state(), "{at}");
+        assert!(again.description().implicits == first.description().implicits, "{at}");
+    }
+}
+
+/// Weights by the chain rule are what the nodes' gradient gives, forward and reverse.
+#[test]
+fn gradients_reach_the_weights() {
+    let scene = network();
+    let method = WarpedArea { samples: 4, seed: 3, ..WarpedArea::default() };
+    let adjoint = crate::Image::constant(12, 12, DVec3::new(0.3, 0.5, 0.2));
+    let active = ActiveParameters::everything(&scene);
+    let reverse = method.reverse(&scene, &adjoint, &active, &Progress::none()).expect("a gradient");
+    let by_weights = &reverse.by_parameter.implicits[0].parameters;
+    let mut change = Tangent::still(&scene);
+    let rates = (0..by_weights.len()).map(|i| (1.7 * i as f64).sin());
+    change.implicits[0].parameters = rates.collect();
+    let forward = method.forward(&scene, &change, &Progress::none()).expect("a derivative");
+    let along: f64 = forward.gradient.pixels.iter().map(|p| p.dot(adjoint.pixels[0])).sum();
+    let found: f64 = by_weights.iter().zip(&change.implicits[0].parameters).map(|(a, b)| a * b).sum();
+    assert!(along.abs() > 1e-3 && (along - found).abs() < 1e-5 * along.abs(), "{along} {found}");
+    // The same surface as a grid of its own.
+    let baked: Baked = scene.description().implicits[0].surface.downcast().cloned().expect("a network");
+    let as_grid = self::scene(baked.grid().clone());
+    let active = ActiveParameters::everything(&as_grid);
+    let by_nodes = method.reverse(&as_grid, &adjoint, &active, &Progress::none()).expect("a gradient");
+    assert_eq!(&baked.pull_back(by_nodes.by_parameter.implicits[0].parameters.clone()), by_weights);
 }
 
 #[test]
@@ -98,10 +164,7 @@ fn grids_become_finer_and_fits_go_on() {
     let mut states = vec![whole.state().clone()];
     let mut lengths = vec![whole.state().x.len()];
     while !whole.is_done() {
-        let reverse = |scene: &Scene, adjoint: &_, active: &_, seed, progress: &_| {
-            WarpedArea { samples: 4, seed, ..WarpedArea::default() }.reverse(scene, adjoint, active, progress)
-        };
-        whole.step(&mut first, &reverse, &Progress::none()).expect("a step");
+        step(&mut whole, &mut first).expect("a step");
         states.push(whole.state().clone());
         lengths.push(whole.state().x.len());
         assert_eq!(whole.parameters().values(&first), whole.state().x);
@@ -117,14 +180,8 @@ fn grids_become_finer_and_fits_go_on() {
         let resumed = begun(&again).resumed(states[at].clone(), &mut again);
         let mut resumed = resumed.expect("a state of this fit");
         resumed.apply(&mut again).expect("values of this scene");
-        while !resumed.is_done() {
-            let reverse = |scene: &Scene, adjoint: &_, active: &_, seed, progress: &_| {
-                WarpedArea { samples: 4, seed, ..WarpedArea::default() }
-                    .reverse(scene, adjoint, active, progress)
-            };
-            resumed.step(&mut again, &reverse, &Progress::none()).expect("a step");
-        }
-        assert_eq!(resumed.state(), whole.state(), "{at}");
-        assert_eq!(again.description().implicits, first.description().implicits);
+        run(&mut resumed, &mut again).expect("a fit");
+        assert!(resumed.state() == whole.state(), "{at}");
+        assert!(again.description().implicits == first.description().implicits, "{at}");
     }
 }

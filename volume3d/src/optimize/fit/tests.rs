@@ -162,7 +162,7 @@ fn penalties_have_gradients() {
     let mut x = parameters.values(&scene);
     x.iter_mut().enumerate().for_each(|(i, x)| *x += 0.1 * (3.7 * i as f64).sin());
     let shape = scene.shape("block").unwrap();
-    let penalties = vec![Penalty { shape, regularizer: Regularizer::Laplacian, weight: 3.0 }];
+    let penalties = vec![Penalty::Mesh { shape, regularizer: Regularizer::Laplacian, weight: 3.0 }];
     // No picture counts.
     let mut objective = Objective { penalties, ..objective(&mut scene) };
     objective.views.iter_mut().for_each(|v| v.weights = Some(Image::constant(8, 8, DVec3::ZERO)));

@@ -1,0 +1,117 @@
+//! Implicit surfaces: the shapes `sdfgrid` and `sdfnetwork`.
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::element::Element;
+use super::object::Object;
+use super::reader::Reader;
+use super::transform;
+use crate::io::{Error, GridProblem, SceneProblem, parse_network, parse_sdf};
+use crate::scene::{ImplicitShape, ImplicitSurface, Placement};
+use crate::sdf::network::{Architecture, Network};
+use crate::sdf::{BakeError, Baked, Grid, Interpolation};
+
+/// The most cells of a network's grid, which takes 8 GB.
+const MOST_CELLS: i64 = 1024;
+
+/// How grids are interpolated, by their names in files.
+const INTERPOLATIONS: [(&str, Interpolation); 2] =
+    [("cubic", Interpolation::Cubic), ("trilinear", Interpolation::Trilinear)];
+
+impl<'a> Reader<'a> {
+    pub(super) fn sdf_grid(&mut self, element: &'a Element, object: &Object<'a>) -> Result<(), Error> {
+        let name = object.string("filename")?.ok_or_else(|| object.missing("filename"))?;
+        let chosen =
+            object.choice("interpolation", &INTERPOLATIONS.map(|(name, _)| name), "cubic or trilinear")?;
+        let interpolation = INTERPOLATIONS[chosen.unwrap_or(0)].1;
+        object.string("normals")?;
+        let path = element.beside(name);
+        let bytes = element.open(&path, self.open)?;
+        let mut grid = parse_sdf(&bytes, &path, interpolation).map_err(|e| element.referenced(e))?;
+        if object.boolean("use_grid_bbox")? != Some(true) {
+            grid = in_unit_cube(&grid, &path).map_err(|e| element.referenced(e))?;
+        }
+        self.implicit(element, object, ImplicitSurface::new(grid))
+    }
+
+    /// A network on a grid, or the network itself.
+    pub(super) fn sdf_network(&mut self, element: &'a Element, object: &Object<'a>) -> Result<(), Error> {
+        let network = match object.string("filename")? {
+            Some(name) => {
+                let path = element.beside(name);
+                let bytes = element.open(&path, self.open)?;
+                parse_network(&bytes, &path).map_err(|e| element.referenced(e))?
+            }
+            None => new_network(element, object)?,
+        };
+        let cells = object.integer_in("cells", 0..=MOST_CELLS, "0 to 1024 cells")?.unwrap_or(64) as usize;
+        let low = object.vector("low")?.unwrap_or(DVec3::NEG_ONE);
+        let high = object.vector("high")?.unwrap_or(DVec3::ONE);
+        let surface = if cells == 0 {
+            ImplicitSurface::new(network)
+        } else {
+            let baked = Baked::new(network, (low, high), cells);
+            ImplicitSurface::new(baked.map_err(|error| element.error(SceneProblem::Network(error)))?)
+        };
+        self.implicit(element, object, surface)
+    }
+
+    /// A surface where it stands.
+    fn implicit(
+        &mut self,
+        element: &'a Element,
+        object: &Object<'a>,
+        surface: ImplicitSurface,
+    ) -> Result<(), Error> {
+        let placement = match object.transform("to_world")? {
+            None => Placement::default(),
+            Some(element) => {
+                let map = transform::invertible(element)?;
+                let rotation = transform::rotation(element, &map)?;
+                Placement { scale: map.matrix3.z_axis.length(), rotation, translation: map.translation }
+            }
+        };
+        if object.at_most_one("<emitter>")?.is_some() {
+            return Err(element.unsupported(
+                "an implicit surface that emits light",
+                "put a mesh that emits in its place: `volume3d sdf` makes one of a grid",
+            ));
+        }
+        let material = match object.at_most_one("<bsdf>")? {
+            Some(bsdf) => self.material(bsdf)?,
+            None => self.default_material(false),
+        };
+        object.finish()?;
+        let id = self.name(element, self.shapes.len() + self.implicits.len());
+        self.implicits.push(ImplicitShape { id, surface, placement, material });
+        Ok(())
+    }
+}
+
+/// A network that nobody has trained: about a ball.
+fn new_network(element: &Element, object: &Object<'_>) -> Result<Network, Error> {
+    let usual = Architecture::default();
+    let size = |name, range: std::ops::RangeInclusive<i64>, expected, usual: usize| {
+        object.integer_in(name, range, expected).map(|size| size.map_or(usual, |size| size as usize))
+    };
+    let architecture = Architecture {
+        hidden: size("hidden", 1..=64, "1 to 64 layers", usual.hidden)?,
+        width: size("width", 1..=4096, "1 to 4096 neurons", usual.width)?,
+        sharpness: object.positive("sharpness")?.unwrap_or(usual.sharpness),
+        frequencies: size("frequencies", 0..=32, "0 to 32 frequencies", usual.frequencies)?,
+    };
+    let radius = object.positive("radius")?.unwrap_or(0.5);
+    let seed = size("seed", 0..=i64::MAX, "an integer, not negative", 0)?;
+    let network = Network::sphere(architecture, radius, seed as u64);
+    network.map_err(|error| element.error(SceneProblem::Network(BakeError::Network(error))))
+}
+
+/// The nodes of a grid with the outermost on the faces of [0, 1]³, where Mitsuba puts them.
+fn in_unit_cube(grid: &Grid, path: &Path) -> Result<Grid, Error> {
+    let size = grid.size();
+    let spacing = DVec3::from_array(size.map(|n| 1.0 / (n - 1) as f64));
+    Grid::new(grid.interpolation(), DVec3::ZERO, spacing, size, grid.nodes().to_vec())
+        .map_err(|e| Error::Grid { path: path.to_path_buf(), problem: GridProblem::from(e) })
+}
