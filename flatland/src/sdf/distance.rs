@@ -97,9 +97,9 @@ pub trait Sdf<V: Space>: Sync {
         self.slope_bound()
     }
 
-    /// A bound M on |s·∇²φ s| for all directions s, wherever rays go within the [bounds](Self::bounds), where ∇φ is continuous. With it φ falls along a
-    /// ray by no more than −∇φ·ω t + M t²/2, so that steps may be longer than φ over the bound on |∇φ| (Kalra and Barr 1989). ∞
-    /// where none is known.
+    /// M ≥ 0 with s·∇²φ s ≥ −M for all directions s, wherever rays go within the [bounds](Self::bounds), where ∇φ is continuous or jumps upwards. With it
+    /// φ falls along a ray by no more than −∇φ·ω t + M t²/2, so that steps may be longer than φ over the bound on |∇φ| (Kalra and Barr
+    /// 1989). 0 where φ is convex, as outside balls and boxes: rays then take the steps of Newton's method. ∞ where none is known.
     fn second_derivative_bound(&self) -> f64 {
         f64::INFINITY
     }

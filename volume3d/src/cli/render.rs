@@ -7,7 +7,7 @@ use clap::Args;
 use volume3d::gradient::render;
 
 use super::output::{Output, Pixels, check_distinct};
-use super::session::{Bar, RunOptions, SceneOptions, located, lost, stop_if_asked};
+use super::session::{Bar, RunOptions, SceneOptions, located, lost_with_picture, stop_if_asked};
 use super::spp::{check_error_exists, samples};
 use super::summary::totals;
 use super::{Outcome, Report};
@@ -65,7 +65,8 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     let (width, height) = rendering.image.size();
     let mut text = format!("{width} × {height} pixels, {samples} spp, {seconds:.2} s\n");
     text += &located(&rendering.non_finite);
-    text += &lost(rendering.traces, samples * width * height);
+    let lost_rays = rendering.lost_rays.as_ref();
+    text += &lost_with_picture(rendering.traces, lost_rays, samples * width * height, &options.output)?;
     text += &totals(&rendering.regions);
     for output in &outputs {
         text += &output.write(&rendering.image)?;

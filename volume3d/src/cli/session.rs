@@ -9,8 +9,9 @@ use std::time::Duration;
 use anyhow::{Context as _, anyhow, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
+use volume3d::Image;
 use volume3d::gradient::{NonFinite, Progress, Stopped};
-use volume3d::io::read_scene;
+use volume3d::io::{read_scene, write_png};
 use volume3d::scene::{Scene, TraceCounts};
 
 /// Set by Ctrl-C.
@@ -228,6 +229,28 @@ pub(super) fn lost(traces: TraceCounts, samples: usize) -> String {
         );
     }
     text
+}
+
+/// The same with a picture of where, beside an output: white is where most rays were lost.
+pub(super) fn lost_with_picture(
+    traces: TraceCounts,
+    lost_rays: Option<&Image>,
+    samples: usize,
+    output: &Path,
+) -> anyhow::Result<String> {
+    let mut text = lost(traces, samples);
+    if let (false, Some(image)) = (text.is_empty(), lost_rays) {
+        let most = image.pixels.iter().map(|p| p.x).fold(0.0, f64::max);
+        let stem = output.file_stem().unwrap_or_default().to_string_lossy();
+        let path = output.with_file_name(format!("{stem}_lost_rays.png"));
+        write_png(&path, &image.with_pixels(image.pixels.iter().map(|p| *p / most).collect()))?;
+        let _ = writeln!(
+            text,
+            "where they were lost: {}; white is {most} rays of a pixel's samples",
+            path.display()
+        );
+    }
+    Ok(text)
 }
 
 /// Where samples were not finite, or nothing if they all were.

@@ -10,7 +10,7 @@ use super::parts::in_order;
 use super::progress::{Progress, Stopped};
 use super::result::{GradientImage, Terms};
 use crate::Image;
-use crate::scene::TraceCounts;
+use crate::scene::{TraceCounts, lost_by_this_thread};
 
 /// The sums over a film.
 pub(super) struct FilmSums<const K: usize> {
@@ -18,8 +18,27 @@ pub(super) struct FilmSums<const K: usize> {
     /// Auxiliary rays.
     pub(super) rays: u64,
     pub(super) non_finite: Vec<NonFinite>,
+    /// Rays that the samples of cells lost.
+    lost: Vec<((usize, usize), u64)>,
     /// The sample that contributes most to the derivative.
     pub(super) largest: Option<Contribution>,
+}
+
+impl<const K: usize> FilmSums<K> {
+    /// Rays that were lost, by the pixel whose samples lost them; those of cells beside the film count for the pixel next to them.
+    pub(super) fn lost_rays(&self, film: &FilmPlane) -> Option<Image> {
+        if self.lost.is_empty() {
+            return None;
+        }
+        let mut image = Image::constant(film.columns, film.rows, DVec3::ZERO);
+        let reach = film.reach;
+        for &((i, j), rays) in &self.lost {
+            let (x, y) =
+                (i.saturating_sub(reach).min(film.columns - 1), j.saturating_sub(reach).min(film.rows - 1));
+            image.pixels[y * film.columns + x] += DVec3::splat(rays as f64);
+        }
+        Some(image)
+    }
 }
 
 /// Where the samples of a cell go.
@@ -57,12 +76,13 @@ pub(super) fn over_film<const K: usize, W>(
         accumulator: FilmAccumulator::new(film, samples),
         rays: 0,
         non_finite: vec![],
+        lost: vec![],
         largest: None,
     };
     let (columns, rows) = film.cells();
     let row = |j| {
         let (mut worker, mut row_sums) = (begin(), RowSums::new(film, samples));
-        let (mut non_finite, mut largest, mut rays) = (vec![], None, 0);
+        let (mut non_finite, mut lost, mut largest, mut rays) = (vec![], vec![], None, 0);
         for i in 0..columns {
             if progress.stopped() {
                 break;
@@ -74,13 +94,19 @@ pub(super) fn over_film<const K: usize, W>(
                 largest: &mut largest,
                 progress,
             };
+            let before = lost_by_this_thread();
             cell(&mut worker, (i, j), sink);
+            let more = lost_by_this_thread() - before;
+            if more > 0 {
+                lost.push(((i, j), more));
+            }
         }
-        (row_sums, non_finite, largest, rays)
+        (row_sums, non_finite, lost, largest, rays)
     };
-    in_order(rows, progress, row, |_, (row_sums, non_finite, largest, rays)| {
+    in_order(rows, progress, row, |_, (row_sums, non_finite, lost, largest, rays)| {
         sums.accumulator.absorb(&row_sums);
         sums.non_finite.extend(non_finite);
+        sums.lost.extend(lost);
         Contribution::keep_larger(&mut sums.largest, largest);
         sums.rays += rays;
     })?;
@@ -112,7 +138,8 @@ pub(super) fn finish<const N: usize, const K: usize>(
     sums: FilmSums<K>,
     samples: usize,
 ) -> GradientImage {
-    let FilmSums { accumulator, rays, non_finite, largest } = sums;
+    let lost_rays = sums.lost_rays(film);
+    let FilmSums { accumulator, rays, non_finite, largest, .. } = sums;
     let pick = |table: &[[f64; K]], at: usize| -> Image {
         let pixels = table.iter().map(|q| DVec3::new(q[at], q[at + 1], q[at + 2])).collect();
         Image { width: film.columns, height: film.rows, pixels }
@@ -135,6 +162,7 @@ pub(super) fn finish<const N: usize, const K: usize>(
         auxiliary_rays: rays,
         non_finite,
         traces: TraceCounts::default(),
+        lost_rays,
         largest,
     }
 }

@@ -38,7 +38,9 @@ pub(super) fn primal(
     let cell = |(): &mut (), place, sink: CellSink<'_, 3>| {
         sample_cell(paths, &film, place, samples, seed, sink);
     };
-    let FilmSums { accumulator, non_finite, .. } = over_film(&film, samples, progress, || (), cell)?;
+    let sums = over_film(&film, samples, progress, || (), cell)?;
+    let lost_rays = sums.lost_rays(&film);
+    let FilmSums { accumulator, non_finite, .. } = sums;
     let pixels = accumulator.mean.iter().map(|&m| DVec3::from_array(m)).collect();
     let errors = accumulator.variance.iter().map(|v| DVec3::from_array(v.map(f64::sqrt))).collect();
     let image = |pixels| Image { width: film.columns, height: film.rows, pixels };
@@ -48,6 +50,7 @@ pub(super) fn primal(
         regions: accumulator.regions.finish(samples),
         non_finite,
         traces: paths.scene.trace_counts() - before,
+        lost_rays,
     })
 }
 

@@ -40,6 +40,8 @@ pub struct GradientImage {
     pub non_finite: Vec<NonFinite>,
     /// Rays at implicit surfaces that could not be followed.
     pub traces: TraceCounts,
+    /// Where they were: how many of each pixel's samples' rays ran out of steps or met too steep a surface, in all channels. Nothing if none did.
+    pub lost_rays: Option<Image>,
     /// The sample that contributes most to the gradient; nothing if there are none.
     pub largest: Option<Contribution>,
 }
@@ -123,4 +125,6 @@ pub struct Rendering {
     pub non_finite: Vec<NonFinite>,
     /// Rays at implicit surfaces that could not be followed.
     pub traces: TraceCounts,
+    /// Where they were: how many of each pixel's samples' rays ran out of steps or met too steep a surface, in all channels. Nothing if none did.
+    pub lost_rays: Option<Image>,
 }

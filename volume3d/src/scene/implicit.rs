@@ -319,6 +319,29 @@ mod tests {
         assert!(matches!(textured, Err(SceneError::NoCoordinates { .. })));
     }
 
+    /// With few steps rays are lost beside the outline, and nowhere else.
+    #[test]
+    fn lost_rays_have_a_place() {
+        let mut few = description();
+        few.film = Film { width: 32, height: 32, ..few.film };
+        few.integrator.max_depth = Some(1);
+        let all = render(&Scene::new(few.clone()).expect("a scene"), 4, 1, &Progress::none());
+        let all = all.expect("an image");
+        assert!(all.lost_rays.is_none(), "{:?}", all.traces);
+        few.tracer.max_steps = 3;
+        let scene = Scene::new(few).expect("a scene");
+        let rendering = render(&scene, 4, 1, &Progress::none()).expect("an image");
+        let lost = rendering.lost_rays.expect("rays are lost");
+        let sum: f64 = lost.pixels.iter().map(|p| p.x).sum();
+        assert!(sum > 0.0 && sum == rendering.traces.out_of_steps as f64, "{sum} {:?}", rendering.traces);
+        // Its radius in pixels: tan(asin ¼) / tan 0.45 of half the film.
+        let radius = 16.0 * 15.0_f64.sqrt().recip() / 0.45_f64.tan();
+        for (i, p) in lost.pixels.iter().enumerate().filter(|(_, p)| p.x > 0.0) {
+            let at = DVec3::new((i % 32) as f64 - 15.5, (i / 32) as f64 - 15.5, 0.0).length();
+            assert!((at - radius).abs() < 3.0, "{at} {}", p.x);
+        }
+    }
+
     /// A ray that passes within the tracer's tolerance is no hit, whose ∇φ·ω would be nearly 0; nor does one that grazes miss. By
     /// values alone, and with a bound on second derivatives.
     #[test]

@@ -1,5 +1,6 @@
 //! Counts of the rays at implicit surfaces that could not be followed.
 
+use std::cell::Cell;
 use std::ops::{AddAssign, Sub};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -39,6 +40,21 @@ impl Sub for TraceCounts {
     }
 }
 
+thread_local! {
+    /// Rays that this thread has lost, in any scene.
+    static LOST: Cell<u64> = const { Cell::new(0) };
+}
+
+/// Rays that this thread has ever lost for steps or slopes: the difference between two times is what was lost between them, which tells where on the
+/// film it was.
+pub(crate) fn lost_by_this_thread() -> u64 {
+    LOST.get()
+}
+
+fn count_lost() {
+    LOST.set(LOST.get() + 1);
+}
+
 /// Counts that all threads add to. They are rare, so that threads do not wait for one another, and their sums do not depend
 /// on the order.
 #[derive(Debug, Default)]
@@ -50,10 +66,12 @@ pub(super) struct Counters {
 
 impl Counters {
     pub(super) fn count_out_of_steps(&self) {
+        count_lost();
         self.out_of_steps.fetch_add(1, Ordering::Relaxed);
     }
 
     pub(super) fn count_too_steep(&self) {
+        count_lost();
         self.too_steep.fetch_add(1, Ordering::Relaxed);
     }
 

@@ -69,6 +69,11 @@ impl<V: Space> Sdf<V> for Ball<V> {
         SecondOrder { jet: self.jet(x), ..self.point(x).second_order() }
     }
 
+    /// The distance from a point is convex.
+    fn second_derivative_bound(&self) -> f64 {
+        0.0
+    }
+
     fn level_bounds(&self, level: f64) -> Option<(V, V)> {
         let half = V::from_components(|_| self.radius + level);
         Some((self.centre - half, self.centre + half))

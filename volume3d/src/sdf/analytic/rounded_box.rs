@@ -108,6 +108,11 @@ impl Sdf<DVec3> for RoundedBox {
         SecondOrder { jet: Jet { value: local.distance - self.rounding, gradient }, hessian }
     }
 
+    /// The distance from what is convex is convex.
+    fn second_derivative_bound(&self) -> f64 {
+        0.0
+    }
+
     fn level_bounds(&self, level: f64) -> Option<(DVec3, DVec3)> {
         let half = self.half + (self.rounding + level);
         Some((self.centre - half, self.centre + half))
