@@ -41,11 +41,11 @@ const KINDS: [Kind; 11] = [
     Kind::FilledHole,
 ];
 
-static KNOWN: LazyLock<Vec<Known>> = LazyLock::new(|| known(&KINDS, pick(10, 24)));
+static KNOWN: LazyLock<Vec<Known>> = LazyLock::new(|| known(&KINDS, pick(10, 16)));
 /// Some of them, for fields that take long.
-static HALF: LazyLock<Vec<Known>> = LazyLock::new(|| known(&KINDS, pick(5, 24)));
+static HALF: LazyLock<Vec<Known>> = LazyLock::new(|| known(&KINDS, pick(5, 16)));
 /// Some of them, for what is far off.
-static SOME: LazyLock<Vec<Known>> = LazyLock::new(|| known(&KINDS, pick(2, 8)));
+static SOME: LazyLock<Vec<Known>> = LazyLock::new(|| known(&KINDS, pick(2, 6)));
 
 fn limits() -> Limits {
     Limits::both(suite_threshold())

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`start`] | a scene around a mesh, a picture, a gradient that is checked, a pose from a picture |
 //! | [`methods`] | which method and which settings, and how to find out |
+//! | [`surfaces`] | a surface of unknown shape from pictures: as a grid of distances, and as a network |
 //! | [`size`] | how large a problem is practical, and what it takes in time, threads and memory |
 //!
 //! What is biased when is said [on the crate's page](crate#what-is-biased-when).
@@ -13,6 +14,9 @@ pub mod start {}
 
 #[doc = include_str!("../guide/methods.md")]
 pub mod methods {}
+
+#[doc = include_str!("../guide/surfaces.md")]
+pub mod surfaces {}
 
 #[doc = include_str!("../guide/size.md")]
 pub mod size {}

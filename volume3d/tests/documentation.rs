@@ -75,7 +75,30 @@ fn place() -> TempDir {
     let fit = read("volume3d/scenes/fit.toml").replace("steps = 80\n", STEPS);
     assert!(fit.contains(STEPS), "the fit has another number of steps by now");
     std::fs::write(scenes.join("fit.toml"), fit).unwrap();
+    // A surface in the place of the bunny, and a fit of three steps with all that the guide's has.
+    let guide = read("volume3d/guide/surfaces.md");
+    let scene = std::fs::read_to_string(place.path().join("scene.xml")).unwrap();
+    let (before, rest) = scene.split_once("<shape type=\"obj\" id=\"bunny\">").unwrap();
+    let after = rest.split_once("</shape>").unwrap().1;
+    for (name, surface) in ["start.xml", "network.xml"].into_iter().zip(blocks(&guide, "xml")) {
+        std::fs::write(place.path().join(name), format!("{before}{surface}{after}")).unwrap();
+    }
+    let fits = blocks(&guide, "toml");
+    let fit = fits[0].replace("steps = 240\n", STEPS).replace("refine = [80, 160]", "refine = [1, 2]");
+    assert!(fit.contains(STEPS) && fit.contains("[1, 2]"), "the guide's fit has other steps by now");
+    let (shared, _) = fit.split_once("[[parameter]]").unwrap();
+    let network = shared.replace("start.xml", "network.xml") + &fits[1].replace("[120]", "[2]");
+    std::fs::write(place.path().join("surface.toml"), &fit).unwrap();
+    std::fs::write(place.path().join("network.toml"), network).unwrap();
     place
+}
+
+/// What the guide says in words of a network: its fit runs, too.
+#[test]
+fn the_fit_of_a_network_runs() {
+    let place = place();
+    assert_eq!(fault(place.path(), "volume3d fit network.toml -o network"), None);
+    assert!(place.path().join("network/meshes/bunny.obj").exists());
 }
 
 /// An octahedron, ten units high and standing on the ground, as closed as a bunny.

@@ -4,7 +4,9 @@ pub(crate) mod chamfer;
 mod clock;
 mod methods;
 pub(crate) mod picture;
+pub(crate) mod reconstruction;
 mod runs;
+pub(crate) mod studio;
 pub(crate) mod target;
 
 pub(crate) use clock::{Clock, ThreadClock};

@@ -24,18 +24,18 @@ use tests::transport::campaign::{Known, Sampler, known};
 use tests::transport::worlds::{Case, Kind, Moving};
 
 /// Light scattered once.
-static ONCE: LazyLock<Vec<Known>> = LazyLock::new(|| known(&Kind::GENERIC, &Moving::ALL, pick(10, 24), 1));
+static ONCE: LazyLock<Vec<Known>> = LazyLock::new(|| known(&Kind::GENERIC, &Moving::ALL, pick(10, 16), 1));
 
 /// As many for the harmonic field, whose slope between two jumps is one over their distance: where they nearly coincide
 /// no affordable number of samples tells a zero. More samples of few worlds say more.
 static FEW: LazyLock<Vec<Known>> = LazyLock::new(|| known(&Kind::GENERIC, &Moving::ALL, 10, 1));
 
 /// Others of them, for what is far off.
-static SOME: LazyLock<Vec<Known>> = LazyLock::new(|| known(&Kind::GENERIC, &Moving::ALL, pick(3, 12), 1));
+static SOME: LazyLock<Vec<Known>> = LazyLock::new(|| known(&Kind::GENERIC, &Moving::ALL, pick(3, 8), 1));
 
 /// The same, without a jump over the film; the light's ends are jumps over directions.
 static UNBROKEN: LazyLock<Vec<Known>> =
-    LazyLock::new(|| known(&[Kind::Direct], &Moving::ALL, pick(20, 30), 1));
+    LazyLock::new(|| known(&[Kind::Direct], &Moving::ALL, pick(20, 24), 1));
 
 /// Without any jump at all: a tilted glossy floor alone under a sky, beyond the view on both sides.
 static SMOOTH: LazyLock<Vec<Known>> = LazyLock::new(|| {
@@ -65,7 +65,7 @@ static SMOOTH: LazyLock<Vec<Known>> = LazyLock::new(|| {
 
 /// Light scattered twice.
 static TWICE: LazyLock<Vec<Known>> =
-    LazyLock::new(|| known(&[Kind::Room, Kind::Glossy, Kind::Shadows], &Moving::GEOMETRIC, pick(8, 14), 2));
+    LazyLock::new(|| known(&[Kind::Room, Kind::Glossy, Kind::Shadows], &Moving::GEOMETRIC, pick(8, 10), 2));
 
 fn limits() -> Limits {
     Limits::both(suite_threshold())

@@ -65,6 +65,13 @@ impl ImplicitTangent {
         self.rotation += other.rotation;
     }
 
+    /// Adds so much of another, rate by rate.
+    pub(crate) fn add_scaled(&mut self, scale: f64, other: &Self) {
+        self.parameters.iter_mut().zip(&other.parameters).for_each(|(a, b)| *a += scale * b);
+        self.translation += scale * other.translation;
+        self.rotation += scale * other.rotation;
+    }
+
     /// φ̇ and ∇φ̇ at x of a change that is [pushed forward](Self::pushed_forward), where φ is known to second order: with u = v + w × (x − p), that a rigid motion gives −∇φ·u and
     /// −∇²φ u + w × ∇φ.
     pub(super) fn rate(&self, shape: &ImplicitShape, x: DVec3, there: &SecondOrder<DVec3>) -> Jet<DVec3> {

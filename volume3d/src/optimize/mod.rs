@@ -22,6 +22,9 @@
 //! another program, and read again; edges that collapse are kept alive by [`Regularizer::EdgeLength`], and triangles that pass through one
 //! another are seen as such, as crossings are followed like edges.
 //!
+//! An implicit surface may besides be told by masks where it is seen, [`MaskLoss`], and a network be kept near a distance, [`Penalty::Eikonal`], both as in IDR.
+//! [`mask`] spoils masks, for studies.
+//!
 //! The image must come from other samples than the gradient, or their product is biased: [`render`](crate::gradient::render) draws its own at
 //! any seed.
 
@@ -33,6 +36,8 @@ mod grid_steps;
 mod large_steps;
 mod lbfgs;
 mod loss;
+pub mod mask;
+mod mask_loss;
 mod objective;
 mod parameters;
 mod pose;
@@ -40,6 +45,7 @@ mod quantity;
 mod regularizer;
 mod schedule;
 mod silhouettes;
+mod taps;
 #[cfg(test)]
 mod tests;
 
@@ -51,7 +57,8 @@ pub use grid_steps::GridSteps;
 pub use large_steps::{LargeSteps, LargeStepsError};
 pub use lbfgs::{End, Lbfgs, LbfgsError, Minimum, lbfgs};
 pub use loss::{Loss, LossError};
-pub use objective::{Evaluation, Objective, ObjectiveError, Penalty, Reverse, View};
+pub use mask_loss::{MaskEvaluation, MaskLoss, MaskLossError};
+pub use objective::{Evaluation, MaskTerm, Objective, ObjectiveError, Penalty, Reverse, View};
 pub use parameters::{Group, Parameters};
 pub use quantity::{ParameterError, Quantity};
 pub use regularizer::Regularizer;

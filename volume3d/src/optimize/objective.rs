@@ -6,6 +6,7 @@ use flatland::random::stream;
 use rand::Rng as _;
 
 use super::loss::{Loss, LossError};
+use super::mask_loss::{MaskLoss, MaskLossError};
 use super::parameters::Parameters;
 use super::regularizer::Regularizer;
 use super::silhouettes::silhouette_weights;
@@ -36,6 +37,17 @@ pub struct View {
     /// What the difference of each pixel is multiplied by, channel by channel: 0 where the picture is not to be trusted, or
     /// everywhere but near silhouettes. 1 if there are none. The picture must be finite even where its weight is 0.
     pub weights: Option<Image>,
+    /// Of every pixel, row by row from the top, whether the object of [`Objective::masks`] is seen in it, if that is known.
+    pub mask: Option<Vec<bool>>,
+}
+
+/// A loss of the views' masks for one implicit surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MaskTerm {
+    /// Which implicit surface they are of.
+    pub implicit: usize,
+    /// How far the surface is from them, at the first step of a fit; it is [sharpened](MaskLoss::sharpened) from step to step.
+    pub loss: MaskLoss,
 }
 
 /// A term for one shape, whatever the pictures say.
@@ -69,6 +81,9 @@ pub struct Objective {
     pub loss: Loss,
     /// What is preferred, whatever the pictures say.
     pub penalties: Vec<Penalty>,
+    /// A loss of masks besides, for views that have one. Pictures that are differentiated without silhouettes, with masks for these, are IDR (Yariv et
+    /// al. 2020); [`WarpedArea`](crate::gradient::WarpedArea) needs none.
+    pub masks: Option<MaskTerm>,
     /// Only pixels so near to a silhouette of the shapes that are fitted count, as [`silhouette_weights`] has it: for
     /// shapes whose colour or light is not known.
     pub silhouettes: Option<usize>,
@@ -138,6 +153,14 @@ pub enum ObjectiveError {
         /// Why.
         source: SceneError,
     },
+    /// A view whose mask cannot be compared with the surface.
+    #[error("view `{view}`: {source}")]
+    Mask {
+        /// Which view.
+        view: String,
+        /// Why.
+        source: MaskLossError,
+    },
     /// The eikonal term of what is no network on a grid.
     #[error("the eikonal term is for networks on grids, and `{shape}` is none")]
     NoNetwork {
@@ -183,6 +206,21 @@ impl Objective {
     pub fn evaluate(
         &self,
         scene: &mut Scene,
+        at: (&Parameters, &[f64]),
+        views: &[usize],
+        seed: u64,
+        reverse: Reverse<'_>,
+        progress: &Progress,
+    ) -> Result<Evaluation, ObjectiveError> {
+        self.evaluate_with(self.masks, scene, at, views, seed, reverse, progress)
+    }
+
+    /// The same with another loss of masks.
+    #[expect(clippy::too_many_arguments, reason = "those of `evaluate` and one more")]
+    pub(super) fn evaluate_with(
+        &self,
+        masks: Option<MaskTerm>,
+        scene: &mut Scene,
         (parameters, x): (&Parameters, &[f64]),
         views: &[usize],
         seed: u64,
@@ -226,7 +264,14 @@ impl Objective {
             evaluation.gradient_time += start.elapsed();
             evaluation.loss += part * loss;
             evaluation.non_finite += rendering.non_finite.len() + gradient.non_finite.len();
-            add(&mut evaluation.gradient, &parameters.gradient(scene, x, &gradient.by_parameter));
+            let mut tangent = gradient.by_parameter;
+            if let (Some(MaskTerm { implicit, loss }), Some(mask)) = (masks, &self.views[v].mask) {
+                let error = |source| ObjectiveError::Mask { view: self.views[v].name.clone(), source };
+                let found = loss.of(scene, implicit, mask).map_err(error)?;
+                evaluation.loss += part * found.loss;
+                tangent.implicits[implicit].add_scaled(part, &found.gradient);
+            }
+            add(&mut evaluation.gradient, &parameters.gradient(scene, x, &tangent));
         }
         self.add_penalties(scene, (parameters, x), seed, &mut evaluation)?;
         Ok(evaluation)

@@ -124,12 +124,12 @@ pub struct ImplicitShape {
 
 impl ImplicitShape {
     /// y, of a point x of the world.
-    fn local(&self, x: DVec3) -> DVec3 {
+    pub(crate) fn local(&self, x: DVec3) -> DVec3 {
         let Placement { scale, rotation, translation } = self.placement;
         rotation.transpose() * (x - translation) / scale
     }
 
-    fn placed(&self, jet: Jet<DVec3>) -> Jet<DVec3> {
+    pub(crate) fn placed(&self, jet: Jet<DVec3>) -> Jet<DVec3> {
         let Placement { scale, rotation, .. } = self.placement;
         Jet { value: scale * jet.value, gradient: rotation * jet.gradient }
     }

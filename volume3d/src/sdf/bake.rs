@@ -93,6 +93,26 @@ impl Baked {
         Self::new(self.network.clone(), self.bounds, cells)
     }
 
+    /// φ of the network itself.
+    pub(crate) fn network_values(&self, points: &[DVec3]) -> Vec<f64> {
+        self.single.values(points)
+    }
+
+    /// φ and ∇φ of the network itself.
+    pub(crate) fn network_jets(&self, points: &[DVec3]) -> Vec<Jet<DVec3>> {
+        self.single.jets(points)
+    }
+
+    /// Σ c ∂φ(x)/∂θ of the network itself, by its weights.
+    pub(crate) fn network_gradient(&self, points: &[DVec3], covectors: &[f64]) -> Vec<f64> {
+        let covector = |c: &f64| Jet { value: *c, gradient: DVec3::ZERO };
+        let covectors: Vec<Jet<DVec3>> = covectors.iter().map(covector).collect();
+        let mut by_weights = vec![0.0; self.dimension()];
+        let added = self.single.add_parameter_gradient(points, &covectors, &mut by_weights);
+        added.expect("a covector for each point, and an entry for each weight");
+        by_weights
+    }
+
     /// The network.
     #[must_use]
     pub fn network(&self) -> &Network {
@@ -208,12 +228,8 @@ impl Parametric<DVec3> for Baked {
     fn pull_back(&self, gradient: Vec<f64>) -> Vec<f64> {
         let moved: Vec<usize> = self.kept.iter().copied().filter(|&node| gradient[node] != 0.0).collect();
         let points: Vec<DVec3> = moved.iter().map(|&node| self.grid.position(node)).collect();
-        let covector = |&node: &usize| Jet { value: gradient[node] / self.slope, gradient: DVec3::ZERO };
-        let covectors: Vec<Jet<DVec3>> = moved.iter().map(covector).collect();
-        let mut by_weights = vec![0.0; self.dimension()];
-        let added = self.single.add_parameter_gradient(&points, &covectors, &mut by_weights);
-        added.expect("a covector for each point, and an entry for each weight");
-        by_weights
+        let covectors: Vec<f64> = moved.iter().map(|&node| gradient[node] / self.slope).collect();
+        self.network_gradient(&points, &covectors)
     }
 
     fn with_parameters(&self, parameters: &[f64]) -> Result<Self, ShapeError> {

@@ -1,7 +1,8 @@
 //! Figure 16: implicit surfaces from rendered views, without masks, and what their topology does to it.
 
-mod fit;
 mod picture;
+
+use volume3d::optimize::Loss;
 
 use crate::context::Context;
 use crate::figures::common::{listed, percent};
@@ -9,18 +10,65 @@ use crate::gallery::Section;
 use crate::output::Table;
 use crate::plot::number;
 use crate::prose::Prose;
-use fit::{Effort, LEVELS, RADIUS, RATE, Reconstruction, SMOOTHING, Subject};
+use crate::space::reconstruction::{Effort, Made, RADIUS, Reconstruction, SMOOTHING, Setup, Supervision};
+use crate::space::studio::Subject;
 
 /// The Chamfer distance that was hoped for, in parts of the diagonal, and the least decibels of held-out views.
 const GOAL: (f64, f64) = (0.005, 30.0);
 
+/// Resolutions that the loss compares.
+const LEVELS: usize = 4;
+
+/// Adam's rate at first, in cells.
+const RATE: f64 = 0.5;
+
+/// How much a fit may spend.
+fn effort(context: &Context) -> Effort {
+    let draft = Effort {
+        side: 24,
+        views: 6,
+        batch: 2,
+        cells: 8,
+        phases: vec![12, 8, 4],
+        samples: 2,
+        shown: 16,
+        points: 1000,
+        meshed: 32,
+        every: 8,
+        loss: Loss::Multiscale { levels: LEVELS },
+    };
+    let full = Effort {
+        side: 64,
+        views: 16,
+        batch: 2,
+        cells: 16,
+        phases: vec![80; 3],
+        samples: 4,
+        shown: 128,
+        points: 100_000,
+        meshed: 96,
+        every: 10,
+        loss: Loss::Multiscale { levels: LEVELS },
+    };
+    context.spend(draft, full)
+}
+
 /// Measures, draws and explains.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
-    let effort = Effort::new(context);
+    let (effort, seeds) = (effort(context), context.spend(1, 3));
     let mut fits = vec![];
     for subject in Subject::ALL {
-        for number in 1..=effort.seeds {
-            fits.push(Reconstruction::new(context, subject, number)?);
+        for number in 1..=seeds {
+            let setup = Setup {
+                figure: 16,
+                name: subject.name().to_owned(),
+                subject,
+                number,
+                made: Made::Grid,
+                rate: RATE,
+                supervision: Supervision::WarpedArea,
+            };
+            fits.push(Reconstruction::new(context, &effort, &setup)?);
         }
     }
     let mut prose = prose(context, &fits)?;
@@ -39,7 +87,7 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
 }
 
 fn prose(context: &Context, fits: &[Reconstruction]) -> anyhow::Result<Prose> {
-    let effort = Effort::new(context);
+    let effort = effort(context);
     let all = |of: &dyn Fn(&Reconstruction) -> String| {
         listed(Subject::ALL.into_iter().map(|subject| {
             let of_subject = fits.iter().filter(|fit| fit.subject == subject);

@@ -2,9 +2,10 @@
 
 use glam::DVec2;
 
-use super::fit::{Reconstruction, Subject};
 use crate::plot::*;
 use crate::space::picture::{gradient, radiance};
+use crate::space::reconstruction::Reconstruction;
+use crate::space::studio::Subject;
 
 const SIDE: f64 = 128.0;
 const GAP: f64 = 8.0;

@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, bail};
 use clap::ValueEnum;
+use flatland::sdf::shapes::Ball;
+use glam::DVec3;
 use serde::Deserialize;
-use volume3d::optimize::{Adam, Loss, Regularizer, Schedule};
+use volume3d::optimize::{Adam, Loss, MaskLoss, Regularizer, Schedule};
 
 use super::super::method::Method;
 use super::super::spp::MAX_SAMPLES;
@@ -37,6 +39,39 @@ pub(super) struct Config {
     pub(super) parameters: Vec<ParameterConfig>,
     #[serde(default, rename = "regularizer")]
     pub(super) regularizers: Vec<RegularizerConfig>,
+    pub(super) masks: Option<MasksConfig>,
+}
+
+/// A loss of the views' masks.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MasksConfig {
+    pub(super) shape: String,
+    #[serde(default)]
+    center: [f64; 3],
+    #[serde(default = "unit")]
+    radius: f64,
+    weight: Option<f64>,
+    alpha: Option<f64>,
+    samples: Option<usize>,
+}
+
+fn unit() -> f64 {
+    1.0
+}
+
+impl MasksConfig {
+    pub(super) fn loss(&self) -> anyhow::Result<MaskLoss> {
+        let usual = MaskLoss::new(Ball::new(DVec3::from_array(self.center), self.radius)?);
+        let loss = MaskLoss {
+            weight: self.weight.unwrap_or(usual.weight),
+            alpha: self.alpha.unwrap_or(usual.alpha),
+            samples: self.samples.unwrap_or(usual.samples),
+            ..usual
+        };
+        loss.check()?;
+        Ok(loss)
+    }
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -127,6 +162,7 @@ pub(super) struct ViewConfig {
     pub(super) name: Option<String>,
     pub(super) target: Option<PathBuf>,
     pub(super) weights: Option<PathBuf>,
+    pub(super) mask: Option<PathBuf>,
     pub(super) origin: Option<[f64; 3]>,
     pub(super) look_at: Option<[f64; 3]>,
     pub(super) up: Option<[f64; 3]>,
@@ -308,6 +344,15 @@ impl Config {
                 bail!("view {} has a look_at or up, but no origin", i + 1);
             }
         }
+        let with_mask = self.views.iter().position(|view| view.mask.is_some());
+        match (&self.masks, with_mask) {
+            (None, Some(view)) => {
+                bail!("view {} has a mask, but there is no [masks] that says of which shape it is", view + 1)
+            }
+            (Some(_), None) => bail!("[masks] is for views that have one: mask = \"PICTURE\""),
+            (Some(masks), _) => masks.loss().map(|_| ()).map_err(|e| anyhow!("[masks]: {e}"))?,
+            (None, None) => {}
+        }
         for regularizer in &self.regularizers {
             let RegularizerConfig { shape, weight, .. } = regularizer;
             if !(*weight >= 0.0 && weight.is_finite()) {
@@ -318,7 +363,8 @@ impl Config {
     }
 
     fn files_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
-        let views = self.views.iter_mut().flat_map(|v| v.target.iter_mut().chain(&mut v.weights));
+        let views =
+            self.views.iter_mut().flat_map(|v| v.target.iter_mut().chain(&mut v.weights).chain(&mut v.mask));
         let reference = self.reference.iter_mut().map(|r| &mut r.scene);
         std::iter::once(&mut self.scene).chain(views).chain(reference)
     }

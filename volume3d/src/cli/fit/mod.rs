@@ -53,6 +53,7 @@ use super::{Outcome, Report};
 ///   name = "front"
 ///   target = "front.png"              # rendered from the reference, unless given
 ///   weights = "mask.png"              # multiplies the difference of each pixel; 0 to 1, not sRGB
+///   mask = "object.png"               # white where the shape of [masks] is seen; for [masks] only
 ///   origin = [0, 1, 4]                # the scene's camera, unless given
 ///   look_at = [0, 0, 0]
 ///   up = [0, 1, 0]                    # the default
@@ -71,6 +72,11 @@ use super::{Outcome, Report};
 ///   beta2 = 0.999
 ///   bounds = [0, 1]                   # those of the parameter, unless given
 ///   start = [0.1, 0, 0]               # where the scene is, unless given
+///   [masks]                           # besides pictures, as IDR does; then method = "interior" leaves silhouettes to it
+///   shape = "thing"                   # an implicit surface
+///   center = [0, 0, 0]                # of a ball that it is in, in scene units
+///   radius = 1
+///   weight = 100                      # in that ball's units, unless given; alpha = 50, doubled five times; samples = 100
 ///   [[regularizer]]
 ///   shape = "bunny"
 ///   kind = "laplacian"                # or edge-length, normal-consistency; eikonal for a network, weight 0.1

@@ -6,14 +6,14 @@ use anyhow::{Context as _, anyhow, bail};
 use volume3d::Image;
 use volume3d::gradient::{ActiveParameters, Gradient, GradientError, Progress};
 use volume3d::optimize::{
-    Adam, Fit, GridSteps, LargeSteps, Objective, Optimizer, Parameters, Penalty, Plan, Quantity,
+    Adam, Fit, GridSteps, LargeSteps, MaskTerm, Objective, Optimizer, Parameters, Penalty, Plan, Quantity,
 };
 use volume3d::scene::Scene;
 use volume3d::sdf::{Baked, Grid};
 
 use super::super::method::{Method, MethodOptions};
 use super::super::session::{Bar, Loaded, silent};
-use super::config::{Config, ParameterConfig, RegularizerConfig, definitions, parse};
+use super::config::{Config, MasksConfig, ParameterConfig, RegularizerConfig, definitions, parse};
 use super::folder::Folder;
 use super::views::views;
 
@@ -66,7 +66,10 @@ impl Problem {
         if silhouettes.is_some() && !active.shapes.iter().chain(&active.implicits).any(|&active| active) {
             bail!("{}: silhouettes count only where a shape is fitted", path.display());
         }
-        let objective = Objective { views, loss: config.loss.into(), penalties, silhouettes, image_samples };
+        let masks = config.masks.as_ref().map(|m| masks(m, &scene, &parameters));
+        let masks = masks.transpose().map_err(said)?;
+        let loss = config.loss.into();
+        let objective = Objective { views, loss, penalties, masks, silhouettes, image_samples };
         let optimizers = config.parameters.iter().zip(parameters.groups());
         let optimizers =
             optimizers.map(|(p, group)| optimizer(p, group.quantity, &scene)).collect::<anyhow::Result<_>>();
@@ -75,6 +78,23 @@ impl Problem {
         let fingerprint = fingerprint(&files)?;
         Ok(Self { config, text, scene, fit, fingerprint, files })
     }
+}
+
+fn masks(config: &MasksConfig, scene: &Scene, parameters: &Parameters) -> anyhow::Result<MaskTerm> {
+    let id = &config.shape;
+    let implicit = scene.find_implicit(id).map_err(|e| anyhow!("[masks]: {e}"))?;
+    let moves = |quantity: Quantity| {
+        [
+            Quantity::Sdf { implicit },
+            Quantity::ImplicitTranslation { implicit },
+            Quantity::ImplicitRotation { implicit },
+        ]
+        .contains(&quantity)
+    };
+    if !parameters.groups().iter().any(|group| moves(group.quantity)) {
+        bail!("[masks]: nothing of `{id}` is fitted");
+    }
+    Ok(MaskTerm { implicit, loss: config.loss()? })
 }
 
 /// A term for a shape that is fitted.

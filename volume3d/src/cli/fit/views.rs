@@ -54,7 +54,14 @@ pub(super) fn views(config: &Config, scene: &Scene) -> anyhow::Result<(Vec<View>
             check_picture(&weights, path, &film, &name)?;
             Ok::<_, anyhow::Error>(weights)
         });
-        views.push(View { name, camera, film, target, weights: weights.transpose()? });
+        let mask = view.mask.as_ref().map(|path| {
+            files.push(path.clone());
+            let mask = load_image(path, true)?;
+            check_picture(&mask, path, &film, &name)?;
+            Ok::<_, anyhow::Error>(mask.pixels.iter().map(|p| p.element_sum() > 1.5).collect())
+        });
+        let (weights, mask) = (weights.transpose()?, mask.transpose()?);
+        views.push(View { name, camera, film, target, weights, mask });
         bar.step();
     }
     Ok((views, files))

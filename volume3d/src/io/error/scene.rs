@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::Place;
-use crate::sdf::BakeError;
+use crate::sdf::{BakeError, GridError};
 
 /// What is wrong at one place of a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -19,6 +19,9 @@ pub enum SceneProblem {
         /// What may stand there.
         supported: String,
     },
+    /// A ball that is not in its grid.
+    #[error("there is no such grid: {0}")]
+    Grid(GridError),
     /// A network that makes no surface.
     #[error("the network cannot be put on a grid: {0}")]
     Network(BakeError),

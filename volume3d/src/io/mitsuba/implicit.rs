@@ -22,17 +22,27 @@ const INTERPOLATIONS: [(&str, Interpolation); 2] =
 
 impl<'a> Reader<'a> {
     pub(super) fn sdf_grid(&mut self, element: &'a Element, object: &Object<'a>) -> Result<(), Error> {
-        let name = object.string("filename")?.ok_or_else(|| object.missing("filename"))?;
         let chosen =
             object.choice("interpolation", &INTERPOLATIONS.map(|(name, _)| name), "cubic or trilinear")?;
         let interpolation = INTERPOLATIONS[chosen.unwrap_or(0)].1;
         object.string("normals")?;
-        let path = element.beside(name);
-        let bytes = element.open(&path, self.open)?;
-        let mut grid = parse_sdf(&bytes, &path, interpolation).map_err(|e| element.referenced(e))?;
-        if object.boolean("use_grid_bbox")? != Some(true) {
-            grid = in_unit_cube(&grid, &path).map_err(|e| element.referenced(e))?;
-        }
+        let grid = match (object.string("filename")?, object.positive("radius")?) {
+            (None, None) => return Err(object.missing("filename")),
+            (None, Some(radius)) => {
+                let (corners, cells) = (corners(object)?, cells(object, 1, 16)?);
+                Grid::sampled(interpolation, corners, cells, |x| x.length() - radius)
+                    .map_err(|error| element.error(SceneProblem::Grid(error)))?
+            }
+            (Some(_), Some(_)) => return Err(object.conflict("filename", "radius")),
+            (Some(name), None) => {
+                let path = element.beside(name);
+                let bytes = element.open(&path, self.open)?;
+                let grid = parse_sdf(&bytes, &path, interpolation).map_err(|e| element.referenced(e))?;
+                let keeps_place = object.boolean("use_grid_bbox")? == Some(true);
+                let placed = if keeps_place { Ok(grid) } else { in_unit_cube(&grid, &path) };
+                placed.map_err(|e| element.referenced(e))?
+            }
+        };
         self.implicit(element, object, ImplicitSurface::new(grid))
     }
 
@@ -46,13 +56,11 @@ impl<'a> Reader<'a> {
             }
             None => new_network(element, object)?,
         };
-        let cells = object.integer_in("cells", 0..=MOST_CELLS, "0 to 1024 cells")?.unwrap_or(64) as usize;
-        let low = object.vector("low")?.unwrap_or(DVec3::NEG_ONE);
-        let high = object.vector("high")?.unwrap_or(DVec3::ONE);
+        let (corners, cells) = (corners(object)?, cells(object, 0, 64)?);
         let surface = if cells == 0 {
             ImplicitSurface::new(network)
         } else {
-            let baked = Baked::new(network, (low, high), cells);
+            let baked = Baked::new(network, corners, cells);
             ImplicitSurface::new(baked.map_err(|error| element.error(SceneProblem::Network(error)))?)
         };
         self.implicit(element, object, surface)
@@ -88,6 +96,18 @@ impl<'a> Reader<'a> {
         self.implicits.push(ImplicitShape { id, surface, placement, material });
         Ok(())
     }
+}
+
+/// The corners between which a surface has a grid.
+fn corners(object: &Object<'_>) -> Result<(DVec3, DVec3), Error> {
+    Ok((object.vector("low")?.unwrap_or(DVec3::NEG_ONE), object.vector("high")?.unwrap_or(DVec3::ONE)))
+}
+
+/// How many cells a grid has along its longest side, at least so many.
+fn cells(object: &Object<'_>, least: i64, usual: usize) -> Result<usize, Error> {
+    let expected = if least == 0 { "0 to 1024 cells" } else { "1 to 1024 cells" };
+    let cells = object.integer_in("cells", least..=MOST_CELLS, expected)?;
+    Ok(cells.map_or(usual, |cells| cells as usize))
 }
 
 /// A network that nobody has trained: about a ball.

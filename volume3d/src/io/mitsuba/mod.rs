@@ -7,7 +7,7 @@
 //! | element | plugins |
 //! |---|---|
 //! | shape | `obj`, `ply`, `rectangle`, `cube`, with `to_world`, `face_normals`, `flip_normals`, `flip_tex_coords` |
-//! | | `sdfgrid` with `filename`, a `to_world` without shear, and two of our own: `interpolation`, `cubic` unless it is `trilinear`, which Mitsuba's is and which biases gradients, and `use_grid_bbox`, the file's box in place of [0, 1]³ |
+//! | | `sdfgrid` with `filename`, a `to_world` without shear, and two of our own: `interpolation`, `cubic` unless it is `trilinear`, which Mitsuba's is and which biases gradients, and `use_grid_bbox`, the file's box in place of [0, 1]³; or without a file, of our own, a ball of a `radius` in `cells` (16) between `low` and `high` (−1 and 1) |
 //! | | `sdfnetwork`, of our own: a [network](crate::sdf::network) with `filename` (safetensors), [on a grid](crate::sdf::Baked) of `cells` (64) between `low` and `high` (−1 and 1), or itself, a hundred times slower, with 0 cells; `to_world` as above. Without a file it is a new one, about a ball: `hidden` (4), `width` (64), `sharpness` (100), `frequencies` (0), `radius` (0.5), `seed` |
 //! | bsdf | `diffuse`, `conductor`, `roughconductor`, `twosided` |
 //! | texture | `bitmap`, bilinear |

@@ -243,6 +243,10 @@ fn plugins() {
     shape "sdfgrid" needs filename
 <shape type='sdfgrid'><string name='filename' value='a.vol'/></shape>
     cannot read dir/a.vol: entity not found
+<shape type='sdfgrid'><float name='radius' value='3'/></shape>
+    there is no such grid: every node is 0 or negative, so that the grid has no surface; values are positive outside and negative inside
+<shape type='sdfgrid'><float name='radius' value='.3'/><string name='filename' value='a.vol'/></shape>
+    shape "sdfgrid" takes either filename or radius, not both
 <shape type='sdfnetwork'><string name='filename' value='a.safetensors'/></shape>
     cannot read dir/a.safetensors: entity not found
 <shape type='sdfnetwork'><integer name='cells' value='2000'/></shape>

@@ -32,9 +32,10 @@ fn fit(scene: &Scene, target: &Scene, steps: u64, optimizer: Optimizer) -> Fit {
     let parameters = Parameters::new(scene, &["shape.sdf"]).expect("a surface");
     let film = scene.description().film;
     let target = render(target, 256, 9, &Progress::none()).expect("an image").image;
-    let view = View { name: "front".to_owned(), camera: None, film, target, weights: None };
+    let view = View { name: "front".to_owned(), camera: None, film, target, weights: None, mask: None };
     let (loss, penalties) = (Loss::L2, vec![]);
-    let objective = Objective { views: vec![view], loss, penalties, silhouettes: None, image_samples: 16 };
+    let objective =
+        Objective { views: vec![view], loss, penalties, masks: None, silhouettes: None, image_samples: 16 };
     let plan = Plan { steps, schedule: Schedule::default(), views_per_step: 1, seed: 4 };
     let x = parameters.values(scene);
     Fit::new(parameters, x, objective, vec![optimizer], plan)

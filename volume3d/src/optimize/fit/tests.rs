@@ -31,7 +31,7 @@ fn views(scene: &mut Scene, samples: usize) -> Vec<View> {
     let views = cameras.map(|(name, camera)| {
         scene.set_camera(camera.clone()).unwrap();
         let target = render(scene, samples, 99, &Progress::none()).unwrap().image;
-        View { name: name.to_owned(), camera: Some(camera), film, target, weights: None }
+        View { name: name.to_owned(), camera: Some(camera), film, target, weights: None, mask: None }
     });
     scene.set_camera(own).unwrap();
     views.to_vec()
@@ -49,6 +49,7 @@ fn objective(scene: &mut Scene) -> Objective {
         views: views(scene, 16),
         loss: Loss::L2,
         penalties: vec![],
+        masks: None,
         silhouettes: None,
         image_samples: 2,
     }

@@ -1,0 +1,81 @@
+//! The picture.
+
+use glam::DVec2;
+
+use super::study::{Arm, Flaw, Study};
+use crate::plot::*;
+use crate::space::picture::radiance;
+
+const SIDE: f64 = 118.0;
+const GAP: f64 = 8.0;
+const PLOT: f64 = 250.0;
+
+/// The target and what is found by each, and below how far away it is.
+pub(super) fn draw(study: &Study, caption: &str) -> Canvas {
+    let shown = [
+        Arm::WarpedArea,
+        Arm::Masks(Flaw::Pixels(0)),
+        Arm::Masks(Flaw::Pixels(-4)),
+        Arm::Masks(Flaw::Pixels(4)),
+        Arm::Masks(Flaw::Holes),
+        Arm::Masks(Flaw::All),
+        Arm::Nothing,
+    ];
+    let row = PANEL_TITLE_ROOM + SIDE + GAP;
+    let width = 4.0 * (SIDE + GAP) + 2.0 * PLOT;
+    let title = "The bunny as a network: from pictures alone, and from pictures and masks";
+    let mut figure = Figure::new(width, 2.0 * row + 40.0, title, caption);
+    let (body, side) = (figure.body, study.effort.side);
+    let place = |i: usize| {
+        let (column, line) = (i % 4, i / 4);
+        DVec2::new(body.x + column as f64 * (SIDE + GAP), body.y + line as f64 * (row + 12.0))
+    };
+    let head = TextStyle::new(10.5, Color::MUTED).anchored(Align::Left, Height::Top);
+    let mut picture = |i: usize, name: &str, below: &str, pixels: &[glam::DVec3]| {
+        let at = place(i);
+        figure.canvas.text(name, at, &head);
+        figure.canvas.picture(&radiance(pixels, side), Rect::new(at.x, at.y + 14.0, SIDE, SIDE));
+        figure.canvas.text(below, at + DVec2::new(0.0, SIDE + 17.0), &head);
+    };
+    if let Some(first) = study.first(Arm::WarpedArea) {
+        picture(0, "target, held out", "", &first.fit.target);
+    }
+    for (i, arm) in shown.into_iter().enumerate() {
+        let Some(entry) = study.first(arm) else { continue };
+        if let Some(last) = entry.fit.stages.last() {
+            let below = format!("{} %", number(100.0 * entry.fit.chamfer()));
+            picture(i + 1, &arm.name(), &below, last);
+        }
+    }
+    let mut axes = Axes::new(
+        Axis::linear("pixels by which masks are too large"),
+        Axis::log("Chamfer distance, % of the diagonal"),
+    )
+    .legend(Legend::Outside);
+    let distance = |arm| study.of(arm).map(|entry| 100.0 * entry.fit.chamfer());
+    let pixels = [-4, -2, -1, 0, 1, 2, 4].map(|n| (n, Arm::Masks(Flaw::Pixels(n))));
+    let line = pixels.iter().filter_map(|&(n, arm)| Some([f64::from(n), distance(arm).next()?]));
+    axes.line(line, &Style::new(Palette::VERMILION).labelled("masks, without silhouettes"));
+    for (n, arm) in pixels {
+        axes.scatter(distance(arm).map(|d| [f64::from(n), d]), &Style::new(Palette::VERMILION));
+    }
+    for (i, d) in distance(Arm::WarpedArea).enumerate() {
+        let style = Style::new(Palette::BLUE);
+        let style = if i == 0 { style.labelled("warped area, no masks, by seed") } else { style };
+        axes.horizontal(d, &style);
+    }
+    let others = [
+        (Arm::Masks(Flaw::Holes), "holes", Palette::GREEN),
+        (Arm::Masks(Flaw::All), "all pixels", Palette::ORANGE),
+        (Arm::Nothing, "nothing", Color::MUTED),
+    ];
+    for (arm, name, color) in others {
+        if let Some(d) = distance(arm).next() {
+            axes.horizontal(d, &Style::new(color).dashed().labelled(name));
+        }
+    }
+    let left = body.x + 4.0 * (SIDE + GAP) + 6.0;
+    let space = Rect::new(left, body.y, body.right() - left, 2.0 * row + 4.0);
+    figure.plot(space, "How far the surfaces are from the bunny", &axes);
+    figure.canvas
+}

@@ -1,0 +1,177 @@
+//! Fits with masks that are good, spoilt, or none.
+
+use volume3d::optimize::Loss;
+use volume3d::optimize::mask::{Neighbourhood, dilated, eroded, with_holes};
+use volume3d::sdf::network::Architecture;
+
+use crate::context::Context;
+use crate::space::reconstruction::{Effort, Made, Reconstruction, Setup, Spoil, Supervision};
+use crate::space::studio::Subject;
+
+/// The part of the object that holes take, and their side in parts of the film's.
+pub(super) const HOLES: (f64, usize) = (0.05, 16);
+
+/// What masks are called, by how many pixels they are too large or small, or otherwise, and how they become so.
+pub(super) const MASKS: [(Flaw, Spoil); 9] = [
+    (Flaw::Pixels(0), |mask, _, _| Ok(mask.to_vec())),
+    (Flaw::Pixels(-4), |mask, size, _| Ok(eroded(mask, size, 4, Neighbourhood::Eight)?)),
+    (Flaw::Pixels(-2), |mask, size, _| Ok(eroded(mask, size, 2, Neighbourhood::Eight)?)),
+    (Flaw::Pixels(-1), |mask, size, _| Ok(eroded(mask, size, 1, Neighbourhood::Eight)?)),
+    (Flaw::Pixels(1), |mask, size, _| Ok(dilated(mask, size, 1, Neighbourhood::Eight)?)),
+    (Flaw::Pixels(2), |mask, size, _| Ok(dilated(mask, size, 2, Neighbourhood::Eight)?)),
+    (Flaw::Pixels(4), |mask, size, _| Ok(dilated(mask, size, 4, Neighbourhood::Eight)?)),
+    (Flaw::Holes, |mask, size, view| Ok(with_holes(mask, size, HOLES.0, size.0 / HOLES.1, view)?)),
+    (Flaw::All, |mask, _, _| Ok(vec![true; mask.len()])),
+];
+
+/// What is wrong with masks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Flaw {
+    /// They reach so many pixels farther than the object, or less far.
+    Pixels(i32),
+    /// Parts of the object are missing in them.
+    Holes,
+    /// All pixels are the object's.
+    All,
+}
+
+/// How a fit is supervised, by its place among the arms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Arm {
+    WarpedArea,
+    Masks(Flaw),
+    /// Exact masks and as much time as warped area takes.
+    Longer,
+    /// Without silhouettes and without masks.
+    Nothing,
+}
+
+impl Arm {
+    pub(super) fn name(self) -> String {
+        match self {
+            Self::WarpedArea => "warped area".to_owned(),
+            Self::Longer => "masks, exact, equal time".to_owned(),
+            Self::Masks(Flaw::Pixels(0)) => "masks, exact".to_owned(),
+            Self::Masks(Flaw::Pixels(n @ 1..)) => format!("masks, {n} px larger"),
+            Self::Masks(Flaw::Pixels(n)) => format!("masks, {} px smaller", -n),
+            Self::Masks(Flaw::Holes) => "masks with holes".to_owned(),
+            Self::Masks(Flaw::All) => "masks of all pixels".to_owned(),
+            Self::Nothing => "interior term alone".to_owned(),
+        }
+    }
+}
+
+/// A fit, and by what it was found.
+pub(super) struct Entry {
+    pub(super) arm: Arm,
+    pub(super) rate: f64,
+    pub(super) fit: Reconstruction,
+}
+
+/// What is measured.
+pub(super) struct Study {
+    pub(super) effort: Effort,
+    pub(super) architecture: Architecture,
+    /// Rates that both sides are searched over.
+    pub(super) rates: &'static [f64],
+    /// All fits: first the search, in the order of rates.
+    pub(super) entries: Vec<Entry>,
+    /// Steps of the fit with masks that takes as much time as warped area.
+    pub(super) longer: u64,
+    /// The best rates of warped area and of exact masks.
+    pub(super) best: [f64; 2],
+}
+
+impl Study {
+    pub(super) fn new(context: &Context) -> anyhow::Result<Self> {
+        let effort = effort(context);
+        let width = context.spend(16, 64);
+        let architecture = Architecture { width, frequencies: 4, ..Architecture::default() };
+        let rates: &[f64] = context.spend(&[2e-3], &[5e-4, 1e-3, 2e-3]);
+        let seeds = context.spend(1, 3);
+        let entry = |arm: Arm, rate, number, effort: &Effort| {
+            let supervision = match arm {
+                Arm::WarpedArea => Supervision::WarpedArea,
+                Arm::Nothing => Supervision::Interior,
+                Arm::Longer => Supervision::Masks(MASKS[0].1),
+                Arm::Masks(flaw) => {
+                    let spoil = MASKS.iter().find(|(of, _)| *of == flaw).map(|(_, spoil)| *spoil);
+                    Supervision::Masks(spoil.expect("every flaw has its function"))
+                }
+            };
+            let (subject, made) = (Subject::Bunny, Made::Network(architecture));
+            let setup = Setup { figure: 17, name: arm.name(), subject, number, made, rate, supervision };
+            anyhow::Ok(Entry { arm, rate, fit: Reconstruction::new(context, effort, &setup)? })
+        };
+        let mut entries = vec![];
+        let mut best = [rates[0]; 2];
+        for (arm, best) in SEARCHED.into_iter().zip(&mut best) {
+            let first = entries.len();
+            for &rate in rates {
+                entries.push(entry(arm, rate, 1, &effort)?);
+            }
+            let nearest = entries[first..].iter().min_by(|a, b| a.fit.chamfer().total_cmp(&b.fit.chamfer()));
+            *best = nearest.map_or(*best, |entry| entry.rate);
+            for number in 2..=seeds {
+                entries.push(entry(arm, *best, number, &effort)?);
+            }
+        }
+        for (flaw, _) in &MASKS[1..] {
+            entries.push(entry(Arm::Masks(*flaw), best[1], 1, &effort)?);
+        }
+        entries.push(entry(Arm::Nothing, best[1], 1, &effort)?);
+        let seconds = |arm| {
+            let all = entries.iter().filter(|entry: &&Entry| entry.arm == arm).map(|entry| entry.fit.seconds);
+            all.clone().sum::<f64>() / all.count() as f64
+        };
+        let ratio = seconds(SEARCHED[0]) / seconds(SEARCHED[1]);
+        let phases = effort.phases.iter().map(|&steps| (ratio * steps as f64).round().max(1.0) as u64);
+        let longer = Effort { phases: phases.collect(), ..effort.clone() };
+        entries.push(entry(Arm::Longer, best[1], 1, &longer)?);
+        Ok(Self { effort, longer: longer.steps(), architecture, rates, entries, best })
+    }
+
+    /// The fits of an arm at its best rate, by seed.
+    pub(super) fn of(&self, arm: Arm) -> impl Iterator<Item = &Entry> {
+        let best = if arm == Arm::WarpedArea { self.best[0] } else { self.best[1] };
+        self.entries.iter().filter(move |entry| entry.arm == arm && entry.rate == best)
+    }
+
+    /// That of the first seed.
+    pub(super) fn first(&self, arm: Arm) -> Option<&Entry> {
+        self.of(arm).next()
+    }
+}
+
+/// What is searched over rates.
+pub(super) const SEARCHED: [Arm; 2] = [Arm::WarpedArea, Arm::Masks(Flaw::Pixels(0))];
+
+fn effort(context: &Context) -> Effort {
+    let draft = Effort {
+        side: 20,
+        views: 4,
+        batch: 2,
+        cells: 10,
+        phases: vec![8, 4],
+        samples: 2,
+        shown: 16,
+        points: 1000,
+        meshed: 24,
+        every: 6,
+        loss: Loss::L1,
+    };
+    let full = Effort {
+        side: 48,
+        views: 8,
+        batch: 2,
+        cells: 20,
+        phases: vec![80; 2],
+        samples: 8,
+        shown: 128,
+        points: 100_000,
+        meshed: 80,
+        every: 20,
+        loss: Loss::L1,
+    };
+    context.spend(draft, full)
+}

@@ -1,0 +1,90 @@
+//! What is found from its views: shapes in clay under an even light, and cameras around them.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use volume3d::Image;
+use volume3d::geometry::Mesh;
+use volume3d::gradient::{Progress, render};
+use volume3d::scene::{Camera, Description, Environment, Film, Filter, Integrator, Material, Scene};
+use volume3d::sdf::analytic::Knot;
+use volume3d::sdf::isosurface;
+
+use super::target;
+use crate::figures::common::seed_of;
+
+/// What is found from its views, from a ball.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Subject {
+    Bunny,
+    /// A ring, which the ball is not.
+    Knot,
+}
+
+impl Subject {
+    pub(crate) const ALL: [Self; 2] = [Self::Bunny, Self::Knot];
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Bunny => "bunny",
+            Self::Knot => "trefoil",
+        }
+    }
+
+    pub(crate) fn target(self) -> anyhow::Result<Mesh> {
+        match self {
+            Self::Bunny => target::bunny(),
+            Self::Knot => {
+                let knot = Knot::new(DVec3::ZERO, (2, 3), (0.6, 0.25), 0.15)?;
+                target::placed(isosurface(&knot, (DVec3::splat(-1.1), DVec3::splat(1.1)), 64)?)
+            }
+        }
+    }
+}
+
+/// A square film.
+pub(crate) fn film(side: usize) -> Film {
+    Film { width: side, height: side, crop: None, filter: Filter::Tent { radius: 1.0 } }
+}
+
+/// Cameras around the origin, spread evenly; `turn` turns them all about the vertical, in radians.
+pub(crate) fn cameras(count: usize, turn: f64) -> Vec<Camera> {
+    const DISTANCE: f64 = 5.0;
+    const FIELD_OF_VIEW: f64 = 0.45;
+    let camera = |i: usize| {
+        let y = 0.95 * (2.0 * (i as f64 + 0.5) / count as f64 - 1.0);
+        let angle = PI * (3.0 - 5.0_f64.sqrt()) * i as f64 + turn;
+        let ring = (1.0 - y * y).sqrt();
+        let eye = DISTANCE * DVec3::new(ring * angle.cos(), y, ring * angle.sin());
+        Camera::look_at(eye, DVec3::ZERO, DVec3::Y, FIELD_OF_VIEW)
+    };
+    (0..count).map(camera).collect()
+}
+
+/// An even light from everywhere, in which things cast shadows on themselves, and nothing to see.
+pub(crate) fn empty(film: Film) -> Description {
+    let mut description = Description::new(cameras(1, 0.0).remove(0), film);
+    description.integrator = Integrator { max_depth: Some(2), rr_depth: 2 };
+    description.environment = Some(Environment::Constant { id: "sky".to_owned(), radiance: DVec3::ONE });
+    description
+}
+
+/// A material of one colour.
+pub(crate) fn clay(description: &mut Description) -> usize {
+    description.add_material(Material::diffuse("clay", DVec3::new(0.75, 0.55, 0.4)))
+}
+
+/// A scene's images.
+pub(crate) fn look(
+    cameras: &[Camera],
+    scene: &mut Scene,
+    samples: usize,
+    seed: u64,
+) -> anyhow::Result<Vec<Image>> {
+    let mut images = vec![];
+    for (i, camera) in (0..).zip(cameras) {
+        scene.set_camera(camera.clone())?;
+        images.push(render(scene, samples, seed_of(seed, &[i]), &Progress::none())?.image);
+    }
+    Ok(images)
+}

@@ -1,0 +1,36 @@
+//! From covectors at points to the parameters of an implicit surface.
+
+use flatland::sdf::{Jet, Sdf as _};
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::scene::ImplicitShape;
+use crate::sdf::Baked;
+
+/// The most parts that are summed side by side, and the most numbers that all of their sums may have.
+const PARTS: usize = 8;
+const NUMBERS: usize = 1 << 22;
+
+/// Σ c ∂φ(x)/∂θ over points x with their covectors (c, 0), the same bits at any number of threads.
+pub(super) fn by_parameters(shape: &ImplicitShape, taps: &[(DVec3, Jet<DVec3>)]) -> Vec<f64> {
+    if let Some(baked) = shape.surface.downcast::<Baked>() {
+        let points: Vec<DVec3> = taps.iter().map(|&(x, _)| shape.local(x)).collect();
+        let scale = shape.placement.scale;
+        let covectors: Vec<f64> = taps.iter().map(|(_, covector)| scale * covector.value).collect();
+        return baked.network_gradient(&points, &covectors);
+    }
+    let count = shape.parameter_count();
+    let parts = (NUMBERS / count.max(1)).clamp(1, PARTS);
+    let size = taps.len().div_ceil(parts).max(1);
+    let part = |taps: &[(DVec3, Jet<DVec3>)]| {
+        let mut sum = vec![0.0; count];
+        taps.iter().for_each(|&(x, covector)| shape.add_parameter_gradient(x, covector, &mut sum));
+        sum
+    };
+    let sums: Vec<Vec<f64>> = taps.par_chunks(size).map(part).collect();
+    let mut total = vec![0.0; count];
+    for sum in sums {
+        total.iter_mut().zip(sum).for_each(|(total, part)| *total += part);
+    }
+    shape.surface.pull_back(total)
+}
