@@ -1,16 +1,16 @@
 //! Surfaces that are fitted to views, and what is measured of them.
 
 use flatland::sdf::Sdf as _;
-use flatland::sdf::shapes::Ball;
+use flatland::sdf::shapes::{Ball, ShapeError};
 use glam::DVec3;
 use volume3d::Image;
 use volume3d::geometry::Mesh;
 use volume3d::gradient::{Progress, WarpedArea};
 use volume3d::optimize::{
-    Adam, Fit, GridSteps, Loss, MaskLoss, MaskTerm, Objective, Optimizer, Parameters, Penalty, Plan,
-    Schedule, View,
+    Adam, Fit, FitError, GridSteps, Loss, MaskLoss, MaskTerm, Objective, Optimizer, Parameters, Penalty,
+    Plan, Schedule, View,
 };
-use volume3d::scene::{Camera, Scene};
+use volume3d::scene::{Camera, Scene, SceneError};
 use volume3d::sdf::network::{Architecture, Network};
 use volume3d::sdf::{Baked, Grid, Interpolation, isosurface};
 
@@ -142,6 +142,8 @@ pub(crate) struct Reconstruction {
     /// Processor seconds, without what is measured besides.
     pub(crate) seconds: f64,
     pub(crate) mesh: Mesh,
+    /// After which step there was no surface any more.
+    pub(crate) vanished: Option<u64>,
 }
 
 impl Reconstruction {
@@ -175,19 +177,26 @@ impl Reconstruction {
         let mut fit = begun(effort, setup, views.collect(), &scene, rate, seed(&[STEPS, number]))?;
 
         let chosen = HELD_OUT / 2;
-        let (mut moments, mut stages, mut seconds) = (vec![], vec![], 0.0);
+        let moment = |scene: &Scene, step| -> anyhow::Result<Moment> {
+            let mesh = meshed(scene, effort.meshed)?;
+            let chamfer = chamfer(&mesh, &target, effort.points, seed(&[LOOKS, 0])) / DIAGONAL;
+            Ok(Moment { step, chamfer })
+        };
+        let stage = |scene: &mut Scene| -> anyhow::Result<Vec<DVec3>> {
+            let camera = &unknown[chosen..=chosen];
+            Ok(look(camera, scene, effort.shown, seed(&[LOOKS, 1]))?.remove(0).pixels)
+        };
+        let (mut moments, mut stages, mut seconds, mut vanished) = (vec![], vec![], 0.0, None);
         loop {
             let step = fit.steps_taken();
-            if step.is_multiple_of(effort.every) || fit.is_done() {
-                let mesh = meshed(&scene, effort.meshed)?;
-                let chamfer = chamfer(&mesh, &target, effort.points, seed(&[LOOKS, 0])) / DIAGONAL;
-                moments.push(Moment { step, chamfer });
+            let ends = fit.is_done() || vanished.is_some();
+            if step.is_multiple_of(effort.every) || ends {
+                moments.push(moment(&scene, step)?);
             }
-            if step == 0 || effort.refine().contains(&step) || fit.is_done() {
-                let camera = &unknown[chosen..=chosen];
-                stages.push(look(camera, &mut scene, effort.shown, seed(&[LOOKS, 1]))?.remove(0).pixels);
+            if step == 0 || effort.refine().contains(&step) || ends {
+                stages.push(stage(&mut scene)?);
             }
-            if fit.is_done() {
+            if ends {
                 break;
             }
             let all = effort.steps();
@@ -198,7 +207,14 @@ impl Reconstruction {
                 let method = WarpedArea { samples: effort.samples, warps, seed, ..WarpedArea::default() };
                 method.reverse(scene, adjoint, active, progress)
             };
-            fit.step(&mut scene, &reverse, &Progress::none())?;
+            match fit.step(&mut scene, &reverse, &Progress::none()) {
+                Ok(()) => {}
+                // A network may learn that nothing is there. What is measured is the surface before.
+                Err(FitError::Scene(SceneError::Implicit { error: ShapeError::Unmade { .. }, .. })) => {
+                    vanished = Some(step);
+                }
+                Err(error) => return Err(error.into()),
+            }
             seconds += clock.seconds();
         }
         let images = look(&unknown, &mut scene, effort.shown, seed(&[LOOKS, 2]))?;
@@ -206,7 +222,7 @@ impl Reconstruction {
         let mesh = meshed(&scene, effort.meshed)?;
         let hausdorff = hausdorff(&mesh, &target, effort.points, seed(&[LOOKS, 3])) / DIAGONAL;
         let target = held_out[chosen].pixels.clone();
-        Ok(Self { subject, number, moments, hausdorff, decibels, target, stages, seconds, mesh })
+        Ok(Self { subject, number, moments, hausdorff, decibels, target, stages, seconds, mesh, vanished })
     }
 
     /// The Chamfer distance at the end.

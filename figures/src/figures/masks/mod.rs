@@ -36,6 +36,14 @@ fn prose(context: &Context, study: &Study) -> anyhow::Result<Prose> {
         let all: Vec<f64> = study.of(arm).map(|entry| entry.fit.seconds).collect();
         number(all.iter().sum::<f64>() / all.len() as f64)
     };
+    let gone = study.entries.iter().filter(|entry| entry.fit.vanished.is_some());
+    let gone = listed(gone.map(|entry| format!("{} at the rate {}", entry.arm.name(), number(entry.rate))));
+    let gone = match gone.as_str() {
+        "" => String::new(),
+        _ => format!(
+            "Where a surface vanished on the way, what is measured is the last that there was: {gone}."
+        ),
+    };
     let spoilt = MASKS[1..].iter().map(|(flaw, _)| {
         let arm = Arm::Masks(*flaw);
         format!("{}: {}", arm.name(), one(arm))
@@ -67,6 +75,7 @@ fn prose(context: &Context, study: &Study) -> anyhow::Result<Prose> {
             ("nothing", &one(Arm::Nothing)),
             ("longer", &one(Arm::Longer)),
             ("longer_steps", &study.longer),
+            ("gone", &gone),
             ("rates", &listed(study.rates.iter().map(|&rate| number(rate)))),
             ("area_search", &search(area)),
             ("exact_search", &search(exact)),
@@ -86,6 +95,7 @@ fn summary(study: &Study) -> Table {
             ("Chamfer distance, fit (%)", &|entry| (100.0 * entry.fit.chamfer()).into()),
             ("95 % Hausdorff distance, fit (%)", &|entry| (100.0 * entry.fit.hausdorff).into()),
             ("PSNR of held-out views, worst (dB)", &|entry| entry.fit.worst_decibels().into()),
+            ("gone after step", &|entry| entry.fit.vanished.map_or("".into(), |step| (step as usize).into())),
             ("processor seconds", &|entry| entry.fit.seconds.into()),
         ],
     )

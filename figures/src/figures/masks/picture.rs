@@ -43,7 +43,9 @@ pub(super) fn draw(study: &Study, caption: &str) -> Canvas {
     for (i, arm) in shown.into_iter().enumerate() {
         let Some(entry) = study.first(arm) else { continue };
         if let Some(last) = entry.fit.stages.last() {
-            let below = format!("{} %", number(100.0 * entry.fit.chamfer()));
+            let vanished =
+                entry.fit.vanished.map_or(String::new(), |step| format!(", gone after step {step}"));
+            let below = format!("{} %{vanished}", number(100.0 * entry.fit.chamfer()));
             picture(i + 1, &arm.name(), &below, last);
         }
     }
