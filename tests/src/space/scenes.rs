@@ -45,7 +45,8 @@ impl Stage {
         };
         let film = Film { width: camera.width, height: camera.height, crop: None, filter };
         let coverage::Camera { origin, right, up, forward, field_of_view, .. } = *camera;
-        let camera = Camera { origin, right, up, forward, field_of_view };
+        let (principal_point, pixel_aspect) = (glam::DVec2::ZERO, 1.0);
+        let camera = Camera { origin, right, up, forward, field_of_view, principal_point, pixel_aspect };
         let mut description = Description::new(camera, film);
         description.integrator = Integrator { max_depth: Some(2), rr_depth: 100 };
         let camera = CameraTangent {

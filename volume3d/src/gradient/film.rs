@@ -16,7 +16,10 @@ pub(crate) struct FilmPlane {
     pub(crate) reach: usize,
     /// The first pixel of the image.
     corner: DVec2,
+    /// Where the camera's axis meets it.
     centre: DVec2,
+    /// f_y/f_x.
+    aspect: f64,
     filter: Filter,
     /// The camera's frame as it stands.
     pub(crate) still: Frame<f64>,
@@ -41,7 +44,8 @@ impl FilmPlane {
             // The edges of box pixels belong to the cells on both sides.
             reach: ((radius - 0.5).ceil() as usize).max(1),
             corner,
-            centre: 0.5 * DVec2::new(film.width as f64, film.height as f64),
+            centre: (camera.principal_point + 0.5) * DVec2::new(film.width as f64, film.height as f64),
+            aspect: camera.pixel_aspect,
             filter: film.filter,
             still: Frame {
                 origin: Vec3::constant(camera.origin),
@@ -134,7 +138,7 @@ impl FilmPlane {
     /// The direction of the ray through a film point.
     pub(crate) fn direction<T: Number>(&self, frame: &Frame<T>, [x, y]: [T; 2]) -> Vec3<T> {
         let a = (x - T::constant(self.centre.x)) / frame.focal;
-        let b = (T::constant(self.centre.y) - y) / frame.focal;
+        let b = (T::constant(self.centre.y) - y) / (frame.focal * self.aspect);
         (frame.forward + frame.right * a + frame.up * b).normalized()
     }
 
@@ -146,10 +150,20 @@ impl FilmPlane {
     /// The pixels a radian, at least, that a ray at angle θ to the camera's axis moves on the film: f/cos θ around the axis;
     /// towards it there are 1/cos θ times as many.
     pub(crate) fn scale(&self, direction: DVec3) -> f64 {
-        self.still.focal / direction.dot(self.forward())
+        self.still.focal * self.aspect.min(1.0) / direction.dot(self.forward())
     }
 
-    /// The angle of a pixel at the centre of the film, in radians.
+    /// The pixels² that a unit of area across the camera's axis covers at a distance of 1.
+    pub(crate) fn focal_area(&self) -> f64 {
+        self.still.focal * self.still.focal * self.aspect
+    }
+
+    /// How much longer the same is along columns than along rows.
+    pub(crate) fn aspect(&self) -> f64 {
+        self.aspect
+    }
+
+    /// The width of a pixel where the camera's axis meets the film, in radians.
     pub(crate) fn pixel_angle(&self) -> f64 {
         1.0 / self.still.focal
     }
@@ -172,7 +186,7 @@ impl FilmPlane {
         let scale = frame.focal / way.dot(frame.forward);
         [
             T::constant(self.centre.x) + way.dot(frame.right) * scale,
-            T::constant(self.centre.y) - way.dot(frame.up) * scale,
+            T::constant(self.centre.y) - way.dot(frame.up) * scale * self.aspect,
         ]
     }
 
@@ -198,7 +212,8 @@ impl FilmPlane {
         let (right, up, forward) = (right.value(), up.value(), forward.value());
         let depth = direction.dot(forward);
         let (a, b) = (direction.dot(right) / depth, direction.dot(up) / depth);
-        FilmJacobian([(right - a * forward) * (focal / depth), (b * forward - up) * (focal / depth)])
+        let (across, down) = (focal / depth, focal * self.aspect / depth);
+        FilmJacobian([(right - a * forward) * across, (b * forward - up) * down])
     }
 
     /// The camera's axis as it stands.

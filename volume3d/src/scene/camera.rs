@@ -1,6 +1,6 @@
 //! Pinhole cameras and films.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// A pinhole camera with an orthonormal frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,8 +13,13 @@ pub struct Camera {
     pub up: DVec3,
     /// Unit vector into the scene.
     pub forward: DVec3,
-    /// The whole film's horizontal field of view, radians, in (0, π).
+    /// The field of view of the whole film's width, radians, in (0, π), as if the axis met its middle: f_x = (W/2)/tan(fov/2) pixels.
     pub field_of_view: f64,
+    /// Where the axis meets the film, from its middle, in parts of its width and height, x to the right and y down. 0 unless pictures were cut, or a lens
+    /// was measured.
+    pub principal_point: DVec2,
+    /// f_y/f_x, positive: by how many more pixels the same angle is shown along columns than along rows. 1 for square pixels.
+    pub pixel_aspect: f64,
 }
 
 impl Camera {
@@ -23,7 +28,16 @@ impl Camera {
     pub fn look_at(origin: DVec3, target: DVec3, up: DVec3, field_of_view: f64) -> Self {
         let forward = (target - origin).normalize_or(DVec3::NEG_Z);
         let right = forward.cross(up).normalize_or(forward.any_orthonormal_vector());
-        Self { origin, right, up: right.cross(forward), forward, field_of_view }
+        let (principal_point, pixel_aspect) = (DVec2::ZERO, 1.0);
+        Self {
+            origin,
+            right,
+            up: right.cross(forward),
+            forward,
+            field_of_view,
+            principal_point,
+            pixel_aspect,
+        }
     }
 }
 

@@ -135,7 +135,7 @@ pub(super) fn renamed<'a>(
 }
 
 pub(super) fn camera(camera: &Camera) -> Result<(), SceneError> {
-    let Camera { origin, right, up, forward, field_of_view } = camera;
+    let Camera { origin, right, up, forward, field_of_view, principal_point, pixel_aspect } = camera;
     let frame = [*right, *up, *forward];
     // A frame read from six digits of a file is orthonormal to about this.
     let tolerance = 1e-5;
@@ -145,7 +145,12 @@ pub(super) fn camera(camera: &Camera) -> Result<(), SceneError> {
         return Err(SceneError::Frame);
     }
     let in_range = *field_of_view > 0.0 && *field_of_view < std::f64::consts::PI;
-    range(in_range, "camera", "the field of view", *field_of_view, "in (0, pi)")
+    range(in_range, "camera", "the field of view", *field_of_view, "in (0, pi)")?;
+    for offset in principal_point.to_array() {
+        range(offset.is_finite(), "camera", "the principal point", offset, "finite")?;
+    }
+    let in_range = pixel_aspect.is_finite() && *pixel_aspect > 0.0;
+    range(in_range, "camera", "the pixel aspect", *pixel_aspect, "positive and finite")
 }
 
 pub(super) fn film(film: &Film) -> Result<(), SceneError> {

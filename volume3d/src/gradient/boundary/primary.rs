@@ -95,7 +95,11 @@ impl<'a> Primary<'a> {
         let [a, b] = edge.span(self.paths.scene).map(|p| {
             let way = p - self.frame.origin.value();
             let axis = |v: Vec3<f64>| way.dot(v.value());
-            DVec3::new(axis(self.frame.right), -axis(self.frame.up), axis(self.frame.forward))
+            DVec3::new(
+                axis(self.frame.right),
+                -axis(self.frame.up) * self.film.aspect(),
+                axis(self.frame.forward),
+            )
         });
         // x ≥ x₀ z and so on: together they imply z ≥ 0.
         let (low, high) = self.film.bounds();

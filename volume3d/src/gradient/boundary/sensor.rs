@@ -138,7 +138,7 @@ impl<'a> Sensor<'a> {
         let direction = way / distance;
         let cosine = direction.dot(self.frame.forward.value());
         let slope = self.paths.scene.normal_of(vertex.surface, vertex.position).dot(direction).abs();
-        self.frame.focal * self.frame.focal * slope / (cosine.powi(3) * distance * distance)
+        self.film.focal_area() * slope / (cosine.powi(3) * distance * distance)
     }
 
     /// One more vertex backwards, and f cos θ_s/cos θ_g · |n·ω′|/density.

@@ -1,5 +1,6 @@
 //! The simplest scenes with known answers.
 
+mod camera;
 pub(crate) mod comparisons;
 mod exact;
 mod scenes;

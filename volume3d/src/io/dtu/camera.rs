@@ -12,18 +12,12 @@ const TOLERANCE: f64 = 1e-3;
 /// The least volume of three rows over the product of their lengths.
 const LEAST_VOLUME: f64 = 1e-12;
 
-/// A camera that a [`Camera`] of square pixels with the axis in the middle of the film cannot represent.
+/// A camera that a [`Camera`] cannot represent: its axes are not across each other.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "a camera with its axis in the middle of the film and square pixels cannot represent this one: the axis is off by ({}, {}) \
-     pixels, and at the border unequal focal lengths move pixels by {stretch} and skew by {skew}; 0.001 is allowed",
-    offset.x, offset.y
+    "a camera whose columns are upright cannot represent this one: skew moves pixels at the border by {skew}; 0.001 is allowed"
 )]
 pub struct CameraMismatch {
-    /// Where the principal point is, from the middle of the film, in pixels.
-    pub offset: DVec2,
-    /// |f_y/f_x − 1| times half the film's height.
-    pub stretch: f64,
     /// |skew/f_y| times half the film's height.
     pub skew: f64,
 }
@@ -97,20 +91,27 @@ impl View {
     /// The same camera for a scene.
     ///
     /// # Errors
-    /// If its principal point is not in the middle, its focal lengths differ, or its axes are skewed, by so much that a
-    /// pixel at the border is moved by more than 0.001 pixels. Such pictures have to be resampled before.
+    /// If its axes are skewed by so much that a pixel at the border is moved by more than 0.001 pixels. Such pictures have to be resampled before.
     pub fn camera(&self) -> Result<Camera, CameraMismatch> {
         let (k, (width, height)) = (self.intrinsics, self.image.size());
         let (width, height) = (width as f64, height as f64);
         let (fx, fy) = (k.x_axis.x, k.y_axis.y);
         let offset = DVec2::new(k.z_axis.x - 0.5 * (width - 1.0), k.z_axis.y - 0.5 * (height - 1.0));
-        let (stretch, skew) = ((fy / fx - 1.0).abs() * 0.5 * height, (k.y_axis.x / fy).abs() * 0.5 * height);
-        let mismatch = CameraMismatch { offset, stretch, skew };
-        if ![offset.x.abs(), offset.y.abs(), stretch, skew].iter().all(|&pixels| pixels <= TOLERANCE) {
-            return Err(mismatch);
+        let skew = (k.y_axis.x / fy).abs() * 0.5 * height;
+        if skew.is_nan() || skew > TOLERANCE {
+            return Err(CameraMismatch { skew });
         }
         let [right, down, forward] = [0, 1, 2].map(|i| self.rotation.row(i));
         let field_of_view = 2.0 * (0.5 * width / fx).atan();
-        Ok(Camera { origin: self.center, right, up: -down, forward, field_of_view })
+        let (principal_point, pixel_aspect) = (offset / DVec2::new(width, height), fy / fx);
+        Ok(Camera {
+            origin: self.center,
+            right,
+            up: -down,
+            forward,
+            field_of_view,
+            principal_point,
+            pixel_aspect,
+        })
     }
 }

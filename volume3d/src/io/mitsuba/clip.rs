@@ -5,7 +5,7 @@
 //! what the camera itself may see counts, as mirrors and later bounces are not cut. Whether something else hides it
 //! is not looked at.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::element::Element;
 use super::object::Object;
@@ -89,7 +89,7 @@ struct View<'a> {
     bottom: f64,
     top: f64,
     /// The size of a pixel at z = 1.
-    pixel: f64,
+    pixel: DVec2,
 }
 
 impl<'a> View<'a> {
@@ -102,17 +102,19 @@ impl<'a> View<'a> {
             Filter::Tent { radius } => radius - 0.5,
             Filter::Gaussian { deviation } => 4.0 * deviation - 0.5,
         };
+        let tall = pixel / camera.pixel_aspect;
+        let centre = (camera.principal_point + 0.5) * DVec2::new(width, height);
         let (x, y, w, h) = match film.crop {
             Some(crop) => (crop.x as f64, crop.y as f64, crop.width as f64, crop.height as f64),
             None => (0.0, 0.0, width, height),
         };
         Self {
             camera,
-            left: (x - margin - 0.5 * width) * pixel,
-            right: (x + w + margin - 0.5 * width) * pixel,
-            bottom: (0.5 * height - y - h - margin) * pixel,
-            top: (0.5 * height - y + margin) * pixel,
-            pixel,
+            left: (x - margin - centre.x) * pixel,
+            right: (x + w + margin - centre.x) * pixel,
+            bottom: (centre.y - y - h - margin) * tall,
+            top: (centre.y - y + margin) * tall,
+            pixel: DVec2::new(pixel, tall),
         }
     }
 

@@ -22,6 +22,8 @@
 //!
 //! # Deviations from Mitsuba
 //! - `directional` emitters may have a `kappa`, the concentration of their lobe ([`Light::Directional`]).
+//! - `perspective` sensors may have a `pixel_aspect`, 1 unless given: by how many more pixels an angle is shown along columns
+//!   ([`Camera`](crate::scene::Camera)).
 //! - `<rgb value="#rrggbb"/>` is a colour in sRGB, as in HTML; Mitsuba 3 refuses it.
 //! - A transform that mirrors turns the triangles of a shape, so that what faced outwards still does.
 //! - Without given normals, OBJ vertices of one `v` share a normal even where their `vt` differ; in Mitsuba a

@@ -1,6 +1,6 @@
 //! Cameras, films and integrators.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec2, DVec3};
 
 use super::clip::Clips;
 use super::object::{Ids, Object};
@@ -50,9 +50,10 @@ pub(super) fn sensor<'a>(object: &Object<'a>, ids: &Ids<'a>) -> Result<Sensor<'a
 fn camera<'a>(object: &Object<'a>, aspect: f64) -> Result<(Camera, Clips<'a>), Error> {
     let field_of_view = field_of_view(object, aspect)?;
     let clips = Clips::read(object)?;
-    for name in ["principal_point_offset_x", "principal_point_offset_y"] {
-        object.float_where(name, "0, as a camera that is not centred is not supported", |x| x == 0.0)?;
-    }
+    let offset = |name| object.float(name).map(|offset| offset.unwrap_or(0.0));
+    // Mitsuba says where in the picture of a centred camera the middle of this one is.
+    let principal_point =
+        -DVec2::new(offset("principal_point_offset_x")?, offset("principal_point_offset_y")?);
     // Nothing moves while the shutter is open.
     object.float("shutter_open")?;
     object.float("shutter_close")?;
@@ -62,7 +63,8 @@ fn camera<'a>(object: &Object<'a>, aspect: f64) -> Result<(Camera, Clips<'a>), E
     };
     // Mitsuba's x axis points to the left of the image.
     let (right, up, forward) = (-frame.x_axis, frame.y_axis, frame.z_axis);
-    Ok((Camera { origin, right, up, forward, field_of_view }, clips))
+    let pixel_aspect = object.positive("pixel_aspect")?.unwrap_or(1.0);
+    Ok((Camera { origin, right, up, forward, field_of_view, principal_point, pixel_aspect }, clips))
 }
 
 /// The horizontal field of view in radians, with `aspect` the film's width by its height.

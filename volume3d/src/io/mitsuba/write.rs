@@ -158,6 +158,17 @@ impl Writer<'_> {
     fn sensor(&mut self, camera: &Camera, film: &Film, samples: usize) {
         self.line("<sensor type=\"perspective\">");
         self.value("float", "fov", camera.field_of_view.to_degrees());
+        // As Mitsuba has them, see the reader.
+        let offset = -camera.principal_point;
+        for (name, offset) in [("principal_point_offset_x", offset.x), ("principal_point_offset_y", offset.y)]
+        {
+            if offset != 0.0 {
+                self.value("float", name, offset);
+            }
+        }
+        if camera.pixel_aspect != 1.0 {
+            self.value("float", "pixel_aspect", camera.pixel_aspect);
+        }
         // Mitsuba's x axis points to the left of the image.
         self.world_transform(DMat3::from_cols(-camera.right, camera.up, camera.forward), camera.origin);
         self.line("<sampler type=\"independent\">");

@@ -355,10 +355,10 @@ fn cameras() {
     near_clip="-1": expected a number greater than 0
 <float name='near_clip' value='2'/><float name='far_clip' value='1'/>
     dir/s.xml:2:36: far_clip="1": expected a number greater than near_clip
-<float name='principal_point_offset_x' value='.1'/>
-    principal_point_offset_x=".1": expected 0, as a camera that is not centred is not supported
+<float name='principal_point_offset_x' value='a'/>
+    principal_point_offset_x="a": expected a finite number
 <float name='toWorld' value='.1'/>
-    sensor "perspective" has no parameter "toWorld" here; supported: fov_axis, fov, focal_length, near_clip, far_clip, principal_point_offset_x, principal_point_offset_y, shutter_open, shutter_close, to_world
+    sensor "perspective" has no parameter "toWorld" here; supported: fov_axis, fov, focal_length, near_clip, far_clip, principal_point_offset_x, principal_point_offset_y, shutter_open, shutter_close, to_world, pixel_aspect
 "#,
         sensor,
     );

@@ -44,6 +44,7 @@ fn description() -> Description {
     let camera = Camera::look_at(DVec3::new(0.3, 1.0, 6.0), DVec3::new(0.1, 0.0, 0.2), DVec3::Y, 0.7);
     let crop = Some(Crop { x: 1, y: 2, width: 3, height: 4 });
     let film = Film { width: 8, height: 9, crop, filter: Filter::Gaussian { deviation: 0.4 } };
+    let camera = Camera { principal_point: DVec2::new(0.05, -0.125), pixel_aspect: 0.75, ..camera };
     let mut d = Description::new(camera, film);
     (d.integrator, d.samples) = (Integrator { max_depth: Some(3), rr_depth: 2 }, 33);
     let texels = |n: i32| (0..n).map(|i| DVec3::splat(0.125 * f64::from(i))).collect::<Vec<_>>();
@@ -122,6 +123,8 @@ fn scenes_come_back() {
         (after.film, after.integrator, after.samples)
     );
     assert!((before.camera.field_of_view - after.camera.field_of_view).abs() < 1e-15);
+    assert_eq!(before.camera.principal_point, after.camera.principal_point);
+    assert_eq!(before.camera.pixel_aspect, after.camera.pixel_aspect);
     let axes = |c: &Camera| [c.origin, c.right, c.up, c.forward];
     for (a, b) in axes(&before.camera).into_iter().zip(axes(&after.camera)) {
         assert!((a - b).length() < 1e-15);
