@@ -40,6 +40,17 @@ pub(super) struct Config {
     #[serde(default, rename = "regularizer")]
     pub(super) regularizers: Vec<RegularizerConfig>,
     pub(super) masks: Option<MasksConfig>,
+    pub(super) dtu: Option<DtuConfig>,
+}
+
+/// Views from a folder in the layout of the DTU data.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct DtuConfig {
+    pub(super) folder: PathBuf,
+    pub(super) views: Option<Vec<usize>>,
+    #[serde(default)]
+    pub(super) cut: bool,
 }
 
 /// A loss of the views' masks.
@@ -330,7 +341,15 @@ impl Config {
         if self.views_per_step == Some(0) {
             bail!("views_per_step = 0: a step looks at one view at least");
         }
-        if self.views.is_empty() && self.reference.is_none() {
+        if let Some(dtu) = &self.dtu
+            && (!self.views.is_empty() || self.reference.is_some())
+        {
+            bail!(
+                "the views are those of [dtu] folder = \"{}\", so that there can be no [[view]] and no [reference]",
+                dtu.folder.display()
+            );
+        }
+        if self.views.is_empty() && self.reference.is_none() && self.dtu.is_none() {
             bail!(
                 "there is nothing to fit to: add a [[view]] with a target = \"PICTURE\", or a [reference] with a scene to \
                  render"
@@ -349,6 +368,9 @@ impl Config {
             (None, Some(view)) => {
                 bail!("view {} has a mask, but there is no [masks] that says of which shape it is", view + 1)
             }
+            (Some(masks), None) if self.dtu.is_some() => {
+                masks.loss().map(|_| ()).map_err(|e| anyhow!("[masks]: {e}"))?;
+            }
             (Some(_), None) => bail!("[masks] is for views that have one: mask = \"PICTURE\""),
             (Some(masks), _) => masks.loss().map(|_| ()).map_err(|e| anyhow!("[masks]: {e}"))?,
             (None, None) => {}
@@ -366,6 +388,7 @@ impl Config {
         let views =
             self.views.iter_mut().flat_map(|v| v.target.iter_mut().chain(&mut v.weights).chain(&mut v.mask));
         let reference = self.reference.iter_mut().map(|r| &mut r.scene);
-        std::iter::once(&mut self.scene).chain(views).chain(reference)
+        let dtu = self.dtu.iter_mut().map(|dtu| &mut dtu.folder);
+        std::iter::once(&mut self.scene).chain(views).chain(reference).chain(dtu)
     }
 }

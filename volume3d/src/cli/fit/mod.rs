@@ -72,6 +72,10 @@ use super::{Outcome, Report};
 ///   beta2 = 0.999
 ///   bounds = [0, 1]                   # those of the parameter, unless given
 ///   start = [0.1, 0, 0]               # where the scene is, unless given
+///   [dtu]                             # in the place of views: photographs, masks and cameras as of DTU and IDR
+///   folder = "scan65"                 # image/*.png, mask/*.png, cameras.npz; the scene is in the coordinates of its unit ball
+///   views = [0, 5, 9]                 # all, unless given
+///   cut = false                       # the default; true: outside of masks is the background
 ///   [masks]                           # besides pictures, as IDR does; then method = "interior" leaves silhouettes to it
 ///   shape = "thing"                   # an implicit surface
 ///   center = [0, 0, 0]                # of a ball that it is in, in scene units

@@ -7,15 +7,19 @@ use glam::DVec3;
 use rand::Rng as _;
 use volume3d::Image;
 use volume3d::gradient::render;
+use volume3d::io::dtu::Folder;
 use volume3d::io::{load_image, load_image_over};
 use volume3d::optimize::View;
 use volume3d::scene::{Camera, Environment, Film, Scene};
 
 use super::super::session::{Bar, Loaded, check_size, located, lost, silent};
-use super::config::{Config, ViewConfig, definitions};
+use super::config::{Config, DtuConfig, ViewConfig, definitions};
 
 /// All views, with cameras of their own if they are several, each of which has its target, and the files that they came from.
 pub(super) fn views(config: &Config, scene: &Scene) -> anyhow::Result<(Vec<View>, Vec<PathBuf>)> {
+    if let Some(dtu) = &config.dtu {
+        return photographs(config, dtu, scene);
+    }
     let one = [ViewConfig::default()];
     let asked = if config.views.is_empty() { &one[..] } else { &config.views };
     let mut reference =
@@ -62,6 +66,39 @@ pub(super) fn views(config: &Config, scene: &Scene) -> anyhow::Result<(Vec<View>
         });
         let (weights, mask) = (weights.transpose()?, mask.transpose()?);
         views.push(View { name, camera, film, target, weights, mask });
+        bar.step();
+    }
+    Ok((views, files))
+}
+
+/// The views of a folder, with its cameras, and the scene's filter.
+fn photographs(config: &Config, dtu: &DtuConfig, scene: &Scene) -> anyhow::Result<(Vec<View>, Vec<PathBuf>)> {
+    let folder = Folder::open(&dtu.folder)?;
+    let asked = dtu.views.clone().unwrap_or_else(|| (0..folder.len()).collect());
+    if asked.is_empty() {
+        bail!("[dtu]: views = [] leaves no view");
+    }
+    let background = config.background.map_or_else(|| sky(scene), DVec3::from_array);
+    let (mut views, mut files): (Vec<View>, _) = (vec![], vec![folder.cameras()]);
+    let bar = Bar::new(asked.len(), "read photographs");
+    for index in asked {
+        let photograph = folder.view(index)?;
+        files.extend(folder.pictures(index).into_iter().flatten().map(Path::to_path_buf));
+        let name = photograph.name.clone();
+        if views.iter().any(|view| view.name == name) {
+            bail!("[dtu]: view {index} is asked for twice");
+        }
+        let camera = photograph.camera().map_err(|e| anyhow!("view `{name}`: {e}"))?;
+        let (width, height) = photograph.image.size();
+        check_size(Path::new(&format!("view `{name}`")), (width, height))?;
+        let film = Film { width, height, crop: None, ..scene.description().film };
+        let mut target = photograph.image;
+        if dtu.cut {
+            let outside = target.pixels.iter_mut().zip(&photograph.mask).filter(|(_, seen)| !**seen);
+            outside.for_each(|(pixel, _)| *pixel = background);
+        }
+        let mask = config.masks.as_ref().map(|_| photograph.mask);
+        views.push(View { name, camera: Some(camera), film, target, weights: None, mask });
         bar.step();
     }
     Ok((views, files))

@@ -44,7 +44,7 @@ pub struct View {
 pub struct Folder {
     path: PathBuf,
     names: Vec<[PathBuf; 2]>,
-    cameras: Vec<Pinhole>,
+    pinholes: Vec<Pinhole>,
 }
 
 /// All views of a folder; [`Folder`] has them one by one, with less memory.
@@ -76,10 +76,10 @@ impl Folder {
             }
         }
         let file = path.join(CAMERAS);
-        let cameras = parse_cameras(&files::read(&file)?, images.len())
+        let pinholes = parse_cameras(&files::read(&file)?, images.len())
             .map_err(|problem| Error::Dtu { path: file, problem })?;
         let names = images.into_iter().zip(masks).map(|(image, mask)| [image, mask]).collect();
-        Ok(Self { path: path.to_path_buf(), names, cameras })
+        Ok(Self { path: path.to_path_buf(), names, pinholes })
     }
 
     /// How many views there are, at least one.
@@ -89,13 +89,25 @@ impl Folder {
         self.names.len()
     }
 
+    /// The file of cameras.
+    #[must_use]
+    pub fn cameras(&self) -> PathBuf {
+        self.path.join(CAMERAS)
+    }
+
+    /// The files of a view, from 0: its picture and its mask; nothing if there is no such view.
+    #[must_use]
+    pub fn pictures(&self, index: usize) -> Option<[&Path; 2]> {
+        self.names.get(index).map(|names| names.each_ref().map(PathBuf::as_path))
+    }
+
     /// A view, from 0.
     ///
     /// # Errors
     /// [`Error::File`] or [`Error::Image`], or [`Error::Dtu`] if the mask has another size, or there is no such view.
     pub fn view(&self, index: usize) -> Result<View, Error> {
         let error = |problem| Error::Dtu { path: self.path.clone(), problem };
-        let (Some([image, mask]), Some(pinhole)) = (self.names.get(index), self.cameras.get(index)) else {
+        let (Some([image, mask]), Some(pinhole)) = (self.names.get(index), self.pinholes.get(index)) else {
             return Err(error(DtuProblem::Index { index, count: self.len() }));
         };
         let (picture, covered) = (load_image(image, false)?, load_image(mask, true)?);
