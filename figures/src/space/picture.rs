@@ -25,7 +25,7 @@ pub(crate) fn gradient(canvas: &mut Canvas, pixels: &[DVec3], width: usize, shad
 
 /// Where a point of the world lies on a picture of the whole film.
 pub(crate) fn on_film(scene: &Scene, place: Rect, point: DVec3) -> DVec2 {
-    let Camera { origin, right, up, forward, field_of_view } = &scene.description().camera;
+    let Camera { origin, right, up, forward, field_of_view, .. } = &scene.description().camera;
     let toward = point - *origin;
     let half = (0.5 * field_of_view).tan() * toward.dot(*forward);
     let across = DVec2::new(toward.dot(*right), -toward.dot(*up)) / half;

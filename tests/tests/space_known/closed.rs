@@ -134,7 +134,7 @@ fn lonely_cube(filter: plane::Filter, shines: bool) -> Known {
         radiance: vec![radiance; 12],
         background,
     };
-    let Camera { origin, right, up, forward, field_of_view } = camera;
+    let Camera { origin, right, up, forward, field_of_view, .. } = camera;
     let eye = coverage::Camera { origin, right, up, forward, field_of_view, width: 5, height: 5 };
     let exact = coverage::ProjectedScene::new(&flat, &eye, &motion, filter).and_then(|p| p.derivative());
     let exact = exact.expect("a derivative");

@@ -78,7 +78,7 @@ fn archive(cameras: &[Camera]) -> Vec<u8> {
     for (i, camera) in cameras.iter().enumerate() {
         for (kind, matrix) in [("world_mat", projection(camera)), ("scale_mat", DMat4::IDENTITY)] {
             let content = npy(matrix);
-            let (mut entry, config) = archive.new_file(&format!("{kind}_{i}.npy")).start().unwrap();
+            let (mut entry, config) = archive.new_file(format!("{kind}_{i}.npy")).start().unwrap();
             let mut writer = config.wrap(&mut entry);
             writer.write_all(&content).unwrap();
             let descriptor = writer.finish().unwrap().1;
