@@ -8,6 +8,7 @@ mod peers;
 mod plot;
 mod prose;
 mod ratio;
+mod seeds;
 mod space;
 
 use std::path::PathBuf;

@@ -3,7 +3,6 @@
 use std::time::{Duration, Instant};
 
 use flatland::plane::Image;
-use flatland::random::{open01, stream};
 use glam::{DVec2, DVec3};
 
 use crate::plot::{Canvas, Color, Pen, Raster, number};
@@ -115,11 +114,6 @@ pub(crate) fn listed(words: impl IntoIterator<Item = String>) -> String {
 /// "12.3 %".
 pub(crate) fn percent(part: f64) -> String {
     format!("{} %", number(100.0 * part))
-}
-
-/// A seed for the part of the study that the words name: 52 bits of their stream.
-pub(crate) fn seed_of(seed: u64, words: &[u64]) -> u64 {
-    (open01(&mut stream(seed, words)) * 2f64.powi(52)) as u64
 }
 
 /// The relative standard error of a variance above which it is not known.

@@ -19,8 +19,8 @@ use self::case::{Case, FilterName, Group, Normals, mean, word};
 use self::comparison::Comparison;
 use self::record::{Records, Row, Stored};
 use crate::context::{style, told};
-use crate::figures::common::seed_of;
 use crate::output::{write_bytes, write_csv};
+use crate::seeds::seed_of;
 use crate::space::{Clock, Compared, METHODS, Method, Task};
 
 /// Set by Ctrl-C.

@@ -19,7 +19,7 @@ use super::chamfer::{chamfer, hausdorff};
 use super::studio::{Subject, cameras, clay, empty, film, look};
 use super::target::DIAGONAL;
 use crate::context::Context;
-use crate::figures::common::seed_of;
+use crate::seeds::seed_of;
 
 /// Half the side of the cube of a grid.
 const HALF: f64 = 1.0;

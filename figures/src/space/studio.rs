@@ -11,7 +11,7 @@ use volume3d::sdf::analytic::Knot;
 use volume3d::sdf::isosurface;
 
 use super::target;
-use crate::figures::common::seed_of;
+use crate::seeds::seed_of;
 
 /// What is found from its views, from a ball.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,9 +9,9 @@ use flatland::warp::{Circle as Directions, LinearField as _};
 use glam::DVec2;
 
 use super::world::{REACH, World};
-use crate::figures::common::seed_of;
 use crate::plot::number;
 use crate::ratio::Ratio;
+use crate::seeds::seed_of;
 
 /// One set of parameters.
 pub(super) struct Setting {

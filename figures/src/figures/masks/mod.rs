@@ -41,7 +41,7 @@ fn prose(context: &Context, study: &Study) -> anyhow::Result<Prose> {
     let gone = match gone.as_str() {
         "" => String::new(),
         _ => format!(
-            "Where a surface vanished on the way, what is measured is the last that there was: {gone}."
+            "Where no surface was left in the box, or all of it was inside, the fit ended, and what is measured is the last there was: {gone}."
         ),
     };
     let spoilt = MASKS[1..].iter().map(|(flaw, _)| {
@@ -95,7 +95,7 @@ fn summary(study: &Study) -> Table {
             ("Chamfer distance, fit (%)", &|entry| (100.0 * entry.fit.chamfer()).into()),
             ("95 % Hausdorff distance, fit (%)", &|entry| (100.0 * entry.fit.hausdorff).into()),
             ("PSNR of held-out views, worst (dB)", &|entry| entry.fit.worst_decibels().into()),
-            ("gone after step", &|entry| entry.fit.vanished.map_or("".into(), |step| (step as usize).into())),
+            ("ended at step", &|entry| entry.fit.vanished.map_or("".into(), |step| (step as usize).into())),
             ("processor seconds", &|entry| entry.fit.seconds.into()),
         ],
     )

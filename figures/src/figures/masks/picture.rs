@@ -6,8 +6,8 @@ use super::study::{Arm, Flaw, Study};
 use crate::plot::*;
 use crate::space::picture::radiance;
 
-const SIDE: f64 = 118.0;
-const GAP: f64 = 8.0;
+const SIDE: f64 = 128.0;
+const GAP: f64 = 16.0;
 const PLOT: f64 = 250.0;
 
 /// The target and what is found by each, and below how far away it is.
@@ -35,7 +35,7 @@ pub(super) fn draw(study: &Study, caption: &str) -> Canvas {
         let at = place(i);
         figure.canvas.text(name, at, &head);
         figure.canvas.picture(&radiance(pixels, side), Rect::new(at.x, at.y + 14.0, SIDE, SIDE));
-        figure.canvas.text(below, at + DVec2::new(0.0, SIDE + 17.0), &head);
+        figure.canvas.text(below, at + DVec2::new(0.0, SIDE + 15.0), &head);
     };
     if let Some(first) = study.first(Arm::WarpedArea) {
         picture(0, "target, held out", "", &first.fit.target);
@@ -43,8 +43,7 @@ pub(super) fn draw(study: &Study, caption: &str) -> Canvas {
     for (i, arm) in shown.into_iter().enumerate() {
         let Some(entry) = study.first(arm) else { continue };
         if let Some(last) = entry.fit.stages.last() {
-            let vanished =
-                entry.fit.vanished.map_or(String::new(), |step| format!(", gone after step {step}"));
+            let vanished = entry.fit.vanished.map_or(String::new(), |step| format!(", ended at step {step}"));
             let below = format!("{} %{vanished}", number(100.0 * entry.fit.chamfer()));
             picture(i + 1, &arm.name(), &below, last);
         }

@@ -10,8 +10,8 @@ use volume3d::scene::Scene;
 
 use super::scene::{Light, bunny};
 use crate::context::Context;
-use crate::figures::common::seed_of;
 use crate::ratio::Ratio;
+use crate::seeds::seed_of;
 use crate::space::{Compared, Reference};
 
 /// Independent runs of each method: their spread is the error of everything that is said about it.

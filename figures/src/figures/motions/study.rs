@@ -5,8 +5,8 @@ use volume3d::gradient::render;
 
 use super::scene::Setting;
 use crate::context::Context;
-use crate::figures::common::seed_of;
 use crate::ratio::Ratio;
+use crate::seeds::seed_of;
 use crate::space::{Clock, Compared, METHODS, Method, Reference, Task};
 
 /// The method whose many samples are the reference: it is unbiased, and its samples have light tails.

@@ -7,12 +7,13 @@ use flatland::warp::{Debias, Warp};
 
 use super::worlds::{PIXELS, Setting};
 use crate::context::Context;
-use crate::figures::common::{KNOWN, SETTLED, dot, median, seed_of};
+use crate::figures::common::{KNOWN, SETTLED, dot, median};
 use crate::figures::trade::bias::{Curve, Series};
 use crate::figures::trade::debias::name;
 use crate::figures::trade::regression::{Bias, regress};
 use crate::plot::{Color, Marker, Palette};
 use crate::ratio::Ratio;
+use crate::seeds::seed_of;
 
 /// Independent runs of every estimate.
 pub(super) const RUNS: usize = 8;

@@ -9,7 +9,7 @@ use volume3d::scene::Scene;
 use super::protocol::{CLOSE, IMAGE_SAMPLES, LOSS, rate};
 use super::racer::{Place, Racer};
 use super::stage::Stage;
-use crate::figures::common::seed_of;
+use crate::seeds::seed_of;
 
 /// A scene to be fitted, and what it should look like.
 pub(super) struct Problem {

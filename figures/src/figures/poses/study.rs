@@ -11,7 +11,7 @@ use super::racer::Racer;
 use super::record::{Records, Row, listed};
 use super::stage::Stage;
 use crate::context::Context;
-use crate::figures::common::seed_of;
+use crate::seeds::seed_of;
 use crate::space::ThreadClock;
 
 /// What is asked.

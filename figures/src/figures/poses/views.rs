@@ -9,7 +9,7 @@ use super::racer::Racer;
 use super::stage::Stage;
 use super::study::Study;
 use super::summary::Race;
-use crate::figures::common::seed_of;
+use crate::seeds::seed_of;
 
 /// A scene's target, its first start, and where every method ends from there.
 pub(super) struct View {

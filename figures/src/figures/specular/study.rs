@@ -4,11 +4,12 @@ use flatland::estimator::transport::{EdgeChoice, EdgeSampling, GradientImage, Me
 use flatland::transport::fields::Construction;
 use flatland::warp::{Debias, Warp};
 
-use super::super::common::{KNOWN, SETTLED, dot, seconds, seed_of};
+use super::super::common::{KNOWN, SETTLED, dot, seconds};
 use super::scene::{CORNERS, Lighting, PIXELS, Scene};
 use crate::context::Context;
 use crate::plot::{Color, Marker, Palette};
 use crate::ratio::Ratio;
+use crate::seeds::seed_of;
 
 /// Half widths of the lobe.
 pub(super) const WIDTHS: [f64; 7] = [0.5, 0.15, 0.05, 0.015, 4e-3, 1e-3, 1e-4];

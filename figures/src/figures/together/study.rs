@@ -7,7 +7,7 @@ use volume3d::scene::Scene;
 
 use super::scene::{NAMES, cameras, film, start, truth};
 use crate::context::Context;
-use crate::figures::common::seed_of;
+use crate::seeds::seed_of;
 use crate::space::Clock;
 
 /// The first step of Adam for each of [`NAMES`]: scene units, radians, reflectance, radiance, reflectance.

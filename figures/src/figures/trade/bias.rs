@@ -7,9 +7,9 @@ use super::regression::Bias;
 use super::stratified::Kernel;
 use super::target::{KAPPA, Spread, Target};
 use crate::context::Context;
-use crate::figures::common::seed_of;
 use crate::plot::{Color, Marker, Palette};
 use crate::ratio::Ratio;
+use crate::seeds::seed_of;
 
 /// Auxiliary rays N' of the first study.
 const RAYS: [usize; 9] = [1, 2, 4, 8, 16, 32, 64, 128, 256];

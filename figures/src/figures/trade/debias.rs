@@ -5,8 +5,9 @@ use flatland::warp::{Debias, Warp};
 
 use super::target::{KAPPA, Target};
 use crate::context::Context;
-use crate::figures::common::{median, seed_of};
+use crate::figures::common::median;
 use crate::ratio::Ratio;
+use crate::seeds::seed_of;
 
 /// Rays of the consistent estimator that the schemes are compared with.
 pub(super) const RAYS: usize = 16;

@@ -12,8 +12,8 @@ use super::regression::{Bias, regress_exactly};
 use super::stratified::Kernel;
 use super::target::{Ask, KAPPA, Spread, Target};
 use crate::context::Context;
-use crate::figures::common::seed_of;
 use crate::plot::{Color, Palette, Style};
+use crate::seeds::seed_of;
 
 /// Shortest and longest time shown, in seconds of one core per pixel.
 pub(super) const TIMES: (f64, f64) = (1e-5, 10.0);

@@ -11,8 +11,9 @@ use flatland::warp::{Debias, Warp};
 
 use super::setting::Setting;
 use crate::context::Context;
-use crate::figures::common::{Agreement, dot, largest, seed_of};
+use crate::figures::common::{Agreement, dot, largest};
 use crate::plot::{Color, Palette};
+use crate::seeds::seed_of;
 
 /// The number of the figure, for its seeds.
 const FIGURE: u64 = 7;

@@ -13,7 +13,7 @@ use volume3d::scene::{Camera, Scene};
 use super::scene::Light;
 use super::shapes::{Subject, subdivided};
 use crate::context::Context;
-use crate::figures::common::seed_of;
+use crate::seeds::seed_of;
 use crate::space::Clock;
 use crate::space::chamfer::chamfer;
 use crate::space::target::DIAGONAL;
