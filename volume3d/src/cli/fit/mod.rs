@@ -19,7 +19,7 @@ use volume3d::scene::Scene;
 
 use self::folder::Folder;
 use self::problem::{Problem, reverse};
-use super::session::{Threads, silent};
+use super::session::{Threads, lost, silent};
 use super::{Outcome, Report};
 
 /// Fits parameters of a scene to pictures.
@@ -141,12 +141,14 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
         text += &format!("goes on after step {} of {}\n", fit.steps_taken(), config.steps);
     }
     let from = fit.steps_taken();
-    let start = Instant::now();
+    let (start, before) = (Instant::now(), scene.trace_counts());
     let ended = steps(&config, &mut fit, &mut scene, &folder, fingerprint);
     folder.keep(&fit, fingerprint)?;
     ended?;
     text += &times(fit.times(), fit.steps_taken() - from, start.elapsed());
     text += &doubts(&fit);
+    let taken = fit.steps_taken() - from;
+    text += &lost(scene.trace_counts() - before, samples(&config, &fit, taken));
     let (camera, film) = own;
     text += &folder.finish(&config, &fit, &mut scene, camera, film).map_err(interrupted(&fit, &config))?;
     Ok(Report { text, outcome: Outcome::Good })
@@ -206,6 +208,15 @@ fn interrupted(fit: &Fit, config: &config::Config) -> impl Fn(anyhow::Error) -> 
         let stopped = matches!(of_objective, Some(ObjectiveError::Gradient(GradientError::Stopped(_))));
         if stopped || error.is::<Stopped>() { anyhow!(Interrupted { done, steps }) } else { error }
     }
+}
+
+/// Samples of all images and gradients of so many steps.
+fn samples(config: &config::Config, fit: &Fit, steps: u64) -> usize {
+    let views = &fit.objective().views;
+    let pixels: usize = views.iter().map(|view| view.target.pixels.len()).sum();
+    let each = config.gradient.spp + fit.objective().image_samples;
+    // Every view has its turn in each round.
+    (pixels * each).saturating_mul(steps as usize) / fit.round().max(1)
 }
 
 /// What speaks against the result.
