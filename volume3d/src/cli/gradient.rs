@@ -8,7 +8,7 @@ use clap::error::ErrorKind;
 use volume3d::Image;
 use volume3d::gradient::Regions;
 
-use super::lint::{APART, covering};
+use super::lint::{APART, PART, covering, passing_through};
 use super::method::MethodOptions;
 use super::movement::{Moves, change};
 use super::output::{Output, Pixels, check_distinct};
@@ -226,6 +226,10 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     text += &result.outlier().map(|largest| outlier(largest, result.largest_share())).unwrap_or_default();
     for parted in scene.parted_shapes(&change.positions) {
         text += &format!("WARNING: {}; {APART}\n", covering(scene.description(), &parted));
+    }
+    let warps = change.is_geometric() && !options.method.is_finite_difference();
+    for crossing in scene.implicit_crossings().iter().filter(|_| warps) {
+        text += &format!("WARNING: {}; {PART}\n", passing_through(scene.description(), crossing));
     }
     text += &totals(&result.regions);
     for output in &outputs.gradient {

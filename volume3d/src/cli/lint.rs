@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use clap::Args;
-use volume3d::scene::{Description, Light, Overlap, Scene, Shape};
+use volume3d::scene::{CrossedBy, Description, ImplicitCrossing, Light, Overlap, Scene, Shape};
 
 use super::mesh_faults::MeshFaults;
 use super::session::SceneOptions;
@@ -50,6 +50,11 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
 pub(super) fn findings(scene: &Scene) -> Vec<Finding> {
     let d = scene.description();
     let mut found: Vec<Finding> = scene.overlapping_shapes().iter().map(|o| covered(d, o)).collect();
+    found.extend(scene.implicit_crossings().iter().map(|crossing| Finding {
+        grave: true,
+        what: passing_through(d, crossing),
+        advice: PART,
+    }));
     found.extend(d.shapes.iter().filter(|s| d.materials[s.material].bsdf.is_mirror()).map(|s| Finding {
         grave: true,
         what: format!(
@@ -126,6 +131,23 @@ fn faults(shape: &Shape, found: &mut Vec<Finding>) {
 
 fn covered(d: &Description, overlap: &Overlap) -> Finding {
     Finding { grave: true, what: covering(d, overlap), advice: APART }
+}
+
+/// What to do about what passes through an implicit surface.
+pub(super) const PART: &str =
+    "part them, or make them one: both as meshes, whose crossings are followed, or as one function";
+
+/// Something that passes through an implicit surface.
+pub(super) fn passing_through(d: &Description, crossing: &ImplicitCrossing) -> String {
+    let ImplicitCrossing { implicit, with, at } = crossing;
+    let (kind, other) = match *with {
+        CrossedBy::Mesh(mesh) => ("shape", &d.shapes[mesh].id),
+        CrossedBy::Implicit(other) => ("implicit surface", &d.implicits[other].id),
+    };
+    let id = &d.implicits[*implicit].id;
+    format!(
+        "{kind} `{other}` passes through implicit surface `{id}`, near {at:.3}: the curve in which they meet is followed by no field"
+    )
 }
 
 /// What to do about surfaces that cover one another.
