@@ -3,8 +3,10 @@
 use std::fmt::Write as _;
 
 use clap::Args;
-use glam::DVec3;
-use volume3d::scene::{Description, Environment, Light, Reflectance, Scene};
+use flatland::sdf::Sdf as _;
+use glam::{DVec2, DVec3};
+use volume3d::scene::{Camera, Description, Environment, Light, Reflectance, Scene};
+use volume3d::sdf::{Baked, Grid};
 
 use super::lint;
 use super::session::SceneOptions;
@@ -23,6 +25,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     let mut text = String::new();
     camera(&mut text, &scene);
     shapes(&mut text, scene.description());
+    implicits(&mut text, scene.description());
     materials(&mut text, scene.description());
     lights(&mut text, scene.description());
     crossings(&mut text, &scene);
@@ -36,7 +39,15 @@ fn camera(text: &mut String, scene: &Scene) {
     let degrees = d.camera.field_of_view.to_degrees();
     let depth = d.integrator.max_depth.map_or_else(|| "unlimited".to_owned(), |n| n.to_string());
     let _ = writeln!(text, "image: {width} × {height} pixels, {} spp, filter {:?}", d.samples, d.film.filter);
-    let _ = writeln!(text, "camera: at {}, {degrees:.2}° horizontally; path length {depth}", d.camera.origin);
+    let Camera { origin, principal_point, pixel_aspect, .. } = d.camera;
+    let _ = write!(text, "camera: at {origin}, {degrees:.2}° horizontally");
+    if principal_point != DVec2::ZERO || pixel_aspect != 1.0 {
+        let _ = write!(
+            text,
+            ", axis {principal_point} of the film's size beside its middle, f_y/f_x {pixel_aspect}"
+        );
+    }
+    let _ = writeln!(text, "; path length {depth}");
 }
 
 fn shapes(text: &mut String, d: &Description) {
@@ -54,6 +65,33 @@ fn shapes(text: &mut String, d: &Description) {
             let _ = write!(text, ", emits {radiance}");
         }
         text.push('\n');
+    }
+}
+
+/// Implicit surfaces, of what they are made, and how.
+fn implicits(text: &mut String, d: &Description) {
+    if !d.implicits.is_empty() {
+        let _ = writeln!(text, "implicit surfaces: {}", d.implicits.len());
+    }
+    for shape in &d.implicits {
+        let (surface, material) = (&shape.surface, &d.materials[shape.material].id);
+        let grid = |grid: &Grid| {
+            let [nx, ny, nz] = grid.size();
+            format!("{nx} × {ny} × {nz} nodes, {}", format!("{:?}", grid.interpolation()).to_lowercase())
+        };
+        let made = if let Some(own) = surface.downcast() {
+            grid(own)
+        } else if let Some(baked) = surface.downcast::<Baked>() {
+            format!("network of {} weights, on {}", surface.dimension(), grid(baked.grid()))
+        } else {
+            format!("{} parameters", surface.dimension())
+        };
+        let _ =
+            write!(text, "  `{}`: {made}, `{material}`, slopes up to {:.3}", shape.id, surface.slope_bound());
+        let _ = match shape.bounds() {
+            Some((low, high)) => writeln!(text, ", in a box from {low:.4} to {high:.4}"),
+            None => writeln!(text, ", without a box"),
+        };
     }
 }
 

@@ -239,7 +239,9 @@ pub(super) fn lost_with_picture(
     output: &Path,
 ) -> anyhow::Result<String> {
     let mut text = lost(traces, samples);
-    if let (false, Some(image)) = (text.is_empty(), lost_rays) {
+    // Slopes that are too low lose no ray.
+    let is_about_rays = !lost(TraceCounts { too_flat: 0, ..traces }, samples).is_empty();
+    if let (true, Some(image)) = (is_about_rays, lost_rays) {
         let most = image.pixels.iter().map(|p| p.x).fold(0.0, f64::max);
         let stem = output.file_stem().unwrap_or_default().to_string_lossy();
         let path = output.with_file_name(format!("{stem}_lost_rays.png"));

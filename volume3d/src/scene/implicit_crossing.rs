@@ -1,6 +1,6 @@
 //! Where implicit surfaces pass through meshes, and through one another: no field follows the curves in which they meet.
 
-use flatland::sdf::Sdf as _;
+use flatland::sdf::Sdf;
 use glam::DVec3;
 
 use super::{ImplicitShape, Scene};
@@ -101,7 +101,7 @@ fn inside_of_both(
         [None, None] => return None,
     };
     let (low, high) = (low.max(other_low), high.min(other_high));
-    let bounds = pair.map(|shape| shape.slope_bound_everywhere());
+    let bounds = pair.map(Sdf::slope_bound_everywhere);
     let mut waiting = if low.cmple(high).all() { vec![(low, high)] } else { vec![] };
     while let Some((low, high)) = waiting.pop() {
         let (centre, radius) = (0.5 * (low + high), 0.5 * high.distance(low));
