@@ -27,7 +27,7 @@ use volume3d::gradient::{EdgeSampling, Field, Progress, WarpedArea};
 /// Grounds in whose pixels penumbras lie.
 static PENUMBRAS: LazyLock<Vec<Known>> = LazyLock::new(|| {
     let all = DirectKind::ALL.into_iter().flat_map(|kind| {
-        (0..pick(8, 16)).map(move |i| {
+        (0..pick(8, 24)).map(move |i| {
             let moving = DirectMoving::ALL[i as usize % DirectMoving::ALL.len()];
             DirectKnobs { moving, ..DirectKnobs::random(71_000 + i, kind) }
         })
@@ -50,7 +50,7 @@ const MOVING: [IrradianceMoving; 4] = [
 ];
 
 /// Receivers as small as a pixel, under up to four occluders.
-static POINTS: LazyLock<Vec<Known>> = LazyLock::new(|| points(&IrradianceKind::GENERIC, pick(24, 48)));
+static POINTS: LazyLock<Vec<Known>> = LazyLock::new(|| points(&IrradianceKind::GENERIC, pick(24, 72)));
 
 /// The pixel's field of view: what it sees of the ground is a sixth of the ground's size, and 1/200 of the
 /// distance of everything else.

@@ -1,8 +1,8 @@
 //! What is found from its views: shapes in clay under an even light, and cameras around them.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, SQRT_2};
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use volume3d::Image;
 use volume3d::geometry::Mesh;
 use volume3d::gradient::{Progress, render};
@@ -19,15 +19,21 @@ pub(crate) enum Subject {
     Bunny,
     /// A ring, which the ball is not.
     Knot,
+    /// A chair with legs as thick as two cells of the finest grid.
+    Chair,
+    /// The same with legs of one cell.
+    ThinChair,
 }
 
 impl Subject {
-    pub(crate) const ALL: [Self; 2] = [Self::Bunny, Self::Knot];
+    pub(crate) const ALL: [Self; 4] = [Self::Bunny, Self::Knot, Self::Chair, Self::ThinChair];
 
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Bunny => "bunny",
             Self::Knot => "trefoil",
+            Self::Chair => "chair",
+            Self::ThinChair => "thin chair",
         }
     }
 
@@ -38,8 +44,37 @@ impl Subject {
                 let knot = Knot::new(DVec3::ZERO, (2, 3), (0.6, 0.25), 0.15)?;
                 target::placed(isosurface(&knot, (DVec3::splat(-1.1), DVec3::splat(1.1)), 64)?)
             }
+            Self::Chair => chair(2.0 * CELL),
+            Self::ThinChair => chair(CELL),
         }
     }
+}
+
+/// A cell of the finest grid: of 64 along a side of 2.
+const CELL: f64 = 1.0 / 32.0;
+
+/// A seat, a back and four legs of a width, of the size of targets: its box of 1 × √2 × 1 has the diagonal 2. Parts reach a little into one another.
+fn chair(leg: f64) -> anyhow::Result<Mesh> {
+    const WITHIN: f64 = 0.01;
+    let (half, height) = (0.5, SQRT_2);
+    let seat = [-0.1, 0.06];
+    let (bottom, top) = (-0.5 * height, 0.5 * height);
+    let mut boxes = vec![
+        (DVec3::new(-half, seat[0], -half), DVec3::new(half, seat[1], half)),
+        (DVec3::new(-half, seat[1] - WITHIN, -half), DVec3::new(half, top, -half + 0.12)),
+    ];
+    for [x, z] in [[-half, -half], [-half, half - leg], [half - leg, -half], [half - leg, half - leg]] {
+        boxes.push((DVec3::new(x, bottom, z), DVec3::new(x + leg, seat[0] + WITHIN, z + leg)));
+    }
+    let (mut positions, mut triangles) = (vec![], vec![]);
+    for (low, high) in boxes {
+        let place = DAffine3::from_translation(0.5 * (low + high)) * DAffine3::from_scale(0.5 * (high - low));
+        let part = Mesh::cube().transformed(&place);
+        let first = positions.len() as u32;
+        positions.extend_from_slice(part.positions());
+        triangles.extend(part.triangles().iter().map(|t| t.map(|i| first + i)));
+    }
+    Ok(Mesh::new(positions, triangles)?)
 }
 
 /// A square film.

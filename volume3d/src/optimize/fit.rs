@@ -22,7 +22,7 @@ use super::schedule::Schedule;
 use crate::Image;
 use crate::gradient::Progress;
 use crate::scene::{ImplicitSurface, Scene, SceneError};
-use crate::sdf::{Grid, RedistanceError};
+use crate::sdf::{BakeError, Grid, RedistanceError};
 
 /// How long a fit goes on, and what it looks at.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -160,6 +160,14 @@ pub enum FitError {
         /// What is wrong.
         error: RedistanceError,
     },
+    /// A network has no surface on a finer grid.
+    #[error("`{parameter}`: {error}; try more cells at first, or a smaller rate")]
+    Bake {
+        /// The name of the parameter.
+        parameter: String,
+        /// What is wrong.
+        error: BakeError,
+    },
     /// The loss has become far larger than it was.
     #[error(
         "the fit diverges: the loss is {loss:.3e}, and was {first:.3e} at first; try smaller rates, or more samples"
@@ -213,6 +221,14 @@ impl Fit {
         if state.records.len() as u64 > self.plan.steps {
             return Err("it is of a longer fit");
         }
+        // Nothing is made finer for a state that does not fit in the end.
+        let counts: Vec<usize> = (0..self.optimizers.len()).map(|i| self.numbers(i, &state, scene)).collect();
+        let other = "it is of other parameters";
+        let same = |(adam, count): (&Adam, &usize)| adam.len().is_none_or(|len| len == *count);
+        let fits = state.adams.len() == counts.len() && state.adams.iter().zip(&counts).all(same);
+        if state.x.len() != counts.iter().sum::<usize>() || !fits {
+            return Err(other);
+        }
         let (mut parameters, mut x) = (self.parameters, self.state.x);
         for (i, optimizer) in self.optimizers.iter().enumerate() {
             let Some(steps) = &optimizer.grid else { continue };
@@ -222,14 +238,23 @@ impl Fit {
                 (parameters, x) = surface::replace(parameters, &x, i, finer, scene).map_err(|_| none)?;
             }
         }
-        let groups = parameters.groups();
-        let same = |adam: &Adam, range: &Range<usize>| adam.len().is_none_or(|len| len == range.len());
-        let fits = state.adams.len() == groups.len()
-            && state.adams.iter().zip(groups).all(|(adam, group)| same(adam, &group.range));
-        if state.x.len() != x.len() || !fits {
-            return Err("it is of other parameters");
+        if state.x.len() != x.len() {
+            return Err(other);
         }
         Ok(Self { state, parameters, ..self })
+    }
+
+    /// How many numbers a group of parameters is in a state: grids have become finer by then.
+    fn numbers(&self, group: usize, state: &State, scene: &Scene) -> usize {
+        let (steps, own) = (&self.optimizers[group].grid, &self.parameters.groups()[group]);
+        match (steps, surface::grid(own, scene)) {
+            (Some(steps), Some(grid)) => {
+                let times = steps.refinements(state.records.len() as u64) as u32;
+                let finer = |n: usize| (n - 1).saturating_mul(2usize.saturating_pow(times)).saturating_add(1);
+                grid.size().map(finer).into_iter().fold(1, usize::saturating_mul)
+            }
+            _ => own.range.len(),
+        }
     }
 
     /// Where it is.
@@ -364,8 +389,10 @@ impl Fit {
         for (i, optimizer) in self.optimizers.iter().enumerate() {
             let Some(steps) = &optimizer.grid else { continue };
             let due = steps.refinements(t + 1) > steps.refinements(t);
-            if due && let Some(network) = surface::finer_network(&self.parameters.groups()[i], scene) {
-                finer.push((i, network));
+            let group = &self.parameters.groups()[i];
+            if due && let Some(network) = surface::finer_network(group, scene) {
+                let failed = |error| FitError::Bake { parameter: group.name.clone(), error };
+                finer.push((i, network.map_err(failed)?));
             }
         }
         let mut parameters = self.parameters.clone();

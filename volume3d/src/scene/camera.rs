@@ -72,7 +72,7 @@ pub struct Crop {
     pub height: usize,
 }
 
-/// A film of square pixels.
+/// A film.
 ///
 /// The image plane goes on beyond the film's border: a filter that reaches over the border sees what is there
 /// (Mitsuba's `sample_border`), so that no pixel is special.

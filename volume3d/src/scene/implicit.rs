@@ -191,7 +191,7 @@ impl Sdf<DVec3> for ImplicitShape {
 
 #[cfg(test)]
 mod tests {
-    use flatland::sdf::shapes::Ball;
+    use flatland::sdf::shapes::{Ball, SmoothUnion};
 
     use super::*;
     use crate::gradient::{EdgeSampling, GradientError, Progress, Rotation, Tangent, Unsupported, render};
@@ -328,7 +328,7 @@ mod tests {
         let all = render(&Scene::new(few.clone()).expect("a scene"), 4, 1, &Progress::none());
         let all = all.expect("an image");
         assert!(all.lost_rays.is_none(), "{:?}", all.traces);
-        few.tracer.max_steps = 3;
+        few.tracer.max_steps = 4;
         let scene = Scene::new(few).expect("a scene");
         let rendering = render(&scene, 4, 1, &Progress::none()).expect("an image");
         let lost = rendering.lost_rays.expect("rays are lost");
@@ -354,7 +354,11 @@ mod tests {
         };
         let mut of_grid = description();
         of_grid.implicits[0].surface = ImplicitSurface::new(grid);
-        for description in [description(), of_grid] {
+        // A union has no bound on second derivatives.
+        let mut of_union = description();
+        let union = SmoothUnion::new(ball(4.0, 1.0), ball(4.0, 0.9), 0.0).expect("a union");
+        of_union.implicits[0].surface = ImplicitSurface::new(union);
+        for description in [description(), of_union, of_grid] {
             let scene = Scene::new(description).expect("a scene");
             let shape = &scene.description().implicits[0];
             let hit = |angle: f64| {
@@ -378,6 +382,37 @@ mod tests {
             assert!(least(inside).abs() < 1e-10, "{}", least(inside));
             for beside in [1e-9, 1e-8, 1e-7, 1e-6] {
                 assert!(hit(inside - beside).is_some() && hit(inside + beside).is_none(), "{beside}");
+            }
+        }
+    }
+
+    /// From far away the tolerance, an angle, is more than small things are apart: what is met is the first of them all the same.
+    #[test]
+    fn far_away_the_first_of_small_things_is_met() {
+        for distance in [1e2, 1e4, 1e5] {
+            let at = |x: f64, z: f64| Ball::new(DVec3::new(x, 0.0, distance + z), 0.05).expect("a ball");
+            let balls = [at(0.0, 0.0), at(0.03, 0.12)];
+            let mut pair = description();
+            pair.tracer.far = 1e6;
+            let union = SmoothUnion::new(balls[0], balls[1], 0.0).expect("a union");
+            pair.implicits[0].surface = ImplicitSurface::new(union);
+            let scene = Scene::new(pair).expect("a scene");
+            for i in 0..2000 {
+                let x = -0.05 + 0.13 * (f64::from(i) + 0.5) / 2000.0;
+                let way = DVec3::new(x, 0.0, distance).normalize();
+                let passed = balls.map(|ball| {
+                    let along = ball.centre().dot(way);
+                    (along, (ball.centre() - along * way).length())
+                });
+                // Beside silhouettes rays run out of steps, and are counted.
+                if passed.iter().any(|(_, across)| (across - 0.05).abs() < 1e-4) {
+                    continue;
+                }
+                let first = passed.into_iter().filter(|(_, across)| *across < 0.05);
+                let first = first.map(|(along, across)| along - (0.05_f64.powi(2) - across * across).sqrt());
+                let Some(first) = first.reduce(f64::min) else { continue };
+                let hit = scene.closest(DVec3::ZERO, way, None).map_or(f64::INFINITY, |hit| hit.distance);
+                assert!((hit - first).abs() < 1e-6, "{distance} {x}: {hit} {first}");
             }
         }
     }

@@ -103,7 +103,8 @@ impl Scene {
     /// A ray that passes it within the tracer's tolerance is no hit: where it is nearest, ∇φ·ω is 0, and what hits move by infinite.
     fn march(&self, ray: &LocalRay<'_>, part: Part) -> Option<f64> {
         let Tracer { tolerance, max_steps, step_scale, .. } = self.description.tracer;
-        let (mut t, far) = (part.near / ray.scale, part.far / ray.scale);
+        let (near, far) = (part.near / ray.scale, part.far / ray.scale);
+        let mut t = near;
         let mut steep = false;
         let mut least = f64::NEG_INFINITY;
         let (mut end, mut flat) = (None, false);
@@ -111,8 +112,9 @@ impl Scene {
         for _ in 0..max_steps {
             let (value, slope) = ray.look(t);
             steep |= value < least;
-            if value <= tolerance * t {
-                let (root, there) = ray.polished(t);
+            // Of what is far away and small, the tolerance may be more than its parts are apart: the next root is looked for where only one is near.
+            if value <= tolerance * t.min(ray.size) {
+                let (root, there) = ray.polished(t, near);
                 if value <= 0.0 || there.value.abs() <= EXACT * ray.size.max(root) {
                     // It may be beyond the end: a light, or the point that is looked for.
                     end = (root < far).then_some(root * ray.scale);
@@ -194,12 +196,12 @@ impl<'a> LocalRay<'a> {
     }
 
     /// The root next to t, as exactly as Newton's method finds it, and φ and ∇φ there. Where there is none, or a kink, |φ|
-    /// does not halve at each step.
-    fn polished(&self, mut t: f64) -> (f64, Jet<DVec3>) {
+    /// does not halve at each step. None nearer than `near`: there the ray begins.
+    fn polished(&self, mut t: f64, near: f64) -> (f64, Jet<DVec3>) {
         let mut jet = self.surface.jet(self.at(t));
         while jet.value != 0.0 {
             let next = t - jet.value / jet.gradient.dot(self.direction);
-            if !(next.is_finite() && next > 0.0) {
+            if !(next.is_finite() && next >= near) {
                 break;
             }
             let there = self.surface.jet(self.at(next));

@@ -76,12 +76,18 @@ impl Baked {
         let single = SingleNetwork::new(&network)?;
         let raw =
             Grid::sampled_together(Interpolation::Cubic, bounds, cells, |points| single.values(points))?;
-        let given = raw.nodes().to_vec();
-        let raw = raw.closed()?;
-        let band = band(&raw);
-        let is_kept = |&node: &usize| band[node] && raw.nodes()[node] == given[node];
-        let kept: Vec<usize> = (0..band.len()).filter(is_kept).collect();
-        let (grid, slope) = distances(&raw, Slopes::Overall)?;
+        let inside = band(&raw);
+        let mut kept: Vec<usize> = (0..inside.len()).filter(|&node| inside[node]).collect();
+        let (mut grid, mut slope) = distances(&raw, Slopes::Overall)?;
+        if grid.bounds().is_none() {
+            let given = grid.nodes().to_vec();
+            let closed = grid.closed()?;
+            let inside = band(&closed);
+            kept.retain(|&node| inside[node] && closed.nodes()[node] == given[node]);
+            let more;
+            (grid, more) = distances(&closed, Slopes::Overall)?;
+            slope *= more;
+        }
         Ok(Self { network, single, bounds, cells, grid, kept, slope })
     }
 
@@ -300,6 +306,23 @@ mod tests {
             assert!((found - expected).abs() < 5e-4 * (1.0 + expected.abs()), "{found} {expected}");
             let pushed: f64 = baked.push_forward(&way).iter().zip(&by_nodes).map(|(a, b)| a * b).sum();
             assert!((found - pushed).abs() < 1e-6 * (1.0 + pushed.abs()), "{found} {pushed}");
+        }
+    }
+
+    /// A network may be any multiple of a distance.
+    #[test]
+    fn the_surface_does_not_depend_on_the_slope() {
+        let (network, corners) = (network(), (DVec3::splat(-1.2), DVec3::splat(1.2)));
+        let last = network.architecture().ranges(network.architecture().layers() - 1).0.start;
+        let root = |scale: f64| {
+            let mut weights = network.parameters();
+            weights[last..].iter_mut().for_each(|weight| *weight *= scale);
+            let baked = Baked::new(network.with_parameters(&weights).expect("weights"), corners, 16);
+            surface(baked.expect("a grid").grid())[0].length()
+        };
+        let expected = root(1.0);
+        for scale in [0.3, 0.01, 100.0] {
+            assert!((root(scale) - expected).abs() < 1e-5, "{scale}: {} {expected}", root(scale));
         }
     }
 

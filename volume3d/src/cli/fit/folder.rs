@@ -187,8 +187,12 @@ impl Folder {
                     let shape = &scene.description().implicits[implicit];
                     // What reaches the border of its grid makes no closed mesh; the grid is beside fit.xml.
                     let mesh = shape.bounds().map(|bounds| isosurface(shape, bounds, ISOSURFACE));
-                    if let Some(Ok(mesh)) = mesh {
-                        write_obj(&path(&shape.id), &mesh)?;
+                    match mesh {
+                        Some(Ok(mesh)) => write_obj(&path(&shape.id), &mesh)?,
+                        Some(Err(error)) => {
+                            eprintln!("WARNING: no mesh of `{}` is written: {error}", shape.id);
+                        }
+                        None => {}
                     }
                 }
                 _ => {}

@@ -159,7 +159,7 @@ pub enum SceneProblem {
     },
     /// A scene of another version of the format.
     #[error(
-        "scene version \"{found}\" is not supported; expected 3.x. (Scenes before version 2.0 write names in \
+        "scene version \"{found}\" is not supported; expected 2.x or 3.x. (Scenes before version 2.0 write names in \
          camelCase: turn toWorld into to_world and so on, and set version=\"3.0.0\".)"
     )]
     Version {

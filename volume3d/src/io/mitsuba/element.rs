@@ -229,7 +229,8 @@ impl Builder<'_> {
         let root = self.element(xml.root_element(), &file, &mut lines, includes, 0)?;
         self.opened.pop();
         let version = root.attribute("version").unwrap_or_default();
-        if version.split('.').next() != Some("3") {
+        // Names and meanings have been the same since 2.0.
+        if !matches!(version.split('.').next(), Some("2" | "3")) {
             return Err(root.error(SceneProblem::Version { found: excerpt(version) }));
         }
         Ok(root)

@@ -1,4 +1,4 @@
-//! Mitsuba 3 scenes.
+//! Scenes of Mitsuba 2 and 3.
 //!
 //! What is understood means what it means in Mitsuba 3 (documentation of version 3.7, RGB variants); whatever is
 //! not understood is an error with its line, be it a plugin or a single parameter. Nothing is dropped in
@@ -33,8 +33,9 @@
 //! - Films see what is beyond their border, as with `sample_border`, whether it is set or not.
 //! - `near_clip` and `far_clip` cut nothing. A scene of which they would cut something that the film has in view is
 //!   refused. Where they are not given there are none; Mitsuba then cuts at 0.01 and at 10000.
-//! - Of the samplers and of `mis_compensation`, `compensate`, `component_format` and the like, which change noise
-//!   or storage and not what is computed, all values are accepted and ignored.
+//! - Of the samplers and of `mis_compensation`, `compensate`, `component_format`, `banner`, the numbers of samples of `direct` and
+//!   the like, which change noise or storage and not what is computed, all values are accepted and ignored. So is
+//!   `focus_distance` without a lens, and the alpha of `rgba`.
 //! - The `prb`, `_reparam` and `_projective` integrators stand for the images they render, those of `path` (with
 //!   `max_depth` 6 unless given, as there) and `direct`; how derivatives are computed is not said by the scene.
 //!

@@ -48,12 +48,16 @@ pub(super) fn sensor<'a>(object: &Object<'a>, ids: &Ids<'a>) -> Result<Sensor<'a
 }
 
 fn camera<'a>(object: &Object<'a>, aspect: f64) -> Result<(Camera, Clips<'a>), Error> {
-    let field_of_view = field_of_view(object, aspect)?;
+    let pixel_aspect = object.positive("pixel_aspect")?.unwrap_or(1.0);
+    // An angle along columns is f_y's.
+    let field_of_view = field_of_view(object, aspect * pixel_aspect)?;
     let clips = Clips::read(object)?;
     let offset = |name| object.float(name).map(|offset| offset.unwrap_or(0.0));
     // Mitsuba says where in the picture of a centred camera the middle of this one is.
     let principal_point =
         -DVec2::new(offset("principal_point_offset_x")?, offset("principal_point_offset_y")?);
+    // All is sharp without a lens.
+    object.positive("focus_distance")?;
     // Nothing moves while the shutter is open.
     object.float("shutter_open")?;
     object.float("shutter_close")?;
@@ -63,7 +67,6 @@ fn camera<'a>(object: &Object<'a>, aspect: f64) -> Result<(Camera, Clips<'a>), E
     };
     // Mitsuba's x axis points to the left of the image.
     let (right, up, forward) = (-frame.x_axis, frame.y_axis, frame.z_axis);
-    let pixel_aspect = object.positive("pixel_aspect")?.unwrap_or(1.0);
     Ok((Camera { origin, right, up, forward, field_of_view, principal_point, pixel_aspect }, clips))
 }
 
@@ -123,12 +126,13 @@ fn film<'a>(object: &Object<'a>, ids: &Ids<'a>) -> Result<Film, Error> {
     let (width, height) = (side("width", DEFAULT_SIZE.0)?, side("height", DEFAULT_SIZE.1)?);
     let mut film = film_of_size((width, height));
     film.crop = crop(object, width, height)?;
-    object.choice("pixel_format", &["rgb"], "rgb, the only one that is rendered")?;
+    object.choice("pixel_format", &["rgb", "rgba"], "rgb or rgba, of which the colours are rendered")?;
     // What a file of the image would be like, and what to do beyond the border: see the module's documentation.
     object.choice("file_format", &["openexr", "exr"], "openexr")?;
     object.choice("component_format", &["float16", "float32"], "float16 or float32")?;
-    object.boolean("sample_border")?;
-    object.boolean("compensate")?;
+    for name in ["sample_border", "compensate", "banner", "high_quality_edges"] {
+        object.boolean(name)?;
+    }
     if let Some(element) = object.at_most_one("<rfilter>")? {
         film.filter = filter(&Object::new(element, ids)?)?;
     }
@@ -188,8 +192,17 @@ fn sampler(object: &Object<'_>) -> Result<usize, Error> {
 pub(super) fn integrator(object: &Object<'_>) -> Result<Integrator, Error> {
     let integrator = match object.plugin {
         "path" => depths(object, None)?,
-        "prb" | "prb_basic" | "prb_reparam" | "prb_projective" => depths(object, Some(DEFAULT_PRB_DEPTH))?,
+        "prb" | "prb_basic" | "prb_reparam" | "prb_projective" => {
+            let integrator = depths(object, Some(DEFAULT_PRB_DEPTH))?;
+            derivatives(object)?;
+            integrator
+        }
         "direct" | "direct_reparam" | "direct_projective" => {
+            derivatives(object)?;
+            let expected = "a whole number of at least 1, as all strategies are used";
+            for name in ["emitter_samples", "bsdf_samples", "shading_samples"] {
+                object.integer_in(name, 1..=i64::from(u32::MAX), expected)?;
+            }
             Integrator { max_depth: Some(2), ..Integrator::default() }
         }
         _ => {
@@ -207,6 +220,28 @@ pub(super) fn integrator(object: &Object<'_>) -> Result<Integrator, Error> {
     }
     object.finish()?;
     Ok(integrator)
+}
+
+/// How Mitsuba would compute derivatives: these are computed another way, and the image does not depend on it.
+fn derivatives(object: &Object<'_>) -> Result<(), Error> {
+    let (integers, floats, booleans, words): (&[_], &[_], &[_], &[_]) = match object.plugin {
+        "prb_reparam" | "direct_reparam" => (
+            &["reparam_max_depth", "reparam_rays"],
+            &["reparam_kappa", "reparam_exp"],
+            &["reparam_antithetic", "reparam_unroll"],
+            &[],
+        ),
+        "prb_projective" | "direct_projective" => {
+            (&["sppc", "sppp", "sppi", "guiding_rounds"], &[], &["guiding_proj"], &["guiding", "proj_seed"])
+        }
+        _ => (&[], &[], &[], &[]),
+    };
+    for name in integers {
+        object.integer_in(name, -1..=i64::from(u32::MAX), "a whole number")?;
+    }
+    floats.iter().try_for_each(|name| object.float(name).map(|_| ()))?;
+    words.iter().try_for_each(|name| object.string(name).map(|_| ()))?;
+    booleans.iter().try_for_each(|name| object.boolean(name).map(|_| ()))
 }
 
 fn depths(object: &Object<'_>, default: Option<usize>) -> Result<Integrator, Error> {

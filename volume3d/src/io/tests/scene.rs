@@ -143,6 +143,14 @@ fn fields_of_view() {
     for (axis, expected) in expected {
         assert!((tangent(axis) - expected).abs() < 1e-12, "{axis}: {}", tangent(axis));
     }
+    let flat = "<float name='pixel_aspect' value='0.5'/><float name='fov' value='90'/>";
+    for (axis, expected) in [("x", 1.0), ("y", 1.0)] {
+        let camera = camera(&format!("{film}{flat}<string name='fov_axis' value='{axis}'/>")).camera;
+        assert!(((0.5 * camera.field_of_view).tan() - expected).abs() < 1e-12, "{axis}");
+    }
+    // Mitsuba shows at (u, v) what a centred camera shows at (u, v) + offset: the axis is at the middle less the offset.
+    let offset = "<float name='principal_point_offset_x' value='0.1'/><float name='principal_point_offset_y' value='-0.2'/>";
+    assert_eq!(camera(offset).camera.principal_point, DVec2::new(-0.1, 0.2));
     let long = camera(&format!("{film}<string name='focal_length' value='100 mm'/>")).camera.field_of_view;
     assert!(((0.5 * long).tan() - 0.5 * 36.0_f64.hypot(24.0) / 100.0 * 0.8_f64.sqrt()).abs() < 1e-12);
 }

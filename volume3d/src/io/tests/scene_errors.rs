@@ -30,15 +30,17 @@ fn documents() {
         (message(unused), "dir/s.xml:1:1: the value given for $w is not used in the scene"),
         (case(SENSOR), "2 <sensor> in the scene; expected at most one"),
     ]);
-    let old = "is not supported; expected 3.x. (Scenes before version 2.0 write names in camelCase: turn \
+    let old = "is not supported; expected 2.x or 3.x. (Scenes before version 2.0 write names in camelCase: turn \
         toWorld into to_world and so on, and set version=\"3.0.0\".)";
     let whole = |text: &str| message(read(text)).replace(old, "is OLD");
     check_table(
         r#"
 <shape version='3.0.0'/>
     dir/s.xml:1:1: <shape> is not supported inside the file; supported: <scene>
+<scene version='1.0.0'/>
+    dir/s.xml:1:1: scene version "1.0.0" is OLD
 <scene version='2.1.0'/>
-    dir/s.xml:1:1: scene version "2.1.0" is OLD
+    dir/s.xml:1:1: the scene needs a <sensor>
 <!-- -->
 <scene/>
     dir/s.xml:2:1: scene version "" is OLD
@@ -144,7 +146,7 @@ fn films() {
 <boolean name='sample_border' value='yes'/>
     sample_border="yes": expected true or false
 <string name='pixel_format' value='luminance'/>
-    pixel_format="luminance": expected rgb, the only one that is rendered
+    pixel_format="luminance": expected rgb or rgba, of which the colours are rendered
 <integer name='crop_width' value='769'/>
     crop_width="769": expected a whole number that ends within the film
 <integer name='crop_offset_y' value='576'/>
@@ -324,8 +326,10 @@ fn plugins() {
     max_depth="0": expected −1 or a whole number of at least 1 (0 is a black image)
 <integrator type='path'><boolean name='hide_emitters' value='true'/></integrator>
     hide_emitters is not supported; leave it out, and subtract what emits
-<integrator type='prb_reparam'><integer name='reparam_rays' value='8'/></integrator>
-    dir/s.xml:2:32: integrator "prb_reparam" has no parameter "reparam_rays" here; supported: max_depth, rr_depth, hide_emitters
+<integrator type='prb_reparam'><integer name='reparam_ray' value='8'/></integrator>
+    dir/s.xml:2:32: integrator "prb_reparam" has no parameter "reparam_ray" here; supported: max_depth, rr_depth, reparam_max_depth, reparam_rays, reparam_kappa, reparam_exp, reparam_antithetic, reparam_unroll, hide_emitters
+<integrator type='direct'><integer name='emitter_samples' value='0'/></integrator>
+    dir/s.xml:2:27: emitter_samples="0": expected a whole number of at least 1, as all strategies are used
 "#,
         case,
     );
@@ -358,7 +362,7 @@ fn cameras() {
 <float name='principal_point_offset_x' value='a'/>
     principal_point_offset_x="a": expected a finite number
 <float name='toWorld' value='.1'/>
-    sensor "perspective" has no parameter "toWorld" here; supported: fov_axis, fov, focal_length, near_clip, far_clip, principal_point_offset_x, principal_point_offset_y, shutter_open, shutter_close, to_world, pixel_aspect
+    sensor "perspective" has no parameter "toWorld" here; supported: pixel_aspect, fov_axis, fov, focal_length, near_clip, far_clip, principal_point_offset_x, principal_point_offset_y, focus_distance, shutter_open, shutter_close, to_world
 "#,
         sensor,
     );

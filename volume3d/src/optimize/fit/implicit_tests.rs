@@ -186,3 +186,17 @@ fn grids_become_finer_and_fits_go_on() {
         assert!(again.description().implicits == first.description().implicits, "{at}");
     }
 }
+
+/// A state of a finer fit than this is refused before anything becomes finer.
+#[test]
+fn states_of_other_fits_change_nothing() {
+    let target = scene(sampled(0.9));
+    let grid_steps = GridSteps { smoothing: 1.0, redistance: true, refine: vec![1] };
+    let optimizer = Optimizer { grid: Some(grid_steps), ..Adam::new(0.1).into() };
+    let mut first = scene(sampled(0.7));
+    let mut fine = fit(&first, &target, 2, optimizer.clone());
+    run(&mut fine, &mut first).expect("a fit");
+    let before = first.description().clone();
+    let other = fit(&first, &target, 2, optimizer).resumed(fine.state().clone(), &mut first);
+    assert!(other.is_err() && *first.description() == before);
+}

@@ -3,7 +3,7 @@
 use super::super::parameters::{Group, Parameters};
 use super::super::quantity::Quantity;
 use crate::scene::{ImplicitSurface, Scene, SceneError};
-use crate::sdf::{Baked, Grid};
+use crate::sdf::{BakeError, Baked, Grid};
 
 /// The surface whose parameters a group is; nothing if it is of something else.
 fn surface<'s>(group: &Group, scene: &'s Scene) -> Option<&'s ImplicitSurface> {
@@ -21,16 +21,16 @@ pub(super) fn network<'s>(group: &Group, scene: &'s Scene) -> Option<&'s Baked> 
     surface(group, scene)?.downcast()
 }
 
-/// The same network on a grid of twice as many cells.
-pub(super) fn finer_network(group: &Group, scene: &Scene) -> Option<ImplicitSurface> {
+/// The same network on a grid of twice as many cells; nothing if the group is of something else.
+pub(super) fn finer_network(group: &Group, scene: &Scene) -> Option<Result<ImplicitSurface, BakeError>> {
     let baked = network(group, scene)?;
-    baked.with_cells(2 * baked.cells()).ok().map(ImplicitSurface::new)
+    Some(baked.with_cells(2 * baked.cells()).map(ImplicitSurface::new))
 }
 
 /// What takes the place of a surface when a fit is gone on with: a grid of as many nodes as later, whose values are still to come.
 pub(super) fn finer(group: &Group, scene: &Scene) -> Option<ImplicitSurface> {
     let subdivided = |grid: &Grid| grid.subdivided().ok().map(ImplicitSurface::new);
-    grid(group, scene).and_then(subdivided).or_else(|| finer_network(group, scene))
+    grid(group, scene).and_then(subdivided).or_else(|| finer_network(group, scene)?.ok())
 }
 
 /// Gives the scene another surface in the place of that of a group of parameters, which may then be more numbers.

@@ -242,6 +242,16 @@ impl Interpolation {
     }
 }
 
+impl Interpolation {
+    /// The layers of nodes that count on the border: a spline knows two there, of which beyond it only the outermost is left.
+    pub(super) fn border(self) -> usize {
+        match self {
+            Self::Trilinear => 1,
+            Self::Cubic => 2,
+        }
+    }
+}
+
 /// A node's place along each axis.
 fn place(index: usize, [nx, ny, _]: [usize; 3]) -> [usize; 3] {
     [index % nx, index / nx % ny, index / nx / ny]
@@ -278,11 +288,7 @@ impl Sdf<DVec3> for Grid {
 
     /// From the first node to the last, if all nodes that count on the border and beyond are above the level; else `None`.
     fn level_bounds(&self, level: f64) -> Option<(DVec3, DVec3)> {
-        // On its border the spline knows two layers, of which beyond it only the outermost is left.
-        let layers = match self.interpolation {
-            Interpolation::Trilinear => 1,
-            Interpolation::Cubic => 2,
-        };
+        let layers = self.interpolation.border();
         let [nx, ny, nz] = self.size;
         let beside = |i: usize, count: usize| i < layers || i + layers >= count;
         let above = |&value: &f64| value > level;

@@ -1,6 +1,6 @@
 //! φ beyond the border of a grid, where no nodes are.
 
-use flatland::sdf::{Jet, SecondOrder};
+use flatland::sdf::{Jet, Sdf as _, SecondOrder};
 use glam::{DMat3, DVec3};
 
 use super::{Grid, GridError, Interpolation, place};
@@ -15,18 +15,22 @@ pub(super) struct Outside {
 }
 
 impl Grid {
-    /// The same with the nodes of the two outermost layers at least half a spacing, so that the surface does not reach the border: what does has no
-    /// [bounds](flatland::sdf::Sdf::bounds), and rays look for it everywhere.
+    /// The same with no node inside on its border, of whose layers a cubic spline has two: those are half a spacing outside instead. What reaches the border has
+    /// no [bounds](flatland::sdf::Sdf::bounds), and rays look for it everywhere. A grid that has bounds stays as it is.
     ///
     /// # Errors
     /// [`GridError::OneSign`] if nothing else was inside.
     pub fn closed(self) -> Result<Self, GridError> {
-        let (mut nodes, size) = (self.nodes, self.size);
-        let least = 0.5 * self.spacing.min_element();
+        if self.bounds().is_some() {
+            return Ok(self);
+        }
+        let (mut nodes, size, layers) = (self.nodes, self.size, self.interpolation.border());
+        let outside = 0.5 * self.spacing.min_element();
         for (index, node) in nodes.iter_mut().enumerate() {
             let place = place(index, size);
-            if (0..3).any(|axis| place[axis] < 2 || place[axis] + 2 >= size[axis]) {
-                *node = node.max(least);
+            let is_border = (0..3).any(|axis| place[axis] < layers || place[axis] + layers >= size[axis]);
+            if is_border && *node <= 0.0 {
+                *node = outside;
             }
         }
         Self::new(self.interpolation, self.low, self.spacing, size, nodes)

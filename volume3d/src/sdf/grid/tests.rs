@@ -245,6 +245,35 @@ fn bad_grids_are_refused() {
     assert!(grid.with_parameters(&good[1..]).is_err() && grid.with_parameters(&with(0, 1.0)).is_err());
 }
 
+/// What is closed stays as it is, however near its border it comes, and of what is open only nodes of the border that are inside.
+#[test]
+fn closing_changes_no_more_than_it_must() {
+    for interpolation in BOTH {
+        let near = |radius: f64| {
+            let corners = (DVec3::NEG_ONE, DVec3::ONE);
+            Grid::sampled(interpolation, corners, 16, |x| x.length() - radius).expect("a grid")
+        };
+        let closed = near(0.86);
+        assert_eq!(closed.bounds().is_some(), true);
+        assert_eq!(closed.clone().closed().as_ref(), Ok(&closed));
+        let open = near(1.05);
+        assert_eq!(open.bounds(), None);
+        let made = open.clone().closed().expect("a grid");
+        assert!(made.bounds().is_some());
+        for (index, (before, after)) in open.nodes().iter().zip(made.nodes()).enumerate() {
+            let is_border = made.position(index).abs().max_element() > 0.8;
+            assert!(before == after || (is_border && *before <= 0.0 && *after > 0.0), "{index}");
+        }
+    }
+    // Thin grids have hardly anything but a border.
+    let corners = (DVec3::new(-1.0, -1.0, -0.15), DVec3::new(1.0, 1.0, 0.15));
+    let thin = Grid::sampled(Interpolation::Trilinear, corners, 20, |x| {
+        (x / DVec3::new(1.0, 1.0, 0.15)).length() - 0.6
+    });
+    let thin = thin.expect("a grid");
+    assert_eq!(thin.clone().closed(), Ok(thin));
+}
+
 /// Up to where surfaces reach the border, or a level does.
 #[test]
 fn the_box_is_that_of_the_nodes_if_the_border_is_outside() {
