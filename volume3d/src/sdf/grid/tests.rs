@@ -254,7 +254,7 @@ fn closing_changes_no_more_than_it_must() {
             Grid::sampled(interpolation, corners, 16, |x| x.length() - radius).expect("a grid")
         };
         let closed = near(0.86);
-        assert_eq!(closed.bounds().is_some(), true);
+        assert!(closed.bounds().is_some());
         assert_eq!(closed.clone().closed().as_ref(), Ok(&closed));
         let open = near(1.05);
         assert_eq!(open.bounds(), None);
