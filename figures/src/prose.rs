@@ -189,6 +189,6 @@ mod tests {
             }
             assert_eq!(asked, given, "names in {}", folder.display());
         }
-        assert_eq!(count, 17);
+        assert_eq!(count, 18);
     }
 }

@@ -8,6 +8,7 @@ mod fields;
 mod flat;
 mod forms;
 mod implicit;
+mod levels;
 mod masks;
 mod mesh;
 mod motions;
@@ -45,7 +46,7 @@ const fn figure(
 }
 
 /// All figures in the order of their numbers, from 1 on.
-pub(crate) const ALL: [Figure; 17] = [
+pub(crate) const ALL: [Figure; 18] = [
     figure("fields", "every construction of the warp field on one scene", fields::draw),
     figure("attempts", "the three attempts along a line across a silhouette", attempts::draw),
     figure("forms", "Reynolds, divergence and reparameterised forms of one derivative", forms::draw),
@@ -71,4 +72,5 @@ pub(crate) const ALL: [Figure; 17] = [
     figure("together", "pose, paint, lamp and floor of one scene from two pictures", together::draw),
     figure("surfaces", "implicit surfaces from their views, and what topology does to it", surfaces::draw),
     figure("masks", "a neural surface from pictures alone, and with masks, good and bad (IDR)", masks::draw),
+    figure("levels", "every field of an implicit surface in space, its bias and its price", levels::draw),
 ];
