@@ -1,8 +1,9 @@
 //! What every figure is told: how much to spend, where to write, and how to show progress.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
@@ -13,8 +14,9 @@ use volume3d::geometry::Mesh;
 use volume3d::gradient::Progress;
 use volume3d::io::write_obj;
 
+use crate::gallery::{Drawing, dark_file};
 use crate::output::{Table, write_animation, write_csv, write_exr, write_png};
-use crate::plot::Canvas;
+use crate::plot::{Canvas, dark, light};
 
 /// How many samples to spend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -32,6 +34,8 @@ pub(crate) struct Context {
     seed: u64,
     figures: ProgressBar,
     start: Instant,
+    /// What was drawn, by file name.
+    drawings: Mutex<BTreeMap<String, Drawing>>,
 }
 
 impl Context {
@@ -40,7 +44,7 @@ impl Context {
         let figures =
             ProgressBar::new(count as u64).with_style(style("{pos}/{len} {bar:24} {elapsed} {msg}"));
         figures.enable_steady_tick(Duration::from_millis(200));
-        Self { quality, out, seed, figures, start: Instant::now() }
+        Self { quality, out, seed, figures, start: Instant::now(), drawings: Mutex::default() }
     }
 
     /// `draft` or `full`, by the quality asked for.
@@ -61,14 +65,30 @@ impl Context {
         self.out.join(file)
     }
 
-    /// Writes a drawing to a file of this name.
+    /// Writes a drawing to a file of this name, and to another for dark pages.
     pub(crate) fn png(&self, file: &str, canvas: &Canvas) -> Result<()> {
-        write_png(&self.out.join(file), canvas)
+        self.note(file, canvas);
+        write_png(&self.out.join(file), canvas, light)?;
+        write_png(&self.out.join(dark_file(file)), canvas, dark)
     }
 
-    /// Writes drawings of one size as one animated file, each shown for `milliseconds`.
+    /// Writes drawings of one size as one animated file, each shown for `milliseconds`, and as another for dark pages.
     pub(crate) fn animation(&self, file: &str, frames: &[Canvas], milliseconds: u16) -> Result<()> {
-        write_animation(&self.out.join(file), frames, milliseconds)
+        if let Some(first) = frames.first() {
+            self.note(file, first);
+        }
+        write_animation(&self.out.join(file), frames, milliseconds, light)?;
+        write_animation(&self.out.join(dark_file(file)), frames, milliseconds, dark)
+    }
+
+    fn note(&self, file: &str, canvas: &Canvas) {
+        let drawing = Drawing { size: canvas.size(), parts: canvas.parts().to_vec() };
+        self.drawings.lock().unwrap_or_else(PoisonError::into_inner).insert(file.to_owned(), drawing);
+    }
+
+    /// All that was drawn, by file name.
+    pub(crate) fn drawings(&self) -> BTreeMap<String, Drawing> {
+        self.drawings.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Writes a table, and returns the file's name for the list of data.

@@ -1,11 +1,13 @@
-//! The gallery: every picture and study on one page that needs nothing but itself.
+//! The gallery: every picture and study on one page, which needs nothing but the files beside it.
 
-use std::{fs, path::Path};
+use std::collections::BTreeMap;
+use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
-use base64::{Engine, engine::general_purpose::STANDARD};
+use glam::DVec2;
 
 use crate::output::{Cell, Table, write_bytes};
+use crate::plot::Rect;
 
 /// How the page looks.
 const STYLE: &str = include_str!("gallery.css");
@@ -21,6 +23,15 @@ pub(crate) struct Picture {
     pub(crate) caption: String,
 }
 
+/// What the page needs to know of a picture's file.
+#[derive(Clone, Debug)]
+pub(crate) struct Drawing {
+    /// In logical pixels.
+    pub(crate) size: DVec2,
+    /// Panels that narrow screens show one below the other.
+    pub(crate) parts: Vec<Rect>,
+}
+
 /// A numbered part of the page.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Section {
@@ -28,11 +39,15 @@ pub(crate) struct Section {
     pub(crate) id: String,
     /// Heading. Plain text.
     pub(crate) title: String,
-    /// A few paragraphs. HTML.
+    /// One sentence: what the pictures show. HTML.
+    pub(crate) lead_html: String,
+    /// What to make of it, in a paragraph or two. HTML.
     pub(crate) explanation_html: String,
+    /// How it was measured, and all numbers. HTML.
+    pub(crate) details_html: String,
     /// Displayed formula.
     pub(crate) formula_mathml: String,
-    /// Pictures, embedded.
+    /// Pictures, which stand beside the page.
     pub(crate) pictures: Vec<Picture>,
     /// File names in the gallery's folder, linked.
     pub(crate) data: Vec<String>,
@@ -40,71 +55,128 @@ pub(crate) struct Section {
     pub(crate) table: Table,
 }
 
-/// Writes `index.html` into a folder where pictures and data stand already. The title is plain text, the introduction
-/// HTML; sections have their numbers, which on a page of a single figure are still that figure's.
-pub(crate) fn write(folder: &Path, title: &str, intro: &str, sections: &[(usize, Section)]) -> Result<()> {
-    let title = escape(title);
-    let mut page = format!(
+/// The file that dark pages show in place of another.
+pub(crate) fn dark_file(file: &str) -> String {
+    format!("dark_{file}")
+}
+
+/// Panels wider than this, in logical pixels, are moved sideways on narrow screens instead of shrunk.
+const WIDE: f64 = 560.0;
+
+/// How many times their size panels grow on narrow screens, at most.
+const LARGER: f64 = 1.25;
+
+/// Writes `index.html` into a folder where pictures and data stand already. The opening is what a reader meets first; its pictures are shown if
+/// they were drawn, and its details, with links to all figures, on a page of more than one.
+pub(crate) fn write(
+    folder: &Path,
+    opening: &Section,
+    sections: &[(usize, Section)],
+    drawings: &BTreeMap<String, Drawing>,
+) -> Result<()> {
+    let page = Page { folder, drawings };
+    let title = escape(&opening.title);
+    let is_whole = sections.len() > 1;
+    let drawn = opening.pictures.iter().filter(|picture| drawings.contains_key(&picture.file));
+    let pictures: String = drawn.map(|picture| page.picture(picture)).collect::<Result<_>>()?;
+    let story = if is_whole { opening.details_html.as_str() } else { "" };
+    let mut html = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <link rel=\"icon\" href=\"data:,\">\n\
          <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
-         <header><h1>{title}</h1>\n<div class=\"text\">{intro}</div></header>\n\
-         <nav aria-label=\"Contents\"><ol>"
+         <header><h1>{title}</h1>\n<div class=\"lead\">{}</div>\n{pictures}<div class=\"text\">{}{story}</div></header>\n\
+         <nav aria-label=\"Contents\"><ol>",
+        opening.lead_html, opening.explanation_html,
     );
     for (number, section) in sections {
         let (id, title) = (escape(&section.id), escape(&section.title));
-        page += &format!("<li value=\"{number}\"><a href=\"#{id}\">{title}</a></li>");
+        html += &format!("<li value=\"{number}\"><a href=\"#{id}\">{title}</a></li>");
     }
-    page += "</ol></nav>\n<main>\n";
+    html += "</ol></nav>\n<main>\n";
     for (number, section) in sections {
         let name = || format!("section “{}” of the gallery", section.title);
-        page += &section_html(*number, section, folder).with_context(name)?;
+        html += &page.section(*number, section).with_context(name)?;
     }
-    page += "</main>\n</body>\n</html>\n";
-    write_bytes(&folder.join("index.html"), page.as_bytes())
+    html += "</main>\n</body>\n</html>\n";
+    write_bytes(&folder.join("index.html"), html.as_bytes())
 }
 
-fn section_html(number: usize, section: &Section, folder: &Path) -> Result<String> {
-    let (id, title) = (escape(&section.id), escape(&section.title));
-    let pictures: String =
-        section.pictures.iter().map(|picture| picture_html(picture, folder)).collect::<Result<_>>()?;
-    for file in &section.data {
-        ensure!(folder.join(file).is_file(), "no data file {}", folder.join(file).display());
-    }
-    let links =
-        section.data.iter().map(|file| escape(file)).map(|file| format!("<a href=\"{file}\">{file}</a>"));
-    Ok(format!(
-        "<section id=\"{id}\">\n<h2><a href=\"#{id}\"><span>{number}</span>{title}</a></h2>\n\
-         <div class=\"text\">{}</div>\n<div class=\"formula\">{}</div>\n{pictures}{}\
-         <p class=\"data\">Data: {}</p>\n</section>\n",
-        section.explanation_html,
-        section.formula_mathml,
-        table_html(&section.table),
-        links.collect::<Vec<_>>().join(" · "),
-    ))
+/// The page being written.
+struct Page<'a> {
+    folder: &'a Path,
+    drawings: &'a BTreeMap<String, Drawing>,
 }
 
-fn picture_html(picture: &Picture, folder: &Path) -> Result<String> {
-    let path = folder.join(&picture.file);
-    let bytes = fs::read(&path).with_context(|| format!("reading {}", path.display()))?;
-    // Width and height stand in a PNG's first chunk, IHDR, at fixed places.
-    let side = |at: usize| bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).map(u32::from_be_bytes);
-    let sides = side(16).zip(side(20)).filter(|_| bytes.starts_with(b"\x89PNG\r\n\x1a\n"));
-    let (width, height) = sides.with_context(|| format!("{} is not a PNG", path.display()))?;
-    let caption = match picture.caption.as_str() {
-        "" => String::new(),
-        caption => format!("<figcaption>{caption}</figcaption>"),
-    };
-    // Canvases hold two device pixels per logical one.
-    Ok(format!(
-        "<figure><a class=\"card\" href=\"{}\"><img width=\"{}\" height=\"{}\" alt=\"{}\" \
-         src=\"data:image/png;base64,{}\"></a>{caption}</figure>\n",
-        escape(&picture.file),
-        width / 2,
-        height / 2,
-        escape(&picture.alt),
-        STANDARD.encode(&bytes),
-    ))
+impl Page<'_> {
+    fn section(&self, number: usize, section: &Section) -> Result<String> {
+        let (id, title) = (escape(&section.id), escape(&section.title));
+        let pictures: String =
+            section.pictures.iter().map(|picture| self.picture(picture)).collect::<Result<_>>()?;
+        for file in &section.data {
+            ensure!(self.folder.join(file).is_file(), "no data file {}", self.folder.join(file).display());
+        }
+        let links =
+            section.data.iter().map(|file| escape(file)).map(|file| format!("<a href=\"{file}\">{file}</a>"));
+        Ok(format!(
+            "<section id=\"{id}\">\n<h2><a href=\"#{id}\"><span>{number}</span>{title}</a></h2>\n\
+             <div class=\"lead\">{}</div>\n<div class=\"shown\">\n<div class=\"pictures\">{pictures}</div>\n\
+             <div class=\"text\">{}<div class=\"formula\">{}</div>\n\
+             <details><summary>Numbers, and how they were measured</summary>\n{}{}\
+             <p class=\"data\">Data: {}</p></details></div>\n</div>\n</section>\n",
+            section.lead_html,
+            section.explanation_html,
+            section.formula_mathml,
+            section.details_html,
+            table_html(&section.table),
+            links.collect::<Vec<_>>().join(" · "),
+        ))
+    }
+
+    /// The whole picture, and its panels for narrow screens: each the same file, moved behind a window.
+    fn picture(&self, picture: &Picture) -> Result<String> {
+        let drawing =
+            self.drawings.get(&picture.file).with_context(|| format!("{} was not drawn", picture.file))?;
+        let size = drawing.size;
+        let image = |style: &str| image_html(&picture.file, &picture.alt, size, style);
+        let caption = match picture.caption.as_str() {
+            "" => String::new(),
+            caption => format!("<figcaption>{caption}</figcaption>"),
+        };
+        let file = escape(&picture.file);
+        let class = if drawing.parts.is_empty() { "card" } else { "card whole" };
+        let whole = format!("<a class=\"{class}\" href=\"{file}\">{}</a>", image(""));
+        let part = |part: &Rect| {
+            let Rect { x, y, width, height } = *part;
+            let style = format!(
+                "width:{:.2}%;left:{:.2}%;top:{:.2}%",
+                100.0 * size.x / width,
+                -100.0 * x / width,
+                -100.0 * y / height
+            );
+            let least = if width > WIDE { format!(";min-width:{width:.0}px") } else { String::new() };
+            let most = LARGER * width;
+            format!(
+                "<div class=\"scroll\"><a class=\"part\" href=\"{file}\" style=\"aspect-ratio:{width:.1}/{height:.1};max-width:{most:.0}px{least}\">{}</a></div>",
+                image(&style)
+            )
+        };
+        let parts: String = drawing.parts.iter().map(part).collect();
+        let parts = if parts.is_empty() { parts } else { format!("<div class=\"parts\">{parts}</div>") };
+        Ok(format!("<figure>{whole}{parts}{caption}</figure>\n"))
+    }
+}
+
+/// A picture in light and dark.
+fn image_html(file: &str, alt: &str, size: DVec2, style: &str) -> String {
+    let (light, dark) = (escape(file), escape(&dark_file(file)));
+    format!(
+        "<picture><source media=\"(prefers-color-scheme: dark)\" srcset=\"{dark}\"><img loading=\"lazy\" width=\"{:.0}\" \
+         height=\"{:.0}\" alt=\"{}\" style=\"{style}\" src=\"{light}\"></picture>",
+        size.x,
+        size.y,
+        escape(alt),
+    )
 }
 
 fn table_html(table: &Table) -> String {
@@ -135,21 +207,32 @@ fn escape(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{output::write_png, plot::Canvas};
 
     #[test]
-    fn the_page_embeds_its_pictures() {
+    fn the_page_shows_pictures_whole_and_in_parts() {
         let folder = tempfile::tempdir().unwrap();
-        write_png(&folder.path().join("a.png"), &Canvas::new(20.0, 10.0)).unwrap();
+        let drawing =
+            Drawing { size: DVec2::new(200.0, 100.0), parts: vec![Rect::new(50.0, 20.0, 100.0, 80.0)] };
+        let drawings = BTreeMap::from([("a.png".to_owned(), drawing)]);
         let picture = Picture { file: "a.png".into(), alt: "<white> & 'b'".into(), caption: String::new() };
         let section = Section { id: "a".into(), pictures: vec![picture], ..Section::default() };
-        write(folder.path(), "T & t", "", &[(7, section.clone())]).unwrap();
-        let page = fs::read_to_string(folder.path().join("index.html")).unwrap();
+        let opening = Section { title: "T & t".into(), ..section.clone() };
+        let sections = [(7, section.clone())];
+        write(folder.path(), &opening, &sections, &drawings).unwrap();
+        let page = std::fs::read_to_string(folder.path().join("index.html")).unwrap();
         assert!(page.contains("<span>7</span>") && page.contains("<li value=\"7\">"));
-        assert!(page.contains("src=\"data:image/png;base64,iVBORw0KGgo"));
-        assert!(page.contains("width=\"20\" height=\"10\" alt=\"&lt;white&gt; &amp; &#39;b&#39;\""));
-        let missing = Section { data: vec!["none.csv".into()], ..section };
-        let error = format!("{:#}", write(folder.path(), "", "", &[(1, missing)]).unwrap_err());
-        assert!(error.contains("none.csv"), "{error}");
+        assert!(page.contains("width=\"200\" height=\"100\" alt=\"&lt;white&gt; &amp; &#39;b&#39;\""));
+        assert!(page.contains("src=\"a.png\"") && page.contains("srcset=\"dark_a.png\""));
+        assert!(
+            page.contains("aspect-ratio:100.0/80.0;max-width:125px")
+                && page.contains("width:200.00%;left:-50.00%;top:-25.00%")
+        );
+        let missing = Section { data: vec!["none.csv".into()], ..section.clone() };
+        let error = |sections: &[(usize, Section)]| {
+            format!("{:#}", write(folder.path(), &Section::default(), sections, &drawings).unwrap_err())
+        };
+        assert!(error(&[(1, missing)]).contains("none.csv"));
+        let undrawn = Picture { file: "b.png".into(), alt: String::new(), caption: String::new() };
+        assert!(error(&[(1, Section { pictures: vec![undrawn], ..section })]).contains("b.png"));
     }
 }

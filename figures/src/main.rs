@@ -87,8 +87,12 @@ fn run(options: &Options) -> anyhow::Result<()> {
         let name = format!("{} {}", index + 1, figure.name);
         sections.push((index + 1, context.figure(&name, || (figure.draw)(&context))?));
     }
-    let introduction = prose::html(figures::INTRODUCTION)?;
-    gallery::write(&options.out, "Warped-area sampling", &introduction, &sections)?;
+    let opening = prose::Prose::new(figures::INTRODUCTION, &[])?.section(
+        "opening",
+        vec![],
+        output::Table::default(),
+    )?;
+    gallery::write(&options.out, &opening, &sections, &context.drawings())?;
     context.finish(&options.out.join("index.html"));
     Ok(())
 }

@@ -128,12 +128,15 @@ pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
     write().with_context(|| format!("writing {}", path.display()))
 }
 
+/// How the pixels of a drawing are taken from it.
+pub(crate) type Pixels = fn(&Canvas) -> Vec<u8>;
+
 /// Writes a drawing as PNG.
-pub(crate) fn write_png(path: &Path, canvas: &Canvas) -> Result<()> {
+pub(crate) fn write_png(path: &Path, canvas: &Canvas, pixels: Pixels) -> Result<()> {
     let encode = || -> Result<Vec<u8>, png::EncodingError> {
         let mut bytes = Vec::new();
         let mut writer = png_encoder(&mut bytes, canvas).write_header()?;
-        writer.write_image_data(&rgb8(canvas))?;
+        writer.write_image_data(&pixels(canvas))?;
         writer.finish()?;
         Ok(bytes)
     };
@@ -149,14 +152,14 @@ fn png_encoder<'a>(bytes: &'a mut Vec<u8>, canvas: &Canvas) -> png::Encoder<'sta
     encoder
 }
 
-/// Opaque 8-bit pixels of a drawing, which always lies on white.
-fn rgb8(canvas: &Canvas) -> Vec<u8> {
-    canvas.pixmap().pixels().iter().flat_map(|pixel| [pixel.red(), pixel.green(), pixel.blue()]).collect()
-}
-
 /// Writes drawings of one size as an animated PNG that repeats for ever, each shown for
 /// `milliseconds`. After the first, a frame stores only the rectangle that changed.
-pub(crate) fn write_animation(path: &Path, frames: &[Canvas], milliseconds: u16) -> Result<()> {
+pub(crate) fn write_animation(
+    path: &Path,
+    frames: &[Canvas],
+    milliseconds: u16,
+    pixels: Pixels,
+) -> Result<()> {
     let [first, rest @ ..] = frames else { bail!("{}: an animation without frames", path.display()) };
     let encode = || -> Result<Vec<u8>> {
         let mut bytes = Vec::new();
@@ -164,10 +167,10 @@ pub(crate) fn write_animation(path: &Path, frames: &[Canvas], milliseconds: u16)
         encoder.set_animated(frames.len().try_into()?, 0)?;
         encoder.set_frame_delay(milliseconds, 1000)?;
         let mut writer = encoder.write_header()?;
-        let mut shown = rgb8(first);
+        let mut shown = pixels(first);
         writer.write_image_data(&shown)?;
         for frame in rest {
-            let (next, width) = (rgb8(frame), frame.pixmap().width() as usize);
+            let (next, width) = (pixels(frame), frame.pixmap().width() as usize);
             let [x, y, w, h] = changed(&shown, &next, width);
             let rows = (y..y + h).map(|row| &next[3 * (row * width + x)..][..3 * w]);
             // The position is checked against the size in force, so it moves home first.
@@ -228,7 +231,7 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
-    use crate::plot::Color;
+    use crate::plot::{Color, light};
 
     #[test]
     fn writing_leaves_nothing_but_the_file() {
@@ -284,8 +287,8 @@ mod tests {
             canvas
         };
         let frames = [5.0, 5.0, 10.0, 10.0].map(frame);
-        let last = rgb8(&frames[3]);
-        write_animation(&path, &frames, 40).unwrap();
+        let last = light(&frames[3]);
+        write_animation(&path, &frames, 40, light).unwrap();
         let file = std::io::BufReader::new(fs::File::open(&path).unwrap());
         let mut reader = png::Decoder::new(file).read_info().unwrap();
         let control = reader.info().animation_control.unwrap();
@@ -302,6 +305,6 @@ mod tests {
             }
         }
         assert_eq!(shown, last);
-        assert!(write_animation(&path, &[], 40).is_err());
+        assert!(write_animation(&path, &[], 40, light).is_err());
     }
 }

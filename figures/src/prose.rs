@@ -1,7 +1,8 @@
 //! What a figure says: a Markdown file beside its code, in which measured numbers have names.
 //!
-//! The file's paragraphs are its title (`# …`), its text, one displayed formula (`$$ … $$`), and the pictures: each a
-//! paragraph that begins with `![what is seen](file.png)` and goes on with the caption. `{name}` stands for what the
+//! The file's paragraphs are its title (`# …`), one sentence that says what is seen (`> …`), its text, one displayed formula
+//! (`$$ … $$`), and the pictures: each a paragraph that begins with `![what is seen](file.png)` and goes on with the caption. Text after
+//! a paragraph `---` is for those who want the numbers. `{name}` stands for what the
 //! figure measured; a name that only one side knows is an error. Formulas are TeX, and have no names in them.
 
 use std::fmt::Display;
@@ -17,7 +18,9 @@ use crate::output::Table;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Prose {
     title: String,
+    lead: String,
     text: String,
+    details: String,
     formula: String,
     pictures: Vec<Picture>,
 }
@@ -37,10 +40,14 @@ impl Prose {
 
     fn parse(source: &str, value: &mut dyn FnMut(&str) -> Result<String>) -> Result<Self> {
         let mut prose = Self::default();
-        let mut text = String::new();
+        let (mut text, mut details, mut is_detail) = (String::new(), String::new(), false);
         for paragraph in source.split("\n\n").map(str::trim) {
             if let Some(title) = paragraph.strip_prefix("# ") {
                 prose.title = title.to_owned();
+            } else if let Some(lead) = paragraph.strip_prefix("> ") {
+                prose.lead = html(&filled(&lead.replace("\n>", "\n"), value)?)?;
+            } else if paragraph == "---" {
+                is_detail = true;
             } else if let Some(formula) = paragraph.strip_prefix("$$") {
                 prose.formula = mathml(formula.trim_end_matches('$'), DisplayMode::Block)?;
             } else if let Some(picture) = paragraph.strip_prefix("![") {
@@ -50,17 +57,12 @@ impl Prose {
                 let alt = alt.replace('\n', " ");
                 prose.pictures.push(Picture { file: file.to_owned(), alt, caption });
             } else {
-                text += &format!("{}\n\n", filled(paragraph, value)?);
+                let place = if is_detail { &mut details } else { &mut text };
+                *place += &format!("{}\n\n", filled(paragraph, value)?);
             }
         }
-        prose.text = html(&text)?;
+        (prose.text, prose.details) = (html(&text)?, html(&details)?);
         Ok(prose)
-    }
-
-    /// The caption of a picture that shows it itself, in the markup of drawn text; the page does not repeat it.
-    pub(crate) fn take_caption(&mut self, file: &str) -> Result<String> {
-        let picture = self.pictures.iter_mut().find(|picture| picture.file == file);
-        Ok(std::mem::take(&mut picture.with_context(|| format!("the text shows no {file}"))?.caption))
     }
 
     /// The part of the gallery with this anchor, with links to files of data.
@@ -73,7 +75,9 @@ impl Prose {
         Ok(Section {
             id: id.to_owned(),
             title: self.title,
+            lead_html: self.lead,
             explanation_html: self.text,
+            details_html: self.details,
             formula_mathml: self.formula,
             pictures,
             data,
@@ -105,15 +109,37 @@ fn filled(text: &str, value: &mut dyn FnMut(&str) -> Result<String>) -> Result<S
     Ok(filled)
 }
 
-/// HTML of Markdown with `$…$`.
+/// HTML of Markdown with `$…$` and the indices of drawn text.
 pub(crate) fn html(markdown: &str) -> Result<String> {
-    let events = Parser::new_ext(markdown, Options::ENABLE_MATH).map(|event| match event {
-        Event::InlineMath(tex) => Ok(Event::InlineHtml(mathml(&tex, DisplayMode::Inline)?.into())),
-        other => Ok(other),
-    });
+    let markdown = with_indices(markdown);
+    let events =
+        Parser::new_ext(&markdown, Options::ENABLE_MATH | Options::ENABLE_TABLES).map(|event| match event {
+            Event::InlineMath(tex) => Ok(Event::InlineHtml(mathml(&tex, DisplayMode::Inline)?.into())),
+            other => Ok(other),
+        });
     let mut html = String::new();
     push_html(&mut html, events.collect::<Result<Vec<_>>>()?.into_iter());
-    Ok(html)
+    // An exponent stays with its base.
+    Ok(html.replace("<sup>", "\u{2060}<sup>").replace("<sub>", "\u{2060}<sub>"))
+}
+
+/// `_{…}` and `^{…}` outside formulas as HTML.
+fn with_indices(text: &str) -> String {
+    let mut out = String::new();
+    for (i, piece) in text.split('$').enumerate() {
+        let is_formula = i % 2 == 1;
+        out += if i > 0 { "$" } else { "" };
+        let mut rest = piece;
+        while let Some(at) = rest.find("_{").into_iter().chain(rest.find("^{")).min().filter(|_| !is_formula)
+        {
+            let Some(end) = rest[at..].find('}') else { break };
+            let tag = if rest[at..].starts_with('_') { "sub" } else { "sup" };
+            out += &format!("{}<{tag}>{}</{tag}>", &rest[..at], &rest[at + 2..at + end]);
+            rest = &rest[at + end + 1..];
+        }
+        out += rest;
+    }
+    out
 }
 
 fn mathml(tex: &str, display_mode: DisplayMode) -> Result<String> {
@@ -135,19 +161,17 @@ mod tests {
 
     #[test]
     fn pages_have_parts() {
-        let source = "# A title\n\nIt is *so*: $x_i$ is\n{n} < {m}.\n\n$$\n\\frac{1}{2}\n$$\n\n![seen](a.png) By θ_{0} = {n}.\n";
+        let source = "# A title\n\n> In\n> short.\n\nIt is *so*: $x_i$ is\n{n} < {m}.\n\n---\n\nMore.\n\n$$\n\\frac{1}{2}\n$$\n\n![seen](a.png) By θ_{0} = {n}.\n";
         let values: &[(&str, &dyn Display)] = &[("n", &3), ("m", &"**4**")];
-        let mut prose = Prose::new(source, values).unwrap();
-        assert_eq!(prose.clone().take_caption("a.png").unwrap(), "By θ_{0} = 3.");
-        assert!(prose.take_caption("b.png").is_err());
-        let section = prose.section("id", vec![], Table::default()).unwrap();
+        let section = Prose::new(source, values).unwrap().section("id", vec![], Table::default()).unwrap();
         assert_eq!(section.title, "A title");
+        assert_eq!([&section.lead_html, &section.details_html], ["<p>In\nshort.</p>\n", "<p>More.</p>\n"]);
         let text = "<p>It is <em>so</em>: <math display=\"inline\"><msub><mi>x</mi><mi>i</mi></msub></math> is\n3 &lt; <strong>4</strong>.</p>\n";
         assert_eq!(section.explanation_html, text);
         assert!(section.formula_mathml.contains("display=\"block\"><mfrac>"));
         assert_eq!(
             (section.pictures[0].alt.as_str(), section.pictures[0].caption.as_str()),
-            ("seen", "By θ_{0} = 3.")
+            ("seen", "By θ\u{2060}<sub>0</sub> = 3.")
         );
     }
 
@@ -177,7 +201,9 @@ mod tests {
                     });
                     let section = prose.unwrap().section("", vec![], Table::default()).unwrap();
                     assert!(
-                        !section.title.is_empty() && !section.formula_mathml.is_empty(),
+                        !(section.title.is_empty()
+                            || section.lead_html.is_empty()
+                            || section.formula_mathml.is_empty()),
                         "{}",
                         path.display()
                     );

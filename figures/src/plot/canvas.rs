@@ -47,6 +47,10 @@ impl Pen {
 pub(crate) struct Canvas {
     pixmap: Pixmap,
     clip: Option<Mask>,
+    /// Which parts of it can be read alone, in logical pixels.
+    parts: Vec<Rect>,
+    /// Device pixels, as [left, top, right, bottom], that are the same on dark pages.
+    kept: Vec<[u32; 4]>,
 }
 
 impl Canvas {
@@ -55,12 +59,37 @@ impl Canvas {
         let device = |length: f64| ((length * SCALE).round().min(LARGEST) as u32).max(1);
         let mut pixmap = Pixmap::new(device(width), device(height)).expect("sides lie in 1–16384");
         pixmap.fill(tiny_skia::Color::WHITE);
-        Self { pixmap, clip: None }
+        Self { pixmap, clip: None, parts: vec![], kept: vec![] }
     }
 
     /// What has been drawn, in device pixels.
     pub(crate) fn pixmap(&self) -> &Pixmap {
         &self.pixmap
+    }
+
+    /// Its size in logical pixels.
+    pub(crate) fn size(&self) -> DVec2 {
+        DVec2::new(f64::from(self.pixmap.width()), f64::from(self.pixmap.height())) / SCALE
+    }
+
+    /// Says that what lies in a rectangle can be read alone, where the page is too narrow for all.
+    pub(crate) fn part(&mut self, space: Rect) {
+        self.parts.push(space);
+    }
+
+    /// All parts that can be read alone.
+    pub(crate) fn parts(&self) -> &[Rect] {
+        &self.parts
+    }
+
+    pub(super) fn keep(&mut self, place: [u32; 4]) {
+        self.kept.push(place);
+    }
+
+    pub(super) fn is_kept(&self, x: u32, y: u32) -> bool {
+        let within =
+            |&[left, top, right, bottom]: &[u32; 4]| (left..right).contains(&x) && (top..bottom).contains(&y);
+        self.kept.iter().any(within)
     }
 
     /// Runs `draw` with everything outside `rect` protected, besides what is protected already.

@@ -26,6 +26,10 @@ const ABOVE: f64 = TEXT + 5.0;
 impl Canvas {
     /// The colours for t from 0 to 1 along the longer side of `bar`, from the left or from the bottom.
     pub(crate) fn color_strip(&mut self, bar: Rect, color: impl Fn(f64) -> Color) {
+        self.strip(bar, color, |raster| raster);
+    }
+
+    fn strip(&mut self, bar: Rect, color: impl Fn(f64) -> Color, placed: impl Fn(Raster) -> Raster) {
         let upright = bar.height > bar.width;
         let steps = (2.0 * bar.width.max(bar.height)).round().clamp(2.0, 4096.0) as usize;
         let (columns, rows) = if upright { (1, steps) } else { (steps, 1) };
@@ -33,14 +37,14 @@ impl Canvas {
             let t = (x.max(y) as f64 + 0.5) / steps as f64;
             color(if upright { 1.0 - t } else { t }).rgb
         });
-        self.image(&strip, bar);
+        self.image(&placed(strip), bar);
         self.frame(bar, &Pen::new(Color::SPINE, 0.5));
     }
 
     /// The same for a shading, with ticks and `label` to the right of an upright bar and below a level one.
     pub(crate) fn color_bar(&mut self, bar: Rect, shading: &Shading, label: &str) {
         let upright = bar.height > bar.width;
-        self.color_strip(bar, |t| shading.color(shading.scale.value(t)));
+        self.strip(bar, |t| shading.color(shading.scale.value(t)), |raster| shading.placed(raster));
         let ticks = bar_ticks(shading, if upright { bar.height / 32.0 } else { bar.width / 44.0 });
         let muted = TextStyle::new(TEXT, Color::MUTED);
         let beside = muted.anchored(Align::Left, Height::Middle);

@@ -83,7 +83,12 @@ impl Shading {
 
     /// The picture of a field of `width` columns given row by row.
     pub(crate) fn raster(&self, width: usize, values: &[f64]) -> Raster {
-        Raster::new(width, values.iter().map(|value| self.color(*value).rgb).collect())
+        self.placed(Raster::new(width, values.iter().map(|value| self.color(*value).rgb).collect()))
+    }
+
+    /// A picture in these colours: signed ones have a white, which dark pages make dark.
+    pub(super) fn placed(&self, raster: Raster) -> Raster {
+        if self.signed { raster } else { raster.kept() }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Figures: a title, a body of lettered panels, and a caption.
+//! Figures: a title above a body of lettered panels.
 
 use glam::DVec2;
 
@@ -8,20 +8,19 @@ use super::{
     color::Color,
     geometry::Rect,
     marks::Placed,
-    text::{Align, Height, LINE_SPACING, TextStyle},
+    text::{Align, Height, TextStyle},
 };
 
 /// White margin around everything.
 const MARGIN: f64 = 14.0;
 const TITLE: f64 = 15.0;
-const CAPTION: f64 = 11.0;
 const PANEL_TITLE: f64 = 11.5;
 /// Height a panel gives up to its title.
 pub(crate) const PANEL_TITLE_ROOM: f64 = 21.0;
 /// Distance between panels that keeps their labels apart.
 pub(crate) const GUTTER: f64 = 22.0;
 
-/// A page with its title and caption set and the body between them free for panels.
+/// A page with its title set and the body below it free for panels.
 pub(crate) struct Figure {
     pub(crate) canvas: Canvas,
     pub(crate) body: Rect,
@@ -30,21 +29,14 @@ pub(crate) struct Figure {
 }
 
 impl Figure {
-    /// A figure whose body has the given size in logical pixels (720–960 wide suits the gallery);
-    /// title and caption add their own height, and take none if empty.
-    pub(crate) fn new(body_width: f64, body_height: f64, title: &str, caption: &str) -> Self {
-        let title_style = TextStyle::new(TITLE, Color::INK).bold();
-        let caption_style = TextStyle::new(CAPTION, Color::MUTED);
-        let caption_lines =
-            if caption.is_empty() { 0 } else { caption_style.wrap(caption, body_width).len() };
+    /// A figure whose body has the given size in logical pixels (720–960 wide suits the gallery); the title adds its own
+    /// height, and takes none if empty.
+    pub(crate) fn new(body_width: f64, body_height: f64, title: &str) -> Self {
         let above = if title.is_empty() { 0.0 } else { TITLE + 13.0 };
-        let below =
-            if caption_lines == 0 { 0.0 } else { 10.0 + caption_lines as f64 * LINE_SPACING * CAPTION };
-        let mut canvas = Canvas::new(body_width + 2.0 * MARGIN, body_height + above + below + 2.0 * MARGIN);
+        let mut canvas = Canvas::new(body_width + 2.0 * MARGIN, body_height + above + 2.0 * MARGIN);
         let body = Rect::new(MARGIN, MARGIN + above, body_width, body_height);
-        canvas.text(title, DVec2::new(MARGIN, MARGIN), &title_style.anchored(Align::Left, Height::Top));
-        let at = DVec2::new(MARGIN, body.bottom() + 12.0);
-        canvas.paragraph(caption, at, body_width, &caption_style.anchored(Align::Left, Height::Top));
+        let style = TextStyle::new(TITLE, Color::INK).bold().anchored(Align::Left, Height::Top);
+        canvas.text(title, DVec2::new(MARGIN, MARGIN), &style);
         Self { canvas, body, panels: 0 }
     }
 
@@ -52,6 +44,7 @@ impl Figure {
     pub(crate) fn panel(&mut self, space: Rect, title: &str) -> Rect {
         let letter = char::from(b'a' + self.panels);
         self.panels += 1;
+        self.canvas.part(space);
         let (strip, rest) = space.split_top(PANEL_TITLE_ROOM);
         let at = DVec2::new(strip.x, strip.y + 1.0);
         let style = TextStyle::new(PANEL_TITLE, Color::INK).anchored(Align::Left, Height::Top);

@@ -12,6 +12,8 @@ pub(crate) struct Raster {
     width: usize,
     height: usize,
     pixels: Vec<[f32; 3]>,
+    /// Whether it is the same on dark pages.
+    is_kept: bool,
 }
 
 impl Raster {
@@ -19,7 +21,7 @@ impl Raster {
     pub(crate) fn new(width: usize, pixels: Vec<[f32; 3]>) -> Self {
         let height = pixels.len() / width;
         assert_eq!(pixels.len(), width * height, "a {width}×{height} picture");
-        Self { width, height, pixels }
+        Self { width, height, pixels, is_kept: false }
     }
 
     /// The picture whose pixel in column x and row y is `color(x, y)`, encoded.
@@ -27,14 +29,19 @@ impl Raster {
         Self::new(width, (0..width * height).map(|i| color(i % width, i / width)).collect())
     }
 
-    /// Encodes linear values by the sRGB transfer function.
+    /// The same on dark pages, too: what light looks like, or colours that have no white.
+    pub(crate) fn kept(self) -> Self {
+        Self { is_kept: true, ..self }
+    }
+
+    /// Encodes linear values by the sRGB transfer function: a photograph, which stays as it is on dark pages.
     pub(crate) fn encoded(mut self) -> Self {
         for channel in self.pixels.iter_mut().flatten() {
             let linear = channel.clamp(0.0, 1.0);
             *channel =
                 if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
         }
-        self
+        self.kept()
     }
 
     /// The pixels, row by row from the top.
@@ -84,6 +91,9 @@ impl Canvas {
             *pixel = Color::from_rgb(rgb).to_skia().premultiply().to_color_u8();
         }
         self.stamp(&picture, left as i32, top as i32);
+        if raster.is_kept {
+            self.keep([left, top, left + columns, top + rows].map(|side| side as u32));
+        }
         covered
     }
 

@@ -13,9 +13,10 @@ const COLORS: [Color; 4] = [Palette::GREY, Palette::ORANGE, Palette::BLUE, Palet
 const ACROSS: &str = "distance from the silhouette, in kernel widths";
 
 pub(super) fn draw(profiles: &[Profile], checks: &[Check]) -> Canvas {
-    let mut figure = Figure::new(BODY, PANEL + KEY, "Three attempts, along a line across a silhouette", "");
+    let mut figure = Figure::new(BODY, PANEL + KEY, "Three attempts, along a line across a silhouette");
     let (key, body) = figure.body.split_top(KEY);
     legend(&mut figure.canvas, key, profiles);
+    figure.canvas.part(key);
     let panels = body.columns(&[1.0, 1.0, 0.72], 26.0);
     let space = figure.panel(panels[0], "the field V·ν");
     values(&mut figure.canvas, space, profiles, checks);

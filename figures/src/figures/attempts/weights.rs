@@ -88,8 +88,7 @@ pub(super) fn draw(around: &[Around]) -> Canvas {
     let [quadratic, linear] = Weight::both();
     let panel = (BODY - LEFT - 4.0 * GUTTER) / 5.0;
     let height = 21.0 + 2.0 * panel + GUTTER + BARS;
-    let mut figure =
-        Figure::new(BODY, height, "The boundary-aware weight w = (D + B)^{−γ} around a point u", "");
+    let mut figure = Figure::new(BODY, height, "The boundary-aware weight w = (D + B)^{−γ} around a point u");
     let named = |weight: &Weight| format!("w, {}, γ = {}", weight.name, weight.gamma);
     let boundary = format!("B, {}", quadratic.name.trim_end_matches(" B"));
     let panels = [

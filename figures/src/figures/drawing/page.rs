@@ -20,7 +20,7 @@ const REACH: f64 = 6.0;
 pub(super) fn page(whole: &View, part: &View, centre: DVec2, radius: f64) -> Canvas {
     let title = "A drawing whose shield turns: the gradient image, exact and estimated";
     let height = 3.0 * (SIDE + PANEL_TITLE_ROOM) + 2.0 * GAP + 24.0;
-    let mut figure = Figure::new(4.0 * SIDE + 3.0 * GAP + 64.0, height, title, "");
+    let mut figure = Figure::new(4.0 * SIDE + 3.0 * GAP + 64.0, height, title);
     let cells = figure.body.inset(0.0, 0.0, 64.0, 24.0).grid([3, 4], [GAP; 2]);
     for (row, view) in [whole, part].into_iter().enumerate() {
         let exact = channel(&view.exact);

@@ -23,10 +23,10 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
         plants.push(study::measure(context, leaves)?);
     }
     let examples = [Foliage::new(32, context.seed())?, Foliage::new(256, context.seed())?];
-    let mut prose = prose(&plants)?;
-    let canvas = picture::rays(&examples, &plants, &prose.take_caption("figure4_edges.png")?)?;
+    let prose = prose(&plants)?;
+    let canvas = picture::rays(&examples, &plants)?;
     context.png("figure4_edges.png", &canvas)?;
-    context.png("figure4_time.png", &picture::time(&plants, &prose.take_caption("figure4_time.png")?))?;
+    context.png("figure4_time.png", &picture::time(&plants))?;
     let data = [
         context.csv("figure4_edges.csv", &measurements(context, &plants))?,
         context.csv("figure4_time.csv", &times(&plants))?,

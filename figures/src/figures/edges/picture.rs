@@ -12,9 +12,8 @@ use crate::plot::*;
 type Race<'a> = (&'a str, &'a str, fn(&Run) -> f64);
 
 /// Two plants and their cost without a clock: the same for every run of one seed.
-pub(super) fn rays(examples: &[Foliage; 2], plants: &[Plant], caption: &str) -> anyhow::Result<Canvas> {
-    let mut figure =
-        Figure::new(960.0, 650.0, "What edge sampling has to find, and what finding it costs", caption);
+pub(super) fn rays(examples: &[Foliage; 2], plants: &[Plant]) -> anyhow::Result<Canvas> {
+    let mut figure = Figure::new(960.0, 650.0, "What edge sampling has to find, and what finding it costs");
     let (top, bottom) = figure.body.split_top(342.0);
     let top = top.columns(&[1.0; 3], GUTTER);
     for (plant, cell) in examples.iter().zip(&top) {
@@ -33,8 +32,8 @@ pub(super) fn rays(examples: &[Foliage; 2], plants: &[Plant], caption: &str) -> 
 }
 
 /// The cost by the clock.
-pub(super) fn time(plants: &[Plant], caption: &str) -> Canvas {
-    let mut figure = Figure::new(960.0, 290.0, "The same by the clock, on one thread", caption);
+pub(super) fn time(plants: &[Plant]) -> Canvas {
+    let mut figure = Figure::new(960.0, 290.0, "The same by the clock, on one thread");
     let races: [Race<'_>; 2] = [
         ("time of one sample", "microseconds", |run| 1e6 * run.seconds),
         ("time for a given precision", "variance × microseconds", |run| 1e6 * run.time_cost()),

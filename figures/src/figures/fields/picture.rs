@@ -39,7 +39,7 @@ impl Shown<'_> {
     pub(super) fn draw(&self) -> Canvas {
         let row = PANEL_TITLE_ROOM + PANEL * EXTENT.y / EXTENT.x + FOOT;
         let height = 3.0 * row + 2.0 * 12.0;
-        let mut figure = Figure::new(BODY, height + KEY, "One boundary velocity, seven warp fields", "");
+        let mut figure = Figure::new(BODY, height + KEY, "One boundary velocity, seven warp fields");
         let (body, key) = figure.body.split_top(height);
         let panels = body.grid([3, 3], [GUTTER, 12.0]);
         let space = figure.panel(panels[0], "scene and boundary velocity v");

@@ -60,9 +60,10 @@ fn frame(
     curves: &[Vec<[f64; 2]>],
 ) -> Canvas {
     let side = 256.0;
-    let mut figure = Figure::new(3.0 * side + 2.0 * GUTTER, side + 44.0 + 130.0, "", "");
+    let mut figure = Figure::new(3.0 * side + 2.0 * GUTTER, side + 44.0 + 130.0, "");
     let (top, below) = figure.body.split_top(side + 44.0);
     for (moved, cell) in samples.moved.iter().take(PANELS).zip(top.columns(&[1.0; PANELS], GUTTER)) {
+        figure.canvas.part(cell);
         let (strip, rest) = cell.split_top(20.0);
         let (picture, foot) = rest.split_top(side);
         let style = TextStyle::new(13.0, moved.color).bold().anchored(Align::Centre, Height::Top);
@@ -76,6 +77,7 @@ fn frame(
         figure.canvas.text(&text, at, &style.anchored(Align::Centre, Height::Top));
     }
     diagram(&mut figure.canvas, &samples.moved, theta, curves, below);
+    figure.canvas.part(below);
     figure.canvas
 }
 

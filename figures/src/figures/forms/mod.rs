@@ -50,11 +50,11 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let side = context.spend(150, 500);
     let samples = Samples::new(&example, &arrangement, Window::FILM, side, context.seed());
     let results = compute(context, &example, &arrangement, &film, &samples)?;
-    let mut prose = prose(&results)?;
+    let prose = prose(&results)?;
     let setting = terms_picture::Setting { example: &example, arrangement: &arrangement, film: &film };
-    let canvas = terms_picture::draw(&setting, &results, &prose.take_caption("figure3_forms.png")?);
+    let canvas = terms_picture::draw(&setting, &results);
     context.png("figure3_forms.png", &canvas)?;
-    let canvas = sampled_picture::draw(&results, &prose.take_caption("figure3_samples.png")?);
+    let canvas = sampled_picture::draw(&results);
     context.png("figure3_samples.png", &canvas)?;
     context.step("figure 3: animation");
     let frames = animation::frames(&example, &arrangement, context.spend(20, 48), context.seed())?;

@@ -9,9 +9,8 @@ const REACH: f64 = 6.0;
 const BINS: usize = 48;
 
 /// Draws the estimate, its error, and what they say.
-pub(super) fn draw(shown: &Results<'_>, caption: &str) -> Canvas {
-    let mut figure =
-        Figure::new(960.0, 500.0, "The area integral by sampling, no edge ever looked for", caption);
+pub(super) fn draw(shown: &Results<'_>) -> Canvas {
+    let mut figure = Figure::new(960.0, 500.0, "The area integral by sampling, no edge ever looked for");
     let cells = figure.body.grid([2, 3], [GUTTER; 2]);
     let estimate = &shown.estimate;
     let highest = Shading::signed_covering(&estimate.standard_error, 0.995).scale.high();

@@ -28,10 +28,9 @@ enum Content {
 }
 
 /// Draws twelve panels: Reynolds, divergence, and divergence with a box filter.
-pub(super) fn draw(setting: &Setting<'_>, results: &Results<'_>, caption: &str) -> Canvas {
+pub(super) fn draw(setting: &Setting<'_>, results: &Results<'_>) -> Canvas {
     let size = DVec2::new(4.0 * CELL + 3.0 * GUTTER, 3.0 * (ROW + HEADING) + 2.0 * GUTTER);
-    let mut figure =
-        Figure::new(size.x, size.y, "One derivative, written in two ways, pixel by pixel", caption);
+    let mut figure = Figure::new(size.x, size.y, "One derivative, written in two ways, pixel by pixel");
     let headings = [
         "Reynolds transport theorem, tent filter:  dI/dθ = interior term + edge integral",
         "Divergence theorem:  the edge integral is the area integral of ∇·(V h f), for a V that is continuous and \

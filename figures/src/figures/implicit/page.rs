@@ -23,14 +23,14 @@ pub(super) struct Shown<'a> {
 
 pub(super) fn page(shown: &Shown<'_>) -> Canvas {
     let title = "Warp fields from the points of sphere tracing";
-    let mut figure = Figure::new(960.0, 700.0, title, "");
+    let mut figure = Figure::new(960.0, 700.0, title);
     let rows = figure.body.rows(&[1.0, 1.0], GUTTER);
     let top = rows[0].columns(&[0.46, 0.54], GUTTER);
     let space = figure.panel(top[0], "Tracer points and their weights");
     draw_world(&mut figure.canvas, shown, space);
     figure.plot(top[1], "Every field against direction", &field_axes(shown));
     let bottom = rows[1].columns(&[1.0, 1.0], GUTTER);
-    let colors = [Palette::GREY, Palette::ORANGE, Palette::SKY, Palette::BLUE, Color::INK];
+    let colors = [Palette::GREY, Palette::ORANGE, Palette::SKY, Palette::BLUE, Palette::PURPLE];
     let axes = bias_axes(shown.gammas, &colors);
     figure.plot(bottom[0], "Error of V at the last hits, by γ (λ = 0.1)", &axes);
     let colors = [Palette::SKY, Palette::BLUE, Color::INK, Palette::VERMILION, Palette::OCHRE];

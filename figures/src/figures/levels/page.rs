@@ -10,7 +10,7 @@ pub(super) fn page(measured: &Measured) -> Canvas {
     let width = 5.0 * PICTURE + 4.0 * GAP + 60.0;
     let title = "Implicit surfaces in space: fields, their bias and their jumps";
     let heights = [PICTURE + PANEL_TITLE_ROOM, 200.0, 250.0];
-    let mut figure = Figure::new(width, heights.iter().sum::<f64>() + 2.0 * GUTTER, title, "");
+    let mut figure = Figure::new(width, heights.iter().sum::<f64>() + 2.0 * GUTTER, title);
     let rows = figure.body.rows(&heights, GUTTER);
     maps(&mut figure, measured, rows[0]);
     figure.plot(rows[1], "V along a line through both balls", &scans(measured));

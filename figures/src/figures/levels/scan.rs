@@ -80,9 +80,9 @@ fn jumps([mut low, mut high]: [(f64, Seen); 2], at: impl Fn(f64) -> Seen) -> boo
         let middle = 0.5 * (low.0 + high.0);
         let found = at(middle);
         if change(low.1, found) >= change(found, high.1) {
-            high = (middle, found)
+            high = (middle, found);
         } else {
-            low = (middle, found)
+            low = (middle, found);
         }
     }
     low.1.hits == high.1.hits && change(low.1, high.1) > JUMP

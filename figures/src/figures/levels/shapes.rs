@@ -33,16 +33,19 @@ const RADIUS: f64 = 1.0;
 const VELOCITY: DVec3 = DVec3::new(0.5, 0.8, -0.6);
 const GROWTH: f64 = 0.2;
 
+/// Any shape.
+type Shape = Box<dyn Sdf<DVec3>>;
+
 /// A shape that moves, whose outline is a star around an axis.
 pub(super) struct Subject {
     pub(super) name: String,
     /// Whether theory gives the default fields no bias there.
     pub(super) is_smooth: bool,
-    pub(super) sdf: Box<dyn Sdf<DVec3>>,
+    pub(super) sdf: Shape,
     pub(super) direction: Vec<f64>,
     axis: DVec3,
     /// The shape a time later.
-    later: Box<dyn Fn(f64) -> Result<Box<dyn Sdf<DVec3>>> + Sync>,
+    later: Box<dyn Fn(f64) -> Result<Shape> + Sync>,
 }
 
 /// A part of an outline: a direction on it, and ∫ v dl over the part, with v the outline's angular velocity outwards.
@@ -60,7 +63,7 @@ impl Subject {
         axis: DVec3,
     ) -> Result<Self> {
         let (still, rates) = (shape.clone(), direction.clone());
-        let later = move |time: f64| -> Result<Box<dyn Sdf<DVec3>>> {
+        let later = move |time: f64| -> Result<Shape> {
             let moved: Vec<f64> = still.parameters().iter().zip(&rates).map(|(p, r)| p + time * r).collect();
             Ok(Box::new(still.with_parameters(&moved)?))
         };
@@ -75,7 +78,7 @@ impl Subject {
     }
 
     /// The shape a time earlier and as much later.
-    pub(super) fn around(&self, time: f64) -> Result<[Box<dyn Sdf<DVec3>>; 2]> {
+    pub(super) fn around(&self, time: f64) -> Result<[Shape; 2]> {
         Ok([(self.later)(-time)?, (self.later)(time)?])
     }
 

@@ -15,9 +15,8 @@ use study::{Arm, HOLES, MASKS, SEARCHED, Study};
 /// Measures, draws and explains.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let study = Study::new(context)?;
-    let mut prose = prose(context, &study)?;
-    let caption = prose.take_caption("figure17_masks.png")?;
-    context.png("figure17_masks.png", &picture::draw(&study, &caption))?;
+    let prose = prose(context, &study)?;
+    context.png("figure17_masks.png", &picture::draw(&study))?;
     let table = summary(&study);
     let data = vec![context.csv("figure17_fits.csv", &table)?];
     prose.section("masks", data, table)

@@ -11,7 +11,7 @@ const GAP: f64 = 16.0;
 const PLOT: f64 = 250.0;
 
 /// The target and what is found by each, and below how far away it is.
-pub(super) fn draw(study: &Study, caption: &str) -> Canvas {
+pub(super) fn draw(study: &Study) -> Canvas {
     let shown = [
         Arm::WarpedArea,
         Arm::Masks(Flaw::Pixels(0)),
@@ -24,7 +24,7 @@ pub(super) fn draw(study: &Study, caption: &str) -> Canvas {
     let row = PANEL_TITLE_ROOM + SIDE + GAP;
     let width = 4.0 * (SIDE + GAP) + 2.0 * PLOT;
     let title = "The bunny as a network: from pictures alone, and from pictures and masks";
-    let mut figure = Figure::new(width, 2.0 * row + 40.0, title, caption);
+    let mut figure = Figure::new(width, 2.0 * row + 40.0, title);
     let (body, side) = (figure.body, study.effort.side);
     let place = |i: usize| {
         let (column, line) = (i % 4, i / 4);
@@ -76,6 +76,7 @@ pub(super) fn draw(study: &Study, caption: &str) -> Canvas {
         }
     }
     let left = body.x + 4.0 * (SIDE + GAP) + 6.0;
+    figure.canvas.part(Rect { width: left - body.x, ..body });
     let space = Rect::new(left, body.y, body.right() - left, 2.0 * row + 4.0);
     figure.plot(space, "How far the surfaces are from the bunny", &axes);
     figure.canvas

@@ -16,9 +16,8 @@ use study::{Part, RUNS, STEP, Study};
 /// Measures, draws and explains.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let study = Study::new(context)?;
-    let mut prose = prose(&study)?;
-    let caption = prose.take_caption("figure11_mesh.png")?;
-    context.png("figure11_mesh.png", &picture::draw(&study, &caption))?;
+    let prose = prose(&study)?;
+    context.png("figure11_mesh.png", &picture::draw(&study))?;
     let table = table(&study);
     let mut data = vec![context.csv("figure11_terms.csv", &table)?];
     for part in Part::ALL {

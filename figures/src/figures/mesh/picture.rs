@@ -18,9 +18,9 @@ const COVERED: f64 = 0.985;
 const TITLE: &str = "A bunny that turns: the image, its derivative, and the terms of it";
 
 /// Image and whole gradients above; below, the terms by warped area and by edge sampling.
-pub(super) fn draw(study: &Study, caption: &str) -> Canvas {
+pub(super) fn draw(study: &Study) -> Canvas {
     let height = 3.0 * (SIDE + PANEL_TITLE_ROOM) + 2.0 * GAP;
-    let mut figure = Figure::new(4.0 * SIDE + 3.0 * GAP + BAR, height, TITLE, caption);
+    let mut figure = Figure::new(4.0 * SIDE + 3.0 * GAP + BAR, height, TITLE);
     let cells = figure.body.inset(0.0, 0.0, BAR, 0.0).grid([3, 4], [GAP; 2]);
     let whole = study.edges.mean(Part::Whole);
     let shading = Shading::signed_covering(&luminance(&whole), COVERED);

@@ -20,9 +20,8 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let [cylinders, foliage] =
         [Setting::cylinders(side, context.seed())?, Setting::foliage(side, context.seed())?];
     let studies = [Study::new(context, cylinders, 0)?, Study::new(context, foliage, 1)?];
-    let mut prose = prose(&studies)?;
-    let caption = prose.take_caption("figure12_motions.png")?;
-    context.png("figure12_motions.png", &picture::draw(&studies, &caption))?;
+    let prose = prose(&studies)?;
+    context.png("figure12_motions.png", &picture::draw(&studies))?;
     let table = table(&studies);
     let data = context.csv("figure12_motions.csv", &table)?;
     prose.section("motions", vec![data], table)

@@ -20,12 +20,12 @@ const NAMES: f64 = 168.0;
 const COVERED: f64 = 0.985;
 
 /// All scenes, one below the other.
-pub(super) fn draw(studies: &[Study], caption: &str) -> Canvas {
+pub(super) fn draw(studies: &[Study]) -> Canvas {
     let rows = |study: &Study| (2 + study.entries.len()).div_ceil(COLUMNS);
     let heights = studies.iter().map(|study| rows(study) as f64 * (SIDE + PANEL_TITLE_ROOM + GAP));
     let width = COLUMNS as f64 * (SIDE + GAP) + BAR + PLOTS;
     let title = "Variance and bias: scenes that rotate, by every method";
-    let mut figure = Figure::new(width, heights.clone().sum::<f64>() + GAP, title, caption);
+    let mut figure = Figure::new(width, heights.clone().sum::<f64>() + GAP, title);
     let mut place = figure.body;
     for (study, height) in studies.iter().zip(heights) {
         place.height = height - GAP;
@@ -49,10 +49,10 @@ fn draw_pictures(figure: &mut Figure, study: &Study, cells: &[Rect]) {
     let space = figure.panel(cells[0], study.setting.name);
     let film = figure.canvas.picture(&radiance(&study.image, side), space);
     turn(&mut figure.canvas, study, film);
-    let errors = study.entries.iter().map(|entry| (entry.method.short, &entry.error));
-    let reference = ("∂_{θ}I, the reference", &study.reference.gradient);
+    let errors = study.entries.iter().map(|entry| (format!("{}: error", entry.method.short), &entry.error));
+    let reference = ("∂_{θ}I, the reference".to_owned(), &study.reference.gradient);
     for ((title, pixels), cell) in std::iter::once(reference).chain(errors).zip(&cells[1..]) {
-        let space = figure.panel(*cell, title);
+        let space = figure.panel(*cell, &title);
         gradient(&mut figure.canvas, pixels, side, &shading, space);
     }
     let last = cells[COLUMNS - 1];

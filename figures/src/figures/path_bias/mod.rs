@@ -24,9 +24,8 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
         Study::new(context, setting, index)
     };
     let studies = [study(shadow, 0)?, study(room, 1)?];
-    let mut prose = prose(&studies)?;
-    let caption = prose.take_caption("figure10_path_bias.png")?;
-    context.png("figure10_path_bias.png", &page::draw(&studies, &caption))?;
+    let prose = prose(&studies)?;
+    context.png("figure10_path_bias.png", &page::draw(&studies))?;
     let table = table(&studies);
     let data = context.csv("figure10_path_bias.csv", &table)?;
     prose.section("path-bias", vec![data], table)

@@ -9,8 +9,8 @@ use crate::figures::trade::bias::Curve;
 use crate::plot::{Axes, Axis, Canvas, Color, Figure, GUTTER, Legend, Marker, Pen, Rect, Rows, Style, View};
 
 /// Both worlds.
-pub(super) fn draw(studies: &[Study], caption: &str) -> Canvas {
-    let mut figure = Figure::new(960.0, 600.0, "Bias and price of debiasing along paths", caption);
+pub(super) fn draw(studies: &[Study]) -> Canvas {
+    let mut figure = Figure::new(960.0, 600.0, "Bias and price of debiasing along paths");
     let rows = figure.body.rows(&vec![1.0; studies.len()], GUTTER);
     for (i, (study, row)) in studies.iter().zip(rows).enumerate() {
         let cells = row.columns(&[0.78, 0.9, 1.42], GUTTER);

@@ -37,15 +37,11 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let views = Stage::ALL.map(|stage| View::new(&study, stage, side, samples));
     let views = views.into_iter().collect::<anyhow::Result<Vec<_>>>()?;
     let is_draft = context.spend(true, false);
-    let mut prose = results.prose(&study, is_draft)?;
-    let caption = prose.take_caption("figure13_views.png")?;
-    context.png("figure13_views.png", &picture::views(&views, &caption))?;
-    let caption = prose.take_caption("figure13_poses.png")?;
-    context.png("figure13_poses.png", &picture::rates(&study, &results.races, &caption))?;
-    let caption = prose.take_caption("figure13_curves.png")?;
-    context.png("figure13_curves.png", &picture::curves(&study, &results.races, &caption)?)?;
-    let caption = prose.take_caption("figure13_drift.png")?;
-    context.png("figure13_drift.png", &picture::drifts(&results.unreachable, &results.truth, &caption))?;
+    let prose = results.prose(&study, is_draft)?;
+    context.png("figure13_views.png", &picture::views(&views))?;
+    context.png("figure13_poses.png", &picture::rates(&study, &results.races))?;
+    context.png("figure13_curves.png", &picture::curves(&study, &results.races)?)?;
+    context.png("figure13_drift.png", &picture::drifts(&results.unreachable, &results.truth))?;
     let table = results.table();
     let data = [
         context.csv("figure13_poses.csv", &table)?,

@@ -17,11 +17,11 @@ const NAMES: f64 = 128.0;
 const SIDE: f64 = 96.0;
 
 /// Target, start and ends: a row for each scene.
-pub(super) fn views(views: &[View], caption: &str) -> Canvas {
+pub(super) fn views(views: &[View]) -> Canvas {
     let columns = 2 + Racer::ALL.len();
     let (width, row) = (NAMES - 30.0 + columns as f64 * (SIDE + 6.0), SIDE + 10.0);
     let title = "What the descents see: target, the first start, and where each method ends from there";
-    let mut figure = Figure::new(width, views.len() as f64 * row + 18.0, title, caption);
+    let mut figure = Figure::new(width, views.len() as f64 * row + 18.0, title);
     let (names, cells) = figure.body.split_top(18.0);
     let left = NAMES - 30.0;
     let heads = ["target", "start"].into_iter().map(|name| (name, Color::INK));
@@ -49,9 +49,9 @@ pub(super) fn views(views: &[View], caption: &str) -> Canvas {
 }
 
 /// The part of starts that succeed, with intervals: full discs at equal steps, rings at equal time.
-pub(super) fn rates(study: &Study, races: &[[Race<'_>; 2]], caption: &str) -> Canvas {
+pub(super) fn rates(study: &Study, races: &[[Race<'_>; 2]]) -> Canvas {
     let title = "How often each method finds the pose";
-    let mut figure = Figure::new(960.0, 2.0 * 205.0 + GAP, title, caption);
+    let mut figure = Figure::new(960.0, 2.0 * 205.0 + GAP, title);
     let cells = figure.body.grid([2, 3], [GAP; 2]);
     for (stage, cell) in Stage::ALL.into_iter().zip(cells) {
         let count = study.effort.starts[stage as usize];
@@ -78,9 +78,9 @@ pub(super) fn rates(study: &Study, races: &[[Race<'_>; 2]], caption: &str) -> Ca
 }
 
 /// The median error over the steps.
-pub(super) fn curves(study: &Study, races: &[[Race<'_>; 2]], caption: &str) -> anyhow::Result<Canvas> {
+pub(super) fn curves(study: &Study, races: &[[Race<'_>; 2]]) -> anyhow::Result<Canvas> {
     let title = "The median error along the descent, at equal steps";
-    let mut figure = Figure::new(960.0, 2.0 * 215.0 + GAP, title, caption);
+    let mut figure = Figure::new(960.0, 2.0 * 215.0 + GAP, title);
     let columns = figure.body.columns(&[830.0, 116.0], GAP);
     let (plots, legend) = (columns[0], columns[1]);
     let cells = plots.grid([2, 3], [GAP; 2]);
@@ -104,9 +104,9 @@ pub(super) fn curves(study: &Study, races: &[[Race<'_>; 2]], caption: &str) -> a
 }
 
 /// Where descents rest that begin at the truth: before targets that cannot be reached, and the bunny before its own.
-pub(super) fn drifts(unreachable: &[(Stage, Vec<Drift>)], truth: &[Drift], caption: &str) -> Canvas {
+pub(super) fn drifts(unreachable: &[(Stage, Vec<Drift>)], truth: &[Drift]) -> Canvas {
     let title = "Where descents go that begin with the object in its place";
-    let mut figure = Figure::new(1020.0, 2.0 * 200.0 + GAP, title, caption);
+    let mut figure = Figure::new(1020.0, 2.0 * 200.0 + GAP, title);
     let cells = figure.body.grid([2, 3], [GAP; 2]);
     let targets =
         unreachable.iter().map(|(stage, drifts)| (format!("{}, no match", stage.name()), drifts, true));

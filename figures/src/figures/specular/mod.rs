@@ -9,7 +9,7 @@ use self::study::{Place, REACH, Racer, Run, WIDTH_OF_PARTS};
 use crate::context::Context;
 use crate::figures::common::{KNOWN, SETTLED, listed};
 use crate::gallery::Section;
-use crate::output::Table;
+use crate::output::{Cell, Table};
 use crate::plot::number;
 use crate::prose::Prose;
 
@@ -20,16 +20,21 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     context.step("8 the object has more vertices");
     let vertices = study::against_vertices(context)?;
     let results = Results { widths, vertices };
-    let mut prose = results.prose()?;
+    let prose = results.prose()?;
     let Results { widths, vertices } = &results;
-    let canvas = picture::variance(widths, vertices, &prose.take_caption("figure8_specular.png")?)?;
+    let canvas = picture::variance(widths, vertices)?;
     context.png("figure8_specular.png", &canvas)?;
-    let canvas = picture::time(widths, vertices, &prose.take_caption("figure8_time.png")?);
+    let canvas = picture::time(widths, vertices);
     context.png("figure8_time.png", &canvas)?;
     let table = results.table();
     let data =
         [context.csv("figure8_specular.csv", &table)?, context.csv("figure8_time.csv", &results.times())?];
     prose.section("specular", data.to_vec(), table)
+}
+
+/// A number of a run, or a dash if its samples found nothing at all.
+fn seen(run: &Run, value: f64) -> Cell {
+    if run.variance.value > 0.0 { value.into() } else { "–".into() }
 }
 
 /// Everything measured.
@@ -146,12 +151,12 @@ impl Results {
                 ("vertices", &|(place, ..)| place.vertices.into()),
                 ("method", &|(_, racer, _)| racer.looks().name.into()),
                 ("samples a pixel", &|(.., run)| run.samples.into()),
-                ("variance", &|(.., run)| run.variance.value.into()),
-                ("its standard error", &|(.., run)| run.variance.error.into()),
+                ("variance", &|(.., run)| seen(run, run.variance.value)),
+                ("its standard error", &|(.., run)| seen(run, run.variance.error)),
                 ("rays a sample", &|(.., run)| run.rays.into()),
-                ("variance × rays", &|(.., run)| run.rays_cost().into()),
-                ("recovered", &|(.., run)| run.recovered.value.into()),
-                ("its standard error", &|(.., run)| run.recovered.error.into()),
+                ("variance × rays", &|(.., run)| seen(run, run.rays_cost())),
+                ("recovered", &|(.., run)| seen(run, run.recovered.value)),
+                ("its standard error", &|(.., run)| seen(run, run.recovered.error)),
             ],
         )
     }

@@ -19,9 +19,9 @@ fn shade(index: usize) -> Color {
 }
 
 /// Everything that no clock decides.
-pub(super) fn variance(widths: &[Place], vertices: &[Place], caption: &str) -> anyhow::Result<Canvas> {
+pub(super) fn variance(widths: &[Place], vertices: &[Place]) -> anyhow::Result<Canvas> {
     let title = "An object seen in a glossy floor, from a wide lobe to a mirror";
-    let mut figure = Figure::new(960.0, 610.0, title, caption);
+    let mut figure = Figure::new(960.0, 610.0, title);
     let rows = figure.body.rows(&[0.86, 1.0], GUTTER);
     let top = rows[0].columns(&[1.35, 1.0], GUTTER);
     let space = figure.panel(top[0], "the set-up; three lobes at one point of the floor");
@@ -42,8 +42,8 @@ pub(super) fn variance(widths: &[Place], vertices: &[Place], caption: &str) -> a
 }
 
 /// The cost by the clock.
-pub(super) fn time(widths: &[Place], vertices: &[Place], caption: &str) -> Canvas {
-    let mut figure = Figure::new(960.0, 320.0, "The same by the clock, on one thread", caption);
+pub(super) fn time(widths: &[Place], vertices: &[Place]) -> Canvas {
+    let mut figure = Figure::new(960.0, 320.0, "The same by the clock, on one thread");
     let cells = figure.body.columns(&[1.0; 3], GUTTER);
     let cost = |run: &Run| 1e6 * run.time_cost();
     let sky = widths.iter().filter(|p| p.lighting == Lighting::Sky);

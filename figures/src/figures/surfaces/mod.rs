@@ -71,10 +71,9 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
             fits.push(Reconstruction::new(context, &effort, &setup)?);
         }
     }
-    let mut prose = prose(context, &fits)?;
-    let caption = prose.take_caption("figure16_surfaces.png")?;
+    let prose = prose(context, &fits)?;
     let cells = [1, 2, 4].map(|finer| finer * effort.cells);
-    context.png("figure16_surfaces.png", &picture::draw(&fits, effort.side, cells, &caption))?;
+    context.png("figure16_surfaces.png", &picture::draw(&fits, effort.side, cells))?;
     let table = summary(&fits);
     let mut data = vec![
         context.csv("figure16_fits.csv", &table)?,

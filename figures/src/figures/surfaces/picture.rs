@@ -20,12 +20,12 @@ const LIMIT: f64 = 0.25;
 const COLORS: [Color; 4] = [Palette::BLUE, Palette::VERMILION, Palette::GREEN, Palette::PURPLE];
 
 /// A row for the first fit of each subject, and below the curves of all.
-pub(super) fn draw(fits: &[Reconstruction], side: usize, cells: [usize; 3], caption: &str) -> Canvas {
+pub(super) fn draw(fits: &[Reconstruction], side: usize, cells: [usize; 3]) -> Canvas {
     let row = PANEL_TITLE_ROOM + SIDE + GAP;
     let width = 6.0 * (SIDE + GAP) + BAR;
     let height = HEADS + Subject::ALL.len() as f64 * row + PLOTS;
     let title = "Surfaces from their views: from a ball to a bunny, a trefoil knot, and two chairs";
-    let mut figure = Figure::new(width, height, title, caption);
+    let mut figure = Figure::new(width, height, title);
     let (heads, rest) = figure.body.split_top(HEADS);
     let after = cells.map(|n| format!("after {n}³ cells"));
     let names = ["target, held out", "start", &after[0], &after[1], &after[2], "last − target"];

@@ -16,9 +16,8 @@ use study::Study;
 /// Measures, draws and explains.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let study = Study::new(context)?;
-    let mut prose = prose(context, &study)?;
-    let caption = prose.take_caption("figure15_together.png")?;
-    context.png("figure15_together.png", &picture::draw(&study, &caption))?;
+    let prose = prose(context, &study)?;
+    context.png("figure15_together.png", &picture::draw(&study))?;
     let table = summary(&study);
     let data = vec![
         context.csv("figure15_parameters.csv", &table)?,

@@ -17,10 +17,10 @@ const LIMIT: f64 = 0.05;
 /// Scores beyond which a number is not recovered, for 95 % of those that are: the normal distribution's.
 pub(super) const LIKELY: f64 = 1.96;
 
-pub(super) fn draw(study: &Study, caption: &str) -> Canvas {
+pub(super) fn draw(study: &Study) -> Canvas {
     let height = HEADS + 2.0 * (SIDE + GAP) + GUTTER + 250.0;
     let title = "Pose, paint, lamp and floor from two pictures";
-    let mut figure = Figure::new(4.0 * SIDE + 3.0 * GAP, height, title, caption);
+    let mut figure = Figure::new(4.0 * SIDE + 3.0 * GAP, height, title);
     let (heads, rest) = figure.body.split_top(HEADS);
     let column = |i: usize| heads.x + i as f64 * (SIDE + GAP);
     let style = TextStyle::new(10.5, Color::MUTED).anchored(Align::Left, Height::Top);
@@ -37,6 +37,7 @@ pub(super) fn draw(study: &Study, caption: &str) -> Canvas {
         gradient(&mut figure.canvas, &difference, fit.width, &Shading::signed(LIMIT), place(3));
     }
     let below = rest.inset(0.0, 2.0 * (SIDE + GAP) + GUTTER, 0.0, 0.0);
+    figure.canvas.part(Rect { height: below.y - figure.body.y - GUTTER, ..figure.body });
     let parts = below.columns(&[1.0, 1.25], GUTTER);
     let space = figure.panel(parts[0], "the floor: truth, start, mean of all fits");
     for (i, texels) in study.textures.iter().enumerate() {

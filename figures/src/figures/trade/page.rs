@@ -15,7 +15,7 @@ const VISIBLE: f64 = 2.0;
 /// Picture 1: the scene, and bias against N', κ and γ.
 pub(super) fn bias_page(target: &Target, rays: &[Curve], kappa: &[Curve], gamma: &[GammaPoint]) -> Canvas {
     let title = "The bias of a fixed number of auxiliary rays N′, and what decides it";
-    let mut figure = Figure::new(960.0, 600.0, title, "");
+    let mut figure = Figure::new(960.0, 600.0, title);
     let rows = figure.body.rows(&[1.0, 0.92], GUTTER);
     let top = rows[0].columns(&[0.27, 0.73], GUTTER);
     let space = figure.panel(top[0], "The scene: ∂_{θ}I of 4 × 4 pixels");
@@ -104,7 +104,7 @@ fn gamma_axes(points: &[GammaPoint], label: &str, value: impl Fn(&GammaPoint) ->
 /// Picture 2: what debiasing costs, and the fronts.
 pub(super) fn trade_page(schemes: &[Scheme], forward: &[Contender], reverse: &[Contender]) -> Canvas {
     let title = "The price of no bias, and the error of every method at equal time";
-    let mut figure = Figure::new(960.0, 700.0, title, "");
+    let mut figure = Figure::new(960.0, 700.0, title);
     let rows = figure.body.rows(&[0.72, 1.0], GUTTER);
     let heading = format!("Variance × rays of a sample, relative to {RAYS} rays of the original’s weight");
     let space = figure.panel(rows[0], &heading);

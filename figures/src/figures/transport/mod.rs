@@ -44,8 +44,7 @@ fn world_page(setting: &Setting, path: &DrawnPath, study: &Study) -> Canvas {
     let size = world::HIGH - world::LOW;
     let upper = WIDE * size.y / size.x + PANEL_TITLE_ROOM;
     let height = upper + GUTTER + PANEL_TITLE_ROOM + WEIGHTS;
-    let mut figure =
-        Figure::new(BODY, height, "A path, and the auxiliary rays that warp it at every bounce", "");
+    let mut figure = Figure::new(BODY, height, "A path, and the auxiliary rays that warp it at every bounce");
     let (above, below) = figure.body.split_top(upper);
     let columns = above.columns(&[WIDE, BODY - WIDE], 0.0);
     let (left, right) = (columns[0], columns[1]);
@@ -69,7 +68,7 @@ fn methods_page(study: &Study) -> Canvas {
     let title = "The derivative of a shadow by every method, at the same number of rays";
     let count = study.entries.len() + 1;
     let rows = count.div_ceil(3);
-    let mut figure = Figure::new(BODY, rows as f64 * ROW + 20.0, title, "");
+    let mut figure = Figure::new(BODY, rows as f64 * ROW + 20.0, title);
     let cells = figure.body.grid([rows, 3], [14.0, 10.0]);
     for (i, entry) in study.entries.iter().enumerate() {
         let space = figure.panel(cells[i], entry.looks.name);

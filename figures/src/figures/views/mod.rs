@@ -23,9 +23,8 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
             fits.push(Fit::new(context, subject, light)?);
         }
     }
-    let mut prose = prose(context, &fits)?;
-    let caption = prose.take_caption("figure14_views.png")?;
-    context.png("figure14_views.png", &picture::draw(&fits, &caption))?;
+    let prose = prose(context, &fits)?;
+    context.png("figure14_views.png", &picture::draw(&fits))?;
     context.animation("figure14_views_animated.png", &picture::frames(&fits), 150)?;
     let table = summary(&fits);
     let mut data = vec![

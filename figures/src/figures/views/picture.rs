@@ -21,16 +21,12 @@ const LIMIT: f64 = 0.25;
 const COLORS: [Color; 4] = [Palette::BLUE, Palette::SKY, Palette::VERMILION, Palette::ORANGE];
 
 /// A row for each fit, and below the curves of all.
-pub(super) fn draw(fits: &[Fit], caption: &str) -> Canvas {
+pub(super) fn draw(fits: &[Fit]) -> Canvas {
     let row = PANEL_TITLE_ROOM + SIDE + GAP;
     let width = 7.0 * SIDE + 6.0 * GAP + 2.0 * GAP + BAR;
     let height = HEADS + fits.len() as f64 * row + PLOTS;
-    let mut figure = Figure::new(
-        width,
-        height,
-        "Meshes from their views: a sphere becomes a bunny, a torus a ring",
-        caption,
-    );
+    let mut figure =
+        Figure::new(width, height, "Meshes from their views: a sphere becomes a bunny, a torus a ring");
     let (heads, rest) = figure.body.split_top(HEADS);
     let names = ["target", "start", "fit", "fit − target", "target, held out", "fit", "fit − target"];
     let style = TextStyle::new(10.5, Color::MUTED).anchored(Align::Left, Height::Top);
@@ -117,7 +113,7 @@ pub(super) fn frames(fits: &[Fit]) -> Vec<Canvas> {
     let count = moving.iter().map(|(fit, _)| fit.moments.len()).min().unwrap_or(0);
     let frame = |i: usize| {
         let columns = (2 * moving.len()) as f64;
-        let mut figure = Figure::new(columns * (SIDE + GAP) + GAP, SIDE + 22.0 + 150.0, "", "");
+        let mut figure = Figure::new(columns * (SIDE + GAP) + GAP, SIDE + 22.0 + 150.0, "");
         let (top, below) = figure.body.split_top(SIDE + 22.0);
         let mut axes =
             Axes::new(Axis::linear("step"), Axis::log("Chamfer distance (%)")).legend(Legend::Outside);
