@@ -1,6 +1,7 @@
 //! Regenerates every figure and study: pictures, the data behind them, and a gallery page.
 
 mod context;
+mod explore;
 mod figures;
 mod gallery;
 mod output;
@@ -45,7 +46,8 @@ struct Options {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    Peers(peers::Options),
+    Explore(explore::Options),
+    Peers(Box<peers::Options>),
 }
 
 /// The names of all figures, with what they show.
@@ -60,6 +62,7 @@ fn choices() -> PossibleValuesParser {
 fn main() -> ExitCode {
     let options = Options::parse();
     let done = match &options.command {
+        Some(Command::Explore(options)) => explore::run(options),
         Some(Command::Peers(peers)) => peers::run(peers),
         None => run(&options),
     };

@@ -1,0 +1,216 @@
+//! The numbers of a state: image, field and derivatives, by every method.
+
+use std::time::Instant;
+
+use anyhow::Result;
+use flatland::estimator::transport::{EdgeSampling, Kernels, Method, WarpedArea};
+use flatland::random::stream;
+use flatland::transport::exact::Exact;
+use flatland::transport::fields::Construction;
+use flatland::transport::{Camera, Paths, Tangent, World};
+use flatland::warp::{BoundaryFunction, Debias, Warp, Weighting};
+use glam::DVec2;
+use serde::Serialize;
+
+use super::state::{FLOOR, LIGHT, OCCLUDER, State};
+use crate::figures::common::Agreement;
+
+/// The error of what is called exact, relative to the sum of absolute terms: finer than any screen.
+const TOLERANCE: f64 = 1e-5;
+/// Places on the film at which the field is shown, and estimates that each is the mean of.
+const PLACES: usize = 240;
+const REPEATS: u64 = 8;
+/// The reach of the mean over jumps, in kernel widths.
+const REACH: f64 = 8.0;
+
+/// What the page draws.
+#[derive(Debug, Serialize)]
+pub(super) struct Numbers {
+    link: String,
+    shapes: Vec<Drawn>,
+    /// The camera's position, and the directions of the ends of its film.
+    eye: [f64; 2],
+    view: [[f64; 2]; 2],
+    /// The exact image, and its derivative.
+    image: Vec<f64>,
+    exact: Vec<f64>,
+    methods: Vec<Estimate>,
+    /// V over the film in pixels per unit of θ, at equally spaced places.
+    fields: Vec<Field>,
+    milliseconds: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Drawn {
+    name: &'static str,
+    points: Vec<[f64; 2]>,
+    is_closed: bool,
+    /// How far its middle moves as θ grows.
+    motion: [f64; 2],
+}
+
+/// One method's derivative of every pixel.
+#[derive(Debug, Serialize)]
+struct Estimate {
+    name: &'static str,
+    values: Vec<f64>,
+    errors: Vec<f64>,
+    /// On the exact derivative; 1 is right.
+    slope: f64,
+    slope_error: f64,
+    /// Relative to the derivative, root mean squares.
+    noise: f64,
+    /// Rays a sample.
+    rays: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Field {
+    name: &'static str,
+    values: Vec<f64>,
+}
+
+impl Numbers {
+    pub(super) fn new(state: &State) -> Result<Self> {
+        let start = Instant::now();
+        let (world, camera) = (state.world()?, state.camera());
+        let change = state.change(&world);
+        let exact = Exact { tolerance: TOLERANCE, ..Exact::default() };
+        let image = exact.image(&world, &camera)?.pixels;
+        let exact: Vec<f64> =
+            exact.gradient(&world, &camera, &change)?.pixels.iter().map(|t| t.total()).collect();
+        let setting = Posed { state, world: &world, camera: &camera, change: &change };
+        let methods = setting.methods(&exact)?;
+        let ends = [0.0, camera.film.pixels as f64].map(|u| camera.direction(u).to_array());
+        Ok(Self {
+            link: state.link(),
+            shapes: setting.shapes(),
+            eye: camera.position.to_array(),
+            view: ends,
+            image,
+            exact,
+            methods,
+            fields: setting.fields(),
+            milliseconds: start.elapsed().as_secs_f64() * 1e3,
+        })
+    }
+}
+
+/// A state with what is made of it.
+struct Posed<'a> {
+    state: &'a State,
+    world: &'a World,
+    camera: &'a Camera,
+    change: &'a Tangent,
+}
+
+impl Posed<'_> {
+    /// The field of warped area, with the state's γ and N′.
+    fn warp(&self) -> Warp {
+        let first = Warp::one_dimensional();
+        let weighting =
+            Weighting::BoundaryAware { gamma: self.state.gamma(), boundary: BoundaryFunction::default() };
+        let debias = self.state.rays().map_or(first.debias, |rays| Debias::Consistent { rays });
+        Warp { weighting, debias, ..first }
+    }
+
+    fn methods(&self, exact: &[f64]) -> Result<Vec<Estimate>> {
+        let (samples, seed) = (self.state.samples(), self.state.seed());
+        let paths = Paths { bounces: 1, ..Paths::default() };
+        let kernels = Kernels { film: self.state.kappa(), ..Kernels::default() };
+        let warped = |construction| WarpedArea {
+            samples,
+            paths,
+            construction,
+            kernels,
+            seed,
+            ..WarpedArea::default()
+        };
+        let edges = EdgeSampling { samples, paths, seed, ..EdgeSampling::default() };
+        let all: [(&'static str, &dyn Method); 4] = [
+            ("naive differentiation", &warped(Construction::Still)),
+            ("edge sampling", &edges),
+            ("warped area", &warped(Construction::Local(self.warp()))),
+            ("warped area, mean over jumps", &warped(Construction::JumpMean { reach: REACH })),
+        ];
+        let estimate = |(name, method): (&'static str, &dyn Method)| -> Result<Estimate> {
+            let found = method.forward(self.world, self.camera, self.change)?;
+            let values = found.total();
+            let agreement = Agreement::new(&values, &found.standard_error, exact);
+            Ok(Estimate {
+                name,
+                slope: agreement.slope.value,
+                slope_error: agreement.slope.error,
+                noise: agreement.noise,
+                rays: found.rays as f64 / (samples * values.len()) as f64,
+                values,
+                errors: found.standard_error,
+            })
+        };
+        all.into_iter().map(estimate).collect()
+    }
+
+    fn fields(&self) -> Vec<Field> {
+        let vertices = &self.change.vertices;
+        let width = self.camera.film.pixels as f64;
+        let along = |name, construction: Construction, repeats: u64| {
+            let at = |place: usize| {
+                let u = width * (place as f64 + 0.5) / PLACES as f64;
+                let one = |repeat: u64| {
+                    let mut dice = stream(self.state.seed(), &[place as u64, repeat]);
+                    let form =
+                        construction.over_film(self.world, self.camera, u, self.state.kappa(), &mut dice);
+                    form.at(vertices, self.change.camera.position, &self.change.camera)[0]
+                };
+                (0..repeats).map(one).sum::<f64>() / repeats as f64
+            };
+            Field { name, values: (0..PLACES).map(at).collect() }
+        };
+        vec![
+            along("direct: what is seen", Construction::Direct, 1),
+            along("warped area", Construction::Local(self.warp()), REPEATS),
+            along("mean over jumps", Construction::JumpMean { reach: REACH }, 1),
+        ]
+    }
+
+    fn shapes(&self) -> Vec<Drawn> {
+        let drawn = |(index, shape): (usize, &flatland::transport::Shape)| {
+            let moved = self.world.vertices_of(index).map(|v| self.change.vertices[v]);
+            let motion = moved.sum::<DVec2>() / shape.points().len() as f64;
+            Drawn {
+                name: match index {
+                    FLOOR => "floor",
+                    LIGHT => "light",
+                    OCCLUDER => "occluder",
+                    _ => "wall",
+                },
+                points: shape.points().iter().map(DVec2::to_array).collect(),
+                is_closed: shape.is_closed(),
+                motion: motion.to_array(),
+            }
+        };
+        self.world.shapes().iter().enumerate().map(drawn).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unbiased_methods_agree_with_the_exact_derivative_and_naive_differentiation_does_not() {
+        for link in [
+            "samples=1024&rays=0",
+            "samples=1024&rays=0&width=0.3&moves=3",
+            "samples=1024&rays=0&moves=4&gamma=2",
+        ] {
+            let numbers = Numbers::new(&State::parse(link).unwrap()).unwrap();
+            let [naive, edges, warped, jumps] = numbers.methods.as_slice() else { panic!() };
+            for method in [edges, warped, jumps] {
+                let off = (method.slope - 1.0).abs();
+                assert!(off < 5.0 * method.slope_error && method.slope_error < 0.1, "{link} {method:?}");
+            }
+            assert!((naive.slope - 1.0).abs() > 0.3, "{link} {}", naive.slope);
+        }
+    }
+}

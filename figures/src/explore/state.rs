@@ -1,0 +1,196 @@
+//! Everything that can be dragged or set, and the link that says it.
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+
+use flatland::plane::Filter;
+use flatland::transport::{Camera, CameraTangent, Film, Gloss, Material, Shape, Tangent, World};
+use glam::DVec2;
+
+/// Shapes of the world, by index.
+pub(super) const FLOOR: usize = 0;
+pub(super) const LIGHT: usize = 2;
+pub(super) const OCCLUDER: usize = 3;
+
+/// Pixels of the film, and radians that it sees.
+const PIXELS: usize = 48;
+const FIELD_OF_VIEW: f64 = 1.0;
+/// The occluder's corners and radius, and half the light's width.
+const CORNERS: usize = 5;
+const RADIUS: f64 = 0.55;
+const HALF_LIGHT: f64 = 0.75;
+
+/// A number of the state: its name in links, what it is, its range, and its value at first.
+struct Setting {
+    name: &'static str,
+    range: [f64; 2],
+    first: f64,
+}
+
+const fn setting(name: &'static str, range: [f64; 2], first: f64) -> Setting {
+    Setting { name, range, first }
+}
+
+/// All of them, in the order of [`State`]'s numbers.
+const SETTINGS: [Setting; 15] = [
+    setting("ox", [1.5, 8.0], 4.9),
+    setting("oy", [0.9, 4.6], 1.8),
+    setting("oa", [-10.0, 10.0], 0.3),
+    setting("lx", [1.5, 8.0], 5.15),
+    setting("ly", [5.0, 6.5], 5.8),
+    setting("cx", [0.2, 3.0], 0.7),
+    setting("cy", [1.0, 5.0], 3.4),
+    setting("ca", [-1.2, 0.2], -0.48),
+    setting("width", [0.0, 1.0], 0.0),
+    setting("kappa", [1.0, 1000.0], 44.0),
+    setting("gamma", [0.25, 8.0], 1.0),
+    setting("rays", [0.0, 256.0], 16.0),
+    setting("samples", [8.0, 1024.0], 64.0),
+    setting("seed", [0.0, 4e9], 1.0),
+    setting("moves", [0.0, 4.0], 0.0),
+];
+
+/// What the derivative is by: θ moves the occluder to the right, up or around its middle, the light to the right, or the camera up.
+const MOVES: usize = 5;
+
+/// A link that is no state.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum StateError {
+    #[error("`{0}` is not of the form name=number&name=number")]
+    Form(String),
+    #[error("there is no setting `{0}`; there are {known}", known = SETTINGS.map(|s| s.name).join(", "))]
+    Name(String),
+    #[error("{name} = {value} is not between {low} and {high}")]
+    Range { name: &'static str, value: f64, low: f64, high: f64 },
+}
+
+/// The flat world, its camera, the motion and the method's parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct State([f64; 15]);
+
+impl Default for State {
+    fn default() -> Self {
+        Self(SETTINGS.map(|setting| setting.first))
+    }
+}
+
+impl State {
+    /// Reads the part of a link behind its ? or #; what it does not say is as at first.
+    pub(super) fn parse(link: &str) -> Result<Self, StateError> {
+        let mut state = Self::default();
+        for part in link.split('&').filter(|part| !part.is_empty()) {
+            let form = || StateError::Form(part.to_owned());
+            let (name, value) = part.split_once('=').ok_or_else(form)?;
+            let value: f64 = value.parse().map_err(|_| form())?;
+            let index = SETTINGS.iter().position(|s| s.name == name);
+            let index = index.ok_or_else(|| StateError::Name(name.to_owned()))?;
+            let Setting { name, range: [low, high], .. } = SETTINGS[index];
+            if !(low..=high).contains(&value) {
+                return Err(StateError::Range { name, value, low, high });
+            }
+            state.0[index] = value;
+        }
+        Ok(state)
+    }
+
+    /// The link, whole.
+    pub(super) fn link(&self) -> String {
+        let mut link = String::new();
+        for (setting, value) in SETTINGS.iter().zip(self.0) {
+            let and = if link.is_empty() { "" } else { "&" };
+            let _ = write!(link, "{and}{}={value}", setting.name);
+        }
+        link
+    }
+
+    fn get(&self, name: &str) -> f64 {
+        let index = SETTINGS.iter().position(|setting| setting.name == name);
+        index.map_or(f64::NAN, |index| self.0[index])
+    }
+
+    fn point(&self, x: &str, y: &str) -> DVec2 {
+        DVec2::new(self.get(x), self.get(y))
+    }
+
+    /// w, the half width of the floor's lobe in radians; none if it is matt.
+    pub(super) fn lobe(&self) -> Option<f64> {
+        Some(self.get("width")).filter(|width| *width > 0.0)
+    }
+
+    pub(super) fn kappa(&self) -> f64 {
+        self.get("kappa")
+    }
+
+    pub(super) fn gamma(&self) -> f64 {
+        self.get("gamma")
+    }
+
+    /// N′, or none for a random number that leaves no bias.
+    pub(super) fn rays(&self) -> Option<usize> {
+        Some(self.get("rays") as usize).filter(|rays| *rays > 0)
+    }
+
+    pub(super) fn samples(&self) -> usize {
+        self.get("samples") as usize
+    }
+
+    pub(super) fn seed(&self) -> u64 {
+        self.get("seed") as u64
+    }
+
+    /// A floor, a wall, a light and a pentagon.
+    pub(super) fn world(&self) -> Result<World, flatland::transport::WorldError> {
+        let (occluder, light) = (self.point("ox", "oy"), self.point("lx", "ly"));
+        let corner = |i: usize| {
+            occluder + RADIUS * DVec2::from_angle(self.get("oa") + i as f64 * TAU / CORNERS as f64)
+        };
+        let line = |a: DVec2, b: DVec2, material| Shape::open([a, b], material);
+        let matt = Material::diffuse(0.8);
+        let floor = match self.lobe() {
+            Some(width) => Material { gloss: Some(Gloss { strength: 0.8, width }), ..Material::diffuse(0.0) },
+            None => matt,
+        };
+        let half = DVec2::new(HALF_LIGHT, 0.0);
+        let shapes = vec![
+            line(DVec2::new(0.1, 0.0), DVec2::new(9.2, 0.0), floor),
+            line(DVec2::new(9.3, 0.1), DVec2::new(9.3, 4.6), matt),
+            line(light - half, light + half, Material::emitter(6.0)),
+            Shape::closed((0..CORNERS).map(corner), Material::diffuse(0.6)),
+        ];
+        World::new(0.15, shapes)
+    }
+
+    pub(super) fn camera(&self) -> Camera {
+        let film = Film { pixels: PIXELS, filter: Filter::Tent };
+        Camera { position: self.point("cx", "cy"), angle: self.get("ca"), field_of_view: FIELD_OF_VIEW, film }
+    }
+
+    /// dθ of everything.
+    pub(super) fn change(&self, world: &World) -> Tangent {
+        match self.get("moves") as usize % MOVES {
+            0 => Tangent::translate(world, [OCCLUDER], DVec2::X),
+            1 => Tangent::translate(world, [OCCLUDER], DVec2::Y),
+            2 => Tangent::rotate(world, [OCCLUDER], self.point("ox", "oy")),
+            3 => Tangent::translate(world, [LIGHT], DVec2::X),
+            _ => Tangent::of_camera(world, CameraTangent { position: DVec2::Y, ..CameraTangent::default() }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn links_read_back_and_say_what_is_wrong() {
+        let state = State::parse("ox=5.5&gamma=2&rays=16").unwrap();
+        assert_eq!(State::parse(&state.link()).unwrap(), state);
+        assert_eq!((state.get("ox"), state.gamma(), state.rays()), (5.5, 2.0, Some(16)));
+        assert_eq!(State::parse("").unwrap(), State::default());
+        let error = |link: &str| State::parse(link).unwrap_err().to_string();
+        assert!(error("ox").contains("name=number") && error("ox=a").contains("ox=a"));
+        assert!(error("zz=1").contains("there are ox, oy"));
+        assert_eq!(error("gamma=0"), "gamma = 0 is not between 0.25 and 8");
+        assert!(error("gamma=NaN").contains("not between") && error("samples=1e300").contains("1024"));
+    }
+}

@@ -1,0 +1,97 @@
+//! The page's server, and the page in a browser where the machine has one.
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::process::Command;
+use std::sync::Arc;
+use std::thread;
+
+use super::*;
+
+/// Drags the occluder on the page in a frame, and writes what the page then shows.
+const PROBE: &str = r##"<!DOCTYPE html><body><iframe id="page" style="width:900px;height:1200px"></iframe><pre id="found"></pre><script>
+const frame = document.getElementById("page"), wait = time => new Promise(done => setTimeout(done, time));
+frame.onload = async () => {
+  const page = frame.contentDocument, world = page.getElementById("world");
+  const rows = () => [...page.querySelectorAll("#methods tbody tr")].map(row => row.children[2].textContent);
+  for (let i = 0; i < 200 && !rows().length; i++) await wait(50);
+  const first = rows().join(), box = world.getBoundingClientRect();
+  const at = (x, y) => ({ clientX: box.left + x / 10 * box.width, clientY: box.top + (6.8 - y) / 7.2 * box.height, pointerId: 1, bubbles: true });
+  world.dispatchEvent(new frame.contentWindow.PointerEvent("pointerdown", at(4.9, 1.8)));
+  world.dispatchEvent(new frame.contentWindow.PointerEvent("pointermove", at(6, 2.5)));
+  world.dispatchEvent(new frame.contentWindow.PointerEvent("pointerup", at(6, 2.5)));
+  for (let i = 0; i < 200 && rows().join() == first; i++) await wait(50);
+  await wait(500);
+  const wide = page.documentElement.scrollWidth > frame.clientWidth ? "too wide" : "";
+  document.getElementById("found").textContent = [frame.contentWindow.location.hash, ...rows(), wide].join("\n");
+};
+frame.src = "/";
+</script>"##;
+
+/// A server in a thread of its own, until the test is over.
+fn served(besides: Vec<(&'static str, String)>) -> (Arc<Server>, String) {
+    let server = Arc::new(listen(0).unwrap());
+    let address = server.server_addr().to_string();
+    let copy = Arc::clone(&server);
+    thread::spawn(move || serve(&copy, &besides));
+    (server, address)
+}
+
+/// Status and body of what stands at a path.
+fn get(address: &str, path: &str) -> (u16, String) {
+    let mut stream = TcpStream::connect(address).unwrap();
+    write!(stream, "GET {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n").unwrap();
+    let mut text = String::new();
+    stream.read_to_string(&mut text).unwrap();
+    let (head, body) = text.split_once("\r\n\r\n").unwrap();
+    (head[9..12].parse().unwrap(), body.to_owned())
+}
+
+#[test]
+fn paths_lead_to_pages_numbers_and_errors() {
+    let (server, address) = served(vec![]);
+    for path in ["/", "/page.js", "/page.css"] {
+        assert_eq!(get(&address, path).0, 200, "{path}");
+    }
+    let (status, body) = get(&address, "/numbers?samples=8&ox=5");
+    assert!(status == 200 && body.contains("\"link\":\"ox=5&") && body.contains("warped area"), "{body}");
+    let (status, body) = get(&address, "/numbers?samples=7");
+    assert_eq!((status, body.as_str()), (400, "samples = 7 is not between 8 and 1024"));
+    assert_eq!(get(&address, "/etc/passwd").0, 404);
+    server.unblock();
+}
+
+#[test]
+fn what_is_dragged_shows_the_numbers_of_the_library() {
+    let names = std::env::var("CHROMIUM")
+        .into_iter()
+        .chain(["chromium", "chromium-browser", "google-chrome"].map(String::from));
+    let runs =
+        |name: &String| Command::new(name).arg("--version").output().is_ok_and(|out| out.status.success());
+    let Some(browser) = names.into_iter().find(runs) else {
+        println!("no Chromium here, and none in the variable CHROMIUM: the page was not dragged");
+        return;
+    };
+    let (server, address) = served(vec![("/probe", PROBE.to_owned())]);
+    let output = Command::new(browser)
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--timeout=60000"])
+        .args(["--virtual-time-budget=60000", "--window-size=1000,1300", "--dump-dom"])
+        .arg(format!("http://{address}/probe"))
+        .output()
+        .unwrap();
+    server.unblock();
+    let (dom, log) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    let found = dom.split_once("id=\"found\">").and_then(|(_, rest)| rest.split_once("</pre>")).unwrap().0;
+    let mut lines = found.lines();
+    let link = lines.next().unwrap().trim_start_matches('#').replace("&amp;", "&");
+    let state = State::parse(&link).unwrap();
+    let moved = serde_json::to_value(&link).unwrap();
+    assert!(link.contains("ox=6") || link.contains("ox=5.9"), "{moved}");
+    let numbers: serde_json::Value = serde_json::to_value(Numbers::new(&state).unwrap()).unwrap();
+    for method in numbers["methods"].as_array().unwrap() {
+        let [slope, error] = ["slope", "slope_error"].map(|key| method[key].as_f64().unwrap());
+        assert_eq!(lines.next(), Some(format!("{slope:.3} ± {error:.3}").as_str()), "{method}");
+    }
+    assert_eq!(lines.next().unwrap_or_default(), "", "{found}");
+    assert!(!log.contains("CONSOLE"), "{log}");
+}
