@@ -161,7 +161,11 @@ fn prose(measured: &Measured) -> anyhow::Result<Prose> {
         let point = measured.curves[study][0].points.iter().find(|point| point[0] == x);
         point.map_or_else(String::new, |point| percent((point[1] - 1.0).abs()))
     };
-    let jumps = listed(measured.scans.iter().map(|scan| format!("{}: {}", scan.name, scan.jumps)));
+    let jumps = listed(measured.scans.iter().map(|scan| format!("{}: {}", scan.name, scan.jumps.len())));
+    let default_scan = measured.scans.iter().find(|scan| scan.name == scan::DEFAULT);
+    let largest_jump = default_scan.map_or(0.0, |scan| scan.jumps.iter().copied().fold(0.0, f64::max));
+    let is_ball = |row: &&Row| row.shape == "ball" && row.outputs == Outputs::Film;
+    let ball_slope = measured.rows.iter().filter(default).find(is_ball).map(|row| row.found.slope.shown());
     let trilinear = measured.grids.iter().filter(|series| series.name.starts_with("trilinear"));
     let finest = trilinear.filter_map(|series| {
         let (cells, slope) = series.points.last()?;
@@ -184,6 +188,8 @@ fn prose(measured: &Measured) -> anyhow::Result<Prose> {
             ("few_steps", &at(1, 20.0)),
             ("many_steps", &at(1, 640.0)),
             ("lost", &percent(lost)),
+            ("ball_slope", &ball_slope.unwrap_or_default()),
+            ("largest_jump", &number(largest_jump)),
         ],
     )
 }

@@ -49,6 +49,7 @@ fn scans(measured: &Measured) -> Axes {
     let looks = [
         Style::new(Palette::BLUE),
         Style::new(Palette::VERMILION),
+        Style::new(Palette::SKY).dotted(),
         Style::new(Palette::ORANGE).dotted(),
         Style::new(Palette::GREEN).dashed(),
         Style::new(Palette::PURPLE).dashed(),
@@ -56,7 +57,7 @@ fn scans(measured: &Measured) -> Axes {
     for (scan, style) in measured.scans.iter().zip(looks) {
         axes.line(
             scan.values.iter().copied(),
-            &style.labelled(format!("{}: {} jumps", scan.name, scan.jumps)),
+            &style.labelled(format!("{}: {} jumps", scan.name, scan.jumps.len())),
         );
     }
     axes

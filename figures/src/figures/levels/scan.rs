@@ -21,9 +21,12 @@ pub(super) struct Scan {
     pub(super) name: String,
     /// The angle in degrees, and V along the scan in radians per unit of time.
     pub(super) values: Vec<[f64; 2]>,
-    /// Where it jumps while what the ray sees does not.
-    pub(super) jumps: usize,
+    /// How far it jumps, wherever it does while what the ray sees does not.
+    pub(super) jumps: Vec<f64>,
 }
+
+/// The scan of the default field with the default tracer.
+pub(super) const DEFAULT: &str = "Vicini et al., tolerance 10⁻⁵";
 
 /// A direction's field, whether its ray hits, and how many points that has.
 #[derive(Clone, Copy)]
@@ -39,16 +42,21 @@ pub(super) fn scans(smooth: &Subject, plain: &Subject, count: u32) -> Vec<Scan> 
     let all = Method::Bangaru(BangaruField::default());
     let few = Method::Bangaru(BangaruField { keep: Some(KEPT), ..BangaruField::default() });
     vec![
-        scan("Vicini et al.", smooth, Method::Vicini(vicini()), count),
-        scan("Bangaru et al.", smooth, all, count),
-        scan(&format!("Bangaru et al., {KEPT} points"), smooth, few, count),
-        scan("Bangaru et al., plain union", plain, all, count),
-        scan("Vicini et al., m = 1, plain union", plain, everywhere, count),
+        scan("Vicini et al.", smooth, Method::Vicini(vicini()), fine(), count),
+        scan("Bangaru et al.", smooth, all, fine(), count),
+        scan(DEFAULT, smooth, Method::Vicini(vicini()), tracer(), count),
+        scan(&format!("Bangaru et al., {KEPT} points"), smooth, few, fine(), count),
+        scan("Bangaru et al., plain union", plain, all, fine(), count),
+        scan("Vicini et al., m = 1, plain union", plain, everywhere, fine(), count),
     ]
 }
 
-fn scan(name: &str, subject: &Subject, method: Method, count: u32) -> Scan {
-    let tracer = Tracer { tolerance: 1e-10, max_steps: 20_000, ..tracer() };
+/// Traces that end where the surface is, as nearly as numbers tell.
+fn fine() -> Tracer {
+    Tracer { tolerance: 1e-10, max_steps: 20_000, ..tracer() }
+}
+
+fn scan(name: &str, subject: &Subject, method: Method, tracer: Tracer, count: u32) -> Scan {
     let direction = |angle: f64| DVec3::new(angle.sin(), 0.07 * angle.cos(), angle.cos()).normalize();
     let at = |angle: f64| {
         let omega = direction(angle);
@@ -58,11 +66,11 @@ fn scan(name: &str, subject: &Subject, method: Method, count: u32) -> Scan {
     };
     let angle = |i: u32| REACH * (2.0 * f64::from(i) / f64::from(count) - 1.0);
     let all: Vec<Seen> = (0..=count).map(|i| at(angle(i))).collect();
-    let jumps = (0..count).zip(all.windows(2)).filter(|(i, pair)| {
+    let jumps = (0..count).zip(all.windows(2)).filter_map(|(i, pair)| {
         let suspect = pair[0].points != pair[1].points || change(pair[0], pair[1]) > SUSPECT;
-        suspect && jumps([(angle(*i), pair[0]), (angle(i + 1), pair[1])], at)
+        if suspect { jump([(angle(i), pair[0]), (angle(i + 1), pair[1])], at) } else { None }
     });
-    let jumps = jumps.count();
+    let jumps: Vec<f64> = jumps.collect();
     let value = |(i, seen): (u32, &Seen)| {
         let across = DVec3::new(angle(i).cos(), 0.0, -angle(i).sin());
         [angle(i).to_degrees(), seen.value.dot(across)]
@@ -74,8 +82,8 @@ fn change(a: Seen, b: Seen) -> f64 {
     (b.value - a.value).length()
 }
 
-/// Whether something is left of a change after bisection, and it is none of what the ray sees.
-fn jumps([mut low, mut high]: [(f64, Seen); 2], at: impl Fn(f64) -> Seen) -> bool {
+/// What is left of a change after bisection, if it is none of what the ray sees.
+fn jump([mut low, mut high]: [(f64, Seen); 2], at: impl Fn(f64) -> Seen) -> Option<f64> {
     for _ in 0..40 {
         let middle = 0.5 * (low.0 + high.0);
         let found = at(middle);
@@ -85,5 +93,6 @@ fn jumps([mut low, mut high]: [(f64, Seen); 2], at: impl Fn(f64) -> Seen) -> boo
             low = (middle, found);
         }
     }
-    low.1.hits == high.1.hits && change(low.1, high.1) > JUMP
+    let left = change(low.1, high.1);
+    (low.1.hits == high.1.hits && left > JUMP).then_some(left)
 }
