@@ -14,6 +14,11 @@ const NODES: usize = 64;
 const SLOPES: usize = 48;
 const TURNS: usize = 24;
 
+/// The step of the differences that derivatives by the roughness are, relative to it. At the critical angle Fresnel's term has
+/// the slope of a root: the derivative of the sum over nodes, node by node, is 7 % off where differences over this step agree
+/// with wider ones within 1 %.
+const STEP: f64 = 0.02;
+
 /// How much light passes a coating, by its angle, and how much of diffuse light it throws back from within: with both,
 /// diffuse reflection below it is as in Mitsuba's `plastic` and `roughplastic`. Of a rough one, the derivatives by the
 /// roughness are kept beside the values.
@@ -34,11 +39,17 @@ impl Coating {
 
     /// One of facets with a roughness.
     pub(crate) fn rough(distribution: Microfacets, alpha: f64, eta: f64) -> Self {
-        let facets = (distribution, Dual::new(alpha, [1.0]));
+        let by_alpha = |function: &(dyn Fn(f64) -> f64 + Sync)| {
+            let step = STEP * alpha;
+            let [low, high] = [alpha - step, alpha + step].map(function);
+            Dual::new(function(alpha), [(high - low) / (2.0 * step)])
+        };
+        let at = |alpha| (distribution, alpha);
         let nodes = || (0..NODES).into_par_iter().map(cosine);
-        let transmitted = nodes().map(|mu| transmittance(facets, eta, mu)).collect();
+        let transmitted = nodes().map(|mu| by_alpha(&|alpha| transmittance(at(alpha), eta, mu))).collect();
         // The mean over nodes, as the format has it: 1.6 % above the integral 2 ∫ R μ dμ. Summed in order.
-        let weighted: Vec<Dual<1>> = nodes().map(|mu| reflectance(facets, 1.0 / eta, mu) * mu).collect();
+        let weighted: Vec<Dual<1>> =
+            nodes().map(|mu| by_alpha(&|alpha| reflectance(at(alpha), 1.0 / eta, mu)) * mu).collect();
         let internal = weighted.into_iter().fold(Dual::constant(0.0), |a, b| a + b) * (2.0 / NODES as f64);
         Self { eta, transmitted, internal }
     }
@@ -77,12 +88,12 @@ fn cosine(node: usize) -> f64 {
 /// Facets are drawn with density D cos θ, tan²θ = α² s(u), at midpoints: of 1 − √(1 − u), as the steepest facets of GGX
 /// matter most at grazing angles, and of the angle around.
 fn mean(
-    (distribution, alpha): (Microfacets, Dual<1>),
+    (distribution, alpha): (Microfacets, f64),
     cosine: f64,
-    scattered: impl Fn(Dual<1>, Dual<1>) -> (Dual<1>, Dual<1>),
-) -> Dual<1> {
+    scattered: impl Fn(f64, f64) -> (f64, f64),
+) -> f64 {
     let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
-    let mut sum = Dual::constant(0.0);
+    let mut sum = 0.0;
     for i in 0..SLOPES {
         let rest = 1.0 - (i as f64 + 0.5) / SLOPES as f64;
         let u = 1.0 - rest * rest;
@@ -91,34 +102,34 @@ fn mean(
             Microfacets::Ggx => u / (1.0 - u),
         };
         let tangent = alpha * slope2.sqrt();
-        let up = Dual::constant(1.0) / (Dual::constant(1.0) + tangent.squared()).sqrt();
+        let up = 1.0 / (1.0 + tangent * tangent).sqrt();
         for j in 0..TURNS {
             let along = (PI * (j as f64 + 0.5) / TURNS as f64).cos();
-            let visible = up * (tangent * (along * sine) + Dual::constant(cosine));
-            if visible.value > 0.0 {
+            let visible = up * (tangent * (along * sine) + cosine);
+            if visible > 0.0 {
                 let (height, part) = scattered(visible, up);
                 let seen = distribution.unshadowed(height, alpha) * visible / (up * cosine);
-                sum = sum + part * seen * (2.0 * rest);
+                sum += part * seen * (2.0 * rest);
             }
         }
     }
-    sum * distribution.unshadowed(Dual::constant(cosine), alpha) * (1.0 / (SLOPES * TURNS) as f64)
+    sum * distribution.unshadowed(cosine, alpha) * (1.0 / (SLOPES * TURNS) as f64)
 }
 
 /// What passes facets to the other side, where nothing hides it.
-fn transmittance(facets: (Microfacets, Dual<1>), eta: f64, cosine: f64) -> Dual<1> {
+fn transmittance(facets: (Microfacets, f64), eta: f64, cosine: f64) -> f64 {
     mean(facets, cosine, |visible, up| {
         let (reflected, beyond) = fresnel::dielectric(visible, eta);
         // Below by −((v·m/η − cos θₜ) m − v/η)·n.
-        let depth = (beyond - visible * (1.0 / eta)) * up + Dual::constant(cosine / eta);
-        (depth, Dual::constant(1.0) - reflected)
+        let depth = (beyond - visible * (1.0 / eta)) * up + cosine / eta;
+        (depth, 1.0 - reflected)
     })
 }
 
 /// What facets reflect to their own side, where nothing hides it.
-fn reflectance(facets: (Microfacets, Dual<1>), eta: f64, cosine: f64) -> Dual<1> {
+fn reflectance(facets: (Microfacets, f64), eta: f64, cosine: f64) -> f64 {
     mean(facets, cosine, |visible, up| {
-        let height = visible * up * 2.0 - Dual::constant(cosine);
+        let height = visible * up * 2.0 - cosine;
         (height, fresnel::dielectric(visible, eta).0)
     })
 }
@@ -158,8 +169,8 @@ mod tests {
     #[test]
     fn derivatives_by_the_roughness_are_those_of_differences() {
         for distribution in [Microfacets::Beckmann, Microfacets::Ggx] {
-            // Walter's approximation of Beckmann's G₁ jumps by 10⁻⁵ where it becomes 1: a small step would see that.
-            let (alpha, h) = (0.2, 1e-3);
+            // A wider step than the tables have, so that each tells the other's error.
+            let (alpha, h) = (0.2, 0.01);
             let [low, at, high] = [alpha - h, alpha, alpha + h].map(|a| Coating::rough(distribution, a, 1.5));
             for i in 0..NODES {
                 let expected = (high.transmitted[i].value - low.transmitted[i].value) / (2.0 * h);

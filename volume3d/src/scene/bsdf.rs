@@ -2,8 +2,16 @@
 
 use glam::DVec3;
 
-use super::material::Reflectance;
 use crate::optics::{Coating, Microfacets};
+
+/// A surface's reflectance, linear RGB.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reflectance {
+    /// The same everywhere.
+    Constant(DVec3),
+    /// A texture, by its index in the scene.
+    Texture(usize),
+}
 
 /// A reflection model. Light arrives and leaves on the side the shading normal points to, unless light passes the surface.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,16 +2,7 @@
 
 use glam::DVec3;
 
-use super::bsdf::Bsdf;
-
-/// A surface's reflectance, linear RGB.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Reflectance {
-    /// The same everywhere.
-    Constant(DVec3),
-    /// A texture, by its index in the scene.
-    Texture(usize),
-}
+use super::bsdf::{Bsdf, Reflectance};
 
 /// A texture that tilts the shading normal. It has no derivative by moving geometry, which is refused: where the tilted normal
 /// turns away from the viewer, and, of a bump map, at every border of texels, the image jumps, and no warp follows.

@@ -27,7 +27,7 @@ mod update;
 
 pub use crate::optics::Microfacets;
 pub(crate) use adjacency::{Beyond, FLAT};
-pub use bsdf::{Bsdf, Dielectric, Plastic, Principled, PrincipledThin, Roughness};
+pub use bsdf::{Bsdf, Dielectric, Plastic, Principled, PrincipledThin, Reflectance, Roughness};
 pub use build::Scene;
 pub use camera::{Camera, Crop, Film, Filter};
 pub use crossing_shapes::{CrossingCount, Overlap};
@@ -37,7 +37,7 @@ pub(crate) use hit::{Hit, MaterialPoint, Surface};
 pub use implicit::{Implicit, ImplicitShape, ImplicitSurface, Placement};
 pub use implicit_crossing::{CrossedBy, ImplicitCrossing};
 pub use light::{Environment, Light};
-pub use material::{Material, Reflectance, Relief};
+pub use material::{Material, Relief};
 pub(crate) use names::Emitter;
 pub use names::NameError;
 pub(crate) use rays::SHORT;

@@ -3,8 +3,8 @@
 use glam::{DMat3, DVec3};
 
 use super::element::Element;
-use super::emitter::radiant;
 use super::object::Object;
+use super::power::radiant;
 use super::reader::Reader;
 use super::transform;
 use crate::io::{Error, ImageProblem};

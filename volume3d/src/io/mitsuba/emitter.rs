@@ -4,6 +4,7 @@ use glam::{DAffine2, DMat3, DVec3};
 
 use super::element::Element;
 use super::object::Object;
+use super::power::radiant;
 use super::reader::Reader;
 use super::{beam, transform};
 use crate::io::{Error, ImageProblem, SceneProblem};
@@ -54,20 +55,6 @@ pub(super) fn light<'a>(reader: &mut Reader<'a>, element: &'a Element) -> Result
         }
     }
     object.finish()
-}
-
-/// A colour of at least 0; Mitsuba's is 1 where none is given.
-pub(super) fn radiant(object: &Object<'_>, name: &'static str) -> Result<DVec3, Error> {
-    if let Some(texture) = object.parameter(name).filter(|element| element.tag == "texture") {
-        let what = format!("a textured {name}");
-        return Err(texture.unsupported(what, "give the same value everywhere, or split the shape"));
-    }
-    let colour = object.colour(name)?.unwrap_or(DVec3::ONE);
-    if colour.min_element() >= 0.0 {
-        Ok(colour)
-    } else {
-        Err(object.element.bad_value(name, &colour.to_string(), "numbers of at least 0"))
-    }
 }
 
 fn map<'a>(reader: &mut Reader<'a>, object: &Object<'a>, id: String) -> Result<Environment, Error> {

@@ -26,6 +26,10 @@
 //! - `directional` emitters may have a `kappa`, the concentration of their lobe ([`Light::Directional`]).
 //! - `perspective` sensors may have a `pixel_aspect`, 1 unless given: by how many more pixels an angle is shown along columns
 //!   ([`Camera`](crate::scene::Camera)).
+//! - `dielectric` and the like have one colour for all of what they reflect, and a texture for `specular_transmittance` only.
+//!   `bumpmap` and `normalmap` cannot be on a material that light passes, and their `flip_invalid_normals` and
+//!   `use_shadowing_function` are true, as where they are not given.
+//! - `mask` may be within `twosided`.
 //! - `<rgb value="#rrggbb"/>` is a colour in sRGB, as in HTML; Mitsuba 3 refuses it.
 //! - A transform that mirrors turns the triangles of a shape, so that what faced outwards still does.
 //! - Without given normals, OBJ vertices of one `v` share a normal even where their `vt` differ; in Mitsuba a
@@ -51,6 +55,7 @@ mod element;
 mod emitter;
 mod implicit;
 mod object;
+mod power;
 mod principled;
 mod reader;
 mod scene;

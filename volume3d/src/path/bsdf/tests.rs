@@ -26,7 +26,7 @@ fn bsdfs() -> Vec<Bsdf> {
     let principled = |spec_trans: f64| {
         Bsdf::Principled(Principled {
             base_color: white(),
-            roughness: ALPHA,
+            roughness: ROOT,
             metallic: 0.3,
             eta: 1.4,
             spec_tint: 0.5,
@@ -51,8 +51,8 @@ fn bsdfs() -> Vec<Bsdf> {
         dielectric(facets(Microfacets::Ggx)),
         Bsdf::PrincipledThin(PrincipledThin {
             base_color: white(),
-            roughness: ALPHA,
-            eta: 1.4,
+            roughness: ROOT,
+            eta: 1.9,
             spec_tint: 0.5,
             spec_trans: 0.4,
             diff_trans: 0.8,
@@ -64,6 +64,9 @@ fn bsdfs() -> Vec<Bsdf> {
 }
 
 const ALPHA: f64 = 0.3;
+
+/// About its root: the roughness of principled models with this α.
+const ROOT: f64 = 0.55;
 
 fn dielectric(facets: Option<Roughness>) -> Bsdf {
     let specular_transmittance = Reflectance::Constant(DVec3::ONE);
@@ -169,7 +172,7 @@ fn refraction_is_reciprocal_but_for_the_compression_of_radiance() {
     let mut found = 0;
     for distribution in [Microfacets::Beckmann, Microfacets::Ggx] {
         let bsdf = dielectric(Some(Roughness { distribution, alpha: ALPHA }));
-        for _ in 0..200 {
+        for _ in 0..4000 {
             let (above, below) = (uniform(&mut rng), uniform(&mut rng));
             if above.dot(normal) < 0.05 || below.dot(normal) > -0.05 {
                 continue;
@@ -218,8 +221,8 @@ fn smooth_boundaries_lose_nothing() {
 /// Derivatives by the roughness and by the colour are those of differences, the coating's among them.
 #[test]
 fn derivatives_by_parameters_are_those_of_differences() {
-    // Walter's approximation of Beckmann's G₁ jumps by 10⁻⁵ where it becomes 1: a small step would see that.
-    let (viewer, h) = (DVec3::new(0.0, 0.6, 0.8), 1e-3);
+    // As wide as the coating's own: see there.
+    let (viewer, h) = (DVec3::new(0.0, 0.6, 0.8), 5e-3);
     for bsdf in &bsdfs() {
         let Some(alpha) = bsdf.roughness() else { continue };
         let coating = bsdf.coating();
@@ -252,7 +255,7 @@ fn derivatives_by_parameters_are_those_of_differences() {
             ];
             for (found, expected) in found.into_iter().zip(expected) {
                 assert!(
-                    (found - expected).abs() < 1e-5 + 1e-3 * expected.abs(),
+                    (found - expected).abs() < 1e-3 + 2e-2 * expected.abs(),
                     "{bsdf:?}: {found} {expected}"
                 );
             }
