@@ -63,9 +63,9 @@ fn description() -> Description {
     let plaster = description.add_material(Material::diffuse("plaster", DVec3::new(0.75, 0.72, 0.68)));
     let clay = description.add_material(Material::diffuse("clay", DVec3::new(0.65, 0.27, 0.16)));
     let paper = description.add_material(Material::diffuse("paper", DVec3::new(0.2, 0.35, 0.6)));
-    let brass = description.add_material(Material {
-        id: "brass".to_owned(),
-        bsdf: Bsdf::RoughConductor {
+    let brass = description.add_material(Material::new(
+        "brass",
+        Bsdf::RoughConductor {
             distribution: Microfacets::Ggx,
             alpha: 0.25,
             // η and k of brass at red, green and blue, rounded.
@@ -73,8 +73,8 @@ fn description() -> Description {
             k: DVec3::new(3.7, 2.8, 1.9),
             specular_reflectance: Reflectance::Constant(DVec3::ONE),
         },
-        two_sided: true,
-    });
+        true,
+    ));
 
     // Rectangles face +z, and are two units wide.
     let (size, half) = (DAffine3::from_scale(DVec3::splat(2.0)), FRAC_PI_2);

@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         to_uv: DAffine2::IDENTITY,
     });
     let bsdf = Bsdf::Diffuse { reflectance: Reflectance::Texture(texture) };
-    let printed = description.add_material(Material { id: "printed".to_owned(), bsdf, two_sided: true });
+    let printed = description.add_material(Material::new("printed", bsdf, true));
     let table =
         description.shapes.iter_mut().find(|shape| shape.id == "table").ok_or("the scene has no table")?;
     table.material = printed;

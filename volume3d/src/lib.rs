@@ -89,8 +89,10 @@
 //! [`scene::Scene::parted_shapes`] tells. The same holds where jumps of different velocities coincide along a whole
 //! curve: the two one-sided derivatives differ, and what is found is one of them or between them.
 //!
-//! What moves in an ideal mirror, or under a point or parallel light, has no unbiased estimate by any warp here: if a shape
-//! or the camera moves in a scene that has one of them, that is refused: [`gradient::Unsupported`].
+//! What moves in an ideal mirror, behind a surface that light passes or a mask opens, before a bump or normal map, or under
+//! a light in one point or one direction, has no unbiased estimate by any warp here: if a shape or the camera moves in a
+//! scene that has one of them, that is refused: [`gradient::Unsupported`]. Colours, roughnesses, textures and emission have
+//! their derivatives through all of them.
 
 pub mod geometry;
 pub mod gradient;
@@ -98,6 +100,7 @@ pub mod guide;
 mod image;
 pub mod io;
 mod lanes;
+mod optics;
 pub mod optimize;
 mod path;
 pub mod scene;

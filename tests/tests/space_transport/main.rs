@@ -59,7 +59,7 @@ fn conductor(id: &str, alpha: f64) -> Material {
         k: DVec3::new(3.9, 2.4, 2.2),
         specular_reflectance: Reflectance::Constant(DVec3::splat(0.9)),
     };
-    Material { id: id.to_owned(), bsdf, two_sided: true }
+    Material::new(id, bsdf, true)
 }
 
 /// A floor that a camera sees nothing else of, a lamp above it, and something between them.

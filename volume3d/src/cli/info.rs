@@ -122,6 +122,15 @@ fn lights(text: &mut String, d: &Description) {
             Light::Point { id, position, intensity } => {
                 writeln!(text, "  `{id}`: point at {position}, intensity {intensity}")
             }
+            Light::Spot { id, position, intensity, cutoff, .. } => {
+                writeln!(text, "  `{id}`: spot at {position}, intensity {intensity}, cutoff {cutoff} rad")
+            }
+            Light::Projector { id, position, intensity, field_of_view, .. } => {
+                writeln!(
+                    text,
+                    "  `{id}`: projector at {position}, irradiance {intensity}, over {field_of_view} rad"
+                )
+            }
             Light::Directional { id, direction, irradiance, kappa } => {
                 writeln!(text, "  `{id}`: along {direction}, irradiance {irradiance}, kappa {kappa}")
             }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use clap::Args;
-use volume3d::scene::{CrossedBy, Description, ImplicitCrossing, Light, Overlap, Scene, Shape};
+use volume3d::scene::{CrossedBy, Description, ImplicitCrossing, Light, Material, Overlap, Scene, Shape};
 
 use super::mesh_faults::MeshFaults;
 use super::session::SceneOptions;
@@ -55,19 +55,12 @@ pub(super) fn findings(scene: &Scene) -> Vec<Finding> {
         what: passing_through(d, crossing),
         advice: PART,
     }));
-    found.extend(d.shapes.iter().filter(|s| d.materials[s.material].bsdf.is_mirror()).map(|s| Finding {
-        grave: true,
-        what: format!(
-            "shape `{}` is an ideal mirror: what moves in its image jumps where no warp sees it",
-            s.id
-        ),
-        advice: "give it a roughness, or take --method finite-difference",
-    }));
-    found.extend(d.lights.iter().filter(|l| casts_sharp_shadows(l)).map(|l| Finding {
+    found.extend(d.shapes.iter().filter_map(|shape| unseen(shape, &d.materials[shape.material])));
+    found.extend(d.lights.iter().filter(|l| l.is_delta()).map(|l| Finding {
         grave: true,
         what: format!("light `{}` has no extent: its shadows jump where no warp sees it", l.id()),
         advice: match l {
-            Light::Point { .. } => {
+            Light::Point { .. } | Light::Spot { .. } | Light::Projector { .. } => {
                 "put a small shape that emits in its place, or take --method finite-difference"
             }
             Light::Directional { .. } => "give it a finite kappa, or take --method finite-difference",
@@ -83,11 +76,25 @@ pub(super) fn findings(scene: &Scene) -> Vec<Finding> {
     found
 }
 
-fn casts_sharp_shadows(light: &Light) -> bool {
-    match light {
-        Light::Point { .. } => true,
-        Light::Directional { kappa, .. } => kappa.is_infinite(),
+/// What no warp sees because of a shape's material.
+fn unseen(shape: &Shape, material: &Material) -> Option<Finding> {
+    let finding = |what: String, advice| Some(Finding { grave: true, what, advice });
+    let id = &shape.id;
+    if material.bsdf.transmits() || material.opacity.is_some() {
+        let what = format!("light passes shape `{id}`: what moves behind it jumps where no warp sees it");
+        return finding(what, "give it another material, or take --method finite-difference");
     }
+    if material.bsdf.is_mirror() {
+        let what = format!(
+            "shape `{id}` reflects as an ideal mirror: what moves in its image jumps where no warp sees it"
+        );
+        return finding(what, "give it a roughness, or take --method finite-difference");
+    }
+    if material.relief.is_some() {
+        let what = format!("a texture tilts the normals of shape `{id}`, whose jumps no warp sees");
+        return finding(what, "leave out the bump or normal map, or take --method finite-difference");
+    }
+    None
 }
 
 /// So many creases are hardly meant.

@@ -41,14 +41,13 @@ impl Tangent {
             texture.texels.iter_mut().zip(rates).for_each(|(t, r)| *t += step * *r);
         }
         for (l, light) in d.lights.iter_mut().enumerate() {
+            *light.power_mut() += step * self.intensity[l];
             match light {
-                Light::Point { position, intensity, .. } => {
-                    *position += step * self.pose[l];
-                    *intensity += step * self.intensity[l];
-                }
-                Light::Directional { direction, irradiance, .. } => {
+                Light::Point { position, .. }
+                | Light::Spot { position, .. }
+                | Light::Projector { position, .. } => *position += step * self.pose[l],
+                Light::Directional { direction, .. } => {
                     *direction = turn(step * self.pose[l]) * *direction;
-                    *irradiance += step * self.intensity[l];
                 }
             }
         }

@@ -262,6 +262,9 @@ impl ActiveParameters {
                 active[*texture] = true;
             }
         }
+        if self.lights {
+            d.lights.iter().filter_map(Light::texture).for_each(|texture| active[texture] = true);
+        }
         if self.lights
             && let Some(crate::scene::Environment::Map { texture, .. }) = d.environment
         {
@@ -275,12 +278,32 @@ impl ActiveParameters {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Unsupported {
-    /// Geometry moves before an ideal mirror.
+    /// Geometry moves before an ideal mirror, or a smooth coating.
     #[error(
-        "material `{material}` of shape `{shape}` is an ideal mirror: what moves in its image jumps where no warp sees it; give it a roughness, or move nothing"
+        "material `{material}` of shape `{shape}` reflects as an ideal mirror: what moves in its image jumps where no warp sees it; give it a roughness, or move nothing"
     )]
     Mirror {
         /// The mirror's shape.
+        shape: String,
+        /// Its material.
+        material: String,
+    },
+    /// Geometry moves that can be seen through a surface.
+    #[error(
+        "light passes material `{material}` of shape `{shape}`: what moves behind it jumps where no warp sees it; give it another material, or move nothing, or take finite differences"
+    )]
+    Transmission {
+        /// The shape.
+        shape: String,
+        /// Its material.
+        material: String,
+    },
+    /// Geometry moves before a texture that tilts normals.
+    #[error(
+        "a bump or normal map tilts the normals of material `{material}` of shape `{shape}`, whose jumps no warp sees; leave the map out, or move nothing, or take finite differences"
+    )]
+    Relief {
+        /// The shape.
         shape: String,
         /// Its material.
         material: String,
@@ -340,11 +363,22 @@ pub(crate) fn supports_meshes_only(scene: &Scene, method: &'static str) -> Resul
 
 fn supports_geometry(scene: &Scene) -> Result<(), Unsupported> {
     let d = scene.description();
+    if d.integrator.max_depth.is_some_and(|depth| depth < 2) {
+        // Emission alone is seen, and nothing is reflected, passed or lit.
+        return Ok(());
+    }
     let meshes = d.shapes.iter().map(|shape| (&shape.id, shape.material));
     for (id, material) in meshes.chain(d.implicits.iter().map(|shape| (&shape.id, shape.material))) {
         let material = &d.materials[material];
+        let (shape, name) = (id.clone(), material.id.clone());
+        if material.bsdf.transmits() || material.opacity.is_some() {
+            return Err(Unsupported::Transmission { shape, material: name });
+        }
         if material.bsdf.is_mirror() {
-            return Err(Unsupported::Mirror { shape: id.clone(), material: material.id.clone() });
+            return Err(Unsupported::Mirror { shape, material: name });
+        }
+        if material.relief.is_some() {
+            return Err(Unsupported::Relief { shape, material: name });
         }
     }
     casts_soft_shadows(&d.lights)
@@ -352,13 +386,9 @@ fn supports_geometry(scene: &Scene) -> Result<(), Unsupported> {
 
 /// Whether all of some lights have an extent.
 fn casts_soft_shadows<'l>(lights: impl IntoIterator<Item = &'l Light>) -> Result<(), Unsupported> {
-    let delta = |light: &Light| match light {
-        Light::Point { .. } => true,
-        Light::Directional { kappa, .. } => kappa.is_infinite(),
-    };
-    match lights.into_iter().find(|light| delta(light)) {
-        Some(Light::Point { id, .. }) => Err(Unsupported::Delta { light: id.clone() }),
+    match lights.into_iter().find(|light| light.is_delta()) {
         Some(Light::Directional { id, .. }) => Err(Unsupported::Parallel { light: id.clone() }),
+        Some(light) => Err(Unsupported::Delta { light: light.id().clone() }),
         None => Ok(()),
     }
 }

@@ -8,7 +8,7 @@ use super::pose::{Pose, Rest, rotation_vector};
 use super::quantity::{ParameterError, Quantity};
 use crate::geometry::Mesh;
 use crate::gradient::{ActiveParameters, Tangent};
-use crate::scene::{Camera, Environment, Light, Placement, Reflectance, Scene, SceneError};
+use crate::scene::{Camera, Environment, Placement, Reflectance, Scene, SceneError};
 
 /// One parameter among [`Parameters`].
 #[derive(Clone, Debug, PartialEq)]
@@ -179,10 +179,7 @@ impl Parameters {
                     Some(Environment::Constant { radiance, .. }) => flat(&[*radiance]),
                     _ => vec![0.0; 3],
                 },
-                Quantity::Intensity { light } => flat(&[match &d.lights[light] {
-                    Light::Point { intensity, .. } => *intensity,
-                    Light::Directional { irradiance, .. } => *irradiance,
-                }]),
+                Quantity::Intensity { light } => flat(&[d.lights[light].power()]),
                 Quantity::Reflectance { material } => match d.materials[material].bsdf.reflectance() {
                     Reflectance::Constant(c) => flat(&[*c]),
                     Reflectance::Texture(_) => vec![0.0; 3],
@@ -236,10 +233,7 @@ impl Parameters {
                 }
                 Quantity::Intensity { light: index } => {
                     let mut light = scene.description().lights[index].clone();
-                    match &mut light {
-                        Light::Point { intensity, .. } => *intensity = vector(),
-                        Light::Directional { irradiance, .. } => *irradiance = vector(),
-                    }
+                    *light.power_mut() = vector();
                     scene.set_light(index, light)?;
                 }
                 Quantity::Reflectance { material: index } => {

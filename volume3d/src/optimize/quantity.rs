@@ -19,8 +19,8 @@ use crate::scene::{Emitter, NameError, Scene};
 /// | `SHAPE.rotation` of an implicit surface | 3, a rotation vector in radians, about where it stands | none |
 /// | `SHAPE.radiance`, `LIGHT.radiance` of a constant environment | 3, linear RGB | at least 0 |
 /// | `LIGHT.intensity`, `LIGHT.irradiance` | 3, linear RGB | at least 0 |
-/// | `MATERIAL.reflectance` | 3, linear RGB | 0 to 1 |
-/// | `MATERIAL.roughness` | 1, α | 10⁻³ to 1 |
+/// | `MATERIAL.reflectance` | 3, linear RGB: of what [`Bsdf::reflectance`](crate::scene::Bsdf::reflectance) says | 0 to 1 |
+/// | `MATERIAL.roughness` | 1, α, or of principled materials √α | 10⁻³ to 1 |
 /// | `MATERIAL.texture` | 3 a texel, linear RGB | 0 to 1 |
 /// | `camera.translation` | 3, scene units, from where it was | none |
 /// | `camera.rotation` | 3, a rotation vector in radians, about its origin | none |

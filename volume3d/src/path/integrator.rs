@@ -4,8 +4,9 @@
 use flatland::calculus::{Number, Rgb, Vec3};
 use glam::DVec3;
 
-use super::bsdf::{Sampled, Shading};
-use super::calculus::{Calculus, VisibilityDomain, Warped};
+use super::beam::profile;
+use super::bsdf::{Bounce, Ideal, Sampled, Shading};
+use super::calculus::{Calculus, Kernel, VisibilityDomain, Warped};
 use super::escape::distant;
 use super::kernels::Kernels;
 use super::lights::{LightId, LightSample, Lights};
@@ -41,6 +42,8 @@ struct Scattered<T> {
     origin: Vec3<T>,
     direction: Vec3<T>,
     throughput: Rgb<T>,
+    /// By how much radiance has been compressed on the way, η²: roulette must not take it for loss.
+    compression: f64,
     hit: Option<Hit>,
 }
 
@@ -68,7 +71,7 @@ impl<'s> Paths<'s> {
         samples: &mut Sequence,
     ) -> Rgb<C::Number> {
         let one = Rgb::constant(DVec3::ONE);
-        let mut path = Scattered { origin, direction, throughput: one, hit };
+        let mut path = Scattered { origin, direction, throughput: one, compression: 1.0, hit };
         let mut total = self.seen(calculus, &path);
         let limit = self.scene.description.integrator.max_depth.unwrap_or(usize::MAX);
         while let Some(hit) = path.hit
@@ -85,11 +88,11 @@ impl<'s> Paths<'s> {
             let Some(shading) = point.shading(self.scene, calculus) else { break };
             let vertex = Vertex { point, shading };
             total = total + path.throughput * self.next_event(calculus, &vertex, samples);
-            let Some(survival) = self.roulette(&path.throughput, depth, samples) else { break };
-            let throughput = path.throughput * C::Number::constant(survival);
+            let Some(survival) = self.roulette(&path, depth, samples) else { break };
+            path.throughput = path.throughput * C::Number::constant(survival);
             depth += 1;
             let goes_on = depth < limit;
-            match self.scatter(calculus, &vertex, throughput, goes_on, &mut total, samples) {
+            match self.scatter(calculus, &vertex, &path, goes_on, &mut total, samples) {
                 Some(next) => path = next,
                 None => break,
             }
@@ -175,7 +178,7 @@ impl<'s> Paths<'s> {
         let Some(towards) = self.lights.sample(self.scene, x, [choice, a, b]) else { return zero };
         let LightSample { id, sampled: Sampled { direction, density }, distance, surface, delta } = towards;
         let border = match id {
-            LightId::Shape(shape) => {
+            LightId::Shape(shape) if !shading.transmits() => {
                 let kernel = || self.kernels.of_light(self.scene, &self.lights, id, shading, x, None);
                 calculus.border(point.position, point.surface, shape, kernel)
             }
@@ -184,8 +187,7 @@ impl<'s> Paths<'s> {
         let border = border.map_or(zero, |b| {
             shading.evaluate(Vec3::constant(b.direction)) * Rgb::constant(b.light) * b.speed
         });
-        let up = shading.normal.value();
-        if up.dot(direction) <= 0.0 || self.scene.shadowed(x, point.surface, direction, distance) {
+        if !shading.receives(direction) || self.scene.shadowed(x, point.surface, direction, distance) {
             return border + zero;
         }
         if delta {
@@ -205,14 +207,15 @@ impl<'s> Paths<'s> {
     fn light_along<C: Calculus>(
         &self,
         calculus: &mut C,
-        Vertex { point, shading }: &Vertex<'_, C::Number>,
+        vertex: &Vertex<'_, C::Number>,
         (id, seen): (LightId, Option<Surface>),
         direction: DVec3,
         weight: f64,
     ) -> (Rgb<C::Number>, Rgb<C::Number>) {
+        let Vertex { point, shading } = vertex;
         let x = point.position.value();
         let kernel = self.kernels.of_light(self.scene, &self.lights, id, shading, x, seen);
-        let warped = calculus.warp(point.position, point.surface, direction, kernel);
+        let warped = warp(calculus, vertex, direction, kernel);
         let emitted = match id {
             LightId::Shape(shape) => {
                 let radiance = self.scene.description.shapes[shape as usize].radiance;
@@ -238,24 +241,29 @@ impl<'s> Paths<'s> {
                 let direction = Vec3::turned(-*direction, calculus.pose(index));
                 shading.evaluate(direction) * calculus.intensity(index, *irradiance) * weight
             }
-            Light::Point { position, intensity, .. } => {
+            light @ (Light::Point { position, .. }
+            | Light::Spot { position, .. }
+            | Light::Projector { position, .. }) => {
                 let place = Vec3::constant(*position);
                 let place = calculus.pose(index).map_or(place, |shift| place + shift);
                 let way = place - point.position;
                 let falloff = C::Number::constant(1.0) / way.dot(way);
-                shading.evaluate(way.normalized())
-                    * calculus.intensity(index, *intensity)
+                let way = way.normalized();
+                shading.evaluate(way)
+                    * profile(self.scene, calculus, light, -way)
+                    * calculus.intensity(index, light.power())
                     * (falloff * weight)
             }
         }
     }
 
     /// The survivor's weight, or the end.
-    fn roulette<T: Number>(&self, throughput: &Rgb<T>, depth: usize, samples: &mut Sequence) -> Option<f64> {
+    fn roulette<T: Number>(&self, path: &Scattered<T>, depth: usize, samples: &mut Sequence) -> Option<f64> {
         if depth < self.scene.description.integrator.rr_depth {
             return Some(1.0);
         }
-        let survival = throughput.value().max_element().clamp(0.0, SURVIVAL);
+        let throughput = &path.throughput;
+        let survival = (throughput.value().max_element() * path.compression).clamp(0.0, SURVIVAL);
         // Behind what is black and may become lighter a path has no value, but a derivative.
         let dark = survival == 0.0 && throughput.0.iter().any(|x| !x.is_still());
         let survival = if dark { SURVIVAL_IN_THE_DARK } else { survival };
@@ -268,23 +276,25 @@ impl<'s> Paths<'s> {
         &self,
         calculus: &mut C,
         vertex: &Vertex<'_, C::Number>,
-        throughput: Rgb<C::Number>,
+        path: &Scattered<C::Number>,
         goes_on: bool,
         total: &mut Rgb<C::Number>,
         samples: &mut Sequence,
     ) -> Option<Scattered<C::Number>> {
         let Vertex { point, shading } = vertex;
-        let x = point.position.value();
-        if let Some((direction, factor)) = shading.mirror() {
-            let hit = self.scene.closest(x, direction.value(), Some(point.surface));
-            let origin = point.position;
-            let next = Scattered { origin, direction, throughput: throughput * factor, hit };
-            // Next-event estimation never chooses a mirror's direction: no weight but 1.
-            *total = *total + next.throughput * self.seen(calculus, &next);
-            return (goes_on && hit.is_some()).then_some(next);
-        }
+        let (x, origin, throughput) = (point.position.value(), point.position, path.throughput);
         let (c, [a, b]) = (samples.one(), samples.pair());
-        let sampled = shading.sample([a, b, c])?;
+        let sampled = match shading.sample([a, b, c])? {
+            Bounce::Smooth(sampled) => sampled,
+            Bounce::Ideal(Ideal { direction, factor }) => {
+                let hit = self.scene.closest(x, direction.value(), Some(point.surface));
+                let compression = path.compression * shading.compression(direction.value());
+                let next = Scattered { origin, direction, throughput: throughput * factor, compression, hit };
+                // Next-event estimation never chooses an ideal direction: no weight but 1.
+                *total = *total + next.throughput * self.seen(calculus, &next);
+                return (goes_on && hit.is_some()).then_some(next);
+            }
+        };
         let hit = self.scene.closest(x, sampled.direction, Some(point.surface));
         self.emission(calculus, vertex, throughput, sampled, hit, total);
         let environment = matches!(self.scene.description.environment, Some(Environment::Constant { .. }));
@@ -293,13 +303,14 @@ impl<'s> Paths<'s> {
         }
         let sees = if goes_on { VisibilityDomain::Radiance } else { VisibilityDomain::Distant };
         let kernel = self.kernels.of_bounce(shading, sees, hit.map(|h| h.surface));
-        let warped = calculus.warp(point.position, point.surface, sampled.direction, kernel);
+        let warped = warp(calculus, vertex, sampled.direction, kernel);
         let throughput = throughput * reflect(shading, &warped, 1.0 / sampled.density);
         if hit.is_none() {
             *total = *total + throughput * self.constant_environment(calculus);
             return None;
         }
-        Some(Scattered { origin: point.position, direction: warped.direction, throughput, hit })
+        let compression = path.compression * shading.compression(sampled.direction);
+        Some(Scattered { origin, direction: warped.direction, throughput, compression, hit })
     }
 
     /// What a sampled direction finds emitted, weighted against next-event estimation.
@@ -327,6 +338,20 @@ impl<'s> Paths<'s> {
             add((id, None), self.lights.density_of_escape(self.scene, id, direction));
         }
     }
+}
+
+/// The warp at a vertex. Where light passes the surface, jumps on its far side are followed by no field, and none is asked
+/// for.
+fn warp<C: Calculus>(
+    calculus: &mut C,
+    Vertex { point, shading }: &Vertex<'_, C::Number>,
+    direction: DVec3,
+    kernel: Kernel,
+) -> Warped<C::Number> {
+    if shading.transmits() {
+        return Warped { direction: Vec3::constant(direction), jacobian: C::Number::constant(1.0) };
+    }
+    calculus.warp(point.position, point.surface, direction, kernel)
 }
 
 /// f cos θ of a warped direction, times the Jacobian and a weight.

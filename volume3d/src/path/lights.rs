@@ -75,6 +75,11 @@ impl Lights {
             powers.push(match light {
                 Light::Directional { irradiance, .. } => PI * reach * reach * luminance(*irradiance),
                 Light::Point { intensity, .. } => 4.0 * PI * luminance(*intensity),
+                // At most, where it is textured.
+                Light::Spot { intensity, cutoff, .. } => TAU * (1.0 - cutoff.cos()) * luminance(*intensity),
+                Light::Projector { intensity, field_of_view, aspect, .. } => {
+                    4.0 * PI * (0.5 * field_of_view).tan().powi(2) / aspect * luminance(*intensity)
+                }
             });
         }
         if let Some(Environment::Map { texture, scale, .. }) = &scene.description.environment {
@@ -144,7 +149,9 @@ impl Lights {
                 Some(towards).filter(|_| density.is_finite())
             }
             LightId::Light(light) => match &scene.description.lights[light as usize] {
-                Light::Point { position, .. } => {
+                Light::Point { position, .. }
+                | Light::Spot { position, .. }
+                | Light::Projector { position, .. } => {
                     let way = *position - x;
                     let direction = way.try_normalize()?;
                     Some(towards(direction, 1.0, way.length(), true))

@@ -1,5 +1,6 @@
 //! The path tracer: one program for the primal and, over numbers with derivatives, for gradients.
 
+mod beam;
 mod bsdf;
 mod calculus;
 mod emitter;
@@ -9,11 +10,12 @@ mod kernels;
 mod lights;
 mod map;
 mod plain;
+mod relief;
 mod sequence;
 mod surface;
 mod texture;
 
-pub(crate) use bsdf::Shading;
+pub(crate) use bsdf::{Bounce, Shading};
 pub(crate) use calculus::{BorderSample, Calculus, CameraMotion, Frame, Kernel, VisibilityDomain, Warped};
 pub(crate) use integrator::Paths;
 pub use kernels::Kernels;

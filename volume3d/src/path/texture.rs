@@ -14,26 +14,72 @@ pub(crate) fn lookup<C: Calculus>(
     t: C::Number,
     calculus: &C,
 ) -> Rgb<C::Number> {
-    let half = C::Number::constant(0.5);
+    let place = place(texture, s, t);
+    let [[a, b], [c, d]] = place.corners(texture, wraps);
+    let [[fx, fy], [gx, gy]] = place.weights();
+    calculus.texel(index, a) * (gx * gy)
+        + calculus.texel(index, b) * (fx * gy)
+        + calculus.texel(index, c) * (gx * fy)
+        + calculus.texel(index, d) * (fx * fy)
+}
+
+/// A point among texels: the column and row above and left of it, and how far it is beyond.
+struct Place<T> {
+    cell: [f64; 2],
+    beyond: [T; 2],
+}
+
+fn place<T: Number>(texture: &Texture, s: T, t: T) -> Place<T> {
+    let half = T::constant(0.5);
     let m = texture.to_uv;
-    let offset = |x: f64| C::Number::constant(x);
+    let offset = |x: f64| T::constant(x);
     let u = s * m.matrix2.x_axis.x + t * m.matrix2.y_axis.x + offset(m.translation.x);
     let v = s * m.matrix2.x_axis.y + t * m.matrix2.y_axis.y + offset(m.translation.y);
-    let (width, height) = (texture.width, texture.height);
-    let x = u * width as f64 - half;
-    let y = (C::Number::constant(1.0) - v) * height as f64 - half;
+    let x = u * texture.width as f64 - half;
+    let y = (offset(1.0) - v) * texture.height as f64 - half;
     let (i, j) = (x.value().floor(), y.value().floor());
-    let (fx, fy) = (x - offset(i), y - offset(j));
-    let texel = |di: f64, dj: f64| {
-        let column = wrap(wraps[0], i + di, width);
-        let row = wrap(wraps[1], j + dj, height);
-        calculus.texel(index, row * width + column)
-    };
-    let (gx, gy) = (offset(1.0) - fx, offset(1.0) - fy);
-    texel(0.0, 0.0) * (gx * gy)
-        + texel(1.0, 0.0) * (fx * gy)
-        + texel(0.0, 1.0) * (gx * fy)
-        + texel(1.0, 1.0) * (fx * fy)
+    Place { cell: [i, j], beyond: [x - offset(i), y - offset(j)] }
+}
+
+impl<T: Number> Place<T> {
+    /// The four texels around it, row by row.
+    fn corners(&self, texture: &Texture, wraps: [Wrap; 2]) -> [[usize; 2]; 2] {
+        let [i, j] = self.cell;
+        [0.0, 1.0].map(|dj| {
+            let row = wrap(wraps[1], j + dj, texture.height);
+            [0.0, 1.0].map(|di| row * texture.width + wrap(wraps[0], i + di, texture.width))
+        })
+    }
+
+    /// Those of the later column and row, and of the earlier.
+    fn weights(&self) -> [[T; 2]; 2] {
+        let one = T::constant(1.0);
+        [self.beyond, self.beyond.map(|f| one - f)]
+    }
+}
+
+/// Rec. 709.
+pub(crate) fn luminance<T: Number>(Rgb([r, g, b]): Rgb<T>) -> T {
+    r * 0.2126 + g * 0.7152 + b * 0.0722
+}
+
+/// The gradient of a texture's luminance by (s, t), of the bilinear patch that the point is in.
+pub(crate) fn slope<C: Calculus>(
+    texture: &Texture,
+    index: usize,
+    s: C::Number,
+    t: C::Number,
+    calculus: &C,
+) -> [C::Number; 2] {
+    let place = place(texture, s, t);
+    let [[a, b], [c, d]] =
+        place.corners(texture, [texture.wrap; 2]).map(|row| row.map(|i| luminance(calculus.texel(index, i))));
+    let [[fx, fy], [gx, gy]] = place.weights();
+    let by_x = (b - a) * gy + (d - c) * fy;
+    let by_y = (c - a) * gx + (d - b) * fx;
+    let (u, v) = (by_x * texture.width as f64, by_y * -(texture.height as f64));
+    let m = texture.to_uv.matrix2;
+    [u * m.x_axis.x + v * m.x_axis.y, u * m.y_axis.x + v * m.y_axis.y]
 }
 
 fn wrap(wrap: Wrap, index: f64, size: usize) -> usize {

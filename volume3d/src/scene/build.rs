@@ -13,6 +13,7 @@ use super::normals::VertexNormals;
 use super::trace_counts::Counters;
 use super::triangle::{NONE, Tables, Triangle};
 use crate::geometry::{Accelerator, Normals};
+use crate::optics::Coating;
 
 /// A scene: a checked description, and what tracing and shading need.
 #[derive(Debug)]
@@ -32,6 +33,8 @@ pub struct Scene {
     pub(crate) first_normal: Vec<u32>,
     pub(crate) accelerator: Accelerator,
     pub(crate) adjacency: Adjacency,
+    /// What the coating of each material lets through, if it has one.
+    pub(crate) coatings: Vec<Option<Coating>>,
     /// The box around each implicit surface, if it has one.
     pub(super) implicit_bounds: Vec<Option<(DVec3, DVec3)>>,
     /// Rays at implicit surfaces that could not be followed.
@@ -97,8 +100,10 @@ impl Scene {
         let tables = Tables { positions: &positions, triangles: &triangles };
         let shading = Shading { normals: &normals, uvs: &uvs, textured: &textured };
         let adjacency = Adjacency::build(tables, shading);
+        let coatings = description.materials.iter().map(|m| m.bsdf.coating()).collect();
         let mut scene = Self {
             description,
+            coatings,
             positions,
             triangles,
             normals,

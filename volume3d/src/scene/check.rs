@@ -6,8 +6,8 @@ use flatland::sdf::Sdf as _;
 use glam::{DMat3, DVec3};
 
 use super::{
-    Camera, Description, Environment, Film, Filter, ImplicitShape, Light, Material, Placement, Reflectance,
-    SceneError, Shape, Texture,
+    Bsdf, Camera, Description, Dielectric, Environment, Film, Filter, ImplicitShape, Light, Material,
+    Placement, Reflectance, SceneError, Shape, Texture,
 };
 use crate::geometry::{Accelerator, Mesh, MeshError, Normals};
 
@@ -39,7 +39,7 @@ pub(super) fn check(description: &Description) -> Result<(), SceneError> {
         outside(shape, camera)?;
     }
     for light in lights {
-        self::light(light)?;
+        self::light(light, textures.len())?;
     }
     if let Some(environment) = environment {
         self::environment(environment, textures.len())?;
@@ -66,8 +66,7 @@ pub(super) fn mesh(id: &str, mesh: &Mesh) -> Result<(), SceneError> {
 
 /// That a textured surface has texture coordinates.
 pub(super) fn coordinates(id: &str, mesh: &Mesh, material: &Material) -> Result<(), SceneError> {
-    let textured = matches!(material.bsdf.reflectance(), Reflectance::Texture(_));
-    if textured && mesh.uvs().is_none() {
+    if material.textures().next().is_some() && mesh.uvs().is_none() {
         return Err(SceneError::NoCoordinates { id: id.to_owned() });
     }
     Ok(())
@@ -89,8 +88,17 @@ pub(super) fn implicit(shape: &ImplicitShape, materials: &[Material]) -> Result<
         return range("the deviation of its rotation from one", error, "0 to rounding, with determinant 1");
     }
     let material = material_of(&shape.id, shape.material, materials)?;
-    if matches!(material.bsdf.reflectance(), Reflectance::Texture(_)) {
+    on_implicit(shape, material)
+}
+
+/// That a material is one that implicit surfaces may have: they have no texture coordinates, and rays are traced at them from
+/// without.
+pub(super) fn on_implicit(shape: &ImplicitShape, material: &Material) -> Result<(), SceneError> {
+    if material.textures().next().is_some() {
         return Err(SceneError::NoCoordinates { id: shape.id.clone() });
+    }
+    if material.bsdf.transmits() || material.opacity.is_some() {
+        return Err(SceneError::Transmits { id: shape.id.clone(), material: material.id.clone() });
     }
     Ok(())
 }
@@ -189,10 +197,10 @@ pub(super) fn texture(texture: &Texture) -> Result<(), SceneError> {
 
 pub(super) fn material(material: &Material, textures: usize) -> Result<(), SceneError> {
     let id = &material.id;
-    match material.bsdf.reflectance() {
-        Reflectance::Constant(c) => not_negative(id, "the reflectance", *c)?,
-        Reflectance::Texture(index) => check_index(id, *index, textures)?,
+    if let Reflectance::Constant(c) = material.bsdf.reflectance() {
+        not_negative(id, "the reflectance", *c)?;
     }
+    material.textures().try_for_each(|index| check_index(id, index, textures))?;
     if let Some(alpha) = material.bsdf.roughness() {
         // Below, the lobe is narrower than directions can be told apart.
         range((1e-4..=1.0).contains(&alpha), id, "the roughness", alpha, "in [1e-4, 1]")?;
@@ -201,10 +209,74 @@ pub(super) fn material(material: &Material, textures: usize) -> Result<(), Scene
         not_negative(id, "eta", eta)?;
         not_negative(id, "k", k)?;
     }
+    if let Some(eta) = material.bsdf.relative_index() {
+        range(
+            eta > 0.0 && eta.is_finite(),
+            id,
+            "the relative index of refraction",
+            eta,
+            "positive and finite",
+        )?;
+        let smooth = matches!(
+            material.bsdf,
+            Bsdf::Dielectric(Dielectric { facets: None, .. }) | Bsdf::ThinDielectric(_)
+        );
+        // Facets refract no direction into itself.
+        range(eta != 1.0 || smooth, id, "the relative index of refraction", eta, "other than 1")?;
+    }
+    for (what, value, most) in weights(&material.bsdf) {
+        range(
+            (0.0..=most).contains(&value),
+            id,
+            what,
+            value,
+            if most > 1.0 { "in [0, 2]" } else { "in [0, 1]" },
+        )?;
+    }
+    match &material.bsdf {
+        Bsdf::Plastic(plastic) => not_negative(id, "the specular reflectance", plastic.specular_reflectance)?,
+        Bsdf::Dielectric(dielectric) | Bsdf::ThinDielectric(dielectric) => {
+            not_negative(id, "the specular reflectance", dielectric.specular_reflectance)?;
+        }
+        _ => {}
+    }
+    if let Some(Reflectance::Constant(opacity)) = material.opacity {
+        let most = opacity.max_element();
+        range(opacity.min_element() >= 0.0 && most <= 1.0, id, "the opacity", most, "in [0, 1]")?;
+    }
+    if material.relief.is_some() && material.bsdf.transmits() {
+        let id = id.clone();
+        return Err(SceneError::Relief { id });
+    }
     Ok(())
 }
 
-pub(super) fn light(light: &Light) -> Result<(), SceneError> {
+/// The weights of the principled models, and the most that each may be.
+fn weights(bsdf: &Bsdf) -> Vec<(&'static str, f64, f64)> {
+    match bsdf {
+        Bsdf::Principled(p) => vec![
+            ("metallic", p.metallic, 1.0),
+            ("spec_tint", p.spec_tint, 1.0),
+            ("spec_trans", p.spec_trans, 1.0),
+            ("sheen", p.sheen, 1.0),
+            ("sheen_tint", p.sheen_tint, 1.0),
+            ("flatness", p.flatness, 1.0),
+            ("clearcoat", p.clearcoat, 1.0),
+            ("clearcoat_gloss", p.clearcoat_gloss, 1.0),
+        ],
+        Bsdf::PrincipledThin(p) => vec![
+            ("spec_tint", p.spec_tint, 1.0),
+            ("spec_trans", p.spec_trans, 1.0),
+            ("diff_trans", p.diff_trans, 2.0),
+            ("sheen", p.sheen, 1.0),
+            ("sheen_tint", p.sheen_tint, 1.0),
+            ("flatness", p.flatness, 1.0),
+        ],
+        _ => vec![],
+    }
+}
+
+pub(super) fn light(light: &Light, textures: usize) -> Result<(), SceneError> {
     match light {
         Light::Directional { id, direction, irradiance, kappa } => {
             not_negative(id, "the irradiance", *irradiance)?;
@@ -216,7 +288,43 @@ pub(super) fn light(light: &Light) -> Result<(), SceneError> {
             not_negative(id, "the intensity", *intensity)?;
             range(position.is_finite(), id, "a coordinate of the position", f64::NAN, "finite")
         }
+        Light::Spot { id, position, to_world, intensity, cutoff, beam, texture } => {
+            not_negative(id, "the intensity", *intensity)?;
+            range(position.is_finite(), id, "a coordinate of the position", f64::NAN, "finite")?;
+            rotation(id, to_world)?;
+            let right = f64::to_radians(90.0);
+            range(
+                (0.0..right).contains(cutoff) && *cutoff > 0.0,
+                id,
+                "the cutoff angle",
+                *cutoff,
+                "in (0, pi/2)",
+            )?;
+            range(
+                (0.0..=*cutoff).contains(beam),
+                id,
+                "the beam width",
+                *beam,
+                "between 0 and the cutoff angle",
+            )?;
+            texture.map_or(Ok(()), |index| check_index(id, index, textures))
+        }
+        Light::Projector { id, position, to_world, intensity, field_of_view, aspect, texture } => {
+            not_negative(id, "the irradiance", *intensity)?;
+            range(position.is_finite(), id, "a coordinate of the position", f64::NAN, "finite")?;
+            rotation(id, to_world)?;
+            let in_range = *field_of_view > 0.0 && *field_of_view < std::f64::consts::PI;
+            range(in_range, id, "the field of view", *field_of_view, "in (0, pi)")?;
+            range(*aspect > 0.0 && aspect.is_finite(), id, "the aspect", *aspect, "positive and finite")?;
+            texture.map_or(Ok(()), |index| check_index(id, index, textures))
+        }
     }
+}
+
+fn rotation(id: &str, to_world: &DMat3) -> Result<(), SceneError> {
+    let error = (*to_world * to_world.transpose() - DMat3::IDENTITY).to_cols_array();
+    let worst = error.iter().fold(0.0_f64, |worst, e| worst.max(e.abs()));
+    range(worst < 1e-5, id, "the distance of to_world from a rotation", worst, "0")
 }
 
 pub(super) fn environment(environment: &Environment, textures: usize) -> Result<(), SceneError> {
@@ -225,9 +333,7 @@ pub(super) fn environment(environment: &Environment, textures: usize) -> Result<
         Environment::Map { id, texture, scale, to_world } => {
             check_index(id, *texture, textures)?;
             range(*scale >= 0.0 && scale.is_finite(), id, "the scale", *scale, "finite and not negative")?;
-            let error = (*to_world * to_world.transpose() - DMat3::IDENTITY).to_cols_array();
-            let worst = error.iter().fold(0.0_f64, |worst, e| worst.max(e.abs()));
-            range(worst < 1e-5, id, "the distance of to_world from a rotation", worst, "0")
+            rotation(id, to_world)
         }
     }
 }

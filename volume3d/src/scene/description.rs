@@ -4,8 +4,7 @@ use flatland::sdf::Tracer;
 use glam::DVec3;
 
 use super::{
-    Camera, Environment, Film, Implicit, ImplicitShape, ImplicitSurface, Light, Material, Placement,
-    Reflectance, Texture,
+    Camera, Environment, Film, Implicit, ImplicitShape, ImplicitSurface, Light, Material, Placement, Texture,
 };
 use crate::geometry::Mesh;
 
@@ -93,8 +92,7 @@ impl Description {
 
     /// Whether each shape has a texture.
     pub(super) fn textured(&self) -> Vec<bool> {
-        let bsdf = |shape: &Shape| &self.materials[shape.material].bsdf;
-        self.shapes.iter().map(|s| matches!(bsdf(s).reflectance(), Reflectance::Texture(_))).collect()
+        self.shapes.iter().map(|s| self.materials[s.material].textures().next().is_some()).collect()
     }
 
     /// Adds a material and returns its index.

@@ -54,6 +54,22 @@ pub enum SceneError {
         /// The shape.
         id: String,
     },
+    /// Light passes the material of an implicit surface, which rays meet from without only.
+    #[error(
+        "light passes material `{material}`, which implicit surface `{id}` has; give it another, or make it a mesh"
+    )]
+    Transmits {
+        /// The surface.
+        id: String,
+        /// Its material.
+        material: String,
+    },
+    /// The normals of a material that light passes are tilted.
+    #[error("light passes material `{id}`, whose normals a texture tilts; leave out the bump or normal map")]
+    Relief {
+        /// The material.
+        id: String,
+    },
     /// The vertices of a shape cannot be moved where they should.
     #[error("shape `{id}`: {error}")]
     Mesh {

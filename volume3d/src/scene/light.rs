@@ -27,6 +27,41 @@ pub enum Light {
         /// Power per solid angle.
         intensity: DVec3,
     },
+    /// Light from one point within a cone.
+    Spot {
+        /// Its name in messages and requests.
+        id: String,
+        /// Where it is.
+        position: DVec3,
+        /// A rotation; its z axis is the cone's.
+        to_world: DMat3,
+        /// Power per solid angle in the middle.
+        intensity: DVec3,
+        /// The half angle beyond which there is none, in radians below π/2.
+        cutoff: f64,
+        /// The half angle up to which there is all, in radians; between the two, intensity falls linearly with the angle.
+        beam: f64,
+        /// A factor by direction, by the texture's index in the scene: (u, v) = ½ + (x, y)/(2 z tan cutoff).
+        texture: Option<usize>,
+    },
+    /// Light from one point through a slide: the intensity π E/cos³θ lights a screen across the axis evenly with E = 1/π at
+    /// distance 1, but for its own cosine.
+    Projector {
+        /// Its name in messages and requests.
+        id: String,
+        /// Where it is.
+        position: DVec3,
+        /// A rotation; its z axis is that of the beam, its x axis points to the left of the slide.
+        to_world: DMat3,
+        /// E, or a factor on the slide.
+        intensity: DVec3,
+        /// The angle over the width of the slide, in radians.
+        field_of_view: f64,
+        /// Its width over its height.
+        aspect: f64,
+        /// The slide, by the texture's index in the scene; nothing is clear.
+        texture: Option<usize>,
+    },
 }
 
 impl Light {
@@ -34,8 +69,46 @@ impl Light {
     #[must_use]
     pub fn id(&self) -> &String {
         match self {
-            Self::Directional { id, .. } | Self::Point { id, .. } => id,
+            Self::Directional { id, .. }
+            | Self::Point { id, .. }
+            | Self::Spot { id, .. }
+            | Self::Projector { id, .. } => id,
         }
+    }
+
+    /// Its irradiance or intensity: what it is scaled by.
+    #[must_use]
+    pub fn power(&self) -> DVec3 {
+        match self {
+            Self::Directional { irradiance: power, .. }
+            | Self::Point { intensity: power, .. }
+            | Self::Spot { intensity: power, .. }
+            | Self::Projector { intensity: power, .. } => *power,
+        }
+    }
+
+    /// The same, to be changed.
+    pub(crate) fn power_mut(&mut self) -> &mut DVec3 {
+        match self {
+            Self::Directional { irradiance: power, .. }
+            | Self::Point { intensity: power, .. }
+            | Self::Spot { intensity: power, .. }
+            | Self::Projector { intensity: power, .. } => power,
+        }
+    }
+
+    /// The texture that it looks up, by its index in the scene.
+    pub(crate) fn texture(&self) -> Option<usize> {
+        match self {
+            Self::Spot { texture, .. } | Self::Projector { texture, .. } => *texture,
+            Self::Directional { .. } | Self::Point { .. } => None,
+        }
+    }
+
+    /// Whether it is one point or one direction, whose shadows have no penumbra.
+    #[must_use]
+    pub fn is_delta(&self) -> bool {
+        !matches!(self, Self::Directional { kappa, .. } if kappa.is_finite())
     }
 }
 

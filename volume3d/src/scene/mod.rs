@@ -1,6 +1,7 @@
 //! Scenes: what they are made of, and what rendering needs of them.
 
 mod adjacency;
+mod bsdf;
 mod build;
 mod camera;
 mod check;
@@ -24,7 +25,9 @@ mod trace_counts;
 mod triangle;
 mod update;
 
+pub use crate::optics::Microfacets;
 pub(crate) use adjacency::{Beyond, FLAT};
+pub use bsdf::{Bsdf, Dielectric, Plastic, Principled, PrincipledThin, Reflectance, Roughness};
 pub use build::Scene;
 pub use camera::{Camera, Crop, Film, Filter};
 pub use crossing_shapes::{CrossingCount, Overlap};
@@ -34,7 +37,7 @@ pub(crate) use hit::{Hit, MaterialPoint, Surface};
 pub use implicit::{Implicit, ImplicitShape, ImplicitSurface, Placement};
 pub use implicit_crossing::{CrossedBy, ImplicitCrossing};
 pub use light::{Environment, Light};
-pub use material::{Bsdf, Material, Microfacets, Reflectance};
+pub use material::{Material, Relief};
 pub(crate) use names::Emitter;
 pub use names::NameError;
 pub(crate) use rays::SHORT;

@@ -104,10 +104,10 @@ impl Scene {
         find_with("shape", id, all, "emits nothing", "that emit").map(Emitter::Shape)
     }
 
-    /// A point light.
+    /// A light in one point.
     pub(crate) fn find_point_light(&self, id: &str) -> Result<usize, NameError> {
         let lights = self.description().lights.iter();
-        let all = lights.map(|l| (l.id(), matches!(l, Light::Point { .. })));
+        let all = lights.map(|l| (l.id(), !matches!(l, Light::Directional { .. })));
         find_with("light", id, all, "is no point light", "that are")
     }
 

@@ -21,9 +21,7 @@ use glam::DVec3;
 use super::adjacency::Shading;
 use super::check;
 use super::error::SceneError;
-use super::{
-    Camera, Description, Environment, Film, ImplicitShape, Light, Material, Reflectance, Scene, Texture,
-};
+use super::{Camera, Description, Environment, Film, ImplicitShape, Light, Material, Scene, Texture};
 use crate::geometry::{Mesh, Normals};
 
 impl Scene {
@@ -149,11 +147,12 @@ impl Scene {
         for shape in shapes.iter().filter(|shape| shape.material == index) {
             check::coordinates(&shape.id, &shape.mesh, &material)?;
         }
-        let textured = |m: &Material| matches!(m.bsdf.reflectance(), Reflectance::Texture(_));
-        if let Some(shape) = implicits.iter().find(|s| s.material == index && textured(&material)) {
-            return Err(SceneError::NoCoordinates { id: shape.id.clone() });
+        for shape in implicits.iter().filter(|shape| shape.material == index) {
+            check::on_implicit(shape, &material)?;
         }
+        let textured = |m: &Material| m.textures().next().is_some();
         let reshade = textured(old) != textured(&material);
+        self.coatings[index] = material.bsdf.coating();
         self.description.materials[index] = material;
         if reshade {
             self.shade_edges();
@@ -195,7 +194,7 @@ impl Scene {
     pub fn set_light(&mut self, index: usize, light: Light) -> Result<(), SceneError> {
         let lights = &self.description.lights;
         let old = self.existing("light", index, lights)?;
-        check::light(&light)?;
+        check::light(&light, self.description.textures.len())?;
         check::renamed("light", old.id(), light.id(), lights.iter().map(Light::id))?;
         self.description.lights[index] = light;
         Ok(())

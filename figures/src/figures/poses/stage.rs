@@ -152,7 +152,7 @@ impl Stage {
             k: DVec3::ONE,
             specular_reflectance: Reflectance::Constant(DVec3::splat(0.8)),
         };
-        Material { id: "ground".to_owned(), bsdf, two_sided: true }
+        Material::new("ground", bsdf, true)
     }
 
     fn mesh(self, seed: u64) -> anyhow::Result<Mesh> {

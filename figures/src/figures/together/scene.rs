@@ -43,7 +43,7 @@ pub(super) fn truth(side: usize) -> anyhow::Result<Scene> {
         to_uv,
     });
     let bsdf = Bsdf::Diffuse { reflectance: Reflectance::Texture(texture) };
-    let printed = description.add_material(Material { id: "printed".to_owned(), bsdf, two_sided: true });
+    let printed = description.add_material(Material::new("printed", bsdf, true));
     let paint = description.add_material(Material::diffuse("paint", DVec3::new(0.25, 0.45, 0.65)));
     let floor = DAffine3::from_rotation_x(-FRAC_PI_2) * DAffine3::from_scale(DVec3::splat(1.2));
     description.add_shape("floor", Mesh::rectangle().transformed(&floor), printed);

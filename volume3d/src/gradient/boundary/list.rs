@@ -221,6 +221,6 @@ impl Edge {
 /// Whether a triangle reflects anything.
 pub(super) fn reflects(scene: &Scene, triangle: u32) -> bool {
     let material = scene.material_of(Surface::Triangle(triangle));
-    let reflectance = scene.description.materials[material].bsdf.reflectance();
-    *reflectance != Reflectance::Constant(DVec3::ZERO)
+    let bsdf = &scene.description.materials[material].bsdf;
+    !bsdf.is_scaled() || *bsdf.reflectance() != Reflectance::Constant(DVec3::ZERO)
 }

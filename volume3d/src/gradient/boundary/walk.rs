@@ -7,7 +7,7 @@ use super::Moving;
 use super::list::reflects;
 use super::sensor::{CameraSubpath, Sensor, Vertex};
 use super::table::Table;
-use crate::path::{Plain, Sequence, Shading, SurfacePoint};
+use crate::path::{Bounce, Plain, Sequence, Shading, SurfacePoint};
 use crate::scene::{Hit, Surface};
 
 /// Paths are continued with no more than this probability where there is no limit to their length.
@@ -124,7 +124,7 @@ impl<'a> Walk<'a> {
                 throughput /= survival;
             }
             let (c, [a, b]) = (numbers.one(), numbers.pair());
-            let Some(sampled) = shading.sample([a, b, c]) else { return };
+            let Some(Bounce::Smooth(sampled)) = shading.sample([a, b, c]) else { return };
             let Rgb(reflected) = shading.evaluate(Vec3::constant(sampled.direction));
             throughput *= DVec3::from_array(reflected.map(Number::value)) / sampled.density;
             if throughput == DVec3::ZERO {

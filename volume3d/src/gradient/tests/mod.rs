@@ -3,6 +3,7 @@
 mod camera;
 pub(crate) mod comparisons;
 mod exact;
+mod materials;
 mod scenes;
 
 use glam::{DAffine3, DVec3};

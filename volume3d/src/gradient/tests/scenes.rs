@@ -39,17 +39,17 @@ pub(crate) fn room(filter: Filter) -> Scene {
     let mut d = Description::new(camera, film(6, filter));
     d.integrator = Integrator { max_depth: Some(4), rr_depth: 3 };
     let white = d.add_material(Material::diffuse("white", DVec3::new(0.7, 0.6, 0.5)));
-    let glossy = d.add_material(Material {
-        id: "glossy".to_owned(),
-        bsdf: Bsdf::RoughConductor {
+    let glossy = d.add_material(Material::new(
+        "glossy",
+        Bsdf::RoughConductor {
             distribution: Microfacets::Ggx,
             alpha: 0.3,
             eta: DVec3::new(0.2, 0.9, 1.1),
             k: DVec3::new(3.9, 2.4, 2.2),
             specular_reflectance: Reflectance::Constant(DVec3::splat(0.9)),
         },
-        two_sided: true,
-    });
+        true,
+    ));
     d.add_shape("floor", Mesh::rectangle().transformed(&(at(0.0, -1.0, 0.0, 1.5) * down())), white);
     d.add_shape("back", Mesh::rectangle().transformed(&at(0.0, 0.0, -1.0, 1.5)), glossy);
     d.add_shape("block", Mesh::cube().smooth().transformed(&at(0.1, -0.5, 0.0, 0.3)), white);

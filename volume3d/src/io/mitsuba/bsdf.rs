@@ -5,12 +5,13 @@ use glam::DVec3;
 use super::element::Element;
 use super::object::Object;
 use super::reader::Reader;
-use super::write::{Writer, escaped};
 use crate::io::{Error, ImageProblem};
-use crate::scene::{Bsdf, Material, Microfacets, Reflectance};
+use crate::scene::{Bsdf, Material, Microfacets, Reflectance, Relief};
 
 /// Mitsuba's diffuse reflectance where none is given.
-const DEFAULT_REFLECTANCE: f64 = 0.5;
+pub(super) const DEFAULT_REFLECTANCE: f64 = 0.5;
+/// What there is.
+const PLUGINS: &str = "diffuse, conductor, roughconductor, plastic, roughplastic, dielectric, thindielectric, roughdielectric, principled, principledthin, twosided, mask, bumpmap, normalmap";
 /// Mitsuba's roughness where none is given.
 const DEFAULT_ALPHA: f64 = 0.1;
 
@@ -20,21 +21,37 @@ impl<'a> Reader<'a> {
         if let Some(&index) = self.material_of.get(&std::ptr::from_ref(element)) {
             return Ok(index);
         }
-        let object = Object::new(element, &self.ids)?;
-        let two_sided = object.plugin == "twosided";
-        let bsdf = if two_sided {
+        let mut object = Object::new(element, &self.ids)?;
+        let (mut two_sided, mut opacity, mut relief) = (false, None, None);
+        loop {
+            let twice = match object.plugin {
+                "twosided" => std::mem::replace(&mut two_sided, true),
+                "mask" => {
+                    opacity.replace(self.reflectance(&object, "opacity", DEFAULT_REFLECTANCE)?).is_some()
+                }
+                "bumpmap" => relief.replace(self.bump_map(&object)?).is_some(),
+                "normalmap" => relief.replace(self.normal_map(&object)?).is_some(),
+                _ => break,
+            };
+            if twice {
+                let what = format!("{0} within {0}", object.plugin);
+                return Err(object.element.unsupported(what, "leave out one of them"));
+            }
             let inner = object.at_most_one("<bsdf>")?.ok_or_else(|| object.missing("a nested <bsdf>"))?;
             object.finish()?;
-            let inner = Object::new(inner, &self.ids)?;
-            if inner.plugin == "twosided" {
-                return Err(inner.element.unsupported("twosided within twosided", "leave out one of them"));
-            }
-            self.bsdf(&inner)?
-        } else {
-            self.bsdf(&object)?
-        };
+            object = Object::new(inner, &self.ids)?;
+        }
+        let bsdf = self.bsdf(&object)?;
+        if two_sided && bsdf.transmits() {
+            let what = "twosided around a material that light passes";
+            return Err(element.unsupported(what, "leave out twosided: such a material has two sides"));
+        }
+        if relief.is_some() && bsdf.transmits() {
+            let what = "a bump or normal map on a material that light passes";
+            return Err(element.unsupported(what, "leave it out"));
+        }
         let id = self.name(element, self.materials.len());
-        self.materials.push(Material { id, bsdf, two_sided });
+        self.materials.push(Material { opacity, relief, ..Material::new(&id, bsdf, two_sided) });
         self.material_of.insert(std::ptr::from_ref(element), self.materials.len() - 1);
         Ok(self.materials.len() - 1)
     }
@@ -75,14 +92,32 @@ impl<'a> Reader<'a> {
                     specular_reflectance: self.reflectance(object, "specular_reflectance", 1.0)?,
                 }
             }
-            _ => return Err(object.unknown_plugin("bsdf", "diffuse, conductor, roughconductor, twosided")),
+            "plastic" => self.plastic(object, false)?,
+            "roughplastic" => self.plastic(object, true)?,
+            "dielectric" => Bsdf::Dielectric(self.dielectric(object, false)?),
+            "thindielectric" => Bsdf::ThinDielectric(self.dielectric(object, false)?),
+            "roughdielectric" => Bsdf::Dielectric(self.dielectric(object, true)?),
+            "principled" => self.principled(object)?,
+            "principledthin" => self.principled_thin(object)?,
+            _ => return Err(object.unknown_plugin("bsdf", PLUGINS)),
         };
         object.finish()?;
         Ok(bsdf)
     }
 
+    fn bump_map(&mut self, object: &Object<'a>) -> Result<Relief, Error> {
+        let scale = object.float("scale")?.unwrap_or(1.0);
+        let texture = object.at_most_one("<texture>")?.ok_or_else(|| object.missing("a nested <texture>"))?;
+        Ok(Relief::Bump { texture: self.texture(texture)?, scale })
+    }
+
+    fn normal_map(&mut self, object: &Object<'a>) -> Result<Relief, Error> {
+        let texture = object.at_most_one("<texture>")?.ok_or_else(|| object.missing("normalmap"))?;
+        Ok(Relief::Normals { texture: self.texture(texture)? })
+    }
+
     /// A colour or a texture within [0, 1].
-    fn reflectance(
+    pub(super) fn reflectance(
         &mut self,
         object: &Object<'a>,
         name: &'static str,
@@ -112,58 +147,13 @@ impl<'a> Reader<'a> {
     }
 }
 
-impl Writer<'_> {
-    /// A material, by its index.
-    pub(super) fn material(&mut self, index: usize, material: &Material) {
-        let id = &self.ids.materials[index];
-        let plugin = match material.bsdf {
-            Bsdf::Diffuse { .. } => "diffuse",
-            Bsdf::RoughConductor { .. } => "roughconductor",
-            Bsdf::Conductor { .. } => "conductor",
-        };
-        if material.two_sided {
-            self.open("bsdf", "twosided", id);
-            self.line(&format!("<bsdf type=\"{plugin}\">"));
-        } else {
-            self.open("bsdf", plugin, id);
-        }
-        if let Bsdf::RoughConductor { distribution, alpha, .. } = &material.bsdf {
-            let name = match distribution {
-                Microfacets::Beckmann => "beckmann",
-                Microfacets::Ggx => "ggx",
-            };
-            self.value("string", "distribution", name);
-            self.value("float", "alpha", alpha);
-        }
-        let name = match &material.bsdf {
-            Bsdf::Diffuse { .. } => "reflectance",
-            Bsdf::RoughConductor { eta, k, .. } | Bsdf::Conductor { eta, k, .. } => {
-                self.colour("eta", *eta);
-                self.colour("k", *k);
-                "specular_reflectance"
-            }
-        };
-        match material.bsdf.reflectance() {
-            Reflectance::Constant(colour) => self.colour(name, *colour),
-            Reflectance::Texture(texture) => {
-                let id = escaped(&self.ids.textures[*texture]);
-                self.line(&format!("<ref name=\"{name}\" id=\"{id}\"/>"));
-            }
-        }
-        if material.two_sided {
-            self.line("</bsdf>");
-        }
-        self.line("</bsdf>");
-    }
-}
-
-fn distribution(object: &Object<'_>) -> Result<Microfacets, Error> {
+pub(super) fn distribution(object: &Object<'_>) -> Result<Microfacets, Error> {
     let names = ["beckmann", "ggx"];
     let choice = object.choice("distribution", &names, "beckmann or ggx")?;
     Ok(if choice == Some(1) { Microfacets::Ggx } else { Microfacets::Beckmann })
 }
 
-fn roughness(object: &Object<'_>) -> Result<f64, Error> {
+pub(super) fn roughness(object: &Object<'_>) -> Result<f64, Error> {
     let (u, v) = (object.positive("alpha_u")?, object.positive("alpha_v")?);
     let alpha = object.positive("alpha")?;
     match (alpha, u, v) {

@@ -4,8 +4,9 @@ use glam::{DAffine2, DMat3, DVec3};
 
 use super::element::Element;
 use super::object::Object;
+use super::power::radiant;
 use super::reader::Reader;
-use super::transform;
+use super::{beam, transform};
 use crate::io::{Error, ImageProblem, SceneProblem};
 use crate::scene::{Environment, Light, Wrap};
 
@@ -36,30 +37,24 @@ pub(super) fn light<'a>(reader: &mut Reader<'a>, element: &'a Element) -> Result
         }
         "directional" => reader.lights.push(directional(&object, id)?),
         "point" => reader.lights.push(point(&object, id)?),
+        "spot" => {
+            let light = beam::spot(reader, &object, id)?;
+            reader.lights.push(light);
+        }
+        "projector" => {
+            let light = beam::projector(reader, &object, id)?;
+            reader.lights.push(light);
+        }
         "area" => {
             let instead = "put it inside the <shape> that emits";
             return Err(element.unsupported("an area emitter without a shape", instead));
         }
         _ => {
-            let supported = "constant, envmap, directional, point, and area within a shape";
+            let supported = "constant, envmap, directional, point, spot, projector, and area within a shape";
             return Err(object.unknown_plugin("emitter", supported));
         }
     }
     object.finish()
-}
-
-/// A colour of at least 0; Mitsuba's is 1 where none is given.
-fn radiant(object: &Object<'_>, name: &'static str) -> Result<DVec3, Error> {
-    if let Some(texture) = object.parameter(name).filter(|element| element.tag == "texture") {
-        let what = format!("a textured {name}");
-        return Err(texture.unsupported(what, "give the same value everywhere, or split the shape"));
-    }
-    let colour = object.colour(name)?.unwrap_or(DVec3::ONE);
-    if colour.min_element() >= 0.0 {
-        Ok(colour)
-    } else {
-        Err(object.element.bad_value(name, &colour.to_string(), "numbers of at least 0"))
-    }
 }
 
 fn map<'a>(reader: &mut Reader<'a>, object: &Object<'a>, id: String) -> Result<Environment, Error> {

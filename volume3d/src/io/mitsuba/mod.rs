@@ -9,9 +9,11 @@
 //! | shape | `obj`, `ply`, `rectangle`, `cube`, with `to_world`, `face_normals`, `flip_normals`, `flip_tex_coords` |
 //! | | `sdfgrid` with `filename`, a `to_world` without shear, and two of our own: `interpolation`, `cubic` unless it is `trilinear`, which Mitsuba's is and which biases gradients, and `use_grid_bbox`, the file's box in place of [0, 1]³; or without a file, of our own, a ball of a `radius` in `cells` (16) between `low` and `high` (−1 and 1) |
 //! | | `sdfnetwork`, of our own: a [network](crate::sdf::network) with `filename` (safetensors), [on a grid](crate::sdf::Baked) of `cells` (64) between `low` and `high` (−1 and 1), or itself, a hundred times slower, with 0 cells; `to_world` as above. Without a file it is a new one, about a ball: `hidden` (4), `width` (64), `sharpness` (100), `frequencies` (0), `radius` (0.5), `seed` |
-//! | bsdf | `diffuse`, `conductor`, `roughconductor`, `twosided` |
+//! | bsdf | `diffuse`, `conductor`, `roughconductor`, `plastic`, `roughplastic`, `dielectric`, `thindielectric`, `roughdielectric`, `twosided` |
+//! | | `principled` and `principledthin` without `anisotropic`, with a texture for `base_color` only |
+//! | | `mask`, `bumpmap`, `normalmap` |
 //! | texture | `bitmap`, bilinear |
-//! | emitter | `area`, `constant`, `envmap`, `directional`, `point` |
+//! | emitter | `area`, `constant`, `envmap`, `directional`, `point`, `spot`, `projector` |
 //! | sensor | `perspective` |
 //! | film | `hdrfilm` with `box`, `tent` or `gaussian` |
 //! | sampler | all; only `sample_count` matters |
@@ -24,6 +26,10 @@
 //! - `directional` emitters may have a `kappa`, the concentration of their lobe ([`Light::Directional`]).
 //! - `perspective` sensors may have a `pixel_aspect`, 1 unless given: by how many more pixels an angle is shown along columns
 //!   ([`Camera`](crate::scene::Camera)).
+//! - `dielectric` and the like have one colour for all of what they reflect, and a texture for `specular_transmittance` only.
+//!   `bumpmap` and `normalmap` cannot be on a material that light passes, and their `flip_invalid_normals` and
+//!   `use_shadowing_function` are true, as where they are not given.
+//! - `mask` may be within `twosided`.
 //! - `<rgb value="#rrggbb"/>` is a colour in sRGB, as in HTML; Mitsuba 3 refuses it.
 //! - A transform that mirrors turns the triangles of a shape, so that what faced outwards still does.
 //! - Without given normals, OBJ vertices of one `v` share a normal even where their `vt` differ; in Mitsuba a
@@ -41,12 +47,16 @@
 //!
 //! [`Light::Directional`]: crate::scene::Light::Directional
 
+mod beam;
 mod bsdf;
 mod clip;
+mod dielectric;
 mod element;
 mod emitter;
 mod implicit;
 mod object;
+mod power;
+mod principled;
 mod reader;
 mod scene;
 mod sensor;
@@ -55,6 +65,8 @@ mod texture;
 mod transform;
 mod values;
 mod write;
+mod write_bsdf;
+mod write_light;
 
 pub use self::write::write_scene;
 

@@ -12,7 +12,7 @@ use crate::geometry::Normals;
 use crate::io::{Error, files, write_exr, write_network, write_obj, write_ply, write_sdf};
 use crate::scene::{
     Camera, Description, Environment, Film, Filter, ImplicitShape, Integrator, Light, Material, Placement,
-    Reflectance, Scene, Shape, Texture, Wrap,
+    Scene, Shape, Texture, Wrap,
 };
 use crate::sdf::{Baked, Grid, Interpolation};
 
@@ -54,7 +54,7 @@ pub(super) struct Ids {
     shapes: Vec<String>,
     implicits: Vec<String>,
     lights: Vec<String>,
-    environment: String,
+    pub(super) environment: String,
     pub(super) materials: Vec<String>,
     pub(super) textures: Vec<String>,
 }
@@ -106,9 +106,10 @@ impl Writer<'_> {
         let mut files = vec![];
         for (i, texture) in scene.textures.iter().enumerate() {
             let file = self.texels(i, texture)?;
-            let is_used = |m: &Material| *m.bsdf.reflectance() == Reflectance::Texture(i);
+            let used = scene.materials.iter().flat_map(Material::textures);
+            let mut used = used.chain(scene.lights.iter().filter_map(Light::texture));
             let is_map = matches!(scene.environment, Some(Environment::Map { texture, .. }) if texture == i);
-            if !is_map || scene.materials.iter().any(is_used) {
+            if !is_map || used.any(|texture| texture == i) {
                 self.texture(i, texture, &file);
             }
             files.push(file);
@@ -282,42 +283,6 @@ impl Writer<'_> {
         Ok(())
     }
 
-    fn light(&mut self, id: &str, light: &Light) {
-        match light {
-            Light::Directional { direction, irradiance, kappa, .. } => {
-                self.open("emitter", "directional", id);
-                self.vector("direction", *direction);
-                self.colour("irradiance", *irradiance);
-                if kappa.is_finite() {
-                    self.value("float", "kappa", kappa);
-                }
-            }
-            Light::Point { position, intensity, .. } => {
-                self.open("emitter", "point", id);
-                self.vector("position", *position);
-                self.colour("intensity", *intensity);
-            }
-        }
-        self.line("</emitter>");
-    }
-
-    fn environment(&mut self, environment: &Environment, files: &[String]) {
-        let id = &self.ids.environment;
-        match environment {
-            Environment::Constant { radiance, .. } => {
-                self.open("emitter", "constant", id);
-                self.colour("radiance", *radiance);
-            }
-            Environment::Map { texture, scale, to_world, .. } => {
-                self.open("emitter", "envmap", id);
-                self.value("string", "filename", &files[*texture]);
-                self.value("float", "scale", scale);
-                self.world_transform(*to_world, DVec3::ZERO);
-            }
-        }
-        self.line("</emitter>");
-    }
-
     /// A file's name, relative to the scene: with a number, so that no two are one where case does not count, and as much
     /// of the id as letters and digits make.
     fn file(&self, kind: &str, index: usize, id: &str, extension: &str) -> String {
@@ -352,11 +317,11 @@ impl Writer<'_> {
         self.value("rgb", name, spaced(&c.to_array()));
     }
 
-    fn vector(&mut self, name: &str, v: DVec3) {
+    pub(super) fn vector(&mut self, name: &str, v: DVec3) {
         self.line(&format!("<vector name=\"{name}\" x=\"{}\" y=\"{}\" z=\"{}\"/>", v.x, v.y, v.z));
     }
 
-    fn world_transform(&mut self, m: DMat3, t: DVec3) {
+    pub(super) fn world_transform(&mut self, m: DMat3, t: DVec3) {
         let row = |i: usize| [m.x_axis[i], m.y_axis[i], m.z_axis[i], t[i]];
         let rows = [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]];
         self.line("<transform name=\"to_world\">");

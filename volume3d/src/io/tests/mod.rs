@@ -5,6 +5,7 @@ mod dtu;
 mod files;
 mod fuzz;
 mod image;
+mod materials;
 mod network;
 mod npy;
 mod obj;

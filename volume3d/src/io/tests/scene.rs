@@ -11,7 +11,7 @@ use super::{encoded, here};
 use crate::geometry::{Mesh, Normals};
 use crate::io::{Error, load_scene, read_scene};
 use crate::scene::{
-    Bsdf, Crop, Description, Environment, Filter, Integrator, Light, Material, Microfacets, Reflectance, Wrap,
+    Bsdf, Crop, Description, Environment, Filter, Integrator, Light, Material, Reflectance, Wrap,
 };
 
 /// Files that the scenes of the tests name.
@@ -70,7 +70,7 @@ fn shape(body: &str) -> Mesh {
     with(&format!("<shape {body}</shape>")).unwrap().shapes.remove(0).mesh
 }
 
-fn material(body: &str) -> Material {
+pub(super) fn material(body: &str) -> Material {
     let mut scene = with(body).unwrap();
     assert_eq!(scene.materials.len(), 1);
     scene.materials.remove(0)
@@ -223,38 +223,6 @@ fn normals_of_mesh_files() {
     let mesh = shape(&format!("{file}<boolean name='flip_normals' value='true'/>"));
     let Normals::Given(flipped) = mesh.normals() else { panic!() };
     assert_eq!((flipped.values[0], mesh.triangles()), (DVec3::NEG_Z, &[[0, 2, 1]][..]));
-}
-
-#[test]
-fn materials() {
-    let grey = |x| Reflectance::Constant(DVec3::splat(x));
-    let diffuse = |reflectance| Bsdf::Diffuse { reflectance };
-    assert_eq!(material("<bsdf type='diffuse' id='m'/>").bsdf, diffuse(grey(0.5)));
-    let found = material("<bsdf type='diffuse' id='m'><rgb name='reflectance' value='.1 .2 .3'/></bsdf>");
-    let colour = Reflectance::Constant(DVec3::new(0.1, 0.2, 0.3));
-    assert_eq!(found, Material { id: "m".to_owned(), bsdf: diffuse(colour), two_sided: false });
-    let found = material("<bsdf type='twosided' id='two'><bsdf type='diffuse' id='m'/></bsdf>");
-    assert_eq!(found, Material { id: "two".to_owned(), bsdf: diffuse(grey(0.5)), two_sided: true });
-
-    let Bsdf::Conductor { eta, k, specular_reflectance } = material("<bsdf type='conductor'/>").bsdf else {
-        panic!()
-    };
-    assert_eq!((eta, k, specular_reflectance), (DVec3::ZERO, DVec3::ONE, grey(1.0)));
-    let gold = "<bsdf type='conductor'><rgb name='eta' value='.1, .4, 1.4'/><float name='k' value='2'/>\
-                <spectrum name='specular_reflectance' value='.9'/></bsdf>";
-    let Bsdf::Conductor { eta, k, specular_reflectance } = material(gold).bsdf else { panic!() };
-    assert_eq!((eta, k, specular_reflectance), (DVec3::new(0.1, 0.4, 1.4), DVec3::splat(2.0), grey(0.9)));
-
-    let rough = |body: &str| match material(&format!("<bsdf type='roughconductor'>{body}</bsdf>")).bsdf {
-        Bsdf::RoughConductor { distribution, alpha, .. } => (distribution, alpha),
-        other => panic!("{other:?}"),
-    };
-    assert_eq!(rough("<string name='material' value='none'/>"), (Microfacets::Beckmann, 0.1));
-    let ggx = "<string name='distribution' value='ggx'/><float name='alpha' value='.3'/>\
-               <boolean name='sample_visible' value='false'/>";
-    assert_eq!(rough(ggx), (Microfacets::Ggx, 0.3));
-    let both = "<float name='alpha_u' value='.2'/><float name='alpha_v' value='.2'/>";
-    assert_eq!(rough(both), (Microfacets::Beckmann, 0.2));
 }
 
 #[test]

@@ -267,8 +267,16 @@ fn plugins() {
     dir/s.xml:2:20: <medium> is not supported inside shape "cube"; supported: <emitter>, <bsdf>
 <shape type='cube'><emitter type='point'/></shape>
     dir/s.xml:2:20: emitter "point" is not supported; supported: area, within a shape
-<bsdf type='dielectric'/>
-    bsdf "dielectric" is not supported; supported: diffuse, conductor, roughconductor, twosided
+<bsdf type='hair'/>
+    bsdf "hair" is not supported; supported: diffuse, conductor, roughconductor, plastic, roughplastic, dielectric, thindielectric, roughdielectric, principled, principledthin, twosided, mask, bumpmap, normalmap
+<bsdf type='twosided'><bsdf type='dielectric'/></bsdf>
+    twosided around a material that light passes is not supported; leave out twosided: such a material has two sides
+<bsdf type='plastic'><float name='int_ior' value='1.2'/><float name='ext_ior' value='1.2'/></bsdf>
+    int_ior equal to ext_ior is not supported; give two different indices of refraction
+<bsdf type='principled'><float name='anisotropic' value='.5'/></bsdf>
+    an anisotropic principled material is not supported; leave out anisotropic
+<bsdf type='bumpmap'><bsdf type='diffuse'/></bsdf>
+    bsdf "bumpmap" needs a nested <texture>
 <bsdf type='twosided'/>
     bsdf "twosided" needs a nested <bsdf>
 <bsdf type='conductor'><string name='material' value='Au'/></bsdf>
@@ -299,8 +307,10 @@ fn plugins() {
     dir/quad.obj: not a PNG, OpenEXR or Radiance HDR image
 <bsdf type='diffuse'><texture type='bitmap' name='reflectance'><string name='filename' value='sky.exr'/></texture></bsdf>
     dir/s.xml:2:22: dir/sky.exr: the pixel in column 0, row 0 (from the top left, from 0) is outside [0, 1]
-<emitter type='spot'/>
-    emitter "spot" is not supported; supported: constant, envmap, directional, point, and area within a shape
+<emitter type='sky'/>
+    emitter "sky" is not supported; supported: constant, envmap, directional, point, spot, projector, and area within a shape
+<emitter type='projector'><float name='irradiance' value='1'/></emitter>
+    emitter "projector" needs fov
 <emitter type='area'/>
     an area emitter without a shape is not supported; put it inside the <shape> that emits
 <emitter type='point'/>

@@ -6,8 +6,9 @@ use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3};
 use crate::geometry::{Attribute, Mesh, Normals};
 use crate::io::{load_scene, read_obj, write_obj, write_scene};
 use crate::scene::{
-    Bsdf, Camera, Crop, Description, Environment, Film, Filter, Integrator, Light, Material, Microfacets,
-    Placement, Reflectance, Scene, Texture, Wrap,
+    Bsdf, Camera, Crop, Description, Dielectric, Environment, Film, Filter, Integrator, Light, Material,
+    Microfacets, Placement, Plastic, Principled, PrincipledThin, Reflectance, Relief, Roughness, Scene,
+    Texture, Wrap,
 };
 use crate::sdf::network::{Architecture, Network};
 use crate::sdf::{Baked, Grid, Interpolation};
@@ -40,6 +41,52 @@ fn meshes() -> Vec<Mesh> {
     ]
 }
 
+/// One of each, with whether it is two-sided.
+fn transparent_and_coated() -> Vec<(Bsdf, bool)> {
+    let facets = Some(Roughness { distribution: Microfacets::Ggx, alpha: 0.3 });
+    let colour = || Reflectance::Constant(DVec3::new(0.3, 0.2, 0.1));
+    let specular_reflectance = DVec3::new(0.9, 0.8, 0.7);
+    let plastic = |facets, nonlinear| {
+        let (eta, diffuse_reflectance) = (1.4, colour());
+        Bsdf::Plastic(Plastic { eta, facets, diffuse_reflectance, specular_reflectance, nonlinear })
+    };
+    let dielectric =
+        |facets| Dielectric { eta: 0.7, facets, specular_reflectance, specular_transmittance: colour() };
+    let principled = Principled {
+        base_color: colour(),
+        roughness: 0.1,
+        metallic: 0.2,
+        eta: 1.3,
+        spec_tint: 0.4,
+        spec_trans: 0.0,
+        sheen: 0.6,
+        sheen_tint: 0.7,
+        flatness: 0.8,
+        clearcoat: 0.9,
+        clearcoat_gloss: 0.15,
+    };
+    let thin = PrincipledThin {
+        base_color: colour(),
+        roughness: 0.1,
+        eta: 1.3,
+        spec_tint: 0.4,
+        spec_trans: 0.5,
+        diff_trans: 1.2,
+        sheen: 0.6,
+        sheen_tint: 0.7,
+        flatness: 0.8,
+    };
+    vec![
+        (plastic(None, false), true),
+        (plastic(facets, true), false),
+        (Bsdf::Dielectric(dielectric(None)), false),
+        (Bsdf::Dielectric(dielectric(facets)), false),
+        (Bsdf::ThinDielectric(dielectric(None)), false),
+        (Bsdf::Principled(principled), true),
+        (Bsdf::PrincipledThin(thin), false),
+    ]
+}
+
 fn description() -> Description {
     let camera = Camera::look_at(DVec3::new(0.3, 1.0, 6.0), DVec3::new(0.1, 0.0, 0.2), DVec3::Y, 0.7);
     let crop = Some(Crop { x: 1, y: 2, width: 3, height: 4 });
@@ -63,7 +110,7 @@ fn description() -> Description {
     let (paper, sky) = (d.add_texture(paper), d.add_texture(sky));
     let white = d.add_material(Material::diffuse("white", DVec3::new(0.1, 0.2, 1.0 / 3.0)));
     let printed = Bsdf::Diffuse { reflectance: Reflectance::Texture(paper) };
-    let printed = d.add_material(Material { bsdf: printed, two_sided: false, id: "printed".to_owned() });
+    let printed = d.add_material(Material::new("printed", printed, false));
     let (eta, k) = (DVec3::new(0.2, 0.9, 1.1), DVec3::new(3.9, 2.4, 2.2));
     let specular_reflectance = Reflectance::Constant(DVec3::splat(0.9));
     let distribution = Microfacets::Ggx;
@@ -74,9 +121,17 @@ fn description() -> Description {
         k,
         specular_reflectance: specular_reflectance.clone(),
     };
-    let rough = d.add_material(Material { bsdf: rough, two_sided: true, id: "rough".to_owned() });
+    let rough = d.add_material(Material::new("rough", rough, true));
     let mirror = Bsdf::Conductor { eta, k, specular_reflectance };
-    let mirror = d.add_material(Material { bsdf: mirror, two_sided: false, id: "mirror".to_owned() });
+    let grey = Reflectance::Constant(DVec3::splat(0.5));
+    let mirror = d.add_material(Material::new("mirror", mirror, false));
+    for (i, (bsdf, two_sided)) in transparent_and_coated().into_iter().enumerate() {
+        let material = Material::new(&format!("other {i}"), bsdf, two_sided);
+        let opacity = (i % 2 == 1).then(|| Reflectance::Constant(DVec3::splat(0.25)));
+        d.add_material(Material { opacity, ..material });
+    }
+    let relief = Some(Relief::Bump { texture: paper, scale: 0.5 });
+    d.add_material(Material { relief, ..Material::new("bumpy", Bsdf::Diffuse { reflectance: grey }, true) });
     for (i, mesh) in meshes().into_iter().enumerate() {
         let material = [white, rough, mirror][i % 3];
         let material = if mesh.uvs().is_some() { printed } else { material };
@@ -134,6 +189,8 @@ fn scenes_come_back() {
     for material in &before.materials {
         let again = after.materials.iter().find(|m| m.id == material.id).unwrap();
         assert_eq!(material.two_sided, again.two_sided);
+        assert_eq!(material.opacity, again.opacity);
+        assert_eq!(material.relief.is_some(), again.relief.is_some());
         let texture = |m: &Material, d: &Description| match m.bsdf.reflectance() {
             Reflectance::Texture(t) => Some(d.textures[*t].clone()),
             Reflectance::Constant(_) => None,

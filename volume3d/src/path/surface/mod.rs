@@ -3,14 +3,15 @@
 mod implicit;
 mod triangle;
 
-use flatland::calculus::{Number, Vec3};
+use flatland::calculus::{Number, Rgb, Vec3};
 use glam::DVec3;
 
 use self::implicit::MovingLevelSet;
 use self::triangle::MovingTriangle;
 use super::bsdf::Shading;
 use super::calculus::Calculus;
-use super::texture::lookup;
+use super::relief::Tilted;
+use super::texture::{lookup, luminance};
 use crate::scene::{Reflectance, Scene, Surface};
 
 /// A point of a surface that a ray from the viewer hit.
@@ -65,28 +66,69 @@ impl<T: Number> SurfacePoint<T> {
     ) -> Option<Shading<'s, T>> {
         let index = scene.material_of(self.surface);
         let material = &scene.description.materials[index];
-        let normal = self.interpolated_normal(scene, calculus);
-        let cosine = normal.dot(self.viewer).value();
-        if cosine == 0.0 || (cosine < 0.0 && !material.two_sided) {
+        let own = self.interpolated_normal(scene, calculus);
+        let cosine = own.dot(self.viewer).value();
+        let transmits = material.bsdf.transmits();
+        let mut black = cosine == 0.0 || (cosine < 0.0 && !material.two_sided && !transmits);
+        if black && material.opacity.is_none() {
             return None;
         }
-        let normal = if cosine < 0.0 { -normal } else { normal };
+        let on_side = |normal: Vec3<T>| if cosine < 0.0 { -normal } else { normal };
+        let (mut normal, mut beneath) = (on_side(own), None);
+        if let Some(relief) = &material.relief {
+            let tilted = self.tilted(scene, own).map_or(own, |t| t.normal(scene, calculus, relief));
+            // The back is the mirror image of the front.
+            let tilted = if cosine < 0.0 { tilted - own * (own.dot(tilted) * 2.0) } else { tilted };
+            // One that turns away from the viewer is turned about the surface's own.
+            let away = tilted.dot(self.viewer).value() <= 0.0;
+            let tilted = if away { normal * (normal.dot(tilted) * 2.0) - tilted } else { tilted };
+            beneath = Some(normal);
+            normal = tilted;
+            black |= tilted.dot(self.viewer).value() <= 0.0;
+        }
         let reflectance = match material.bsdf.reflectance() {
             Reflectance::Constant(c) => {
-                if *c == DVec3::ZERO && !calculus.wants_black(index) {
+                black |= *c == DVec3::ZERO && material.bsdf.is_scaled() && !calculus.wants_black(index);
+                if black && material.opacity.is_none() {
                     return None;
                 }
                 calculus.reflectance(index, *c)
             }
-            Reflectance::Texture(texture) => {
-                let [s, t] = self.uv(scene);
-                let image = &scene.description.textures[*texture];
-                lookup(image, *texture, [image.wrap; 2], s, t, calculus)
-            }
+            Reflectance::Texture(texture) => self.texture(scene, calculus, *texture),
         };
         let roughness = material.bsdf.roughness();
         let roughness = roughness.map_or(T::constant(0.0), |alpha| calculus.roughness(index, alpha));
-        Some(Shading { bsdf: &material.bsdf, normal, viewer: self.viewer, reflectance, roughness })
+        let opacity = material.opacity.as_ref().map(|opacity| {
+            luminance(match opacity {
+                Reflectance::Constant(c) => Rgb::constant(*c),
+                Reflectance::Texture(texture) => self.texture(scene, calculus, *texture),
+            })
+        });
+        Some(Shading {
+            bsdf: &material.bsdf,
+            coating: scene.coatings[index].as_ref(),
+            normal,
+            viewer: self.viewer,
+            reflectance,
+            roughness,
+            behind: cosine < 0.0 && transmits,
+            opacity,
+            black,
+            beneath,
+        })
+    }
+
+    fn texture<C: Calculus<Number = T>>(&self, scene: &Scene, calculus: &C, texture: usize) -> Rgb<T> {
+        let [s, t] = self.uv(scene);
+        let image = &scene.description.textures[texture];
+        lookup(image, texture, [image.wrap; 2], s, t, calculus)
+    }
+
+    /// What a tilted normal follows from, where texture coordinates say so.
+    fn tilted(&self, scene: &Scene, normal: Vec3<T>) -> Option<Tilted<T>> {
+        let Moving::Triangle(triangle) = &self.moving else { return None };
+        let (sides, face) = (triangle.sides(scene)?, triangle.face_normal());
+        Some(Tilted { normal, uv: self.uv(scene), sides, face })
     }
 
     /// The shading normal as it is interpolated, on whichever side.

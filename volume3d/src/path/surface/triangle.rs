@@ -64,6 +64,21 @@ impl<T: Number> MovingTriangle<T> {
         [mix(|p| p.x), mix(|p| p.y)]
     }
 
+    /// ∂u p and ∂v p for its texture coordinates; nothing if these do not span the plane.
+    pub(super) fn sides(&self, scene: &Scene) -> Option<[Vec3<T>; 2]> {
+        let [a, b, c]: [DVec2; 3] = self.indices(scene).uvs.map(|i| scene.uvs[i as usize]);
+        let (first, second) = (b - a, c - a);
+        let span = first.perp_dot(second);
+        let [p, q] = [self.corners[1] - self.corners[0], self.corners[2] - self.corners[0]];
+        let mix = |x: f64, y: f64| p * T::constant(x / span) + q * T::constant(y / span);
+        (span != 0.0).then(|| [mix(second.y, -first.y), mix(-second.x, first.x)])
+    }
+
+    /// The face's own unit normal.
+    pub(super) fn face_normal(&self) -> Vec3<T> {
+        self.cross.normalized()
+    }
+
     fn indices<'s>(&self, scene: &'s Scene) -> &'s Triangle {
         &scene.triangles[self.index as usize]
     }

@@ -3,7 +3,7 @@ use glam::{DAffine2, DAffine3, DVec2, DVec3};
 
 use super::*;
 use crate::geometry::{Attribute, Ray};
-use crate::scene::{Camera, Film, Filter, Wrap};
+use crate::scene::{Camera, Film, Filter, Reflectance, Wrap};
 
 fn random(rng: &mut Stream) -> DVec3 {
     DVec3::from_array(std::array::from_fn(|_| 2.0 * open01(rng) - 1.0))

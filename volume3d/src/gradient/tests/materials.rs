@@ -1,0 +1,211 @@
+//! Materials that light passes, coatings, masks and reliefs: what they look like, what is differentiated, what is refused.
+
+use glam::{DAffine2, DMat3, DVec3};
+
+use super::*;
+use crate::scene::{
+    Bsdf, Dielectric, Light, Microfacets, Plastic, Principled, Reflectance, Relief, Roughness, Texture, Wrap,
+};
+
+fn white() -> Reflectance {
+    Reflectance::Constant(DVec3::ONE)
+}
+
+fn glass(facets: Option<Roughness>) -> Dielectric {
+    Dielectric { eta: 1.5, facets, specular_reflectance: DVec3::ONE, specular_transmittance: white() }
+}
+
+fn plastic(facets: Option<Roughness>) -> Bsdf {
+    Bsdf::Plastic(Plastic {
+        eta: 1.5,
+        facets,
+        diffuse_reflectance: Reflectance::Constant(DVec3::new(0.7, 0.5, 0.3)),
+        specular_reflectance: DVec3::splat(0.8),
+        nonlinear: true,
+    })
+}
+
+fn principled(spec_trans: f64) -> Bsdf {
+    Bsdf::Principled(Principled {
+        base_color: Reflectance::Constant(DVec3::new(0.7, 0.5, 0.3)),
+        roughness: 0.5,
+        metallic: 0.2,
+        eta: 1.4,
+        spec_tint: 0.5,
+        spec_trans,
+        sheen: 0.3,
+        sheen_tint: 0.5,
+        flatness: 0.5,
+        clearcoat: 0.5,
+        clearcoat_gloss: 0.2,
+    })
+}
+
+fn rough() -> Option<Roughness> {
+    Some(Roughness { distribution: Microfacets::Ggx, alpha: 0.3 })
+}
+
+/// A cube of a material before a sky of radiance 1.
+fn cube(material: Material) -> Description {
+    let camera = Camera::look_at(DVec3::new(0.3, 0.6, 4.0), DVec3::ZERO, DVec3::Y, 0.7);
+    let mut d = Description::new(camera, film(6, Filter::Box));
+    d.integrator.rr_depth = 1000;
+    let material = d.add_material(material);
+    d.add_shape("cube", Mesh::cube(), material);
+    d.environment = Some(Environment::Constant { id: "sky".to_owned(), radiance: DVec3::ONE });
+    d
+}
+
+/// What absorbs nothing is not seen before a sky that is the same everywhere, whatever it does to light.
+#[test]
+fn a_white_furnace_hides_what_absorbs_nothing() {
+    let masked = Material {
+        opacity: Some(Reflectance::Constant(DVec3::splat(0.4))),
+        ..Material::new("masked", Bsdf::ThinDielectric(glass(None)), false)
+    };
+    let ideal = [
+        Material::new("glass", Bsdf::Dielectric(glass(None)), false),
+        Material::new("plate", Bsdf::ThinDielectric(glass(None)), false),
+        masked,
+    ];
+    for material in ideal {
+        let id = material.id.clone();
+        let scene = Scene::new(cube(material)).unwrap();
+        for pixel in render(&scene, 16, 1, &Progress::none()).unwrap().image.pixels {
+            assert!((pixel - DVec3::ONE).abs().max_element() < 1e-12, "{id}: {pixel}");
+        }
+    }
+}
+
+/// A lamp is as bright through a thin plate as Fresnel's equations say: found by the path that passes, and by no other.
+#[test]
+fn a_lamp_is_seen_through_a_plate() {
+    let camera = Camera::look_at(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, DVec3::Y, 0.2);
+    let mut d = Description::new(camera, film(2, Filter::Box));
+    let plate = d.add_material(Material::new("plate", Bsdf::ThinDielectric(glass(None)), false));
+    d.add_shape("plate", Mesh::rectangle(), plate);
+    d.add_emitter("lamp", Mesh::rectangle().transformed(&at(0.0, 0.0, -1.0, 2.0)), DVec3::splat(3.0));
+    let scene = Scene::new(d).unwrap();
+    let (samples, expected) = (1 << 14, 3.0 * (1.0 - 2.0 * 0.04 / 1.04));
+    let image = render(&scene, samples, 1, &Progress::none()).unwrap().image;
+    let mean = image.pixels.iter().map(|p| p.x).sum::<f64>() / image.pixels.len() as f64;
+    // Six standard errors of passing or not, which is also the smallest bias this sees: 0.6 % of the radiance.
+    let error = 6.0 * 3.0 * (0.077_f64 * 0.923 / (4 * samples) as f64).sqrt();
+    assert!((mean - expected).abs() < error, "{mean} {expected} {error}");
+}
+
+/// Colours and roughnesses have derivatives through everything, the same forward and in reverse.
+#[test]
+fn continuous_derivatives_are_transposes() {
+    let models = [
+        plastic(None),
+        plastic(rough()),
+        Bsdf::Dielectric(glass(None)),
+        Bsdf::Dielectric(glass(rough())),
+        Bsdf::ThinDielectric(glass(None)),
+        principled(0.0),
+        principled(0.6),
+    ];
+    for bsdf in models {
+        let opacity = Some(Reflectance::Constant(DVec3::splat(0.9)));
+        let mut d = cube(Material { opacity, ..Material::new("material", bsdf.clone(), false) });
+        d.integrator.max_depth = Some(6);
+        d.add_emitter(
+            "lamp",
+            Mesh::rectangle().transformed(&(at(0.0, 3.0, 0.0, 1.0) * up())),
+            DVec3::splat(5.0),
+        );
+        let scene = Scene::new(d).unwrap();
+        let mut change = Tangent::still(&scene);
+        change.reflectance[0] = DVec3::new(0.3, -0.2, 0.5);
+        change.roughness[0] = if bsdf.roughness().is_some() { 0.7 } else { 0.0 };
+        change.radiance[1] = DVec3::new(0.1, 0.2, 0.3);
+        let adjoint = random_adjoint((6, 6));
+        let mut active = ActiveParameters::nothing(&scene);
+        (active.materials[0], active.lights) = (true, true);
+        let method = WarpedArea { samples: 16, ..WarpedArea::default() };
+        let image = method.forward(&scene, &change, &Progress::none()).unwrap();
+        let gradient = method.reverse(&scene, &adjoint, &active, &Progress::none()).unwrap().by_parameter;
+        let forward: f64 = image.gradient.pixels.iter().zip(&adjoint.pixels).map(|(a, b)| a.dot(*b)).sum();
+        let reverse = gradient.dot(&change);
+        assert!((forward - reverse).abs() < 1e-9 * forward.abs().max(1.0), "{bsdf:?}: {forward} {reverse}");
+        assert!(gradient.reflectance[0] != DVec3::ZERO, "{bsdf:?}");
+    }
+}
+
+/// What no warp sees is refused by name, and nothing else is.
+#[test]
+fn moving_geometry_is_refused_where_jumps_are_lost() {
+    let texels = vec![DVec3::splat(0.5); 4];
+    let texture = Texture {
+        id: "grey".to_owned(),
+        width: 2,
+        height: 2,
+        texels,
+        wrap: Wrap::Repeat,
+        to_uv: DAffine2::IDENTITY,
+    };
+    let names = || ("cube".to_owned(), "material".to_owned());
+    let transmission = || {
+        let (shape, material) = names();
+        Some(Unsupported::Transmission { shape, material })
+    };
+    let plain = |bsdf: Bsdf| Material::new("material", bsdf, false);
+    let (shape, material) = names();
+    let mirror = Some(Unsupported::Mirror { shape, material });
+    let (shape, material) = names();
+    let relief = Some(Unsupported::Relief { shape, material });
+    let bump = Relief::Bump { texture: 0, scale: 1.0 };
+    let cases = [
+        (plain(plastic(None)), mirror),
+        (plain(plastic(rough())), None),
+        (plain(Bsdf::Dielectric(glass(None))), transmission()),
+        (plain(Bsdf::Dielectric(glass(rough()))), transmission()),
+        (plain(Bsdf::ThinDielectric(glass(None))), transmission()),
+        (plain(principled(0.0)), None),
+        (plain(principled(0.5)), transmission()),
+        (Material { opacity: Some(Reflectance::Texture(0)), ..plain(plastic(rough())) }, transmission()),
+        (Material { relief: Some(bump), ..plain(plastic(rough())) }, relief),
+    ];
+    for (material, expected) in cases {
+        let mut d = cube(Material::diffuse("material", DVec3::ONE));
+        d.add_texture(texture.clone());
+        let uvs = crate::geometry::Attribute {
+            values: vec![glam::DVec2::ZERO, glam::DVec2::X, glam::DVec2::Y],
+            triangles: vec![[0, 1, 2]; 12],
+        };
+        d.shapes[0].mesh = d.shapes[0].mesh.clone().with_uvs(uvs).unwrap();
+        d.materials[0] = material;
+        let scene = Scene::new(d).unwrap();
+        let mut change = Tangent::still(&scene);
+        change.translate(&scene, 0, DVec3::X);
+        let method = WarpedArea { samples: 1, ..WarpedArea::default() };
+        let found = method.forward(&scene, &change, &Progress::none()).err();
+        assert_eq!(found, expected.map(GradientError::Unsupported));
+        let mut d = scene.description().clone();
+        d.integrator.max_depth = Some(1);
+        let dark = method.forward(&Scene::new(d).unwrap(), &change, &Progress::none());
+        assert!(dark.is_ok(), "where nothing but emission is seen, nothing is lost");
+    }
+}
+
+/// Within the cone a spot is a point light; beyond, it is dark.
+#[test]
+fn spots_are_point_lights_within_their_cone() {
+    let mut d = cube(Material::diffuse("white", DVec3::ONE));
+    d.environment = None;
+    let (position, intensity) = (DVec3::new(0.0, 0.0, 5.0), DVec3::splat(4.0));
+    let mut lit = |light: Light| {
+        d.lights = vec![light];
+        render(&Scene::new(d.clone()).unwrap(), 4, 1, &Progress::none()).unwrap().image.pixels
+    };
+    let point = lit(Light::Point { id: "light".to_owned(), position, intensity });
+    let mut spot = |beam: f64| {
+        // Along −z.
+        let (id, to_world) = ("light".to_owned(), DMat3::from_rotation_y(std::f64::consts::PI));
+        lit(Light::Spot { id, position, to_world, intensity, cutoff: beam + 0.01, beam, texture: None })
+    };
+    assert_eq!(spot(1.2), point, "all is in the cone");
+    let narrow = spot(0.01);
+    assert!(narrow.iter().zip(&point).all(|(a, b)| a.x <= b.x) && narrow != point, "only the middle is");
+}

@@ -1,0 +1,76 @@
+//! Materials and lights in a point, as scenes say them.
+
+use glam::DVec3;
+
+use super::scene::{material, with};
+use crate::scene::{Bsdf, Light, Material, Microfacets, Reflectance};
+
+#[test]
+fn materials() {
+    let grey = |x| Reflectance::Constant(DVec3::splat(x));
+    let diffuse = |reflectance| Bsdf::Diffuse { reflectance };
+    assert_eq!(material("<bsdf type='diffuse' id='m'/>").bsdf, diffuse(grey(0.5)));
+    let found = material("<bsdf type='diffuse' id='m'><rgb name='reflectance' value='.1 .2 .3'/></bsdf>");
+    let colour = Reflectance::Constant(DVec3::new(0.1, 0.2, 0.3));
+    assert_eq!(found, Material::new("m", diffuse(colour), false));
+    let found = material("<bsdf type='twosided' id='two'><bsdf type='diffuse' id='m'/></bsdf>");
+    assert_eq!(found, Material::new("two", diffuse(grey(0.5)), true));
+
+    let Bsdf::Conductor { eta, k, specular_reflectance } = material("<bsdf type='conductor'/>").bsdf else {
+        panic!()
+    };
+    assert_eq!((eta, k, specular_reflectance), (DVec3::ZERO, DVec3::ONE, grey(1.0)));
+    let gold = "<bsdf type='conductor'><rgb name='eta' value='.1, .4, 1.4'/><float name='k' value='2'/>\
+                <spectrum name='specular_reflectance' value='.9'/></bsdf>";
+    let Bsdf::Conductor { eta, k, specular_reflectance } = material(gold).bsdf else { panic!() };
+    assert_eq!((eta, k, specular_reflectance), (DVec3::new(0.1, 0.4, 1.4), DVec3::splat(2.0), grey(0.9)));
+
+    let rough = |body: &str| match material(&format!("<bsdf type='roughconductor'>{body}</bsdf>")).bsdf {
+        Bsdf::RoughConductor { distribution, alpha, .. } => (distribution, alpha),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(rough("<string name='material' value='none'/>"), (Microfacets::Beckmann, 0.1));
+    let ggx = "<string name='distribution' value='ggx'/><float name='alpha' value='.3'/>\
+               <boolean name='sample_visible' value='false'/>";
+    assert_eq!(rough(ggx), (Microfacets::Ggx, 0.3));
+    let both = "<float name='alpha_u' value='.2'/><float name='alpha_v' value='.2'/>";
+    assert_eq!(rough(both), (Microfacets::Beckmann, 0.2));
+}
+
+#[test]
+fn coated_and_transparent_materials() {
+    let eta = |body: &str| material(body).bsdf.relative_index().unwrap();
+    assert_eq!(eta("<bsdf type='plastic'/>"), 1.49 / 1.000_277);
+    assert_eq!(eta("<bsdf type='roughdielectric'/>"), 1.5046 / 1.000_277);
+    let named = "<bsdf type='thindielectric'><string name='int_ior' value='Water'/><float name='ext_ior' value='2'/></bsdf>";
+    assert_eq!(eta(named), 1.333 / 2.0);
+    // Schlick's 4 % is specular ½.
+    let principled = eta("<bsdf type='principled'/>");
+    assert!((((principled - 1.0) / (principled + 1.0)).powi(2) - 0.04).abs() < 1e-12);
+    let facets = |body: &str| material(body).bsdf.facets();
+    assert_eq!(facets("<bsdf type='dielectric'/>"), None);
+    assert_eq!(facets("<bsdf type='roughplastic'/>").unwrap().alpha, 0.1);
+    let wrapped = "<bsdf type='mask' id='m'><float name='opacity' value='.3'/>\
+                   <bsdf type='twosided'><bsdf type='plastic'/></bsdf></bsdf>";
+    let found = material(wrapped);
+    assert_eq!((found.id.as_str(), found.two_sided), ("m", true));
+    assert_eq!(found.opacity, Some(Reflectance::Constant(DVec3::splat(0.3))));
+}
+
+#[test]
+fn lights_in_a_point() {
+    let light = |body: &str| {
+        let scene = with(body).unwrap();
+        scene.lights.into_iter().next().unwrap()
+    };
+    let Light::Spot { cutoff, beam, intensity, .. } = light("<emitter type='spot'/>") else { panic!() };
+    assert!((cutoff - 20_f64.to_radians()).abs() < 1e-15 && (beam - 15_f64.to_radians()).abs() < 1e-15);
+    assert_eq!(intensity, DVec3::ONE);
+    let projector = "<emitter type='projector'><float name='fov' value='90'/><rgb name='irradiance' value='1 2 3'/>\
+                     <float name='scale' value='2'/></emitter>";
+    let Light::Projector { intensity, field_of_view, aspect, texture, .. } = light(projector) else {
+        panic!()
+    };
+    assert_eq!((intensity, aspect, texture), (DVec3::new(2.0, 4.0, 6.0), 1.0, None));
+    assert!((field_of_view - 90_f64.to_radians()).abs() < 1e-15);
+}

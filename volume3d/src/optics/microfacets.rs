@@ -1,0 +1,99 @@
+//! Facets of a rough surface: how their normals are distributed, which of them are hidden, and how they are drawn.
+
+use std::f64::consts::{PI, TAU};
+
+use flatland::calculus::Number;
+use glam::{DVec2, DVec3};
+
+/// The distribution of the normals of a rough surface's facets.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Microfacets {
+    /// Beckmann and Spizzichino (1963).
+    #[default]
+    Beckmann,
+    /// Trowbridge and Reitz (1975); GGX.
+    Ggx,
+}
+
+impl Microfacets {
+    /// D(cos θ), per solid angle of normals and area of the surface.
+    pub(crate) fn density<T: Number>(self, cosine: T, alpha: T) -> T {
+        if cosine.value() <= 0.0 {
+            return T::constant(0.0);
+        }
+        let (cos2, alpha2) = (cosine.squared(), alpha.squared());
+        // tan²θ/α²
+        let slope = (T::constant(1.0) - cos2) / (cos2 * alpha2);
+        let scale = alpha2 * cos2.squared() * PI;
+        match self {
+            Self::Beckmann => (-slope).exp() / scale,
+            Self::Ggx => T::constant(1.0) / (scale * (T::constant(1.0) + slope).squared()),
+        }
+    }
+
+    /// Smith's G₁(cos θ): the part of facets that is not hidden. Beckmann's as approximated by Walter et al. (2007).
+    pub(crate) fn unshadowed<T: Number>(self, cosine: T, alpha: T) -> T {
+        if cosine.value() <= 0.0 {
+            return T::constant(0.0);
+        }
+        let one = T::constant(1.0);
+        let cos2 = cosine.squared();
+        // α² tan²θ
+        let slope2 = alpha.squared() * ((one - cos2) / cos2);
+        if slope2.value() <= 0.0 {
+            return one;
+        }
+        match self {
+            Self::Ggx => T::constant(2.0) / (one + (one + slope2).sqrt()),
+            Self::Beckmann => {
+                let a = one / slope2.sqrt();
+                if a.value() >= 1.6 {
+                    return one;
+                }
+                (a * 3.535 + a.squared() * 2.181) / (one + a * 2.276 + a.squared() * 2.577)
+            }
+        }
+    }
+
+    /// A facet's normal, in the frame in which the surface's is z, for a viewer above: visible ones of GGX, all of
+    /// Beckmann.
+    pub(crate) fn sample(self, viewer: DVec3, alpha: f64, numbers: [f64; 2]) -> DVec3 {
+        match self {
+            Self::Beckmann => beckmann_normal(alpha, numbers),
+            Self::Ggx => visible_normal(viewer, alpha, numbers),
+        }
+    }
+
+    /// The density of [`sample`](Self::sample) per solid angle of normals, by the cosines that the viewer makes with the
+    /// surface's normal and with the facet's, and these two with one another.
+    pub(crate) fn sampling_density(self, viewer: f64, visible: f64, cosine: f64, alpha: f64) -> f64 {
+        let facets = self.density(cosine, alpha);
+        match self {
+            Self::Beckmann => facets * cosine,
+            Self::Ggx => facets * self.unshadowed(viewer, alpha) * visible / viewer,
+        }
+    }
+}
+
+/// A facet normal with density D cos θ (Beckmann): tan²θ is exponential with mean α².
+fn beckmann_normal(alpha: f64, [a, b]: [f64; 2]) -> DVec3 {
+    let cosine = 1.0 / (1.0 - alpha * alpha * a.ln()).sqrt();
+    let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+    let (sin, cos) = (TAU * b).sin_cos();
+    DVec3::new(sine * cos, sine * sin, cosine)
+}
+
+/// A facet normal of GGX that is visible from `viewer` (Heitz 2018).
+fn visible_normal(viewer: DVec3, alpha: f64, [a, b]: [f64; 2]) -> DVec3 {
+    let stretched = DVec3::new(alpha * viewer.x, alpha * viewer.y, viewer.z).normalize();
+    let (r, (sin, cos)) = (a.sqrt(), (TAU * b).sin_cos());
+    let disc = DVec2::new(r * cos, r * sin);
+    let lift = 0.5 * (1.0 + stretched.z);
+    // One axis of the disc lies in the surface.
+    let side = DVec3::Z.cross(stretched).try_normalize().unwrap_or(DVec3::X);
+    let other = stretched.cross(side);
+    let y = (1.0 - lift) * (1.0 - disc.x * disc.x).max(0.0).sqrt() + lift * disc.y;
+    let z = (1.0 - disc.x * disc.x - y * y).max(0.0).sqrt();
+    let h = disc.x * side + y * other + z * stretched;
+    DVec3::new(alpha * h.x, alpha * h.y, h.z.max(0.0)).normalize()
+}

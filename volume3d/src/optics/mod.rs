@@ -1,0 +1,9 @@
+//! What a boundary between two media does to light, in numbers: Fresnel's equations, and the facets of rough ones. It
+//! knows nothing of scenes and paths.
+
+mod coating;
+pub(crate) mod fresnel;
+mod microfacets;
+
+pub(crate) use coating::Coating;
+pub use microfacets::Microfacets;

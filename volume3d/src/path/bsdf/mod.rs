@@ -1,0 +1,254 @@
+//! Reflection and transmission at one point: values with derivatives, and sampling by value alone. One file a material.
+
+mod dielectric;
+mod diffuse;
+mod facets;
+mod plastic;
+mod principled;
+mod principled_thin;
+
+use std::f64::consts::FRAC_1_PI;
+
+use flatland::calculus::{Number, Rgb, Vec3};
+use glam::DVec3;
+
+use self::facets::Facets;
+use self::plastic::Coated;
+use self::principled::Lobes;
+use self::principled_thin::Sheet;
+use crate::optics::{Coating, Microfacets, fresnel};
+use crate::scene::{Bsdf, Plastic};
+
+/// A shaded point: everything that reflection depends on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shading<'s, T> {
+    pub(crate) bsdf: &'s Bsdf,
+    /// What the coating lets through, if it has one.
+    pub(crate) coating: Option<&'s Coating>,
+    /// On the viewer's side.
+    pub(crate) normal: Vec3<T>,
+    pub(crate) viewer: Vec3<T>,
+    pub(crate) reflectance: Rgb<T>,
+    pub(crate) roughness: T,
+    /// Whether the viewer is behind a surface that light passes.
+    pub(crate) behind: bool,
+    /// How much of the surface is there, if not all of it.
+    pub(crate) opacity: Option<T>,
+    /// Whether what is there is black.
+    pub(crate) black: bool,
+    /// The surface's own normal on the viewer's side, where `normal` is tilted: light does not arrive from between the two
+    /// horizons.
+    pub(crate) beneath: Option<Vec3<T>>,
+}
+
+/// A direction and its density in solid angle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sampled {
+    pub(crate) direction: DVec3,
+    pub(crate) density: f64,
+}
+
+/// The only direction that an ideal boundary makes of another, and what arrives from there, over the probability of its
+/// choice.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ideal<T> {
+    pub(crate) direction: Vec3<T>,
+    pub(crate) factor: Rgb<T>,
+}
+
+/// Where a path may go on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Bounce<T> {
+    Smooth(Sampled),
+    Ideal(Ideal<T>),
+}
+
+impl<T: Number> Shading<'_, T> {
+    /// f(ω) |cos θ|, but for ideal directions.
+    pub(crate) fn evaluate(&self, direction: Vec3<T>) -> Rgb<T> {
+        let cosine = self.normal.dot(direction);
+        if self.receives_none(cosine.value()) || self.hides(direction.value()) {
+            return Rgb::constant(DVec3::ZERO);
+        }
+        let value = match self.bsdf {
+            Bsdf::Diffuse { .. } => self.reflectance * (cosine * FRAC_1_PI),
+            Bsdf::RoughConductor { eta, k, .. } => {
+                let (facets, at_facet) = self.facets().reflect(direction);
+                self.reflectance * fresnel::conductor_rgb(at_facet, *eta, *k) * facets
+            }
+            Bsdf::Plastic(plastic) => {
+                self.coated(plastic).map_or(Rgb::constant(DVec3::ZERO), |c| c.evaluate(direction))
+            }
+            Bsdf::Principled(principled) => Lobes::new(self, principled).evaluate(direction),
+            Bsdf::PrincipledThin(thin) => Sheet::new(self, thin).evaluate(direction),
+            Bsdf::Dielectric(dielectric) if dielectric.facets.is_some() => {
+                dielectric::rough(self, dielectric, direction)
+            }
+            // What is ideal reflects no light from a direction that was not chosen for it.
+            Bsdf::Conductor { .. } | Bsdf::Dielectric(_) | Bsdf::ThinDielectric(_) => {
+                Rgb::constant(DVec3::ZERO)
+            }
+        };
+        let value = self.beneath.map_or(value, |own| value * self.shadowed_by_relief(own, direction));
+        self.opacity.map_or(value, |opacity| value * opacity)
+    }
+
+    /// What is lit where the normal is tilted by θ: Smith's G₁ of GGX with α² = min(tan²θ/8, 1), which darkens the image
+    /// smoothly towards the horizon of the surface itself (Estevez, Lecocq and Stein 2019).
+    fn shadowed_by_relief(&self, own: Vec3<T>, direction: Vec3<T>) -> T {
+        let one = T::constant(1.0);
+        let cos2 = self.normal.dot(own).squared();
+        let width = (one - cos2) / cos2 * 0.125;
+        let width = if width.value() > 1.0 { one } else { width };
+        if width.value() <= 0.0 {
+            return one;
+        }
+        Microfacets::Ggx.unshadowed(own.dot(direction).abs(), width.sqrt())
+    }
+
+    /// Whether light may pass the surface by other than the masked part of it.
+    pub(crate) fn transmits(&self) -> bool {
+        self.bsdf.transmits()
+    }
+
+    /// Whether light from a direction may be reflected or pass, as far as the side says.
+    pub(crate) fn receives(&self, direction: DVec3) -> bool {
+        !self.receives_none(self.normal.value().dot(direction))
+    }
+
+    fn receives_none(&self, cosine: f64) -> bool {
+        cosine <= 0.0 && (cosine == 0.0 || !self.transmits())
+    }
+
+    /// Whether nothing can come of a direction where the surface's own normal has it on another side.
+    fn hides(&self, direction: DVec3) -> bool {
+        let normal = self.normal.value();
+        self.black
+            || self.beneath.is_some_and(|own| own.value().dot(direction) * normal.dot(direction) <= 0.0)
+    }
+
+    /// By how much refraction into a direction compresses radiance, η²: what roulette must not take for loss.
+    pub(crate) fn compression(&self, direction: DVec3) -> f64 {
+        let eta = match self.bsdf {
+            Bsdf::Dielectric(dielectric) => dielectric.eta,
+            Bsdf::Principled(principled) => principled.eta,
+            _ => return 1.0,
+        };
+        if self.normal.value().dot(direction) > 0.0 || self.opacity.is_some() {
+            1.0
+        } else if self.behind {
+            1.0 / (eta * eta)
+        } else {
+            eta * eta
+        }
+    }
+
+    /// How narrow the lobe is: the concentration a kernel on it should have beyond that for diffuse surfaces.
+    pub(crate) fn concentration(&self) -> f64 {
+        let alpha = match self.bsdf {
+            Bsdf::Principled(_) | Bsdf::PrincipledThin(_) => principled::alpha(self.roughness.value()),
+            bsdf if bsdf.roughness().is_some() => self.roughness.value(),
+            Bsdf::Conductor { .. } | Bsdf::Dielectric(_) | Bsdf::ThinDielectric(_) => 0.0,
+            _ => return 0.0,
+        };
+        // Facets within α tilt the mirrored ray by up to 2 α.
+        0.25 / (alpha * alpha)
+    }
+
+    /// The density of smooth directions that [`sample`](Self::sample) returns.
+    pub(crate) fn density(&self, direction: DVec3) -> f64 {
+        let cosine = self.normal.value().dot(direction);
+        if self.receives_none(cosine) || self.black {
+            return 0.0;
+        }
+        let density = match self.bsdf {
+            Bsdf::Diffuse { .. } => diffuse::density(cosine),
+            Bsdf::RoughConductor { .. } => self.facets().reflection_density(direction),
+            Bsdf::Plastic(plastic) => self.coated(plastic).map_or(0.0, |c| c.density(direction)),
+            Bsdf::Principled(principled) => Lobes::new(self, principled).density(direction),
+            Bsdf::PrincipledThin(thin) => Sheet::new(self, thin).density(direction),
+            Bsdf::Dielectric(dielectric) if dielectric.facets.is_some() => {
+                dielectric::rough_density(self, dielectric, direction)
+            }
+            Bsdf::Conductor { .. } | Bsdf::Dielectric(_) | Bsdf::ThinDielectric(_) => 0.0,
+        };
+        self.opacity.map_or(density, |opacity| density * opacity.value())
+    }
+
+    /// A way on: an ideal one, or a direction roughly as [`evaluate`](Self::evaluate) is distributed.
+    pub(crate) fn sample(&self, [a, b, c]: [f64; 3]) -> Option<Bounce<T>> {
+        let mut choice = c;
+        if let Some(opacity) = self.opacity {
+            let part = opacity.value();
+            if choice >= part {
+                let passed = (T::constant(1.0) - opacity) * (1.0 / (1.0 - part));
+                return Some(Bounce::Ideal(Ideal { direction: -self.viewer, factor: Rgb([passed; 3]) }));
+            }
+            choice /= part;
+        }
+        if self.black {
+            return None;
+        }
+        let ideal = match self.bsdf {
+            Bsdf::Conductor { eta, k, .. } => {
+                let reflected = fresnel::conductor_rgb(self.normal.dot(self.viewer), *eta, *k);
+                Some(Ideal { direction: self.mirrored(), factor: self.reflectance * reflected })
+            }
+            Bsdf::Dielectric(d) if d.facets.is_none() => Some(dielectric::smooth(self, d, choice)),
+            Bsdf::ThinDielectric(d) => Some(dielectric::thin(self, d, choice)),
+            Bsdf::Plastic(plastic) if plastic.facets.is_none() => self.coated(plastic)?.mirror(choice),
+            _ => None,
+        };
+        if let Some(ideal) = ideal {
+            // What a mask covers is as likely as its part of the surface, which the choice has seen to.
+            let factor = self.opacity.map_or(ideal.factor, |o| ideal.factor * (o * (1.0 / o.value())));
+            let lit = |own| self.shadowed_by_relief(own, ideal.direction);
+            let factor = self.beneath.map_or(factor, |own| factor * lit(own));
+            let seen = !self.hides(ideal.direction.value());
+            return seen.then_some(Bounce::Ideal(Ideal { factor, ..ideal }));
+        }
+        let numbers = [a, b, choice];
+        let direction = match self.bsdf {
+            Bsdf::Diffuse { .. } => self.above(diffuse::sample(numbers)),
+            Bsdf::RoughConductor { .. } => {
+                let (half, viewer) = (self.facets().sample([a, b]), self.viewer.value());
+                2.0 * viewer.dot(half) * half - viewer
+            }
+            Bsdf::Plastic(plastic) => self.coated(plastic)?.sample(numbers),
+            Bsdf::Principled(principled) => Lobes::new(self, principled).sample(numbers)?,
+            Bsdf::PrincipledThin(thin) => Sheet::new(self, thin).sample(numbers)?,
+            Bsdf::Dielectric(dielectric) => dielectric::rough_sample(self, dielectric, numbers)?,
+            Bsdf::Conductor { .. } | Bsdf::ThinDielectric(_) => return None,
+        };
+        let density = self.density(direction);
+        let good = density > 0.0 && density.is_finite();
+        good.then_some(Bounce::Smooth(Sampled { direction, density }))
+    }
+
+    /// The mirrored direction.
+    fn mirrored(&self) -> Vec3<T> {
+        let cosine = self.normal.dot(self.viewer);
+        self.normal * (cosine * 2.0) - self.viewer
+    }
+
+    /// A direction about the normal, given one about z.
+    fn above(&self, local: DVec3) -> DVec3 {
+        let n = self.normal.value();
+        let (s, t) = n.any_orthonormal_pair();
+        local.x * s + local.y * t + local.z * n
+    }
+
+    /// The facets of its rough boundary; those of smooth ones are of no use.
+    fn facets(&self) -> Facets<T> {
+        let distribution = self.bsdf.facets().map_or(Microfacets::Ggx, |facets| facets.distribution);
+        Facets { distribution, alpha: self.roughness, normal: self.normal, viewer: self.viewer }
+    }
+
+    fn coated<'a>(&'a self, plastic: &'a Plastic) -> Option<Coated<'a, T>> {
+        let coating = self.coating?;
+        Some(Coated { shading: self, plastic, coating })
+    }
+}
+
+#[cfg(test)]
+mod tests;

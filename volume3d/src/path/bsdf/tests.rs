@@ -1,0 +1,267 @@
+//! Reflection as a whole: sampling, energy, reciprocity.
+
+use flatland::calculus::Dual;
+use flatland::random::{open01, stream};
+
+use std::f64::consts::{PI, TAU};
+
+use super::*;
+use crate::scene::{Dielectric, Principled, PrincipledThin, Reflectance, Roughness};
+
+/// Reflection models, those that light passes last.
+fn bsdfs() -> Vec<Bsdf> {
+    let white = || Reflectance::Constant(DVec3::ONE);
+    let rough = |distribution| Bsdf::RoughConductor {
+        distribution,
+        alpha: 0.3,
+        eta: DVec3::ZERO,
+        k: DVec3::ONE,
+        specular_reflectance: white(),
+    };
+    let facets = |distribution| Some(Roughness { distribution, alpha: ALPHA });
+    let plastic = |facets, nonlinear| {
+        let (diffuse_reflectance, specular_reflectance) = (white(), DVec3::splat(0.9));
+        Bsdf::Plastic(Plastic { eta: 1.5, facets, diffuse_reflectance, specular_reflectance, nonlinear })
+    };
+    let principled = |spec_trans: f64| {
+        Bsdf::Principled(Principled {
+            base_color: white(),
+            roughness: ROOT,
+            metallic: 0.3,
+            eta: 1.4,
+            spec_tint: 0.5,
+            spec_trans,
+            sheen: 0.1,
+            sheen_tint: 0.5,
+            flatness: 0.5,
+            clearcoat: 0.1,
+            clearcoat_gloss: 0.1,
+        })
+    };
+    vec![
+        Bsdf::Diffuse { reflectance: white() },
+        rough(Microfacets::Beckmann),
+        rough(Microfacets::Ggx),
+        plastic(None, false),
+        plastic(facets(Microfacets::Beckmann), false),
+        plastic(facets(Microfacets::Ggx), true),
+        principled(0.0),
+        principled(0.6),
+        dielectric(facets(Microfacets::Beckmann)),
+        dielectric(facets(Microfacets::Ggx)),
+        Bsdf::PrincipledThin(PrincipledThin {
+            base_color: white(),
+            roughness: ROOT,
+            eta: 1.9,
+            spec_tint: 0.5,
+            spec_trans: 0.4,
+            diff_trans: 0.8,
+            sheen: 0.1,
+            sheen_tint: 0.5,
+            flatness: 0.5,
+        }),
+    ]
+}
+
+const ALPHA: f64 = 0.3;
+
+/// About its root: the roughness of principled models with this α.
+const ROOT: f64 = 0.55;
+
+fn dielectric(facets: Option<Roughness>) -> Bsdf {
+    let specular_transmittance = Reflectance::Constant(DVec3::ONE);
+    Bsdf::Dielectric(Dielectric {
+        eta: 1.5,
+        facets,
+        specular_reflectance: DVec3::ONE,
+        specular_transmittance,
+    })
+}
+
+/// A point whose viewer is before or behind a surface with normal (0.6, 0, 0.8).
+fn shading<'s>(bsdf: &'s Bsdf, coating: &'s Option<Coating>, viewer: DVec3) -> Shading<'s, f64> {
+    let normal = DVec3::new(0.6, 0.0, 0.8);
+    let behind = normal.dot(viewer) < 0.0;
+    Shading {
+        bsdf,
+        coating: coating.as_ref(),
+        normal: Vec3::constant(if behind { -normal } else { normal }),
+        viewer: Vec3::constant(viewer),
+        reflectance: Rgb::constant(DVec3::ONE),
+        roughness: bsdf.roughness().unwrap_or(0.0),
+        behind,
+        opacity: None,
+        black: false,
+        beneath: None,
+    }
+}
+
+/// A direction of the unit sphere.
+fn uniform(rng: &mut flatland::random::Stream) -> DVec3 {
+    let z = 2.0 * open01(rng) - 1.0;
+    let (sin, cos) = (TAU * open01(rng)).sin_cos();
+    let r = (1.0 - z * z).sqrt();
+    DVec3::new(r * cos, r * sin, z)
+}
+
+#[test]
+fn sampling_agrees_with_its_density_and_with_the_albedo() {
+    for bsdf in &bsdfs() {
+        let coating = bsdf.coating();
+        for viewer in [DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.0, 0.6, 0.8), DVec3::new(-0.48, -0.6, -0.64)] {
+            let shading = shading(bsdf, &coating, viewer);
+            if shading.behind && !bsdf.transmits() {
+                continue;
+            }
+            let mut rng = stream(1, &[]);
+            let n = 400_000;
+            let axis = DVec3::new(0.3, 0.5, 0.81).normalize();
+            // ∫ f cos and ∫ p (ω·a)², by uniform directions and by sampling.
+            let (mut uniformly, mut sampled) = ([0.0; 2], [0.0; 2]);
+            for _ in 0..n {
+                let direction = uniform(&mut rng);
+                let value = shading.evaluate(Vec3::constant(direction)).value().x;
+                uniformly[0] += 4.0 * PI * value;
+                uniformly[1] += 4.0 * PI * shading.density(direction) * direction.dot(axis).powi(2);
+                let xi = [(); 3].map(|()| open01(&mut rng));
+                if let Some(Bounce::Smooth(s)) = shading.sample(xi) {
+                    sampled[0] += shading.evaluate(Vec3::constant(s.direction)).value().x / s.density;
+                    sampled[1] += s.direction.dot(axis).powi(2);
+                }
+            }
+            for i in 0..2 {
+                let (a, b) = (uniformly[i] / f64::from(n), sampled[i] / f64::from(n));
+                // Refracted lobes are narrow: uniform directions find their integral with a standard error of 1 %.
+                let tolerance = if bsdf.transmits() { 0.05 } else { 0.02 };
+                let scale = a.abs().max(b.abs());
+                assert!((a - b).abs() < tolerance * scale, "{bsdf:?} {viewer} {i}: {a} {b}");
+            }
+            // Radiance is compressed in a denser medium, and so what arrives of it may be more than 1 from within. The principled
+            // models add sheen and a coat to a white base, and keep no balance.
+            let most = if shading.behind { 1.5 * 1.5 } else { 1.005 };
+            let balanced = !matches!(bsdf, Bsdf::Principled(_) | Bsdf::PrincipledThin(_));
+            let albedo = sampled[0] / f64::from(n);
+            assert!(
+                !balanced || albedo < most,
+                "no surface reflects more than it receives: {bsdf:?} {albedo}"
+            );
+        }
+    }
+}
+
+#[test]
+fn reflection_is_reciprocal() {
+    let mut rng = stream(3, &[]);
+    for bsdf in &bsdfs() {
+        let coating = bsdf.coating();
+        for _ in 0..100 {
+            let (a, b) = (uniform(&mut rng), uniform(&mut rng));
+            let n = DVec3::new(0.6, 0.0, 0.8);
+            if a.dot(n) > 0.01 && b.dot(n) > 0.01 {
+                let f = |i: DVec3, o: DVec3| {
+                    shading(bsdf, &coating, i).evaluate(Vec3::constant(o)).value().x / o.dot(n)
+                };
+                assert!((f(a, b) - f(b, a)).abs() < 1e-10 * f(a, b));
+            }
+        }
+    }
+}
+
+/// f(v, ω) η² = f(ω, v) across a boundary: a thermodynamic equilibrium has radiance in proportion to η².
+#[test]
+fn refraction_is_reciprocal_but_for_the_compression_of_radiance() {
+    let mut rng = stream(4, &[]);
+    let normal = DVec3::new(0.6, 0.0, 0.8);
+    let mut found = 0;
+    for distribution in [Microfacets::Beckmann, Microfacets::Ggx] {
+        let bsdf = dielectric(Some(Roughness { distribution, alpha: ALPHA }));
+        for _ in 0..4000 {
+            let (above, below) = (uniform(&mut rng), uniform(&mut rng));
+            if above.dot(normal) < 0.05 || below.dot(normal) > -0.05 {
+                continue;
+            }
+            let f = |i: DVec3, o: DVec3| {
+                shading(&bsdf, &None, i).evaluate(Vec3::constant(o)).value().x / o.dot(normal).abs()
+            };
+            let (inwards, outwards) = (f(above, below) * 1.5 * 1.5, f(below, above));
+            assert!((inwards - outwards).abs() <= 1e-8 * outwards, "{inwards} {outwards}");
+            found += usize::from(outwards > 0.0);
+        }
+    }
+    assert!(found > 20, "facets refract one direction into another");
+}
+
+/// The parts of an ideal boundary are all of the light, and refracted directions obey Snell's law from both sides.
+#[test]
+fn smooth_boundaries_lose_nothing() {
+    let bsdf = dielectric(None);
+    let normal = DVec3::new(0.6, 0.0, 0.8);
+    for (viewer, eta) in [(DVec3::new(0.0, 0.6, 0.8), 1.5), (DVec3::new(0.0, -0.2, -0.979_795_9), 1.0 / 1.5)]
+    {
+        let viewer = viewer.normalize();
+        let shading = shading(&bsdf, &None, viewer);
+        let (mut reflected, mut passed) = (0.0, 0.0);
+        for i in 0..1000 {
+            let Some(Bounce::Ideal(ideal)) = shading.sample([0.5, 0.5, (f64::from(i) + 0.5) / 1000.0]) else {
+                panic!("a smooth boundary is ideal");
+            };
+            let direction = ideal.direction.value();
+            assert!((direction.length() - 1.0).abs() < 1e-12);
+            if direction.dot(normal) * viewer.dot(normal) > 0.0 {
+                reflected += 1e-3 * ideal.factor.value().x;
+            } else {
+                let [incoming, outgoing] = [viewer, direction].map(|d| d.cross(normal).length());
+                assert!((incoming - eta * outgoing).abs() < 1e-12, "{incoming} {outgoing}");
+                passed += 1e-3 * ideal.factor.value().x;
+            }
+        }
+        let expected = fresnel::dielectric(viewer.dot(normal).abs(), eta).0;
+        assert!((reflected - expected).abs() < 2e-3, "{reflected} {expected}");
+        assert!((passed * eta * eta - (1.0 - expected)).abs() < 2e-3, "{passed} {expected}");
+    }
+}
+
+/// Derivatives by the roughness and by the colour are those of differences, the coating's among them.
+#[test]
+fn derivatives_by_parameters_are_those_of_differences() {
+    // As wide as the coating's own: see there.
+    let (viewer, h) = (DVec3::new(0.0, 0.6, 0.8), 5e-3);
+    for bsdf in &bsdfs() {
+        let Some(alpha) = bsdf.roughness() else { continue };
+        let coating = bsdf.coating();
+        for direction in [DVec3::new(0.8, -0.36, 0.48), DVec3::new(-0.1, -0.5, -0.8).normalize()] {
+            let at = |alpha: f64, colour: f64| {
+                let mut changed = bsdf.clone();
+                *changed.roughness_mut().expect("it has one") = alpha;
+                let coating = changed.coating();
+                let mut shading = shading(&changed, &coating, viewer);
+                shading.reflectance = Rgb::constant(DVec3::splat(colour));
+                shading.evaluate(Vec3::constant(direction)).value().x
+            };
+            let still = shading(bsdf, &coating, viewer);
+            let moving = Shading {
+                bsdf,
+                coating: still.coating,
+                normal: Vec3::constant(still.normal.value()),
+                viewer: Vec3::constant(viewer),
+                reflectance: Rgb([Dual::new(0.7, [0.0, 1.0]); 3]),
+                roughness: Dual::new(alpha, [1.0, 0.0]),
+                behind: false,
+                opacity: None,
+                black: false,
+                beneath: None,
+            };
+            let found = moving.evaluate(Vec3::constant(direction)).0[0].tangent;
+            let expected = [
+                (at(alpha + h, 0.7) - at(alpha - h, 0.7)) / (2.0 * h),
+                (at(alpha, 0.7 + h) - at(alpha, 0.7 - h)) / (2.0 * h),
+            ];
+            for (found, expected) in found.into_iter().zip(expected) {
+                assert!(
+                    (found - expected).abs() < 1e-3 + 2e-2 * expected.abs(),
+                    "{bsdf:?}: {found} {expected}"
+                );
+            }
+        }
+    }
+}
