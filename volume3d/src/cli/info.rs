@@ -9,7 +9,7 @@ use volume3d::scene::{Camera, Description, Environment, Light, Reflectance, Scen
 use volume3d::sdf::{Baked, Grid};
 
 use super::lint;
-use super::session::SceneOptions;
+use super::session::{Loaded, SceneOptions};
 use super::{Outcome, Report};
 
 /// Lists what a scene is made of, and what may surprise: ids for --move and --wrt, sizes and boxes around shapes, and what
@@ -21,7 +21,7 @@ pub(super) struct Options {
 }
 
 pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
-    let scene = options.scene.load()?.scene;
+    let Loaded { scene, notes, .. } = options.scene.load()?;
     let mut text = String::new();
     camera(&mut text, &scene);
     shapes(&mut text, scene.description());
@@ -30,6 +30,10 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     lights(&mut text, scene.description());
     crossings(&mut text, &scene);
     findings(&mut text, &scene);
+    if !notes.is_empty() {
+        let _ = writeln!(text, "notes: {}, of what was read in another way than it may have been meant", notes.len());
+        notes.iter().for_each(|note| text += &format!("  {note}\n"));
+    }
     Ok(Report { text, outcome: Outcome::Good })
 }
 

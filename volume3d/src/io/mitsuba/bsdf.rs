@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::element::Element;
+use super::metals;
 use super::object::Object;
 use super::reader::Reader;
 use super::write::{Writer, escaped};
@@ -186,11 +187,7 @@ fn index_of_refraction(object: &Object<'_>) -> Result<(DVec3, DVec3), Error> {
         if eta.is_some() || k.is_some() {
             return Err(object.conflict("material", "eta and k"));
         }
-        // Mitsuba converts measured spectra, for which an RGB renderer has no one right value.
-        let what = format!("the named material \"{name}\"");
-        return Err(object
-            .element
-            .unsupported(what, "give eta and k as <rgb>, or material \"none\" (F = 1)"));
+        return metals::of(object, name);
     }
     let (eta, k) = (eta.unwrap_or(DVec3::ZERO), k.unwrap_or(DVec3::ONE));
     if eta.min_element() < 0.0 || k.min_element() < 0.0 {

@@ -42,30 +42,61 @@
 //! [`Light::Directional`]: crate::scene::Light::Directional
 
 mod bsdf;
+mod cie;
 mod clip;
+mod document;
 mod element;
 mod emitter;
+mod film;
+mod folders;
+mod harmless;
 mod implicit;
+mod integrator;
+mod journal;
+mod metals;
 mod object;
 mod reader;
 mod scene;
 mod sensor;
 mod shape;
+mod spectrum;
+mod steps;
+mod support;
 mod texture;
 mod transform;
+mod upgrade;
 mod values;
+mod variables;
 mod write;
 
+pub use self::journal::Note;
 pub use self::write::write_scene;
 
 use std::path::Path;
+use std::rc::Rc;
 
-use self::element::{Document, Variables};
+use self::document::Document;
+use self::journal::Journal;
 use self::reader::Reader;
+use self::variables::Variables;
 use super::{Error, files};
 use crate::scene::Description;
 
-/// Reads a Mitsuba 3 scene and all files it names.
+/// How a scene is read.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ReadOptions {
+    /// Values for the `$name`s of the scene, which go before its `<default>`s.
+    pub variables: Vec<(String, String)>,
+    /// Columns and rows of the film, in the place of those that the scene gives. The field of view stays what it is along the
+    /// axis to which the scene's `fov` refers.
+    pub size: Option<(usize, usize)>,
+    /// Whether what is not supported is replaced or left out, with a [`Note`] each, in the place of an error: a material by a
+    /// grey diffuse one or by its diffuse part, an integrator by `path`, a sensor by `perspective`. The image is then another
+    /// one. What is wrong and not only unsupported is left out too.
+    pub is_lenient: bool,
+}
+
+/// Reads a Mitsuba scene and all files it names.
 ///
 /// # Errors
 /// [`Error`], with the line.
@@ -92,6 +123,21 @@ pub fn read_scene(
     variables: &[(String, String)],
     open: &dyn Fn(&Path) -> std::io::Result<Vec<u8>>,
 ) -> Result<Description, Error> {
-    let document = Document::parse(bytes, path, Variables::new(variables), open)?;
-    Reader::new(&document, open).read()
+    let options = ReadOptions { variables: variables.to_vec(), ..ReadOptions::default() };
+    read_scene_with(bytes, path, &options, open).map(|(description, _)| description)
+}
+
+/// [`read_scene`], with notes of what was read in another way than it may have been meant.
+///
+/// # Errors
+/// [`Error::Several`] with all that is refused, each with file, line and column, or the one.
+pub fn read_scene_with(
+    bytes: &[u8],
+    path: &Path,
+    options: &ReadOptions,
+    open: &dyn Fn(&Path) -> std::io::Result<Vec<u8>>,
+) -> Result<(Description, Vec<Note>), Error> {
+    let journal = Rc::new(Journal::new(options.is_lenient));
+    let document = Document::parse(bytes, path, Variables::new(&options.variables), open, journal)?;
+    Reader::new(&document, open).read(options.size)
 }

@@ -296,7 +296,7 @@ fn plugins() {
 <texture type='bitmap'><transform name='to_uv'><translate x='1'/></transform></texture>
     dir/s.xml:2:24: a translation in to_uv, which Mitsuba ignores, is not supported; write <matrix value="1 0 DU  0 1 DV  0 0 1"/>
 <texture type='bitmap'><string name='filename' value='quad.obj'/></texture>
-    dir/quad.obj: not a PNG, OpenEXR or Radiance HDR image
+    dir/quad.obj: not a PNG, JPEG, OpenEXR or Radiance HDR image
 <bsdf type='diffuse'><texture type='bitmap' name='reflectance'><string name='filename' value='sky.exr'/></texture></bsdf>
     dir/s.xml:2:22: dir/sky.exr: the pixel in column 0, row 0 (from the top left, from 0) is outside [0, 1]
 <emitter type='spot'/>
