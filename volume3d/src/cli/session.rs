@@ -22,7 +22,7 @@ const NAMED: usize = 5;
 
 #[derive(Args, Debug)]
 pub(super) struct SceneOptions {
-    /// The scene: Mitsuba 3 XML.
+    /// The scene: Mitsuba XML.
     #[arg(value_name = "SCENE.xml")]
     scene: PathBuf,
     /// Gives $name in the scene a value, before its <default>. May be repeated.

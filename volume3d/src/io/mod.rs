@@ -6,7 +6,7 @@
 //!
 //! | what | read | written |
 //! |---|---|---|
-//! | scenes | Mitsuba 3 XML, of which [`mitsuba`] says what is understood: [`load_scene`] | the same, with its meshes and textures: [`write_scene`] |
+//! | scenes | Mitsuba XML, of which [`mitsuba`] says what is understood: [`load_scene`] | the same, with its meshes and textures: [`write_scene`] |
 //! | meshes | OBJ, PLY, also gzipped: [`load_mesh`]; Mitsuba's `serialized`: [`parse_serialized`] | OBJ, PLY: [`write_obj`], [`write_ply`] |
 //! | images | PNG, JPEG, OpenEXR, Radiance HDR: [`load_image`], [`read_exr`] | OpenEXR, PNG: [`write_exr`], [`write_png`], [`write_signed_png`] |
 //! | arrays | NPY: [`read_npy`] | NPY: [`write_npy`] |
@@ -52,8 +52,8 @@ pub use self::network::{parse_network, read_network, write_network};
 pub use self::npy::{Array, Precision, parse_npy, read_npy, write_npy};
 pub use self::obj::{read_obj, write_obj};
 pub use self::ply::{read_ply, write_ply};
-pub use self::serialized::parse_serialized;
 pub use self::sdf::{parse_sdf, read_sdf, write_sdf};
+pub use self::serialized::parse_serialized;
 
 use self::soup::Soup;
 use crate::geometry::Mesh;

@@ -171,7 +171,8 @@ fn mesh(mut stream: Stream<'_>) -> Result<(Soup, bool), MeshProblem> {
     let bytes = stream.block(triangles, 12, "triangles")?;
     let mut corners: Vec<[u32; 3]> = super::memory::with_room(triangles as usize, "a serialized mesh")?;
     for row in bytes.chunks_exact(12) {
-        let index = |k: usize| u32::from_le_bytes([row[4 * k], row[4 * k + 1], row[4 * k + 2], row[4 * k + 3]]);
+        let index =
+            |k: usize| u32::from_le_bytes([row[4 * k], row[4 * k + 1], row[4 * k + 2], row[4 * k + 3]]);
         let triangle = [index(0), index(1), index(2)];
         if let Some(&index) = triangle.iter().find(|&&index| u64::from(index) >= vertices) {
             let (index, count) = (i64::from(index), positions.len());

@@ -87,7 +87,10 @@ fn check_exr(bytes: &[u8]) -> Result<(), ImageProblem> {
 fn decode(bytes: &[u8], raw: bool, background: Option<DVec3>) -> Result<Image, ImageProblem> {
     let mut reader =
         ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|_| ImageProblem::Format)?;
-    if !matches!(reader.format(), Some(ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::OpenExr | ImageFormat::Hdr)) {
+    if !matches!(
+        reader.format(),
+        Some(ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::OpenExr | ImageFormat::Hdr)
+    ) {
         return Err(ImageProblem::Format);
     }
     let is_exr = reader.format() == Some(ImageFormat::OpenExr);

@@ -111,7 +111,8 @@ impl Builder<'_> {
         let root = xml.root_element();
         let version = root.attribute("version").unwrap_or_default();
         let major = version.split('.').next().and_then(|major| major.parse().ok());
-        let mut file = File { path: Arc::from(path), lines, is_old: major.is_some_and(|major: u32| major < 2) };
+        let mut file =
+            File { path: Arc::from(path), lines, is_old: major.is_some_and(|major: u32| major < 2) };
         if major.is_none_or(|major| major > 3) {
             let (line, column) = file.lines.place(root.range().start);
             let problem = Box::new(SceneProblem::Version { found: excerpt(version) });
@@ -121,7 +122,9 @@ impl Builder<'_> {
         let root = self.element(root, &mut file, includes, 0)?;
         self.opened.pop();
         if file.is_old {
-            let text = format!("version {version} is read as its upgrade to 2.0: names in camelCase, uscale and the like");
+            let text = format!(
+                "version {version} is read as its upgrade to 2.0: names in camelCase, uscale and the like"
+            );
             self.journal.note(&root, text);
         }
         Ok(root)
@@ -230,7 +233,12 @@ impl Builder<'_> {
             let problem = SceneProblem::Limit { what: "files including one another", limit: MAX_INCLUDES };
             return Err(element.error(problem));
         }
-        let (path, bytes) = element.open(element.required("filename")?, &self.folders, self.open)?;
+        let name = element.required("filename")?;
+        let likeliest = self.folders.candidates(name, element.file()).swap_remove(0);
+        if self.opened.contains(&likeliest) {
+            return Err(element.error(SceneProblem::Cycle { path: likeliest }));
+        }
+        let (path, bytes) = element.open(name, &self.folders, self.open)?;
         if self.opened.contains(&path) {
             return Err(element.error(SceneProblem::Cycle { path }));
         }

@@ -34,7 +34,8 @@ impl Element {
     /// An element in the place of this one.
     pub(super) fn another(&self, tag: &str, attributes: &[(&str, String)]) -> Self {
         let mut element = Self::new(tag, &self.file, (self.line, self.column));
-        element.attributes = attributes.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
+        element.attributes =
+            attributes.iter().map(|(name, value)| ((*name).to_owned(), value.clone())).collect();
         element
     }
 

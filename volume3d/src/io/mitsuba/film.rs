@@ -22,8 +22,12 @@ pub(super) fn film<'a>(
 ) -> Result<Film, Error> {
     match object.plugin {
         "hdrfilm" => {}
-        "ldrfilm" | "mfilm" => object.note(format!("film \"{}\" is read as hdrfilm: pixels are linear", object.plugin)),
-        _ if object.journal.is_lenient => object.note(format!("film \"{}\" is read as hdrfilm", object.plugin)),
+        "ldrfilm" | "mfilm" => {
+            object.note(format!("film \"{}\" is read as hdrfilm: pixels are linear", object.plugin))
+        }
+        _ if object.journal.is_lenient => {
+            object.note(format!("film \"{}\" is read as hdrfilm", object.plugin))
+        }
         _ => return Err(object.unknown_plugin("film", support::FILMS)),
     }
     let side = |name, default: usize| {

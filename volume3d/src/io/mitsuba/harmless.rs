@@ -9,14 +9,34 @@ const NO_LENS: &str = "there is no lens and no shutter";
 /// The element, the parameters, and why they are ignored.
 const HARMLESS: &[(&str, &[&str], &str)] = &[
     ("integrator", &["emitter_samples", "bsdf_samples", "shading_samples", "samples_per_pass"], NOISE),
-    ("integrator", &["luminaire_samples", "direct_samples", "light_image", "two_stage", "bidirectional"], NOISE),
+    (
+        "integrator",
+        &["luminaire_samples", "direct_samples", "light_image", "two_stage", "bidirectional"],
+        NOISE,
+    ),
     ("integrator", &["block_size", "timeout", "stop", "samples", "granularity", "parallel"], TIME),
-    ("integrator", &["sppc", "sppp", "sppi", "guiding", "guiding_proj", "guiding_rounds", "proj_seed"], DERIVATIVES),
-    ("integrator", &["reparam", "reparam_max_depth", "reparam_rays", "reparam_kappa", "reparam_exp"], DERIVATIVES),
+    (
+        "integrator",
+        &["sppc", "sppp", "sppi", "guiding", "guiding_proj", "guiding_rounds", "proj_seed"],
+        DERIVATIVES,
+    ),
+    (
+        "integrator",
+        &["reparam", "reparam_max_depth", "reparam_rays", "reparam_kappa", "reparam_exp"],
+        DERIVATIVES,
+    ),
     ("integrator", &["reparam_antithetic", "reparam_unroll", "antithetic_pass", "use_mis"], DERIVATIVES),
-    ("film", &["banner", "attach_log", "component_format", "file_format", "gamma", "tonemap_method"], STORAGE),
+    (
+        "film",
+        &["banner", "attach_log", "component_format", "file_format", "gamma", "tonemap_method"],
+        STORAGE,
+    ),
     ("film", &["exposure", "key", "burn", "label", "digits", "variable", "cache", "filename"], STORAGE),
-    ("film", &["high_quality_edges", "sample_border", "compensate"], "films see beyond their border in any case"),
+    (
+        "film",
+        &["high_quality_edges", "sample_border", "compensate"],
+        "films see beyond their border in any case",
+    ),
     ("sampler", &["seed", "jitter", "strength", "dimension", "scramble", "wrap"], NOISE),
     ("sensor", &["focus_distance", "shutter_open", "shutter_close", "aperture_radius"], NO_LENS),
     ("emitter", &["sampling_weight", "samples", "mis_compensation", "cache_file"], NOISE),

@@ -28,19 +28,27 @@ pub(super) fn integrator<'a>(object: &Object<'a>, ids: &Ids<'a>) -> Result<Integ
         "prb" | "prb_basic" | "prb_reparam" | "prb_projective" => depths(object, Some(DEFAULT_PRB_DEPTH))?,
         "direct" | "direct_reparam" | "direct_projective" => {
             for name in ["emitter_samples", "bsdf_samples", "shading_samples", "luminaire_samples"] {
-                if object.integer_in(name, 0..=i64::from(u32::MAX), "a whole number of at least 0")? == Some(0) {
-                    object.note(format!("{name} of 0 is not heeded: all strategies are used, with the same mean"));
+                if object.integer_in(name, 0..=i64::from(u32::MAX), "a whole number of at least 0")?
+                    == Some(0)
+                {
+                    object.note(format!(
+                        "{name} of 0 is not heeded: all strategies are used, with the same mean"
+                    ));
                 }
             }
             Integrator { max_depth: Some(2), ..Integrator::default() }
         }
-        "volpath" | "volpathmis" | "prbvolpath" | "volpath_simple" | "ptracer" | "bdpt" | "mlt" | "pssmlt"
-        | "erpt" => {
-            object.note(format!("integrator \"{}\" is read as path: it computes the same image", object.plugin));
+        "volpath" | "volpathmis" | "prbvolpath" | "volpath_simple" | "ptracer" | "bdpt" | "mlt"
+        | "pssmlt" | "erpt" => {
+            object.note(format!(
+                "integrator \"{}\" is read as path: it computes the same image",
+                object.plugin
+            ));
             depths(object, None)?
         }
         "photonmapper" | "ppm" | "sppm" | "vpl" => {
-            object.note(format!("integrator \"{}\" is read as path, whose image it approaches", object.plugin));
+            object
+                .note(format!("integrator \"{}\" is read as path, whose image it approaches", object.plugin));
             depths(object, None)?
         }
         _ if object.journal.is_lenient => {
@@ -55,7 +63,8 @@ pub(super) fn integrator<'a>(object: &Object<'a>, ids: &Ids<'a>) -> Result<Integ
         object.journal.accept(Err::<(), _>(error), object.element, "emitters are seen");
     }
     if object.boolean("strict_normals")? == Some(true) {
-        object.note("strict_normals is ignored: light may leak where shading normals turn away from a surface");
+        object
+            .note("strict_normals is ignored: light may leak where shading normals turn away from a surface");
     }
     object.finish()?;
     Ok(integrator)

@@ -57,6 +57,8 @@ pub(super) fn of(object: &Object<'_>, name: &str) -> Result<(DVec3, DVec3), Erro
         let instead = "give eta and k as <rgb>, or material \"none\" (F = 1), or one of these: Ag, Al, Au, Cr, Cu, W, …";
         return Err(object.element.unsupported(format!("the named material \"{name}\""), instead));
     };
-    object.note(format!("\"{name}\" is read as three values each of eta and k, an approximation of its spectra"));
+    object.note(format!(
+        "\"{name}\" is read as three values each of eta and k, an approximation of its spectra"
+    ));
     Ok((DVec3::from_array(*eta), DVec3::from_array(*k)))
 }

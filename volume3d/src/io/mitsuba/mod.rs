@@ -1,30 +1,38 @@
-//! Scenes of Mitsuba 2 and 3.
+//! Scenes of Mitsuba, all versions.
 //!
-//! What is understood means what it means in Mitsuba 3 (documentation of version 3.7, RGB variants); whatever is
-//! not understood is an error with its line, be it a plugin or a single parameter. Nothing is dropped in
-//! silence.
+//! What is understood means what it means in Mitsuba 3 (version 3.9, RGB variants); whatever is not understood is an error
+//! with its line, be it a plugin or a single parameter, and all errors are told at once. What is read in another way than it
+//! may have been meant is [noted](Note). Nothing is dropped in silence.
 //!
-//! | element | plugins |
-//! |---|---|
-//! | shape | `obj`, `ply`, `rectangle`, `cube`, with `to_world`, `face_normals`, `flip_normals`, `flip_tex_coords` |
-//! | | `sdfgrid` with `filename`, a `to_world` without shear, and two of our own: `interpolation`, `cubic` unless it is `trilinear`, which Mitsuba's is and which biases gradients, and `use_grid_bbox`, the file's box in place of [0, 1]³; or without a file, of our own, a ball of a `radius` in `cells` (16) between `low` and `high` (−1 and 1) |
-//! | | `sdfnetwork`, of our own: a [network](crate::sdf::network) with `filename` (safetensors), [on a grid](crate::sdf::Baked) of `cells` (64) between `low` and `high` (−1 and 1), or itself, a hundred times slower, with 0 cells; `to_world` as above. Without a file it is a new one, about a ball: `hidden` (4), `width` (64), `sharpness` (100), `frequencies` (0), `radius` (0.5), `seed` |
-//! | bsdf | `diffuse`, `conductor`, `roughconductor`, `twosided` |
-//! | texture | `bitmap`, bilinear |
-//! | emitter | `area`, `constant`, `envmap`, `directional`, `point` |
-//! | sensor | `perspective` |
-//! | film | `hdrfilm` with `box`, `tent` or `gaussian` |
-//! | sampler | all; only `sample_count` matters |
-//! | integrator | `path`, `direct`, and the `prb` family |
+#![doc = include_str!("support.md")]
 //!
-//! `default`, `$name`, `include`, `ref` and all transforms are understood. Files are looked for beside the file
-//! that names them.
+//! - `sdfgrid` has `filename`, a `to_world` without shear, and two of our own: `interpolation`, `cubic` unless it is
+//!   `trilinear`, which Mitsuba's is and which biases gradients, and `use_grid_bbox`, the file's box in place of [0, 1]³; or
+//!   without a file, of our own, a ball of a `radius` in `cells` (16) between `low` and `high` (−1 and 1).
+//! - `sdfnetwork`, of our own, is a [network](crate::sdf::network) with `filename` (safetensors), [on a
+//!   grid](crate::sdf::Baked) of `cells` (64) between `low` and `high` (−1 and 1), or itself, a hundred times slower, with 0
+//!   cells; `to_world` as above. Without a file it is a new one, about a ball: `hidden` (4), `width` (64), `sharpness` (100),
+//!   `frequencies` (0), `radius` (0.5), `seed`.
+//!
+//! `default`, `$name`, `include`, `path`, `alias`, `ref` and all transforms are understood. Files are looked for in the folders
+//! of `<path>`, the last first, then beside the main file, then beside the file that names them. Files of versions before 2
+//! are upgraded as Mitsuba does it: names in camelCase, `uscale` and the like.
 //!
 //! # Deviations from Mitsuba
+//! - Spheres, disks and cylinders are meshes, within a [thousandth](crate::geometry::TOLERANCE) of their radius, with the
+//!   normals of what they are meshes of. Derivatives are those of the meshes.
+//! - Steps within a texture, of a `checkerboard` or with `filter_type` `nearest`, are narrow ramps: a step moves with its
+//!   surface, and derivatives would miss its motion. A checkerboard's are 1/128 of its period wide.
+//! - Spectra and named metals become linear RGB where they are read, by the CIE observer of 1931: under D65 unless they are
+//!   of an emitter. `blackbody` is read too, which Mitsuba's RGB variants refuse.
+//! - `<rotate>` is a rotation whatever the length of its axis; Mitsuba's is none unless that is 1.
+//! - `direct` weighs several `emitter_samples` as one; Mitsuba 3.9 adds up those of point lights.
+//! - `mitchell`, `catmullrom` and `lanczos` are read as `gaussian`.
 //! - `directional` emitters may have a `kappa`, the concentration of their lobe ([`Light::Directional`]).
 //! - `perspective` sensors may have a `pixel_aspect`, 1 unless given: by how many more pixels an angle is shown along columns
 //!   ([`Camera`](crate::scene::Camera)).
-//! - `<rgb value="#rrggbb"/>` is a colour in sRGB, as in HTML; Mitsuba 3 refuses it.
+//! - `<rgb value="#rrggbb"/>` is a colour in sRGB, as in HTML; Mitsuba 3 refuses it. `<srgb>` is read as before version 2.
+//! - A `to_uv` whose third column only has a translation is read as before version 3.9, which ignores that column.
 //! - A transform that mirrors turns the triangles of a shape, so that what faced outwards still does.
 //! - Without given normals, OBJ vertices of one `v` share a normal even where their `vt` differ; in Mitsuba a
 //!   seam of texture coordinates is a crease.
@@ -33,8 +41,7 @@
 //! - Films see what is beyond their border, as with `sample_border`, whether it is set or not.
 //! - `near_clip` and `far_clip` cut nothing. A scene of which they would cut something that the film has in view is
 //!   refused. Where they are not given there are none; Mitsuba then cuts at 0.01 and at 10000.
-//! - Of the samplers and of `mis_compensation`, `compensate`, `component_format`, `banner`, the numbers of samples of `direct` and
-//!   the like, which change noise or storage and not what is computed, all values are accepted and ignored. So is
+//! - Parameters that change noise, storage or time and not what is computed are accepted with any value, and ignored. So is
 //!   `focus_distance` without a lens, and the alpha of `rgba`.
 //! - The `prb`, `_reparam` and `_projective` integrators stand for the images they render, those of `path` (with
 //!   `max_depth` 6 unless given, as there) and `direct`; how derivatives are computed is not said by the scene.
@@ -70,6 +77,7 @@ mod variables;
 mod write;
 
 pub use self::journal::Note;
+pub use self::support::support_table;
 pub use self::write::write_scene;
 
 use std::path::Path;

@@ -237,7 +237,8 @@ impl<'a> Object<'a> {
         let colour = spectrum::colour(element, meaning)?;
         if let Some(how) = colour.approximation {
             let [r, g, b] = colour.rgb.to_array();
-            self.journal.note(element, format!("the spectrum is read as linear RGB {r:.4} {g:.4} {b:.4}{how}"));
+            self.journal
+                .note(element, format!("the spectrum is read as linear RGB {r:.4} {g:.4} {b:.4}{how}"));
         }
         Ok(Some(colour.rgb))
     }

@@ -30,7 +30,8 @@ impl Reader<'_> {
         }
         let sensor = match sensors.first() {
             Some(element) => {
-                let read = Object::new(element, &self.ids).and_then(|object| sensor(&object, &self.ids, size));
+                let read =
+                    Object::new(element, &self.ids).and_then(|object| sensor(&object, &self.ids, size));
                 read.map_err(|error| journal.refuse(error)).ok()
             }
             None => {
@@ -52,9 +53,7 @@ impl Reader<'_> {
             journal.accept(read, element, "the shape is left out");
         }
         // An emitter with an id may be what shapes refer to.
-        let is_of_shapes = |e: &Element| {
-            e.attribute("type") == Some("area") && e.attribute("id").is_some()
-        };
+        let is_of_shapes = |e: &Element| e.attribute("type") == Some("area") && e.attribute("id").is_some();
         for element in scene.nested("<emitter>").into_iter().filter(|e| !is_of_shapes(e)) {
             let read = emitter::light(&mut self, element);
             journal.accept(read, element, "the emitter is left out");
@@ -67,7 +66,9 @@ impl Reader<'_> {
 
         let notes = journal.close()?;
         // Without a sensor something has been refused.
-        let Some(Sensor { camera, film, samples, .. }) = sensor else { return Err(scene.missing("a <sensor>")) };
+        let Some(Sensor { camera, film, samples, .. }) = sensor else {
+            return Err(scene.missing("a <sensor>"));
+        };
         let Self { textures, materials, shapes, implicits, lights, environment, .. } = self;
         let description = Description {
             camera,

@@ -134,7 +134,10 @@ fn focal_length(object: &Object<'_>) -> Result<Option<f64>, Error> {
 /// Samples per pixel. How they are drawn changes noise only.
 fn sampler(object: &Object<'_>) -> Result<usize, Error> {
     if !support::SAMPLERS.split(", ").any(|name| name == object.plugin) {
-        object.note(format!("how sampler \"{}\" draws changes noise only: only sample_count is read", object.plugin));
+        object.note(format!(
+            "how sampler \"{}\" draws changes noise only: only sample_count is read",
+            object.plugin
+        ));
     }
     let count =
         object.integer_in("sample_count", 1..=i64::from(u32::MAX), "a whole number from 1 to 2^32 − 1")?;

@@ -73,7 +73,9 @@ impl<'a> Reader<'a> {
         let element = object.element;
         let name = object.string("filename")?.ok_or_else(|| object.missing("filename"))?;
         let index = match format {
-            None => object.integer_in("shape_index", 0..=i64::from(u32::MAX), "a whole number of at least 0")?,
+            None => {
+                object.integer_in("shape_index", 0..=i64::from(u32::MAX), "a whole number of at least 0")?
+            }
             Some(_) => None,
         };
         let (path, bytes) = self.file(element, name)?;
@@ -111,7 +113,11 @@ fn built_in(object: &Object<'_>, mesh: Mesh) -> Result<Mesh, Error> {
 
 /// A curved shape with the normals of what it is a mesh of.
 fn curved(object: &Object<'_>, mesh: Mesh) -> Result<Mesh, Error> {
-    if object.boolean("flip_normals")? == Some(true) { turned(object, Soup::from(mesh), false) } else { Ok(mesh) }
+    if object.boolean("flip_normals")? == Some(true) {
+        turned(object, Soup::from(mesh), false)
+    } else {
+        Ok(mesh)
+    }
 }
 
 fn turned(object: &Object<'_>, mut soup: Soup, face_normals: bool) -> Result<Mesh, Error> {
@@ -135,7 +141,8 @@ fn cylinder(object: &Object<'_>) -> Result<Mesh, Error> {
     let p1 = object.vector("p1")?.unwrap_or(DVec3::Z);
     let radius = object.positive("radius")?.unwrap_or(1.0);
     let axis = (p1 - p0).try_normalize();
-    let axis = axis.ok_or_else(|| object.element.bad_value("p1", &p1.to_string(), "a point other than p0"))?;
+    let axis =
+        axis.ok_or_else(|| object.element.bad_value("p1", &p1.to_string(), "a point other than p0"))?;
     let [s, t] = transform::across(axis);
     let map = DAffine3::from_mat3_translation(DMat3::from_cols(radius * s, radius * t, p1 - p0), p0);
     Ok(curved(object, Mesh::cylinder())?.transformed(&map))

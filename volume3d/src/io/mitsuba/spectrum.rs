@@ -91,9 +91,7 @@ pub(super) fn colour(element: &Element, meaning: Meaning) -> Result<Colour, Erro
         let rgb = values::colour(element)?;
         let is_grey = rgb == DVec3::splat(rgb.x) && !value.contains('#');
         return match meaning {
-            Meaning::Emission if is_grey => {
-                convert(element, &[(FIRST, rgb.x), (LAST, rgb.x)], meaning)
-            }
+            Meaning::Emission if is_grey => convert(element, &[(FIRST, rgb.x), (LAST, rgb.x)], meaning),
             _ => exact(rgb),
         };
     }

@@ -38,12 +38,15 @@ pub(super) fn nearest(image: Image) -> (Image, String) {
     let Image { width, height, ref pixels } = image;
     let fits = |copies: usize| (width * copies).saturating_mul(height * copies) <= MOST_TEXELS;
     let Some(copies) = (FEWEST_COPIES..=MOST_COPIES).rev().find(|&copies| fits(copies)) else {
-        let text = "filter_type nearest is read as bilinear: the image is too large to have its steps become ramps";
+        let text =
+            "filter_type nearest is read as bilinear: the image is too large to have its steps become ramps";
         return (image, text.to_owned());
     };
     let columns = width * copies;
     let texel = |k: usize| pixels[k / columns / copies * width + k % columns / copies];
     let pixels = (0..columns * height * copies).map(texel).collect();
-    let text = format!("the steps between texels are ramps of 1/{copies} of a texel: derivatives are those of the ramps");
+    let text = format!(
+        "the steps between texels are ramps of 1/{copies} of a texel: derivatives are those of the ramps"
+    );
     (Image { width: columns, height: height * copies, pixels }, text)
 }

@@ -40,7 +40,10 @@ impl<'a> Reader<'a> {
         let filters = ["bilinear", "nearest", "ewa", "trilinear"];
         let filter = object.choice("filter_type", &filters, "bilinear or nearest")?.unwrap_or(0);
         if filter > 1 {
-            object.note(format!("filter_type {} is read as bilinear: the image itself has no levels", filters[filter]));
+            object.note(format!(
+                "filter_type {} is read as bilinear: the image itself has no levels",
+                filters[filter]
+            ));
         }
         let wraps = ["repeat", "mirror", "clamp"];
         let wrap = match object.choice("wrap_mode", &wraps, "repeat, mirror or clamp")? {
@@ -106,7 +109,9 @@ fn to_uv(element: &Element, object: &Object<'_>) -> Result<DAffine2, Error> {
     let (old, new) = (column(m.z_axis), column(m.w_axis));
     let translation = if new == DVec2::ZERO { old } else { new };
     if old != DVec2::ZERO && old != translation {
-        return Err(element.unsupported("a to_uv that mixes u and v with a third coordinate", "leave z alone"));
+        return Err(
+            element.unsupported("a to_uv that mixes u and v with a third coordinate", "leave z alone")
+        );
     }
     if old != DVec2::ZERO && new == DVec2::ZERO {
         object.note("the third column of to_uv is its translation, as before version 3.9 of Mitsuba, which ignores it since");

@@ -52,7 +52,9 @@ pub(super) fn vector(element: &Element, default: f64) -> Result<DVec3, Error> {
 pub(super) fn colour(element: &Element) -> Result<DVec3, Error> {
     let value = element.required("value")?;
     let tag = element.tag.as_str();
-    if let Some(digits) = value.trim().strip_prefix('#').filter(|_| matches!(tag, "rgb" | "srgb" | "spectrum")) {
+    if let Some(digits) =
+        value.trim().strip_prefix('#').filter(|_| matches!(tag, "rgb" | "srgb" | "spectrum"))
+    {
         let code = u32::from_str_radix(digits, 16).ok().filter(|_| digits.len() == 6);
         let code =
             code.ok_or_else(|| element.bad_value("value", value, "#rrggbb with hexadecimal digits"))?;
