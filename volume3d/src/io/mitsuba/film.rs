@@ -23,10 +23,10 @@ pub(super) fn film<'a>(
     match object.plugin {
         "hdrfilm" => {}
         "ldrfilm" | "mfilm" => {
-            object.note(format!("film \"{}\" is read as hdrfilm: pixels are linear", object.plugin))
+            object.note(format!("film \"{}\" is read as hdrfilm: pixels are linear", object.plugin));
         }
         _ if object.journal.is_lenient => {
-            object.note(format!("film \"{}\" is read as hdrfilm", object.plugin))
+            object.note(format!("film \"{}\" is read as hdrfilm", object.plugin));
         }
         _ => return Err(object.unknown_plugin("film", support::FILMS)),
     }

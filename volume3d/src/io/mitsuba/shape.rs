@@ -91,8 +91,10 @@ impl<'a> Reader<'a> {
         if object.boolean("flip_normals")? == Some(true) {
             soup.flip_normals();
         }
-        if object.float("max_smooth_angle")?.is_some() && soup.normals.is_some() {
-            object.note("max_smooth_angle is ignored: normals are those of the file");
+        if object.float("max_smooth_angle")?.is_some() {
+            object.note(
+                "max_smooth_angle is ignored: normals are those of the file, or smooth where it has none",
+            );
         }
         let face_normals = object.boolean("face_normals")?.unwrap_or(face_normals);
         soup.into_mesh(face_normals).map_err(|error| {
