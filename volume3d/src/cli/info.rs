@@ -21,7 +21,7 @@ pub(super) struct Options {
     #[command(flatten)]
     scene: Option<SceneOptions>,
     /// Lists what is read of the format of scenes, in place of a scene.
-    #[arg(long)]
+    #[arg(long, exclusive = true)]
     support: bool,
 }
 

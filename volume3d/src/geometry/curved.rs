@@ -126,6 +126,8 @@ impl Patch {
     fn into_mesh(self) -> Mesh {
         let Self { positions, normals, uvs, triangles } = self;
         let mesh = Mesh::new(positions, triangles.clone())
+            // Each place once.
+            .and_then(|mesh| Mesh::new(mesh.positions().to_vec(), mesh.triangles().to_vec()))
             .and_then(|mesh| {
                 mesh.with_normals(Normals::Given(Attribute { values: normals, triangles: triangles.clone() }))
             })
@@ -185,6 +187,7 @@ mod tests {
             }
         }
         assert!(edges.values().all(|&sum| sum == 0));
+        assert_eq!(mesh.sources().len(), mesh.positions().len());
         let Normals::Given(normals) = mesh.normals() else { panic!("given") };
         for (t, n) in mesh.triangles().iter().zip(&normals.triangles) {
             for k in 0..3 {
