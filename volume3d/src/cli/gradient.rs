@@ -13,7 +13,7 @@ use super::method::MethodOptions;
 use super::movement::{Moves, change};
 use super::output::{Output, Pixels, check_distinct};
 use super::parameter::Name;
-use super::session::{Bar, RunOptions, SceneOptions, located, lost_with_picture, stop_if_asked};
+use super::session::{Bar, RunOptions, SceneOptions, geometric, located, lost_with_picture, stop_if_asked};
 use super::spp::{check_error_exists, samples};
 use super::summary::{INTERIOR, outlier, root_mean_square, totals};
 use super::{Outcome, Report, reverse, usage};
@@ -220,6 +220,9 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     text += &located(&result.non_finite);
     let (lost_rays, count) = (result.lost_rays.as_ref(), samples * width * height);
     text += &lost_with_picture(result.traces, lost_rays, count, &options.output)?;
+    if change.is_geometric() {
+        text += &geometric(&loaded.notes);
+    }
     if options.method.is_interior() && change.is_geometric() {
         text += INTERIOR;
     }

@@ -3,25 +3,37 @@
 use std::fmt::Write as _;
 
 use clap::Args;
+use clap::error::ErrorKind;
 use flatland::sdf::Sdf as _;
 use glam::{DVec2, DVec3};
+use volume3d::io::mitsuba::support_table;
 use volume3d::scene::{Camera, Description, Environment, Light, Reflectance, Scene};
 use volume3d::sdf::{Baked, Grid};
 
 use super::lint;
-use super::session::SceneOptions;
-use super::{Outcome, Report};
+use super::session::{Loaded, SceneOptions};
+use super::{Outcome, Report, usage};
 
 /// Lists what a scene is made of, and what may surprise: ids for --move and --wrt, sizes and boxes around shapes, and what
 /// a linter finds in their meshes.
 #[derive(Args, Debug)]
 pub(super) struct Options {
     #[command(flatten)]
-    scene: SceneOptions,
+    scene: Option<SceneOptions>,
+    /// Lists what is read of the format of scenes, in place of a scene.
+    #[arg(long, exclusive = true)]
+    support: bool,
 }
 
 pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
-    let scene = options.scene.load()?.scene;
+    let Some(scene) = options.scene.as_ref().filter(|_| !options.support) else {
+        if options.support {
+            return Ok(Report { text: support_table(), outcome: Outcome::Good });
+        }
+        let text = "give a scene, or --support".to_owned();
+        return Err(usage("info", ErrorKind::MissingRequiredArgument, text));
+    };
+    let Loaded { scene, notes, .. } = scene.load()?;
     let mut text = String::new();
     camera(&mut text, &scene);
     shapes(&mut text, scene.description());
@@ -30,6 +42,14 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     lights(&mut text, scene.description());
     crossings(&mut text, &scene);
     findings(&mut text, &scene);
+    if !notes.is_empty() {
+        let _ = writeln!(
+            text,
+            "notes: {}, of what was read in another way than it may have been meant",
+            notes.len()
+        );
+        notes.iter().for_each(|note| text += &format!("  {note}\n"));
+    }
     Ok(Report { text, outcome: Outcome::Good })
 }
 

@@ -11,7 +11,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use volume3d::Image;
 use volume3d::gradient::{NonFinite, Progress, Stopped};
-use volume3d::io::{read_scene, write_png};
+use volume3d::io::{Note, ReadOptions, read_scene_with, write_png};
 use volume3d::scene::{Scene, TraceCounts};
 
 /// Set by Ctrl-C.
@@ -22,12 +22,20 @@ const NAMED: usize = 5;
 
 #[derive(Args, Debug)]
 pub(super) struct SceneOptions {
-    /// The scene: Mitsuba 3 XML.
+    /// The scene: Mitsuba XML.
     #[arg(value_name = "SCENE.xml")]
     scene: PathBuf,
     /// Gives $name in the scene a value, before its <default>. May be repeated.
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = definition)]
     define: Vec<(String, String)>,
+    /// Another size of the film for the same view: the scene's field of view keeps its meaning along the axis it is given
+    /// for.
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size)]
+    size: Option<(usize, usize)>,
+    /// Replaces or leaves out what is not supported, and says so on standard error, in place of an error. The image is then
+    /// another one than the scene's.
+    #[arg(long)]
+    lenient: bool,
 }
 
 #[derive(Args, Debug)]
@@ -53,10 +61,19 @@ fn definition(text: &str) -> Result<(String, String), String> {
     }
 }
 
+/// WIDTHxHEIGHT, both from 1 to 65536.
+fn size(text: &str) -> Result<(usize, usize), String> {
+    let side = |text: &str| text.parse().ok().filter(|side| (1..=1 << 16).contains(side));
+    let sides = text.split_once('x').and_then(|(width, height)| Some((side(width)?, side(height)?)));
+    sides.ok_or_else(|| "expected WIDTHxHEIGHT, whole numbers from 1 to 65536".to_owned())
+}
+
 /// A scene, and every file that was read for it.
 pub(super) struct Loaded {
     pub(super) scene: Scene,
     pub(super) files: Vec<PathBuf>,
+    /// What was read in another way than it may have been meant.
+    pub(super) notes: Vec<Note>,
 }
 
 impl SceneOptions {
@@ -67,28 +84,46 @@ impl SceneOptions {
     /// As they are given.
     pub(super) fn words(&self) -> Vec<String> {
         let define = |(name, value): &(String, String)| ["-D".to_owned(), format!("{name}={value}")];
-        [self.scene.display().to_string()].into_iter().chain(self.define.iter().flat_map(define)).collect()
+        let size = self.size.map(|(width, height)| ["--size".to_owned(), format!("{width}x{height}")]);
+        let lenient = self.lenient.then(|| "--lenient".to_owned());
+        [self.scene.display().to_string()]
+            .into_iter()
+            .chain(self.define.iter().flat_map(define))
+            .chain(size.into_iter().flatten())
+            .chain(lenient)
+            .collect()
     }
 
     pub(super) fn load(&self) -> anyhow::Result<Loaded> {
-        Loaded::read(&self.scene, &self.define)
+        let Self { define, size, lenient, .. } = self;
+        let options = ReadOptions { variables: define.clone(), size: *size, is_lenient: *lenient };
+        let loaded = Loaded::read_with(&self.scene, &options)?;
+        if *lenient {
+            loaded.notes.iter().for_each(|note| eprintln!("note: {note}"));
+        }
+        Ok(loaded)
     }
 }
 
 impl Loaded {
     /// Reads a scene file, with values for its $names.
     pub(super) fn read(path: &Path, define: &[(String, String)]) -> anyhow::Result<Self> {
+        Self::read_with(path, &ReadOptions { variables: define.to_vec(), ..ReadOptions::default() })
+    }
+
+    fn read_with(path: &Path, options: &ReadOptions) -> anyhow::Result<Self> {
         let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()));
         let bytes = bytes.map_err(|e| anyhow!("{e:#}"))?;
         let files = RefCell::new(vec![path.to_path_buf()]);
         let open = |file: &Path| {
+            let bytes = std::fs::read(file)?;
             files.borrow_mut().push(file.to_path_buf());
-            std::fs::read(file)
+            Ok(bytes)
         };
-        let description = read_scene(&bytes, path, define, &open)?;
+        let (description, notes) = read_scene_with(&bytes, path, options, &open)?;
         let scene = Scene::new(description).map_err(|e| anyhow!("{}: {e}", path.display()))?;
         check_memory(path, &scene)?;
-        Ok(Self { scene, files: files.into_inner() })
+        Ok(Self { scene, files: files.into_inner(), notes })
     }
 }
 
@@ -120,6 +155,11 @@ pub(super) fn check_size(path: &Path, (width, height): (usize, usize)) -> anyhow
     let colours = Vec::<[f64; 3]>::new().try_reserve_exact(width * height);
     colours.map_err(|error| anyhow!("{}: an image of {width} × {height} pixels: {error}", path.display()))?;
     Ok(())
+}
+
+/// What is to be known of shapes whose gradients are asked for: which of them are meshes of something else.
+pub(super) fn geometric(notes: &[Note]) -> String {
+    notes.iter().filter(|note| note.is_geometric).map(|note| format!("note: {}\n", note.text)).collect()
 }
 
 impl RunOptions {

@@ -1,12 +1,14 @@
 //! Meshes, the tracing of rays, and distances.
 
 mod accelerator;
+mod curved;
 mod edges;
 mod meeting;
 mod mesh;
 mod proximity;
 
 pub use accelerator::{Accelerator, Hit, Ray};
+pub use curved::TOLERANCE;
 pub use edges::{Edges, HalfEdge};
 pub(crate) use meeting::{End, Meeting, meeting};
 pub use mesh::{Attribute, Mesh, MeshError, Normals};

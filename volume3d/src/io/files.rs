@@ -8,7 +8,7 @@ use super::Error;
 
 /// The most that a compressed file may become, so that a few kilobytes of hostile input cannot fill the
 /// memory: 4 GiB, some 80 million triangles in binary PLY.
-const MAX_INFLATED: u64 = 1 << 32;
+pub(super) const MAX_INFLATED: u64 = 1 << 32;
 
 pub(super) fn read(path: &Path) -> Result<Vec<u8>, Error> {
     std::fs::read(path).map_err(|source| Error::File { action: "read", path: path.to_path_buf(), source })

@@ -7,7 +7,7 @@ use std::path::Path;
 use flatland::sdf::shapes::Parametric;
 
 use super::dtu::parse_cameras;
-use super::{MeshFormat, parse_network, parse_npy, parse_sdf, read_image, read_scene};
+use super::{MeshFormat, parse_network, parse_npy, parse_sdf, parse_serialized, read_image, read_scene};
 use crate::geometry::{Mesh, Normals};
 use crate::sdf::Interpolation;
 
@@ -19,6 +19,15 @@ pub fn obj(bytes: &[u8]) {
 /// PLY, or its gzip.
 pub fn ply(bytes: &[u8]) {
     mesh(MeshFormat::Ply, bytes);
+}
+
+/// Meshes of a `serialized` file, the first and the second.
+pub fn serialized(bytes: &[u8]) {
+    for index in [0, 1] {
+        if let Ok(mesh) = parse_serialized(bytes, Path::new("fuzz.serialized"), index) {
+            check_mesh(&mesh);
+        }
+    }
 }
 
 /// A scene. Files it names are tiny ones, so that nothing outside is touched; including itself is possible.

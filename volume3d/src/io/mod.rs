@@ -6,9 +6,9 @@
 //!
 //! | what | read | written |
 //! |---|---|---|
-//! | scenes | Mitsuba 3 XML, of which [`mitsuba`] says what is understood: [`load_scene`] | the same, with its meshes and textures: [`write_scene`] |
-//! | meshes | OBJ, PLY, also gzipped: [`load_mesh`] | OBJ, PLY: [`write_obj`], [`write_ply`] |
-//! | images | PNG, OpenEXR, Radiance HDR: [`load_image`], [`read_exr`] | OpenEXR, PNG: [`write_exr`], [`write_png`], [`write_signed_png`] |
+//! | scenes | Mitsuba XML, of which [`mitsuba`] says what is understood: [`load_scene`] | the same, with its meshes and textures: [`write_scene`] |
+//! | meshes | OBJ, PLY, also gzipped: [`load_mesh`]; Mitsuba's `serialized`: [`parse_serialized`] | OBJ, PLY: [`write_obj`], [`write_ply`] |
+//! | images | PNG, JPEG, OpenEXR, Radiance HDR: [`load_image`], [`read_exr`] | OpenEXR, PNG: [`write_exr`], [`write_png`], [`write_signed_png`] |
 //! | arrays | NPY: [`read_npy`] | NPY: [`write_npy`] |
 //! | grids of signed distances | Mitsuba's binary volumes: [`read_sdf`] | the same: [`write_sdf`] |
 //! | pictures with masks and cameras | folders as [`dtu`] says: [`dtu::read_views`] | |
@@ -28,6 +28,7 @@ mod npz;
 mod obj;
 mod ply;
 mod sdf;
+mod serialized;
 mod soup;
 
 #[cfg(test)]
@@ -44,12 +45,15 @@ pub use self::image::{
     load_image, load_image_over, read_exr, read_image, signed_colour, signed_range, write_animation,
     write_exr, write_png, write_signed_png,
 };
-pub use self::mitsuba::{load_scene, load_scene_with, read_scene, write_scene};
+pub use self::mitsuba::{
+    Note, ReadOptions, load_scene, load_scene_with, read_scene, read_scene_with, write_scene,
+};
 pub use self::network::{parse_network, read_network, write_network};
 pub use self::npy::{Array, Precision, parse_npy, read_npy, write_npy};
 pub use self::obj::{read_obj, write_obj};
 pub use self::ply::{read_ply, write_ply};
 pub use self::sdf::{parse_sdf, read_sdf, write_sdf};
+pub use self::serialized::parse_serialized;
 
 use self::soup::Soup;
 use crate::geometry::Mesh;

@@ -62,6 +62,17 @@ impl Soup {
     }
 }
 
+impl From<Mesh> for Soup {
+    /// Of computed normals nothing stays but that there are none given.
+    fn from(mesh: Mesh) -> Self {
+        let normals = match mesh.normals() {
+            Normals::Given(normals) => Some(normals.clone()),
+            Normals::Face | Normals::AngleWeighted { .. } => None,
+        };
+        Self { normals, ..Self::from_faces(&mesh) }
+    }
+}
+
 /// The triangles of a polygon, all with its first corner: right for convex polygons.
 pub(super) fn fan<T: Copy>(corners: &[T]) -> impl Iterator<Item = [T; 3]> + '_ {
     (2..corners.len()).map(|i| [corners[0], corners[i - 1], corners[i]])

@@ -240,6 +240,15 @@ fn lights_are_parameters() {
     place.fail("gradient scene.xml --move sun:intensity:1,1,1 -o f.npy", 1, &["no point light", "`bulb`"]);
 }
 
+/// What is read is listed without a scene; without either the command line is refused.
+#[test]
+fn info_lists_what_is_read() {
+    let place = Place::new();
+    let text = place.succeed("info --support");
+    assert!(text.contains("| texture | bitmap, checkerboard |"), "{text}");
+    assert_eq!(place.run("info").0, 2);
+}
+
 #[test]
 fn info_lists_ids_and_findings() {
     let text = Place::new().succeed("info scene.xml");

@@ -37,7 +37,7 @@ impl Problem {
         let config = parse(&text, path)?;
         // Targets may take long to render.
         Folder::check(run, &text)?;
-        let Loaded { scene, mut files } = Loaded::read(&config.scene, &definitions(&config.define))?;
+        let Loaded { scene, mut files, .. } = Loaded::read(&config.scene, &definitions(&config.define))?;
         let said = |error: anyhow::Error| anyhow!("{}: {error}", path.display());
         let parameters = parameters(&config, &scene).map_err(said)?;
         let x = start(&config, &scene, &parameters).map_err(said)?;

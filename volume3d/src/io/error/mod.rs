@@ -107,6 +107,12 @@ pub enum Error {
         /// What is wrong there.
         problem: Box<SceneProblem>,
     },
+    /// Several things in a scene that cannot be understood.
+    #[error("{} problems:\n{}", problems.len(), lines(problems))]
+    Several {
+        /// All of them.
+        problems: Vec<Error>,
+    },
     /// A file that a scene names cannot be used.
     #[error("{place}: {source}")]
     Referenced {
@@ -171,6 +177,11 @@ pub enum Error {
         /// The surface.
         shape: String,
     },
+}
+
+/// One message a line.
+fn lines(problems: &[Error]) -> String {
+    problems.iter().map(|problem| format!("  {problem}")).collect::<Vec<_>>().join("\n")
 }
 
 /// The beginning of a text, for a message.

@@ -137,6 +137,14 @@ pub enum SceneProblem {
         /// How many there may be.
         expected: &'static str,
     },
+    /// A file that is in none of the folders it may be in.
+    #[error("cannot find \"{name}\"; looked for: {tried}")]
+    NotFound {
+        /// Its name in the scene.
+        name: String,
+        /// The places where it may be.
+        tried: String,
+    },
     /// A reference to what does not exist.
     #[error("nothing has the id \"{id}\"; there are: {known}")]
     Reference {
@@ -157,11 +165,8 @@ pub enum SceneProblem {
         /// The name.
         name: String,
     },
-    /// A scene of another version of the format.
-    #[error(
-        "scene version \"{found}\" is not supported; expected 2.x or 3.x. (Scenes before version 2.0 write names in \
-         camelCase: turn toWorld into to_world and so on, and set version=\"3.0.0\".)"
-    )]
+    /// A file of the format in a version that is not known.
+    #[error("scene version \"{found}\" is not supported; expected 0.x to 3.x")]
     Version {
         /// The version, or nothing.
         found: String,

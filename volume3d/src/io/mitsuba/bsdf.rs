@@ -3,15 +3,15 @@
 use glam::DVec3;
 
 use super::element::Element;
+use super::metals;
 use super::object::Object;
 use super::reader::Reader;
+use super::support;
 use crate::io::{Error, ImageProblem};
 use crate::scene::{Bsdf, Material, Microfacets, Reflectance, Relief};
 
 /// Mitsuba's diffuse reflectance where none is given.
 pub(super) const DEFAULT_REFLECTANCE: f64 = 0.5;
-/// What there is.
-const PLUGINS: &str = "diffuse, conductor, roughconductor, plastic, roughplastic, dielectric, thindielectric, roughdielectric, principled, principledthin, twosided, mask, bumpmap, normalmap";
 /// Mitsuba's roughness where none is given.
 const DEFAULT_ALPHA: f64 = 0.1;
 
@@ -99,7 +99,7 @@ impl<'a> Reader<'a> {
             "roughdielectric" => Bsdf::Dielectric(self.dielectric(object, true)?),
             "principled" => self.principled(object)?,
             "principledthin" => self.principled_thin(object)?,
-            _ => return Err(object.unknown_plugin("bsdf", PLUGINS)),
+            _ => return Err(object.unknown_plugin("bsdf", support::BSDFS)),
         };
         object.finish()?;
         Ok(bsdf)
@@ -176,11 +176,7 @@ fn index_of_refraction(object: &Object<'_>) -> Result<(DVec3, DVec3), Error> {
         if eta.is_some() || k.is_some() {
             return Err(object.conflict("material", "eta and k"));
         }
-        // Mitsuba converts measured spectra, for which an RGB renderer has no one right value.
-        let what = format!("the named material \"{name}\"");
-        return Err(object
-            .element
-            .unsupported(what, "give eta and k as <rgb>, or material \"none\" (F = 1)"));
+        return metals::of(object, name);
     }
     let (eta, k) = (eta.unwrap_or(DVec3::ZERO), k.unwrap_or(DVec3::ONE));
     if eta.min_element() < 0.0 || k.min_element() < 0.0 {

@@ -6,6 +6,7 @@ use super::element::Element;
 use super::object::Object;
 use super::power::radiant;
 use super::reader::Reader;
+use super::support;
 use super::{beam, transform};
 use crate::io::{Error, ImageProblem, SceneProblem};
 use crate::scene::{Environment, Light, Wrap};
@@ -50,8 +51,7 @@ pub(super) fn light<'a>(reader: &mut Reader<'a>, element: &'a Element) -> Result
             return Err(element.unsupported("an area emitter without a shape", instead));
         }
         _ => {
-            let supported = "constant, envmap, directional, point, spot, projector, and area within a shape";
-            return Err(object.unknown_plugin("emitter", supported));
+            return Err(object.unknown_plugin("emitter", support::EMITTERS));
         }
     }
     object.finish()

@@ -35,8 +35,7 @@ impl<'a> Reader<'a> {
             }
             (Some(_), Some(_)) => return Err(object.conflict("filename", "radius")),
             (Some(name), None) => {
-                let path = element.beside(name);
-                let bytes = element.open(&path, self.open)?;
+                let (path, bytes) = self.file(element, name)?;
                 let grid = parse_sdf(&bytes, &path, interpolation).map_err(|e| element.referenced(e))?;
                 let keeps_place = object.boolean("use_grid_bbox")? == Some(true);
                 let placed = if keeps_place { Ok(grid) } else { in_unit_cube(&grid, &path) };
@@ -50,8 +49,7 @@ impl<'a> Reader<'a> {
     pub(super) fn sdf_network(&mut self, element: &'a Element, object: &Object<'a>) -> Result<(), Error> {
         let network = match object.string("filename")? {
             Some(name) => {
-                let path = element.beside(name);
-                let bytes = element.open(&path, self.open)?;
+                let (path, bytes) = self.file(element, name)?;
                 parse_network(&bytes, &path).map_err(|e| element.referenced(e))?
             }
             None => new_network(element, object)?,

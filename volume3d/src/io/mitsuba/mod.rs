@@ -1,28 +1,33 @@
-//! Scenes of Mitsuba 2 and 3.
+//! Scenes of Mitsuba, all versions.
 //!
-//! What is understood means what it means in Mitsuba 3 (documentation of version 3.7, RGB variants); whatever is
-//! not understood is an error with its line, be it a plugin or a single parameter. Nothing is dropped in
-//! silence.
+//! What is understood means what it means in Mitsuba 3 (version 3.9, RGB variants); whatever is not understood is an error
+//! with its line, be it a plugin or a single parameter, and all errors are told at once. What is read in another way than it
+//! may have been meant is [noted](Note). Nothing is dropped in silence.
 //!
-//! | element | plugins |
-//! |---|---|
-//! | shape | `obj`, `ply`, `rectangle`, `cube`, with `to_world`, `face_normals`, `flip_normals`, `flip_tex_coords` |
-//! | | `sdfgrid` with `filename`, a `to_world` without shear, and two of our own: `interpolation`, `cubic` unless it is `trilinear`, which Mitsuba's is and which biases gradients, and `use_grid_bbox`, the file's box in place of [0, 1]³; or without a file, of our own, a ball of a `radius` in `cells` (16) between `low` and `high` (−1 and 1) |
-//! | | `sdfnetwork`, of our own: a [network](crate::sdf::network) with `filename` (safetensors), [on a grid](crate::sdf::Baked) of `cells` (64) between `low` and `high` (−1 and 1), or itself, a hundred times slower, with 0 cells; `to_world` as above. Without a file it is a new one, about a ball: `hidden` (4), `width` (64), `sharpness` (100), `frequencies` (0), `radius` (0.5), `seed` |
-//! | bsdf | `diffuse`, `conductor`, `roughconductor`, `plastic`, `roughplastic`, `dielectric`, `thindielectric`, `roughdielectric`, `twosided` |
-//! | | `principled` and `principledthin` without `anisotropic`, with a texture for `base_color` only |
-//! | | `mask`, `bumpmap`, `normalmap` |
-//! | texture | `bitmap`, bilinear |
-//! | emitter | `area`, `constant`, `envmap`, `directional`, `point`, `spot`, `projector` |
-//! | sensor | `perspective` |
-//! | film | `hdrfilm` with `box`, `tent` or `gaussian` |
-//! | sampler | all; only `sample_count` matters |
-//! | integrator | `path`, `direct`, and the `prb` family |
+#![doc = include_str!("support.md")]
 //!
-//! `default`, `$name`, `include`, `ref` and all transforms are understood. Files are looked for beside the file
-//! that names them.
+//! - `sdfgrid` has `filename`, a `to_world` without shear, and two of our own: `interpolation`, `cubic` unless it is
+//!   `trilinear`, which Mitsuba's is and which biases gradients, and `use_grid_bbox`, the file's box in place of [0, 1]³; or
+//!   without a file, of our own, a ball of a `radius` in `cells` (16) between `low` and `high` (−1 and 1).
+//! - `sdfnetwork`, of our own, is a [network](crate::sdf::network) with `filename` (safetensors), [on a
+//!   grid](crate::sdf::Baked) of `cells` (64) between `low` and `high` (−1 and 1), or itself, a hundred times slower, with 0
+//!   cells; `to_world` as above. Without a file it is a new one, about a ball: `hidden` (4), `width` (64), `sharpness` (100),
+//!   `frequencies` (0), `radius` (0.5), `seed`.
+//!
+//! `default`, `$name`, `include`, `path`, `alias`, `ref` and all transforms are understood. Files are looked for in the folders
+//! of `<path>`, the last first, then beside the main file, then beside the file that names them. Files of versions before 2
+//! are upgraded as Mitsuba does it: names in camelCase, `uscale` and the like.
 //!
 //! # Deviations from Mitsuba
+//! - Spheres, disks and cylinders are meshes, within a [thousandth](crate::geometry::TOLERANCE) of their radius, with the
+//!   normals of what they are meshes of. Derivatives are those of the meshes.
+//! - Steps within a texture, of a `checkerboard` or with `filter_type` `nearest`, are narrow ramps: a step moves with its
+//!   surface, and derivatives would miss its motion. A checkerboard's are 1/128 of its period wide.
+//! - Spectra and named metals become linear RGB where they are read, by the CIE observer of 1931: under D65 unless they are
+//!   of an emitter. `blackbody` is read too, which Mitsuba's RGB variants refuse.
+//! - `<rotate>` is a rotation whatever the length of its axis; Mitsuba's is none unless that is 1.
+//! - `direct` weighs several `emitter_samples` as one; Mitsuba 3.9 adds up those of point lights.
+//! - `mitchell`, `catmullrom` and `lanczos` are read as `gaussian`.
 //! - `directional` emitters may have a `kappa`, the concentration of their lobe ([`Light::Directional`]).
 //! - `perspective` sensors may have a `pixel_aspect`, 1 unless given: by how many more pixels an angle is shown along columns
 //!   ([`Camera`](crate::scene::Camera)).
@@ -30,7 +35,8 @@
 //!   `bumpmap` and `normalmap` cannot be on a material that light passes, and their `flip_invalid_normals` and
 //!   `use_shadowing_function` are true, as where they are not given.
 //! - `mask` may be within `twosided`.
-//! - `<rgb value="#rrggbb"/>` is a colour in sRGB, as in HTML; Mitsuba 3 refuses it.
+//! - `<rgb value="#rrggbb"/>` is a colour in sRGB, as in HTML; Mitsuba 3 refuses it. `<srgb>` is read as before version 2.
+//! - A `to_uv` whose third column only has a translation is read as before version 3.9, which ignores that column.
 //! - A transform that mirrors turns the triangles of a shape, so that what faced outwards still does.
 //! - Without given normals, OBJ vertices of one `v` share a normal even where their `vt` differ; in Mitsuba a
 //!   seam of texture coordinates is a crease.
@@ -39,8 +45,7 @@
 //! - Films see what is beyond their border, as with `sample_border`, whether it is set or not.
 //! - `near_clip` and `far_clip` cut nothing. A scene of which they would cut something that the film has in view is
 //!   refused. Where they are not given there are none; Mitsuba then cuts at 0.01 and at 10000.
-//! - Of the samplers and of `mis_compensation`, `compensate`, `component_format`, `banner`, the numbers of samples of `direct` and
-//!   the like, which change noise or storage and not what is computed, all values are accepted and ignored. So is
+//! - Parameters that change noise, storage or time and not what is computed are accepted with any value, and ignored. So is
 //!   `focus_distance` without a lens, and the alpha of `rgba`.
 //! - The `prb`, `_reparam` and `_projective` integrators stand for the images they render, those of `path` (with
 //!   `max_depth` 6 unless given, as there) and `direct`; how derivatives are computed is not said by the scene.
@@ -49,11 +54,19 @@
 
 mod beam;
 mod bsdf;
+mod cie;
 mod clip;
 mod dielectric;
+mod document;
 mod element;
 mod emitter;
+mod film;
+mod folders;
+mod harmless;
 mod implicit;
+mod integrator;
+mod journal;
+mod metals;
 mod object;
 mod power;
 mod principled;
@@ -61,23 +74,47 @@ mod reader;
 mod scene;
 mod sensor;
 mod shape;
+mod spectrum;
+mod steps;
+mod support;
 mod texture;
 mod transform;
+mod upgrade;
 mod values;
+mod variables;
 mod write;
 mod write_bsdf;
 mod write_light;
 
+pub use self::journal::Note;
+pub use self::support::support_table;
 pub use self::write::write_scene;
 
 use std::path::Path;
+use std::rc::Rc;
 
-use self::element::{Document, Variables};
+use self::document::Document;
+use self::journal::Journal;
 use self::reader::Reader;
+use self::variables::Variables;
 use super::{Error, files};
 use crate::scene::Description;
 
-/// Reads a Mitsuba 3 scene and all files it names.
+/// How a scene is read.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ReadOptions {
+    /// Values for the `$name`s of the scene, which go before its `<default>`s.
+    pub variables: Vec<(String, String)>,
+    /// Columns and rows of the film, in the place of those that the scene gives. The field of view stays what it is along the
+    /// axis to which the scene's `fov` refers.
+    pub size: Option<(usize, usize)>,
+    /// Whether what is not supported is replaced or left out, with a [`Note`] each, in the place of an error: a material by a
+    /// grey diffuse one or by its diffuse part, an integrator by `path`, a sensor by `perspective`. The image is then another
+    /// one. What is wrong and not only unsupported is left out too.
+    pub is_lenient: bool,
+}
+
+/// Reads a Mitsuba scene and all files it names.
 ///
 /// # Errors
 /// [`Error`], with the line.
@@ -104,6 +141,21 @@ pub fn read_scene(
     variables: &[(String, String)],
     open: &dyn Fn(&Path) -> std::io::Result<Vec<u8>>,
 ) -> Result<Description, Error> {
-    let document = Document::parse(bytes, path, Variables::new(variables), open)?;
-    Reader::new(&document, open).read()
+    let options = ReadOptions { variables: variables.to_vec(), ..ReadOptions::default() };
+    read_scene_with(bytes, path, &options, open).map(|(description, _)| description)
+}
+
+/// [`read_scene`], with notes of what was read in another way than it may have been meant.
+///
+/// # Errors
+/// [`Error::Several`] with all that is refused, each with file, line and column, or the one.
+pub fn read_scene_with(
+    bytes: &[u8],
+    path: &Path,
+    options: &ReadOptions,
+    open: &dyn Fn(&Path) -> std::io::Result<Vec<u8>>,
+) -> Result<(Description, Vec<Note>), Error> {
+    let journal = Rc::new(Journal::new(options.is_lenient));
+    let document = Document::parse(bytes, path, Variables::new(&options.variables), open, journal)?;
+    Reader::new(&document, open).read(options.size)
 }

@@ -2,19 +2,47 @@
 
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
+use std::rc::Rc;
 
 use glam::{DAffine3, DVec3};
 
 use super::element::Element;
-use super::{transform, values};
+use super::journal::Journal;
+use super::spectrum::Meaning;
+use super::{harmless, spectrum, transform, values};
 use crate::io::{Error, SceneProblem};
 
 /// The elements that are parameters.
-const VALUES: [&str; 10] =
-    ["float", "integer", "boolean", "string", "rgb", "spectrum", "point", "vector", "transform", "texture"];
+const VALUES: [&str; 12] = [
+    "float",
+    "integer",
+    "boolean",
+    "string",
+    "rgb",
+    "srgb",
+    "spectrum",
+    "blackbody",
+    "point",
+    "vector",
+    "transform",
+    "texture",
+];
 
-/// Elements by their ids.
-pub(super) type Ids<'a> = HashMap<&'a str, &'a Element>;
+/// Elements by their ids, and what is told of them.
+pub(super) struct Ids<'a> {
+    elements: HashMap<&'a str, &'a Element>,
+    pub(super) journal: Rc<Journal>,
+}
+
+impl<'a> Ids<'a> {
+    pub(super) fn new(elements: HashMap<&'a str, &'a Element>, journal: Rc<Journal>) -> Self {
+        Self { elements, journal }
+    }
+
+    pub(super) fn contains_key(&self, id: &str) -> bool {
+        self.elements.contains_key(id)
+    }
+}
 
 /// An element that creates something, with what it contains.
 ///
@@ -24,6 +52,7 @@ pub(super) struct Object<'a> {
     pub(super) element: &'a Element,
     /// The type; empty for the scene.
     pub(super) plugin: &'a str,
+    pub(super) journal: Rc<Journal>,
     children: Vec<Child<'a>>,
     asked: RefCell<Vec<&'static str>>,
 }
@@ -55,7 +84,7 @@ impl<'a> Object<'a> {
             let target = if child.tag == "ref" { dereference(child, ids)? } else { child };
             children.push(Child { element: child, target, used: Cell::new(false) });
         }
-        Ok(Self { element, plugin, children, asked: RefCell::default() })
+        Ok(Self { element, plugin, journal: ids.journal.clone(), children, asked: RefCell::default() })
     }
 
     /// A message's name for this object.
@@ -64,6 +93,11 @@ impl<'a> Object<'a> {
             "" => format!("the {}", self.element.tag),
             plugin => format!("{} \"{plugin}\"", self.element.tag),
         }
+    }
+
+    /// Tells how this object was read.
+    pub(super) fn note(&self, text: impl Into<String>) {
+        self.journal.note(self.element, text);
     }
 
     pub(super) fn missing(&self, name: &str) -> Error {
@@ -98,7 +132,8 @@ impl<'a> Object<'a> {
             let (name, found) = (name.to_owned(), element.tag.clone());
             return Err(element.error(SceneProblem::Kind { name, found, expected }));
         }
-        if tags != ["transform"] {
+        let is_plugin = element.tag == "spectrum" && element.attribute("type").is_some();
+        if tags != ["transform"] && !is_plugin {
             element.check_childless()?;
         }
         Ok(Some(element))
@@ -184,13 +219,28 @@ impl<'a> Object<'a> {
         values::vector(element, 0.0).map(Some)
     }
 
-    /// A colour that is the same everywhere.
+    /// A colour that is the same everywhere, linear RGB. What a spectrum is converted by depends on what it is a spectrum
+    /// of: see [`Meaning`].
     pub(super) fn colour(&self, name: &'static str) -> Result<Option<DVec3>, Error> {
-        let tags = ["rgb", "float", "integer", "spectrum"];
-        let expected = "<rgb>, <float> or a grey <spectrum>";
+        let tags = ["rgb", "float", "integer", "spectrum", "srgb", "blackbody"];
+        let expected = "<rgb>, <float> or <spectrum>";
         let Some(element) = self.of_kind(name, &tags, expected)? else { return Ok(None) };
-        element.check_attributes(&["name", "value", "filename"])?;
-        values::colour(element).map(Some)
+        if !matches!(element.tag.as_str(), "spectrum" | "blackbody") {
+            element.check_attributes(&["name", "value"])?;
+            return values::colour(element).map(Some);
+        }
+        let meaning = match (self.element.tag.as_str(), name) {
+            ("emitter", _) => Meaning::Emission,
+            (_, "eta" | "k" | "int_ior" | "ext_ior") => Meaning::Index,
+            _ => Meaning::Reflectance,
+        };
+        let colour = spectrum::colour(element, meaning)?;
+        if let Some(how) = colour.approximation {
+            let [r, g, b] = colour.rgb.to_array();
+            self.journal
+                .note(element, format!("the spectrum is read as linear RGB {r:.4} {g:.4} {b:.4}{how}"));
+        }
+        Ok(Some(colour.rgb))
     }
 
     pub(super) fn transform(&self, name: &'static str) -> Result<Option<&'a Element>, Error> {
@@ -225,7 +275,28 @@ impl<'a> Object<'a> {
 
     /// Refuses what has not been asked for.
     pub(super) fn finish(&self) -> Result<(), Error> {
-        let Some(child) = self.children.iter().find(|c| !c.used.get()) else { return Ok(()) };
+        let mut refused = None;
+        for child in self.children.iter().filter(|c| !c.used.get()) {
+            let element = child.element;
+            let name = element.attribute("name").unwrap_or_default();
+            if let Some(why) = harmless::reason(&self.element.tag, name) {
+                self.journal.note(element, format!("{name} is ignored: {why}"));
+                continue;
+            }
+            let error = self.unasked(child);
+            if self.journal.is_lenient {
+                self.journal.note(element, format!("ignored, because: {error}"));
+            } else if refused.is_none() {
+                refused = Some(error);
+            } else {
+                self.journal.refuse(error);
+            }
+        }
+        refused.map_or(Ok(()), Err)
+    }
+
+    /// What is wrong with a parameter or element that has not been asked for.
+    fn unasked(&self, child: &Child<'a>) -> Error {
         let asked = self.asked.borrow();
         let list = |are_tags: bool| {
             let names: Vec<&str> = asked.iter().copied().filter(|a| a.starts_with('<') == are_tags).collect();
@@ -247,7 +318,7 @@ impl<'a> Object<'a> {
                 supported: list(true),
             },
         };
-        Err(child.element.error(problem))
+        child.element.error(problem)
     }
 
     fn ask(&self, name: &'static str) {
@@ -262,10 +333,10 @@ fn dereference<'a>(reference: &'a Element, ids: &Ids<'a>) -> Result<&'a Element,
     reference.check_attributes(&["id", "name"])?;
     reference.check_childless()?;
     let id = reference.required("id")?;
-    ids.get(id).copied().ok_or_else(|| {
+    ids.elements.get(id).copied().ok_or_else(|| {
         /// How many ids a message lists.
         const SHOWN: usize = 20;
-        let mut known: Vec<&str> = ids.keys().copied().collect();
+        let mut known: Vec<&str> = ids.elements.keys().copied().collect();
         known.sort_unstable();
         known.truncate(SHOWN);
         let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };

@@ -1,43 +1,76 @@
 //! The scene as a whole.
 
-use super::object::Object;
+use super::element::Element;
+use super::emitter;
+use super::integrator::integrator;
+use super::journal::Note;
+use super::object::{Ids, Object};
 use super::reader::Reader;
-use super::sensor::Sensor;
-use super::{emitter, sensor};
+use super::sensor::{Sensor, sensor};
 use crate::io::Error;
 use crate::scene::{Description, Integrator, SPHERE_TRACING};
 
 impl Reader<'_> {
-    /// Reads everything.
-    pub(super) fn read(mut self) -> Result<Description, Error> {
-        self.ids = self.document.by_id()?;
+    /// Reads everything, and names all that is refused. The film may be given another size.
+    pub(super) fn read(mut self, size: Option<(usize, usize)>) -> Result<(Description, Vec<Note>), Error> {
+        let journal = self.journal.clone();
+        self.ids = Ids::new(self.document.by_id()?, journal.clone());
         let scene = Object::with_plugin(&self.document.root, "", &self.ids)?;
 
         let integrator = match scene.at_most_one("<integrator>")? {
-            Some(element) => sensor::integrator(&Object::new(element, &self.ids)?)?,
+            Some(element) => {
+                let read = Object::new(element, &self.ids).and_then(|object| integrator(&object, &self.ids));
+                journal.accept(read, element, "all paths are rendered").unwrap_or_default()
+            }
             None => Integrator::default(),
         };
-        let Some(element) = scene.at_most_one("<sensor>")? else { return Err(scene.missing("a <sensor>")) };
-        let Sensor { camera, clips, film, samples } =
-            sensor::sensor(&Object::new(element, &self.ids)?, &self.ids)?;
+        let sensors = scene.nested("<sensor>");
+        if let Some(second) = sensors.get(1) {
+            journal.note(second, "of several sensors the first is rendered");
+        }
+        let sensor = match sensors.first() {
+            Some(element) => {
+                let read =
+                    Object::new(element, &self.ids).and_then(|object| sensor(&object, &self.ids, size));
+                read.map_err(|error| journal.refuse(error)).ok()
+            }
+            None => {
+                journal.refuse(scene.missing("a <sensor>"));
+                None
+            }
+        };
 
         for element in scene.nested("<texture>") {
-            self.texture(element)?;
+            let read = self.texture(element);
+            journal.accept(read, element, "the texture is left out");
         }
         for element in scene.nested("<bsdf>") {
-            self.material(element)?;
+            let read = self.material(element);
+            journal.accept(read, element, "the material is left out");
         }
         for element in scene.nested("<shape>") {
-            self.shape(element)?;
+            let read = self.shape(element);
+            journal.accept(read, element, "the shape is left out");
         }
-        for element in scene.nested("<emitter>") {
-            emitter::light(&mut self, element)?;
+        // An emitter with an id may be what shapes refer to.
+        let is_of_shapes = |e: &Element| e.attribute("type") == Some("area") && e.attribute("id").is_some();
+        for element in scene.nested("<emitter>").into_iter().filter(|e| !is_of_shapes(e)) {
+            let read = emitter::light(&mut self, element);
+            journal.accept(read, element, "the emitter is left out");
         }
-        scene.finish()?;
-        clips.check(&camera, &film, &self.shapes)?;
+        journal.accept(scene.finish(), &self.document.root, "");
+        if let Some(Sensor { camera, clips, film, .. }) = &sensor {
+            let read = clips.check(camera, film, &self.shapes);
+            journal.accept(read, &self.document.root, "nothing is clipped");
+        }
 
+        let notes = journal.close()?;
+        // Without a sensor something has been refused.
+        let Some(Sensor { camera, film, samples, .. }) = sensor else {
+            return Err(scene.missing("a <sensor>"));
+        };
         let Self { textures, materials, shapes, implicits, lights, environment, .. } = self;
-        Ok(Description {
+        let description = Description {
             camera,
             film,
             integrator,
@@ -49,6 +82,7 @@ impl Reader<'_> {
             tracer: SPHERE_TRACING,
             lights,
             environment,
-        })
+        };
+        Ok((description, notes))
     }
 }

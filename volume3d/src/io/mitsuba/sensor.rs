@@ -1,26 +1,20 @@
-//! Cameras, films and integrators.
+//! Cameras.
 
 use glam::{DAffine3, DVec2, DVec3};
 
 use super::clip::Clips;
+use super::film::{DEFAULT_SIZE, film, film_of_size};
 use super::object::{Ids, Object};
-use super::transform;
-use crate::io::{Error, SceneProblem};
-use crate::scene::{Camera, Crop, Film, Filter, Integrator};
+use super::{support, transform};
+use crate::io::Error;
+use crate::scene::{Camera, Film};
 
-/// The largest number of columns and of rows, so that their product is a sound size.
-const MAX_SIDE: i64 = 1 << 16;
-/// Mitsuba's film, where no size is given.
-const DEFAULT_SIZE: (i64, i64) = (768, 576);
 /// Mitsuba's samples per pixel, where none are given.
 const DEFAULT_SAMPLES: i64 = 4;
 /// Mitsuba's focal length in millimetres, where neither it nor an angle is given.
 const DEFAULT_FOCAL_LENGTH: f64 = 50.0;
 /// Width and height of 35 mm film in millimetres, to whose diagonal focal lengths refer.
 const FILM_35MM: (f64, f64) = (36.0, 24.0);
-/// `max_depth` of Mitsuba's differentiating integrators, where none is given.
-const DEFAULT_PRB_DEPTH: usize = 6;
-
 /// What a sensor says.
 pub(super) struct Sensor<'a> {
     pub(super) camera: Camera,
@@ -30,13 +24,16 @@ pub(super) struct Sensor<'a> {
     pub(super) samples: usize,
 }
 
-pub(super) fn sensor<'a>(object: &Object<'a>, ids: &Ids<'a>) -> Result<Sensor<'a>, Error> {
-    if object.plugin != "perspective" {
-        return Err(object.unknown_plugin("sensor", "perspective"));
-    }
+/// With a film of another size, if one is given.
+pub(super) fn sensor<'a>(
+    object: &Object<'a>,
+    ids: &Ids<'a>,
+    size: Option<(usize, usize)>,
+) -> Result<Sensor<'a>, Error> {
+    check_lens(object)?;
     let film = match object.at_most_one("<film>")? {
-        Some(element) => film(&Object::new(element, ids)?, ids)?,
-        None => film_of_size(DEFAULT_SIZE),
+        Some(element) => film(&Object::new(element, ids)?, ids, size)?,
+        None => film_of_size(size.unwrap_or(DEFAULT_SIZE)),
     };
     let samples = match object.at_most_one("<sampler>")? {
         Some(element) => sampler(&Object::new(element, ids)?)?,
@@ -45,6 +42,30 @@ pub(super) fn sensor<'a>(object: &Object<'a>, ids: &Ids<'a>) -> Result<Sensor<'a
     let (camera, clips) = camera(object, film.width as f64 / film.height as f64)?;
     object.finish()?;
     Ok(Sensor { camera, clips, film, samples })
+}
+
+/// Refuses cameras that are no pinholes.
+fn check_lens(object: &Object<'_>) -> Result<(), Error> {
+    let radius = match object.plugin {
+        "perspective" => 0.0,
+        "thinlens" => object
+            .float_where("aperture_radius", "a number of at least 0", |r| r >= 0.0)?
+            .ok_or_else(|| object.missing("aperture_radius"))?,
+        _ if object.journal.is_lenient => {
+            object.note(format!("sensor \"{}\" is read as perspective", object.plugin));
+            0.0
+        }
+        _ => return Err(object.unknown_plugin("sensor", support::SENSORS)),
+    };
+    if radius == 0.0 {
+        return Ok(());
+    }
+    if object.journal.is_lenient {
+        object.note("the lens is left out: all is sharp");
+        return Ok(());
+    }
+    let instead = "all is sharp here: set aperture_radius to 0, or sensor \"perspective\"";
+    Err(object.element.unsupported("a lens", instead))
 }
 
 fn camera<'a>(object: &Object<'a>, aspect: f64) -> Result<(Camera, Clips<'a>), Error> {
@@ -110,153 +131,16 @@ fn focal_length(object: &Object<'_>) -> Result<Option<f64>, Error> {
         .ok_or_else(|| object.element.bad_value("focal_length", value, "a number greater than 0 and \"mm\""))
 }
 
-fn film_of_size((width, height): (i64, i64)) -> Film {
-    let filter = Filter::Gaussian { deviation: 0.5 };
-    Film { width: width as usize, height: height as usize, crop: None, filter }
-}
-
-fn film<'a>(object: &Object<'a>, ids: &Ids<'a>) -> Result<Film, Error> {
-    if object.plugin != "hdrfilm" {
-        return Err(object.unknown_plugin("film", "hdrfilm"));
-    }
-    let side = |name, default| {
-        let value = object.integer_in(name, 1..=MAX_SIDE, "a whole number from 1 to 65536")?;
-        Ok::<_, Error>(value.unwrap_or(default))
-    };
-    let (width, height) = (side("width", DEFAULT_SIZE.0)?, side("height", DEFAULT_SIZE.1)?);
-    let mut film = film_of_size((width, height));
-    film.crop = crop(object, width, height)?;
-    object.choice("pixel_format", &["rgb", "rgba"], "rgb or rgba, of which the colours are rendered")?;
-    // What a file of the image would be like, and what to do beyond the border: see the module's documentation.
-    object.choice("file_format", &["openexr", "exr"], "openexr")?;
-    object.choice("component_format", &["float16", "float32"], "float16 or float32")?;
-    for name in ["sample_border", "compensate", "banner", "high_quality_edges"] {
-        object.boolean(name)?;
-    }
-    if let Some(element) = object.at_most_one("<rfilter>")? {
-        film.filter = filter(&Object::new(element, ids)?)?;
-    }
-    object.finish()?;
-    Ok(film)
-}
-
-fn crop(object: &Object<'_>, width: i64, height: i64) -> Result<Option<Crop>, Error> {
-    let offset = |name, side| {
-        let value = object.integer_in(name, 0..=side - 1, "a whole number within the film")?;
-        Ok::<_, Error>(value)
-    };
-    let (x, y) = (offset("crop_offset_x", width)?, offset("crop_offset_y", height)?);
-    let (left, top) = (x.unwrap_or(0), y.unwrap_or(0));
-    let side = |name, rest| object.integer_in(name, 1..=rest, "a whole number that ends within the film");
-    let (w, h) = (side("crop_width", width - left)?, side("crop_height", height - top)?);
-    if [x, y, w, h].iter().all(Option::is_none) {
-        return Ok(None);
-    }
-    Ok(Some(Crop {
-        x: left as usize,
-        y: top as usize,
-        width: w.unwrap_or(width - left) as usize,
-        height: h.unwrap_or(height - top) as usize,
-    }))
-}
-
-fn filter(object: &Object<'_>) -> Result<Filter, Error> {
-    let filter = match object.plugin {
-        "box" => {
-            object.float_where("radius", "0.5, the only box that is supported", |r| r == 0.5)?;
-            Filter::Box
-        }
-        "tent" => Filter::Tent { radius: object.positive("radius")?.unwrap_or(1.0) },
-        "gaussian" => Filter::Gaussian { deviation: object.positive("stddev")?.unwrap_or(0.5) },
-        _ => return Err(object.unknown_plugin("rfilter", "box, tent, gaussian")),
-    };
-    object.finish()?;
-    Ok(filter)
-}
-
 /// Samples per pixel. How they are drawn changes noise only.
 fn sampler(object: &Object<'_>) -> Result<usize, Error> {
-    let supported = "independent, stratified, multijitter, orthogonal, ldsampler";
-    if !supported.split(", ").any(|name| name == object.plugin) {
-        return Err(object.unknown_plugin("sampler", supported));
+    if !support::SAMPLERS.split(", ").any(|name| name == object.plugin) {
+        object.note(format!(
+            "how sampler \"{}\" draws changes noise only: only sample_count is read",
+            object.plugin
+        ));
     }
     let count =
         object.integer_in("sample_count", 1..=i64::from(u32::MAX), "a whole number from 1 to 2^32 − 1")?;
-    object.integer_in("seed", 0..=i64::MAX, "a whole number of at least 0")?;
-    object.boolean("jitter")?;
-    object.integer_in("strength", 0..=i64::MAX, "a whole number of at least 0")?;
     object.finish()?;
     Ok(count.unwrap_or(DEFAULT_SAMPLES) as usize)
-}
-
-pub(super) fn integrator(object: &Object<'_>) -> Result<Integrator, Error> {
-    let integrator = match object.plugin {
-        "path" => depths(object, None)?,
-        "prb" | "prb_basic" | "prb_reparam" | "prb_projective" => {
-            let integrator = depths(object, Some(DEFAULT_PRB_DEPTH))?;
-            derivatives(object)?;
-            integrator
-        }
-        "direct" | "direct_reparam" | "direct_projective" => {
-            derivatives(object)?;
-            let expected = "a whole number of at least 1, as all strategies are used";
-            for name in ["emitter_samples", "bsdf_samples", "shading_samples"] {
-                object.integer_in(name, 1..=i64::from(u32::MAX), expected)?;
-            }
-            Integrator { max_depth: Some(2), ..Integrator::default() }
-        }
-        _ => {
-            let supported = "path, direct, prb, prb_basic, prb_reparam, prb_projective, direct_reparam, \
-                             direct_projective";
-            return Err(object.unknown_plugin("integrator", supported));
-        }
-    };
-    if object.boolean("hide_emitters")? == Some(true) {
-        let problem = SceneProblem::Unsupported {
-            what: "hide_emitters".to_owned(),
-            instead: "leave it out, and subtract what emits",
-        };
-        return Err(object.element.error(problem));
-    }
-    object.finish()?;
-    Ok(integrator)
-}
-
-/// How Mitsuba would compute derivatives: these are computed another way, and the image does not depend on it.
-fn derivatives(object: &Object<'_>) -> Result<(), Error> {
-    let (integers, floats, booleans, words): (&[_], &[_], &[_], &[_]) = match object.plugin {
-        "prb_reparam" | "direct_reparam" => (
-            &["reparam_max_depth", "reparam_rays"],
-            &["reparam_kappa", "reparam_exp"],
-            &["reparam_antithetic", "reparam_unroll"],
-            &[],
-        ),
-        "prb_projective" | "direct_projective" => {
-            (&["sppc", "sppp", "sppi", "guiding_rounds"], &[], &["guiding_proj"], &["guiding", "proj_seed"])
-        }
-        _ => (&[], &[], &[], &[]),
-    };
-    for name in integers {
-        object.integer_in(name, -1..=i64::from(u32::MAX), "a whole number")?;
-    }
-    floats.iter().try_for_each(|name| object.float(name).map(|_| ()))?;
-    words.iter().try_for_each(|name| object.string(name).map(|_| ()))?;
-    booleans.iter().try_for_each(|name| object.boolean(name).map(|_| ()))
-}
-
-fn depths(object: &Object<'_>, default: Option<usize>) -> Result<Integrator, Error> {
-    let limit = i64::from(u32::MAX);
-    let depth = object.integer_in("max_depth", -1..=limit, "−1 or a whole number of at least 1")?;
-    let max_depth = match depth {
-        None => default,
-        Some(-1) => None,
-        Some(0) => {
-            let expected = "−1 or a whole number of at least 1 (0 is a black image)";
-            return Err(object.element.bad_value("max_depth", "0", expected));
-        }
-        Some(depth) => Some(depth as usize),
-    };
-    let rr_depth = object.integer_in("rr_depth", 1..=limit, "a whole number of at least 1")?;
-    let rr_depth = rr_depth.map_or(Integrator::default().rr_depth, |depth| depth as usize);
-    Ok(Integrator { max_depth, rr_depth })
 }

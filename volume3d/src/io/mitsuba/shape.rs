@@ -1,63 +1,103 @@
 //! Shapes.
 
+use glam::{DAffine3, DMat3, DVec3};
+
 use super::element::Element;
 use super::object::Object;
 use super::reader::Reader;
-use super::{emitter, transform};
-use crate::geometry::Mesh;
+use super::{emitter, support, transform};
+use crate::geometry::{Mesh, TOLERANCE};
 use crate::io::soup::Soup;
-use crate::io::{At, Error, MeshFormat, MeshProblem, Place};
+use crate::io::{At, Error, MeshFormat, MeshProblem, Place, serialized};
 use crate::scene::Shape;
 
 impl<'a> Reader<'a> {
     pub(super) fn shape(&mut self, element: &'a Element) -> Result<(), Error> {
         let object = Object::new(element, &self.ids)?;
         let mesh = match object.plugin {
-            "obj" => self.mesh_file(&object, MeshFormat::Obj)?,
-            "ply" => self.mesh_file(&object, MeshFormat::Ply)?,
+            "obj" => self.mesh_file(&object, Some(MeshFormat::Obj))?,
+            "ply" => self.mesh_file(&object, Some(MeshFormat::Ply))?,
+            "serialized" => self.mesh_file(&object, None)?,
             "rectangle" => built_in(&object, Mesh::rectangle())?,
             "cube" => built_in(&object, Mesh::cube())?,
+            "sphere" => sphere(&object)?,
+            "disk" => curved(&object, Mesh::disk())?,
+            "cylinder" => cylinder(&object)?,
             "sdfgrid" => return self.sdf_grid(element, &object),
             "sdfnetwork" => return self.sdf_network(element, &object),
-            "sphere" | "disk" | "cylinder" => {
-                let what = format!("the curved shape \"{}\"", object.plugin);
-                let instead = "it is not turned into triangles behind your back: save it as ply or obj";
-                return Err(element.unsupported(what, instead));
-            }
-            _ => return Err(object.unknown_plugin("shape", "obj, ply, rectangle, cube, sdfgrid, sdfnetwork")),
+            _ => return Err(object.unknown_plugin("shape", support::SHAPES)),
         };
         let mesh = match object.transform("to_world")? {
             Some(element) => mesh.transformed(&transform::invertible(element)?),
             None => mesh,
         };
         let radiance = match object.at_most_one("<emitter>")? {
-            Some(emitter) => Some(emitter::area(&Object::new(emitter, &self.ids)?)?),
+            Some(emitter) => {
+                let radiance = Object::new(emitter, &self.ids).and_then(|emitter| emitter::area(&emitter));
+                self.journal.accept(radiance, emitter, "the shape does not emit")
+            }
             None => None,
         };
         let material = match object.at_most_one("<bsdf>")? {
-            Some(bsdf) => self.material(bsdf)?,
+            Some(bsdf) => self.material_or_grey(bsdf),
             None => self.default_material(radiance.is_some()),
         };
         object.finish()?;
         let id = self.name(element, self.shapes.len());
+        if matches!(object.plugin, "sphere" | "disk" | "cylinder") {
+            let (plugin, count) = (object.plugin, mesh.triangles().len());
+            let percent = 100.0 * TOLERANCE;
+            self.journal.note_shape(
+                element,
+                format!(
+                    "{plugin} `{id}` is a mesh of {count} triangles, within {percent} % of its radius; gradients are \
+                     those of the mesh"
+                ),
+            );
+        }
         self.shapes.push(Shape { id, mesh, material, radiance });
         Ok(())
     }
 
-    fn mesh_file(&self, object: &Object<'a>, format: MeshFormat) -> Result<Mesh, Error> {
+    /// A material, or grey where it is refused, so that the rest of the shape is looked at too.
+    fn material_or_grey(&mut self, bsdf: &'a Element) -> usize {
+        let material = self.material(bsdf);
+        let instead = "the material is a grey diffuse one on both sides";
+        match self.journal.accept(material, bsdf, instead) {
+            Some(material) => material,
+            None => self.substitute(bsdf),
+        }
+    }
+
+    fn mesh_file(&self, object: &Object<'a>, format: Option<MeshFormat>) -> Result<Mesh, Error> {
         let element = object.element;
         let name = object.string("filename")?.ok_or_else(|| object.missing("filename"))?;
-        let path = element.beside(name);
-        let bytes = element.open(&path, self.open)?;
-        let mut soup = format.parse(&bytes, &path).map_err(|error| element.referenced(error))?;
+        let index = match format {
+            None => {
+                object.integer_in("shape_index", 0..=i64::from(u32::MAX), "a whole number of at least 0")?
+            }
+            Some(_) => None,
+        };
+        let (path, bytes) = self.file(element, name)?;
+        let parsed = match format {
+            Some(format) => format.parse(&bytes, &path).map(|soup| (soup, false)),
+            None => serialized::parse(&bytes, &path, index.unwrap_or(0) as usize),
+        };
+        let (mut soup, face_normals) = parsed.map_err(|error| element.referenced(error))?;
         // Mitsuba's first row of a texture is at v = 0; most OBJ files mean v = 1.
-        if object.boolean("flip_tex_coords")?.unwrap_or(format == MeshFormat::Obj) {
+        if object.boolean("flip_tex_coords")?.unwrap_or(format == Some(MeshFormat::Obj)) {
             soup.flip_texture_coordinates();
         }
         if object.boolean("flip_normals")? == Some(true) {
             soup.flip_normals();
         }
-        soup.into_mesh(object.boolean("face_normals")?.unwrap_or(false)).map_err(|error| {
+        if object.float("max_smooth_angle")?.is_some() {
+            object.note(
+                "max_smooth_angle is ignored: normals are those of the file, or smooth where it has none",
+            );
+        }
+        let face_normals = object.boolean("face_normals")?.unwrap_or(face_normals);
+        soup.into_mesh(face_normals).map_err(|error| {
             let problem = MeshProblem::Geometry(error);
             element.referenced(Error::Mesh { place: Place::new(&path, At::Whole), problem })
         })
@@ -70,10 +110,42 @@ fn built_in(object: &Object<'_>, mesh: Mesh) -> Result<Mesh, Error> {
     if object.boolean("flip_normals")? != Some(true) {
         return Ok(mesh);
     }
-    let mut soup = Soup::from_faces(&mesh);
+    turned(object, Soup::from_faces(&mesh), true)
+}
+
+/// A curved shape with the normals of what it is a mesh of.
+fn curved(object: &Object<'_>, mesh: Mesh) -> Result<Mesh, Error> {
+    if object.boolean("flip_normals")? == Some(true) {
+        turned(object, Soup::from(mesh), false)
+    } else {
+        Ok(mesh)
+    }
+}
+
+fn turned(object: &Object<'_>, mut soup: Soup, face_normals: bool) -> Result<Mesh, Error> {
     soup.flip_normals();
-    soup.into_mesh(true).map_err(|error| {
+    soup.into_mesh(face_normals).map_err(|error| {
         let place = object.element.place();
         Error::Mesh { place, problem: MeshProblem::Geometry(error) }
     })
+}
+
+fn sphere(object: &Object<'_>) -> Result<Mesh, Error> {
+    let center = object.vector("center")?.unwrap_or(DVec3::ZERO);
+    let radius = object.positive("radius")?.unwrap_or(1.0);
+    let map = DAffine3::from_mat3_translation(DMat3::from_diagonal(DVec3::splat(radius)), center);
+    Ok(curved(object, Mesh::sphere())?.transformed(&map))
+}
+
+/// From `p0` to `p1`, whose line is the axis.
+fn cylinder(object: &Object<'_>) -> Result<Mesh, Error> {
+    let p0 = object.vector("p0")?.unwrap_or(DVec3::ZERO);
+    let p1 = object.vector("p1")?.unwrap_or(DVec3::Z);
+    let radius = object.positive("radius")?.unwrap_or(1.0);
+    let axis = (p1 - p0).try_normalize();
+    let axis =
+        axis.ok_or_else(|| object.element.bad_value("p1", &p1.to_string(), "a point other than p0"))?;
+    let [s, t] = transform::across(axis);
+    let map = DAffine3::from_mat3_translation(DMat3::from_cols(radius * s, radius * t, p1 - p0), p0);
+    Ok(curved(object, Mesh::cylinder())?.transformed(&map))
 }

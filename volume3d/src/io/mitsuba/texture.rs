@@ -1,15 +1,18 @@
 //! Textures.
 
-use glam::{DAffine2, DVec2};
+use glam::{DAffine2, DVec2, DVec3};
 
 use super::element::Element;
 use super::object::Object;
 use super::reader::Reader;
-use super::transform;
+use super::{steps, support, transform};
 use crate::Image;
 use crate::io::Error;
 use crate::io::image::read_image;
 use crate::scene::{Texture, Wrap};
+
+/// Mitsuba's colours of a checkerboard where none are given.
+const DEFAULT_COLOURS: [f64; 2] = [0.4, 0.2];
 
 impl<'a> Reader<'a> {
     /// The index of the texture an element describes.
@@ -18,12 +21,29 @@ impl<'a> Reader<'a> {
             return Ok(index);
         }
         let object = Object::new(element, &self.ids)?;
-        if object.plugin != "bitmap" {
-            return Err(object.unknown_plugin("texture", "bitmap"));
-        }
-        let filter = object.choice("filter_type", &["bilinear", "nearest"], "bilinear")?;
-        if filter == Some(1) {
-            return Err(element.unsupported("filter_type \"nearest\"", "use bilinear"));
+        let to_uv = match object.transform("to_uv")? {
+            Some(element) => to_uv(element, &object)?,
+            None => DAffine2::IDENTITY,
+        };
+        let (image, wrap) = match object.plugin {
+            "bitmap" => self.bitmap(&object)?,
+            "checkerboard" => (checkerboard(&object)?, Wrap::Repeat),
+            _ => return Err(object.unknown_plugin("texture", support::TEXTURES)),
+        };
+        object.finish()?;
+        // Mitsuba's first row is at v = 0, that of a texture here at v = 1.
+        let flip = DAffine2::from_scale_angle_translation(DVec2::new(1.0, -1.0), 0.0, DVec2::Y);
+        Ok(self.add_texture(element, image, wrap, flip * to_uv))
+    }
+
+    fn bitmap(&self, object: &Object<'a>) -> Result<(Image, Wrap), Error> {
+        let filters = ["bilinear", "nearest", "ewa", "trilinear"];
+        let filter = object.choice("filter_type", &filters, "bilinear or nearest")?.unwrap_or(0);
+        if filter > 1 {
+            object.note(format!(
+                "filter_type {} is read as bilinear: the image itself has no levels",
+                filters[filter]
+            ));
         }
         let wraps = ["repeat", "mirror", "clamp"];
         let wrap = match object.choice("wrap_mode", &wraps, "repeat, mirror or clamp")? {
@@ -31,27 +51,24 @@ impl<'a> Reader<'a> {
             Some(2) => Wrap::Clamp,
             _ => Wrap::Repeat,
         };
-        // These change storage only.
-        object.choice("format", &["auto", "variant", "fp16"], "auto, variant or fp16")?;
-        object.boolean("accel")?;
         let raw = object.boolean("raw")?.unwrap_or(false);
-        let to_uv = match object.transform("to_uv")? {
-            Some(element) => to_uv(element)?,
-            None => DAffine2::IDENTITY,
-        };
-        let image = self.image(&object, raw)?;
-        object.finish()?;
-        // Mitsuba's first row is at v = 0, that of a texture here at v = 1.
-        let flip = DAffine2::from_scale_angle_translation(DVec2::new(1.0, -1.0), 0.0, DVec2::Y);
-        Ok(self.add_texture(element, image, wrap, flip * to_uv))
+        if object.float("gamma")?.is_some_and(|gamma| gamma != -1.0) {
+            object.note("gamma is ignored: integers are sRGB, unless raw is true");
+        }
+        let image = self.image(object, raw)?;
+        if filter != 1 {
+            return Ok((image, wrap));
+        }
+        let (image, note) = steps::nearest(image);
+        object.note(note);
+        Ok((image, wrap))
     }
 
     /// The image in an object's parameter `filename`.
     pub(super) fn image(&self, object: &Object<'a>, raw: bool) -> Result<Image, Error> {
         let element = object.element;
         let name = object.string("filename")?.ok_or_else(|| object.missing("filename"))?;
-        let path = element.beside(name);
-        let bytes = element.open(&path, self.open)?;
+        let (path, bytes) = self.file(element, name)?;
         read_image(&bytes, &path, raw).map_err(|error| element.referenced(error))
     }
 
@@ -71,16 +88,33 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The upper left 3×3 part of a matrix, as a map of (u, v, 1). Mitsuba leaves out the last column, where
-/// `<translate>` writes; that is refused.
-fn to_uv(element: &Element) -> Result<DAffine2, Error> {
+fn checkerboard(object: &Object<'_>) -> Result<Image, Error> {
+    let colour = |name, default| {
+        if let Some(texture) = object.parameter(name).filter(|element| element.tag == "texture") {
+            return Err(texture.unsupported("a texture within a checkerboard", "give two colours"));
+        }
+        Ok(object.colour(name)?.unwrap_or(DVec3::splat(default)))
+    };
+    let [first, second] = DEFAULT_COLOURS;
+    let colours = [colour("color0", first)?, colour("color1", second)?];
+    object.note(steps::CHECKERBOARD_NOTE);
+    Ok(steps::checkerboard(colours))
+}
+
+/// A map of (u, v, 1): of a transform of space what concerns x, y and translations. Before version 3.9 Mitsuba took the upper
+/// left 3×3 part instead; where only that has a translation, it is meant.
+fn to_uv(element: &Element, object: &Object<'_>) -> Result<DAffine2, Error> {
     let m = transform::matrix(element)?;
-    if m.w_axis.x != 0.0 || m.w_axis.y != 0.0 {
-        return Err(element.unsupported(
-            "a translation in to_uv, which Mitsuba ignores,",
-            "write <matrix value=\"1 0 DU  0 1 DV  0 0 1\"/>",
-        ));
-    }
     let column = |c: glam::DVec4| DVec2::new(c.x, c.y);
-    Ok(DAffine2::from_cols(column(m.x_axis), column(m.y_axis), column(m.z_axis)))
+    let (old, new) = (column(m.z_axis), column(m.w_axis));
+    let translation = if new == DVec2::ZERO { old } else { new };
+    if old != DVec2::ZERO && old != translation {
+        return Err(
+            element.unsupported("a to_uv that mixes u and v with a third coordinate", "leave z alone")
+        );
+    }
+    if old != DVec2::ZERO && new == DVec2::ZERO {
+        object.note("the third column of to_uv is its translation, as before version 3.9 of Mitsuba, which ignores it since");
+    }
+    Ok(DAffine2::from_cols(column(m.x_axis), column(m.y_axis), translation))
 }

@@ -57,17 +57,29 @@ fn step(element: &Element) -> Result<DMat4, Error> {
 /// x to the left, y up, z to the target.
 fn look_at(element: &Element) -> Result<DMat4, Error> {
     element.check_attributes(&["origin", "target", "up"])?;
-    let (origin, target, up) =
-        (triple(element, "origin")?, triple(element, "target")?, triple(element, "up")?);
+    let (origin, target) = (triple(element, "origin")?, triple(element, "target")?);
     let direction = (target - origin).try_normalize();
     let direction = direction
         .ok_or_else(|| element.bad_value("target", &format!("{target}"), "a point other than the origin"))?;
+    // Without an up, any direction across the view, but the one that Mitsuba takes.
+    let up = match element.attribute("up") {
+        Some(_) => triple(element, "up")?,
+        None => across(direction)[0],
+    };
     let left = up.cross(direction).try_normalize();
     let left = left.ok_or_else(|| {
         element.bad_value("up", &format!("{up}"), "a vector that is not parallel to the view")
     })?;
     let up = direction.cross(left);
     Ok(DMat4::from_cols(left.extend(0.0), up.extend(0.0), direction.extend(0.0), origin.extend(1.0)))
+}
+
+/// Two unit vectors that complete one to a frame (Duff et al. 2017).
+pub(super) fn across(n: DVec3) -> [DVec3; 2] {
+    let sign = 1.0_f64.copysign(n.z);
+    let a = -1.0 / (sign + n.z);
+    let b = n.x * n.y * a;
+    [DVec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x), DVec3::new(b, sign + n.y * n.y * a, -n.y)]
 }
 
 /// 16 numbers row by row, or 9 for the upper left part.

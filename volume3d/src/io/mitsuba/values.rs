@@ -47,26 +47,25 @@ pub(super) fn vector(element: &Element, default: f64) -> Result<DVec3, Error> {
     Ok(DVec3::new(component("x")?, component("y")?, component("z")?))
 }
 
-/// A colour given by `<rgb>`, `<float>`, `<integer>` or `<spectrum>`.
+/// A colour given by `<rgb>`, `<srgb>`, `<float>` or `<integer>`, linear RGB. `#rrggbb` is sRGB, and so are the three numbers
+/// of `<srgb>`.
 pub(super) fn colour(element: &Element) -> Result<DVec3, Error> {
-    if element.tag == "spectrum" && element.attribute("filename").is_some() {
-        return Err(element.unsupported("a spectrum from a file", "give the colour as <rgb>"));
-    }
     let value = element.required("value")?;
-    if let Some(digits) = value.trim().strip_prefix('#').filter(|_| element.tag == "rgb") {
+    let tag = element.tag.as_str();
+    if let Some(digits) =
+        value.trim().strip_prefix('#').filter(|_| matches!(tag, "rgb" | "srgb" | "spectrum"))
+    {
         let code = u32::from_str_radix(digits, 16).ok().filter(|_| digits.len() == 6);
         let code =
             code.ok_or_else(|| element.bad_value("value", value, "#rrggbb with hexadecimal digits"))?;
         let [_, r, g, b] = code.to_be_bytes().map(|x| from_srgb(f64::from(x) / 255.0));
         return Ok(DVec3::new(r, g, b));
     }
-    if element.tag == "spectrum" && value.contains(':') {
-        return Err(element.unsupported("a spectrum of several wavelengths", "give the colour as <rgb>"));
-    }
-    match (element.tag.as_str(), &numbers(element, "value", value)?[..]) {
-        (_, &[grey]) => Ok(DVec3::splat(grey)),
-        ("rgb", &[r, g, b]) => Ok(DVec3::new(r, g, b)),
-        ("rgb", _) => Err(element.bad_value("value", value, "one or three numbers")),
+    let linear = |c: DVec3| if tag == "srgb" { c.map(from_srgb) } else { c };
+    match (tag, &numbers(element, "value", value)?[..]) {
+        (_, &[grey]) => Ok(linear(DVec3::splat(grey))),
+        ("rgb" | "srgb" | "spectrum", &[r, g, b]) => Ok(linear(DVec3::new(r, g, b))),
+        ("rgb" | "srgb" | "spectrum", _) => Err(element.bad_value("value", value, "one or three numbers")),
         _ => Err(element.bad_value("value", value, "one number")),
     }
 }

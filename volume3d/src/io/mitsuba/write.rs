@@ -221,7 +221,9 @@ impl Writer<'_> {
         let to_uv = flip * texture.to_uv;
         if to_uv != DAffine2::IDENTITY {
             let (x, y, t) = (to_uv.matrix2.x_axis, to_uv.matrix2.y_axis, to_uv.translation);
-            let rows = [[x.x, y.x, t.x], [x.y, y.y, t.y], [0.0, 0.0, 1.0]];
+            // Since version 3.9 Mitsuba takes the translation from the last column, before from the third.
+            let rows =
+                [[x.x, y.x, t.x, t.x], [x.y, y.y, t.y, t.y], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
             self.line("<transform name=\"to_uv\">");
             self.line(&format!("<matrix value=\"{}\"/>", spaced(rows.as_flattened())));
             self.line("</transform>");

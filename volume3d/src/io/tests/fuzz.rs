@@ -115,8 +115,15 @@ fn scene() {
         type='constant' id='e'/><emitter type='directional'><vector name='direction' value='1'/></emitter></scene>";
     let text = text.replace("0.5, 0.5, #ffffff", "#7f7f7f");
     super::scene::read(&text.replace("a.obj", "quad.obj")).unwrap();
+    let old = "<scene version='0.5.0'><path value='a'/><sensor type='perspective'><transform name='toWorld'><lookAt \
+        origin='0, 2, 4' target='0, 1, 0'/></transform></sensor><shape type='sphere'><boolean name='flipNormals' \
+        value='true'/><bsdf type='diffuse' id='a'><texture name='diffuseReflectance' type='checkerboard'><float \
+        name='uscale' value='4'/><spectrum name='color0' value='400:.1 700:.4'/></texture></bsdf></shape><alias id='a' \
+        as='b'/><shape type='cylinder'><ref id='b'/><emitter type='area'><blackbody name='radiance' \
+        temperature='3000K'/></emitter></shape><shape type='disk'/></scene>";
+    super::scene::read(old).unwrap();
     let including = text.replace("<default", "<include filename='b.xml'/><default");
-    mutate(fuzz::scene, 3, 8000, &[text.into_bytes(), including.into_bytes()]);
+    mutate(fuzz::scene, 3, 8000, &[text.into_bytes(), including.into_bytes(), old.as_bytes().to_vec()]);
 }
 
 #[test]
@@ -158,6 +165,11 @@ fn network() {
 #[test]
 fn cameras() {
     mutate(fuzz::cameras, 8, 20000, &[super::dtu::archive()]);
+}
+
+#[test]
+fn serialized() {
+    mutate(fuzz::serialized, 9, 20000, &[super::serialized::two(4), super::serialized::two(3)]);
 }
 
 /// `roxmltree` must not recurse on what a file nests.

@@ -211,7 +211,7 @@ fn errors() {
     let png = folder.path().join("a.png");
     write_png(&png, &signed()).unwrap();
     let found = message(read_exr(&png));
-    assert!(found.ends_with("a.png: not a PNG, OpenEXR or Radiance HDR image"), "{found}");
+    assert!(found.ends_with("a.png: not a PNG, JPEG, OpenEXR or Radiance HDR image"), "{found}");
     assert!(message(read_image(&exr[..exr.len() - 20], here("a.exr"), false)).starts_with("a.exr: "));
     check_messages(&[
         (message(write_exr(here("a.exr"), &bad)), "a.exr: 3 pixels given for 2×2"),
@@ -221,7 +221,7 @@ fn errors() {
         ),
         (
             message(read_image(b"GIF89a", here("a.gif"), false)),
-            "a.gif: not a PNG, OpenEXR or Radiance HDR image",
+            "a.gif: not a PNG, JPEG, OpenEXR or Radiance HDR image",
         ),
         (
             message(read_image(b"#?RADIANCE\n\n-Y 9000 +X 9000\n", here("a.hdr"), false)),

@@ -12,7 +12,9 @@ mod obj;
 mod ply;
 mod scene;
 mod scene_errors;
+mod scene_versions;
 mod sdf;
+mod serialized;
 mod write_scene;
 
 use std::io::{Cursor, Write as _};
@@ -21,11 +23,12 @@ use std::path::Path;
 use ::image::{DynamicImage, ImageFormat};
 
 use super::Error;
+use super::error::excerpt;
 
 /// The message of what must fail.
 fn message<T: std::fmt::Debug>(result: Result<T, Error>) -> String {
     match result {
-        Ok(value) => panic!("accepted as {value:?}"),
+        Ok(value) => panic!("accepted as {}", excerpt(&format!("{value:?}"))),
         Err(error) => error.to_string(),
     }
 }

@@ -46,7 +46,14 @@ pub(super) fn open(path: &Path) -> std::io::Result<Vec<u8>> {
         Some("dir/there.xml") => Ok("<scene version='3.0.0'><include filename='back.xml'/></scene>".into()),
         Some("dir/back.xml") => Ok("<scene version='3.0.0'><include filename='there.xml'/></scene>".into()),
         Some("dir/box.xml") => Ok("<scene version='3.0.0'><shape type='cube'/></scene>".into()),
-        Some("dir/old.xml") => Ok("<scene version='0.6.0'/>".into()),
+        Some("dir/new.xml") => Ok("<scene version='4.0.0'/>".into()),
+        Some("dir/part/leaf.xml") => {
+            Ok("<scene version='3.0.0'><include filename='twig.xml'/></scene>".into())
+        }
+        Some("dir/part/twig.xml") => Ok("<bsdf version='3.0.0' type='diffuse' id='twig'/>".into()),
+        Some("dir/far/away.obj") => Ok(QUAD.into()),
+        Some("dir/far/red.spd") => Ok("# nm\n600 0.5\n\n700 1\n".into()),
+        Some("dir/two.serialized") => Ok(super::serialized::two(4)),
         _ => Err(IoError::from(ErrorKind::NotFound)),
     }
 }

@@ -1,0 +1,100 @@
+//! Films and their filters.
+
+use super::object::{Ids, Object};
+use super::support;
+use crate::io::Error;
+use crate::scene::{Crop, Film, Filter};
+
+/// The largest number of columns and of rows, so that their product is a sound size.
+const MAX_SIDE: i64 = 1 << 16;
+/// Mitsuba's film, where no size is given.
+pub(super) const DEFAULT_SIZE: (usize, usize) = (768, 576);
+
+pub(super) fn film_of_size((width, height): (usize, usize)) -> Film {
+    Film { width, height, crop: None, filter: Filter::Gaussian { deviation: 0.5 } }
+}
+
+/// A film, of another size if one is given.
+pub(super) fn film<'a>(
+    object: &Object<'a>,
+    ids: &Ids<'a>,
+    size: Option<(usize, usize)>,
+) -> Result<Film, Error> {
+    match object.plugin {
+        "hdrfilm" => {}
+        "ldrfilm" | "mfilm" => {
+            object.note(format!("film \"{}\" is read as hdrfilm: pixels are linear", object.plugin));
+        }
+        _ if object.journal.is_lenient => {
+            object.note(format!("film \"{}\" is read as hdrfilm", object.plugin));
+        }
+        _ => return Err(object.unknown_plugin("film", support::FILMS)),
+    }
+    let side = |name, default: usize| {
+        let value = object.integer_in(name, 1..=MAX_SIDE, "a whole number from 1 to 65536")?;
+        Ok::<_, Error>(value.unwrap_or(default as i64))
+    };
+    let (width, height) = (side("width", DEFAULT_SIZE.0)?, side("height", DEFAULT_SIZE.1)?);
+    let mut film = film_of_size(size.unwrap_or((width as usize, height as usize)));
+    film.crop = crop(object, width, height)?;
+    if size.is_some() && film.crop.is_some() {
+        let instead = "leave out the size, or the crop";
+        return Err(object.element.unsupported("another size of a film that is cropped", instead));
+    }
+    // Colours are rendered whatever a file of the image would hold.
+    if let Some(format) = object.string("pixel_format")?
+        && !matches!(format, "rgb" | "rgba")
+    {
+        object.note(format!("pixel_format \"{format}\" is read as rgb"));
+    }
+    if let Some(element) = object.at_most_one("<rfilter>")? {
+        film.filter = filter(&Object::new(element, ids)?)?;
+    }
+    object.finish()?;
+    Ok(film)
+}
+
+fn crop(object: &Object<'_>, width: i64, height: i64) -> Result<Option<Crop>, Error> {
+    let offset = |name, side| {
+        let value = object.integer_in(name, 0..=side - 1, "a whole number within the film")?;
+        Ok::<_, Error>(value)
+    };
+    let (x, y) = (offset("crop_offset_x", width)?, offset("crop_offset_y", height)?);
+    let (left, top) = (x.unwrap_or(0), y.unwrap_or(0));
+    let side = |name, rest| object.integer_in(name, 1..=rest, "a whole number that ends within the film");
+    let (w, h) = (side("crop_width", width - left)?, side("crop_height", height - top)?);
+    if [x, y, w, h].iter().all(Option::is_none) {
+        return Ok(None);
+    }
+    Ok(Some(Crop {
+        x: left as usize,
+        y: top as usize,
+        width: w.unwrap_or(width - left) as usize,
+        height: h.unwrap_or(height - top) as usize,
+    }))
+}
+
+fn filter(object: &Object<'_>) -> Result<Filter, Error> {
+    let filter = match object.plugin {
+        "box" => {
+            object.float_where("radius", "0.5, the only box that is supported", |r| r == 0.5)?;
+            Filter::Box
+        }
+        "tent" => Filter::Tent { radius: object.positive("radius")?.unwrap_or(1.0) },
+        "gaussian" => Filter::Gaussian { deviation: object.positive("stddev")?.unwrap_or(0.5) },
+        "mitchell" | "catmullrom" | "lanczos" => {
+            for name in ["B", "C", "A", "b", "c", "a"] {
+                object.float(name)?;
+            }
+            object.integer_in("lobes", 1..=i64::from(u32::MAX), "a whole number of at least 1")?;
+            object.note(format!(
+                "rfilter \"{}\", which is negative in places, is read as gaussian with stddev 0.5: pixels differ by a blur",
+                object.plugin
+            ));
+            Filter::Gaussian { deviation: 0.5 }
+        }
+        _ => return Err(object.unknown_plugin("rfilter", support::FILTERS)),
+    };
+    object.finish()?;
+    Ok(filter)
+}

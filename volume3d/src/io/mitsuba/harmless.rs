@@ -1,0 +1,52 @@
+//! Parameters that change noise, storage or time, and not the image that is computed.
+
+const NOISE: &str = "it changes noise, not what is computed";
+const STORAGE: &str = "it changes how an image is stored or shown";
+const TIME: &str = "it changes time and memory only";
+const DERIVATIVES: &str = "derivatives are computed another way";
+const NO_LENS: &str = "there is no lens and no shutter";
+
+/// The element, the parameters, and why they are ignored.
+const HARMLESS: &[(&str, &[&str], &str)] = &[
+    ("integrator", &["emitter_samples", "bsdf_samples", "shading_samples", "samples_per_pass"], NOISE),
+    (
+        "integrator",
+        &["luminaire_samples", "direct_samples", "light_image", "two_stage", "bidirectional"],
+        NOISE,
+    ),
+    ("integrator", &["block_size", "timeout", "stop", "samples", "granularity", "parallel"], TIME),
+    (
+        "integrator",
+        &["sppc", "sppp", "sppi", "guiding", "guiding_proj", "guiding_rounds", "proj_seed"],
+        DERIVATIVES,
+    ),
+    (
+        "integrator",
+        &["reparam", "reparam_max_depth", "reparam_rays", "reparam_kappa", "reparam_exp"],
+        DERIVATIVES,
+    ),
+    ("integrator", &["reparam_antithetic", "reparam_unroll", "antithetic_pass", "use_mis"], DERIVATIVES),
+    (
+        "film",
+        &["banner", "attach_log", "component_format", "file_format", "gamma", "tonemap_method"],
+        STORAGE,
+    ),
+    ("film", &["exposure", "key", "burn", "label", "digits", "variable", "cache", "filename"], STORAGE),
+    (
+        "film",
+        &["high_quality_edges", "sample_border", "compensate"],
+        "films see beyond their border in any case",
+    ),
+    ("sampler", &["seed", "jitter", "strength", "dimension", "scramble", "wrap"], NOISE),
+    ("sensor", &["focus_distance", "shutter_open", "shutter_close", "aperture_radius"], NO_LENS),
+    ("emitter", &["sampling_weight", "samples", "mis_compensation", "cache_file"], NOISE),
+    ("shape", &["sampling_weight", "silhouette_sampling_weight", "initialize_mesh_sampling"], NOISE),
+    ("texture", &["format", "accel", "cache", "max_anisotropy"], STORAGE),
+    ("bsdf", &["sample_visible"], NOISE),
+    ("scene", &["allow_thread_reordering", "embree_use_robust_intersections"], TIME),
+];
+
+/// Why a parameter of an element may be ignored, if it may.
+pub(super) fn reason(tag: &str, name: &str) -> Option<&'static str> {
+    HARMLESS.iter().find(|(t, names, _)| *t == tag && names.contains(&name)).map(|(_, _, why)| *why)
+}

@@ -1,0 +1,88 @@
+//! Integrators: all that compute the light that paths carry, in whatever way.
+
+use super::object::{Ids, Object};
+use super::support;
+use crate::io::Error;
+use crate::scene::Integrator;
+
+/// `max_depth` of Mitsuba's differentiating integrators, where none is given.
+const DEFAULT_PRB_DEPTH: usize = 6;
+
+/// Integrators that hold another one whose image they show.
+const AROUND: [&str; 5] = ["moment", "aov", "stokes", "adaptive", "irrcache"];
+
+pub(super) fn integrator<'a>(object: &Object<'a>, ids: &Ids<'a>) -> Result<Integrator, Error> {
+    if AROUND.contains(&object.plugin)
+        && let Some(inner) = object.at_most_one("<integrator>")?
+    {
+        object.note(format!("of integrator \"{}\" the image of the one within is rendered", object.plugin));
+        if object.plugin == "aov" {
+            object.string("aovs")?;
+        }
+        let inner = integrator(&Object::new(inner, ids)?, ids)?;
+        object.finish()?;
+        return Ok(inner);
+    }
+    let integrator = match object.plugin {
+        "path" => depths(object, None)?,
+        "prb" | "prb_basic" | "prb_reparam" | "prb_projective" => depths(object, Some(DEFAULT_PRB_DEPTH))?,
+        "direct" | "direct_reparam" | "direct_projective" => {
+            for name in ["emitter_samples", "bsdf_samples", "shading_samples", "luminaire_samples"] {
+                if object.integer_in(name, 0..=i64::from(u32::MAX), "a whole number of at least 0")?
+                    == Some(0)
+                {
+                    object.note(format!(
+                        "{name} of 0 is not heeded: all strategies are used, with the same mean"
+                    ));
+                }
+            }
+            Integrator { max_depth: Some(2), ..Integrator::default() }
+        }
+        "volpath" | "volpathmis" | "prbvolpath" | "volpath_simple" | "ptracer" | "bdpt" | "mlt"
+        | "pssmlt" | "erpt" => {
+            object.note(format!(
+                "integrator \"{}\" is read as path: it computes the same image",
+                object.plugin
+            ));
+            depths(object, None)?
+        }
+        "photonmapper" | "ppm" | "sppm" | "vpl" => {
+            object
+                .note(format!("integrator \"{}\" is read as path, whose image it approaches", object.plugin));
+            depths(object, None)?
+        }
+        _ if object.journal.is_lenient => {
+            object.note(format!("integrator \"{}\" is read as path", object.plugin));
+            depths(object, None)?
+        }
+        _ => return Err(object.unknown_plugin("integrator", support::INTEGRATORS)),
+    };
+    if object.boolean("hide_emitters")? == Some(true) {
+        let instead = "leave it out, and subtract what emits";
+        let error = object.element.unsupported("hide_emitters", instead);
+        object.journal.accept(Err::<(), _>(error), object.element, "emitters are seen");
+    }
+    if object.boolean("strict_normals")? == Some(true) {
+        object
+            .note("strict_normals is ignored: light may leak where shading normals turn away from a surface");
+    }
+    object.finish()?;
+    Ok(integrator)
+}
+
+fn depths(object: &Object<'_>, default: Option<usize>) -> Result<Integrator, Error> {
+    let limit = i64::from(u32::MAX);
+    let depth = object.integer_in("max_depth", -1..=limit, "−1 or a whole number of at least 1")?;
+    let max_depth = match depth {
+        None => default,
+        Some(-1) => None,
+        Some(0) => {
+            let expected = "−1 or a whole number of at least 1 (0 is a black image)";
+            return Err(object.element.bad_value("max_depth", "0", expected));
+        }
+        Some(depth) => Some(depth as usize),
+    };
+    let rr_depth = object.integer_in("rr_depth", 1..=limit, "a whole number of at least 1")?;
+    let rr_depth = rr_depth.map_or(Integrator::default().rr_depth, |depth| depth as usize);
+    Ok(Integrator { max_depth, rr_depth })
+}

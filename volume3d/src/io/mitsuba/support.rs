@@ -1,0 +1,95 @@
+//! What is read of the format, in one table: from it come the messages of what is refused, `volume3d info --support`, and the
+//! table in the documentation.
+
+use std::fmt::Write as _;
+
+/// Plugins of one kind.
+struct Kind {
+    tag: &'static str,
+    plugins: &'static str,
+    remarks: &'static str,
+}
+
+pub(super) const SHAPES: &str =
+    "obj, ply, serialized, rectangle, cube, sphere, disk, cylinder, sdfgrid, sdfnetwork";
+pub(super) const TEXTURES: &str = "bitmap, checkerboard";
+pub(super) const SENSORS: &str = "perspective, and thinlens with an aperture_radius of 0";
+pub(super) const FILMS: &str = "hdrfilm, ldrfilm, mfilm";
+pub(super) const FILTERS: &str = "box, tent, gaussian, mitchell, catmullrom, lanczos";
+pub(super) const SAMPLERS: &str = "independent, stratified, multijitter, orthogonal, ldsampler";
+pub(super) const INTEGRATORS: &str = "path, direct, prb, prb_basic, prb_reparam, prb_projective, direct_reparam, \
+    direct_projective, volpath, volpathmis, prbvolpath, ptracer, bdpt, moment, aov, stokes";
+pub(super) const BSDFS: &str = "diffuse, conductor, roughconductor, plastic, roughplastic, dielectric, thindielectric, \
+                     roughdielectric, principled, principledthin, mask, bumpmap, normalmap, twosided";
+pub(super) const EMITTERS: &str =
+    "constant, envmap, directional, point, spot, projector, and area within a shape";
+
+const KINDS: [Kind; 10] = [
+    Kind {
+        tag: "shape",
+        plugins: SHAPES,
+        remarks: "`to_world`, `face_normals`, `flip_normals`, `flip_tex_coords`, `shape_index`; `center`, `radius`, `p0`, `p1`",
+    },
+    Kind {
+        tag: "bsdf",
+        plugins: BSDFS,
+        remarks: "metals and glasses by their names; `principled` without `anisotropic`, with a texture for `base_color` only",
+    },
+    Kind {
+        tag: "texture",
+        plugins: TEXTURES,
+        remarks: "PNG, JPEG, OpenEXR, Radiance HDR; bilinear, and steps as narrow ramps; `to_uv`",
+    },
+    Kind { tag: "emitter", plugins: EMITTERS, remarks: "" },
+    Kind {
+        tag: "spectrum",
+        plugins: "pairs of wavelength and value, files of them, uniform, d65, srgb, blackbody, regular, irregular",
+        remarks: "read as linear RGB",
+    },
+    Kind { tag: "sensor", plugins: SENSORS, remarks: "of several the first" },
+    Kind { tag: "film", plugins: FILMS, remarks: "read as hdrfilm" },
+    Kind { tag: "rfilter", plugins: FILTERS, remarks: "the last three as gaussian" },
+    Kind { tag: "sampler", plugins: "all", remarks: "only `sample_count` matters" },
+    Kind {
+        tag: "integrator",
+        plugins: INTEGRATORS,
+        remarks: "what computes the light of paths, and the image of one within another",
+    },
+];
+
+/// What is read of the format, as a table in Markdown.
+#[must_use]
+pub fn support_table() -> String {
+    let mut text = "| element | plugins | |\n|---|---|---|\n".to_owned();
+    for Kind { tag, plugins, remarks } in &KINDS {
+        let _ = writeln!(text, "| {tag} | {plugins} | {remarks} |");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::read_scene;
+
+    /// What the documentation shows is this table.
+    #[test]
+    fn the_documentation_has_the_table() {
+        assert_eq!(include_str!("support.md"), support_table(), "write the table to support.md");
+    }
+
+    /// Messages list what the table does.
+    #[test]
+    fn messages_have_the_table() {
+        for (tag, plugins) in
+            [("bsdf", BSDFS), ("emitter", EMITTERS), ("shape", SHAPES), ("texture", TEXTURES)]
+        {
+            let scene =
+                format!("<scene version='3.0.0'><sensor type='perspective'/><{tag} type='?'/></scene>");
+            let none = |_: &std::path::Path| Err(std::io::Error::from(std::io::ErrorKind::NotFound));
+            let error = read_scene(scene.as_bytes(), std::path::Path::new("s.xml"), &[], &none);
+            let message = error.map(|_| ()).unwrap_err().to_string();
+            assert!(message.ends_with(&format!("supported: {plugins}")), "{message}");
+        }
+    }
+}

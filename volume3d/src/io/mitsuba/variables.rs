@@ -1,0 +1,63 @@
+//! `$name`s and their values.
+
+/// The values of `$name`s.
+#[derive(Debug, Default)]
+pub(super) struct Variables {
+    values: Vec<Variable>,
+}
+
+#[derive(Debug)]
+struct Variable {
+    name: String,
+    value: String,
+    used: bool,
+}
+
+impl Variables {
+    pub(super) fn new(given: &[(String, String)]) -> Self {
+        let values = given
+            .iter()
+            .map(|(name, value)| Variable { name: name.clone(), value: value.clone(), used: false })
+            .collect();
+        Self { values }
+    }
+
+    /// A value that counts unless one was given before. That it is used is not required.
+    pub(super) fn set_default(&mut self, name: &str, value: &str) {
+        if !self.values.iter().any(|v| v.name == name) {
+            self.values.push(Variable { name: name.to_owned(), value: value.to_owned(), used: true });
+        }
+    }
+
+    /// `text` with each `$name` replaced, of several names that fit the longest; `\$` is a dollar. The values
+    /// are not looked at again. Otherwise the name without a value.
+    pub(super) fn substitute(&mut self, text: &str) -> Result<String, String> {
+        let mut result = String::new();
+        let mut rest = text;
+        while let Some(at) = rest.find('$') {
+            let (before, after) = (&rest[..at], &rest[at + 1..]);
+            if let Some(before) = before.strip_suffix('\\') {
+                result.push_str(before);
+                result.push('$');
+                rest = after;
+                continue;
+            }
+            result.push_str(before);
+            let fits = self.values.iter_mut().filter(|v| !v.name.is_empty() && after.starts_with(&v.name));
+            let Some(variable) = fits.max_by_key(|v| v.name.len()) else {
+                let end = after.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(after.len());
+                return Err(after[..end].to_owned());
+            };
+            variable.used = true;
+            result.push_str(&variable.value);
+            rest = &after[variable.name.len()..];
+        }
+        result.push_str(rest);
+        Ok(result)
+    }
+
+    /// A name that was given a value and does not occur.
+    pub(super) fn unused(&self) -> Option<&str> {
+        self.values.iter().find(|v| !v.used).map(|v| v.name.as_str())
+    }
+}
