@@ -9,9 +9,10 @@ use volume3d::Image;
 use volume3d::io::write_exr;
 
 /// Lines that are not run here, with who runs them or why nobody does.
-const ELSEWHERE: [(&str, &str); 3] = [
+const ELSEWHERE: [(&str, &str); 4] = [
     ("cargo run --release -p figures", "the smoke run of the figures, with --quality draft"),
     ("cargo test --release --workspace", "this test is a part of it"),
+    ("cargo run --release -p figures -- explore", "the tests of the figures ask its server"),
     (
         "cargo run --release -p figures -- peers --scenes SCENES --times 2,20 --out OUT",
         "its words in capitals stand for the reader's own; the tests of the figures run it",

@@ -27,7 +27,7 @@ const LIT: Shading = Shading {
 /// What blocks the light of a white sky.
 const DARK: Shading = Shading { base: 0.0, position: DVec3::ZERO, normal: DVec3::ZERO, background: 1.0 };
 
-/// Of the default: so many points that at most two rays in 40,000 run out of them.
+/// Ten times coarser than that of scenes, with so many points that at most two rays in 40,000 run out of them.
 const TRACER: Tracer = Tracer { step_scale: 1.0, tolerance: 1e-5, max_steps: 600, far: 10.0 };
 
 fn vicini() -> ViciniField {

@@ -102,7 +102,7 @@ fn curves(context: &Context) -> anyhow::Result<[Vec<Curve>; 2]> {
         methods.iter().map(curve).collect()
     };
     let tolerances = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8];
-    let steps = [10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0, 1280.0];
+    let steps = [10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0, 1280.0, 2560.0];
     let by_tolerance = |tolerance| Tracer { tolerance, max_steps: 20_000, ..tracer() };
     let by_steps = |steps| Tracer { max_steps: steps as usize, ..tracer() };
     Ok([along(&tolerances, &by_tolerance), along(&steps, &by_steps)])
@@ -184,7 +184,7 @@ fn prose(measured: &Measured) -> anyhow::Result<Prose> {
             ("rays", &RAYS),
             ("band", &number(BAND)),
             ("at_thousandth", &at(0, 1e-3)),
-            ("at_default", &at(0, 1e-5)),
+            ("at_default", &at(0, 1e-6)),
             ("few_steps", &at(1, 20.0)),
             ("many_steps", &at(1, 640.0)),
             ("lost", &percent(lost)),

@@ -26,7 +26,7 @@ pub(super) struct Scan {
 }
 
 /// The scan of the default field with the default tracer.
-pub(super) const DEFAULT: &str = "Vicini et al., tolerance 10⁻⁵";
+pub(super) const DEFAULT: &str = "Vicini et al., default tolerance";
 
 /// A direction's field, whether its ray hits, and how many points that has.
 #[derive(Clone, Copy)]

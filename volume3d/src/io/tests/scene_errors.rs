@@ -272,7 +272,7 @@ fn plugins() {
 <shape type='cube'><emitter type='point'/></shape>
     dir/s.xml:2:20: emitter "point" is not supported; supported: area, within a shape
 <bsdf type='hair'/>
-    bsdf "hair" is not supported; supported: diffuse, conductor, roughconductor, plastic, roughplastic, dielectric, thindielectric, roughdielectric, principled, principledthin, twosided, mask, bumpmap, normalmap
+    bsdf "hair" is not supported; supported: diffuse, conductor, roughconductor, plastic, roughplastic, dielectric, thindielectric, roughdielectric, principled, principledthin, mask, bumpmap, normalmap, twosided
 <bsdf type='twosided'><bsdf type='dielectric'/></bsdf>
     twosided around a material that light passes is not supported; leave out twosided: such a material has two sides
 <bsdf type='plastic'><float name='int_ior' value='1.2'/><float name='ext_ior' value='1.2'/></bsdf>
