@@ -21,7 +21,7 @@ use crate::plot::{Canvas, dark, light};
 /// How many samples to spend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Quality {
-    /// Enough to see every effect; all figures in under two minutes on two cores.
+    /// Enough to see every effect; all figures in about four minutes on two cores.
     Draft,
     /// Enough to print.
     Full,

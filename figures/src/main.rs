@@ -33,7 +33,7 @@ struct Options {
     /// Which figure to draw.
     #[arg(value_parser = choices(), default_value = "all")]
     figure: String,
-    /// How many samples to spend: draft takes a minute or two, full much longer.
+    /// How many samples to spend: draft takes a few minutes, full much longer.
     #[arg(long, value_enum, default_value = "draft")]
     quality: Quality,
     /// The folder to write to; it is made if there is none.
