@@ -10,6 +10,6 @@ mod proximity;
 pub use accelerator::{Accelerator, Hit, Ray};
 pub use curved::TOLERANCE;
 pub use edges::{Edges, HalfEdge};
-pub(crate) use meeting::{End, Meeting, meeting};
+pub(crate) use meeting::{End, Meeting, in_contact, meeting};
 pub use mesh::{Attribute, Mesh, MeshError, Normals};
 pub use proximity::Proximity;

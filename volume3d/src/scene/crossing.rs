@@ -27,7 +27,7 @@ use glam::DVec3;
 
 use super::adjacency::Adjacency;
 use super::triangle::{Tables, Triangle};
-use crate::geometry::{Accelerator, End, Meeting, meeting};
+use crate::geometry::{Accelerator, End, Meeting, in_contact, meeting};
 
 /// A segment along which two triangles pass through one another.
 #[derive(Clone, Copy, Debug)]
@@ -134,6 +134,12 @@ impl Found {
             // Neighbours meet in their edge, unless one lies upon the other.
             return (is_folded(&corners) && meeting(&corners) == Meeting::Overlap)
                 .then_some(Self::Overlap(pair));
+        }
+        // Two shapes that were put together are in one plane to the rounding of what moved them there. What that rounding makes
+        // of their meeting is noise.
+        let [own, other] = pair.map(|t| tables.triangles[t as usize].shape);
+        if own != other && in_contact(&corners) {
+            return Some(Self::Overlap(pair));
         }
         match meeting(&corners) {
             Meeting::Apart => None,

@@ -135,6 +135,28 @@ fn surfaces_that_cover_one_another_are_named_and_told_when_they_part() {
     assert!(scene.parted_shapes(&together).is_empty());
 }
 
+/// A box that was turned and put on a floor that was turned is in contact with it to rounding, and says so when it parts.
+#[test]
+fn contact_is_known_to_the_rounding_of_transforms() {
+    let turned = |axis: DVec3, degrees: f64, by: DVec3, size: f64| {
+        let turn = DQuat::from_axis_angle(axis, degrees.to_radians());
+        DAffine3::from_scale_rotation_translation(DVec3::splat(size), turn, by)
+    };
+    for degrees in [0.0, 25.0, 61.3] {
+        let scene = scene(vec![
+            Mesh::rectangle().transformed(&turned(DVec3::X, -90.0, DVec3::new(0.0, -0.5, 0.0), 3.0)),
+            Mesh::cube().transformed(&turned(DVec3::Y, degrees, DVec3::ZERO, 0.5)),
+        ]);
+        let own = scene.position_range(1);
+        let moved = |v: DVec3| -> Vec<DVec3> {
+            (0..scene.positions.len()).map(|i| if own.contains(&i) { v } else { DVec3::ZERO }).collect()
+        };
+        assert_eq!(scene.overlapping_shapes().len(), 1, "{degrees}");
+        assert_eq!(scene.parted_shapes(&moved(DVec3::new(1.0, 0.3, 0.0))).len(), 1, "{degrees}");
+        assert!(scene.parted_shapes(&moved(DVec3::X)).is_empty(), "{degrees}");
+    }
+}
+
 /// A surface that goes on below another passes through it in the edge that lies in it.
 #[test]
 fn a_surface_passes_through_along_its_own_edge() {
