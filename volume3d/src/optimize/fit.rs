@@ -6,6 +6,7 @@ mod surface;
 #[cfg(test)]
 mod tests;
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
@@ -59,11 +60,14 @@ pub struct Optimizer {
     /// For the nodes of a grid of distances, what keeps steps smooth, and them distances. For a network on a grid, when that becomes
     /// finer.
     pub grid: Option<GridSteps>,
+    /// Derivatives beyond ± this are cut down to it before all else, as the code of Vicini et al. (2022) does. It tames few large ones,
+    /// and biases the gradient: how many were cut is in [`Record::clamped`]. `None` cuts none.
+    pub clamp: Option<f64>,
 }
 
 impl From<Adam> for Optimizer {
     fn from(adam: Adam) -> Self {
-        Self { adam, large_steps: None, grid: None }
+        Self { adam, large_steps: None, grid: None, clamp: None }
     }
 }
 
@@ -78,6 +82,13 @@ impl Optimizer {
             }
             _ => adam.step(gradient),
         }
+    }
+
+    /// A gradient with its derivatives within bounds, and how many were not.
+    fn clamped<'g>(&self, gradient: &'g [f64]) -> (Cow<'g, [f64]>, usize) {
+        let Some(clamp) = self.clamp else { return (gradient.into(), 0) };
+        let cut = gradient.iter().filter(|g| g.abs() > clamp).count();
+        (gradient.iter().map(|g| g.clamp(-clamp, clamp)).collect(), cut)
     }
 
     /// What rates are multiplied by after so many steps: as grids become finer, in units of their cells they stay.
@@ -101,6 +112,8 @@ pub struct Record {
     pub signals: Vec<f64>,
     /// Samples that were not finite, and are left out.
     pub non_finite: usize,
+    /// Derivatives that were [cut](Optimizer::clamp).
+    pub clamped: usize,
 }
 
 /// Where the time of the steps went.
@@ -356,7 +369,7 @@ impl Fit {
         self.check(&found, &views)?;
         let factor = self.plan.schedule.factor(t, self.plan.steps);
         let (mut next, mut adams, mut step) = (x.clone(), self.state.adams.clone(), vec![0.0; x.len()]);
-        let (mut norms, mut signals) = (vec![], vec![]);
+        let (mut norms, mut signals, mut clamped) = (vec![], vec![], 0);
         for (i, range) in self.ranges().enumerate() {
             let gradient = &found.gradient[range.clone()];
             norms.push(gradient.iter().map(|g| g * g).sum::<f64>().sqrt());
@@ -365,7 +378,9 @@ impl Fit {
             let grid = self.grid(i, scene)?;
             let fineness = grid.map_or(1.0, |_| optimizer.fineness(t));
             adam.rate = factor * fineness * optimizer.adam.rate;
-            step[range].copy_from_slice(&optimizer.step(adam, gradient, grid));
+            let (gradient, cut) = optimizer.clamped(gradient);
+            clamped += cut;
+            step[range].copy_from_slice(&optimizer.step(adam, &gradient, grid));
             signals.push(adam.signal());
         }
         self.parameters.retract(&mut next, &step);
@@ -382,7 +397,7 @@ impl Fit {
             }
         }
         let Evaluation { loss, penalty, non_finite, image_time, gradient_time, .. } = found;
-        let record = Record { loss, penalty, factor, norms, signals, non_finite };
+        let record = Record { loss, penalty, factor, norms, signals, non_finite, clamped };
         let optimizer = start.elapsed().saturating_sub(image_time + gradient_time);
         let start = Instant::now();
         self.parameters.apply(&next, scene)?;

@@ -198,6 +198,7 @@ pub(super) struct ParameterConfig {
     pub(super) beta1: f64,
     #[serde(default = "beta2")]
     pub(super) beta2: f64,
+    pub(super) clamp: Option<f64>,
     pub(super) bounds: Option<[f64; 2]>,
     pub(super) start: Option<Vec<f64>>,
 }
@@ -295,6 +296,11 @@ impl Config {
                 if !(0.0..1.0).contains(&beta) {
                     bail!("{key} of `{name}` is {beta}, but must be from 0 to below 1");
                 }
+            }
+            if let Some(clamp) = parameter.clamp
+                && !(clamp > 0.0 && clamp.is_finite())
+            {
+                bail!("the clamp of `{name}` is {clamp}, but must be positive");
             }
             let is_grid = name.ends_with(".sdf");
             if *redistance && !is_grid {

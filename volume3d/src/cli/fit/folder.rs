@@ -228,14 +228,14 @@ fn losses(fit: &Fit) -> anyhow::Result<Vec<u8>> {
     for group in fit.parameters().groups() {
         header.extend([format!("|gradient| {}", group.name), format!("signal {}", group.name)]);
     }
-    header.push("samples not finite".to_owned());
+    header.extend(["samples not finite", "derivatives clamped"].map(str::to_owned));
     table.write_record(&header)?;
     for (step, record) in fit.state().records.iter().enumerate() {
         let mut row = vec![(step + 1).to_string()];
         row.extend([record.loss, record.penalty, record.factor].map(|v| v.to_string()));
         let pairs = record.norms.iter().zip(&record.signals);
         row.extend(pairs.flat_map(|(norm, signal)| [norm.to_string(), signal.to_string()]));
-        row.push(record.non_finite.to_string());
+        row.extend([record.non_finite, record.clamped].map(|count| count.to_string()));
         table.write_record(&row)?;
     }
     Ok(table.into_inner()?)

@@ -70,6 +70,7 @@ use super::{Outcome, Report};
 ///   uniform = false                   # the default; true: one step size without smoothing
 ///   beta1 = 0.9                       # of Adam: how slowly gradients are forgotten, and their squares
 ///   beta2 = 0.999
+///   clamp = 0.01                      # none, unless given: larger derivatives are cut to it, counted, and biased
 ///   bounds = [0, 1]                   # those of the parameter, unless given
 ///   start = [0.1, 0, 0]               # where the scene is, unless given
 ///   [dtu]                             # in the place of views: photographs, masks and cameras as of DTU and IDR
@@ -241,6 +242,13 @@ fn doubts(fit: &Fit) -> String {
     let lost: usize = records.iter().map(|r| r.non_finite).sum();
     if lost > 0 {
         text += &format!("{lost} samples were not finite and are left out\n");
+    }
+    let clamped: usize = records.iter().map(|r| r.clamped).sum();
+    if clamped > 0 {
+        let all = records.len() * fit.state().x.len();
+        text += &format!(
+            "{clamped} derivatives were clamped, of about {all} in all steps: the gradients were biased\n"
+        );
     }
     text
 }

@@ -124,12 +124,13 @@ fn optimizer(parameter: &ParameterConfig, quantity: Quantity, scene: &Scene) -> 
     let ParameterConfig { rate, uniform, large_steps, redistance, ref refine, beta1, beta2, .. } = *parameter;
     let mut adam = Adam::new(rate);
     (adam.beta1, adam.beta2, adam.uniform) = (beta1, beta2, uniform);
+    let plain = Optimizer { clamp: parameter.clamp, ..adam.clone().into() };
     Ok(match quantity {
         Quantity::VertexPositions { shape } => {
             let mesh = &scene.description().shapes[shape].mesh;
             let large_steps = large_steps.map(|lambda| LargeSteps::new(mesh, lambda)).transpose()?;
             adam.uniform |= large_steps.is_some();
-            Optimizer { large_steps, ..adam.into() }
+            Optimizer { large_steps, adam, ..plain }
         }
         Quantity::Sdf { implicit }
             if (large_steps.is_some() || redistance)
@@ -141,9 +142,9 @@ fn optimizer(parameter: &ParameterConfig, quantity: Quantity, scene: &Scene) -> 
         _ if large_steps.is_some() || redistance || !refine.is_empty() => {
             let smoothing = large_steps.unwrap_or(0.0);
             let grid = GridSteps { smoothing, redistance, refine: refine.clone() };
-            Optimizer { grid: Some(grid), ..adam.into() }
+            Optimizer { grid: Some(grid), ..plain }
         }
-        _ => adam.into(),
+        _ => plain,
     })
 }
 

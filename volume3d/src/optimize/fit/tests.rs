@@ -7,8 +7,8 @@ use crate::gradient::tests::comparisons::{Comparisons, statistics};
 use crate::gradient::{ActiveParameters, Gradient, GradientError, Progress, WarpedArea, render};
 use crate::optimize::tests::scene;
 use crate::optimize::{
-    Adam, CheckpointError, Fit, FitError, Loss, Objective, ObjectiveError, Parameters, Penalty, Plan,
-    Regularizer, Schedule, State, View, read_checkpoint, silhouette_weights, write_checkpoint,
+    Adam, CheckpointError, Fit, FitError, Loss, Objective, ObjectiveError, Optimizer, Parameters, Penalty,
+    Plan, Regularizer, Schedule, State, View, read_checkpoint, silhouette_weights, write_checkpoint,
 };
 use crate::scene::{Camera, Scene};
 
@@ -284,6 +284,27 @@ fn failures_lose_nothing() {
     let away = Camera::look_at(DVec3::new(0.0, 0.0, 50.0), DVec3::new(0.0, 0.0, 100.0), DVec3::Y, 0.7);
     hidden.objective.views[1].camera = Some(away);
     assert_eq!(hidden.unseen(&mut scene, 1, &reverse, &none).unwrap(), [0, 1]);
+}
+
+/// Cut derivatives are counted, and none is without a clamp.
+#[test]
+fn clamped_derivatives_are_counted() {
+    let none = Progress::none();
+    let mut scene = lit();
+    let mut free = fit(&mut scene, 1);
+    free.step(&mut scene, &reverse, &none).unwrap();
+    let found = &free.state().records[0];
+    assert_eq!(found.clamped, 0);
+    let mut scene = lit();
+    let mut cut = fit(&mut scene, 1);
+    cut.optimizers.iter_mut().for_each(|o| o.clamp = Some(1e-12));
+    cut.step(&mut scene, &reverse, &none).unwrap();
+    let clamped = &cut.state().records[0];
+    let moving = found.norms.iter().zip([3, 3]).map(|(norm, count)| if *norm > 0.0 { count } else { 0 });
+    assert_eq!(clamped.clamped, moving.sum::<usize>());
+    assert_eq!(clamped.norms, found.norms);
+    let optimizer = Optimizer { clamp: Some(2.0), ..Adam::new(1.0).into() };
+    assert_eq!(optimizer.clamped(&[1.0, -3.0, 2.0, 7.0]), (vec![1.0, -2.0, 2.0, 2.0].into(), 2));
 }
 
 #[test]
