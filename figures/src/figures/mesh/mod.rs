@@ -31,6 +31,9 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     prose.section("mesh", data, table)
 }
 
+/// A slope with a larger standard error says nothing.
+const TOO_NOISY: f64 = 0.1;
+
 /// The text on the gradient image and its terms.
 fn prose(study: &Study) -> anyhow::Result<Prose> {
     let term = |part| slope(study.warped.agreement(part, &study.edges).0);
@@ -63,8 +66,13 @@ fn prose(study: &Study) -> anyhow::Result<Prose> {
     )
 }
 
+/// A slope; its value only where it says something.
 fn slope(slope: Ratio) -> String {
-    if slope.value.is_finite() { slope.shown() } else { "not defined".to_owned() }
+    match slope.error {
+        _ if !slope.value.is_finite() => "not defined".to_owned(),
+        error if error > TOO_NOISY => format!("lost in noise (± {} with so few samples)", number(error)),
+        _ => slope.shown(),
+    }
 }
 
 /// Every part by warped area, compared with edge sampling, and both whole gradients compared with finite differences.

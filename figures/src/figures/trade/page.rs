@@ -159,7 +159,9 @@ fn front_axes(contenders: &[Contender]) -> Axes {
     let best: Vec<[f64; 2]> = front(contenders).iter().map(|(t, e, _)| [*t, *e]).collect();
     axes.line(best, &Style::new(Palette::OCHRE.alpha(0.5)).width(8.0).labelled("best without edges"));
     for contender in contenders {
-        axes.line(contender.curve(), &contender.style.clone().labelled(contender.name.as_str()));
+        // What keeps a bias is thin.
+        let style = contender.style.clone().width(if contender.unbiased { 2.2 } else { 1.1 });
+        axes.line(contender.curve(), &style.labelled(contender.name.as_str()));
     }
     axes
 }

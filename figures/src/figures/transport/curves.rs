@@ -29,14 +29,11 @@ fn band(values: &[f64], errors: &[f64]) -> Vec<[f64; 3]> {
     values.iter().zip(errors).enumerate().map(one).collect()
 }
 
-/// A key in one line along the top of a frame.
-fn key(canvas: &mut Canvas, frame: Rect, names: &[(&str, Color)]) {
-    let mut at = DVec2::new(frame.x + 8.0, frame.y + 9.0);
-    for (name, color) in names {
-        canvas.disc(at, 3.0, *color);
-        at.x += 7.0;
-        let style = TextStyle::new(10.0, Color::INK).anchored(Align::Left, Height::Middle).halo(Color::WHITE);
-        at.x += canvas.text(name, at, &style) + 12.0;
+/// The name of a curve beside its point that is farthest from 0.
+fn named(axes: &mut Axes, values: &[f64], (name, color): (&str, Color), away: f64) {
+    let farthest = values.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    if let Some((index, value)) = farthest {
+        axes.note([index as f64 + 0.5, value + away.copysign(*value)], name, color);
     }
 }
 
@@ -52,11 +49,14 @@ pub(super) fn image(canvas: &mut Canvas, space: Rect, study: &Study) {
     let dots = Style::new(Palette::SKY).radius(1.7);
     axes.scatter(centred(once).into_iter().step_by(2), &dots);
     axes.scatter(centred(twice.iter().copied()).into_iter().step_by(2), &dots);
+    // Where the two are apart, at the right.
+    let last = |values: &[f64], part: f64| part * values[count - 1];
+    let from = 0.72 * count as f64;
+    axes.note([from, last(&study.exact_image_twice, 1.22)], "two bounces", Palette::ORANGE);
+    axes.note([from, last(&study.exact_image, 0.72)], "one bounce", Color::INK);
+    axes.note([0.02 * count as f64, 1.25 * top(study)], "dots: path traced", Palette::SKY);
     let (strip, below) = space.split_top(STRIP);
     let placed = axes.draw(canvas, below.inset(0.0, 5.0, 0.0, 0.0));
-    let names =
-        [("two bounces", Palette::ORANGE), ("one bounce", Color::INK), ("path traced, both", Palette::SKY)];
-    key(canvas, placed.frame, &names);
     let width = placed.frame.width / count as f64;
     for (i, value) in twice.iter().enumerate() {
         let cell = Rect::new(placed.frame.x + i as f64 * width, strip.y, width + 0.3, STRIP);
@@ -75,15 +75,16 @@ pub(super) fn terms(canvas: &mut Canvas, space: Rect, study: &Study) {
     let limit = study.exact.iter().flat_map(|t| t.to_array()).fold(0.0_f64, |a, b| a.max(b.abs()));
     let y = Axis::linear("∂_{θ}I (1/rad), by term").limits(-1.25 * limit, 1.6 * limit);
     let mut axes = Axes::new(pixels(study.exact.len()), y).legend(Legend::None);
-    for (k, (_, color)) in TERMS.into_iter().enumerate() {
+    for (k, (name, color)) in TERMS.into_iter().enumerate() {
         let pick = |terms: &[Terms<f64>]| terms.iter().map(|t| t.to_array()[k]).collect::<Vec<_>>();
         let (mean, error) = (pick(&entry.image.mean), pick(&entry.image.term_error));
         axes.band(band(&mean, &error), &Style::new(color));
         axes.line(centred(mean), &Style::new(color).width(2.4));
-        axes.line(centred(pick(&study.exact)), &Style::new(Color::INK).width(0.9));
+        let exact = pick(&study.exact);
+        axes.line(centred(exact.iter().copied()), &Style::new(Color::INK).width(0.9));
+        named(&mut axes, &exact, (name, color), 0.12 * limit);
     }
-    let placed = axes.draw(canvas, space);
-    key(canvas, placed.frame, &TERMS);
+    axes.draw(canvas, space);
 }
 
 /// One method beside the exact curve.
