@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Interpolation, place};
+use super::{Interpolation, control, place};
 
 /// Bounds on |∇φ|.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,12 +15,18 @@ pub(super) struct SlopeBounds {
 
 /// The bounds that [`Grid`](super::Grid) states: the largest √(Σ_axis max(d₊², d₋²)) over all nodes, where d₊ and d₋ are the
 /// differences to the two neighbours along the axis, by the spacing, and 0 at the border; for `outside` of nodes with a positive
-/// node no more than `reach` nodes away along every axis.
-pub(super) fn slope_bounds(nodes: &[f64], size: [usize; 3], spacing: DVec3, reach: usize) -> SlopeBounds {
-    let outside = near_positive(nodes, size, reach);
+/// node no farther away along every axis than count together, and of a cubic spline no more than its [control vectors](control) say.
+pub(super) fn slope_bounds(
+    nodes: &[f64],
+    size: [usize; 3],
+    spacing: DVec3,
+    interpolation: Interpolation,
+) -> SlopeBounds {
+    let mut outside: Vec<f64> = vec![0.0; nodes.len()];
+    let is_outside = near_positive(nodes, size, interpolation.reach());
     let steps = [1, size[0], size[0] * size[1]];
     let (mut most_outside, mut most) = (0.0_f64, 0.0_f64);
-    for (index, (&value, &near)) in nodes.iter().zip(&outside).enumerate() {
+    for (index, (&value, near)) in nodes.iter().zip(is_outside).enumerate() {
         let mut square = 0.0;
         for axis in 0..3 {
             let at = index / steps[axis] % size[axis];
@@ -31,10 +37,14 @@ pub(super) fn slope_bounds(nodes: &[f64], size: [usize; 3], spacing: DVec3, reac
         }
         most = most.max(square);
         if near {
-            most_outside = most_outside.max(square);
+            outside[index] = square.sqrt();
+            most_outside = most_outside.max(outside[index]);
         }
     }
-    SlopeBounds { outside: most_outside.sqrt(), everywhere: most.sqrt() }
+    if interpolation == Interpolation::Cubic {
+        most_outside = most_outside.min(control::slope(nodes, size, spacing.recip().to_array(), &outside));
+    }
+    SlopeBounds { outside: most_outside, everywhere: most.sqrt() }
 }
 
 /// The bound on second derivatives that [`Grid`](super::Grid) states, where φ > 0. Beyond the border nodes are repeated.

@@ -291,3 +291,19 @@ fn the_box_is_that_of_the_nodes_if_the_border_is_outside() {
         }
     }
 }
+
+/// The distance from two points has a ridge between them, which runs across the axes: differences of nodes say up to √2 more
+/// than what slopes are. No slope is above the bound, which is that of a cell next to it.
+#[test]
+fn ridges_hardly_count_in_slope_bounds() {
+    let (a, b) = (DVec3::new(0.5, 0.4, 0.45), DVec3::new(-0.5, -0.4, -0.45));
+    let phi = |x: DVec3| (x - a).length().min((x - b).length()) - 0.3;
+    let grid = Grid::sampled(Interpolation::Cubic, (-DVec3::ONE, DVec3::ONE), 40, phi).unwrap();
+    let mut random = stream(9, &[]);
+    let points = (0..20_000).map(|_| vector(&mut random, 1.0));
+    let outside = points.map(|x| grid.jet(x)).filter(|jet| jet.value > 0.0);
+    let most = outside.map(|jet| jet.gradient.length()).fold(0.0, f64::max);
+    let bound = grid.slope_bound();
+    assert!(most <= bound && bound < 1.11, "{most} {bound}");
+    assert!(grid.slope_bound_everywhere() > 1.3, "{}", grid.slope_bound_everywhere());
+}
