@@ -12,22 +12,23 @@ use rand::Rng;
 /// random bits makes each single sample uniform exactly, whatever the quality of the hash: estimates are unbiased.
 #[derive(Clone, Debug)]
 pub(crate) struct Sequence {
-    index: u32,
+    /// The bits of the sample's index, the last first.
+    reversed: u32,
     rng: Stream,
 }
 
 impl Sequence {
     /// The sample `index` of the sequence that belongs to `address`.
     pub(crate) fn new(seed: u64, address: &[u64], index: usize) -> Self {
-        Self { index: index as u32, rng: stream(seed, address) }
+        Self { reversed: (index as u32).reverse_bits(), rng: stream(seed, address) }
     }
 
     /// The next two dimensions.
     pub(crate) fn pair(&mut self) -> [f64; 2] {
         let keys = [self.rng.next_u64(), self.rng.next_u64()];
-        let order = keys[0] as u32;
-        let index = scramble(self.index, order);
-        let x = scramble(index.reverse_bits(), (keys[0] >> 32) as u32) ^ (mix(keys[1]) >> 32) as u32;
+        let index = scramble(self.reversed, keys[0] as u32);
+        // The first dimension is the index with its bits reversed.
+        let x = scramble(index, (keys[0] >> 32) as u32) ^ (mix(keys[1]) >> 32) as u32;
         let y = scramble(second(index), keys[1] as u32) ^ mix(keys[0] ^ keys[1]) as u32;
         // Bits below the thirty-second are the same for all samples of a cell: no matter.
         [unit(x, keys[1] >> 32), unit(y, keys[0] >> 32)]
@@ -45,23 +46,19 @@ fn unit(x: u32, fraction: u64) -> f64 {
     (f64::from(x) + fraction) / 4_294_967_296.0
 }
 
-/// The second dimension of Sobol's sequence.
+/// The second dimension of Sobol's sequence, with its bits reversed: bit j is the sum modulo 2 of the index's bits k for which the binomial
+/// coefficient (k over j) is odd. By Lucas' theorem those are the k that have all bits of j, so that the sums are
+/// made one bit of k after the other.
 fn second(mut index: u32) -> u32 {
-    let mut direction = 1_u32 << 31;
-    let mut result = 0;
-    while index != 0 {
-        if index & 1 == 1 {
-            result ^= direction;
-        }
-        direction ^= direction >> 1;
-        index >>= 1;
-    }
-    result
+    index ^= (index >> 1) & 0x5555_5555;
+    index ^= (index >> 2) & 0x3333_3333;
+    index ^= (index >> 4) & 0x0F0F_0F0F;
+    index ^= (index >> 8) & 0x00FF_00FF;
+    index ^ (index >> 16)
 }
 
-/// A nested uniform scramble of the bits of x: each bit is flipped by a hash of the bits above it.
-fn scramble(x: u32, seed: u32) -> u32 {
-    let mut x = x.reverse_bits();
+/// A nested uniform scramble of the bits of x, which is given with its bits reversed: each bit is flipped by a hash of the bits above it.
+fn scramble(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3D20_ADEA);
     x = x.wrapping_add(seed);
     x = x.wrapping_mul((seed >> 16) | 1);
@@ -80,6 +77,18 @@ fn mix(word: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Direction numbers are v₀ = 2³¹, v ← v ⊕ v/2.
+    #[test]
+    fn the_second_dimension_is_that_of_its_direction_numbers() {
+        let by_definition = |index: u32| {
+            let directions = std::iter::successors(Some(1_u32 << 31), |v| Some(v ^ (v >> 1)));
+            (0..32).zip(directions).filter(|(k, _)| index >> k & 1 == 1).fold(0, |sum, (_, v)| sum ^ v)
+        };
+        for index in (0..40).chain([0xDEAD_BEEF, 0x1234_5678, u32::MAX]) {
+            assert_eq!(second(index).reverse_bits(), by_definition(index), "{index}");
+        }
+    }
 
     #[test]
     fn powers_of_two_fill_all_dyadic_boxes() {
