@@ -67,7 +67,8 @@ fn camera(text: &mut String, scene: &Scene) {
             ", axis {principal_point} of the film's size beside its middle, f_y/f_x {pixel_aspect}"
         );
     }
-    let _ = writeln!(text, "; path length {depth}");
+    let hidden = if d.hide_emitters { "; what emits is not seen" } else { "" };
+    let _ = writeln!(text, "; path length {depth}{hidden}");
 }
 
 fn shapes(text: &mut String, d: &Description) {

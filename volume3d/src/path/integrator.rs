@@ -72,7 +72,8 @@ impl<'s> Paths<'s> {
     ) -> Rgb<C::Number> {
         let one = Rgb::constant(DVec3::ONE);
         let mut path = Scattered { origin, direction, throughput: one, compression: 1.0, hit };
-        let mut total = self.seen(calculus, &path);
+        let hides = depth == 1 && self.scene.description.hide_emitters;
+        let mut total = if hides { Rgb::constant(DVec3::ZERO) } else { self.seen(calculus, &path) };
         let limit = self.scene.description.integrator.max_depth.unwrap_or(usize::MAX);
         while let Some(hit) = path.hit
             && depth < limit

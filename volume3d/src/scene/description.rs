@@ -52,6 +52,9 @@ pub struct Description {
     pub film: Film,
     /// How far light is followed.
     pub integrator: Integrator,
+    /// Whether the camera sees nothing that emits: its rays pass shapes that do, and find black where they leave the scene. All
+    /// else is lit as ever.
+    pub hide_emitters: bool,
     /// Samples per pixel, where the one who renders does not say.
     pub samples: usize,
     /// Images that materials and the environment refer to by index.
@@ -79,6 +82,7 @@ impl Description {
             camera,
             film,
             integrator: Integrator::default(),
+            hide_emitters: false,
             samples: 16,
             textures: vec![],
             materials: vec![],

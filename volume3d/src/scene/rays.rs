@@ -14,12 +14,29 @@ const NEAR: f64 = 1e-13;
 pub(crate) const SHORT: f64 = 1e-10;
 
 impl Scene {
-    /// The nearest hit along a ray that starts on a surface, which it does not hit there, or in the open.
+    /// The nearest hit along a ray that starts on a surface, which it does not hit there, or of the camera, which may not see
+    /// what emits.
     #[inline]
     pub(crate) fn closest(&self, origin: DVec3, direction: DVec3, from: Option<Surface>) -> Option<Hit> {
         let (near, triangle) = self.start(from);
         let ray = Ray { origin, direction, near, far: f64::INFINITY, from: triangle };
-        self.or_implicit(self.accelerator.closest(&ray).map(Hit::from), origin, direction, from, near)
+        let hit =
+            self.or_implicit(self.accelerator.closest(&ray).map(Hit::from), origin, direction, from, near);
+        if from.is_none() && self.description.hide_emitters {
+            return self.past_emitters(origin, direction, hit);
+        }
+        hit
+    }
+
+    /// What the camera sees where its ray meets shapes that emit, which it passes.
+    fn past_emitters(&self, origin: DVec3, direction: DVec3, mut hit: Option<Hit>) -> Option<Hit> {
+        while let Some(Hit { surface, distance, .. }) = hit
+            && self.is_emitter(surface)
+        {
+            let next = self.closest(origin + distance * direction, direction, Some(surface));
+            hit = next.map(|next| Hit { distance: distance + next.distance, ..next });
+        }
+        hit
     }
 
     /// The nearest hit that is farther away than a distance.
@@ -33,6 +50,14 @@ impl Scene {
         let far = self.short_of(far);
         self.accelerator.occluded(&Ray { origin, direction, near, far, from: None })
             || self.closest_implicit(origin, direction, None, (near, far)).is_some()
+    }
+
+    /// Whether the camera at `origin` does not see what is at a distance, less rounding.
+    pub(crate) fn hidden_from_camera(&self, origin: DVec3, direction: DVec3, far: f64) -> bool {
+        if !self.description.hide_emitters {
+            return self.blocked(origin, direction, 0.0, far);
+        }
+        self.closest(origin, direction, None).is_some_and(|hit| hit.distance < self.short_of(far))
     }
 
     /// Whether anything is in the way from x on a surface to what is at a distance.
@@ -57,6 +82,11 @@ impl Scene {
         if !self.description.implicits.is_empty() {
             for (hit, &direction) in hits.iter_mut().zip(directions) {
                 *hit = self.or_implicit(*hit, origin, direction, from, near);
+            }
+        }
+        if from.is_none() && self.description.hide_emitters {
+            for (hit, &direction) in hits.iter_mut().zip(directions) {
+                *hit = self.past_emitters(origin, direction, *hit);
             }
         }
     }

@@ -50,6 +50,12 @@ impl Scene {
         }
     }
 
+    /// Whether its shape emits.
+    pub(crate) fn is_emitter(&self, surface: Surface) -> bool {
+        let Surface::Triangle(_) = surface else { return false };
+        self.description.shapes[self.shape_of(surface) as usize].radiance.is_some()
+    }
+
     /// The shape and its radiance, if a ray along a direction hits the front of one that emits.
     #[inline]
     pub(crate) fn emission(&self, hit: &Hit, direction: DVec3) -> Option<(u32, DVec3)> {

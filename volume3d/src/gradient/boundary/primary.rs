@@ -86,7 +86,7 @@ impl<'a> Primary<'a> {
         let [a, b] = edge.span(scene);
         let t = a.lerp(b, s).distance(origin);
         let direction = self.film.direction(&self.frame, [u.x, u.y]).value();
-        let hidden = self.paths.scene.blocked(origin, direction, 0.0, t * (1.0 - NEARLY));
+        let hidden = self.paths.scene.hidden_from_camera(origin, direction, t * (1.0 - NEARLY));
         line.ends[0].distance(line.ends[1]) * contrast * if hidden { HIDDEN } else { 1.0 }
     }
 

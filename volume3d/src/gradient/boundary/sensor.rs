@@ -125,7 +125,7 @@ impl<'a> Sensor<'a> {
         let at = DVec2::from(self.film.project(&self.frame, Vec3::constant(vertex.position)));
         self.film.cell(at)?;
         let weight = self.reflection(origin, vertex, towards) * self.film_area(vertex);
-        if weight == DVec3::ZERO || self.paths.scene.blocked(origin, direction, 0.0, distance) {
+        if weight == DVec3::ZERO || self.paths.scene.hidden_from_camera(origin, direction, distance) {
             return None;
         }
         Some((at, weight))

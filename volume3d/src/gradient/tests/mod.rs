@@ -3,6 +3,7 @@
 mod camera;
 pub(crate) mod comparisons;
 mod exact;
+mod hidden;
 mod materials;
 mod scenes;
 

@@ -11,7 +11,8 @@ const DEFAULT_PRB_DEPTH: usize = 6;
 /// Integrators that hold another one whose image they show.
 const AROUND: [&str; 5] = ["moment", "aov", "stokes", "adaptive", "irrcache"];
 
-pub(super) fn integrator<'a>(object: &Object<'a>, ids: &Ids<'a>) -> Result<Integrator, Error> {
+/// An integrator, and whether it hides what emits from the camera.
+pub(super) fn integrator<'a>(object: &Object<'a>, ids: &Ids<'a>) -> Result<(Integrator, bool), Error> {
     if AROUND.contains(&object.plugin)
         && let Some(inner) = object.at_most_one("<integrator>")?
     {
@@ -57,17 +58,13 @@ pub(super) fn integrator<'a>(object: &Object<'a>, ids: &Ids<'a>) -> Result<Integ
         }
         _ => return Err(object.unknown_plugin("integrator", support::INTEGRATORS)),
     };
-    if object.boolean("hide_emitters")? == Some(true) {
-        let instead = "leave it out, and subtract what emits";
-        let error = object.element.unsupported("hide_emitters", instead);
-        object.journal.accept(Err::<(), _>(error), object.element, "emitters are seen");
-    }
+    let hide_emitters = object.boolean("hide_emitters")? == Some(true);
     if object.boolean("strict_normals")? == Some(true) {
         object
             .note("strict_normals is ignored: light may leak where shading normals turn away from a surface");
     }
     object.finish()?;
-    Ok(integrator)
+    Ok((integrator, hide_emitters))
 }
 
 fn depths(object: &Object<'_>, default: Option<usize>) -> Result<Integrator, Error> {

@@ -17,12 +17,12 @@ impl Reader<'_> {
         self.ids = Ids::new(self.document.by_id()?, journal.clone());
         let scene = Object::with_plugin(&self.document.root, "", &self.ids)?;
 
-        let integrator = match scene.at_most_one("<integrator>")? {
+        let (integrator, hide_emitters) = match scene.at_most_one("<integrator>")? {
             Some(element) => {
                 let read = Object::new(element, &self.ids).and_then(|object| integrator(&object, &self.ids));
                 journal.accept(read, element, "all paths are rendered").unwrap_or_default()
             }
-            None => Integrator::default(),
+            None => (Integrator::default(), false),
         };
         let sensors = scene.nested("<sensor>");
         if let Some(second) = sensors.get(1) {
@@ -74,6 +74,7 @@ impl Reader<'_> {
             camera,
             film,
             integrator,
+            hide_emitters,
             samples,
             textures,
             materials,

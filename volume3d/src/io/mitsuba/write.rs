@@ -101,7 +101,7 @@ pub(super) struct Writer<'a> {
 impl Writer<'_> {
     fn scene(&mut self, scene: &Description) -> Result<(), Error> {
         self.line("<scene version=\"3.0.0\">");
-        self.integrator(&scene.integrator);
+        self.integrator(&scene.integrator, scene.hide_emitters);
         self.sensor(&scene.camera, &scene.film, scene.samples);
         let mut files = vec![];
         for (i, texture) in scene.textures.iter().enumerate() {
@@ -148,11 +148,14 @@ impl Writer<'_> {
         Ok(())
     }
 
-    fn integrator(&mut self, integrator: &Integrator) {
+    fn integrator(&mut self, integrator: &Integrator, hide_emitters: bool) {
         self.line("<integrator type=\"path\">");
         let depth = integrator.max_depth.map_or("-1".to_owned(), |depth| depth.to_string());
         self.value("integer", "max_depth", depth);
         self.value("integer", "rr_depth", integrator.rr_depth);
+        if hide_emitters {
+            self.value("boolean", "hide_emitters", true);
+        }
         self.line("</integrator>");
     }
 

@@ -107,7 +107,11 @@ fn integrators() {
     let of = |max_depth, rr_depth| Integrator { max_depth, rr_depth };
     assert_eq!(case(&format!("type='path'>{depths}")), of(Some(7), 3));
     assert_eq!(case("type='path'><integer name='max_depth' value='-1'/>"), of(None, 5));
-    assert_eq!(case("type='path'><boolean name='hide_emitters' value='false'/>"), of(None, 5));
+    for hides in [true, false] {
+        let hide =
+            format!("<integrator type='path'><boolean name='hide_emitters' value='{hides}'/></integrator>");
+        assert_eq!(with(&hide).unwrap().hide_emitters, hides);
+    }
     for plugin in ["prb", "prb_basic", "prb_reparam", "prb_projective"] {
         assert_eq!(case(&format!("type='{plugin}'>")), of(Some(6), 5), "{plugin}");
         assert_eq!(case(&format!("type='{plugin}'>{depths}")), of(Some(7), 3), "{plugin}");

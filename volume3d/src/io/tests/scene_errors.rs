@@ -336,8 +336,6 @@ fn plugins() {
     integrator "depth" is not supported; supported: path, direct, prb, prb_basic, prb_reparam, prb_projective, direct_reparam, direct_projective, volpath, volpathmis, prbvolpath, ptracer, bdpt, moment, aov, stokes
 <integrator type='path'><integer name='max_depth' value='0'/></integrator>
     max_depth="0": expected −1 or a whole number of at least 1 (0 is a black image)
-<integrator type='path'><boolean name='hide_emitters' value='true'/></integrator>
-    hide_emitters is not supported; leave it out, and subtract what emits
 <integrator type='prb_reparam'><integer name='reparam_ray' value='8'/></integrator>
     dir/s.xml:2:32: integrator "prb_reparam" has no parameter "reparam_ray" here; supported: max_depth, rr_depth, hide_emitters, strict_normals
 "#,

@@ -94,6 +94,7 @@ fn description() -> Description {
     let camera = Camera { principal_point: DVec2::new(0.05, -0.125), pixel_aspect: 0.75, ..camera };
     let mut d = Description::new(camera, film);
     (d.integrator, d.samples) = (Integrator { max_depth: Some(3), rr_depth: 2 }, 33);
+    d.hide_emitters = true;
     let texels = |n: i32| (0..n).map(|i| DVec3::splat(0.125 * f64::from(i))).collect::<Vec<_>>();
     let to_uv = DAffine2::from_scale_angle_translation(DVec2::new(2.0, -3.0), 0.5, DVec2::new(0.1, 0.2));
     let wrap = Wrap::Mirror;
