@@ -86,6 +86,12 @@ pub(crate) enum Instructions {
     Portable,
 }
 
+impl Default for Instructions {
+    fn default() -> Self {
+        Self::detect()
+    }
+}
+
 impl Instructions {
     /// The best this machine has.
     pub(crate) fn detect() -> Self {

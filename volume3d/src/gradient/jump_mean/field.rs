@@ -71,11 +71,10 @@ struct Piece {
     seam: bool,
 }
 
-/// The end of an arc, with its part of the field.
-struct End {
-    seen: FollowedPoint,
+/// What the end of an arc gives to the field.
+struct Part {
     /// V is the sum of this times the velocity, projected.
-    part: f64,
+    value: f64,
     /// ∇·V is the sum of this dotted with the velocity.
     divergence: DVec3,
 }
@@ -172,21 +171,28 @@ impl JumpMean {
         self.level_sets.iter().for_each(|tap| add(tap, tap.covector(a, b)));
     }
 
-    fn ends(&self) -> impl Iterator<Item = End> {
-        self.pieces.iter().flat_map(move |piece| {
-            [0, 1].map(|k| {
-                let Graded { value, gradient } = piece.moments.ends[k];
-                let part = value * self.inverse;
-                // ∇·(F − (F·u) u) = tr ∇F − 2 F·u on the sphere.
-                let divergence = gradient * self.inverse - part * (self.slope + 2.0 * self.point);
-                End { seen: piece.seen(k), part, divergence }
-            })
-        })
+    /// Calls with both ends of every piece.
+    #[inline]
+    fn for_each_end(&self, mut f: impl FnMut(&FollowedPoint, Part)) {
+        for piece in &self.pieces {
+            for k in 0..2 {
+                f(&piece.seen(k), self.part(piece, k));
+            }
+        }
+    }
+
+    #[inline]
+    fn part(&self, piece: &Piece, end: usize) -> Part {
+        let Graded { value, gradient } = piece.moments.ends[end];
+        let value = value * self.inverse;
+        // ∇·(F − (F·u) u) = tr ∇F − 2 F·u on the sphere.
+        Part { value, divergence: gradient * self.inverse - value * (self.slope + 2.0 * self.point) }
     }
 
     /// Whether all coefficients are.
     pub(crate) fn is_finite(&self) -> bool {
-        self.ends().all(|end| end.part.is_finite() && end.divergence.is_finite())
+        let is_finite = |part: Part| part.value.is_finite() && part.divergence.is_finite();
+        self.pieces.iter().all(|piece| (0..2).all(|k| is_finite(self.part(piece, k))))
             && self.level_sets.iter().all(LevelSetTap::is_finite)
     }
 }
@@ -199,20 +205,18 @@ impl LinearField for JumpMean {
     /// V and ∇·V.
     fn field(&self, mut velocity: impl FnMut(&FollowedPoint) -> DVec3) -> Field<DVec3> {
         let (mut value, mut divergence) = (DVec3::ZERO, 0.0);
-        for end in self.ends() {
-            let v = velocity(&end.seen);
-            value += end.part * v;
-            divergence += end.divergence.dot(v);
-        }
+        self.for_each_end(|seen, part| {
+            let v = velocity(seen);
+            value += part.value * v;
+            divergence += part.divergence.dot(v);
+        });
         Field { value: Sphere::project(self.point, value), divergence }
     }
 
     /// The transpose: hands each end its covector in a·V + b ∇·V.
     fn scatter(&self, a: DVec3, b: f64, mut add: impl FnMut(&FollowedPoint, DVec3)) {
         let a = Sphere::project(self.point, a);
-        for end in self.ends() {
-            add(&end.seen, end.part * a + b * end.divergence);
-        }
+        self.for_each_end(|seen, part| add(seen, part.value * a + b * part.divergence));
     }
 }
 

@@ -6,6 +6,7 @@
 use glam::DVec3;
 
 use super::edge::{Cone, Edge};
+use crate::lanes::{Instructions, Lanes, Task};
 
 /// Children of a node.
 pub(super) const WIDTH: usize = 8;
@@ -130,9 +131,14 @@ impl Query {
         }
     }
 
-    /// The children that may have a silhouette within the cone and before its planes, as bits. Written for the compiler
-    /// to vectorise.
-    pub(super) fn entered(&self, node: &Node) -> u32 {
+    /// The children that may have a silhouette within the cone and before its planes, as bits.
+    pub(super) fn entered(&self, node: &Node, instructions: Instructions) -> u32 {
+        instructions.run(Entered(self, node))
+    }
+
+    /// Written for the compiler to vectorise, for the instructions of the machine.
+    #[inline(always)]
+    fn test(&self, node: &Node) -> u32 {
         let margin = MARGIN as f32;
         let mut way = [[0.0_f32; WIDTH]; 3];
         for (k, way) in way.iter_mut().enumerate() {
@@ -184,6 +190,17 @@ impl Query {
             bits[l] = if (outside[l] > 0.0) | one_sided { 0 } else { 1 << l };
         }
         bits.into_iter().fold(0, |all, bit| all | bit) & node.children
+    }
+}
+
+struct Entered<'a>(&'a Query, &'a Node);
+
+impl Task for Entered<'_> {
+    type Output = u32;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, _: L) -> u32 {
+        self.0.test(self.1)
     }
 }
 
@@ -257,7 +274,7 @@ mod tests {
                     planes: &[plane][..trial % 2],
                     rounding: 1e-13 * scale,
                 };
-                let entered = Query::new(&cone, unit).entered(&node);
+                let entered = Query::new(&cone, unit).entered(&node, Instructions::detect());
                 for (lane, group) in groups.iter().enumerate() {
                     let needed = group.iter().any(|edge| counts(edge, &cone));
                     let kept = entered >> lane & 1 == 1;

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::edge::{Cone, Edge};
 use super::node::{Bounds, Node, Query, WIDTH};
+use crate::lanes::Instructions;
 
 /// Edges in a hierarchy.
 #[derive(Clone, Debug, Default)]
@@ -15,6 +16,7 @@ pub(crate) struct Tree {
     edges: Vec<Edge>,
     /// One over the size of all edges' box.
     unit: f64,
+    instructions: Instructions,
 }
 
 /// Edges in a leaf.
@@ -36,7 +38,7 @@ impl Tree {
     fn of(edges: Vec<Edge>, bounds: impl Fn(&[Edge]) -> Bounds + Copy) -> Self {
         let (low, high) = corners(edges.iter().flat_map(|e| e.places));
         let unit = 1.0 / (high - low).max_element();
-        let mut tree = Self { nodes: vec![], edges, unit };
+        let mut tree = Self { nodes: vec![], edges, unit, instructions: Instructions::detect() };
         if !tree.edges.is_empty() {
             tree.node(0..tree.edges.len(), bounds);
         }
@@ -89,7 +91,7 @@ impl Tree {
         while height > 0 {
             height -= 1;
             let node = &self.nodes[stack[height] as usize];
-            let mut entered = query.entered(node);
+            let mut entered = query.entered(node, self.instructions);
             while entered != 0 {
                 let lane = entered.trailing_zeros() as usize;
                 entered &= entered - 1;
