@@ -10,8 +10,7 @@ use glam::{DVec2, DVec3};
 use super::film::FilmPlane;
 use super::followed::FollowedPoint;
 use super::jump_mean::{
-    AngularSupport, Cone, Edge, HalfSpace, JumpMean, Pole, SceneEdges, Sight, Silhouettes, Subject, View,
-    WIDEST,
+    AngularSupport, Cone, HalfSpace, JumpMean, Listed, SceneEdges, Sight, Silhouettes, Subject, View, WIDEST,
 };
 use super::motion::MovingBounds;
 use super::nearest_jump::{Jumps, Nearest, nearest_jump};
@@ -56,7 +55,7 @@ struct Near {
     direction: DVec3,
     /// By how much a direction may differ, as a chord.
     margin: f64,
-    edges: Vec<(Edge, Pole)>,
+    edges: Listed,
 }
 
 impl<'s> Auxiliary<'s> {
@@ -78,7 +77,7 @@ impl<'s> Auxiliary<'s> {
             rays: 0,
             directions: vec![],
             hits: vec![],
-            near: Near { direction: DVec3::ZERO, margin: 0.0, edges: vec![] },
+            near: Near { direction: DVec3::ZERO, margin: 0.0, edges: Listed::default() },
             trace: Trace { direction: DVec3::ZERO, points: vec![], end: End::Miss },
         }
     }
@@ -292,7 +291,7 @@ impl<'s> Auxiliary<'s> {
                 rounding: self.paths.scene.rounding(),
             };
             self.near.edges.clear();
-            tree.for_each(&cone, |edge| self.near.edges.push((*edge, Pole::new(edge.places, origin))));
+            tree.for_each(&cone, |edge| self.near.edges.push(edge, origin));
             (self.near.direction, self.near.margin) = (direction, margin);
         }
         Some(())

@@ -9,6 +9,7 @@ use glam::DVec3;
 use super::arc::{AngularSupport, Arc, Graded, Moments};
 use super::edge::{Cone, Edge, HalfSpace};
 use super::level_set::{LevelSetTap, NearLevelSet, Sight};
+use super::listed::Listed;
 use super::scene_edges::SceneEdges;
 use crate::Sphere;
 use crate::gradient::followed::{Followed, FollowedPoint};
@@ -20,7 +21,7 @@ pub(crate) enum Silhouettes<'e> {
     /// All of the scene.
     All,
     /// These: silhouettes from the viewer's place, with none missing that may be near.
-    Listed(&'e [(Edge, Pole)]),
+    Listed(&'e Listed),
 }
 
 /// What the integrand is about, and with it which curves are jumps.
@@ -117,7 +118,7 @@ impl JumpMean {
                     add(edge, Pole::new(edge.places, origin), false);
                 }
             }),
-            Silhouettes::Listed(list) => list.iter().for_each(|(edge, pole)| add(edge, *pole, false)),
+            Silhouettes::Listed(list) => list.for_each(u, reach.sine, |edge, pole| add(edge, pole, false)),
         }
         yield_to_jumps(&mut pieces, reach);
         let near = sight.near(scene, u, trace);
@@ -281,10 +282,10 @@ impl Piece {
 
 /// The pole of the great circle of an edge as seen from a point: NaN if it is seen end-on.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Pole(DVec3);
+pub(super) struct Pole(pub(super) DVec3);
 
 impl Pole {
-    pub(crate) fn new(places: [DVec3; 2], origin: DVec3) -> Self {
+    pub(super) fn new(places: [DVec3; 2], origin: DVec3) -> Self {
         let pole = (places[0] - origin).cross(places[1] - places[0]);
         Self(pole / pole.length())
     }

@@ -73,6 +73,7 @@ mod edge;
 mod faces;
 mod field;
 mod level_set;
+mod listed;
 mod node;
 #[cfg(test)]
 mod scan;
@@ -80,7 +81,8 @@ mod scene_edges;
 mod tree;
 
 pub(crate) use arc::{AngularSupport, WIDEST};
-pub(crate) use edge::{Cone, Edge, HalfSpace};
-pub(crate) use field::{JumpMean, Pole, Silhouettes, Subject, View};
+pub(crate) use edge::{Cone, HalfSpace};
+pub(crate) use field::{JumpMean, Silhouettes, Subject, View};
 pub(crate) use level_set::{LevelSetTap, Sight};
+pub(crate) use listed::Listed;
 pub(crate) use scene_edges::SceneEdges;
