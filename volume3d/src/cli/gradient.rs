@@ -8,13 +8,14 @@ use clap::error::ErrorKind;
 use volume3d::Image;
 use volume3d::gradient::Regions;
 
+use super::budget::{Budget, Pilot, percent};
 use super::lint::{APART, PART, covering, passing_through};
 use super::method::MethodOptions;
 use super::movement::{Moves, change};
 use super::output::{Output, Pixels, check_distinct};
 use super::parameter::Name;
 use super::session::{Bar, RunOptions, SceneOptions, geometric, located, lost_with_picture, stop_if_asked};
-use super::spp::{check_error_exists, samples};
+use super::spp::check_error_exists;
 use super::summary::{INTERIOR, outlier, root_mean_square, totals};
 use super::{Outcome, Report, reverse, usage};
 
@@ -89,9 +90,8 @@ pub(super) struct Options {
     png: Option<PathBuf>,
     #[command(flatten)]
     method: MethodOptions,
-    /// Samples a pixel; the scene's sample_count unless given.
-    #[arg(long, value_name = "N", value_parser = samples)]
-    spp: Option<usize>,
+    #[command(flatten)]
+    budget: Budget,
     /// Finite differences: h in (I(θ + h) − I(θ − h))/2h [default: 0.001].
     #[arg(long, value_name = "H", value_parser = step, allow_negative_numbers = true)]
     step: Option<f64>,
@@ -132,7 +132,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
             adjoint,
             parameters: &options.parameters,
             output: &options.output,
-            samples: options.spp,
+            budget: &options.budget,
         }),
     }
 }
@@ -199,24 +199,36 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     check_distinct(&outputs.paths(), &loaded.files)?;
     let scene = &loaded.scene;
     let change = change(scene, &options.moves.moves)?;
-    let samples = options.spp.unwrap_or(scene.description().samples);
+    let terms = outputs.terms.is_some();
+    let run = |samples, seed, what| {
+        let start = Instant::now();
+        let estimator = options.method.estimator(samples, seed, options.step);
+        let result = estimator.forward(scene, &change, terms, &Bar::new(0, what).progress())?;
+        stop_if_asked()?;
+        anyhow::Ok((result, start.elapsed().as_secs_f64()))
+    };
+    let plan = options.budget.plan(scene, options.run.seed, |samples, seed| {
+        let (result, seconds) = run(samples, seed, "pilot")?;
+        Ok(Pilot::of_image(seconds, &result.gradient, &result.standard_error))
+    })?;
+    let samples = plan.samples;
     check_error_exists(options.standard_error.as_ref().or(options.block_errors.as_ref()), samples)?;
 
-    let start = Instant::now();
-    let estimator = options.method.estimator(samples, options.run.seed, options.step);
-    let result =
-        estimator.forward(scene, &change, outputs.terms.is_some(), &Bar::new(0, "gradient").progress())?;
-    let seconds = start.elapsed().as_secs_f64();
-    stop_if_asked()?;
+    let (result, seconds) = run(samples, options.run.seed, "gradient")?;
 
     let (width, height) = result.gradient.size();
-    let mut text = format!(
+    let mut text = plan.text;
+    text += &format!(
         "{width} × {height} pixels, {samples} spp, {} auxiliary rays, {seconds:.2} s\n\
          root mean square of the gradient {:.3e}, of its standard error {:.3e}\n",
         result.auxiliary_rays,
         root_mean_square(&result.gradient),
         root_mean_square(&result.standard_error),
     );
+    if plan.foreseen.is_some() {
+        let reached = Pilot::of_image(seconds, &result.gradient, &result.standard_error).relative();
+        text += &format!("its error is {} of the gradient\n", percent(reached));
+    }
     text += &located(&result.non_finite);
     let (lost_rays, count) = (result.lost_rays.as_ref(), samples * width * height);
     text += &lost_with_picture(result.traces, lost_rays, count, &options.output)?;

@@ -1,5 +1,6 @@
 //! Commands, one file each, and what they share.
 
+mod budget;
 mod check;
 mod comparison;
 mod extent;

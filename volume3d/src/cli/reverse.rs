@@ -5,10 +5,12 @@ use std::time::Instant;
 
 use anyhow::{anyhow, bail};
 use volume3d::Image;
+use volume3d::gradient::Gradient;
 use volume3d::io::{Precision, read_exr, read_npy, write_npy};
 use volume3d::optimize::Parameters;
 use volume3d::scene::{Overlap, Scene};
 
+use super::budget::{Budget, Pilot, percent};
 use super::lint::{APART, covering};
 use super::method::MethodOptions;
 use super::output::{check_array, check_distinct};
@@ -25,8 +27,11 @@ pub(super) struct Request<'o> {
     pub(super) adjoint: &'o Path,
     pub(super) parameters: &'o [Name],
     pub(super) output: &'o Path,
-    pub(super) samples: Option<usize>,
+    pub(super) budget: &'o Budget,
 }
+
+/// Pilots of which the spread is taken.
+const RUNS: u64 = 4;
 
 pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     let paths = request.outputs()?;
@@ -43,16 +48,33 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     let parameters = Parameters::new(scene, request.parameters)?;
     let active = parameters.active(scene);
 
-    let samples = request.samples.unwrap_or(scene.description().samples);
-    let start = Instant::now();
-    let estimator = request.method.estimator(samples, request.run.seed, None);
-    let bar = Bar::new(0, "reverse");
-    let gradient = estimator.reverse(scene, &adjoint, &active, &bar.progress())?;
-    drop(bar);
-    let seconds = start.elapsed().as_secs_f64();
-    stop_if_asked()?;
+    let run = |samples, seed, what| {
+        let start = Instant::now();
+        let estimator = request.method.estimator(samples, seed, None);
+        let gradient = estimator.reverse(scene, &adjoint, &active, &Bar::new(0, what).progress())?;
+        stop_if_asked()?;
+        anyhow::Ok((gradient, start.elapsed().as_secs_f64()))
+    };
+    let numbers = |gradient: &Gradient| -> Vec<f64> {
+        let arrays = arrays(&parameters, scene, &gradient.by_parameter);
+        arrays.into_iter().flat_map(|array| array.values).collect()
+    };
+    // Runs whose spread tells the noise of one of them.
+    let plan = request.budget.plan(scene, request.run.seed, |samples, seed| {
+        let runs =
+            (0..RUNS).map(|index| run(samples, seed ^ index, "pilot")).collect::<anyhow::Result<Vec<_>>>()?;
+        let seconds = runs.iter().map(|(_, seconds)| seconds).sum::<f64>() / RUNS as f64;
+        let runs: Vec<Vec<f64>> = runs.iter().map(|(gradient, _)| numbers(gradient)).collect();
+        Ok(Pilot::of_runs(seconds, &runs))
+    })?;
+    let samples = plan.samples;
+    let (gradient, seconds) = run(samples, request.run.seed, "reverse")?;
 
-    let mut text = format!("{} × {} pixels, {samples} spp, {seconds:.2} s\n", adjoint.width, adjoint.height);
+    let mut text = plan.text;
+    text += &format!("{} × {} pixels, {samples} spp, {seconds:.2} s\n", adjoint.width, adjoint.height);
+    if let Some(foreseen) = plan.foreseen {
+        text += &format!("its error is about {} of the gradient, by the pilot\n", percent(foreseen));
+    }
     text += &located_samples(&gradient.non_finite);
     text += &lost(gradient.traces, samples * adjoint.width * adjoint.height);
     if request.method.is_interior() && active.is_geometric() {

@@ -56,6 +56,32 @@ fn a_gradient_with_all_that_goes_with_it() {
     assert_ne!(place.bytes("i.exr"), place.bytes("r.exr"), "an image and a gradient share their samples");
 }
 
+/// A pilot says how many samples an error takes, the same on every machine and with samples that are not those of the result.
+#[test]
+fn an_error_or_a_time_decides_how_many_samples() {
+    let place = Place::new();
+    let forward = "gradient scene.xml --move sheet:translate:1,0,0 --seed 1 -o";
+    let text = place.succeed(&format!("{forward} a.npy --error 0.2"));
+    let samples = |text: &str| {
+        let before = text.split(" spp, ").next().unwrap_or_default();
+        before.rsplit(' ').next().unwrap_or_default().to_owned()
+    };
+    assert!(text.contains("a pilot of ") && text.contains("its error is "), "{text}");
+    let threads = place.succeed(&format!("{forward} b.npy --error 0.2 --threads 1"));
+    assert_eq!(samples(&text), samples(&threads));
+    place.succeed(&format!("{forward} c.npy --spp {}", samples(&text)));
+    assert_eq!(place.bytes("a.npy"), place.bytes("b.npy"));
+    assert_eq!(place.bytes("a.npy"), place.bytes("c.npy"));
+    let text = place.succeed(&format!("{forward} d.npy --error 1e-9 --time 0.2s"));
+    assert!(text.contains(" spp, "), "{text}");
+    let reverse = "gradient scene.xml --adjoint adjoint.exr --wrt sheet.vertex_positions -o e.npy";
+    place.succeed("render scene.xml -o adjoint.exr --spp 4");
+    let text = place.succeed(&format!("{reverse} --error 0.5"));
+    assert!(text.contains("of the gradient, by the pilot"), "{text}");
+    // What never changes has no noise.
+    place.succeed("gradient scene.xml --move lamp:radiance:0,0,0 -o f.npy --error 0.01");
+}
+
 #[test]
 fn everything_moves() {
     let place = Place::new();
