@@ -53,7 +53,7 @@ const TOLD: f64 = 0.5;
 const SHARE: f64 = 0.1;
 
 /// The purpose of random numbers.
-const PILOT: u64 = 0x7069_6c6f_74;
+const PILOT: u64 = 0x70_696c_6f74;
 
 impl Pilot {
     /// The noise relative to what it is in; 0 if there is neither, ∞ if there is nothing else.

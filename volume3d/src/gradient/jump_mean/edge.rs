@@ -53,3 +53,14 @@ impl HalfSpace {
         self.normal.dot(y - self.point) + self.slack
     }
 }
+
+/// The pole of the great circle of an edge as seen from a point: NaN if it is seen end-on.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pole(pub(super) DVec3);
+
+impl Pole {
+    pub(super) fn new(places: [DVec3; 2], origin: DVec3) -> Self {
+        let pole = (places[0] - origin).cross(places[1] - places[0]);
+        Self(pole / pole.length())
+    }
+}

@@ -7,7 +7,7 @@ use flatland::warp::{Domain as _, Field, LinearField};
 use glam::DVec3;
 
 use super::arc::{AngularSupport, Arc, Graded, Moments};
-use super::edge::{Cone, Edge, HalfSpace};
+use super::edge::{Cone, Edge, HalfSpace, Pole};
 use super::level_set::{LevelSetTap, NearLevelSet, Sight};
 use super::listed::Listed;
 use super::scene_edges::SceneEdges;
@@ -277,17 +277,6 @@ impl Piece {
         };
         let (direction, distance) = (self.directions[end], self.distances[end]);
         FollowedPoint { followed, direction, distance, falloff: 1.0, horizon: None }
-    }
-}
-
-/// The pole of the great circle of an edge as seen from a point: NaN if it is seen end-on.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Pole(pub(super) DVec3);
-
-impl Pole {
-    pub(super) fn new(places: [DVec3; 2], origin: DVec3) -> Self {
-        let pole = (places[0] - origin).cross(places[1] - places[0]);
-        Self(pole / pole.length())
     }
 }
 

@@ -2,8 +2,7 @@
 
 use glam::DVec3;
 
-use super::edge::Edge;
-use super::field::Pole;
+use super::edge::{Edge, Pole};
 use crate::lanes::{Half, Instructions, Lanes, Task, WIDTH};
 
 /// Numbers of a group.

@@ -9,7 +9,7 @@ use super::kernel::Stencil;
 use crate::lanes::{self, Lanes, Task};
 
 /// The instructions that were found.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Instructions(lanes::Instructions);
 
 /// Where a grid is asked, with what is multiplied by the weights there: one number for each node.
@@ -20,12 +20,6 @@ pub(super) struct Visit<'a> {
     pub(super) per_length: DVec3,
     pub(super) size: [usize; 3],
     pub(super) values: &'a [f64],
-}
-
-impl Default for Instructions {
-    fn default() -> Self {
-        Self(lanes::Instructions::detect())
-    }
 }
 
 /// All machines find the same bits.
