@@ -40,8 +40,10 @@ fn rays(samples: usize) -> WarpedArea {
     WarpedArea { field: Field::AuxiliaryRays, ..warped(samples) }
 }
 
-const EDGES: EdgeSampling = EdgeSampling { samples: 1, primary: 8, secondary: 1, seed: 0 };
-const LIT_EDGES: EdgeSampling = EdgeSampling { samples: 32, primary: 32, secondary: 128, seed: 0 };
+const EDGES: EdgeSampling =
+    EdgeSampling { samples: 1, primary: 8, secondary: 1, seed: 0, allow_missing: vec![] };
+const LIT_EDGES: EdgeSampling =
+    EdgeSampling { samples: 32, primary: 32, secondary: 128, seed: 0, allow_missing: vec![] };
 
 #[test]
 fn warped_area_is_unbiased() {

@@ -47,7 +47,7 @@ fn rotation() -> Rotation {
 }
 
 fn edges() -> EdgeSampling {
-    EdgeSampling { samples: 1, primary: 16 * MANY, secondary: 16 * MANY, seed: 0 }
+    EdgeSampling { samples: 1, primary: 16 * MANY, secondary: 16 * MANY, seed: 0, allow_missing: vec![] }
 }
 
 /// Of a film of one pixel.

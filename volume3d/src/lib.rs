@@ -91,7 +91,8 @@
 //!
 //! What moves in an ideal mirror, behind a surface that light passes or a mask opens, before a bump or normal map, or under
 //! a light in one point or one direction, has no unbiased estimate by any warp here: if a shape or the camera moves in a
-//! scene that has one of them, that is refused: [`gradient::Unsupported`]. Colours, roughnesses, textures and emission have
+//! scene that has one of them, that is refused: [`gradient::Unsupported`]. Edge sampling estimates the rest, if it is told to
+//! leave these jumps out ([`gradient::EdgeSampling::allow_missing`]), and lists what it left out. Colours, roughnesses, textures and emission have
 //! their derivatives through all of them.
 
 pub mod geometry;

@@ -120,5 +120,6 @@ fn edge_sampling(task: &Task<'_>) -> EdgeSampling {
         primary: share(default.primary),
         secondary: share(default.secondary),
         seed: task.seed,
+        ..default
     }
 }

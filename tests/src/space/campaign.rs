@@ -176,7 +176,13 @@ impl Known {
 
     /// The same in the weights of its gradient, from other samples: parts of opposite sign do not cancel.
     pub fn focused(self, samples: usize) -> Self {
-        let other = EdgeSampling { samples, primary: samples, secondary: 4 * samples, seed: 7777 };
+        let other = EdgeSampling {
+            samples,
+            primary: samples,
+            secondary: 4 * samples,
+            seed: 7777,
+            allow_missing: vec![],
+        };
         Self { weights: directed(&self.run(&other).gradient.pixels), ..self }
     }
 

@@ -16,6 +16,7 @@ use super::comparison::{Estimate, RESOLUTION, Slope, TOLERATED, Verdict, verdict
 use super::extent;
 use super::gradient::step;
 use super::method::{Estimator, MethodOptions};
+use super::missing::left_out;
 use super::movement::{Moves, change};
 use super::session::{Bar, RunOptions, SceneOptions, located, silent, stop_if_asked};
 use super::spp::samples;
@@ -162,6 +163,9 @@ impl<'a> Check<'a> {
             let result = estimator(self, r).forward(self.scene, self.change, false, &silent())?;
             totals.push(result.gradient.pixels.iter().zip(weights).map(|(g, w)| g.dot(*w)).sum());
             self.messages += &located(&result.non_finite);
+            if r == 0 {
+                self.messages += &left_out(&result.left_out);
+            }
             self.bar.step();
         }
         Ok(totals)

@@ -11,6 +11,7 @@ use volume3d::gradient::Regions;
 use super::budget::{Budget, Pilot, percent};
 use super::lint::{APART, PART, covering, passing_through};
 use super::method::MethodOptions;
+use super::missing::left_out;
 use super::movement::{Moves, change};
 use super::output::{Output, Pixels, check_distinct};
 use super::parameter::Name;
@@ -29,7 +30,7 @@ use super::{Outcome, Report, reverse, usage};
 /// With the same --seed, --spp and --method, forward and reverse are transposes of one another to rounding (edge
 /// sampling if all shapes of --wrt move, warped area without --adaptive). If a shape or the camera moves in a scene
 /// that has an ideal mirror or a light without extent, that is refused, as no warp sees its jumps; --method
-/// finite-difference takes it, and so does --method interior, which leaves those jumps out.
+/// finite-difference takes it, and so does --allow-missing, with which edge sampling leaves those jumps out and says so.
 ///
 /// A WARNING is printed where one sample carries 2% of the sum of |gradient| or more (of pixels, or in reverse of
 /// positions), and 256 times its share: then tails are heavy, as in penumbrae of small lights, and standard errors too small more often than not.
@@ -235,6 +236,7 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     if change.is_geometric() {
         text += &geometric(&loaded.notes);
     }
+    text += &left_out(&result.left_out);
     if options.method.is_interior() && change.is_geometric() {
         text += INTERIOR;
     }
@@ -248,7 +250,7 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     }
     text += &totals(&result.regions);
     for output in &outputs.gradient {
-        text += &output.write(&result.gradient)?;
+        text += &output.write_with_comments(&result.gradient, &left_out(&result.left_out))?;
     }
     for output in &outputs.standard_error {
         text += &output.write(&result.standard_error)?;

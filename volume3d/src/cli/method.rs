@@ -10,13 +10,14 @@ use volume3d::gradient::{
 };
 use volume3d::scene::Scene;
 
+use super::missing::Kind;
 use super::usage;
 
 #[derive(Args, Debug)]
 pub(super) struct MethodOptions {
-    /// How the derivative is estimated.
-    #[arg(long, value_enum, default_value = "warped-area")]
-    method: Method,
+    /// How the derivative is estimated [default: warped-area; edge with --allow-missing].
+    #[arg(long, value_enum)]
+    method: Option<Method>,
     /// Warped area: what its field is made of [default: jump-mean; rays if --debias, --aux or
     /// --adaptive is given].
     #[arg(long, value_enum)]
@@ -32,6 +33,11 @@ pub(super) struct MethodOptions {
     /// smooth surface. With --debias none that adds to the bias; otherwise there is still none.
     #[arg(long)]
     adaptive: bool,
+    /// Edge sampling: leaves out the motion of such jumps, which nothing follows, instead of refusing a scene that has
+    /// them where geometry moves. The rest of the derivative is what it is without; what is left out is listed, and kept
+    /// in the header of a gradient that is written as .exr.
+    #[arg(long, value_enum, value_name = "WHAT,…", value_delimiter = ',')]
+    allow_missing: Vec<Kind>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -86,22 +92,28 @@ pub(super) enum Estimator {
 impl MethodOptions {
     /// A method as it is by default.
     pub(super) fn plain(method: Method) -> Self {
-        Self { method, field: None, debias: None, aux: None, adaptive: false }
+        let method = Some(method);
+        Self { method, field: None, debias: None, aux: None, adaptive: false, allow_missing: vec![] }
+    }
+
+    fn method(&self) -> Method {
+        let default = if self.allow_missing.is_empty() { Method::WarpedArea } else { Method::Edge };
+        self.method.unwrap_or(default)
     }
 
     pub(super) fn is_finite_difference(&self) -> bool {
-        self.method == Method::FiniteDifference
+        self.method() == Method::FiniteDifference
     }
 
     pub(super) fn is_interior(&self) -> bool {
-        self.method == Method::Interior
+        self.method() == Method::Interior
     }
 
     /// Whether all options belong together, asked before any work.
     pub(super) fn check(&self, command: &str, step: bool) -> anyhow::Result<()> {
         let conflict = |text: &str| Err(usage(command, ErrorKind::ArgumentConflict, text.to_owned()));
         let rays = self.asks_for_rays();
-        if self.method != Method::WarpedArea && (rays || self.field.is_some()) {
+        if self.method() != Method::WarpedArea && (rays || self.field.is_some()) {
             return conflict("--field, --debias, --aux and --adaptive belong to --method warped-area");
         }
         if self.field == Some(FieldKind::JumpMean) && rays {
@@ -109,6 +121,11 @@ impl MethodOptions {
         }
         if self.adaptive && self.debias == Some(Bias::Roulette) {
             return conflict("--adaptive belongs to --debias multilevel or none");
+        }
+        if !self.allow_missing.is_empty() && self.method() != Method::Edge {
+            return conflict(
+                "--allow-missing belongs to --method edge, where what is left out changes nothing else",
+            );
         }
         if step && !self.is_finite_difference() {
             return conflict("--step belongs to --method finite-difference");
@@ -122,17 +139,24 @@ impl MethodOptions {
             let step = step.unwrap_or(default.step);
             return Estimator::FiniteDifference(FiniteDifference { samples, step, seed });
         }
-        if self.method == Method::Edge {
+        if self.method() == Method::Edge {
             // As many of each kind, as by default.
             let (primary, secondary) = (samples, samples);
-            return Estimator::EdgeSampling(EdgeSampling { samples, primary, secondary, seed });
+            let allow_missing = self.allow_missing.iter().map(|&kind| kind.into()).collect();
+            return Estimator::EdgeSampling(EdgeSampling {
+                samples,
+                primary,
+                secondary,
+                seed,
+                allow_missing,
+            });
         }
-        if self.method == Method::Rotation {
+        if self.method() == Method::Rotation {
             return Estimator::Rotation(Rotation { samples, seed, ..Rotation::default() });
         }
         let adaptive = self.adaptive.then(Adaptive::default);
         let warp = Warp { debias: self.debias(), adaptive, ..WarpedArea::default().warp };
-        let warps = self.method != Method::Interior;
+        let warps = self.method() != Method::Interior;
         let rays = self.field == Some(FieldKind::Rays) || self.asks_for_rays();
         let field = if rays { Field::AuxiliaryRays } else { Field::default() };
         Estimator::WarpedArea(WarpedArea { samples, field, warp, warps, seed, ..WarpedArea::default() })

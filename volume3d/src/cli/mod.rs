@@ -10,6 +10,7 @@ mod info;
 mod lint;
 mod mesh_faults;
 mod method;
+mod missing;
 mod movement;
 mod output;
 mod parameter;

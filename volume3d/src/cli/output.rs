@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use volume3d::Image;
-use volume3d::io::{Array, Precision, signed_range, write_exr, write_npy, write_png, write_signed_png};
+use volume3d::io::{
+    Array, Precision, signed_range, write_exr_with_comments, write_npy, write_png, write_signed_png,
+};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {
@@ -57,9 +59,14 @@ impl Output {
 
     /// Writes the image, atomically, and says what was written.
     pub(super) fn write(&self, image: &Image) -> anyhow::Result<String> {
+        self.write_with_comments(image, "")
+    }
+
+    /// The same, with a text in the header of an .exr.
+    pub(super) fn write_with_comments(&self, image: &Image, comments: &str) -> anyhow::Result<String> {
         let mut note = String::new();
         match (self.format, self.pixels) {
-            (Format::Exr, _) => write_exr(&self.path, image)?,
+            (Format::Exr, _) => write_exr_with_comments(&self.path, image, comments)?,
             (Format::Npy, _) => write_npy(&self.path, &Array::from(image), Precision::Single)?,
             (Format::Png, Pixels::Radiance) => write_png(&self.path, image)?,
             (Format::Png, Pixels::Signed) => {

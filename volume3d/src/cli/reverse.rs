@@ -13,6 +13,7 @@ use volume3d::scene::{Overlap, Scene};
 use super::budget::{Budget, Pilot, percent};
 use super::lint::{APART, covering};
 use super::method::MethodOptions;
+use super::missing::left_out;
 use super::output::{check_array, check_distinct};
 use super::parameter::{Name, arrays};
 use super::session::{Bar, RunOptions, SceneOptions, located as located_samples, lost, stop_if_asked};
@@ -77,6 +78,7 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     }
     text += &located_samples(&gradient.non_finite);
     text += &lost(gradient.traces, samples * adjoint.width * adjoint.height);
+    text += &left_out(&gradient.left_out);
     if request.method.is_interior() && active.is_geometric() {
         text += INTERIOR;
     }

@@ -104,6 +104,7 @@ impl Sums {
             by_parameter,
             non_finite: self.non_finite,
             traces: TraceCounts::default(),
+            left_out: vec![],
             largest: self.largest,
         }
     }

@@ -163,6 +163,7 @@ pub(super) fn finish<const N: usize, const K: usize>(
         non_finite,
         traces: TraceCounts::default(),
         lost_rays,
+        left_out: vec![],
         largest,
     }
 }

@@ -6,8 +6,10 @@ use glam::DVec3;
 use super::accumulator::Sums;
 use super::boundary::{Effort, Gradients, Images, Moving, each_boundary};
 use super::motion::Motion;
-use super::tangent::{supports_active, supports_meshes_only, supports_tangent};
-use super::{ActiveParameters, Gradient, GradientError, GradientImage, Progress, Tangent, Terms, WarpedArea};
+use super::unsupported::{left_out_of_active, left_out_of_tangent, supports_meshes_only};
+use super::{
+    ActiveParameters, Gradient, GradientError, GradientImage, Missing, Progress, Tangent, Terms, WarpedArea,
+};
 use crate::Image;
 use crate::scene::Scene;
 
@@ -30,11 +32,20 @@ pub struct EdgeSampling {
     pub secondary: usize,
     /// The seed of everything random.
     pub seed: u64,
+    /// Kinds of jumps whose motion may be left out, where nothing follows it: by default none, and scenes that have them
+    /// are refused where geometry moves.
+    ///
+    /// Edge sampling is a sum: what changes between jumps, and the motion of every jump it follows. With V = 0 a
+    /// jump that is not followed takes nothing from the others and adds nothing to them: what is left out is a part of the
+    /// boundary term of paths that pass a mirror or a glass before the jump, of normals that a relief turns away, and of
+    /// shadows without a penumbra. (A warp would also slide still jumps of these kinds along, wherever it is not zero.) What
+    /// was left out is listed in [`GradientImage::left_out`] and [`Gradient::left_out`].
+    pub allow_missing: Vec<Missing>,
 }
 
 impl Default for EdgeSampling {
     fn default() -> Self {
-        Self { samples: 16, primary: 16, secondary: 16, seed: 0 }
+        Self { samples: 16, primary: 16, secondary: 16, seed: 0, allow_missing: vec![] }
     }
 }
 
@@ -66,7 +77,7 @@ impl EdgeSampling {
         change: &Tangent,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
-        supports_tangent(scene, change)?;
+        let left_out = left_out_of_tangent(scene, change, &self.allow_missing)?;
         self.check(change.is_geometric())?;
         if change.is_geometric() {
             supports_meshes_only(scene, "edge sampling")?;
@@ -76,6 +87,7 @@ impl EdgeSampling {
         let zero = Image::constant(width, height, DVec3::ZERO);
         let terms = Terms { interior: image.gradient.clone(), primary: zero.clone(), secondary: zero };
         image.terms = Some(terms);
+        image.left_out = left_out;
         let motion = &Motion::new(scene, change);
         let effort = self.effort();
         let mut images = Images { effort, scene, motion, progress, image: &mut image };
@@ -97,7 +109,7 @@ impl EdgeSampling {
         active: &ActiveParameters,
         progress: &Progress,
     ) -> Result<Gradient, GradientError> {
-        supports_active(scene, active)?;
+        let left_out = left_out_of_active(scene, active, &self.allow_missing)?;
         self.check(active.is_geometric())?;
         if active.is_geometric() {
             supports_meshes_only(scene, "edge sampling")?;
@@ -109,6 +121,7 @@ impl EdgeSampling {
             Gradients { effort, scene, adjoint: &adjoint.pixels, active, progress, sums: &mut sums };
         each_boundary(scene, &moving, &mut gradients)?;
         gradient.absorb(sums.finish(scene, active));
+        gradient.left_out = left_out;
         Ok(gradient)
     }
 

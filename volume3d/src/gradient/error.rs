@@ -3,7 +3,7 @@
 use flatland::warp::WarpError;
 
 use super::progress::Stopped;
-use super::tangent::Unsupported;
+use super::unsupported::Unsupported;
 use crate::scene::SceneError;
 
 /// Why there is no gradient.

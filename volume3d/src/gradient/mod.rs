@@ -70,6 +70,7 @@ mod rows;
 mod tangent;
 #[cfg(test)]
 pub(crate) mod tests;
+mod unsupported;
 mod warped_area;
 mod warps;
 
@@ -85,7 +86,8 @@ pub use progress::{Progress, Stopped};
 pub use regions::Regions;
 pub use result::{Gradient, GradientImage, Rendering, Terms};
 pub use rotation::Rotation;
-pub use tangent::{ActiveParameters, CameraTangent, Tangent, Unsupported};
+pub use tangent::{ActiveParameters, CameraTangent, Tangent};
+pub use unsupported::{Missing, Unsupported};
 pub use warped_area::{Field, WarpedArea};
 
 /// Streams of random numbers, by what they are for. The paths of an image, of a gradient and of finite differences are

@@ -4,6 +4,7 @@ use super::Tangent;
 use super::contribution::Contribution;
 use super::non_finite::NonFinite;
 use super::regions::Regions;
+use super::unsupported::Unsupported;
 use crate::Image;
 use crate::scene::TraceCounts;
 
@@ -42,6 +43,8 @@ pub struct GradientImage {
     pub traces: TraceCounts,
     /// Where they were: how many of each pixel's samples' rays ran out of steps or met too steep a surface, in all channels. Nothing if none did.
     pub lost_rays: Option<Image>,
+    /// The jumps whose motion is left out, as [`EdgeSampling::allow_missing`](super::EdgeSampling) allows.
+    pub left_out: Vec<Unsupported>,
     /// The sample that contributes most to the gradient; nothing if there are none.
     pub largest: Option<Contribution>,
 }
@@ -76,6 +79,8 @@ pub struct Gradient {
     pub non_finite: Vec<NonFinite>,
     /// Rays at implicit surfaces that could not be followed.
     pub traces: TraceCounts,
+    /// The jumps whose motion is left out, as [`EdgeSampling::allow_missing`](super::EdgeSampling) allows.
+    pub left_out: Vec<Unsupported>,
     /// The sample that contributes most to the derivatives by positions; nothing if none does. What a sample adds through
     /// normals that are computed from positions does not count.
     pub largest: Option<Contribution>,
@@ -108,7 +113,13 @@ impl Gradient {
 
 impl From<Tangent> for Gradient {
     fn from(by_parameter: Tangent) -> Self {
-        Self { by_parameter, non_finite: vec![], traces: TraceCounts::default(), largest: None }
+        Self {
+            by_parameter,
+            non_finite: vec![],
+            traces: TraceCounts::default(),
+            left_out: vec![],
+            largest: None,
+        }
     }
 }
 

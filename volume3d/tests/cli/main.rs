@@ -137,6 +137,28 @@ fn every_method() {
     assert_eq!(gradient("--debias multilevel --aux 16"), others[0]);
 }
 
+/// A mirror refuses what moves, unless its jumps may be left out; then that is printed, and kept in the file.
+#[test]
+fn what_is_left_out_is_said_and_kept() {
+    let glass = r#"<bsdf type="conductor" id="glass"/><emitter type="point" id="bulb"><point name="position" value="0,3,3"/></emitter>
+      <shape type="rectangle" id="wall"><transform name="to_world"><translate z="-2"/></transform><ref id="glass"/></shape>"#;
+    let place = Place::with(glass);
+    let moved = "gradient scene.xml --spp 1 --move sheet:translate:1,0,0 -o g.exr";
+    place.fail(moved, 1, &["`wall` reflects as an ideal mirror", "allow missing mirrors"]);
+    place.fail(&format!("{moved} --allow-missing mirror"), 1, &["point light `bulb`"]);
+    let text = place.succeed(&format!("{moved} --allow-missing mirror,point-light"));
+    let said = [
+        "jumps seen in material `glass` of shape `wall`, which reflects as an ideal mirror",
+        "the shadows of point light `bulb`",
+    ];
+    let header = String::from_utf8_lossy(&place.bytes("g.exr")).into_owned();
+    for words in said {
+        assert!(text.contains(words) && header.contains(words), "{words}: {text}");
+    }
+    place.fail(&format!("{moved} --method warped-area --allow-missing mirror"), 2, &["--method edge"]);
+    place.fail(&format!("{moved} --allow-missing fog"), 2, &["mirror", "relief"]);
+}
+
 /// Σ adjoint · (∂I/∂θ θ̇) = Σ (∂L/∂θ) θ̇, where every number went through a file.
 #[test]
 fn forward_and_reverse_are_transposes() {

@@ -98,7 +98,13 @@ impl Racer {
         let gradient = match self {
             Self::WarpedArea => area.reverse(scene, adjoint, &active, &still),
             Self::EdgeSampling => {
-                let method = EdgeSampling { samples, primary: samples, secondary: samples, seed };
+                let method = EdgeSampling {
+                    samples,
+                    primary: samples,
+                    secondary: samples,
+                    seed,
+                    allow_missing: vec![],
+                };
                 method.reverse(scene, adjoint, &active, &still)
             }
             Self::Rotation => {

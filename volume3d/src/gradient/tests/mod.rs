@@ -5,6 +5,7 @@ pub(crate) mod comparisons;
 mod exact;
 mod hidden;
 mod materials;
+mod missing;
 mod scenes;
 
 use glam::{DAffine3, DVec3};
@@ -121,8 +122,10 @@ fn errors_of_totals_are_the_scatter_over_seeds() {
     let none = Progress::none();
     let warped =
         |seed| WarpedArea { samples: 16, seed, ..WarpedArea::default() }.forward(&scene, &white, &none);
-    let edges =
-        |seed| EdgeSampling { samples: 4, primary: 4, secondary: 4, seed }.forward(&scene, &moves, &none);
+    let edges = |seed| {
+        EdgeSampling { samples: 4, primary: 4, secondary: 4, seed, allow_missing: vec![] }
+            .forward(&scene, &moves, &none)
+    };
     let check = |name: &str, differs: bool, run: &dyn Fn(u64) -> Result<GradientImage, GradientError>| {
         let images: Vec<GradientImage> = (0..500).map(|seed| run(seed).unwrap()).collect();
         let n = images.len() as f64;

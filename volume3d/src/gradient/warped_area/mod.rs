@@ -25,7 +25,8 @@ use super::motion::Motion;
 use super::primal::primal;
 use super::progress::Progress;
 use super::result::{Gradient, GradientImage};
-use super::tangent::{ActiveParameters, Tangent, supports_active, supports_meshes_only, supports_tangent};
+use super::tangent::{ActiveParameters, Tangent};
+use super::unsupported::{left_out_of_active, left_out_of_tangent, supports_meshes_only};
 use crate::Image;
 use crate::path::{Kernels, Paths};
 use crate::scene::Scene;
@@ -227,7 +228,7 @@ impl WarpedArea {
             return Err(GradientError::Tangent);
         }
         if self.warps {
-            supports_tangent(scene, change)?;
+            left_out_of_tangent(scene, change, &[])?;
         }
         self.check_construction(scene, construction, change.is_geometric())?;
         self.check()
@@ -244,7 +245,7 @@ impl WarpedArea {
             return Err(GradientError::Adjoint { found: adjoint.size(), film: scene.size() });
         }
         if self.warps {
-            supports_active(scene, active)?;
+            left_out_of_active(scene, active, &[])?;
         }
         self.check_construction(scene, construction, active.is_geometric())?;
         self.check()

@@ -12,6 +12,9 @@ pub enum ImageProblem {
     /// The file cannot be decoded or encoded.
     #[error("{0}")]
     Codec(#[from] image::ImageError),
+    /// An OpenEXR image cannot be encoded.
+    #[error("{0}")]
+    Exr(#[from] exr::error::Error),
     /// A PNG cannot be encoded.
     #[error("{0}")]
     Png(#[from] png::EncodingError),

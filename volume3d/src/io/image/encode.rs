@@ -3,7 +3,7 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use image::{ImageFormat, Rgb, Rgb32FImage};
+use exr::prelude::{SpecificChannels, Text, Vec2, WritableImage};
 
 use super::{check, error, to_srgb};
 use crate::Image;
@@ -14,15 +14,28 @@ use crate::io::{Error, ImageProblem, files};
 /// # Errors
 /// [`Error::File`], or [`Error::Image`] if the number of pixels is not that of the size.
 pub fn write_exr(path: &Path, image: &Image) -> Result<(), Error> {
+    write_exr_with_comments(path, image, "")
+}
+
+/// The same, with a text that says what must be known of the image: the attribute `comments` of its header, of which
+/// characters beyond Latin-1 become question marks. An empty text writes none.
+///
+/// # Errors
+/// [`Error::File`], or [`Error::Image`] if the number of pixels is not that of the size.
+pub fn write_exr_with_comments(path: &Path, image: &Image, comments: &str) -> Result<(), Error> {
     check(image).map_err(error(path))?;
-    let pixel = |x: u32, y: u32| {
-        let p = image.pixels[y as usize * image.width + x as usize];
-        Rgb(p.to_array().map(|x| x as f32))
-    };
+    let channels = SpecificChannels::rgb(|Vec2(x, y): Vec2<usize>| {
+        let [r, g, b] = image.pixels[y * image.width + x].to_array().map(|x| x as f32);
+        (r, g, b)
+    });
+    let mut file = exr::prelude::Image::from_channels(image.size(), channels);
+    if !comments.is_empty() {
+        let latin = |c: char| u8::try_from(u32::from(c)).unwrap_or(b'?');
+        file.layer_data.attributes.comments =
+            Some(Text::from_bytes_unchecked(comments.chars().map(latin).collect()));
+    }
     let mut bytes = vec![];
-    Rgb32FImage::from_fn(image.width as u32, image.height as u32, pixel)
-        .write_to(&mut Cursor::new(&mut bytes), ImageFormat::OpenExr)
-        .map_err(|e| error(path)(e.into()))?;
+    file.write().to_buffered(Cursor::new(&mut bytes)).map_err(|e| error(path)(e.into()))?;
     files::write_bytes(path, &bytes)
 }
 

@@ -1,0 +1,181 @@
+//! What cannot be differentiated, and what of it may be left out knowingly.
+
+use glam::DVec3;
+
+use super::tangent::{ActiveParameters, Tangent};
+use crate::scene::{Light, Scene};
+
+/// What cannot be differentiated.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Unsupported {
+    /// Geometry moves before an ideal mirror, or a smooth coating.
+    #[error(
+        "material `{material}` of shape `{shape}` reflects as an ideal mirror: what moves in its image jumps where no warp sees it; give it a roughness, or move nothing, or take edge sampling and allow missing mirrors"
+    )]
+    Mirror {
+        /// The mirror's shape.
+        shape: String,
+        /// Its material.
+        material: String,
+    },
+    /// Geometry moves that can be seen through a surface.
+    #[error(
+        "light passes material `{material}` of shape `{shape}`: what moves behind it jumps where no warp sees it; give it another material, or move nothing, or take finite differences, or edge sampling and allow missing transmission"
+    )]
+    Transmission {
+        /// The shape.
+        shape: String,
+        /// Its material.
+        material: String,
+    },
+    /// Geometry moves before a texture that tilts normals.
+    #[error(
+        "a bump or normal map tilts the normals of material `{material}` of shape `{shape}`, whose jumps no warp sees; leave the map out, or move nothing, or take finite differences, or edge sampling and allow missing relief"
+    )]
+    Relief {
+        /// The shape.
+        shape: String,
+        /// Its material.
+        material: String,
+    },
+    /// A method that knows meshes only.
+    #[error(
+        "{method} does not follow the silhouettes of implicit surface `{shape}`; take warped-area sampling with the mean over jumps, or finite differences, or move nothing"
+    )]
+    Implicit {
+        /// The surface.
+        shape: String,
+        /// The method.
+        method: &'static str,
+    },
+    /// A light moves, or geometry before it, whose shadows have no width.
+    #[error(
+        "point light `{light}` casts shadows without a penumbra, whose motion no warp sees; put a small shape that emits in its place, or move nothing, or take finite differences, or edge sampling and allow missing point lights"
+    )]
+    Delta {
+        /// The light.
+        light: String,
+    },
+    /// The same of parallel light.
+    #[error(
+        "light `{light}` casts shadows without a penumbra, whose motion no warp sees; give it a finite kappa, or move nothing, or take finite differences, or edge sampling and allow missing parallel lights"
+    )]
+    Parallel {
+        /// The light.
+        light: String,
+    },
+}
+
+/// A kind of jump whose motion [`EdgeSampling`](super::EdgeSampling) may leave out, if it is allowed to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Missing {
+    /// What moves in ideal mirrors and smooth coatings: [`Unsupported::Mirror`].
+    Mirror,
+    /// What moves behind glass and in its reflection, and behind what is partly transparent: [`Unsupported::Transmission`].
+    Transmission,
+    /// Where normals tilted by a bump or normal map turn away: [`Unsupported::Relief`].
+    Relief,
+    /// Shadows of points, spots and projectors: [`Unsupported::Delta`].
+    PointLight,
+    /// Shadows of parallel light: [`Unsupported::Parallel`].
+    ParallelLight,
+}
+
+impl Unsupported {
+    /// The kind of jump, if the rest of the derivative makes sense without it.
+    #[must_use]
+    pub fn missing(&self) -> Option<Missing> {
+        match self {
+            Self::Mirror { .. } => Some(Missing::Mirror),
+            Self::Transmission { .. } => Some(Missing::Transmission),
+            Self::Relief { .. } => Some(Missing::Relief),
+            Self::Delta { .. } => Some(Missing::PointLight),
+            Self::Parallel { .. } => Some(Missing::ParallelLight),
+            Self::Implicit { .. } => None,
+        }
+    }
+}
+
+/// What of a change would be silently lost, unless it is allowed to be: then it is listed.
+///
+/// # Errors
+/// The first thing that is not allowed.
+pub(super) fn left_out_of_tangent(
+    scene: &Scene,
+    change: &Tangent,
+    allowed: &[Missing],
+) -> Result<Vec<Unsupported>, Unsupported> {
+    let lights = scene.description().lights.iter().zip(&change.pose);
+    let turned = lights.filter(|(_, rate)| **rate != DVec3::ZERO).map(|(light, _)| light);
+    left_out(scene, change.is_geometric(), turned, allowed)
+}
+
+/// The same of the parameters whose derivatives are asked for.
+///
+/// # Errors
+/// The first thing that is not allowed.
+pub(super) fn left_out_of_active(
+    scene: &Scene,
+    active: &ActiveParameters,
+    allowed: &[Missing],
+) -> Result<Vec<Unsupported>, Unsupported> {
+    let turned = scene.description().lights.iter().filter(|_| active.poses);
+    left_out(scene, active.is_geometric(), turned, allowed)
+}
+
+/// Refuses a method that knows meshes only, where geometry moves beside implicit surfaces.
+pub(super) fn supports_meshes_only(scene: &Scene, method: &'static str) -> Result<(), Unsupported> {
+    match scene.description().implicits.first() {
+        Some(shape) => Err(Unsupported::Implicit { shape: shape.id.clone(), method }),
+        None => Ok(()),
+    }
+}
+
+fn left_out<'l>(
+    scene: &'l Scene,
+    geometric: bool,
+    turned: impl Iterator<Item = &'l Light>,
+    allowed: &[Missing],
+) -> Result<Vec<Unsupported>, Unsupported> {
+    let all = if geometric { jumps_unseen(scene) } else { turned.filter_map(casts_hard_shadows).collect() };
+    let refused = all.iter().find(|jumps| jumps.missing().is_none_or(|kind| !allowed.contains(&kind)));
+    refused.cloned().map_or(Ok(all), Err)
+}
+
+/// All jumps that no method follows when geometry moves.
+fn jumps_unseen(scene: &Scene) -> Vec<Unsupported> {
+    let d = scene.description();
+    if d.integrator.max_depth.is_some_and(|depth| depth < 2) {
+        // Emission alone is seen, and nothing is reflected, passed or lit.
+        return vec![];
+    }
+    let meshes = d.shapes.iter().map(|shape| (&shape.id, shape.material));
+    let shapes = meshes.chain(d.implicits.iter().map(|shape| (&shape.id, shape.material)));
+    let surfaces = shapes.flat_map(|(id, material)| {
+        let material = &d.materials[material];
+        let named = || (id.clone(), material.id.clone());
+        let transmission = (material.bsdf.transmits() || material.opacity.is_some()).then(|| {
+            let (shape, material) = named();
+            Unsupported::Transmission { shape, material }
+        });
+        let mirror = (material.bsdf.is_mirror() && !material.bsdf.transmits()).then(|| {
+            let (shape, material) = named();
+            Unsupported::Mirror { shape, material }
+        });
+        let relief = material.relief.is_some().then(|| {
+            let (shape, material) = named();
+            Unsupported::Relief { shape, material }
+        });
+        [transmission, mirror, relief].into_iter().flatten()
+    });
+    surfaces.chain(d.lights.iter().filter_map(casts_hard_shadows)).collect()
+}
+
+/// A light without extent.
+fn casts_hard_shadows(light: &Light) -> Option<Unsupported> {
+    light.is_delta().then(|| match light {
+        Light::Directional { id, .. } => Unsupported::Parallel { light: id.clone() },
+        light => Unsupported::Delta { light: light.id().clone() },
+    })
+}
