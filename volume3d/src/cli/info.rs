@@ -7,7 +7,7 @@ use clap::error::ErrorKind;
 use flatland::sdf::Sdf as _;
 use glam::{DVec2, DVec3};
 use volume3d::io::mitsuba::support_table;
-use volume3d::scene::{Camera, Description, Environment, Light, Reflectance, Scene};
+use volume3d::scene::{Camera, Description, Environment, Lens, Light, Reflectance, Scene};
 use volume3d::sdf::{Baked, Grid};
 
 use super::lint;
@@ -59,13 +59,16 @@ fn camera(text: &mut String, scene: &Scene) {
     let degrees = d.camera.field_of_view.to_degrees();
     let depth = d.integrator.max_depth.map_or_else(|| "unlimited".to_owned(), |n| n.to_string());
     let _ = writeln!(text, "image: {width} × {height} pixels, {} spp, filter {:?}", d.samples, d.film.filter);
-    let Camera { origin, principal_point, pixel_aspect, .. } = d.camera;
+    let Camera { origin, principal_point, pixel_aspect, lens, .. } = d.camera;
     let _ = write!(text, "camera: at {origin}, {degrees:.2}° horizontally");
     if principal_point != DVec2::ZERO || pixel_aspect != 1.0 {
         let _ = write!(
             text,
             ", axis {principal_point} of the film's size beside its middle, f_y/f_x {pixel_aspect}"
         );
+    }
+    if let Some(Lens { radius, focus_distance }) = lens {
+        let _ = write!(text, ", a lens of radius {radius} in focus at {focus_distance}");
     }
     let hidden = if d.hide_emitters { "; what emits is not seen" } else { "" };
     let _ = writeln!(text, "; path length {depth}{hidden}");

@@ -210,7 +210,9 @@ impl<'s> Auxiliary<'s> {
             Construction::JumpMean { film: radius, .. } => {
                 let reach = AngularSupport::new(radius * film.pixel_angle());
                 let direction = ray(u);
-                let mean = self.jump_mean_on_film(origin, direction, reach, seen, camera_moves)?;
+                let from_one_place = !film.has_lens();
+                let mean =
+                    self.jump_mean_on_film(origin, direction, reach, seen, camera_moves, from_one_place)?;
                 FilmField::JumpMean(mean, direction)
             }
             Construction::Followed { candidates } => {
@@ -258,18 +260,25 @@ impl<'s> Auxiliary<'s> {
         reach: AngularSupport,
         seen: Option<Surface>,
         camera_moves: bool,
+        from_one_place: bool,
     ) -> Option<JumpMean> {
         if !camera_moves && !self.moving.may_be_near(origin, direction, reach) {
             return None;
         }
-        self.gather(origin, direction, reach)?;
+        if !from_one_place {
+            // No two samples look from the same point of a lens.
+            self.near.margin = -1.0;
+        } else {
+            self.gather(origin, direction, reach)?;
+        }
         let (scene, tree) = (self.paths.scene, self.edges?);
         let triangle = triangle(seen);
         let front = triangle.map(|t| self.front(tree.plane(t), origin));
         let subject = Subject::Radiance(triangle);
         let view = View { origin, planes: front.as_slice(), subject, rounding: self.paths.scene.rounding() };
         let sight = Sight { origin, from: None, plane: triangle.map(|t| self.plane_of(t)) };
-        let silhouettes = Silhouettes::Listed(&self.near.edges);
+        let silhouettes =
+            if from_one_place { Silhouettes::Listed(&self.near.edges) } else { Silhouettes::All };
         JumpMean::new(scene, tree, silhouettes, &view, direction, reach, &sight, &mut self.trace)
     }
 

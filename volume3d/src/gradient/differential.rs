@@ -3,6 +3,7 @@
 use flatland::random::Stream;
 use glam::DVec2;
 
+use super::film::FilmPlane;
 use crate::path::Calculus;
 use crate::scene::Surface;
 
@@ -17,7 +18,7 @@ pub(super) struct FilmPoint<T> {
 /// differ in what they do with the numbers.
 pub(super) trait Differential: Calculus {
     /// The warp at a point of the film, at which a surface or nothing is seen.
-    fn film_warp(&mut self, u: DVec2, seen: Option<Surface>) -> FilmPoint<Self::Number>;
+    fn film_warp(&mut self, film: &FilmPlane, u: DVec2, seen: Option<Surface>) -> FilmPoint<Self::Number>;
 
     /// The random numbers of warps, if there are warps.
     fn rng(&mut self) -> Option<&mut Stream>;

@@ -1,11 +1,13 @@
 //! The film: where samples fall, what they weigh, and how points of space move on it.
 
+use std::f64::consts::TAU;
+
 use flatland::calculus::{Number, Vec3};
 use glam::{DVec2, DVec3};
 
-use crate::gradient::NonFinite;
-use crate::path::{Calculus, Frame};
-use crate::scene::{Camera, Filter, Scene};
+use crate::gradient::{CameraTangent, NonFinite};
+use crate::path::{Calculus, Frame, Sequence};
+use crate::scene::{Camera, Filter, Lens, Scene};
 
 /// The image plane in pixels, x to the right and y down from the top left corner of the whole film.
 #[derive(Clone, Copy, Debug)]
@@ -21,8 +23,13 @@ pub(crate) struct FilmPlane {
     /// f_y/f_x.
     aspect: f64,
     filter: Filter,
-    /// The camera's frame as it stands.
+    /// The camera's frame as it stands; its origin is the point of the lens that is looked through.
     pub(crate) still: Frame<f64>,
+    lens: Option<Lens>,
+    /// From the camera's origin to that point.
+    offset: DVec3,
+    /// The same by the distance in focus, to the right and up: the directions of a film point through two points of the lens differ by it.
+    shear: DVec2,
     /// df/d(field of view), with f = (W/2)/tan(fov/2).
     focal_rate: f64,
 }
@@ -55,7 +62,69 @@ impl FilmPlane {
                 focal,
             },
             focal_rate: focal_rate(focal, camera.field_of_view),
+            lens: camera.lens,
+            offset: DVec3::ZERO,
+            shear: DVec2::ZERO,
         }
+    }
+
+    /// Whether there is a lens: [`through`](Self::through) is one of many then.
+    pub(crate) fn has_lens(&self) -> bool {
+        self.lens.is_some()
+    }
+
+    /// The film as it is seen through a random point of the lens, if there is one.
+    pub(crate) fn through(&self, numbers: &mut Sequence) -> Self {
+        let Some(Lens { radius, focus_distance }) = self.lens else { return *self };
+        let [a, b] = numbers.pair();
+        let (sin, cos) = (TAU * b).sin_cos();
+        let point = DVec2::new(cos, sin) * (radius * a.sqrt());
+        let (right, up) = (self.still.right.value(), self.still.up.value());
+        let offset = right * point.x + up * point.y;
+        let origin = Vec3::constant(self.still.origin.value() - self.offset + offset);
+        Self { still: Frame { origin, ..self.still }, offset, shear: point / focus_distance, ..*self }
+    }
+
+    /// The radius of the lens; 0 for a pinhole.
+    pub(crate) fn lens_radius(&self) -> f64 {
+        self.lens.map_or(0.0, |lens| lens.radius)
+    }
+
+    /// How far beside a point at a depth, as seen through the middle of the lens, others of its points see on the same film
+    /// point, at most: in units of length, and along columns as much more as pixels are.
+    pub(crate) fn beside(&self, depth: f64) -> DVec2 {
+        let shift = |lens: Lens| lens.radius * (1.0 + depth.abs() / lens.focus_distance);
+        self.lens.map_or(DVec2::ZERO, |lens| DVec2::new(1.0, self.aspect) * shift(lens))
+    }
+
+    /// The half axes of the ellipse on the film, in pixels, over which a point at a depth spreads.
+    pub(crate) fn confusion(&self, depth: f64) -> DVec2 {
+        let defocus = |lens: Lens| lens.radius * (1.0 / depth - 1.0 / lens.focus_distance).abs();
+        self.lens
+            .map_or(DVec2::ZERO, |lens| DVec2::new(1.0, self.aspect) * (self.still.focal * defocus(lens)))
+    }
+
+    /// The camera's frame in numbers, as it is seen through this point of the lens; given is that of a pinhole.
+    pub(crate) fn frame_through<C: Calculus>(
+        &self,
+        calculus: &C,
+        pinhole: &Frame<C::Number>,
+    ) -> Frame<C::Number> {
+        if self.has_lens() { self.moving_frame(calculus) } else { *pinhole }
+    }
+
+    /// The velocity of the point of the lens that is looked through.
+    pub(crate) fn origin_rate(&self, camera: &CameraTangent) -> DVec3 {
+        if self.has_lens() {
+            camera.translation + camera.rotation.cross(self.offset)
+        } else {
+            camera.translation
+        }
+    }
+
+    /// The transpose: what a covector of that velocity gives to the rate of rotation, beside that of translation, which it is.
+    pub(crate) fn origin_rate_transpose(&self, covector: DVec3) -> DVec3 {
+        self.offset.cross(covector)
     }
 
     /// Whether the filter is the pixel itself.
@@ -127,7 +196,10 @@ impl FilmPlane {
         let turned = |axis: Vec3<f64>| Vec3::turned(axis.value(), motion.map(|m| m.rotation));
         let (origin, focal) = (Vec3::constant(origin.value()), C::Number::constant(focal));
         Frame {
-            origin: motion.map_or(origin, |m| origin + m.translation),
+            origin: motion.map_or(origin, |m| match self.lens {
+                None => origin + m.translation,
+                Some(_) => origin + m.translation + m.rotation.cross(Vec3::constant(self.offset)),
+            }),
             right: turned(right),
             up: turned(up),
             forward: turned(forward),
@@ -139,6 +211,10 @@ impl FilmPlane {
     pub(crate) fn direction<T: Number>(&self, frame: &Frame<T>, [x, y]: [T; 2]) -> Vec3<T> {
         let a = (x - T::constant(self.centre.x)) / frame.focal;
         let b = (T::constant(self.centre.y) - y) / (frame.focal * self.aspect);
+        let (a, b) = match self.lens {
+            None => (a, b),
+            Some(_) => (a - T::constant(self.shear.x), b - T::constant(self.shear.y)),
+        };
         (frame.forward + frame.right * a + frame.up * b).normalized()
     }
 
@@ -170,9 +246,25 @@ impl FilmPlane {
 
     /// The velocity of a direction with that of the film point it is seen at, as the field of view grows.
     pub(crate) fn zoom(&self, direction: DVec3) -> DVec3 {
-        let (growth, forward) = (self.growth(), self.forward());
-        let across = direction - forward * direction.dot(forward);
-        (across - across.dot(direction) * direction) * growth
+        let across = self.across(direction);
+        (across - across.dot(direction) * direction) * self.growth()
+    }
+
+    /// The part of a way across the camera's axis, from where the film's middle sees a point as deep: what grows with the
+    /// image.
+    pub(crate) fn across(&self, way: DVec3) -> DVec3 {
+        let across = way - self.forward() * self.forward().dot(way);
+        if self.has_lens() { across + self.sheared() * self.forward().dot(way) } else { across }
+    }
+
+    /// The transpose of [`across`](Self::across).
+    pub(crate) fn across_transpose(&self, covector: DVec3) -> DVec3 {
+        let across = covector - self.forward() * self.forward().dot(covector);
+        if self.has_lens() { across + self.forward() * self.sheared().dot(covector) } else { across }
+    }
+
+    fn sheared(&self) -> DVec3 {
+        self.still.right.value() * self.shear.x + self.still.up.value() * self.shear.y
     }
 
     /// By what part of itself the image grows for every radian of the field of view.
@@ -184,10 +276,12 @@ impl FilmPlane {
     pub(crate) fn project<T: Number>(&self, frame: &Frame<T>, point: Vec3<T>) -> [T; 2] {
         let way = point - frame.origin;
         let scale = frame.focal / way.dot(frame.forward);
-        [
-            T::constant(self.centre.x) + way.dot(frame.right) * scale,
-            T::constant(self.centre.y) - way.dot(frame.up) * scale * self.aspect,
-        ]
+        let (right, up) = (way.dot(frame.right) * scale, way.dot(frame.up) * scale * self.aspect);
+        let (right, up) = match self.lens {
+            None => (right, up),
+            Some(_) => (right + frame.focal * self.shear.x, up + frame.focal * (self.aspect * self.shear.y)),
+        };
+        [T::constant(self.centre.x) + right, T::constant(self.centre.y) - up]
     }
 
     /// The cell a film point falls into, if samples there reach any pixel.

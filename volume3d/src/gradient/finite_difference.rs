@@ -85,10 +85,10 @@ impl FiniteDifference {
             let u = film.point(i, j, place.pair());
             let [plus, minus] = std::array::from_fn(|side| {
                 let (paths, mut numbers) = (&paths[side], place.clone());
-                let camera = &paths.scene.description.camera;
-                let direction = films[side].ray(u);
-                let hit = paths.scene.closest(camera.origin, direction, None);
-                paths.still_radiance(camera.origin, direction, hit, 1, &mut numbers)
+                let film = films[side].through(&mut numbers);
+                let (origin, direction) = (film.still.origin.value(), film.ray(u));
+                let hit = paths.scene.closest(origin, direction, None);
+                paths.still_radiance(origin, direction, hit, 1, &mut numbers)
             });
             let (mean, difference): (DVec3, DVec3) =
                 (0.5 * (plus + minus), (plus - minus) / (2.0 * self.step));

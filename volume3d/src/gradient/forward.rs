@@ -30,7 +30,6 @@ const SECONDARY: usize = 2;
 #[derive(Debug)]
 pub(crate) struct Forward<'s, const N: usize> {
     pub(crate) scene: &'s Scene,
-    pub(crate) film: FilmPlane,
     pub(crate) motion: &'s Motion<'s>,
     /// `None` is no warp at all: the interior term alone.
     pub(crate) auxiliary: Option<Auxiliary<'s>>,
@@ -61,18 +60,19 @@ fn lane<const N: usize>(v: Vec3<Dual<N>>, lane: usize) -> DVec3 {
 }
 
 impl<const N: usize> Differential for Forward<'_, N> {
-    fn film_warp(&mut self, u: DVec2, seen: Option<Surface>) -> FilmPoint<Dual<N>> {
+    fn film_warp(&mut self, film: &FilmPlane, u: DVec2, seen: Option<Surface>) -> FilmPoint<Dual<N>> {
         let still =
             FilmPoint { at: [Dual::constant(u.x), Dual::constant(u.y)], jacobian: Dual::constant(1.0) };
         let moves = self.motion.camera_moves;
         let Some(auxiliary) = &mut self.auxiliary else { return still };
-        let Some(warp) = auxiliary.on_film(&self.film, u, seen, moves) else { return still };
+        let Some(warp) = auxiliary.on_film(film, u, seen, moves) else { return still };
         let (scene, Tangent { positions, camera: change, .. }) = (self.scene, self.motion.change);
+        let origin_rate = film.origin_rate(change);
         let field = warp.field(|seen| {
             let relative = if seen.followed.is_nothing() {
                 DVec3::ZERO
             } else {
-                (seen.followed.velocity(scene, positions) - change.translation) / seen.distance
+                (seen.followed.velocity(scene, positions) - origin_rate) / seen.distance
             };
             warp.apparent(seen.direction, relative, change)
         });

@@ -65,7 +65,7 @@ fn sample_cell(
     if !film.cell_counts(i, j) {
         return;
     }
-    let camera = &paths.scene.description.camera;
+    let origin = paths.scene.description.camera.origin;
     let mut drawn = Vec::with_capacity(TOGETHER);
     let (mut directions, mut hits) = (Vec::with_capacity(TOGETHER), Vec::with_capacity(TOGETHER));
     for first in (0..samples).step_by(TOGETHER) {
@@ -76,13 +76,19 @@ fn sample_cell(
         drawn.extend((first..samples.min(first + TOGETHER)).map(|sample| {
             let mut numbers = numbers(seed, (i, j), sample, samples, PATH);
             let u = film.point(i, j, numbers.pair());
-            (sample, u, film.ray(u), numbers)
+            let film = film.through(&mut numbers);
+            (sample, u, film.still.origin.value(), film.ray(u), numbers)
         }));
         directions.clear();
-        directions.extend(drawn.iter().map(|&(_, _, direction, _)| direction));
-        paths.scene.closest_bundle(camera.origin, &directions, None, &mut hits);
-        for (&mut (sample, u, direction, ref mut numbers), &hit) in drawn.iter_mut().zip(&hits) {
-            let radiance = paths.still_radiance(camera.origin, direction, hit, 1, numbers);
+        if film.has_lens() {
+            hits.clear();
+            hits.extend(drawn.iter().map(|&(_, _, o, d, _)| paths.scene.closest(o, d, None)));
+        } else {
+            directions.extend(drawn.iter().map(|&(.., direction, _)| direction));
+            paths.scene.closest_bundle(origin, &directions, None, &mut hits);
+        }
+        for (&mut (sample, u, origin, direction, ref mut numbers), &hit) in drawn.iter_mut().zip(&hits) {
+            let radiance = paths.still_radiance(origin, direction, hit, 1, numbers);
             if !radiance.is_finite() {
                 sink.non_finite.push(film.located(i, j, sample));
                 continue;

@@ -85,7 +85,6 @@ pub(crate) struct Reverse<'s, 't> {
     pub(crate) inputs: &'s Inputs,
     pub(crate) tape: &'t Tape<Input>,
     auxiliary: Option<&'t mut Auxiliary<'s>>,
-    pub(crate) film: FilmPlane,
     film_warp: Option<FilmWarp>,
     warps: Vec<BounceWarp<'t>>,
     level_sets: RefCell<Vec<LevelSetPoint<'t>>>,
@@ -99,14 +98,12 @@ impl<'s, 't> Reverse<'s, 't> {
         inputs: &'s Inputs,
         tape: &'t Tape<Input>,
         auxiliary: Option<&'t mut Auxiliary<'s>>,
-        film: FilmPlane,
     ) -> Self {
         Self {
             scene,
             inputs,
             tape,
             auxiliary,
-            film,
             film_warp: None,
             warps: vec![],
             level_sets: RefCell::default(),
@@ -218,6 +215,7 @@ impl<'s, 't> Reverse<'s, 't> {
             }
             if self.inputs.active.camera {
                 let (rotation, zoom) = warp.apparent_transpose(seen.direction, covector);
+                let rotation = rotation + warp.film.origin_rate_transpose(translation);
                 self.scatter_camera(translation, rotation, zoom, sums);
             }
         });
@@ -252,12 +250,12 @@ fn add_all(earlier: &mut Adjoints<'_>, vector: Vec3<Recorded<'_>>, amount: DVec3
 }
 
 impl<'t> Differential for Reverse<'_, 't> {
-    fn film_warp(&mut self, u: DVec2, seen: Option<Surface>) -> FilmPoint<Recorded<'t>> {
+    fn film_warp(&mut self, film: &FilmPlane, u: DVec2, seen: Option<Surface>) -> FilmPoint<Recorded<'t>> {
         let constant = Recorded::constant;
         let still = FilmPoint { at: [constant(u.x), constant(u.y)], jacobian: constant(1.0) };
         let moves = self.inputs.active.camera;
         let Some(auxiliary) = &mut self.auxiliary else { return still };
-        let Some(warp) = auxiliary.on_film(&self.film, u, seen, moves) else { return still };
+        let Some(warp) = auxiliary.on_film(film, u, seen, moves) else { return still };
         self.finite.set(self.finite.get() && warp.is_finite());
         self.film_warp = Some(warp);
         let [x, y, jacobian] = self.tape.inputs(Input::FilmWarp, [u.x, u.y, 1.0]);

@@ -140,12 +140,13 @@ impl FilmWarp {
     /// φ̇ and ∇φ̇ that a camera which moves, turns and zooms sees of a surface that stands still.
     ///
     /// It sees what it would see standing still if space moved by −(ȯ + A r), r = x − o, with A r = w × r − g r_⊥: g is the rate
-    /// at which the image grows, and r_⊥ is across the camera's axis.
+    /// at which the image grows, and r_⊥ is across the camera's axis, from where the middle of the film looks.
     pub(crate) fn camera_rate(&self, tap: &LevelSetTap, camera: &CameraTangent) -> Jet<DVec3> {
         let growth = self.film.growth() * camera.field_of_view;
         let (r, gradient) = (tap.point() - self.film.still.origin.value(), tap.there.jet.gradient);
-        let velocity = camera.translation + camera.rotation.cross(r) - growth * self.across(r);
-        let turned = -camera.rotation.cross(gradient) - growth * self.across(gradient);
+        let velocity =
+            self.film.origin_rate(camera) + camera.rotation.cross(r) - growth * self.film.across(r);
+        let turned = -camera.rotation.cross(gradient) - growth * self.film.across_transpose(gradient);
         tap.there.advected(velocity) + Jet { value: 0.0, gradient: turned }
     }
 
@@ -157,14 +158,11 @@ impl FilmWarp {
     ) -> (DVec3, DVec3, f64) {
         let (r, gradient) = (tap.point() - self.film.still.origin.value(), tap.there.jet.gradient);
         let c = tap.there.advected_transpose(covector);
-        let rotation = r.cross(c) - gradient.cross(covector.gradient);
-        let growth = -c.dot(self.across(r)) - covector.gradient.dot(self.across(gradient));
+        let turned = r.cross(c) - gradient.cross(covector.gradient);
+        let rotation = turned + self.film.origin_rate_transpose(c);
+        let growth =
+            -c.dot(self.film.across(r)) - covector.gradient.dot(self.film.across_transpose(gradient));
         (c, rotation, growth * self.film.growth())
-    }
-
-    /// The part of a vector across the camera's axis.
-    fn across(&self, v: DVec3) -> DVec3 {
-        v - self.film.forward() * self.film.forward().dot(v)
     }
 
     /// The transpose: what a covector of the apparent velocity gives to the rates of rotation and field of view.

@@ -10,7 +10,7 @@ use crate::scene::Scene;
 /// Weights that let only silhouettes count: 1 in pixels within `reach` pixels, along rows and columns, of one beside which some of these shapes
 /// begin or end, 0 in all others.
 ///
-/// What a pixel shows is what is seen through its centre, so that what is thinner than pixels may be missed. Weights are those of
+/// What a pixel shows is what is seen through its centre, and through the middle of a lens, so that what is thinner than pixels may be missed. Weights are those of
 /// the scene as it is, not functions of its parameters: a loss with them has no derivative through them.
 #[must_use]
 pub fn silhouette_weights(scene: &Scene, shapes: &[usize], reach: usize) -> Image {

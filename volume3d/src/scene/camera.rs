@@ -1,11 +1,11 @@
-//! Pinhole cameras and films.
+//! Cameras and films.
 
 use glam::{DVec2, DVec3};
 
-/// A pinhole camera with an orthonormal frame.
+/// A camera with an orthonormal frame: a pinhole, or a thin lens.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
-    /// Where the pinhole is.
+    /// Where the pinhole is, or the middle of the lens.
     pub origin: DVec3,
     /// Unit vector to the right of the image.
     pub right: DVec3,
@@ -20,6 +20,22 @@ pub struct Camera {
     pub principal_point: DVec2,
     /// f_y/f_x, positive: by how many more pixels the same angle is shown along columns than along rows. 1 for square pixels.
     pub pixel_aspect: f64,
+    /// The lens; nothing for a pinhole, before which all is sharp.
+    pub lens: Option<Lens>,
+}
+
+/// A thin lens: an ideal one, a disc across the camera's axis.
+///
+/// The image is the mean of those of pinholes all over the disc, uniform by area, whose image planes are shifted so that
+/// they agree at the distance in focus: a film point sees one point there through all of them. What is at a depth z
+/// spreads over a disc on the film, the circle of confusion, whose radius is f·radius·|1/z − 1/focus_distance| pixels, with f
+/// the focal length in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lens {
+    /// The radius of the disc, in the scene's units, positive.
+    pub radius: f64,
+    /// How deep, along the camera's axis, is what is sharp; positive.
+    pub focus_distance: f64,
 }
 
 impl Camera {
@@ -37,6 +53,7 @@ impl Camera {
             field_of_view,
             principal_point,
             pixel_aspect,
+            lens: None,
         }
     }
 }

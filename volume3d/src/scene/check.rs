@@ -103,10 +103,11 @@ pub(super) fn on_implicit(shape: &ImplicitShape, material: &Material) -> Result<
     Ok(())
 }
 
-/// That the camera is outside of an implicit surface.
+/// That the camera is outside of an implicit surface, with all of its lens.
 pub(super) fn outside(shape: &ImplicitShape, camera: &Camera) -> Result<(), SceneError> {
     let value = shape.jet(camera.origin).value;
-    if value > 0.0 { Ok(()) } else { Err(SceneError::Inside { id: shape.id.clone(), value }) }
+    let least = camera.lens.map_or(0.0, |lens| lens.radius * shape.slope_bound());
+    if value > least { Ok(()) } else { Err(SceneError::Inside { id: shape.id.clone(), value, least }) }
 }
 
 /// That indices count everything.
@@ -143,7 +144,7 @@ pub(super) fn renamed<'a>(
 }
 
 pub(super) fn camera(camera: &Camera) -> Result<(), SceneError> {
-    let Camera { origin, right, up, forward, field_of_view, principal_point, pixel_aspect } = camera;
+    let Camera { origin, right, up, forward, field_of_view, principal_point, pixel_aspect, lens } = camera;
     let frame = [*right, *up, *forward];
     // A frame read from six digits of a file is orthonormal to about this.
     let tolerance = 1e-5;
@@ -158,7 +159,14 @@ pub(super) fn camera(camera: &Camera) -> Result<(), SceneError> {
         range(offset.is_finite(), "camera", "the principal point", offset, "finite")?;
     }
     let in_range = pixel_aspect.is_finite() && *pixel_aspect > 0.0;
-    range(in_range, "camera", "the pixel aspect", *pixel_aspect, "positive and finite")
+    range(in_range, "camera", "the pixel aspect", *pixel_aspect, "positive and finite")?;
+    let sizes = lens.iter().flat_map(|lens| {
+        [("the radius of the lens", lens.radius), ("the distance in focus", lens.focus_distance)]
+    });
+    for (what, size) in sizes {
+        range(size.is_finite() && size > 0.0, "camera", what, size, "positive and finite")?;
+    }
+    Ok(())
 }
 
 pub(super) fn film(film: &Film) -> Result<(), SceneError> {

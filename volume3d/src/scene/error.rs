@@ -91,13 +91,15 @@ pub enum SceneError {
     Tracer(#[from] flatland::sdf::TracerError),
     /// The camera looks from within a surface.
     #[error(
-        "the camera is inside the implicit surface `{id}`, where φ = {value}; it must be outside, where φ > 0"
+        "the camera is inside the implicit surface `{id}`, where φ = {value}; it must be outside, where φ > {least}"
     )]
     Inside {
         /// The surface.
         id: String,
         /// φ at the camera.
         value: f64,
+        /// What it must be above: 0, or with a lens what φ may change over its radius.
+        least: f64,
     },
     /// The camera's frame is not orthonormal.
     #[error("the camera's right, up and forward are not orthonormal")]

@@ -29,7 +29,7 @@ pub use crate::optics::Microfacets;
 pub(crate) use adjacency::{Beyond, FLAT};
 pub use bsdf::{Bsdf, Dielectric, Plastic, Principled, PrincipledThin, Reflectance, Roughness};
 pub use build::Scene;
-pub use camera::{Camera, Crop, Film, Filter};
+pub use camera::{Camera, Crop, Film, Filter, Lens};
 pub use crossing_shapes::{CrossingCount, Overlap};
 pub use description::{Description, Integrator, SPHERE_TRACING, Shape};
 pub use error::SceneError;

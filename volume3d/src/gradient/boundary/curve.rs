@@ -15,12 +15,15 @@ use glam::{DVec2, DVec3};
 
 use super::driver::{Address, Boundary, BoundarySample};
 use crate::gradient::differential::Differential;
+use crate::gradient::film::FilmPlane;
 use crate::path::{Calculus, Frame};
 use crate::scene::Surface;
 
 /// Where a path begins, in numbers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Eye<'f, T> {
+    /// The film, through the point of the lens that is looked through.
+    pub(super) film: &'f FilmPlane,
     pub(super) frame: &'f Frame<T>,
     /// The film point.
     pub(super) at: [T; 2],
@@ -30,8 +33,8 @@ pub(super) struct Eye<'f, T> {
 
 impl<'f, T: Number> Eye<'f, T> {
     /// At a film point that stands still, as all directions do.
-    pub(super) fn still(frame: &'f Frame<T>, at: DVec2) -> Self {
-        Self { frame, at: [T::constant(at.x), T::constant(at.y)], warps: false }
+    pub(super) fn still(film: &'f FilmPlane, frame: &'f Frame<T>, at: DVec2) -> Self {
+        Self { film, frame, at: [T::constant(at.x), T::constant(at.y)], warps: false }
     }
 }
 
@@ -46,8 +49,8 @@ pub(super) trait Curve: Sync {
     /// Adds the places one sample finds.
     fn draw(&self, address: Address, places: &mut Vec<Self::Place>);
 
-    /// The film point, and the surface seen there.
-    fn film(&self, place: &Self::Place) -> (DVec2, Surface);
+    /// The film, through the point of the lens that is looked through, the film point, and the surface seen there.
+    fn film(&self, place: &Self::Place) -> (FilmPlane, DVec2, Surface);
 
     /// Δf/|∇G| over the density, such that the mean of light times speed over samples is the integral.
     fn light(&self, place: &Self::Place) -> DVec3;
@@ -78,8 +81,9 @@ impl<T: Curve> Boundary for T {
         for place in &places {
             let light = self.light(place);
             if light != DVec3::ZERO {
-                let (at, _) = self.film(place);
-                let speed = self.speed(calculus, &Eye::still(frame, at), place);
+                let (film, at, _) = self.film(place);
+                let frame = film.frame_through(calculus, frame);
+                let speed = self.speed(calculus, &Eye::still(&film, &frame, at), place);
                 found(calculus, BoundarySample { at, light, speed });
             }
         }

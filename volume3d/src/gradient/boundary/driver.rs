@@ -180,7 +180,7 @@ impl<'s> Driver<'s> {
         progress: &Progress,
     ) -> Splats {
         let auxiliary = boundary.auxiliary(&motion.bounds);
-        let mut forward = Forward::<1> { scene: self.scene, film: self.film, motion, auxiliary };
+        let mut forward = Forward::<1> { scene: self.scene, motion, auxiliary };
         let frame = self.film.moving_frame(&forward);
         let mut splats = Splats::default();
         for address in self.addresses(number) {
@@ -275,7 +275,7 @@ impl<'s> Driver<'s> {
                 break;
             }
             tape.clear();
-            let mut reverse = Reverse::new(self.scene, inputs, &tape, auxiliary.as_mut(), self.film);
+            let mut reverse = Reverse::new(self.scene, inputs, &tape, auxiliary.as_mut());
             let frame = self.film.moving_frame(&reverse);
             boundary.sample(&mut reverse, &frame, address, &mut |reverse, sample| {
                 self.pull(reverse, &sample, adjoint, address, &mut adjoints, part);

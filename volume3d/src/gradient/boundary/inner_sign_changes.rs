@@ -26,6 +26,7 @@ use super::sensor::{CameraSubpath, Sensor, Vertex};
 use super::table::Table;
 use super::warped_ray::warped_ray;
 use super::{BEFORE_SIGN_CHANGE, INNER_SIGN_CHANGE, Moving, STILL};
+use crate::gradient::film::FilmPlane;
 use crate::path::{Calculus, Paths, Sequence, SurfacePoint};
 use crate::scene::{Hit, NONE, Scene, Surface};
 
@@ -131,6 +132,7 @@ fn deviation(scene: &Scene, triangle: u32) -> f64 {
 #[derive(Debug)]
 pub(super) struct Seen {
     turn: Turn,
+    film: FilmPlane,
     at: DVec2,
     /// The path's shading points, the last first.
     vertices: Vec<Vertex>,
@@ -169,13 +171,20 @@ impl Curve for InnerSignChanges<'_> {
             &mut backwards,
             |subpath: CameraSubpath<'_>| {
                 let (vertices, weight) = (subpath.vertices.to_vec(), subpath.weight * scale);
-                places.push(Seen { turn, at: subpath.at, vertices, weight, numbers: numbers.clone() });
+                places.push(Seen {
+                    turn,
+                    film: *subpath.film,
+                    at: subpath.at,
+                    vertices,
+                    weight,
+                    numbers: numbers.clone(),
+                });
             },
         );
     }
 
-    fn film(&self, place: &Seen) -> (DVec2, Surface) {
-        (place.at, place.vertices[place.vertices.len() - 1].surface)
+    fn film(&self, place: &Seen) -> (FilmPlane, DVec2, Surface) {
+        (place.film, place.at, place.vertices[place.vertices.len() - 1].surface)
     }
 
     fn light(&self, place: &Seen) -> DVec3 {
@@ -185,7 +194,7 @@ impl Curve for InnerSignChanges<'_> {
     fn speed<C: Calculus>(&self, calculus: &mut C, eye: &Eye<'_, C::Number>, place: &Seen) -> C::Number {
         let scene = self.sensor.paths.scene;
         let (origin, direction) =
-            warped_ray(&self.sensor, calculus, eye, &place.vertices, &place.turn.next());
+            warped_ray(self.sensor.paths, calculus, eye, &place.vertices, &place.turn.next());
         // Only triangles interpolate normals, and their planes tell how far away they are.
         let distance = f64::NAN;
         let point = SurfacePoint::new(scene, calculus, origin, direction, place.turn.surface, distance);

@@ -82,15 +82,21 @@ impl<'a> Primary<'a> {
             }
             None => 1.0,
         };
-        let (u, s) = line.at(0.5);
         let [a, b] = edge.span(scene);
+        if self.film.has_lens() {
+            // What hides it from one point of the lens may not from another, and a near end is seen at any size.
+            let [start, end] = line.along;
+            let depth = 0.5 * (line.depth[0] + line.depth[1]);
+            return a.distance(b) * (end - start) / depth * contrast;
+        }
+        let (u, s) = line.at(0.5);
         let t = a.lerp(b, s).distance(origin);
         let direction = self.film.direction(&self.frame, [u.x, u.y]).value();
         let hidden = self.paths.scene.hidden_from_camera(origin, direction, t * (1.0 - NEARLY));
         line.ends[0].distance(line.ends[1]) * contrast * if hidden { HIDDEN } else { 1.0 }
     }
 
-    /// The part of an edge before the camera that is within the cells of the film.
+    /// The part of an edge before the camera that is within the cells of the film, or that a lens may see there.
     fn project(&self, index: u32, edge: &Edge) -> Option<Line> {
         let [a, b] = edge.span(self.paths.scene).map(|p| {
             let way = p - self.frame.origin.value();
@@ -107,8 +113,19 @@ impl<'a> Primary<'a> {
         let [centre] = [self.film.project(&self.frame, self.frame.origin + self.frame.forward)];
         let centre = DVec2::from(centre);
         let (low, high) = ((low - centre) / focal, (high - centre) / focal);
-        let heights =
-            |p: DVec3| [p.x - low.x * p.z, high.x * p.z - p.x, p.y - low.y * p.z, high.y * p.z - p.y];
+        // How far beside other points of the lens see as well: they are shifted, and their image planes back.
+        let beside = |z: f64| self.film.beside(z);
+        let heights = |p: DVec3| {
+            let DVec2 { x, y } = beside(p.z);
+            let front = if self.film.has_lens() { p.z } else { 0.0 };
+            [
+                p.x - low.x * p.z + x,
+                high.x * p.z - p.x + x,
+                p.y - low.y * p.z + y,
+                high.y * p.z - p.y + y,
+                front,
+            ]
+        };
         let (mut start, mut end) = (0.0_f64, 1.0_f64);
         for (f, g) in heights(a).into_iter().zip(heights(b)) {
             match (f >= 0.0, g >= 0.0) {
@@ -124,7 +141,8 @@ impl<'a> Primary<'a> {
         let points = [start, end].map(|s| a + (b - a) * s);
         let ends = points.map(|p| centre + p.truncate() * (focal / p.z));
         let line = Line { edge: index, ends, along: [start, end], depth: points.map(|p| p.z) };
-        (ends.iter().all(|e| e.is_finite()) && ends[0] != ends[1]).then_some(line)
+        let seen = ends.iter().all(|e| e.is_finite()) && ends[0] != ends[1];
+        (seen || self.film.has_lens()).then_some(line)
     }
 }
 
@@ -156,28 +174,48 @@ impl Boundary for Primary<'_> {
         let chosen = self.table.at(address.fraction(&mut numbers));
         let line = &self.lines[chosen.index];
         let edge = &self.list.edges[line.edge as usize];
-        let (u, s) = line.at(chosen.rest);
-        let length = line.ends[0].distance(line.ends[1]);
-        let normal = (line.ends[1] - line.ends[0]).perp() / length;
-        let origin = self.frame.origin;
-        let ray = |u: DVec2| self.film.direction(&self.frame, [u.x, u.y]);
+        let film = self.film.through(&mut numbers);
+        let origin = film.still.origin.value();
         let [a, b] = edge.span(scene);
-        let t = a.lerp(b, s).distance(origin.value());
-        let directions = [-ASIDE_PIXELS, ASIDE_PIXELS].map(|e| ray(u + e * normal).value());
-        let Some(sides) = look_past(self.paths.scene, self.list, edge, (origin.value(), None), directions, t)
-        else {
+        let (u, s, line) = if film.has_lens() {
+            // Lines through each point of the lens are others: the point is drawn in space, uniformly.
+            let [start, end] = line.along;
+            let s = start + (end - start) * chosen.rest;
+            let way = a.lerp(b, s) - origin;
+            if way.dot(film.forward()) <= 0.0 {
+                return;
+            }
+            let (direction, step) = (way.normalize(), (end - start) * (b - a) / way.length());
+            let u = DVec2::from(film.project(&film.still, Vec3::constant(origin + way)));
+            if film.cell(u).is_none() {
+                return;
+            }
+            (u, s, film.jacobian(direction).apply(step - direction * direction.dot(step)))
+        } else {
+            let (u, s) = line.at(chosen.rest);
+            (u, s, line.ends[1] - line.ends[0])
+        };
+        let length = line.length();
+        let normal = line.perp() / length;
+        if !normal.is_finite() {
+            // Seen end-on.
+            return;
+        }
+        let t = a.lerp(b, s).distance(origin);
+        let directions = [-ASIDE_PIXELS, ASIDE_PIXELS].map(|e| film.ray(u + e * normal));
+        let Some(sides) = look_past(self.paths.scene, self.list, edge, (origin, None), directions, t) else {
             return;
         };
         // Aside as well: at the edge itself a face does not hide the light that is below its horizon.
         let [before, behind] = [0, 1].map(|k| {
             let mut numbers = numbers.clone();
-            self.paths.still_radiance(origin.value(), directions[k], sides.hits[k], 1, &mut numbers)
+            self.paths.still_radiance(origin, directions[k], sides.hits[k], 1, &mut numbers)
         });
         if before == behind {
             return;
         }
         let point = edge.span.point(scene, s, |i| calculus.position(i));
-        let [x, y] = self.film.project(frame, point);
+        let [x, y] = film.project(&film.frame_through(calculus, frame), point);
         let sample = BoundarySample {
             at: u,
             light: (before - behind) * (sides.share * length / chosen.probability),

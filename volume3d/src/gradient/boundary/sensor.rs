@@ -34,6 +34,8 @@ pub(super) struct Sensor<'a> {
 /// A path from the camera to a shading point.
 #[derive(Clone, Debug)]
 pub(super) struct CameraSubpath<'v> {
+    /// The film, through the point of the lens that is looked through.
+    pub(super) film: &'v FilmPlane,
     pub(super) at: DVec2,
     /// The shading points, the last of the path first.
     pub(super) vertices: &'v [Vertex],
@@ -45,6 +47,12 @@ impl<'a> Sensor<'a> {
     pub(super) fn new(paths: &'a Paths<'a>) -> Self {
         let film = FilmPlane::new(paths.scene);
         Self { paths, film, frame: film.still }
+    }
+
+    /// The same through a random point of the lens, if there is one.
+    pub(super) fn through(&self, numbers: &mut Sequence) -> Self {
+        let film = self.film.through(numbers);
+        Self { film, frame: film.still, ..*self }
     }
 
     /// f cos θ_s/cos θ_g: reflection at a vertex as seen from `viewer`, of light that arrives from `towards`, by
@@ -85,12 +93,13 @@ impl<'a> Sensor<'a> {
         numbers: &mut Sequence,
         mut f: impl FnMut(CameraSubpath<'_>),
     ) {
+        let sensor = self.through(numbers);
         let mut vertices = vec![last];
         let mut throughput = DVec3::ONE;
         loop {
             let vertex = vertices[vertices.len() - 1];
-            if let Some((at, weight)) = self.connect(&vertex, towards) {
-                f(CameraSubpath { at, vertices: &vertices, weight: throughput * weight });
+            if let Some((at, weight)) = sensor.connect(&vertex, towards) {
+                f(CameraSubpath { film: &sensor.film, at, vertices: &vertices, weight: throughput * weight });
             }
             if vertices.len() >= longest {
                 return;
@@ -172,7 +181,8 @@ impl<'a> Sensor<'a> {
     ) -> Vec3<C::Number> {
         let scene = self.paths.scene;
         let number = C::Number::constant;
-        let mut direction = self.film.direction(frame, [number(subpath.at.x), number(subpath.at.y)]);
+        let frame = &subpath.film.frame_through(calculus, frame);
+        let mut direction = subpath.film.direction(frame, [number(subpath.at.x), number(subpath.at.y)]);
         let mut origin = frame.origin;
         let mut before: Option<DVec3> = None;
         for vertex in subpath.vertices.iter().rev() {

@@ -14,6 +14,7 @@ use super::driver::Address;
 use super::sensor::Sensor;
 use super::table::Table;
 use super::{Moving, SIGN_CHANGE};
+use crate::gradient::film::FilmPlane;
 use crate::path::{Calculus, Paths, Plain, Sequence, SurfacePoint};
 use crate::scene::{Hit, NONE, Surface};
 
@@ -64,20 +65,24 @@ impl<'a> FilmSignChanges<'a> {
         let scene = self.sensor.paths.scene;
         let origin = self.sensor.frame.origin.value();
         let (p, n) = (scene.corners(triangle).map(|p| p - origin), self.normals(triangle));
-        // G is a quadratic form in barycentric coordinates: it has one sign if all its coefficients have.
+        let film = &self.sensor.film;
+        // G is a quadratic form in barycentric coordinates: it has one sign if all its coefficients have, through all
+        // points of a lens.
         let form = |i: usize, j: usize| n[i].dot(p[j]) + n[j].dot(p[i]);
-        let all = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)].map(|(i, j)| form(i, j));
-        if all.iter().all(|&f| f > 0.0) || all.iter().all(|&f| f < 0.0) {
+        let range = |i: usize, j: usize| film.lens_radius() * (n[i].length() + n[j].length());
+        let all = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)].map(|(i, j)| (form(i, j), range(i, j)));
+        if all.iter().all(|&(f, range)| f > range) || all.iter().all(|&(f, range)| f < -range) {
             return None;
         }
-        let (mut low, mut high) = self.sensor.film.bounds();
+        let (mut low, mut high) = film.bounds();
         let forward = self.sensor.frame.forward.value();
         if p.iter().all(|p| p.dot(forward) > 0.0) {
-            let ends = p.map(|p| {
-                DVec2::from(self.sensor.film.project(&self.sensor.frame, Vec3::constant(origin + p)))
-            });
-            low = low.max(ends[0].min(ends[1]).min(ends[2]));
-            high = high.min(ends[0].max(ends[1]).max(ends[2]));
+            let ends = p.map(|p| DVec2::from(film.project(&self.sensor.frame, Vec3::constant(origin + p))));
+            // What is out of focus spreads; 1/z is largest and least at corners.
+            let spread = p.map(|p| film.confusion(p.dot(forward)));
+            let spread = spread[0].max(spread[1]).max(spread[2]);
+            low = low.max(ends[0].min(ends[1]).min(ends[2]) - spread);
+            high = high.min(ends[0].max(ends[1]).max(ends[2]) + spread);
         } else if p.iter().all(|p| p.dot(forward) <= 0.0) {
             return None;
         }
@@ -85,17 +90,17 @@ impl<'a> FilmSignChanges<'a> {
     }
 
     /// Places on the line from u along d where the plane of a triangle turns its other side.
-    fn roots(&self, triangle: u32, u: DVec2, d: DVec2) -> impl Iterator<Item = DVec2> {
-        let origin = self.sensor.frame.origin.value();
+    fn roots(&self, film: &FilmPlane, triangle: u32, u: DVec2, d: DVec2) -> impl Iterator<Item = DVec2> {
+        let origin = film.still.origin.value();
         let place = DMat3::from_cols_array_2d(
             &self.sensor.paths.scene.corners(triangle).map(|p| (p - origin).to_array()),
         );
         let normals = DMat3::from_cols_array_2d(&self.normals(triangle).map(|n| n.to_array()));
         let inverse = place.inverse();
         // Rays of a line are D(τ) = D₀ + τ D₁ up to a factor, and barycentric coordinates P⁻¹ D.
-        let forward = self.sensor.frame.forward.value();
+        let forward = film.forward();
         let ray = |u: DVec2| {
-            let w = self.sensor.film.direction(&self.sensor.frame, [u.x, u.y]).value();
+            let w = film.ray(u);
             w / w.dot(forward)
         };
         let (d0, d1) = (ray(u), ray(u + d) - ray(u));
@@ -110,7 +115,7 @@ impl<'a> FilmSignChanges<'a> {
     /// G at a film point, in numbers.
     fn cosine<C: Calculus>(&self, calculus: &C, eye: &Eye<'_, C::Number>, surface: Surface) -> C::Number {
         let scene = self.sensor.paths.scene;
-        let direction = self.sensor.film.direction(eye.frame, eye.at);
+        let direction = eye.film.direction(eye.frame, eye.at);
         // Only triangles interpolate normals, and their planes tell how far away they are.
         let distance = f64::NAN;
         let point = SurfacePoint::new(scene, calculus, eye.frame.origin, direction, surface, distance);
@@ -121,6 +126,7 @@ impl<'a> FilmSignChanges<'a> {
 /// A point of the film at which a triangle turns its other side.
 #[derive(Debug)]
 pub(super) struct Turn {
+    film: FilmPlane,
     at: DVec2,
     hit: Hit,
     /// Along ∇G.
@@ -139,10 +145,10 @@ impl Curve for FilmSignChanges<'_> {
     }
 
     fn draw(&self, address: Address, places: &mut Vec<Turn>) {
-        let Sensor { paths, film, frame: still } = self.sensor;
-        let scene = paths.scene;
+        let scene = self.sensor.paths.scene;
         let mut numbers = address.numbers(SIGN_CHANGE);
         let chosen = self.table.at(address.fraction(&mut numbers));
+        let Sensor { film, frame: still, .. } = self.sensor.through(&mut numbers);
         let Candidate { triangle, low, high } = self.candidates[chosen.index];
         // The rest chooses a row or a column through the box.
         let size = high - low;
@@ -155,7 +161,7 @@ impl Curve for FilmSignChanges<'_> {
         let surface = Surface::Triangle(triangle);
         let plain = Plain { scene };
         let ray = |u: DVec2| film.direction(&still, [u.x, u.y]);
-        for at in self.roots(triangle, u, d) {
+        for at in self.roots(&film, triangle, u, d) {
             let inside =
                 (at - low).min_element() >= -ASIDE_PIXELS && (high - at).min_element() >= -ASIDE_PIXELS;
             if !inside {
@@ -163,27 +169,26 @@ impl Curve for FilmSignChanges<'_> {
             }
             let hit = scene.closest(still.origin.value(), ray(at).value(), None);
             let Some(hit) = hit.filter(|h| h.surface == surface) else { continue };
-            let value = |step: DVec2| self.cosine(&plain, &Eye::still(&still, at + step), surface);
+            let value = |step: DVec2| self.cosine(&plain, &Eye::still(&film, &still, at + step), surface);
             let slope = |d: DVec2| (value(STEP_PIXELS * d) - value(-STEP_PIXELS * d)) / (2.0 * STEP_PIXELS);
             let gradient = DVec2::new(slope(DVec2::X), slope(DVec2::Y));
             let steepness = gradient.length();
             let normal = gradient / steepness;
             // (ν·d)² / |ν·d|, over the density of lines.
             let weight = normal.dot(d).abs() * self.table.total() / steepness;
-            places.push(Turn { at, hit, normal, weight, numbers: numbers.clone() });
+            places.push(Turn { film, at, hit, normal, weight, numbers: numbers.clone() });
         }
     }
 
-    fn film(&self, place: &Turn) -> (DVec2, Surface) {
-        (place.at, place.hit.surface)
+    fn film(&self, place: &Turn) -> (FilmPlane, DVec2, Surface) {
+        (place.film, place.at, place.hit.surface)
     }
 
     fn light(&self, place: &Turn) -> DVec3 {
-        let Sensor { paths, film, frame } = self.sensor;
+        let (paths, film) = (self.sensor.paths, &place.film);
         let [before, behind] = [-1.0, 1.0].map(|side| {
-            let u = place.at + side * ASIDE_PIXELS * place.normal;
-            let direction = film.direction(&frame, [u.x, u.y]).value();
-            let (origin, mut numbers) = (frame.origin.value(), place.numbers.clone());
+            let direction = film.ray(place.at + side * ASIDE_PIXELS * place.normal);
+            let (origin, mut numbers) = (film.still.origin.value(), place.numbers.clone());
             paths.still_radiance(origin, direction, Some(place.hit), 1, &mut numbers)
         });
         (before - behind) * place.weight

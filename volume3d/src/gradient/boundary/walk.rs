@@ -42,8 +42,8 @@ impl<'a> Walk<'a> {
     }
 
     /// A point of the film, what is hit there, and 1/density.
-    fn begin(&self, numbers: &mut Sequence) -> Option<(DVec2, Hit, f64)> {
-        let Sensor { paths, film, frame } = self.sensor;
+    fn begin(&self, sensor: &Sensor<'_>, numbers: &mut Sequence) -> Option<(DVec2, Hit, f64)> {
+        let Sensor { paths, film, frame } = *sensor;
         let scene = paths.scene;
         let (choice, which, pair) = (numbers.one(), numbers.one(), numbers.pair());
         let origin = frame.origin.value();
@@ -74,7 +74,7 @@ impl<'a> Walk<'a> {
             && self.moving.weight(seen as usize) > 0.0
         {
             let x = Vertex { position: origin + direction * hit.distance, surface: hit.surface };
-            density += by_area / (self.moving.total() * self.sensor.film_area(&x));
+            density += by_area / (self.moving.total() * sensor.film_area(&x));
         }
         Some((at, hit, 1.0 / density))
     }
@@ -86,20 +86,22 @@ impl<'a> Walk<'a> {
         numbers: &mut Sequence,
         f: impl FnMut(&CameraSubpath<'_>, &Shading<'_, f64>, &mut Sequence),
     ) {
-        if let Some((at, hit, area)) = self.begin(numbers) {
-            self.follow(at, hit, DVec3::splat(area), numbers, f);
+        let sensor = self.sensor.through(numbers);
+        if let Some((at, hit, area)) = self.begin(&sensor, numbers) {
+            self.follow(&sensor, at, hit, DVec3::splat(area), numbers, f);
         }
     }
 
     fn follow(
         &self,
+        sensor: &Sensor<'_>,
         at: DVec2,
         hit: Hit,
         mut throughput: DVec3,
         numbers: &mut Sequence,
         mut f: impl FnMut(&CameraSubpath<'_>, &Shading<'_, f64>, &mut Sequence),
     ) {
-        let Sensor { paths, film, frame } = self.sensor;
+        let Sensor { paths, film, frame } = *sensor;
         let scene = paths.scene;
         let plain = Plain { scene };
         let mut origin = frame.origin.value();
@@ -112,7 +114,7 @@ impl<'a> Walk<'a> {
             let Some(shading) = point.shading(scene, &plain) else { return };
             origin = point.position.value();
             vertices.insert(0, Vertex { position: origin, surface: hit.surface });
-            f(&CameraSubpath { at, vertices: &vertices, weight: throughput }, &shading, numbers);
+            f(&CameraSubpath { film: &film, at, vertices: &vertices, weight: throughput }, &shading, numbers);
             if vertices.len() >= self.longest {
                 return;
             }

@@ -4,21 +4,21 @@ use flatland::calculus::Vec3;
 use glam::DVec3;
 
 use super::curve::Eye;
-use super::sensor::{Sensor, Vertex};
+use super::sensor::Vertex;
 use crate::path::{Calculus, Kernel, Paths, Plain, SurfacePoint, VisibilityDomain};
 
 /// The last of a path's shading points, and the direction from it to the vertex that is next. `vertices` are the
 /// shading points, the last first.
 pub(super) fn warped_ray<C: Calculus>(
-    sensor: &Sensor<'_>,
+    paths: &Paths<'_>,
     calculus: &mut C,
     eye: &Eye<'_, C::Number>,
     vertices: &[Vertex],
     next: &Vertex,
 ) -> (Vec3<C::Number>, Vec3<C::Number>) {
-    let scene = sensor.paths.scene;
+    let scene = paths.scene;
     let mut viewer = eye.frame.origin.value();
-    let (mut origin, mut direction) = (eye.frame.origin, sensor.film.direction(eye.frame, eye.at));
+    let (mut origin, mut direction) = (eye.frame.origin, eye.film.direction(eye.frame, eye.at));
     for (k, vertex) in vertices.iter().enumerate().rev() {
         let distance = viewer.distance(vertex.position);
         origin = SurfacePoint::new(scene, calculus, origin, direction, vertex.surface, distance).position;
@@ -26,7 +26,7 @@ pub(super) fn warped_ray<C: Calculus>(
         let towards = (next.position - vertex.position).normalize();
         direction = Vec3::constant(towards);
         if eye.warps
-            && let Some(kernel) = kernel(sensor.paths, viewer, vertex, next)
+            && let Some(kernel) = kernel(paths, viewer, vertex, next)
         {
             direction = calculus.warp(origin, vertex.surface, towards, kernel).direction;
         }

@@ -4,6 +4,7 @@ mod camera;
 pub(crate) mod comparisons;
 mod exact;
 mod hidden;
+mod lens;
 mod materials;
 mod missing;
 mod scenes;

@@ -30,7 +30,7 @@ impl Job<'_> {
         let (scene, film) = (self.paths.scene, self.film);
         let begin = || {
             let auxiliary = self.auxiliary(&motion.bounds);
-            Worker { calculus: Forward::<N> { scene, film, motion, auxiliary }, added: vec![] }
+            Worker { calculus: Forward::<N> { scene, motion, auxiliary }, added: vec![] }
         };
         let cell = |worker: &mut Worker<'_, N, K>, (i, j), mut sink: CellSink<'_, K>| {
             let frame = film.moving_frame(&worker.calculus);

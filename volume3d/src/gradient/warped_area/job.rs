@@ -78,7 +78,7 @@ impl Job<'_> {
         self.film.is_box() && self.method.warps
     }
 
-    /// One sample of a cell.
+    /// One sample of a cell. A lens is looked through at a point of its own, at which the camera has another frame.
     pub(super) fn sample<C: Differential>(
         &self,
         calculus: &mut C,
@@ -91,9 +91,11 @@ impl Job<'_> {
         }
         let mut numbers = self.numbers(place, GRADIENT_PATH);
         let u = self.film.point(i, j, numbers.pair());
-        let (origin, ray, hit) = self.look(u);
-        let point = calculus.film_warp(u, hit.map(|h| h.surface));
-        let direction = self.film.direction(frame, point.at);
+        let film = self.film.through(&mut numbers);
+        let frame = film.frame_through(calculus, frame);
+        let (origin, ray, hit) = self.look(&film, u);
+        let point = calculus.film_warp(&film, u, hit.map(|h| h.surface));
+        let direction = film.direction(&frame, point.at);
         let radiance = self.paths.radiance(calculus, frame.origin, direction, hit, 1, &mut numbers);
         let value = radiance.value();
         let warped = [point.at[0], point.at[1], point.jacobian].iter().any(|x| !x.is_still());
@@ -135,8 +137,9 @@ impl Job<'_> {
         let [choice, along] = numbers.pair();
         let vertical = choice < 0.5;
         let u = self.film.point(i, j, if vertical { [0.0, along] } else { [along, 0.0] });
-        let (origin, ray, hit) = self.look(u);
-        let [x, y] = calculus.film_warp(u, hit.map(|h| h.surface)).at;
+        let film = self.film.through(&mut numbers);
+        let (origin, ray, hit) = self.look(&film, u);
+        let [x, y] = calculus.film_warp(&film, u, hit.map(|h| h.surface)).at;
         let across = if vertical { x } else { y };
         let moves = !across.is_still();
         moves.then(|| EdgeSample {
@@ -179,8 +182,8 @@ impl Job<'_> {
     }
 
     /// The still ray through a film point: its origin, its direction and what it hits.
-    fn look(&self, u: DVec2) -> (DVec3, DVec3, Option<Hit>) {
-        let (origin, ray) = (self.film.still.origin.value(), self.film.ray(u));
+    fn look(&self, film: &FilmPlane, u: DVec2) -> (DVec3, DVec3, Option<Hit>) {
+        let (origin, ray) = (film.still.origin.value(), film.ray(u));
         (origin, ray, self.paths.scene.closest(origin, ray, None))
     }
 

@@ -45,8 +45,7 @@ impl Job<'_> {
             let mut finite = true;
             let mut record = |edge: bool| {
                 tape.clear();
-                let mut reverse =
-                    Reverse::new(self.paths.scene, &pull.inputs, &tape, auxiliary.as_mut(), self.film);
+                let mut reverse = Reverse::new(self.paths.scene, &pull.inputs, &tape, auxiliary.as_mut());
                 let output = if edge {
                     self.edge_output(&mut reverse, place, pull.adjoint)
                 } else {

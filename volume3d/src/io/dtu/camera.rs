@@ -112,6 +112,7 @@ impl View {
             field_of_view,
             principal_point,
             pixel_aspect,
+            lens: None,
         })
     }
 }

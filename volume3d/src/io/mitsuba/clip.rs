@@ -45,6 +45,11 @@ impl<'a> Clips<'a> {
         }
     }
 
+    /// How far away the far plane is, if there is one.
+    pub(super) fn far(&self) -> Option<f64> {
+        self.0.iter().flatten().find(|clip| clip.sign > 0.0).map(|clip| clip.distance)
+    }
+
     /// Refuses a scene of which a plane cuts something in view.
     pub(super) fn check(&self, camera: &Camera, film: &Film, shapes: &[Shape]) -> Result<(), Error> {
         let view = View::new(camera, film);
@@ -133,10 +138,12 @@ impl<'a> View<'a> {
         let mut polygon = corners.to_vec();
         clip(&mut polygon, beyond);
         clip(&mut polygon, |p| p.z);
-        clip(&mut polygon, |p| p.x - self.left * p.z);
-        clip(&mut polygon, |p| self.right * p.z - p.x);
-        clip(&mut polygon, |p| p.y - self.bottom * p.z);
-        clip(&mut polygon, |p| self.top * p.z - p.y);
+        // What a lens sees beside: through its points, whose image planes are shifted.
+        let beside = |z: f64| self.camera.lens.map_or(0.0, |l| l.radius * (1.0 + z / l.focus_distance));
+        clip(&mut polygon, |p| p.x - self.left * p.z + beside(p.z));
+        clip(&mut polygon, |p| self.right * p.z - p.x + beside(p.z));
+        clip(&mut polygon, |p| p.y - self.bottom * p.z + beside(p.z));
+        clip(&mut polygon, |p| self.top * p.z - p.y + beside(p.z));
         let excess = polygon.iter().map(|&p| beyond(p)).fold(0.0, f64::max);
         (self.area(&polygon) > TOUCHES && excess > 0.0).then_some(excess)
     }

@@ -4,7 +4,7 @@ const NOISE: &str = "it changes noise, not what is computed";
 const STORAGE: &str = "it changes how an image is stored or shown";
 const TIME: &str = "it changes time and memory only";
 const DERIVATIVES: &str = "derivatives are computed another way";
-const NO_LENS: &str = "there is no lens and no shutter";
+const NO_LENS: &str = "there is no lens, or no shutter";
 
 /// The element, the parameters, and why they are ignored.
 const HARMLESS: &[(&str, &[&str], &str)] = &[

@@ -7,7 +7,7 @@ use super::film::{DEFAULT_SIZE, film, film_of_size};
 use super::object::{Ids, Object};
 use super::{support, transform};
 use crate::io::Error;
-use crate::scene::{Camera, Film};
+use crate::scene::{Camera, Film, Lens};
 
 /// Mitsuba's samples per pixel, where none are given.
 const DEFAULT_SAMPLES: i64 = 4;
@@ -15,6 +15,8 @@ const DEFAULT_SAMPLES: i64 = 4;
 const DEFAULT_FOCAL_LENGTH: f64 = 50.0;
 /// Width and height of 35 mm film in millimetres, to whose diagonal focal lengths refer.
 const FILM_35MM: (f64, f64) = (36.0, 24.0);
+/// Mitsuba's far clipping plane, where none is given.
+const DEFAULT_FAR_CLIP: f64 = 1e4;
 /// What a sensor says.
 pub(super) struct Sensor<'a> {
     pub(super) camera: Camera,
@@ -30,7 +32,6 @@ pub(super) fn sensor<'a>(
     ids: &Ids<'a>,
     size: Option<(usize, usize)>,
 ) -> Result<Sensor<'a>, Error> {
-    check_lens(object)?;
     let film = match object.at_most_one("<film>")? {
         Some(element) => film(&Object::new(element, ids)?, ids, size)?,
         None => film_of_size(size.unwrap_or(DEFAULT_SIZE)),
@@ -39,36 +40,28 @@ pub(super) fn sensor<'a>(
         Some(element) => sampler(&Object::new(element, ids)?)?,
         None => DEFAULT_SAMPLES as usize,
     };
-    let (camera, clips) = camera(object, film.width as f64 / film.height as f64)?;
+    let radius = aperture_radius(object)?;
+    let (camera, clips) = camera(object, radius, film.width as f64 / film.height as f64)?;
     object.finish()?;
     Ok(Sensor { camera, clips, film, samples })
 }
 
-/// Refuses cameras that are no pinholes.
-fn check_lens(object: &Object<'_>) -> Result<(), Error> {
-    let radius = match object.plugin {
-        "perspective" => 0.0,
+/// The radius of the lens; 0 for a pinhole.
+fn aperture_radius(object: &Object<'_>) -> Result<f64, Error> {
+    match object.plugin {
+        "perspective" => Ok(0.0),
         "thinlens" => object
             .float_where("aperture_radius", "a number of at least 0", |r| r >= 0.0)?
-            .ok_or_else(|| object.missing("aperture_radius"))?,
+            .ok_or_else(|| object.missing("aperture_radius")),
         _ if object.journal.is_lenient => {
             object.note(format!("sensor \"{}\" is read as perspective", object.plugin));
-            0.0
+            Ok(0.0)
         }
-        _ => return Err(object.unknown_plugin("sensor", support::SENSORS)),
-    };
-    if radius == 0.0 {
-        return Ok(());
+        _ => Err(object.unknown_plugin("sensor", support::SENSORS)),
     }
-    if object.journal.is_lenient {
-        object.note("the lens is left out: all is sharp");
-        return Ok(());
-    }
-    let instead = "all is sharp here: set aperture_radius to 0, or sensor \"perspective\"";
-    Err(object.element.unsupported("a lens", instead))
 }
 
-fn camera<'a>(object: &Object<'a>, aspect: f64) -> Result<(Camera, Clips<'a>), Error> {
+fn camera<'a>(object: &Object<'a>, radius: f64, aspect: f64) -> Result<(Camera, Clips<'a>), Error> {
     let pixel_aspect = object.positive("pixel_aspect")?.unwrap_or(1.0);
     // An angle along columns is f_y's.
     let field_of_view = field_of_view(object, aspect * pixel_aspect)?;
@@ -77,8 +70,10 @@ fn camera<'a>(object: &Object<'a>, aspect: f64) -> Result<(Camera, Clips<'a>), E
     // Mitsuba says where in the picture of a centred camera the middle of this one is.
     let principal_point =
         -DVec2::new(offset("principal_point_offset_x")?, offset("principal_point_offset_y")?);
+    // Mitsuba focuses at the far clipping plane unless told.
+    let focus_distance = object.positive("focus_distance")?.or(clips.far()).unwrap_or(DEFAULT_FAR_CLIP);
     // All is sharp without a lens.
-    object.positive("focus_distance")?;
+    let lens = (radius > 0.0).then_some(Lens { radius, focus_distance });
     // Nothing moves while the shutter is open.
     object.float("shutter_open")?;
     object.float("shutter_close")?;
@@ -88,7 +83,7 @@ fn camera<'a>(object: &Object<'a>, aspect: f64) -> Result<(Camera, Clips<'a>), E
     };
     // Mitsuba's x axis points to the left of the image.
     let (right, up, forward) = (-frame.x_axis, frame.y_axis, frame.z_axis);
-    Ok((Camera { origin, right, up, forward, field_of_view, principal_point, pixel_aspect }, clips))
+    Ok((Camera { origin, right, up, forward, field_of_view, principal_point, pixel_aspect, lens }, clips))
 }
 
 /// The horizontal field of view in radians, with `aspect` the film's width by its height.

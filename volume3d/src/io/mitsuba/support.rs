@@ -13,7 +13,7 @@ struct Kind {
 pub(super) const SHAPES: &str =
     "obj, ply, serialized, rectangle, cube, sphere, disk, cylinder, sdfgrid, sdfnetwork";
 pub(super) const TEXTURES: &str = "bitmap, checkerboard";
-pub(super) const SENSORS: &str = "perspective, and thinlens with an aperture_radius of 0";
+pub(super) const SENSORS: &str = "perspective, thinlens";
 pub(super) const FILMS: &str = "hdrfilm, ldrfilm, mfilm";
 pub(super) const FILTERS: &str = "box, tent, gaussian, mitchell, catmullrom, lanczos";
 pub(super) const SAMPLERS: &str = "independent, stratified, multijitter, orthogonal, ldsampler";

@@ -11,8 +11,8 @@ use crate::Image;
 use crate::geometry::Normals;
 use crate::io::{Error, files, write_exr, write_network, write_obj, write_ply, write_sdf};
 use crate::scene::{
-    Camera, Description, Environment, Film, Filter, ImplicitShape, Integrator, Light, Material, Placement,
-    Scene, Shape, Texture, Wrap,
+    Camera, Description, Environment, Film, Filter, ImplicitShape, Integrator, Lens, Light, Material,
+    Placement, Scene, Shape, Texture, Wrap,
 };
 use crate::sdf::{Baked, Grid, Interpolation};
 
@@ -160,7 +160,14 @@ impl Writer<'_> {
     }
 
     fn sensor(&mut self, camera: &Camera, film: &Film, samples: usize) {
-        self.line("<sensor type=\"perspective\">");
+        match camera.lens {
+            None => self.line("<sensor type=\"perspective\">"),
+            Some(Lens { radius, focus_distance }) => {
+                self.line("<sensor type=\"thinlens\">");
+                self.value("float", "aperture_radius", radius);
+                self.value("float", "focus_distance", focus_distance);
+            }
+        }
         self.value("float", "fov", camera.field_of_view.to_degrees());
         // As Mitsuba has them, see the reader.
         let offset = -camera.principal_point;

@@ -11,7 +11,7 @@ use super::{encoded, here};
 use crate::geometry::{Mesh, Normals};
 use crate::io::{Error, load_scene, read_scene};
 use crate::scene::{
-    Bsdf, Crop, Description, Environment, Filter, Integrator, Light, Material, Reflectance, Wrap,
+    Bsdf, Crop, Description, Environment, Filter, Integrator, Lens, Light, Material, Reflectance, Wrap,
 };
 
 /// Files that the scenes of the tests name.
@@ -98,6 +98,23 @@ fn defaults_are_those_of_mitsuba() {
     assert!((scene.camera.field_of_view - 2.0 * tangent.atan()).abs() < 1e-14);
     assert_eq!(scene.camera.right, DVec3::NEG_X);
     assert!(scene.shapes.is_empty() && scene.lights.is_empty() && scene.environment.is_none());
+}
+
+#[test]
+fn lenses() {
+    let sensor =
+        |body: &str| read(&format!("<scene version='3.5.2'><sensor type='thinlens'>{body}</sensor></scene>"));
+    let radius = "<float name='aperture_radius' value='0.25'/>";
+    let lens = |body: &str| sensor(body).unwrap().camera.lens;
+    let of = |focus_distance| Some(Lens { radius: 0.25, focus_distance });
+    assert_eq!(lens(&format!("{radius}<float name='focus_distance' value='3'/>")), of(3.0));
+    // At the far clipping plane, unless told.
+    assert_eq!(lens(radius), of(1e4));
+    assert_eq!(lens(&format!("{radius}<float name='far_clip' value='50'/>")), of(50.0));
+    assert_eq!(lens("<float name='aperture_radius' value='0'/>"), None);
+    assert!(sensor("").unwrap_err().to_string().contains("aperture_radius"));
+    assert!(sensor("<float name='aperture_radius' value='-1'/>").is_err());
+    assert!(sensor(&format!("{radius}<float name='focus_distance' value='0'/>")).is_err());
 }
 
 #[test]

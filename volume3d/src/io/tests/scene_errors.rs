@@ -50,7 +50,7 @@ fn documents() {
 <scene version='3.0.0'><include filename='new.xml'/></scene>
     dir/s.xml:1:24: dir/new.xml:1:1: scene version "4.0.0" is STRANGE
 <scene version='3.0.0'><sensor type='orthographic'/></scene>
-    dir/s.xml:1:24: sensor "orthographic" is not supported; supported: perspective, and thinlens with an aperture_radius of 0
+    dir/s.xml:1:24: sensor "orthographic" is not supported; supported: perspective, thinlens
 "#,
         whole,
     );

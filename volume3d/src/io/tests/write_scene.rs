@@ -6,9 +6,9 @@ use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3};
 use crate::geometry::{Attribute, Mesh, Normals};
 use crate::io::{load_scene, read_obj, write_obj, write_scene};
 use crate::scene::{
-    Bsdf, Camera, Crop, Description, Dielectric, Environment, Film, Filter, Integrator, Light, Material,
-    Microfacets, Placement, Plastic, Principled, PrincipledThin, Reflectance, Relief, Roughness, Scene,
-    Texture, Wrap,
+    Bsdf, Camera, Crop, Description, Dielectric, Environment, Film, Filter, Integrator, Lens, Light,
+    Material, Microfacets, Placement, Plastic, Principled, PrincipledThin, Reflectance, Relief, Roughness,
+    Scene, Texture, Wrap,
 };
 use crate::sdf::network::{Architecture, Network};
 use crate::sdf::{Baked, Grid, Interpolation};
@@ -92,6 +92,7 @@ fn description() -> Description {
     let crop = Some(Crop { x: 1, y: 2, width: 3, height: 4 });
     let film = Film { width: 8, height: 9, crop, filter: Filter::Gaussian { deviation: 0.4 } };
     let camera = Camera { principal_point: DVec2::new(0.05, -0.125), pixel_aspect: 0.75, ..camera };
+    let camera = Camera { lens: Some(Lens { radius: 0.125, focus_distance: 5.5 }), ..camera };
     let mut d = Description::new(camera, film);
     (d.integrator, d.samples) = (Integrator { max_depth: Some(3), rr_depth: 2 }, 33);
     d.hide_emitters = true;

@@ -21,7 +21,7 @@ use crate::scene::{ImplicitShape, Scene};
 /// The loss of masks of IDR (Yariv et al. 2020, equation 8), of one implicit surface φ.
 ///
 /// A mask tells of every pixel whether the object is seen in it, O_p = 1, or not, O_p = 0. With m_p the least φ along the ray
-/// through the centre of the pixel p, and P the pixels that are looked at,
+/// through the centre of the pixel p and the middle of a lens, and P the pixels that are looked at,
 ///
 /// ```text
 /// L = w/(α |P|) Σ_{p ∈ P, not P_in} CE(O_p, S_α(p)),   S_α(p) = 1/(1 + e^{α m_p}),

@@ -84,9 +84,10 @@ impl<C: Curve> Boundary for Warped<'_, C> {
             if let Some(rng) = calculus.rng() {
                 *rng = address.stream(SIGN_CHANGE_AUXILIARY);
             }
-            let (u, seen) = self.curve.film(place);
-            let at = calculus.film_warp(u, Some(seen)).at;
-            let speed = self.curve.speed(calculus, &Eye { frame, at, warps: true }, place);
+            let (film, u, seen) = self.curve.film(place);
+            let at = calculus.film_warp(&film, u, Some(seen)).at;
+            let eye = Eye { film: &film, frame: &film.frame_through(calculus, frame), at, warps: true };
+            let speed = self.curve.speed(calculus, &eye, place);
             if !speed.is_still() {
                 found(calculus, BoundarySample { at: u, light: self.curve.light(place), speed });
             }
