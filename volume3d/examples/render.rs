@@ -68,6 +68,7 @@ fn description() -> Description {
         Bsdf::RoughConductor {
             distribution: Microfacets::Ggx,
             alpha: 0.25,
+            stretch: 1.0,
             // η and k of brass at red, green and blue, rounded.
             eta: DVec3::new(0.44, 0.6, 1.1),
             k: DVec3::new(3.7, 2.8, 1.9),

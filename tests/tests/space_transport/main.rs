@@ -55,6 +55,7 @@ fn conductor(id: &str, alpha: f64) -> Material {
     let bsdf = Bsdf::RoughConductor {
         distribution: Microfacets::Ggx,
         alpha,
+        stretch: 1.0,
         eta: DVec3::new(0.2, 0.9, 1.1),
         k: DVec3::new(3.9, 2.4, 2.2),
         specular_reflectance: Reflectance::Constant(DVec3::splat(0.9)),

@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use super::ImplicitTangent;
-use crate::scene::{Light, Reflectance, Scene};
+use crate::scene::{Light, Reflectance, Scene, Value};
 
 /// Rates of the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -260,6 +260,11 @@ impl ActiveParameters {
         for (material, _) in d.materials.iter().zip(&self.materials).filter(|(_, w)| **w) {
             if let Reflectance::Texture(texture) = material.bsdf.reflectance() {
                 active[*texture] = true;
+            }
+            for (_, value, _) in material.bsdf.values() {
+                if let Value::Texture(texture) = value {
+                    active[texture] = true;
+                }
             }
         }
         if self.lights {

@@ -22,8 +22,11 @@ impl Microfacets {
             return T::constant(0.0);
         }
         let (cos2, alpha2) = (cosine.squared(), alpha.squared());
-        // tan²θ/α²
-        let slope = (T::constant(1.0) - cos2) / (cos2 * alpha2);
+        self.density_at((T::constant(1.0) - cos2) / (cos2 * alpha2), cos2, alpha2)
+    }
+
+    /// The same by tan²θ/α² in the direction of the slope, cos²θ, and the product of the α of both axes.
+    pub(crate) fn density_at<T: Number>(self, slope: T, cos2: T, alpha2: T) -> T {
         let scale = alpha2 * cos2.squared() * PI;
         match self {
             Self::Beckmann => (-slope).exp() / scale,
@@ -36,10 +39,13 @@ impl Microfacets {
         if cosine.value() <= 0.0 {
             return T::constant(0.0);
         }
-        let one = T::constant(1.0);
         let cos2 = cosine.squared();
-        // α² tan²θ
-        let slope2 = alpha.squared() * ((one - cos2) / cos2);
+        self.unshadowed_at(alpha.squared() * ((T::constant(1.0) - cos2) / cos2))
+    }
+
+    /// The same by α² tan²θ, with α that of the direction.
+    pub(crate) fn unshadowed_at<T: Number>(self, slope2: T) -> T {
+        let one = T::constant(1.0);
         if slope2.value() <= 0.0 {
             return one;
         }
@@ -56,36 +62,45 @@ impl Microfacets {
     }
 
     /// A facet's normal, in the frame in which the surface's is z, for a viewer above: visible ones of GGX, all of
-    /// Beckmann.
-    pub(crate) fn sample(self, viewer: DVec3, alpha: f64, numbers: [f64; 2]) -> DVec3 {
+    /// Beckmann. α is that of both axes.
+    pub(crate) fn sample(self, viewer: DVec3, alpha: DVec2, numbers: [f64; 2]) -> DVec3 {
         match self {
             Self::Beckmann => beckmann_normal(alpha, numbers),
             Self::Ggx => visible_normal(viewer, alpha, numbers),
         }
     }
 
-    /// The density of [`sample`](Self::sample) per solid angle of normals, by the cosines that the viewer makes with the
-    /// surface's normal and with the facet's, and these two with one another.
-    pub(crate) fn sampling_density(self, viewer: f64, visible: f64, cosine: f64, alpha: f64) -> f64 {
-        let facets = self.density(cosine, alpha);
+    /// The density of [`sample`](Self::sample) per solid angle of normals: by that of facets, by the part of them that the viewer
+    /// sees, and by the cosines that the viewer makes with the surface's normal and with the facet's, and these two with one
+    /// another.
+    pub(crate) fn sampling_density(
+        self,
+        facets: f64,
+        unshadowed: f64,
+        [viewer, visible, cosine]: [f64; 3],
+    ) -> f64 {
         match self {
             Self::Beckmann => facets * cosine,
-            Self::Ggx => facets * self.unshadowed(viewer, alpha) * visible / viewer,
+            Self::Ggx => facets * unshadowed * visible / viewer,
         }
     }
 }
 
-/// A facet normal with density D cos θ (Beckmann): tan²θ is exponential with mean α².
-fn beckmann_normal(alpha: f64, [a, b]: [f64; 2]) -> DVec3 {
-    let cosine = 1.0 / (1.0 - alpha * alpha * a.ln()).sqrt();
-    let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+/// A facet normal with density D cos θ (Beckmann): slopes are normally distributed, with variances α²/2.
+fn beckmann_normal(alpha: DVec2, [a, b]: [f64; 2]) -> DVec3 {
     let (sin, cos) = (TAU * b).sin_cos();
-    DVec3::new(sine * cos, sine * sin, cosine)
+    if alpha.x == alpha.y {
+        let cosine = 1.0 / (1.0 - alpha.x * alpha.x * a.ln()).sqrt();
+        let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+        return DVec3::new(sine * cos, sine * sin, cosine);
+    }
+    let slope = (-a.ln()).sqrt();
+    DVec3::new(alpha.x * slope * cos, alpha.y * slope * sin, 1.0).normalize()
 }
 
 /// A facet normal of GGX that is visible from `viewer` (Heitz 2018).
-fn visible_normal(viewer: DVec3, alpha: f64, [a, b]: [f64; 2]) -> DVec3 {
-    let stretched = DVec3::new(alpha * viewer.x, alpha * viewer.y, viewer.z).normalize();
+fn visible_normal(viewer: DVec3, alpha: DVec2, [a, b]: [f64; 2]) -> DVec3 {
+    let stretched = DVec3::new(alpha.x * viewer.x, alpha.y * viewer.y, viewer.z).normalize();
     let (r, (sin, cos)) = (a.sqrt(), (TAU * b).sin_cos());
     let disc = DVec2::new(r * cos, r * sin);
     let lift = 0.5 * (1.0 + stretched.z);
@@ -95,5 +110,5 @@ fn visible_normal(viewer: DVec3, alpha: f64, [a, b]: [f64; 2]) -> DVec3 {
     let y = (1.0 - lift) * (1.0 - disc.x * disc.x).max(0.0).sqrt() + lift * disc.y;
     let z = (1.0 - disc.x * disc.x - y * y).max(0.0).sqrt();
     let h = disc.x * side + y * other + z * stretched;
-    DVec3::new(alpha * h.x, alpha * h.y, h.z.max(0.0)).normalize()
+    DVec3::new(alpha.x * h.x, alpha.y * h.y, h.z.max(0.0)).normalize()
 }

@@ -25,6 +25,7 @@ pub(super) fn scene() -> Scene {
         bsdf: Bsdf::RoughConductor {
             distribution: Microfacets::Ggx,
             alpha: 0.3,
+            stretch: 1.0,
             eta: DVec3::ZERO,
             k: DVec3::ONE,
             specular_reflectance: Reflectance::Constant(DVec3::ONE),

@@ -2,16 +2,9 @@
 
 use glam::DVec3;
 
+use super::principled::{Principled, PrincipledThin};
+use super::value::{Reflectance, Value};
 use crate::optics::{Coating, Microfacets};
-
-/// A surface's reflectance, linear RGB.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Reflectance {
-    /// The same everywhere.
-    Constant(DVec3),
-    /// A texture, by its index in the scene.
-    Texture(usize),
-}
 
 /// A reflection model. Light arrives and leaves on the side the shading normal points to, unless light passes the surface.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,8 +18,10 @@ pub enum Bsdf {
     RoughConductor {
         /// D.
         distribution: Microfacets,
-        /// The roughness α.
+        /// The roughness α, along u, the first texture coordinate.
         alpha: f64,
+        /// α across u over α along it: 1 for the same in all directions. Without texture coordinates it is 1.
+        stretch: f64,
         /// Real part of the index of refraction.
         eta: DVec3,
         /// Imaginary part. With `eta` zero and this one, F = 1 (Mitsuba's material "none").
@@ -100,56 +95,6 @@ pub struct Dielectric {
     pub specular_transmittance: Reflectance,
 }
 
-/// The principled model of Burley (2012, 2015) without anisotropy. Numbers are in [0, 1] unless told.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Principled {
-    /// The colour of the base, of metal, and, its square root, of what is refracted.
-    pub base_color: Reflectance,
-    /// r; α is r², and at least 10⁻³.
-    pub roughness: f64,
-    /// How much of it is metal.
-    pub metallic: f64,
-    /// The index of refraction over that of the outside, above 0 and not 1.
-    pub eta: f64,
-    /// How much of the dielectric's reflection has the base's hue.
-    pub spec_tint: f64,
-    /// How much light passes, of what is not metal.
-    pub spec_trans: f64,
-    /// Sheen at grazing angles.
-    pub sheen: f64,
-    /// How much of it has the base's hue.
-    pub sheen_tint: f64,
-    /// How much the base looks as if light were scattered below the surface.
-    pub flatness: f64,
-    /// A second, colourless lobe.
-    pub clearcoat: f64,
-    /// How narrow it is: α goes from 0.1 to 0.001.
-    pub clearcoat_gloss: f64,
-}
-
-/// The principled model of a sheet (Burley 2015) without anisotropy. Numbers are in [0, 1] unless told.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PrincipledThin {
-    /// The colour of the base and of what passes.
-    pub base_color: Reflectance,
-    /// r; α is r², and at least 10⁻³.
-    pub roughness: f64,
-    /// The index of refraction, above 0 and not 1.
-    pub eta: f64,
-    /// How much of what facets reflect has the base's hue.
-    pub spec_tint: f64,
-    /// How much is reflected or passed by facets, and not diffusely.
-    pub spec_trans: f64,
-    /// How much of diffuse light passes: in [0, 2], where 2 is all.
-    pub diff_trans: f64,
-    /// Sheen at grazing angles.
-    pub sheen: f64,
-    /// How much of it has the base's hue.
-    pub sheen_tint: f64,
-    /// How much the base looks as if light were scattered below the surface.
-    pub flatness: f64,
-}
-
 impl Bsdf {
     /// The colour that may be textured: a factor on all that diffuse surfaces and conductors reflect, the base's of plastic and
     /// the principled models, and a factor on what passes a dielectric.
@@ -183,12 +128,12 @@ impl Bsdf {
         }
     }
 
-    /// The roughness, if it has a lobe: α, or of the principled models r.
+    /// The roughness, if it has a lobe, and the same everywhere: α, or of the principled models r.
     #[must_use]
     pub fn roughness(&self) -> Option<f64> {
         match self {
-            Self::Principled(principled) => Some(principled.roughness),
-            Self::PrincipledThin(thin) => Some(thin.roughness),
+            Self::Principled(principled) => principled.roughness.constant(),
+            Self::PrincipledThin(thin) => thin.roughness.constant(),
             _ => self.facets().map(|facets| facets.alpha),
         }
     }
@@ -197,8 +142,8 @@ impl Bsdf {
     pub(crate) fn roughness_mut(&mut self) -> Option<&mut f64> {
         match self {
             Self::RoughConductor { alpha, .. } => Some(alpha),
-            Self::Principled(principled) => Some(&mut principled.roughness),
-            Self::PrincipledThin(thin) => Some(&mut thin.roughness),
+            Self::Principled(principled) => principled.roughness.constant_mut(),
+            Self::PrincipledThin(thin) => thin.roughness.constant_mut(),
             Self::Plastic(Plastic { facets, .. }) | Self::Dielectric(Dielectric { facets, .. }) => {
                 facets.as_mut().map(|facets| &mut facets.alpha)
             }
@@ -213,6 +158,25 @@ impl Bsdf {
             Self::RoughConductor { distribution, alpha, .. } => Some(Roughness { distribution, alpha }),
             Self::Plastic(Plastic { facets, .. }) | Self::Dielectric(Dielectric { facets, .. }) => facets,
             _ => None,
+        }
+    }
+
+    /// Numbers that may be textures, by their names, and the most that each may be.
+    pub(crate) fn values(&self) -> Vec<(&'static str, Value, f64)> {
+        match self {
+            Self::Principled(principled) => principled.values(),
+            Self::PrincipledThin(thin) => thin.values(),
+            _ => vec![],
+        }
+    }
+
+    /// Whether it reflects in another way along u, the first texture coordinate, than across it.
+    pub(crate) fn is_anisotropic(&self) -> bool {
+        match self {
+            Self::RoughConductor { stretch, .. } => *stretch != 1.0,
+            Self::Principled(principled) => principled.anisotropic.may_differ_from(0.0),
+            Self::PrincipledThin(thin) => thin.anisotropic.may_differ_from(0.0),
+            _ => false,
         }
     }
 
@@ -255,8 +219,10 @@ impl Bsdf {
     pub fn transmits(&self) -> bool {
         match self {
             Self::Dielectric(_) | Self::ThinDielectric(_) => true,
-            Self::Principled(principled) => principled.metallic < 1.0 && principled.spec_trans > 0.0,
-            Self::PrincipledThin(thin) => thin.spec_trans > 0.0 || thin.diff_trans > 0.0,
+            Self::Principled(p) => p.metallic.may_differ_from(1.0) && p.spec_trans.may_differ_from(0.0),
+            Self::PrincipledThin(thin) => {
+                thin.spec_trans.may_differ_from(0.0) || thin.diff_trans.may_differ_from(0.0)
+            }
             _ => false,
         }
     }

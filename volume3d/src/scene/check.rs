@@ -213,6 +213,10 @@ pub(super) fn material(material: &Material, textures: usize) -> Result<(), Scene
         // Below, the lobe is narrower than directions can be told apart.
         range((1e-4..=1.0).contains(&alpha), id, "the roughness", alpha, "in [1e-4, 1]")?;
     }
+    if let Bsdf::RoughConductor { alpha, stretch, .. } = material.bsdf {
+        let across = alpha * stretch;
+        range((1e-4..=1.0).contains(&across), id, "the roughness across u", across, "in [1e-4, 1]")?;
+    }
     if let Some([eta, k]) = material.bsdf.index_of_refraction() {
         not_negative(id, "eta", eta)?;
         not_negative(id, "k", k)?;
@@ -232,7 +236,9 @@ pub(super) fn material(material: &Material, textures: usize) -> Result<(), Scene
         // Facets refract no direction into itself.
         range(eta != 1.0 || smooth, id, "the relative index of refraction", eta, "other than 1")?;
     }
-    for (what, value, most) in weights(&material.bsdf) {
+    let numbers = material.bsdf.values().into_iter();
+    for (what, value, most) in numbers.filter_map(|(what, value, most)| Some((what, value.constant()?, most)))
+    {
         range(
             (0.0..=most).contains(&value),
             id,
@@ -257,31 +263,6 @@ pub(super) fn material(material: &Material, textures: usize) -> Result<(), Scene
         return Err(SceneError::Relief { id });
     }
     Ok(())
-}
-
-/// The weights of the principled models, and the most that each may be.
-fn weights(bsdf: &Bsdf) -> Vec<(&'static str, f64, f64)> {
-    match bsdf {
-        Bsdf::Principled(p) => vec![
-            ("metallic", p.metallic, 1.0),
-            ("spec_tint", p.spec_tint, 1.0),
-            ("spec_trans", p.spec_trans, 1.0),
-            ("sheen", p.sheen, 1.0),
-            ("sheen_tint", p.sheen_tint, 1.0),
-            ("flatness", p.flatness, 1.0),
-            ("clearcoat", p.clearcoat, 1.0),
-            ("clearcoat_gloss", p.clearcoat_gloss, 1.0),
-        ],
-        Bsdf::PrincipledThin(p) => vec![
-            ("spec_tint", p.spec_tint, 1.0),
-            ("spec_trans", p.spec_trans, 1.0),
-            ("diff_trans", p.diff_trans, 2.0),
-            ("sheen", p.sheen, 1.0),
-            ("sheen_tint", p.sheen_tint, 1.0),
-            ("flatness", p.flatness, 1.0),
-        ],
-        _ => vec![],
-    }
 }
 
 pub(super) fn light(light: &Light, textures: usize) -> Result<(), SceneError> {

@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use super::bsdf::{Bsdf, Reflectance};
+use super::bsdf::Bsdf;
+use super::value::{Reflectance, Value};
 
 /// A texture that tilts the shading normal. It has no derivative by moving geometry, which is refused: where the tilted normal
 /// turns away from the viewer, and, of a bump map, at every border of texels, the image jumps, and no warp follows.
@@ -61,6 +62,11 @@ impl Material {
         let relief = self.relief.map(|relief| match relief {
             Relief::Bump { texture, .. } | Relief::Normals { texture } => texture,
         });
-        [of(self.bsdf.reflectance()), self.opacity.as_ref().and_then(of), relief].into_iter().flatten()
+        let values = self.bsdf.values().into_iter().map(|(_, value, _)| match value {
+            Value::Texture(texture) => Some(texture),
+            Value::Constant(_) => None,
+        });
+        let colours = [of(self.bsdf.reflectance()), self.opacity.as_ref().and_then(of), relief];
+        colours.into_iter().chain(values).flatten()
     }
 }

@@ -148,6 +148,7 @@ impl Stage {
         let bsdf = Bsdf::RoughConductor {
             distribution: Microfacets::Ggx,
             alpha: 0.12,
+            stretch: 1.0,
             eta: DVec3::ZERO,
             k: DVec3::ONE,
             specular_reflectance: Reflectance::Constant(DVec3::splat(0.8)),

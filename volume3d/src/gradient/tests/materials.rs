@@ -1,10 +1,13 @@
 //! Materials that light passes, coatings, masks and reliefs: what they look like, what is differentiated, what is refused.
 
+use std::f64::consts::PI;
+
 use glam::{DAffine2, DMat3, DVec3};
 
 use super::*;
 use crate::scene::{
-    Bsdf, Dielectric, Light, Microfacets, Plastic, Principled, Reflectance, Relief, Roughness, Texture, Wrap,
+    Bsdf, Dielectric, Light, Microfacets, Plastic, Principled, Reflectance, Relief, Roughness, Texture,
+    Value, Wrap,
 };
 
 fn white() -> Reflectance {
@@ -26,9 +29,10 @@ fn plastic(facets: Option<Roughness>) -> Bsdf {
 }
 
 fn principled(spec_trans: f64) -> Bsdf {
-    Bsdf::Principled(Principled {
+    let principled = Principled {
         base_color: Reflectance::Constant(DVec3::new(0.7, 0.5, 0.3)),
         roughness: 0.5,
+        anisotropic: 0.0,
         metallic: 0.2,
         eta: 1.4,
         spec_tint: 0.5,
@@ -38,7 +42,8 @@ fn principled(spec_trans: f64) -> Bsdf {
         flatness: 0.5,
         clearcoat: 0.5,
         clearcoat_gloss: 0.2,
-    })
+    };
+    Bsdf::Principled(principled.map(Value::Constant))
 }
 
 fn rough() -> Option<Roughness> {
@@ -133,6 +138,87 @@ fn continuous_derivatives_are_transposes() {
     }
 }
 
+/// A sheet that fills the film turns in its own plane below a lamp: nothing changes but the axes of its facets, or the
+/// numbers that a texture gives them. Facets that are the same in all directions have no such derivative: the control.
+#[test]
+fn facets_and_numbers_turn_with_their_surface() {
+    let brushed = |stretch: f64| Bsdf::RoughConductor {
+        distribution: Microfacets::Ggx,
+        alpha: 0.4,
+        stretch,
+        eta: DVec3::ZERO,
+        k: DVec3::ONE,
+        specular_reflectance: Reflectance::Constant(DVec3::splat(0.8)),
+    };
+    let textured = |spec_trans: f64| {
+        let Bsdf::Principled(solid) = principled(spec_trans) else { panic!("a principled material") };
+        let (value, anisotropic) = (Value::Texture(0), Value::Constant(0.7));
+        let numbers =
+            Principled { roughness: value, metallic: value, clearcoat: value, anisotropic, ..solid };
+        Bsdf::Principled(numbers)
+    };
+    let below_a_lamp = |bsdf: Bsdf| {
+        let camera = Camera::look_at(DVec3::new(0.0, 0.5, 3.0), DVec3::ZERO, DVec3::Y, 0.3);
+        let mut d = Description::new(camera, film(4, Filter::Tent { radius: 1.0 }));
+        d.integrator.max_depth = Some(2);
+        let texels = [0.9, 0.2, 0.3, 0.7].map(DVec3::splat).to_vec();
+        let to_uv = DAffine2::IDENTITY;
+        d.add_texture(Texture {
+            id: "numbers".to_owned(),
+            width: 2,
+            height: 2,
+            texels,
+            wrap: Wrap::Clamp,
+            to_uv,
+        });
+        let material = d.add_material(Material::new("material", bsdf, true));
+        d.add_shape("sheet", Mesh::rectangle(), material);
+        let lamp = Mesh::rectangle().transformed(&(at(0.6, 0.4, 2.0, 0.3) * DAffine3::from_rotation_y(PI)));
+        d.add_emitter("lamp", lamp, DVec3::splat(3.0));
+        Scene::new(d).unwrap()
+    };
+    let none = Progress::none();
+    let mut comparisons = Comparisons::of("facets_and_numbers_turn_with_their_surface");
+    let weighted = |image: Image| -> Vec<DVec3> {
+        image.pixels.iter().enumerate().map(|(i, g)| *g * (1.0 + (i % 4) as f64)).collect()
+    };
+    let turning = |scene: &Scene| {
+        let mut change = Tangent::still(scene);
+        change.rotate(scene, 0, DVec3::ZERO, DVec3::Z);
+        change
+    };
+    let warped = |scene: &Scene| {
+        let change = turning(scene);
+        total(|seed| {
+            let method = WarpedArea { samples: 32, seed, ..WarpedArea::default() };
+            weighted(method.forward(scene, &change, &none).unwrap().gradient)
+        })
+    };
+    let differences = |scene: &Scene| {
+        let change = turning(scene);
+        total(|seed| {
+            let method = FiniteDifference { samples: 512, step: 3e-2, seed };
+            weighted(method.forward(scene, &change, &none).unwrap().gradient)
+        })
+    };
+    let isotropic = warped(&below_a_lamp(brushed(1.0)));
+    for (name, bsdf) in [("brushed metal", brushed(0.3)), ("a textured principled material", textured(0.0))] {
+        let scene = below_a_lamp(bsdf);
+        let expected = differences(&scene);
+        comparisons.add(name.into(), warped(&scene), expected, 0.0, expected.0);
+        comparisons.reject("facets without axes", isotropic, expected);
+        let (mut change, mut active) = (turning(&scene), ActiveParameters::nothing(&scene));
+        (active.shapes[0], active.materials[0]) = (true, true);
+        change.texels[0].iter_mut().for_each(|t| *t = DVec3::new(0.3, -0.1, 0.2));
+        let (adjoint, method) = (random_adjoint(scene.size()), WarpedArea::default());
+        let image = method.forward(&scene, &change, &none).unwrap().gradient;
+        let forward: f64 = image.pixels.iter().zip(&adjoint.pixels).map(|(a, b)| a.dot(*b)).sum();
+        let reverse = method.reverse(&scene, &adjoint, &active, &none).unwrap().by_parameter.dot(&change);
+        assert!((forward - reverse).abs() < 1e-9 * forward.abs(), "{name}: {forward} {reverse}");
+    }
+    comparisons.finish();
+}
+
 /// What no warp sees is refused by name, and nothing else is.
 #[test]
 fn moving_geometry_is_refused_where_jumps_are_lost() {
@@ -202,7 +288,7 @@ fn spots_are_point_lights_within_their_cone() {
     let point = lit(Light::Point { id: "light".to_owned(), position, intensity });
     let mut spot = |beam: f64| {
         // Along −z.
-        let (id, to_world) = ("light".to_owned(), DMat3::from_rotation_y(std::f64::consts::PI));
+        let (id, to_world) = ("light".to_owned(), DMat3::from_rotation_y(PI));
         lit(Light::Spot { id, position, to_world, intensity, cutoff: beam + 0.01, beam, texture: None })
     };
     assert_eq!(spot(1.2), point, "all is in the cone");

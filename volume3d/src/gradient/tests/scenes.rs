@@ -44,6 +44,7 @@ pub(crate) fn room(filter: Filter) -> Scene {
         Bsdf::RoughConductor {
             distribution: Microfacets::Ggx,
             alpha: 0.3,
+            stretch: 1.0,
             eta: DVec3::new(0.2, 0.9, 1.1),
             k: DVec3::new(3.9, 2.4, 2.2),
             specular_reflectance: Reflectance::Constant(DVec3::splat(0.9)),

@@ -65,12 +65,14 @@ pub enum ImageProblem {
         /// Its row.
         y: usize,
     },
-    /// A pixel is negative or above 1 where reflectance is expected.
-    #[error("the pixel in column {x}, row {y} (from the top left, from 0) is outside [0, 1]")]
+    /// A pixel is negative or above 1, or what else it may be at most, where reflectance or a number of a material is expected.
+    #[error("the pixel in column {x}, row {y} (from the top left, from 0) is outside [0, {most}]")]
     Range {
         /// Its column.
         x: usize,
         /// Its row.
         y: usize,
+        /// What it may be at most.
+        most: f64,
     },
 }

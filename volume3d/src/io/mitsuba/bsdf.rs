@@ -84,9 +84,11 @@ impl<'a> Reader<'a> {
                 let (eta, k) = index_of_refraction(object)?;
                 // Changes noise only.
                 object.boolean("sample_visible")?;
+                let [alpha, across] = roughnesses(object)?;
                 Bsdf::RoughConductor {
                     distribution: distribution(object)?,
-                    alpha: roughness(object)?,
+                    alpha,
+                    stretch: across / alpha,
                     eta,
                     k,
                     specular_reflectance: self.reflectance(object, "specular_reflectance", 1.0)?,
@@ -135,15 +137,21 @@ impl<'a> Reader<'a> {
             return Err(element.bad_value(name, &colour.to_string(), "numbers between 0 and 1"));
         }
         let index = self.texture(element)?;
+        self.check_texels(element, index, 1.0)?;
+        Ok(Reflectance::Texture(index))
+    }
+
+    /// That all texels of a texture are between 0 and some number.
+    pub(super) fn check_texels(&self, element: &Element, index: usize, most: f64) -> Result<(), Error> {
+        let within = |c: DVec3| c.min_element() >= 0.0 && c.max_element() <= most;
         let texture = &self.textures[index];
-        match texture.texels.iter().position(|&c| !within(c)) {
-            None => Ok(Reflectance::Texture(index)),
-            Some(i) => {
-                let path = element.beside(element.value_of("filename").unwrap_or_default());
-                let problem = ImageProblem::Range { x: i % texture.width, y: i / texture.width };
-                Err(element.referenced(Error::Image { path, problem }))
-            }
-        }
+        let Some(i) = texture.texels.iter().position(|&c| !within(c)) else { return Ok(()) };
+        let Some(filename) = element.value_of("filename") else {
+            let expected = if most > 1.0 { "numbers between 0 and 2" } else { "numbers between 0 and 1" };
+            return Err(element.bad_value("a colour", &texture.texels[i].to_string(), expected));
+        };
+        let problem = ImageProblem::Range { x: i % texture.width, y: i / texture.width, most };
+        Err(element.referenced(Error::Image { path: element.beside(filename), problem }))
     }
 }
 
@@ -153,15 +161,22 @@ pub(super) fn distribution(object: &Object<'_>) -> Result<Microfacets, Error> {
     Ok(if choice == Some(1) { Microfacets::Ggx } else { Microfacets::Beckmann })
 }
 
+/// α of facets that are the same in all directions.
 pub(super) fn roughness(object: &Object<'_>) -> Result<f64, Error> {
+    let [u, v] = roughnesses(object)?;
+    if u != v {
+        return Err(object.element.unsupported("an alpha_u other than alpha_v", "give one alpha"));
+    }
+    Ok(u)
+}
+
+/// α along u, the first texture coordinate, and across it.
+fn roughnesses(object: &Object<'_>) -> Result<[f64; 2], Error> {
     let (u, v) = (object.positive("alpha_u")?, object.positive("alpha_v")?);
     let alpha = object.positive("alpha")?;
     match (alpha, u, v) {
-        (alpha, None, None) => Ok(alpha.unwrap_or(DEFAULT_ALPHA)),
-        (None, Some(u), Some(v)) if u == v => Ok(u),
-        (None, Some(_), Some(_)) => {
-            Err(object.element.unsupported("an alpha_u other than alpha_v", "give one alpha"))
-        }
+        (alpha, None, None) => Ok([alpha.unwrap_or(DEFAULT_ALPHA); 2]),
+        (None, Some(u), Some(v)) => Ok([u, v]),
         (None, None, _) => Err(object.missing("alpha_u beside alpha_v")),
         (None, _, None) => Err(object.missing("alpha_v beside alpha_u")),
         (Some(_), _, _) => Err(object.conflict("alpha", "alpha_u and alpha_v")),

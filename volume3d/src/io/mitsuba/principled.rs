@@ -4,41 +4,41 @@ use super::bsdf;
 use super::object::Object;
 use super::reader::Reader;
 use crate::io::Error;
-use crate::scene::{Bsdf, Principled, PrincipledThin};
+use crate::scene::{Bsdf, Principled, PrincipledThin, Value};
 
 /// Mitsuba's roughness, and its `specular` where neither that nor `eta` is given.
 const DEFAULT_ROUGHNESS: f64 = 0.5;
+const LEAST_ROUGHNESS: f64 = 1e-4;
 const DEFAULT_SPECULAR: f64 = 0.5;
 /// Mitsuba's index of refraction of a sheet.
 const DEFAULT_SHEET_ETA: f64 = 1.5;
 
 impl<'a> Reader<'a> {
     pub(super) fn principled(&mut self, object: &Object<'a>) -> Result<Bsdf, Error> {
-        isotropic(object)?;
         for rate in
             ["diffuse_reflectance_sampling_rate", "main_specular_sampling_rate", "clearcoat_sampling_rate"]
         {
             // Changes noise only.
             object.float(rate)?;
         }
-        let spec_trans = weight(object, "spec_trans")?;
+        let spec_trans = self.weight(object, "spec_trans")?;
         Ok(Bsdf::Principled(Principled {
             base_color: self.reflectance(object, "base_color", bsdf::DEFAULT_REFLECTANCE)?,
-            roughness: roughness(object)?,
-            metallic: weight(object, "metallic")?,
-            eta: index(object, spec_trans > 0.0)?,
-            spec_tint: weight(object, "spec_tint")?,
+            roughness: self.roughness(object)?,
+            anisotropic: self.weight(object, "anisotropic")?,
+            metallic: self.weight(object, "metallic")?,
+            eta: index(object, spec_trans.may_differ_from(0.0))?,
+            spec_tint: self.weight(object, "spec_tint")?,
             spec_trans,
-            sheen: weight(object, "sheen")?,
-            sheen_tint: weight(object, "sheen_tint")?,
-            flatness: weight(object, "flatness")?,
-            clearcoat: weight(object, "clearcoat")?,
-            clearcoat_gloss: weight(object, "clearcoat_gloss")?,
+            sheen: self.weight(object, "sheen")?,
+            sheen_tint: self.weight(object, "sheen_tint")?,
+            flatness: self.weight(object, "flatness")?,
+            clearcoat: self.weight(object, "clearcoat")?,
+            clearcoat_gloss: self.weight(object, "clearcoat_gloss")?,
         }))
     }
 
     pub(super) fn principled_thin(&mut self, object: &Object<'a>) -> Result<Bsdf, Error> {
-        isotropic(object)?;
         for rate in [
             "diffuse_reflectance_sampling_rate",
             "diffuse_transmittance_sampling_rate",
@@ -48,44 +48,62 @@ impl<'a> Reader<'a> {
             // Changes noise only.
             object.float(rate)?;
         }
-        let diff_trans =
-            object.float_where("diff_trans", "a number between 0 and 2", |x| (0.0..=2.0).contains(&x))?;
         Ok(Bsdf::PrincipledThin(PrincipledThin {
             base_color: self.reflectance(object, "base_color", bsdf::DEFAULT_REFLECTANCE)?,
-            roughness: roughness(object)?,
+            roughness: self.roughness(object)?,
+            anisotropic: self.weight(object, "anisotropic")?,
             eta: proper_index(object, object.positive("eta")?.unwrap_or(DEFAULT_SHEET_ETA))?,
-            spec_tint: weight(object, "spec_tint")?,
-            spec_trans: weight(object, "spec_trans")?,
-            diff_trans: diff_trans.unwrap_or(0.0),
-            sheen: weight(object, "sheen")?,
-            sheen_tint: weight(object, "sheen_tint")?,
-            flatness: weight(object, "flatness")?,
+            spec_tint: self.weight(object, "spec_tint")?,
+            spec_trans: self.weight(object, "spec_trans")?,
+            diff_trans: self.value(object, "diff_trans", 0.0, 2.0)?,
+            sheen: self.weight(object, "sheen")?,
+            sheen_tint: self.weight(object, "sheen_tint")?,
+            flatness: self.weight(object, "flatness")?,
         }))
     }
-}
 
-/// That facets are the same in all directions.
-fn isotropic(object: &Object<'_>) -> Result<(), Error> {
-    let what = "an anisotropic principled material";
-    match object.parameter("anisotropic").map(|element| element.tag == "texture") {
-        Some(true) => Err(object.element.unsupported(what, "leave out anisotropic")),
-        _ if weight(object, "anisotropic")? != 0.0 => {
-            Err(object.element.unsupported(what, "leave out anisotropic"))
+    fn weight(&mut self, object: &Object<'a>, name: &'static str) -> Result<Value, Error> {
+        self.value(object, name, 0.0, 1.0)
+    }
+
+    /// A number between 0 and the most that it may be, or a texture of such.
+    fn value(
+        &mut self,
+        object: &Object<'a>,
+        name: &'static str,
+        default: f64,
+        most: f64,
+    ) -> Result<Value, Error> {
+        let Some(element) = object.parameter(name).filter(|element| element.tag == "texture") else {
+            return Ok(value_in(object, name, most)?.unwrap_or(default).into());
+        };
+        let index = self.texture(element)?;
+        self.check_texels(element, index, most)?;
+        if element.attribute("type") == Some("checkerboard") {
+            self.journal.note(
+                element,
+                "color0 and color1 are where they would be of a colour; Mitsuba 3.9 swaps them",
+            );
         }
-        _ => Ok(()),
+        Ok(Value::Texture(index))
+    }
+
+    /// Positive, so that the lobe has a width; α is at least 10⁻³ anyhow.
+    fn roughness(&mut self, object: &Object<'a>) -> Result<Value, Error> {
+        let value = self.value(object, "roughness", DEFAULT_ROUGHNESS, 1.0)?;
+        match value.constant() {
+            Some(r) if r < LEAST_ROUGHNESS => {
+                let element = object.parameter("roughness").unwrap_or(object.element);
+                Err(element.bad_value("roughness", &r.to_string(), "a number between 0.0001 and 1"))
+            }
+            _ => Ok(value),
+        }
     }
 }
 
-fn weight(object: &Object<'_>, name: &'static str) -> Result<f64, Error> {
-    let given = object.float_where(name, "a number between 0 and 1", |x| (0.0..=1.0).contains(&x))?;
-    Ok(given.unwrap_or(0.0))
-}
-
-/// Positive, so that the lobe has a width; α is at least 10⁻³ anyhow.
-fn roughness(object: &Object<'_>) -> Result<f64, Error> {
-    let given =
-        object.float_where("roughness", "a number between 0.0001 and 1", |x| (1e-4..=1.0).contains(&x))?;
-    Ok(given.unwrap_or(DEFAULT_ROUGHNESS))
+fn value_in(object: &Object<'_>, name: &'static str, most: f64) -> Result<Option<f64>, Error> {
+    let expected = if most > 1.0 { "a number between 0 and 2" } else { "a number between 0 and 1" };
+    object.float_where(name, expected, |x| (0.0..=most).contains(&x))
 }
 
 /// The index of refraction, by itself or by `specular`: η = 2/(1 − √(0.08 s)) − 1.

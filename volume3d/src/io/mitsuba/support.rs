@@ -33,7 +33,7 @@ const KINDS: [Kind; 10] = [
     Kind {
         tag: "bsdf",
         plugins: BSDFS,
-        remarks: "metals and glasses by their names; `principled` without `anisotropic`, with a texture for `base_color` only",
+        remarks: "metals and glasses by their names; textures for colours and for the numbers of `principled` and `principledthin`",
     },
     Kind {
         tag: "texture",

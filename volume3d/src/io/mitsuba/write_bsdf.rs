@@ -3,10 +3,7 @@
 use glam::DVec3;
 
 use super::write::{Writer, escaped};
-use crate::scene::{
-    Bsdf, Dielectric, Material, Microfacets, Plastic, Principled, PrincipledThin, Reflectance, Relief,
-    Roughness,
-};
+use crate::scene::{Bsdf, Dielectric, Material, Microfacets, Plastic, Reflectance, Relief, Roughness, Value};
 
 impl Writer<'_> {
     /// A material, by its index.
@@ -51,7 +48,8 @@ impl Writer<'_> {
 
     fn model(&mut self, bsdf: &Bsdf) {
         if let Some(facets) = bsdf.facets() {
-            self.facets(facets);
+            let stretch = if let Bsdf::RoughConductor { stretch, .. } = bsdf { *stretch } else { 1.0 };
+            self.facets(facets, stretch);
         }
         match bsdf {
             Bsdf::Diffuse { reflectance } => self.reflectance("reflectance", reflectance),
@@ -71,54 +69,34 @@ impl Writer<'_> {
                 self.indices(*eta, *specular_reflectance);
                 self.reflectance("specular_transmittance", specular_transmittance);
             }
-            Bsdf::Principled(principled) => self.principled(principled),
-            Bsdf::PrincipledThin(thin) => self.principled_thin(thin),
+            Bsdf::Principled(p) => self.principled(&p.base_color, p.eta, p.values()),
+            Bsdf::PrincipledThin(thin) => self.principled(&thin.base_color, thin.eta, thin.values()),
         }
     }
 
-    fn principled(&mut self, principled: &Principled) {
-        let Principled { base_color, roughness, metallic, eta, spec_tint, spec_trans, .. } = principled;
-        let Principled { sheen, sheen_tint, flatness, clearcoat, clearcoat_gloss, .. } = principled;
+    fn principled(&mut self, base_color: &Reflectance, eta: f64, values: Vec<(&'static str, Value, f64)>) {
         self.reflectance("base_color", base_color);
-        let floats = [
-            ("roughness", roughness),
-            ("metallic", metallic),
-            ("eta", eta),
-            ("spec_tint", spec_tint),
-            ("spec_trans", spec_trans),
-            ("sheen", sheen),
-            ("sheen_tint", sheen_tint),
-            ("flatness", flatness),
-            ("clearcoat", clearcoat),
-            ("clearcoat_gloss", clearcoat_gloss),
-        ];
-        floats.into_iter().for_each(|(name, value)| self.value("float", name, value));
+        self.value("float", "eta", eta);
+        for (name, value, _) in values {
+            match value {
+                Value::Constant(value) => self.value("float", name, value),
+                Value::Texture(texture) => self.texture_reference(name, texture),
+            }
+        }
     }
 
-    fn principled_thin(&mut self, thin: &PrincipledThin) {
-        let PrincipledThin { base_color, roughness, eta, spec_tint, spec_trans, diff_trans, .. } = thin;
-        let PrincipledThin { sheen, sheen_tint, flatness, .. } = thin;
-        self.reflectance("base_color", base_color);
-        let floats = [
-            ("roughness", roughness),
-            ("eta", eta),
-            ("spec_tint", spec_tint),
-            ("spec_trans", spec_trans),
-            ("diff_trans", diff_trans),
-            ("sheen", sheen),
-            ("sheen_tint", sheen_tint),
-            ("flatness", flatness),
-        ];
-        floats.into_iter().for_each(|(name, value)| self.value("float", name, value));
-    }
-
-    fn facets(&mut self, Roughness { distribution, alpha }: Roughness) {
+    fn facets(&mut self, Roughness { distribution, alpha }: Roughness, stretch: f64) {
         let name = match distribution {
             Microfacets::Beckmann => "beckmann",
             Microfacets::Ggx => "ggx",
         };
         self.value("string", "distribution", name);
-        self.value("float", "alpha", alpha);
+        if stretch == 1.0 {
+            self.value("float", "alpha", alpha);
+        } else {
+            self.value("float", "alpha_u", alpha);
+            self.value("float", "alpha_v", alpha * stretch);
+        }
     }
 
     fn indices(&mut self, eta: f64, specular_reflectance: DVec3) {

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::scene::{material, with};
-use crate::scene::{Bsdf, Light, Material, Microfacets, Reflectance};
+use crate::scene::{Bsdf, Light, Material, Microfacets, Reflectance, Value};
 
 #[test]
 fn materials() {
@@ -35,6 +35,13 @@ fn materials() {
     assert_eq!(rough(ggx), (Microfacets::Ggx, 0.3));
     let both = "<float name='alpha_u' value='.2'/><float name='alpha_v' value='.2'/>";
     assert_eq!(rough(both), (Microfacets::Beckmann, 0.2));
+    let brushed = "<bsdf type='roughconductor'><float name='alpha_u' value='.2'/><float name='alpha_v' value='.1'/></bsdf>";
+    let Bsdf::RoughConductor { alpha, stretch, .. } = material(brushed).bsdf else { panic!() };
+    assert_eq!((alpha, stretch), (0.2, 0.5));
+    let board = "<bsdf type='principled'><float name='anisotropic' value='.25'/>\
+                 <texture type='checkerboard' name='metallic'/></bsdf>";
+    let Bsdf::Principled(numbers) = material(board).bsdf else { panic!() };
+    assert_eq!((numbers.anisotropic, numbers.metallic), (Value::Constant(0.25), Value::Texture(0)));
 }
 
 #[test]

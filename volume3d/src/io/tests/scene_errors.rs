@@ -277,8 +277,10 @@ fn plugins() {
     twosided around a material that light passes is not supported; leave out twosided: such a material has two sides
 <bsdf type='plastic'><float name='int_ior' value='1.2'/><float name='ext_ior' value='1.2'/></bsdf>
     int_ior equal to ext_ior is not supported; give two different indices of refraction
-<bsdf type='principled'><float name='anisotropic' value='.5'/></bsdf>
-    an anisotropic principled material is not supported; leave out anisotropic
+<bsdf type='principled'><float name='anisotropic' value='1.5'/></bsdf>
+    dir/s.xml:2:25: anisotropic="1.5": expected a number between 0 and 1
+<bsdf type='principledthin'><texture type='checkerboard' name='spec_trans'><float name='color0' value='2'/></texture></bsdf>
+    dir/s.xml:2:29: a colour="[2, 2, 2]": expected numbers between 0 and 1
 <bsdf type='bumpmap'><bsdf type='diffuse'/></bsdf>
     bsdf "bumpmap" needs a nested <texture>
 <bsdf type='twosided'/>
@@ -295,7 +297,7 @@ fn plugins() {
     dir/s.xml:2:29: alpha="0": expected a number greater than 0
 <bsdf type='roughconductor'><float name='alpha_u' value='1'/></bsdf>
     bsdf "roughconductor" needs alpha_v beside alpha_u
-<bsdf type='roughconductor'><float name='alpha_u' value='1'/><float name='alpha_v' value='.5'/></bsdf>
+<bsdf type='roughdielectric'><float name='alpha_u' value='1'/><float name='alpha_v' value='.5'/></bsdf>
     an alpha_u other than alpha_v is not supported; give one alpha
 <bsdf type='roughconductor'><float name='alpha_v' value='1'/><float name='alpha' value='.5'/></bsdf>
     bsdf "roughconductor" takes either alpha or alpha_u and alpha_v, not both

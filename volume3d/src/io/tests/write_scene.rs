@@ -8,7 +8,7 @@ use crate::io::{load_scene, read_obj, write_obj, write_scene};
 use crate::scene::{
     Bsdf, Camera, Crop, Description, Dielectric, Environment, Film, Filter, Integrator, Lens, Light,
     Material, Microfacets, Placement, Plastic, Principled, PrincipledThin, Reflectance, Relief, Roughness,
-    Scene, Texture, Wrap,
+    Scene, Texture, Value, Wrap,
 };
 use crate::sdf::network::{Architecture, Network};
 use crate::sdf::{Baked, Grid, Interpolation};
@@ -55,6 +55,7 @@ fn transparent_and_coated() -> Vec<(Bsdf, bool)> {
     let principled = Principled {
         base_color: colour(),
         roughness: 0.1,
+        anisotropic: 0.25,
         metallic: 0.2,
         eta: 1.3,
         spec_tint: 0.4,
@@ -68,6 +69,7 @@ fn transparent_and_coated() -> Vec<(Bsdf, bool)> {
     let thin = PrincipledThin {
         base_color: colour(),
         roughness: 0.1,
+        anisotropic: 0.25,
         eta: 1.3,
         spec_tint: 0.4,
         spec_trans: 0.5,
@@ -82,8 +84,11 @@ fn transparent_and_coated() -> Vec<(Bsdf, bool)> {
         (Bsdf::Dielectric(dielectric(None)), false),
         (Bsdf::Dielectric(dielectric(facets)), false),
         (Bsdf::ThinDielectric(dielectric(None)), false),
-        (Bsdf::Principled(principled), true),
-        (Bsdf::PrincipledThin(thin), false),
+        (Bsdf::Principled(principled.map(Value::Constant)), true),
+        (
+            Bsdf::PrincipledThin(PrincipledThin { sheen: Value::Texture(0), ..thin.map(Value::Constant) }),
+            false,
+        ),
     ]
 }
 
@@ -119,6 +124,7 @@ fn description() -> Description {
     let rough = Bsdf::RoughConductor {
         distribution,
         alpha: 0.3,
+        stretch: 2.0,
         eta,
         k,
         specular_reflectance: specular_reflectance.clone(),

@@ -1,7 +1,7 @@
 //! Reflection and refraction at the facets of a rough surface (Walter et al. 2007).
 
 use flatland::calculus::{Number, Vec3};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::optics::Microfacets;
 
@@ -13,17 +13,39 @@ pub(super) struct Facets<T> {
     /// On the viewer's side.
     pub(super) normal: Vec3<T>,
     pub(super) viewer: Vec3<T>,
+    /// What they are in the directions of two axes, if they are not the same in all.
+    pub(super) stretch: Option<Stretch<T>>,
+}
+
+/// Facets whose roughness is another along each of two axes of the surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stretch<T> {
+    /// Unit vectors across the normal and one another.
+    pub(super) axes: [Vec3<T>; 2],
+    /// α along each.
+    pub(super) alphas: [T; 2],
+}
+
+impl<T: Number> Stretch<T> {
+    /// Along a direction of the surface, and across it.
+    pub(super) fn new(normal: Vec3<T>, along: Vec3<T>, alphas: [T; 2]) -> Self {
+        Self { axes: [along, normal.cross(along)], alphas }
+    }
+
+    /// Σ f(α) (v·axis)².
+    fn sum(&self, v: Vec3<T>, f: impl Fn(T) -> T) -> T {
+        let [s, t] = self.axes.map(|axis| v.dot(axis).squared());
+        s * f(self.alphas[0]) + t * f(self.alphas[1])
+    }
 }
 
 impl<T: Number> Facets<T> {
     /// D G/(4 cos θᵢ) for a direction above, which times Fresnel's F is f cos θₒ, and the cosine that F depends on.
     pub(super) fn reflect(&self, direction: Vec3<T>) -> (T, T) {
         let half = (self.viewer + direction).normalized();
-        let facet = |v: Vec3<T>| self.normal.dot(v);
-        let normals = self.distribution.density(facet(half), self.alpha);
-        let shadowing = self.distribution.unshadowed(facet(self.viewer), self.alpha)
-            * self.distribution.unshadowed(facet(direction), self.alpha);
-        (normals * shadowing / (facet(self.viewer) * 4.0), self.viewer.dot(half))
+        let normals = self.normals(half);
+        let shadowing = self.unshadowed(self.viewer) * self.unshadowed(direction);
+        (normals * shadowing / (self.normal.dot(self.viewer) * 4.0), self.viewer.dot(half))
     }
 
     /// The density of directions that are reflected at a sampled facet.
@@ -38,10 +60,9 @@ impl<T: Number> Facets<T> {
     pub(super) fn refract(&self, direction: Vec3<T>, eta: f64) -> Option<(T, T)> {
         let half = self.refracting(direction, eta)?;
         let [in_cosine, out_cosine] = [self.viewer, direction].map(|v| v.dot(half));
-        let [above, below] = [self.viewer, -direction].map(|v| self.normal.dot(v));
-        let normals = self.distribution.density(self.normal.dot(half), self.alpha);
-        let shadowing =
-            self.distribution.unshadowed(above, self.alpha) * self.distribution.unshadowed(below, self.alpha);
+        let above = self.normal.dot(self.viewer);
+        let normals = self.normals(half);
+        let shadowing = self.unshadowed(self.viewer) * self.unshadowed(-direction);
         let stretch = (in_cosine + out_cosine * eta).squared();
         Some((-(normals * shadowing * in_cosine * out_cosine) / (above * stretch), in_cosine))
     }
@@ -66,15 +87,55 @@ impl<T: Number> Facets<T> {
     /// A facet's normal.
     pub(super) fn sample(&self, numbers: [f64; 2]) -> DVec3 {
         let (n, viewer) = (self.normal.value(), self.viewer.value());
-        let (s, t) = n.any_orthonormal_pair();
+        let ((s, t), alpha) = match &self.stretch {
+            None => (n.any_orthonormal_pair(), DVec2::splat(self.alpha.value())),
+            Some(Stretch { axes, alphas }) => {
+                ((axes[0].value(), axes[1].value()), DVec2::from(alphas.map(Number::value)))
+            }
+        };
         let local = DVec3::new(viewer.dot(s), viewer.dot(t), viewer.dot(n));
-        let half = self.distribution.sample(local, self.alpha.value(), numbers);
+        let half = self.distribution.sample(local, alpha, numbers);
         half.x * s + half.y * t + half.z * n
     }
 
     fn density_of_normals(&self, half: DVec3) -> f64 {
         let (n, viewer) = (self.normal.value(), self.viewer.value());
-        let alpha = self.alpha.value();
-        self.distribution.sampling_density(n.dot(viewer), viewer.dot(half), n.dot(half), alpha)
+        let still = self.still();
+        let (facets, unshadowed) =
+            (still.normals(Vec3::constant(half)), still.unshadowed(Vec3::constant(viewer)));
+        self.distribution.sampling_density(facets, unshadowed, [n.dot(viewer), viewer.dot(half), n.dot(half)])
+    }
+
+    /// D of a facet's normal.
+    fn normals(&self, half: Vec3<T>) -> T {
+        let cosine = self.normal.dot(half);
+        let Some(stretch) = &self.stretch else { return self.distribution.density(cosine, self.alpha) };
+        if cosine.value() <= 0.0 {
+            return T::constant(0.0);
+        }
+        let cos2 = cosine.squared();
+        let slope = stretch.sum(half, |alpha| T::constant(1.0) / alpha.squared()) / cos2;
+        self.distribution.density_at(slope, cos2, stretch.alphas[0] * stretch.alphas[1])
+    }
+
+    /// Smith's G₁ of a direction above.
+    fn unshadowed(&self, v: Vec3<T>) -> T {
+        let cosine = self.normal.dot(v);
+        let Some(stretch) = &self.stretch else { return self.distribution.unshadowed(cosine, self.alpha) };
+        if cosine.value() <= 0.0 {
+            return T::constant(0.0);
+        }
+        self.distribution.unshadowed_at(stretch.sum(v, Number::squared) / cosine.squared())
+    }
+
+    /// The same facets without derivatives.
+    fn still(&self) -> Facets<f64> {
+        let still = |v: Vec3<T>| Vec3::constant(v.value());
+        let stretch = self.stretch.as_ref().map(|stretch| Stretch {
+            axes: stretch.axes.map(still),
+            alphas: stretch.alphas.map(Number::value),
+        });
+        let (normal, viewer) = (still(self.normal), still(self.viewer));
+        Facets { distribution: self.distribution, alpha: self.alpha.value(), normal, viewer, stretch }
     }
 }

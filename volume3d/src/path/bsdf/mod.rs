@@ -12,15 +12,15 @@ use std::f64::consts::FRAC_1_PI;
 use flatland::calculus::{Number, Rgb, Vec3};
 use glam::DVec3;
 
-use self::facets::Facets;
+use self::facets::{Facets, Stretch};
 use self::plastic::Coated;
 use self::principled::Lobes;
 use self::principled_thin::Sheet;
 use crate::optics::{Coating, Microfacets, fresnel};
-use crate::scene::{Bsdf, Plastic};
+use crate::scene::{Bsdf, Plastic, Principled, PrincipledThin};
 
 /// A shaded point: everything that reflection depends on.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Shading<'s, T> {
     pub(crate) bsdf: &'s Bsdf,
     /// What the coating lets through, if it has one.
@@ -30,6 +30,11 @@ pub(crate) struct Shading<'s, T> {
     pub(crate) viewer: Vec3<T>,
     pub(crate) reflectance: Rgb<T>,
     pub(crate) roughness: T,
+    /// The numbers of a principled model at the point.
+    pub(crate) numbers: Option<Box<Numbers<T>>>,
+    /// A unit vector across the normal, along which facets are what they are along u, if that is not what they are
+    /// across.
+    pub(crate) along: Option<Vec3<T>>,
     /// Whether the viewer is behind a surface that light passes.
     pub(crate) behind: bool,
     /// How much of the surface is there, if not all of it.
@@ -39,6 +44,13 @@ pub(crate) struct Shading<'s, T> {
     /// The surface's own normal on the viewer's side, where `normal` is tilted: light does not arrive from between the two
     /// horizons.
     pub(crate) beneath: Option<Vec3<T>>,
+}
+
+/// The numbers of a principled model at a point.
+#[derive(Clone, Debug)]
+pub(crate) enum Numbers<T> {
+    Solid(Principled<T>),
+    Thin(PrincipledThin<T>),
 }
 
 /// A direction and its density in solid angle.
@@ -79,8 +91,12 @@ impl<T: Number> Shading<'_, T> {
             Bsdf::Plastic(plastic) => {
                 self.coated(plastic).map_or(Rgb::constant(DVec3::ZERO), |c| c.evaluate(direction))
             }
-            Bsdf::Principled(principled) => Lobes::new(self, principled).evaluate(direction),
-            Bsdf::PrincipledThin(thin) => Sheet::new(self, thin).evaluate(direction),
+            Bsdf::Principled(_) => {
+                self.lobes().map_or(Rgb::constant(DVec3::ZERO), |lobes| lobes.evaluate(direction))
+            }
+            Bsdf::PrincipledThin(_) => {
+                self.sheet().map_or(Rgb::constant(DVec3::ZERO), |sheet| sheet.evaluate(direction))
+            }
             Bsdf::Dielectric(dielectric) if dielectric.facets.is_some() => {
                 dielectric::rough(self, dielectric, direction)
             }
@@ -165,8 +181,8 @@ impl<T: Number> Shading<'_, T> {
             Bsdf::Diffuse { .. } => diffuse::density(cosine),
             Bsdf::RoughConductor { .. } => self.facets().reflection_density(direction),
             Bsdf::Plastic(plastic) => self.coated(plastic).map_or(0.0, |c| c.density(direction)),
-            Bsdf::Principled(principled) => Lobes::new(self, principled).density(direction),
-            Bsdf::PrincipledThin(thin) => Sheet::new(self, thin).density(direction),
+            Bsdf::Principled(_) => self.lobes().map_or(0.0, |lobes| lobes.density(direction)),
+            Bsdf::PrincipledThin(_) => self.sheet().map_or(0.0, |sheet| sheet.density(direction)),
             Bsdf::Dielectric(dielectric) if dielectric.facets.is_some() => {
                 dielectric::rough_density(self, dielectric, direction)
             }
@@ -215,8 +231,8 @@ impl<T: Number> Shading<'_, T> {
                 2.0 * viewer.dot(half) * half - viewer
             }
             Bsdf::Plastic(plastic) => self.coated(plastic)?.sample(numbers),
-            Bsdf::Principled(principled) => Lobes::new(self, principled).sample(numbers)?,
-            Bsdf::PrincipledThin(thin) => Sheet::new(self, thin).sample(numbers)?,
+            Bsdf::Principled(_) => self.lobes()?.sample(numbers)?,
+            Bsdf::PrincipledThin(_) => self.sheet()?.sample(numbers)?,
             Bsdf::Dielectric(dielectric) => dielectric::rough_sample(self, dielectric, numbers)?,
             Bsdf::Conductor { .. } | Bsdf::ThinDielectric(_) => return None,
         };
@@ -241,7 +257,28 @@ impl<T: Number> Shading<'_, T> {
     /// The facets of its rough boundary; those of smooth ones are of no use.
     fn facets(&self) -> Facets<T> {
         let distribution = self.bsdf.facets().map_or(Microfacets::Ggx, |facets| facets.distribution);
-        Facets { distribution, alpha: self.roughness, normal: self.normal, viewer: self.viewer }
+        let alpha = self.roughness;
+        let stretch = match (self.along, self.bsdf) {
+            (Some(along), Bsdf::RoughConductor { stretch, .. }) => {
+                Some(Stretch::new(self.normal, along, [alpha, alpha * *stretch]))
+            }
+            _ => None,
+        };
+        Facets { distribution, alpha, normal: self.normal, viewer: self.viewer, stretch }
+    }
+
+    fn lobes(&self) -> Option<Lobes<'_, T>> {
+        match self.numbers.as_deref() {
+            Some(Numbers::Solid(principled)) => Some(Lobes::new(self, principled)),
+            _ => None,
+        }
+    }
+
+    fn sheet(&self) -> Option<Sheet<'_, T>> {
+        match self.numbers.as_deref() {
+            Some(Numbers::Thin(thin)) => Some(Sheet::new(self, thin)),
+            _ => None,
+        }
     }
 
     fn coated<'a>(&'a self, plastic: &'a Plastic) -> Option<Coated<'a, T>> {

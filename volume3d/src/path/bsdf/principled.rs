@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_1_PI, PI, TAU};
 use flatland::calculus::{Number, Rgb, Vec3};
 use glam::DVec3;
 
-use super::facets::Facets;
+use super::facets::{Facets, Stretch};
 use super::{Shading, dielectric, diffuse};
 use crate::optics::{Microfacets, fresnel};
 use crate::scene::Principled;
@@ -17,13 +17,13 @@ const LEAST_ALPHA: f64 = 1e-3;
 /// The principled material at a shading point.
 pub(super) struct Lobes<'s, T> {
     shading: &'s Shading<'s, T>,
-    principled: &'s Principled,
+    principled: &'s Principled<T>,
     facets: Facets<T>,
     /// The index of refraction beyond the surface over that on the viewer's side.
     eta: f64,
     /// (1 − metallic) (1 − spec_trans) and (1 − metallic) spec_trans.
-    reflecting: f64,
-    refracting: f64,
+    reflecting: T,
+    refracting: T,
 }
 
 /// Which lobe a sample is of.
@@ -36,15 +36,15 @@ enum Lobe {
 }
 
 impl<'s, T: Number> Lobes<'s, T> {
-    pub(super) fn new(shading: &'s Shading<'s, T>, principled: &'s Principled) -> Self {
-        let Shading { normal, viewer, roughness, behind, .. } = *shading;
-        let base = 1.0 - principled.metallic;
+    pub(super) fn new(shading: &'s Shading<'s, T>, principled: &'s Principled<T>) -> Self {
+        let one = T::constant(1.0);
+        let base = one - principled.metallic;
         Self {
             shading,
             principled,
-            facets: Facets { distribution: Microfacets::Ggx, alpha: alpha(roughness), normal, viewer },
-            eta: if behind { 1.0 / principled.eta } else { principled.eta },
-            reflecting: base * (1.0 - principled.spec_trans),
+            facets: facets(shading, principled.roughness, principled.anisotropic),
+            eta: if shading.behind { 1.0 / principled.eta } else { principled.eta },
+            reflecting: base * (one - principled.spec_trans),
             refracting: base * principled.spec_trans,
         }
     }
@@ -63,16 +63,16 @@ impl<'s, T: Number> Lobes<'s, T> {
         }
         let half = (viewer + direction).normalized();
         let mut sum = self.tinted_fresnel(dielectric, at_facet) * facets;
-        if self.principled.clearcoat > 0.0 {
+        if is_there(self.principled.clearcoat) {
             sum = sum + white(self.clearcoat(half, direction));
         }
         let p = self.principled;
-        if self.reflecting > 0.0 {
-            let lobe = base_lobe(self.shading, half, direction, p.flatness);
+        if is_there(self.reflecting) {
+            let lobe = base_lobe(self.shading, half, direction, p.roughness, p.flatness);
             sum = sum + self.shading.reflectance * (lobe * cosine * self.reflecting);
         }
-        if p.sheen > 0.0 && self.reflecting > 0.0 {
-            let weight = schlick(direction.dot(half)) * cosine * (p.sheen * (1.0 - p.metallic));
+        if is_there(p.sheen) && is_there(self.reflecting) {
+            let weight = schlick(direction.dot(half)) * cosine * (p.sheen * (T::constant(1.0) - p.metallic));
             sum = sum + tint(self.shading.reflectance, p.sheen_tint) * weight;
         }
         sum
@@ -81,16 +81,16 @@ impl<'s, T: Number> Lobes<'s, T> {
     /// The main lobe's Fresnel term on the front: metal in the base colour, the dielectric's, and the tinted one.
     fn tinted_fresnel(&self, dielectric: T, cosine: T) -> Rgb<T> {
         let p = self.principled;
-        let base = 1.0 - p.metallic;
-        let mut sum = white(dielectric * (base * (1.0 - p.spec_tint)));
-        if p.metallic > 0.0 {
-            sum =
-                sum + self.schlick_towards_white(self.shading.reflectance, cosine) * T::constant(p.metallic);
+        let one = T::constant(1.0);
+        let base = one - p.metallic;
+        let mut sum = white(dielectric * (base * (one - p.spec_tint)));
+        if is_there(p.metallic) {
+            sum = sum + self.schlick_towards_white(self.shading.reflectance, cosine) * p.metallic;
         }
-        if p.spec_tint > 0.0 {
+        if is_there(p.spec_tint) {
             let normal = ((self.eta - 1.0) / (self.eta + 1.0)).powi(2);
-            let at_normal = tint(self.shading.reflectance, 1.0) * T::constant(normal);
-            sum = sum + self.schlick_towards_white(at_normal, cosine) * T::constant(base * p.spec_tint);
+            let at_normal = tint(self.shading.reflectance, one) * T::constant(normal);
+            sum = sum + self.schlick_towards_white(at_normal, cosine) * (base * p.spec_tint);
         }
         sum
     }
@@ -103,7 +103,7 @@ impl<'s, T: Number> Lobes<'s, T> {
     }
 
     fn refraction(&self, direction: Vec3<T>) -> Rgb<T> {
-        if self.refracting == 0.0 {
+        if !is_there(self.refracting) {
             return Rgb::constant(DVec3::ZERO);
         }
         let Some((value, cosine)) = self.facets.refract(direction, self.eta) else {
@@ -122,11 +122,11 @@ impl<'s, T: Number> Lobes<'s, T> {
         let shadowing = Microfacets::Ggx.unshadowed(normal.dot(viewer), width)
             * Microfacets::Ggx.unshadowed(normal.dot(direction), width);
         let density = clearcoat_density(normal.dot(half), self.clearcoat_alpha());
-        fresnel * density * shadowing * normal.dot(direction) * (0.25 * self.principled.clearcoat)
+        fresnel * density * shadowing * normal.dot(direction) * (self.principled.clearcoat * 0.25)
     }
 
-    fn clearcoat_alpha(&self) -> f64 {
-        0.1 + (0.001 - 0.1) * self.principled.clearcoat_gloss
+    fn clearcoat_alpha(&self) -> T {
+        T::constant(0.1) + self.principled.clearcoat_gloss * (0.001 - 0.1)
     }
 
     /// The probabilities of lobes, by what the dielectric reflects at a facet.
@@ -134,8 +134,8 @@ impl<'s, T: Number> Lobes<'s, T> {
         let parts = if self.shading.behind {
             [0.0, 0.0, 1.0 - reflected, reflected]
         } else {
-            let refracted = self.refracting * (1.0 - reflected);
-            [self.reflecting, 0.25 * self.principled.clearcoat, refracted, 1.0 - refracted]
+            let refracted = self.refracting.value() * (1.0 - reflected);
+            [self.reflecting.value(), 0.25 * self.principled.clearcoat.value(), refracted, 1.0 - refracted]
         };
         let sum: f64 = parts.iter().sum();
         let lobes = [Lobe::Diffuse, Lobe::Clearcoat, Lobe::Refraction, Lobe::Reflection];
@@ -146,7 +146,7 @@ impl<'s, T: Number> Lobes<'s, T> {
     pub(super) fn density(&self, direction: DVec3) -> f64 {
         let (n, viewer) = (self.shading.normal.value(), self.shading.viewer.value());
         if n.dot(direction) < 0.0 {
-            if self.refracting == 0.0 {
+            if self.refracting.value() == 0.0 {
                 return 0.0;
             }
             let found = self.facets.refraction_density(direction, self.eta);
@@ -164,7 +164,7 @@ impl<'s, T: Number> Lobes<'s, T> {
         }
         if clearcoat > 0.0 {
             let up = n.dot(half);
-            sum += clearcoat * clearcoat_density(up, self.clearcoat_alpha()) * up / (4.0 * cosine);
+            sum += clearcoat * clearcoat_density(up, self.clearcoat_alpha().value()) * up / (4.0 * cosine);
         }
         sum
     }
@@ -193,7 +193,7 @@ impl<'s, T: Number> Lobes<'s, T> {
         let direction = match chosen {
             Lobe::Diffuse => self.shading.above(diffuse::sample([a, b, rest])),
             Lobe::Clearcoat => {
-                let half = self.shading.above(clearcoat_normal(self.clearcoat_alpha(), [a, b]));
+                let half = self.shading.above(clearcoat_normal(self.clearcoat_alpha().value(), [a, b]));
                 2.0 * viewer.dot(half) * half - viewer
             }
             Lobe::Reflection => 2.0 * cosine * half - viewer,
@@ -210,6 +210,23 @@ pub(super) fn alpha<T: Number>(roughness: T) -> T {
     if alpha.value() > LEAST_ALPHA { alpha } else { T::constant(LEAST_ALPHA) }
 }
 
+/// The facets of a roughness, whose α is divided and multiplied by √(1 − 0.9 a) along u and across.
+pub(super) fn facets<T: Number>(shading: &Shading<'_, T>, roughness: T, anisotropic: T) -> Facets<T> {
+    let Shading { normal, viewer, along, .. } = *shading;
+    let stretch = along.map(|along| {
+        let aspect = (T::constant(1.0) - anisotropic * 0.9).sqrt();
+        let least = |alpha: T| if alpha.value() > LEAST_ALPHA { alpha } else { T::constant(LEAST_ALPHA) };
+        let alpha = roughness.squared();
+        Stretch::new(normal, along, [least(alpha / aspect), least(alpha * aspect)])
+    });
+    Facets { distribution: Microfacets::Ggx, alpha: alpha(roughness), normal, viewer, stretch }
+}
+
+/// Whether a number counts: if it is 0 and stays so it does not.
+pub(super) fn is_there<T: Number>(value: T) -> bool {
+    value.value() != 0.0 || !value.is_still()
+}
+
 pub(super) fn white<T: Number>(value: T) -> Rgb<T> {
     Rgb([value; 3])
 }
@@ -221,14 +238,14 @@ pub(super) fn schlick<T: Number>(cosine: T) -> T {
 }
 
 /// White, and so much of a colour's hue at luminance 1.
-pub(super) fn tint<T: Number>(colour: Rgb<T>, part: f64) -> Rgb<T> {
+pub(super) fn tint<T: Number>(colour: Rgb<T>, part: T) -> Rgb<T> {
     let Rgb([r, g, b]) = colour;
     let luminance = r * 0.212_671 + g * 0.715_160 + b * 0.072_169;
     if luminance.value() <= 0.0 {
         return Rgb::constant(DVec3::ONE);
     }
-    let inverse = T::constant(part) / luminance;
-    colour * inverse + white(T::constant(1.0 - part))
+    let inverse = part / luminance;
+    colour * inverse + white(T::constant(1.0) - part)
 }
 
 /// The diffuse lobe over the base colour: with retro-reflection at grazing angles, and flattened as if by scattering below
@@ -237,25 +254,28 @@ pub(super) fn base_lobe<T: Number>(
     shading: &Shading<'_, T>,
     half: Vec3<T>,
     direction: Vec3<T>,
-    flatness: f64,
+    roughness: T,
+    flatness: T,
 ) -> T {
     let one = T::constant(1.0);
     let [above, out] = [shading.viewer, direction].map(|v| shading.normal.dot(v));
     let [fi, fo] = [above, out].map(schlick);
-    let retro = shading.roughness * direction.dot(half).squared() * 2.0;
+    let retro = roughness * direction.dot(half).squared() * 2.0;
     let diffuse = (one - fi * 0.5) * (one - fo * 0.5) + retro * (fo + fi + fo * fi * (retro - one));
-    if flatness == 0.0 {
+    if !is_there(flatness) {
         return diffuse * FRAC_1_PI;
     }
     let [low, high] = [fi, fo].map(|f| one + (retro * 0.5 - one) * f);
     let below = (low * high * (one / (out + above) - T::constant(0.5)) + T::constant(0.5)) * 1.25;
-    (diffuse * (1.0 - flatness) + below * flatness) * FRAC_1_PI
+    (diffuse * (one - flatness) + below * flatness) * FRAC_1_PI
 }
 
 /// D of the clear coat, GTR with exponent 1 (Burley 2012).
-fn clearcoat_density<T: Number>(cosine: T, alpha: f64) -> T {
-    let beyond = alpha * alpha - 1.0;
-    T::constant(beyond / (PI * (alpha * alpha).ln())) / (cosine.squared() * beyond + T::constant(1.0))
+fn clearcoat_density<T: Number>(cosine: T, alpha: T) -> T {
+    let (one, squared) = (T::constant(1.0), alpha.squared());
+    let logarithm = squared.chain(squared.value().ln(), 1.0 / squared.value());
+    let beyond = squared - one;
+    beyond / (logarithm * PI) / (cosine.squared() * beyond + one)
 }
 
 /// A facet of the clear coat with density D cos θ, about z.

@@ -6,14 +6,15 @@ use flatland::random::{open01, stream};
 use std::f64::consts::{PI, TAU};
 
 use super::*;
-use crate::scene::{Dielectric, Principled, PrincipledThin, Reflectance, Roughness};
+use crate::scene::{Dielectric, Reflectance, Roughness, Value};
 
 /// Reflection models, those that light passes last.
 fn bsdfs() -> Vec<Bsdf> {
     let white = || Reflectance::Constant(DVec3::ONE);
-    let rough = |distribution| Bsdf::RoughConductor {
+    let rough = |distribution, stretch| Bsdf::RoughConductor {
         distribution,
         alpha: 0.3,
+        stretch,
         eta: DVec3::ZERO,
         k: DVec3::ONE,
         specular_reflectance: white(),
@@ -23,10 +24,11 @@ fn bsdfs() -> Vec<Bsdf> {
         let (diffuse_reflectance, specular_reflectance) = (white(), DVec3::splat(0.9));
         Bsdf::Plastic(Plastic { eta: 1.5, facets, diffuse_reflectance, specular_reflectance, nonlinear })
     };
-    let principled = |spec_trans: f64| {
-        Bsdf::Principled(Principled {
+    let principled = |spec_trans: f64, anisotropic| {
+        let principled = Principled {
             base_color: white(),
             roughness: ROOT,
+            anisotropic,
             metallic: 0.3,
             eta: 1.4,
             spec_tint: 0.5,
@@ -36,22 +38,14 @@ fn bsdfs() -> Vec<Bsdf> {
             flatness: 0.5,
             clearcoat: 0.1,
             clearcoat_gloss: 0.1,
-        })
+        };
+        Bsdf::Principled(principled.map(Value::Constant))
     };
-    vec![
-        Bsdf::Diffuse { reflectance: white() },
-        rough(Microfacets::Beckmann),
-        rough(Microfacets::Ggx),
-        plastic(None, false),
-        plastic(facets(Microfacets::Beckmann), false),
-        plastic(facets(Microfacets::Ggx), true),
-        principled(0.0),
-        principled(0.6),
-        dielectric(facets(Microfacets::Beckmann)),
-        dielectric(facets(Microfacets::Ggx)),
-        Bsdf::PrincipledThin(PrincipledThin {
+    let sheet = |anisotropic| {
+        let sheet = PrincipledThin {
             base_color: white(),
             roughness: ROOT,
+            anisotropic,
             eta: 1.9,
             spec_tint: 0.5,
             spec_trans: 0.4,
@@ -59,7 +53,26 @@ fn bsdfs() -> Vec<Bsdf> {
             sheen: 0.1,
             sheen_tint: 0.5,
             flatness: 0.5,
-        }),
+        };
+        Bsdf::PrincipledThin(sheet.map(Value::Constant))
+    };
+    vec![
+        Bsdf::Diffuse { reflectance: white() },
+        rough(Microfacets::Beckmann, 1.0),
+        rough(Microfacets::Ggx, 1.0),
+        rough(Microfacets::Beckmann, 2.5),
+        rough(Microfacets::Ggx, 0.4),
+        plastic(None, false),
+        plastic(facets(Microfacets::Beckmann), false),
+        plastic(facets(Microfacets::Ggx), true),
+        principled(0.0, 0.0),
+        principled(0.0, 0.7),
+        principled(0.6, 0.0),
+        principled(0.6, 0.7),
+        dielectric(facets(Microfacets::Beckmann)),
+        dielectric(facets(Microfacets::Ggx)),
+        sheet(0.0),
+        sheet(0.7),
     ]
 }
 
@@ -78,6 +91,19 @@ fn dielectric(facets: Option<Roughness>) -> Bsdf {
     })
 }
 
+/// Across the normal.
+const ALONG: DVec3 = DVec3::new(0.48, 0.8, -0.36);
+
+/// Those of a principled model, with a roughness of its own.
+fn numbers<T: Number>(bsdf: &Bsdf, roughness: T) -> Option<Box<Numbers<T>>> {
+    let constant = |value: Value| T::constant(value.constant().expect("a constant"));
+    Some(Box::new(match bsdf {
+        Bsdf::Principled(p) => Numbers::Solid(Principled { roughness, ..p.map(constant) }),
+        Bsdf::PrincipledThin(p) => Numbers::Thin(PrincipledThin { roughness, ..p.map(constant) }),
+        _ => return None,
+    }))
+}
+
 /// A point whose viewer is before or behind a surface with normal (0.6, 0, 0.8).
 fn shading<'s>(bsdf: &'s Bsdf, coating: &'s Option<Coating>, viewer: DVec3) -> Shading<'s, f64> {
     let normal = DVec3::new(0.6, 0.0, 0.8);
@@ -89,6 +115,8 @@ fn shading<'s>(bsdf: &'s Bsdf, coating: &'s Option<Coating>, viewer: DVec3) -> S
         viewer: Vec3::constant(viewer),
         reflectance: Rgb::constant(DVec3::ONE),
         roughness: bsdf.roughness().unwrap_or(0.0),
+        numbers: numbers(bsdf, bsdf.roughness().unwrap_or(0.0)),
+        along: bsdf.is_anisotropic().then_some(Vec3::constant(ALONG)),
         behind,
         opacity: None,
         black: false,
@@ -246,6 +274,8 @@ fn derivatives_by_parameters_are_those_of_differences() {
                 viewer: Vec3::constant(viewer),
                 reflectance: Rgb([Dual::new(0.7, [0.0, 1.0]); 3]),
                 roughness: Dual::new(alpha, [1.0, 0.0]),
+                numbers: numbers(bsdf, Dual::new(alpha, [1.0, 0.0])),
+                along: still.along.map(|along| Vec3::constant(along.value())),
                 behind: false,
                 opacity: None,
                 black: false,

@@ -8,11 +8,11 @@ use glam::DVec3;
 
 use self::implicit::MovingLevelSet;
 use self::triangle::MovingTriangle;
-use super::bsdf::Shading;
+use super::bsdf::{Numbers, Shading};
 use super::calculus::Calculus;
 use super::relief::Tilted;
 use super::texture::{lookup, luminance};
-use crate::scene::{Reflectance, Scene, Surface};
+use crate::scene::{Bsdf, Reflectance, Scene, Surface, Value};
 
 /// A point of a surface that a ray from the viewer hit.
 #[derive(Clone, Copy, Debug)]
@@ -96,8 +96,29 @@ impl<T: Number> SurfacePoint<T> {
             }
             Reflectance::Texture(texture) => self.texture(scene, calculus, *texture),
         };
-        let roughness = material.bsdf.roughness();
-        let roughness = roughness.map_or(T::constant(0.0), |alpha| calculus.roughness(index, alpha));
+        let number = |value: Value| match value {
+            Value::Constant(value) => T::constant(value),
+            Value::Texture(texture) => luminance(self.texture(scene, calculus, texture)),
+        };
+        let roughness = material.bsdf.roughness().map(|alpha| calculus.roughness(index, alpha));
+        let mut numbers = match &material.bsdf {
+            Bsdf::Principled(solid) => Some(Box::new(Numbers::Solid(solid.map(number)))),
+            Bsdf::PrincipledThin(thin) => Some(Box::new(Numbers::Thin(thin.map(number)))),
+            _ => None,
+        };
+        // Where it is the same everywhere it is a parameter.
+        let roughness = match (&mut numbers, roughness) {
+            (None, alpha) => alpha.unwrap_or(T::constant(0.0)),
+            (Some(numbers), given) => {
+                let at_point = match &mut **numbers {
+                    Numbers::Solid(solid) => &mut solid.roughness,
+                    Numbers::Thin(thin) => &mut thin.roughness,
+                };
+                *at_point = given.unwrap_or(*at_point);
+                *at_point
+            }
+        };
+        let along = if material.bsdf.is_anisotropic() { self.along(scene, normal) } else { None };
         let opacity = material.opacity.as_ref().map(|opacity| {
             luminance(match opacity {
                 Reflectance::Constant(c) => Rgb::constant(*c),
@@ -111,11 +132,21 @@ impl<T: Number> SurfacePoint<T> {
             viewer: self.viewer,
             reflectance,
             roughness,
+            numbers,
+            along,
             behind: cosine < 0.0 && transmits,
             opacity,
             black,
             beneath,
         })
+    }
+
+    /// The direction of the surface in which the first texture coordinate grows, made orthogonal to a normal.
+    fn along(&self, scene: &Scene, normal: Vec3<T>) -> Option<Vec3<T>> {
+        let Moving::Triangle(triangle) = &self.moving else { return None };
+        let [side, _] = triangle.sides(scene)?;
+        let along = side - normal * normal.dot(side);
+        (along.dot(along).value() > 0.0).then(|| along.normalized())
     }
 
     fn texture<C: Calculus<Number = T>>(&self, scene: &Scene, calculus: &C, texture: usize) -> Rgb<T> {
