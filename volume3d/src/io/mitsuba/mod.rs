@@ -25,6 +25,7 @@
 //!   surface, and derivatives would miss its motion. A checkerboard's are 1/128 of its period wide.
 //! - A checkerboard has its colours in the same places whether a colour or a number is asked for. Mitsuba 3.9 swaps the two
 //!   where it is a number, as of `roughness` or `opacity`.
+//! - An `instance` is a copy with vertices of its own of every shape in its `shapegroup`, called by its own name and theirs.
 //! - Spectra and named metals become linear RGB where they are read, by the CIE observer of 1931: under D65 unless they are
 //!   of an emitter. `blackbody` is read too, which Mitsuba's RGB variants refuse.
 //! - `<rotate>` is a rotation whatever the length of its axis; Mitsuba's is none unless that is 1.
@@ -66,6 +67,7 @@ mod film;
 mod folders;
 mod harmless;
 mod implicit;
+mod instance;
 mod integrator;
 mod journal;
 mod metals;

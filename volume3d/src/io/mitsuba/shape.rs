@@ -23,6 +23,8 @@ impl<'a> Reader<'a> {
             "sphere" => sphere(&object)?,
             "disk" => curved(&object, Mesh::disk())?,
             "cylinder" => cylinder(&object)?,
+            "shapegroup" => return Self::shape_group(&object),
+            "instance" => return self.instance(element, &object),
             "sdfgrid" => return self.sdf_grid(element, &object),
             "sdfnetwork" => return self.sdf_network(element, &object),
             _ => return Err(object.unknown_plugin("shape", support::SHAPES)),

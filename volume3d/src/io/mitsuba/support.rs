@@ -10,8 +10,7 @@ struct Kind {
     remarks: &'static str,
 }
 
-pub(super) const SHAPES: &str =
-    "obj, ply, serialized, rectangle, cube, sphere, disk, cylinder, sdfgrid, sdfnetwork";
+pub(super) const SHAPES: &str = "obj, ply, serialized, rectangle, cube, sphere, disk, cylinder, shapegroup, instance, sdfgrid, sdfnetwork";
 pub(super) const TEXTURES: &str = "bitmap, checkerboard";
 pub(super) const SENSORS: &str = "perspective, thinlens";
 pub(super) const FILMS: &str = "hdrfilm, ldrfilm, mfilm";

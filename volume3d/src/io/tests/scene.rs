@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use std::io::{Error as IoError, ErrorKind};
 use std::path::Path;
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3};
 use image::{DynamicImage, ImageBuffer, ImageFormat};
 
 use super::{encoded, here};
@@ -296,6 +296,21 @@ fn textures() {
     assert_eq!(scaled.transform_point2(DVec2::new(0.25, 0.125)), DVec2::new(0.5, 0.5));
     let matrix = "<transform name='to_uv'><matrix value='0 1 .5  1 0 .25  0 0 1'/></transform>";
     assert_eq!(case(matrix).to_uv.transform_point2(DVec2::new(0.0, 1.0)), DVec2::new(1.5, 0.75));
+}
+
+#[test]
+fn groups_and_their_copies() {
+    let scene = with(
+        "<shape type='shapegroup' id='g'><shape type='rectangle' id='a'/><shape type='cube'/></shape>\
+        <shape type='instance' id='one'><ref id='g'/></shape>\
+        <shape type='instance'><ref id='g'/><transform name='to_world'><translate x='5'/></transform></shape>",
+    );
+    let shapes = scene.unwrap().shapes;
+    let names: Vec<&str> = shapes.iter().map(|shape| shape.id.as_str()).collect();
+    assert_eq!(names, ["one_a", "one_shape_1", "shape_2_a", "shape_2_shape_3"]);
+    assert_eq!(shapes[0].mesh, Mesh::rectangle());
+    let moved = Mesh::cube().transformed(&DAffine3::from_translation(5.0 * DVec3::X));
+    assert_eq!(shapes[3].mesh, moved);
 }
 
 #[test]
