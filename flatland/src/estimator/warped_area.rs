@@ -190,7 +190,7 @@ impl LinearMethod for WarpedArea {
             }
             Construction::Softened { reach, softness } => {
                 JumpMean { reach }.check()?;
-                if !(softness >= 0.0) {
+                if softness.is_nan() || softness < 0.0 {
                     return Err(EstimatorError::Softness { softness });
                 }
                 let mean = JumpMean { reach: reach * film.pixel() };

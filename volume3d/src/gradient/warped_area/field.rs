@@ -48,10 +48,16 @@ impl Default for Field {
 }
 
 impl Field {
-    /// The softened mean, with as many samples of curves as of the area.
+    /// The softened mean for so many samples of the area: a quarter as many of silhouettes, and half as many of shadows.
+    ///
+    /// Relative squared error times processor seconds, forward, 16 samples a pixel, tent filter, one thread; of the exact mean, of this, and of
+    /// edge sampling with its samples split for the scene (2 seeds each, so to about a fifth): 20 thin prisms that turn .27, .038,
+    /// .027; 2,000 leaves that turn 1.2, .37, .22; a sphere that moves over a plane .036, .036, .014; a block in a closed box with four
+    /// bounces .39, .30, .23; a bumpy sphere of 81,920 triangles that turns .22, .24, .88.
     #[must_use]
     pub fn softened(samples: usize) -> Self {
-        Self::Softened { film: 1.2, lobe: 0.5, softness: 0.4, silhouettes: samples, shadows: samples }
+        let part = |n: usize| samples.div_ceil(n).max(1);
+        Self::Softened { film: 1.2, lobe: 0.5, softness: 0.4, silhouettes: part(4), shadows: part(2) }
     }
 
     pub(super) fn check(&self) -> Result<(), GradientError> {
