@@ -3,6 +3,7 @@
 use flatland::sdf::Tracer;
 use glam::DVec3;
 
+use super::adjacency::Coordinates;
 use super::{
     Camera, Environment, Film, Implicit, ImplicitShape, ImplicitSurface, Light, Material, Placement, Texture,
     parts,
@@ -111,9 +112,15 @@ impl Description {
         parts(&self.materials, index)
     }
 
-    /// Whether each shape has a texture.
-    pub(super) fn textured(&self) -> Vec<bool> {
-        self.shapes.iter().map(|s| s.is_textured(&self.materials)).collect()
+    /// What each shape needs texture coordinates for.
+    pub(super) fn coordinates(&self) -> Vec<Coordinates> {
+        let of = |shape: &Shape| {
+            let emits =
+                if shape.radiance_texture.is_some() { Coordinates::Places } else { Coordinates::Nothing };
+            let parts = parts(&self.materials, shape.material).into_iter();
+            parts.map(|part| Coordinates::of(&self.materials[part])).fold(emits, Coordinates::max)
+        };
+        self.shapes.iter().map(of).collect()
     }
 
     /// Adds a material and returns its index.

@@ -18,7 +18,7 @@ use std::sync::OnceLock;
 
 use glam::DVec3;
 
-use super::adjacency::Shading;
+use super::adjacency::{Coordinates, Shading};
 use super::check;
 use super::error::SceneError;
 use super::{Camera, Description, Environment, Film, ImplicitShape, Light, Material, Scene, Texture, parts};
@@ -88,8 +88,8 @@ impl Scene {
 
     /// Brings up to date which edges are creases.
     fn shade_edges(&mut self) {
-        let textured = self.description.textured();
-        let shading = Shading { normals: &self.normals, uvs: &self.uvs, textured: &textured };
+        let coordinates = self.description.coordinates();
+        let shading = Shading { normals: &self.normals, uvs: &self.uvs, coordinates: &coordinates };
         let tables = super::triangle::Tables { positions: &self.positions, triangles: &self.triangles };
         self.adjacency.fit(tables, shading);
     }
@@ -144,8 +144,8 @@ impl Scene {
         let old = self.existing("material", index, materials)?;
         check::material(&material, textures.len())?;
         check::renamed("material", &old.id, &material.id, materials.iter().map(|m| &m.id))?;
-        let textured = |m: &Material| m.textures().next().is_some();
-        let reshade = textured(old) != textured(&material) || old.others().ne(material.others());
+        let reshade =
+            Coordinates::of(old) != Coordinates::of(&material) || old.others().ne(material.others());
         let coating = material.bsdf.coating();
         let old = std::mem::replace(&mut self.description.materials[index], material);
         if let Err(error) = self.check_uses(index) {
