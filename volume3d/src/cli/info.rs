@@ -133,7 +133,12 @@ fn materials(text: &mut String, d: &Description) {
             }
         };
         let sides = if material.two_sided { "" } else { ", one side" };
-        let _ = writeln!(text, "  `{}`: {model}{roughness}, {reflectance}{sides}", material.id);
+        let other = |role: &str, index: Option<usize>| {
+            index.map_or(String::new(), |index| format!(", {role} `{}`", d.materials[index].id))
+        };
+        let mixed = other("mixed with", material.blend.map(|blend| blend.other));
+        let back = other("on its back", material.back);
+        let _ = writeln!(text, "  `{}`: {model}{roughness}, {reflectance}{sides}{mixed}{back}", material.id);
     }
 }
 

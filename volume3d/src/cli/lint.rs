@@ -55,7 +55,10 @@ pub(super) fn findings(scene: &Scene) -> Vec<Finding> {
         what: passing_through(d, crossing),
         advice: PART,
     }));
-    found.extend(d.shapes.iter().filter_map(|shape| unseen(shape, &d.materials[shape.material])));
+    found.extend(d.shapes.iter().filter_map(|shape| {
+        let parts = d.parts_of_material(shape.material).into_iter();
+        parts.map(|part| &d.materials[part]).find_map(|material| unseen(shape, material))
+    }));
     found.extend(d.lights.iter().filter(|l| l.is_delta()).map(|l| Finding {
         grave: true,
         what: format!("light `{}` has no extent: its shadows jump where no warp sees it", l.id()),

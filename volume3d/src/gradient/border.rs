@@ -4,7 +4,7 @@ use flatland::calculus::{Number, Vec3};
 use flatland::random::open01;
 
 use super::differential::Differential;
-use crate::path::{BorderSample, Kernel, LightId, Paths};
+use crate::path::{BorderSample, Kernel, LightId, Paths, radiance_at};
 use crate::scene::Surface;
 
 /// ∮ f L (v_b − V)·ν over the border of a flat emitter as seen from `origin` on surface `from`: its motion beyond that of
@@ -47,6 +47,6 @@ pub(super) fn border<C: Differential>(
     }
     let length = tangent.length() / distance * border.whole;
     let weight = length / paths.lights.probability(LightId::Shape(shape));
-    let radiance = scene.description.shapes[shape as usize].radiance?;
+    let radiance = radiance_at(scene, border.triangle, border.weights);
     Some(BorderSample { direction, light: radiance * weight, speed })
 }

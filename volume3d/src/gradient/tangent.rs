@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use super::ImplicitTangent;
-use crate::scene::{Light, Reflectance, Scene, Value};
+use crate::scene::{Blend, Light, Reflectance, Scene, Value};
 
 /// Rates of the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -266,9 +266,18 @@ impl ActiveParameters {
                     active[texture] = true;
                 }
             }
+            if let Some(texture) = material.roughness_texture {
+                active[texture] = true;
+            }
+            if let Some(Blend { weight: Value::Texture(texture), .. }) = material.blend {
+                active[texture] = true;
+            }
         }
         if self.lights {
-            d.lights.iter().filter_map(Light::texture).for_each(|texture| active[texture] = true);
+            let shapes = d.shapes.iter().filter_map(|shape| shape.radiance_texture);
+            shapes
+                .chain(d.lights.iter().filter_map(Light::texture))
+                .for_each(|texture| active[texture] = true);
         }
         if self.lights
             && let Some(crate::scene::Environment::Map { texture, .. }) = d.environment

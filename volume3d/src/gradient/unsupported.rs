@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::tangent::{ActiveParameters, Tangent};
-use crate::scene::{Light, Scene};
+use crate::scene::{Light, Scene, parts};
 
 /// What cannot be differentiated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -152,7 +152,10 @@ fn jumps_unseen(scene: &Scene) -> Vec<Unsupported> {
     }
     let meshes = d.shapes.iter().map(|shape| (&shape.id, shape.material));
     let shapes = meshes.chain(d.implicits.iter().map(|shape| (&shape.id, shape.material)));
-    let surfaces = shapes.flat_map(|(id, material)| {
+    let parts = shapes.flat_map(|(id, material)| {
+        parts(&d.materials, material).into_iter().map(move |material| (id, material))
+    });
+    let surfaces = parts.flat_map(|(id, material)| {
         let material = &d.materials[material];
         let named = || (id.clone(), material.id.clone());
         let transmission = (material.bsdf.transmits() || material.opacity.is_some()).then(|| {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::geometry::Edges;
+use crate::geometry::{Edges, HalfEdge};
 use crate::scene::{Scene, Surface};
 
 /// The triangles of an emitting shape, and a sphere around them.
@@ -24,8 +24,8 @@ pub(super) struct Border {
     /// The emitter's plane {y: normal·y = offset}.
     pub(super) normal: DVec3,
     pub(super) offset: f64,
-    /// Ends, counter-clockwise, and the corner across from them.
-    edges: Vec<[u32; 3]>,
+    /// The sides of triangles that it is made of.
+    edges: Vec<HalfEdge>,
     /// Cumulated lengths.
     cumulative: Vec<f64>,
 }
@@ -40,6 +40,9 @@ pub(crate) struct BorderPoint {
     pub(crate) place: DVec3,
     pub(crate) edge: DVec3,
     pub(crate) inside: DVec3,
+    /// The triangle whose side it is on, and the weights of its corners.
+    pub(crate) triangle: u32,
+    pub(crate) weights: [f64; 3],
     /// The length of the whole border: 1/density.
     pub(crate) whole: f64,
 }
@@ -97,11 +100,14 @@ impl Area {
 }
 
 impl Border {
-    /// Of triangles that all lie in one plane, face the same way, and do not overlap in more than edges.
+    /// Of triangles that all lie in one plane, face the same way, and do not overlap in more than edges. What they emit must
+    /// not jump between them, as a texture may at a seam of texture coordinates: the border would not be all of its jumps.
     fn new(scene: &Scene, triangles: std::ops::Range<usize>) -> Option<Self> {
         if triangles.is_empty() {
             return None;
         }
+        let shape = scene.triangles[triangles.start].shape as usize;
+        let is_textured = scene.description.shapes[shape].radiance_texture.is_some();
         let first = triangles.start as u32;
         let face_normal = |t: u32| scene.face_normal(t);
         let normal = face_normal(first);
@@ -118,18 +124,21 @@ impl Border {
             }
         }
         let (mut edges, mut cumulative, mut sum) = (vec![], vec![], 0.0);
-        let triangles = &scene.triangles[triangles];
-        for sides in Edges::of(triangles.iter().map(|t| t.positions)).iter() {
+        let corners = scene.triangles[triangles].iter().map(|t| t.positions);
+        for sides in Edges::of(corners).iter() {
             match sides {
                 [side] => {
-                    let mut corners = triangles[side.triangle as usize].positions;
-                    corners.rotate_left(side.corner as usize);
-                    let [a, b, c] = corners;
+                    let side = HalfEdge { triangle: side.triangle + first, ..*side };
+                    let [a, b, _] = corners_from(scene, side);
                     sum += scene.positions[a as usize].distance(scene.positions[b as usize]);
-                    edges.push([a, b, c]);
+                    edges.push(side);
                     cumulative.push(sum);
                 }
-                [_, _] => {}
+                [side, _] => {
+                    if is_textured && scene.adjacency.jumps(side.triangle + first, side.corner as usize) {
+                        return None;
+                    }
+                }
                 _ => return None,
             }
         }
@@ -141,12 +150,23 @@ impl Border {
         let whole = *self.cumulative.last()?;
         let target = xi * whole;
         let i = self.cumulative.partition_point(|&c| c <= target).min(self.edges.len() - 1);
-        let [a, b, c] = self.edges[i];
+        let side = self.edges[i];
+        let [a, b, c] = corners_from(scene, side);
         let [p, q, inside] = [a, b, c].map(|k| scene.positions[k as usize]);
         let along = 1.0 - (self.cumulative[i] - target) / p.distance(q);
         let edge = (q - p).try_normalize()?;
-        Some(BorderPoint { ends: [a, b], along, place: p + along * (q - p), edge, inside, whole })
+        let mut weights = [1.0 - along, along, 0.0];
+        weights.rotate_right(side.corner as usize);
+        let (ends, place, triangle) = ([a, b], p + along * (q - p), side.triangle);
+        Some(BorderPoint { ends, along, place, edge, inside, triangle, weights, whole })
     }
+}
+
+/// The ends of a side of a triangle, counter-clockwise, and the corner across from them.
+fn corners_from(scene: &Scene, side: HalfEdge) -> [u32; 3] {
+    let mut corners = scene.triangles[side.triangle as usize].positions;
+    corners.rotate_left(side.corner as usize);
+    corners
 }
 
 /// How far, relatively, corners of a flat emitter may be from its plane.

@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::beam::profile;
 use super::bsdf::{Bounce, Ideal, Sampled, Shading};
 use super::calculus::{Calculus, Kernel, VisibilityDomain, Warped};
+use super::emission::{emitted, radiance_at};
 use super::escape::distant;
 use super::kernels::Kernels;
 use super::lights::{LightId, LightSample, Lights};
@@ -119,9 +120,9 @@ impl<'s> Paths<'s> {
         match path.hit {
             Some(hit) => self
                 .scene
-                .emission(&hit, path.direction.value())
-                .map_or(Rgb::constant(DVec3::ZERO), |(shape, radiance)| {
-                    calculus.radiance(shape as usize, radiance)
+                .emitting(&hit, path.direction.value())
+                .map_or(Rgb::constant(DVec3::ZERO), |triangle| {
+                    emitted(self.scene, calculus, (path.origin, path.direction), triangle)
                 }),
             None => {
                 let direction = path.direction;
@@ -137,11 +138,9 @@ impl<'s> Paths<'s> {
     /// What a light that next-event estimation can choose sends against a ray with this hit.
     pub(crate) fn lit(&self, id: LightId, hit: Option<Hit>, direction: DVec3) -> DVec3 {
         match (id, hit) {
-            (LightId::Shape(shape), Some(hit)) => self
-                .scene
-                .emission(&hit, direction)
-                .filter(|&(emitter, _)| emitter == shape)
-                .map_or(DVec3::ZERO, |(_, radiance)| radiance),
+            (LightId::Shape(shape), Some(hit)) if self.scene.shape_of(hit.surface) == shape => {
+                self.lit_by_all(Some(hit), direction)
+            }
             (LightId::Light(_) | LightId::Environment, None) => {
                 let plain = Plain { scene: self.scene };
                 distant(self.scene, &plain, id, Vec3::constant(direction)).value()
@@ -153,7 +152,10 @@ impl<'s> Paths<'s> {
     /// What all of them send.
     pub(crate) fn lit_by_all(&self, hit: Option<Hit>, direction: DVec3) -> DVec3 {
         match hit {
-            Some(hit) => self.scene.emission(&hit, direction).map_or(DVec3::ZERO, |(_, radiance)| radiance),
+            Some(hit) => self
+                .scene
+                .emitting(&hit, direction)
+                .map_or(DVec3::ZERO, |triangle| radiance_at(self.scene, triangle, hit.coordinates)),
             None => self.distant.iter().map(|&id| self.lit(id, None, direction)).sum(),
         }
     }
@@ -217,12 +219,11 @@ impl<'s> Paths<'s> {
         let x = point.position.value();
         let kernel = self.kernels.of_light(self.scene, &self.lights, id, shading, x, seen);
         let warped = warp(calculus, vertex, direction, kernel);
-        let emitted = match id {
-            LightId::Shape(shape) => {
-                let radiance = self.scene.description.shapes[shape as usize].radiance;
-                calculus.radiance(shape as usize, radiance.unwrap_or(DVec3::ZERO))
+        let emitted = match (id, seen) {
+            (LightId::Shape(_), Some(Surface::Triangle(triangle))) => {
+                emitted(self.scene, calculus, (point.position, warped.direction), triangle)
             }
-            id => distant(self.scene, calculus, id, warped.direction),
+            (id, _) => distant(self.scene, calculus, id, warped.direction),
         };
         (reflect(shading, &warped, weight), emitted)
     }
@@ -330,7 +331,10 @@ impl<'s> Paths<'s> {
             *total = *total + throughput * reflected * emitted;
         };
         if let Some(hit) = hit {
-            let Some((shape, _)) = self.scene.emission(&hit, direction) else { return };
+            if self.scene.emitting(&hit, direction).is_none() {
+                return;
+            }
+            let shape = self.scene.shape_of(hit.surface);
             let other = self.lights.density_of_hit(self.scene, shape, &hit, direction);
             add((LightId::Shape(shape), Some(hit.surface)), other);
             return;

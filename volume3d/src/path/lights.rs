@@ -65,7 +65,7 @@ impl Lights {
             if whole > 0.0 {
                 lights.of_shape[s] = Some(lights.entries.len() as u32);
                 lights.push(LightId::Shape(s as u32));
-                powers.push(PI * whole * luminance(radiance));
+                powers.push(PI * whole * luminance(radiance * mean(scene, shape.radiance_texture)));
                 lights.areas.push(area);
             }
         }
@@ -247,6 +247,12 @@ impl Lights {
         let distance = area.centre.distance(x);
         if distance <= area.radius { PI } else { (area.radius / distance).asin() }
     }
+}
+
+/// The mean of a texture's texels, or 1: roughly what it is on the whole.
+fn mean(scene: &Scene, texture: Option<usize>) -> DVec3 {
+    let texels = texture.map(|index| &scene.description.textures[index].texels);
+    texels.map_or(DVec3::ONE, |texels| texels.iter().sum::<DVec3>() / texels.len() as f64)
 }
 
 /// κ e^{−κ(1 − ω·ω₀)}/(2π(1 − e^{−2κ})).

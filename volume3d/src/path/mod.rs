@@ -3,6 +3,7 @@
 mod beam;
 mod bsdf;
 mod calculus;
+mod emission;
 mod emitter;
 mod escape;
 mod integrator;
@@ -17,6 +18,7 @@ mod texture;
 
 pub(crate) use bsdf::{Bounce, Shading};
 pub(crate) use calculus::{BorderSample, Calculus, CameraMotion, Frame, Kernel, VisibilityDomain, Warped};
+pub(crate) use emission::radiance_at;
 pub(crate) use integrator::Paths;
 pub use kernels::Kernels;
 pub(crate) use lights::LightId;

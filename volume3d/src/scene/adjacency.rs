@@ -41,8 +41,8 @@ pub(super) struct Shading<'s> {
     pub(super) coordinates: &'s [Coordinates],
 }
 
-/// What a shape needs texture coordinates for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What a shape needs texture coordinates for, the more the later.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Coordinates {
     Nothing,
     /// Places in a texture.

@@ -77,8 +77,20 @@ pub struct Plastic {
     pub diffuse_reflectance: Reflectance,
     /// s, a factor on what the coating reflects.
     pub specular_reflectance: DVec3,
-    /// Whether colours saturate by being scattered again: ρ′ is ρ and not 1.
-    pub nonlinear: bool,
+    /// What becomes of light that the coating throws back.
+    pub scattering: Scattering,
+}
+
+/// What becomes of light in a diffuse base that the coating throws back.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scattering {
+    /// It is scattered again, without loss: ρ′ is 1.
+    #[default]
+    Linear,
+    /// It is scattered again, so that colours saturate: ρ′ is ρ.
+    Nonlinear,
+    /// It is lost, and the base is below a smooth boundary whatever the facets: ρ T(θᵢ) T(θₒ)/π (Baek and others 2018).
+    Once,
 }
 
 /// A boundary between two transparent media. Radiance that passes it is scaled by the square of the ratio of indices, as is
@@ -236,8 +248,10 @@ impl Bsdf {
     pub(crate) fn coating(&self) -> Option<Coating> {
         let Self::Plastic(plastic) = self else { return None };
         Some(match plastic.facets {
-            Some(Roughness { distribution, alpha }) => Coating::rough(distribution, alpha, plastic.eta),
-            None => Coating::smooth(plastic.eta),
+            Some(Roughness { distribution, alpha }) if plastic.scattering != Scattering::Once => {
+                Coating::rough(distribution, alpha, plastic.eta)
+            }
+            _ => Coating::smooth(plastic.eta),
         })
     }
 

@@ -6,7 +6,7 @@ use flatland::sdf::Sdf as _;
 use glam::{DMat3, DVec3};
 
 use super::{
-    Bsdf, Camera, Description, Dielectric, Environment, Film, Filter, ImplicitShape, Light, Material,
+    Blend, Bsdf, Camera, Description, Dielectric, Environment, Film, Filter, ImplicitShape, Light, Material,
     Placement, Reflectance, SceneError, Shape, Texture,
 };
 use crate::geometry::{Accelerator, Mesh, MeshError, Normals};
@@ -22,13 +22,15 @@ pub(super) fn check(description: &Description) -> Result<(), SceneError> {
     unique("shape", shapes.iter().map(|s| &s.id).chain(implicits.iter().map(|s| &s.id)))?;
     unique("light", lights.iter().map(Light::id))?;
     textures.iter().try_for_each(texture)?;
-    for material in materials {
+    for (index, material) in materials.iter().enumerate() {
         self::material(material, textures.len())?;
+        parts_of(index, material, materials)?;
     }
     for shape in shapes {
-        let material = material_of(&shape.id, shape.material, materials)?;
+        material_of(&shape.id, shape.material, materials)?;
         mesh(&shape.id, &shape.mesh)?;
-        coordinates(&shape.id, &shape.mesh, material)?;
+        coordinates(&shape.id, &shape.mesh, shape.is_textured(materials))?;
+        shape.radiance_texture.map_or(Ok(()), |index| check_index(&shape.id, index, textures.len()))?;
         if let Some(radiance) = shape.radiance {
             not_negative(&shape.id, "the radiance", radiance)?;
         }
@@ -65,8 +67,8 @@ pub(super) fn mesh(id: &str, mesh: &Mesh) -> Result<(), SceneError> {
 }
 
 /// That a textured surface has texture coordinates.
-pub(super) fn coordinates(id: &str, mesh: &Mesh, material: &Material) -> Result<(), SceneError> {
-    if material.textures().next().is_some() && mesh.uvs().is_none() {
+pub(super) fn coordinates(id: &str, mesh: &Mesh, textured: bool) -> Result<(), SceneError> {
+    if textured && mesh.uvs().is_none() {
         return Err(SceneError::NoCoordinates { id: id.to_owned() });
     }
     Ok(())
@@ -88,12 +90,42 @@ pub(super) fn implicit(shape: &ImplicitShape, materials: &[Material]) -> Result<
         return range("the deviation of its rotation from one", error, "0 to rounding, with determinant 1");
     }
     let material = material_of(&shape.id, shape.material, materials)?;
-    on_implicit(shape, material)
+    on_implicit(shape, material, materials)
+}
+
+/// That the materials to which one refers stand before it, and can be what they are to it.
+pub(super) fn parts_of(index: usize, material: &Material, materials: &[Material]) -> Result<(), SceneError> {
+    let id = &material.id;
+    if let Some(other) = material.others().find(|&other| other >= index) {
+        let what = "material that stands before it";
+        return Err(SceneError::Missing { id: id.clone(), what, index: other, count: index });
+    }
+    let blended = |other: &Material| SceneError::Blend { id: id.clone(), other: other.id.clone() };
+    if let Some(back) = material.back.map(|back| &materials[back])
+        && (material.bsdf.transmits() || back.bsdf.transmits())
+    {
+        return Err(blended(back));
+    }
+    let Some(Blend { other, weight }) = material.blend else { return Ok(()) };
+    if let Some(weight) = weight.constant() {
+        range((0.0..=1.0).contains(&weight), id, "the weight", weight, "in [0, 1]")?;
+    }
+    let other = &materials[other];
+    let is_simple = |m: &Material| !m.bsdf.transmits() && m.relief.is_none();
+    if is_simple(material) && is_simple(other) && other.opacity.is_none() && other.others().next().is_none() {
+        return Ok(());
+    }
+    Err(blended(other))
 }
 
 /// That a material is one that implicit surfaces may have: they have no texture coordinates, and rays are traced at them from
 /// without.
-pub(super) fn on_implicit(shape: &ImplicitShape, material: &Material) -> Result<(), SceneError> {
+pub(super) fn on_implicit(
+    shape: &ImplicitShape,
+    material: &Material,
+    materials: &[Material],
+) -> Result<(), SceneError> {
+    material.others().try_for_each(|other| on_implicit(shape, &materials[other], materials))?;
     if material.textures().next().is_some() {
         return Err(SceneError::NoCoordinates { id: shape.id.clone() });
     }
@@ -213,6 +245,15 @@ pub(super) fn material(material: &Material, textures: usize) -> Result<(), Scene
         // Below, the lobe is narrower than directions can be told apart.
         range((1e-4..=1.0).contains(&alpha), id, "the roughness", alpha, "in [1e-4, 1]")?;
     }
+    let rough = material.bsdf.facets().is_some() && !matches!(material.bsdf, Bsdf::Plastic(_));
+    let textured = f64::from(u8::from(material.roughness_texture.is_some()));
+    range(
+        rough || textured == 0.0,
+        id,
+        "textures of its roughness",
+        textured,
+        "0 unless it is a rough conductor or dielectric",
+    )?;
     if let Bsdf::RoughConductor { alpha, stretch, .. } = material.bsdf {
         let across = alpha * stretch;
         range((1e-4..=1.0).contains(&across), id, "the roughness across u", across, "in [1e-4, 1]")?;

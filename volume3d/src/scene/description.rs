@@ -6,6 +6,7 @@ use glam::DVec3;
 use super::adjacency::Coordinates;
 use super::{
     Camera, Environment, Film, Implicit, ImplicitShape, ImplicitSurface, Light, Material, Placement, Texture,
+    parts,
 };
 use crate::geometry::Mesh;
 
@@ -20,6 +21,16 @@ pub struct Shape {
     pub material: usize,
     /// What its front emits, linear RGB, if anything.
     pub radiance: Option<DVec3>,
+    /// A texture by which the radiance is multiplied, by its index in the scene; nothing is 1 everywhere.
+    pub radiance_texture: Option<usize>,
+}
+
+impl Shape {
+    /// Whether it looks up a texture, be it of its material or of what it emits.
+    pub(super) fn is_textured(&self, materials: &[Material]) -> bool {
+        let looks_up = |index: usize| materials.get(index).is_some_and(|m| m.textures().next().is_some());
+        self.radiance_texture.is_some() || parts(materials, self.material).into_iter().any(looks_up)
+    }
 }
 
 /// How rays are traced at implicit surfaces where nothing else is asked for: full steps, a tolerance of 10⁻⁶ radians, at
@@ -95,9 +106,21 @@ impl Description {
         }
     }
 
+    /// A material and those it is mixed with or has on its back, by their indices.
+    #[must_use]
+    pub fn parts_of_material(&self, index: usize) -> Vec<usize> {
+        parts(&self.materials, index)
+    }
+
     /// What each shape needs texture coordinates for.
     pub(super) fn coordinates(&self) -> Vec<Coordinates> {
-        self.shapes.iter().map(|s| Coordinates::of(&self.materials[s.material])).collect()
+        let of = |shape: &Shape| {
+            let emits =
+                if shape.radiance_texture.is_some() { Coordinates::Places } else { Coordinates::Nothing };
+            let parts = parts(&self.materials, shape.material).into_iter();
+            parts.map(|part| Coordinates::of(&self.materials[part])).fold(emits, Coordinates::max)
+        };
+        self.shapes.iter().map(of).collect()
     }
 
     /// Adds a material and returns its index.
@@ -114,7 +137,7 @@ impl Description {
 
     /// Adds a shape that does not emit and returns its index.
     pub fn add_shape(&mut self, id: &str, mesh: Mesh, material: usize) -> usize {
-        self.shapes.push(Shape { id: id.to_owned(), mesh, material, radiance: None });
+        self.shapes.push(Shape { id: id.to_owned(), mesh, material, radiance: None, radiance_texture: None });
         self.shapes.len() - 1
     }
 
@@ -128,7 +151,8 @@ impl Description {
     /// Adds a shape whose front emits and that reflects nothing, and returns its index.
     pub fn add_emitter(&mut self, id: &str, mesh: Mesh, radiance: DVec3) -> usize {
         let material = self.add_material(Material::diffuse(id, DVec3::ZERO));
-        self.shapes.push(Shape { id: id.to_owned(), mesh, material, radiance: Some(radiance) });
+        let (id, radiance) = (id.to_owned(), Some(radiance));
+        self.shapes.push(Shape { id, mesh, material, radiance, radiance_texture: None });
         self.shapes.len() - 1
     }
 }

@@ -70,6 +70,16 @@ pub enum SceneError {
         /// The material.
         id: String,
     },
+    /// A material cannot be mixed with another.
+    #[error(
+        "materials `{id}` and `{other}` cannot be mixed: light passes one of them, or a mask, a relief or another back is within one"
+    )]
+    Blend {
+        /// The material.
+        id: String,
+        /// The one it is mixed with.
+        other: String,
+    },
     /// The vertices of a shape cannot be moved where they should.
     #[error("shape `{id}`: {error}")]
     Mesh {

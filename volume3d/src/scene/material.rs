@@ -38,13 +38,31 @@ pub struct Material {
     pub opacity: Option<Reflectance>,
     /// What tilts the normal, if anything does.
     pub relief: Option<Relief>,
+    /// A texture by whose luminance the roughness α is multiplied, by its index in the scene; α is at least 10⁻⁴ all the same. Rough
+    /// conductors and dielectrics may have one.
+    pub roughness_texture: Option<usize>,
+    /// Another material that it is mixed with, if it is.
+    pub blend: Option<Blend>,
+    /// The material of its back, by its index in the scene, if that is another one. It must stand before this one.
+    pub back: Option<usize>,
+}
+
+/// A second material of a mixture: f = (1 − w) f₀ + w f₁.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Blend {
+    /// The material of f₁, by its index in the scene. It must stand before that of f₀, and neither may transmit light or have
+    /// an opacity or a relief of its own.
+    pub other: usize,
+    /// w, in [0, 1].
+    pub weight: Value,
 }
 
 impl Material {
     /// A model alone, on both sides or on one.
     #[must_use]
     pub fn new(id: &str, bsdf: Bsdf, two_sided: bool) -> Self {
-        Self { id: id.to_owned(), bsdf, two_sided, opacity: None, relief: None }
+        let (opacity, relief, roughness_texture, blend, back) = (None, None, None, None, None);
+        Self { id: id.to_owned(), bsdf, two_sided, opacity, relief, roughness_texture, blend, back }
     }
 
     /// A Lambertian surface, both sides alike.
@@ -66,7 +84,28 @@ impl Material {
             Value::Texture(texture) => Some(texture),
             Value::Constant(_) => None,
         });
-        let colours = [of(self.bsdf.reflectance()), self.opacity.as_ref().and_then(of), relief];
-        colours.into_iter().chain(values).flatten()
+        let weight = self.blend.and_then(|blend| match blend.weight {
+            Value::Texture(texture) => Some(texture),
+            Value::Constant(_) => None,
+        });
+        let colours = [of(self.bsdf.reflectance()), self.opacity.as_ref().and_then(of), relief, weight];
+        colours.into_iter().chain(values).chain([self.roughness_texture]).flatten()
     }
+
+    /// The materials that this one refers to, by their index in the scene.
+    pub(crate) fn others(&self) -> impl Iterator<Item = usize> + use<> {
+        self.blend.map(|blend| blend.other).into_iter().chain(self.back)
+    }
+}
+
+/// A material and all that it refers to, by their index. Those stand before it.
+pub(crate) fn parts(materials: &[Material], index: usize) -> Vec<usize> {
+    let mut found = vec![index];
+    let mut next = 0;
+    while let Some(&part) = found.get(next) {
+        let others = materials.get(part).into_iter().flat_map(Material::others);
+        found.extend(others.filter(|&other| other < part));
+        next += 1;
+    }
+    found
 }

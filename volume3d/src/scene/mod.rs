@@ -29,7 +29,7 @@ mod value;
 
 pub use crate::optics::Microfacets;
 pub(crate) use adjacency::{Beyond, FLAT};
-pub use bsdf::{Bsdf, Dielectric, Plastic, Roughness};
+pub use bsdf::{Bsdf, Dielectric, Plastic, Roughness, Scattering};
 pub use build::Scene;
 pub use camera::{Camera, Crop, Film, Filter, Lens};
 pub use crossing_shapes::{CrossingCount, Overlap};
@@ -39,7 +39,8 @@ pub(crate) use hit::{Hit, MaterialPoint, Surface};
 pub use implicit::{Implicit, ImplicitShape, ImplicitSurface, Placement};
 pub use implicit_crossing::{CrossedBy, ImplicitCrossing};
 pub use light::{Environment, Light};
-pub use material::{Material, Relief};
+pub(crate) use material::parts;
+pub use material::{Blend, Material, Relief};
 pub(crate) use names::Emitter;
 pub use names::NameError;
 pub use principled::{Principled, PrincipledThin};

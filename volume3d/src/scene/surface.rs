@@ -56,13 +56,11 @@ impl Scene {
         self.description.shapes[self.shape_of(surface) as usize].radiance.is_some()
     }
 
-    /// The shape and its radiance, if a ray along a direction hits the front of one that emits.
+    /// The triangle, if a ray along a direction hits the front of one whose shape emits.
     #[inline]
-    pub(crate) fn emission(&self, hit: &Hit, direction: DVec3) -> Option<(u32, DVec3)> {
+    pub(crate) fn emitting(&self, hit: &Hit, direction: DVec3) -> Option<u32> {
         let Surface::Triangle(triangle) = hit.surface else { return None };
-        let shape = self.shape_of(hit.surface);
-        let radiance = self.description.shapes[shape as usize].radiance?;
-        (self.area_vector(triangle).dot(direction) < 0.0).then_some((shape, radiance))
+        (self.is_emitter(hit.surface) && self.area_vector(triangle).dot(direction) < 0.0).then_some(triangle)
     }
 
     /// The point of matter that was hit; an implicit surface has no such points, only values of φ.

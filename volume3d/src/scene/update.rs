@@ -21,7 +21,7 @@ use glam::DVec3;
 use super::adjacency::{Coordinates, Shading};
 use super::check;
 use super::error::SceneError;
-use super::{Camera, Description, Environment, Film, ImplicitShape, Light, Material, Scene, Texture};
+use super::{Camera, Description, Environment, Film, ImplicitShape, Light, Material, Scene, Texture, parts};
 use crate::geometry::{Mesh, Normals};
 
 impl Scene {
@@ -40,7 +40,7 @@ impl Scene {
         for (shape, mesh) in &meshes {
             let old = self.existing("shape", *shape, shapes)?;
             check::mesh(&old.id, mesh)?;
-            check::coordinates(&old.id, mesh, &self.description.materials[old.material])?;
+            check::coordinates(&old.id, mesh, old.is_textured(&self.description.materials))?;
         }
         let same = meshes.iter().all(|(shape, mesh)| shapes[*shape].mesh.has_topology_of(mesh));
         if same {
@@ -138,23 +138,40 @@ impl Scene {
     ///
     /// # Errors
     /// A [`SceneError`] if it does not exist, a parameter is out of range, its texture does not exist, its name is that of
-    /// another, or a shape that has it lacks the texture coordinates that it needs.
+    /// another, or a shape that has it lacks the texture coordinates that it needs. The scene is then as before.
     pub fn set_material(&mut self, index: usize, material: Material) -> Result<(), SceneError> {
-        let Description { materials, textures, shapes, implicits, .. } = &self.description;
+        let Description { materials, textures, .. } = &self.description;
         let old = self.existing("material", index, materials)?;
         check::material(&material, textures.len())?;
         check::renamed("material", &old.id, &material.id, materials.iter().map(|m| &m.id))?;
-        for shape in shapes.iter().filter(|shape| shape.material == index) {
-            check::coordinates(&shape.id, &shape.mesh, &material)?;
+        let reshade =
+            Coordinates::of(old) != Coordinates::of(&material) || old.others().ne(material.others());
+        let coating = material.bsdf.coating();
+        let old = std::mem::replace(&mut self.description.materials[index], material);
+        if let Err(error) = self.check_uses(index) {
+            self.description.materials[index] = old;
+            return Err(error);
         }
-        for shape in implicits.iter().filter(|shape| shape.material == index) {
-            check::on_implicit(shape, &material)?;
-        }
-        let reshade = Coordinates::of(old) != Coordinates::of(&material);
-        self.coatings[index] = material.bsdf.coating();
-        self.description.materials[index] = material;
+        self.coatings[index] = coating;
         if reshade {
             self.shade_edges();
+        }
+        Ok(())
+    }
+
+    /// That whatever has a material, or a mixture of it, can have it.
+    fn check_uses(&self, index: usize) -> Result<(), SceneError> {
+        let Description { materials, shapes, implicits, .. } = &self.description;
+        for (i, material) in materials.iter().enumerate() {
+            if i == index || material.others().any(|other| other == index) {
+                check::parts_of(i, material, materials)?;
+            }
+        }
+        for shape in shapes.iter().filter(|shape| parts(materials, shape.material).contains(&index)) {
+            check::coordinates(&shape.id, &shape.mesh, shape.is_textured(materials))?;
+        }
+        for shape in implicits.iter().filter(|shape| parts(materials, shape.material).contains(&index)) {
+            check::on_implicit(shape, &materials[shape.material], materials)?;
         }
         Ok(())
     }

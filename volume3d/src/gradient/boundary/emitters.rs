@@ -37,8 +37,9 @@ impl<'a> Emitters<'a> {
             .collect();
         let table = Table::new(edges.iter().map(|&i| {
             let [a, b] = list.edges[i as usize].span(scene);
-            // The inner edges of a flat lamp are never silhouettes.
-            let flat = list.limits(scene, &list.edges[i as usize]).is_some_and(|[u, v]| u == v);
+            // The inner edges of a flat lamp are never silhouettes, and only its texture may jump there.
+            let edge = &list.edges[i as usize];
+            let flat = !edge.jump && list.limits(scene, edge).is_some_and(|[u, v]| u == v);
             if flat { 0.0 } else { a.distance(b) }
         }));
         let walk = Walk::new(Sensor::new(paths), moving, limit.saturating_sub(1));

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::geometry::Edges;
 use crate::scene::FLAT as COPLANAR;
-use crate::scene::{Reflectance, Scene, Span, Surface};
+use crate::scene::{Reflectance, Scene, Span, Surface, parts};
 
 /// Two faces at a smaller angle are one plane, to rounding.
 const FLAT: f64 = 1e-12;
@@ -221,6 +221,8 @@ impl Edge {
 /// Whether a triangle reflects anything.
 pub(super) fn reflects(scene: &Scene, triangle: u32) -> bool {
     let material = scene.material_of(Surface::Triangle(triangle));
-    let bsdf = &scene.description.materials[material].bsdf;
-    !bsdf.is_scaled() || *bsdf.reflectance() != Reflectance::Constant(DVec3::ZERO)
+    parts(&scene.description.materials, material).into_iter().any(|part| {
+        let bsdf = &scene.description.materials[part].bsdf;
+        !bsdf.is_scaled() || *bsdf.reflectance() != Reflectance::Constant(DVec3::ZERO)
+    })
 }

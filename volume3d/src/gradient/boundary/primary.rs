@@ -92,7 +92,8 @@ impl<'a> Primary<'a> {
     }
 
     /// Roughly how much an edge counts: its length on the film, times the contrast there. Across a crease the
-    /// radiance changes as much as the normal turns; across a silhouette by all of it.
+    /// radiance changes as much as the normal turns; across a silhouette, and at a seam of texture coordinates within a
+    /// plane, by all of it.
     fn weight(&self, line: &Line) -> f64 {
         let scene = self.paths.scene;
         let edge = &self.list.edges[line.edge as usize];
@@ -102,7 +103,9 @@ impl<'a> Primary<'a> {
                 let [a, b] = edge.span(scene);
                 let facing = [u, v].map(|u| u.cross(b - a).dot(origin - a));
                 let crease = if edge.jump { 1.0 } else { SMOOTH };
-                if facing[0] * facing[1] > 0.0 { crease * (u - v).length().clamp(LEAST, 1.0) } else { 1.0 }
+                let is_silhouette = facing[0] * facing[1] <= 0.0;
+                let is_seam = edge.jump && self.list.is_flat(scene, edge);
+                if is_silhouette || is_seam { 1.0 } else { crease * (u - v).length().clamp(LEAST, 1.0) }
             }
             None => 1.0,
         };

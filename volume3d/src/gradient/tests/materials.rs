@@ -6,8 +6,8 @@ use glam::{DAffine2, DMat3, DVec3};
 
 use super::*;
 use crate::scene::{
-    Bsdf, Dielectric, Light, Microfacets, Plastic, Principled, Reflectance, Relief, Roughness, Texture,
-    Value, Wrap,
+    Bsdf, Dielectric, Light, Microfacets, Plastic, Principled, Reflectance, Relief, Roughness, Scattering,
+    Texture, Value, Wrap,
 };
 
 fn white() -> Reflectance {
@@ -24,7 +24,7 @@ fn plastic(facets: Option<Roughness>) -> Bsdf {
         facets,
         diffuse_reflectance: Reflectance::Constant(DVec3::new(0.7, 0.5, 0.3)),
         specular_reflectance: DVec3::splat(0.8),
-        nonlinear: true,
+        scattering: Scattering::Nonlinear,
     })
 }
 

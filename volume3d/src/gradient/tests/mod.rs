@@ -7,7 +7,9 @@ mod hidden;
 mod lens;
 mod materials;
 mod missing;
+mod mixtures;
 mod scenes;
+mod textured_lights;
 
 use glam::{DAffine3, DVec3};
 

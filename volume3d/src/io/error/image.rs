@@ -19,7 +19,7 @@ pub enum ImageProblem {
     #[error("{0}")]
     Png(#[from] png::EncodingError),
     /// Not one of the formats that are read.
-    #[error("not a PNG, JPEG, OpenEXR or Radiance HDR image")]
+    #[error("not a PNG, JPEG, BMP, OpenEXR or Radiance HDR image")]
     Format,
     /// An image without pixels, or with more than can be dealt with.
     #[error("{width}×{height} pixels; expected at least 1×1 and at most {limit} in all")]

@@ -12,7 +12,7 @@ use crate::Image;
 use crate::io::memory::with_room;
 use crate::io::{Error, ImageProblem, files};
 
-/// Reads a PNG, JPEG, OpenEXR or Radiance HDR image for use as a texture.
+/// Reads a PNG, JPEG, BMP, OpenEXR or Radiance HDR image for use as a texture.
 ///
 /// Integers (8 or 16 bits) are sRGB and become linear, unless `raw` is set; floating point values are linear
 /// already. Alpha is left out, grey becomes RGB. An OpenEXR image must have the channels R, G and B.
@@ -89,7 +89,9 @@ fn decode(bytes: &[u8], raw: bool, background: Option<DVec3>) -> Result<Image, I
         ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|_| ImageProblem::Format)?;
     if !matches!(
         reader.format(),
-        Some(ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::OpenExr | ImageFormat::Hdr)
+        Some(
+            ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Bmp | ImageFormat::OpenExr | ImageFormat::Hdr
+        )
     ) {
         return Err(ImageProblem::Format);
     }

@@ -6,6 +6,7 @@ use super::element::Element;
 use super::object::Object;
 use super::power::radiant;
 use super::reader::Reader;
+use super::sensor::field_of_view;
 use super::transform;
 use crate::io::{Error, ImageProblem};
 use crate::scene::Light;
@@ -53,16 +54,8 @@ pub(super) fn projector<'a>(
         let texture = &reader.textures[index];
         texture.width as f64 / texture.height as f64
     });
-    let angle = object.float_where("fov", "an angle between 0 and 180", |x| x > 0.0 && x < 180.0)?;
-    let angle = angle.ok_or_else(|| object.missing("fov"))?.to_radians();
-    let axis = object.choice("fov_axis", &["x", "y", "smaller", "larger"], "x, y, smaller or larger")?;
-    let across = match axis {
-        Some(1) => false,
-        Some(2) => aspect <= 1.0,
-        Some(3) => aspect > 1.0,
-        _ => true,
-    };
-    let field_of_view = if across { angle } else { 2.0 * ((0.5 * angle).tan() * aspect).atan() };
+    // As a sensor has it, with its defaults.
+    let field_of_view = field_of_view(object, aspect)?;
     Ok(Light::Projector { id, position, to_world, intensity: colour * scale, field_of_view, aspect, texture })
 }
 
@@ -75,7 +68,7 @@ fn place(object: &Object<'_>) -> Result<(DVec3, DMat3), Error> {
 }
 
 /// A texture of at least 0.
-fn slide<'a>(reader: &mut Reader<'a>, element: &'a Element) -> Result<usize, Error> {
+pub(super) fn slide<'a>(reader: &mut Reader<'a>, element: &'a Element) -> Result<usize, Error> {
     let index = reader.texture(element)?;
     let texture = &reader.textures[index];
     match texture.texels.iter().position(|c| c.min_element() < 0.0) {

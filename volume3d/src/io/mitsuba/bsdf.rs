@@ -7,11 +7,13 @@ use super::metals;
 use super::object::Object;
 use super::reader::Reader;
 use super::support;
-use crate::io::{Error, ImageProblem};
-use crate::scene::{Bsdf, Material, Microfacets, Reflectance, Relief};
+use crate::io::{Error, ImageProblem, SceneProblem};
+use crate::scene::{Blend, Bsdf, Material, Microfacets, Reflectance, Relief, Value};
 
 /// Mitsuba's diffuse reflectance where none is given.
 pub(super) const DEFAULT_REFLECTANCE: f64 = 0.5;
+/// What to do where one part of a mixture has two sides.
+const AROUND_BOTH: &str = "put it around the blendbsdf, or around both parts";
 /// Mitsuba's roughness where none is given.
 const DEFAULT_ALPHA: f64 = 0.1;
 
@@ -23,37 +25,109 @@ impl<'a> Reader<'a> {
         }
         let mut object = Object::new(element, &self.ids)?;
         let (mut two_sided, mut opacity, mut relief) = (false, None, None);
+        let (mut blend, mut back) = (None, None);
         loop {
-            let twice = match object.plugin {
+            let what = object.plugin;
+            let twice = match what {
                 "twosided" => std::mem::replace(&mut two_sided, true),
                 "mask" => {
                     opacity.replace(self.reflectance(&object, "opacity", DEFAULT_REFLECTANCE)?).is_some()
                 }
                 "bumpmap" => relief.replace(self.bump_map(&object)?).is_some(),
                 "normalmap" => relief.replace(self.normal_map(&object)?).is_some(),
+                "blendbsdf" => blend.replace(self.blend_weight(&object)?).is_some(),
                 _ => break,
             };
-            if twice {
-                let what = format!("{0} within {0}", object.plugin);
+            if twice || (blend.is_some() && !matches!(what, "blendbsdf" | "twosided")) {
+                let outer = if twice { what } else { "blendbsdf" };
+                let what = format!("{what} within {outer}");
                 return Err(object.element.unsupported(what, "leave out one of them"));
             }
-            let inner = object.at_most_one("<bsdf>")?.ok_or_else(|| object.missing("a nested <bsdf>"))?;
+            let (inner, second) = parts(&object)?;
+            let is_half = |other: usize| second.is_some() || !self.materials[other].two_sided;
+            if what == "twosided" && blend.is_some_and(|(_, other)| is_half(other)) {
+                return Err(object
+                    .element
+                    .unsupported("twosided around one part of a blendbsdf", AROUND_BOTH));
+            }
+            if let Some(second) = second {
+                let index = self.material(second)?;
+                if what == "twosided" { back = Some(index) } else { blend = blend.map(|(w, _)| (w, index)) }
+            }
             object.finish()?;
             object = Object::new(inner, &self.ids)?;
         }
+        let roughness_texture = self.roughness_texture(&object)?;
         let bsdf = self.bsdf(&object)?;
-        if two_sided && bsdf.transmits() {
-            let what = "twosided around a material that light passes";
-            return Err(element.unsupported(what, "leave out twosided: such a material has two sides"));
+        if object.plugin == "null" {
+            // Nothing of it is there.
+            opacity = Some(Reflectance::Constant(DVec3::ZERO));
         }
-        if relief.is_some() && bsdf.transmits() {
-            let what = "a bump or normal map on a material that light passes";
+        let blend = blend.map(|(weight, other)| Blend { other, weight });
+        let mixed = blend.map(|blend| blend.other);
+        let nested = mixed.filter(|&other| self.materials[other].blend.is_some());
+        if let Some(other) = nested.or(mixed.into_iter().chain(back).find(|&other| !self.is_plain(other))) {
+            let what = format!("`{}` as one of two materials", self.materials[other].id);
+            return Err(
+                element.unsupported(what, "give opaque materials, and put masks and maps around both")
+            );
+        }
+        let is_null = object.plugin == "null";
+        let is_thin = bsdf.transmits() || is_null || opacity.is_some() && back.is_some();
+        if (two_sided || blend.is_some()) && is_thin {
+            return Err(if blend.is_some() {
+                element.unsupported("a blendbsdf of a material that light passes", "leave it out")
+            } else {
+                let what = "twosided around a material that light passes";
+                element.unsupported(what, "leave out twosided: such a material has two sides")
+            });
+        }
+        if relief.is_some() && (bsdf.transmits() || blend.is_some() || back.is_some()) {
+            let what = "a bump or normal map on a material that light passes, or on two";
             return Err(element.unsupported(what, "leave it out"));
         }
         let id = self.name(element, self.materials.len());
-        self.materials.push(Material { opacity, relief, ..Material::new(&id, bsdf, two_sided) });
+        let material = Material::new(&id, bsdf, two_sided);
+        self.materials.push(Material { opacity, relief, roughness_texture, blend, back, ..material });
         self.material_of.insert(std::ptr::from_ref(element), self.materials.len() - 1);
         Ok(self.materials.len() - 1)
+    }
+
+    /// Whether a material may be one of two.
+    fn is_plain(&self, index: usize) -> bool {
+        let Material { bsdf, opacity, relief, back, .. } = &self.materials[index];
+        !bsdf.transmits() && opacity.is_none() && relief.is_none() && back.is_none()
+    }
+
+    /// The texture of the roughness, for materials that take one.
+    fn roughness_texture(&mut self, object: &Object<'a>) -> Result<Option<usize>, Error> {
+        if !matches!(object.plugin, "roughconductor" | "roughdielectric") {
+            return Ok(None);
+        }
+        let Some(element) = object.parameter("alpha").filter(|element| element.tag == "texture") else {
+            return Ok(None);
+        };
+        let index = self.texture(element)?;
+        self.check_texels(element, index, 1.0)?;
+        Ok(Some(index))
+    }
+
+    /// How much there is of the second material of two. Which it is is not known yet.
+    fn blend_weight(&mut self, object: &Object<'a>) -> Result<(Value, usize), Error> {
+        let weight = match object.parameter("weight") {
+            None => return Err(object.missing("weight")),
+            Some(element) if element.tag == "texture" => {
+                let index = self.texture(element)?;
+                self.check_texels(element, index, 1.0)?;
+                Value::Texture(index)
+            }
+            Some(_) => {
+                let within = |x| (0.0..=1.0).contains(&x);
+                let weight = object.float_where("weight", "a number between 0 and 1", within)?;
+                Value::Constant(weight.unwrap_or_default())
+            }
+        };
+        Ok((weight, 0))
     }
 
     /// The material of a shape without one, as in Mitsuba: grey on one side, or black if the shape emits.
@@ -72,6 +146,7 @@ impl<'a> Reader<'a> {
 
     fn bsdf(&mut self, object: &Object<'a>) -> Result<Bsdf, Error> {
         let bsdf = match object.plugin {
+            "null" => Bsdf::Diffuse { reflectance: Reflectance::Constant(DVec3::ZERO) },
             "diffuse" => {
                 Bsdf::Diffuse { reflectance: self.reflectance(object, "reflectance", DEFAULT_REFLECTANCE)? }
             }
@@ -94,8 +169,12 @@ impl<'a> Reader<'a> {
                     specular_reflectance: self.reflectance(object, "specular_reflectance", 1.0)?,
                 }
             }
-            "plastic" => self.plastic(object, false)?,
-            "roughplastic" => self.plastic(object, true)?,
+            "plastic" => self.plastic(object, false, false)?,
+            "roughplastic" => self.plastic(object, true, false)?,
+            "pplastic" => {
+                object.note("light is unpolarised");
+                self.plastic(object, true, true)?
+            }
             "dielectric" => Bsdf::Dielectric(self.dielectric(object, false)?),
             "thindielectric" => Bsdf::ThinDielectric(self.dielectric(object, false)?),
             "roughdielectric" => Bsdf::Dielectric(self.dielectric(object, true)?),
@@ -155,6 +234,23 @@ impl<'a> Reader<'a> {
     }
 }
 
+/// The material within another, and the second one if it takes two.
+fn parts<'a>(object: &Object<'a>) -> Result<(&'a Element, Option<&'a Element>), Error> {
+    let expected =
+        if object.plugin == "blendbsdf" { 2..=2 } else { 1..=1 + usize::from(object.plugin == "twosided") };
+    let found = object.nested("<bsdf>");
+    match found[..] {
+        [] => Err(object.missing("a nested <bsdf>")),
+        [first, ref rest @ ..] if expected.contains(&found.len()) => Ok((first, rest.first().copied())),
+        [.., last] => Err(last.error(SceneProblem::Count {
+            what: "<bsdf>".to_owned(),
+            parent: object.describe(),
+            found: found.len(),
+            expected: if object.plugin == "blendbsdf" { "two" } else { "at most one" },
+        })),
+    }
+}
+
 pub(super) fn distribution(object: &Object<'_>) -> Result<Microfacets, Error> {
     let names = ["beckmann", "ggx"];
     let choice = object.choice("distribution", &names, "beckmann or ggx")?;
@@ -173,7 +269,10 @@ pub(super) fn roughness(object: &Object<'_>) -> Result<f64, Error> {
 /// α along u, the first texture coordinate, and across it.
 fn roughnesses(object: &Object<'_>) -> Result<[f64; 2], Error> {
     let (u, v) = (object.positive("alpha_u")?, object.positive("alpha_v")?);
-    let alpha = object.positive("alpha")?;
+    // A texture is read as a factor on 1.
+    let is_textured = matches!(object.plugin, "roughconductor" | "roughdielectric")
+        && object.parameter("alpha").is_some_and(|element| element.tag == "texture");
+    let alpha = if is_textured { Some(1.0) } else { object.positive("alpha")? };
     match (alpha, u, v) {
         (alpha, None, None) => Ok([alpha.unwrap_or(DEFAULT_ALPHA); 2]),
         (None, Some(u), Some(v)) => Ok([u, v]),

@@ -12,6 +12,9 @@ use super::object::Object;
 use crate::io::{Error, SceneProblem};
 use crate::scene::{Camera, Film, Filter, Shape};
 
+/// Mitsuba's near plane, where none is given.
+const DEFAULT_NEAR: f64 = 1e-2;
+
 /// What covers less of the film, in pixels², only touches it: rounding leaves as much.
 const TOUCHES: f64 = 1e-9;
 
@@ -25,6 +28,8 @@ struct Clip<'a> {
     name: &'static str,
     element: &'a Element,
     distance: f64,
+    /// How far the camera stands behind the sensor that distances are told from.
+    behind: f64,
     /// 1 if it cuts what is farther away, −1 if it cuts what is nearer.
     sign: f64,
 }
@@ -33,7 +38,7 @@ impl<'a> Clips<'a> {
     pub(super) fn read(object: &Object<'a>) -> Result<Self, Error> {
         let plane = |name, sign| {
             let distance = object.positive(name)?;
-            let clip = |(element, distance)| Clip { name, element, distance, sign };
+            let clip = |(element, distance)| Clip { name, element, distance, behind: 0.0, sign };
             Ok::<_, Error>(object.parameter(name).zip(distance).map(clip))
         };
         let planes = [plane("near_clip", -1.0)?, plane("far_clip", 1.0)?];
@@ -43,6 +48,21 @@ impl<'a> Clips<'a> {
             }
             _ => Ok(Self(planes)),
         }
+    }
+
+    /// Those of an orthographic sensor, before a camera that stands some way behind it. Nothing behind the sensor is seen: it
+    /// has a near plane in any case. As in Mitsuba, that is scaled with the sensor, and the distance between the two is not.
+    pub(super) fn of_sensor(self, element: &'a Element, scale: f64, behind: f64) -> Self {
+        let [near, far] = self.0;
+        let near =
+            near.unwrap_or(Clip { name: "near_clip", element, distance: DEFAULT_NEAR, behind, sign: -1.0 });
+        let start = scale * near.distance;
+        let far = far.map(|far| Clip { distance: start + (far.distance - near.distance), ..far });
+        let near = Clip { distance: start, ..near };
+        Self(
+            [Some(near), far]
+                .map(|clip| clip.map(|clip| Clip { distance: clip.distance + behind, behind, ..clip })),
+        )
     }
 
     /// How far away the far plane is, if there is one.
@@ -59,7 +79,7 @@ impl<'a> Clips<'a> {
 
 impl Clip<'_> {
     fn value(&self) -> &str {
-        self.element.attribute("value").unwrap_or_default()
+        self.element.attribute("value").unwrap_or("default")
     }
 
     /// Names the shape of which most is cut.
@@ -80,7 +100,7 @@ impl Clip<'_> {
             name: self.name,
             value: self.value().to_owned(),
             shape: shape.id.clone(),
-            distance: self.distance + self.sign * excess,
+            distance: self.distance + self.sign * excess - self.behind,
         }))
     }
 }

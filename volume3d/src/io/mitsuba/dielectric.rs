@@ -6,7 +6,7 @@ use super::bsdf;
 use super::object::Object;
 use super::reader::Reader;
 use crate::io::Error;
-use crate::scene::{Bsdf, Dielectric, Plastic, Roughness};
+use crate::scene::{Bsdf, Dielectric, Plastic, Roughness, Scattering};
 
 /// Mitsuba's names, with indices at 589 nm and room temperature (Hecht, Optics).
 const INDICES: [(&str, f64); 23] = [
@@ -43,7 +43,8 @@ const GLASS: f64 = 1.5046;
 const PLASTIC: f64 = 1.49;
 
 impl<'a> Reader<'a> {
-    pub(super) fn plastic(&mut self, object: &Object<'a>, rough: bool) -> Result<Bsdf, Error> {
+    /// One whose light is scattered once is rough.
+    pub(super) fn plastic(&mut self, object: &Object<'a>, rough: bool, once: bool) -> Result<Bsdf, Error> {
         let eta = relative_index(object, PLASTIC)?;
         if eta == 1.0 {
             return Err(no_boundary(object));
@@ -57,7 +58,11 @@ impl<'a> Reader<'a> {
                 bsdf::DEFAULT_REFLECTANCE,
             )?,
             specular_reflectance: specular(object)?,
-            nonlinear: object.boolean("nonlinear")?.unwrap_or(false),
+            scattering: match once {
+                true => Scattering::Once,
+                false if object.boolean("nonlinear")? == Some(true) => Scattering::Nonlinear,
+                false => Scattering::Linear,
+            },
         }))
     }
 

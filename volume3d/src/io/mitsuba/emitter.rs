@@ -11,12 +11,18 @@ use super::{beam, transform};
 use crate::io::{Error, ImageProblem, SceneProblem};
 use crate::scene::{Environment, Light, Wrap};
 
-/// The radiance of an emitter within a shape.
-pub(super) fn area(object: &Object<'_>) -> Result<DVec3, Error> {
+/// The radiance of an emitter within a shape, and a texture that it is multiplied by.
+pub(super) fn area<'a>(
+    reader: &mut Reader<'a>,
+    object: &Object<'a>,
+) -> Result<(DVec3, Option<usize>), Error> {
     if object.plugin != "area" {
         return Err(object.unknown_plugin("emitter", "area, within a shape"));
     }
-    let radiance = radiant(object, "radiance")?;
+    let radiance = match object.parameter("radiance").filter(|element| element.tag == "texture") {
+        Some(element) => (DVec3::ONE, Some(beam::slide(reader, element)?)),
+        None => (radiant(object, "radiance")?, None),
+    };
     object.finish()?;
     Ok(radiance)
 }

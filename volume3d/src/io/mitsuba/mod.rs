@@ -34,10 +34,17 @@
 //! - `directional` emitters may have a `kappa`, the concentration of their lobe ([`Light::Directional`]).
 //! - `perspective` sensors may have a `pixel_aspect`, 1 unless given: by how many more pixels an angle is shown along columns
 //!   ([`Camera`](crate::scene::Camera)).
+//! - What an `area` emits is textured as surfaces are, with steps as ramps.
 //! - `dielectric` and the like have one colour for all of what they reflect, and a texture for `specular_transmittance` only.
 //!   `bumpmap` and `normalmap` cannot be on a material that light passes, and their `flip_invalid_normals` and
 //!   `use_shadowing_function` are true, as where they are not given.
 //! - `mask` may be within `twosided`.
+//! - `orthographic` sensors are perspective ones ten thousand half widths behind where they stand: what is ten widths before one
+//!   is seen smaller by two thousandths. A scene of which something is behind the sensor, in view, is refused.
+//! - `pplastic` is that of light without polarisation, as in Mitsuba's RGB variants.
+//! - `blendbsdf` mixes opaque materials without masks, reliefs and mixtures of their own, and `twosided` takes two of that kind. Beside
+//!   a smooth lobe Mitsuba 3.9 loses a part of the light of an ideal one (a mirror of weight 0.3 beside black counts 0.2); here
+//!   it has its weight.
 //! - `<rgb value="#rrggbb"/>` is a colour in sRGB, as in HTML; Mitsuba 3 refuses it. `<srgb>` is read as before version 2.
 //! - A `to_uv` whose third column only has a translation is read as before version 3.9, which ignores that column.
 //! - A transform that mirrors turns the triangles of a shape, so that what faced outwards still does.
@@ -72,6 +79,7 @@ mod integrator;
 mod journal;
 mod metals;
 mod object;
+mod orthographic;
 mod power;
 mod principled;
 mod reader;
@@ -89,6 +97,7 @@ mod variables;
 mod write;
 mod write_bsdf;
 mod write_light;
+mod write_texture;
 
 pub use self::journal::Note;
 pub use self::support::support_table;

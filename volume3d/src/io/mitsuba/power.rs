@@ -9,7 +9,7 @@ use crate::io::Error;
 pub(super) fn radiant(object: &Object<'_>, name: &'static str) -> Result<DVec3, Error> {
     if let Some(texture) = object.parameter(name).filter(|element| element.tag == "texture") {
         let what = format!("a textured {name}");
-        return Err(texture.unsupported(what, "give the same value everywhere, or split the shape"));
+        return Err(texture.unsupported(what, "give the same value everywhere"));
     }
     let colour = object.colour(name)?.unwrap_or(DVec3::ONE);
     if colour.min_element() >= 0.0 {

@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::clip::Clips;
 use super::film::{DEFAULT_SIZE, film, film_of_size};
 use super::object::{Ids, Object};
-use super::{support, transform};
+use super::{orthographic, support, transform};
 use crate::io::Error;
 use crate::scene::{Camera, Film, Lens};
 
@@ -40,8 +40,12 @@ pub(super) fn sensor<'a>(
         Some(element) => sampler(&Object::new(element, ids)?)?,
         None => DEFAULT_SAMPLES as usize,
     };
-    let radius = aperture_radius(object)?;
-    let (camera, clips) = camera(object, radius, film.width as f64 / film.height as f64)?;
+    let (camera, clips) = if object.plugin == "orthographic" {
+        orthographic::camera(object)?
+    } else {
+        let radius = aperture_radius(object)?;
+        camera(object, radius, film.width as f64 / film.height as f64)?
+    };
     object.finish()?;
     Ok(Sensor { camera, clips, film, samples })
 }
@@ -87,7 +91,7 @@ fn camera<'a>(object: &Object<'a>, radius: f64, aspect: f64) -> Result<(Camera, 
 }
 
 /// The horizontal field of view in radians, with `aspect` the film's width by its height.
-fn field_of_view(object: &Object<'_>, aspect: f64) -> Result<f64, Error> {
+pub(super) fn field_of_view(object: &Object<'_>, aspect: f64) -> Result<f64, Error> {
     let axes = ["x", "y", "diagonal", "smaller", "larger"];
     let axis = object.choice("fov_axis", &axes, "x, y, diagonal, smaller or larger")?;
     let is_angle = |degrees| degrees > 0.0 && degrees < 180.0;

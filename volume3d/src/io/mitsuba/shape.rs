@@ -33,16 +33,17 @@ impl<'a> Reader<'a> {
             Some(element) => mesh.transformed(&transform::invertible(element)?),
             None => mesh,
         };
-        let radiance = match object.at_most_one("<emitter>")? {
+        let emitted = match object.at_most_one("<emitter>")? {
             Some(emitter) => {
-                let radiance = Object::new(emitter, &self.ids).and_then(|emitter| emitter::area(&emitter));
+                let radiance =
+                    Object::new(emitter, &self.ids).and_then(|object| emitter::area(self, &object));
                 self.journal.accept(radiance, emitter, "the shape does not emit")
             }
             None => None,
         };
         let material = match object.at_most_one("<bsdf>")? {
             Some(bsdf) => self.material_or_grey(bsdf),
-            None => self.default_material(radiance.is_some()),
+            None => self.default_material(emitted.is_some()),
         };
         object.finish()?;
         let id = self.name(element, self.shapes.len());
@@ -57,7 +58,9 @@ impl<'a> Reader<'a> {
                 ),
             );
         }
-        self.shapes.push(Shape { id, mesh, material, radiance });
+        let (radiance, radiance_texture) = emitted.unzip();
+        let radiance_texture = radiance_texture.flatten();
+        self.shapes.push(Shape { id, mesh, material, radiance, radiance_texture });
         Ok(())
     }
 

@@ -12,14 +12,14 @@ struct Kind {
 
 pub(super) const SHAPES: &str = "obj, ply, serialized, rectangle, cube, sphere, disk, cylinder, shapegroup, instance, sdfgrid, sdfnetwork";
 pub(super) const TEXTURES: &str = "bitmap, checkerboard";
-pub(super) const SENSORS: &str = "perspective, thinlens";
+pub(super) const SENSORS: &str = "perspective, thinlens, orthographic";
 pub(super) const FILMS: &str = "hdrfilm, ldrfilm, mfilm";
 pub(super) const FILTERS: &str = "box, tent, gaussian, mitchell, catmullrom, lanczos";
 pub(super) const SAMPLERS: &str = "independent, stratified, multijitter, orthogonal, ldsampler";
 pub(super) const INTEGRATORS: &str = "path, direct, prb, prb_basic, prb_reparam, prb_projective, direct_reparam, \
     direct_projective, volpath, volpathmis, prbvolpath, ptracer, bdpt, moment, aov, stokes";
-pub(super) const BSDFS: &str = "diffuse, conductor, roughconductor, plastic, roughplastic, dielectric, thindielectric, \
-                     roughdielectric, principled, principledthin, mask, bumpmap, normalmap, twosided";
+pub(super) const BSDFS: &str = "diffuse, conductor, roughconductor, plastic, roughplastic, pplastic, dielectric, thindielectric, \
+                     roughdielectric, principled, principledthin, null, blendbsdf, mask, bumpmap, normalmap, twosided";
 pub(super) const EMITTERS: &str =
     "constant, envmap, directional, point, spot, projector, and area within a shape";
 
@@ -32,20 +32,28 @@ const KINDS: [Kind; 10] = [
     Kind {
         tag: "bsdf",
         plugins: BSDFS,
-        remarks: "metals and glasses by their names; textures for colours and for the numbers of `principled` and `principledthin`",
+        remarks: "metals and glasses by their names; textures for colours, for the numbers of `principled` and `principledthin`, for `alpha` of `roughconductor` and `roughdielectric`, and for the weight of `blendbsdf`; `twosided` with one or two",
     },
     Kind {
         tag: "texture",
         plugins: TEXTURES,
-        remarks: "PNG, JPEG, OpenEXR, Radiance HDR; bilinear, and steps as narrow ramps; `to_uv`",
+        remarks: "PNG, JPEG, BMP, OpenEXR, Radiance HDR; bilinear, and steps as narrow ramps; `to_uv`",
     },
-    Kind { tag: "emitter", plugins: EMITTERS, remarks: "" },
+    Kind {
+        tag: "emitter",
+        plugins: EMITTERS,
+        remarks: "textures for the radiance of `area`, and for `spot` and `projector`",
+    },
     Kind {
         tag: "spectrum",
         plugins: "pairs of wavelength and value, files of them, uniform, d65, srgb, blackbody, regular, irregular",
         remarks: "read as linear RGB",
     },
-    Kind { tag: "sensor", plugins: SENSORS, remarks: "of several the first" },
+    Kind {
+        tag: "sensor",
+        plugins: SENSORS,
+        remarks: "of several the first; `orthographic` as perspective from far away",
+    },
     Kind { tag: "film", plugins: FILMS, remarks: "read as hdrfilm" },
     Kind { tag: "rfilter", plugins: FILTERS, remarks: "the last three as gaussian" },
     Kind { tag: "sampler", plugins: "all", remarks: "only `sample_count` matters" },

@@ -5,14 +5,13 @@ use std::fmt::{Display, Write as _};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use glam::{DAffine2, DMat3, DMat4, DVec2, DVec3};
+use glam::{DMat3, DMat4, DVec3};
 
-use crate::Image;
 use crate::geometry::Normals;
-use crate::io::{Error, files, write_exr, write_network, write_obj, write_ply, write_sdf};
+use crate::io::{Error, files, write_network, write_obj, write_ply, write_sdf};
 use crate::scene::{
     Camera, Description, Environment, Film, Filter, ImplicitShape, Integrator, Lens, Light, Material,
-    Placement, Scene, Shape, Texture, Wrap,
+    Placement, Scene, Shape,
 };
 use crate::sdf::{Baked, Grid, Interpolation};
 
@@ -107,15 +106,16 @@ impl Writer<'_> {
         for (i, texture) in scene.textures.iter().enumerate() {
             let file = self.texels(i, texture)?;
             let used = scene.materials.iter().flat_map(Material::textures);
-            let mut used = used.chain(scene.lights.iter().filter_map(Light::texture));
+            let used = used.chain(scene.lights.iter().filter_map(Light::texture));
+            let mut used = used.chain(scene.shapes.iter().filter_map(|shape| shape.radiance_texture));
             let is_map = matches!(scene.environment, Some(Environment::Map { texture, .. }) if texture == i);
             if !is_map || used.any(|texture| texture == i) {
                 self.texture(i, texture, &file);
             }
             files.push(file);
         }
-        for (i, material) in scene.materials.iter().enumerate() {
-            self.material(i, material);
+        for i in 0..scene.materials.len() {
+            self.material(scene, i)?;
         }
         for (i, shape) in scene.shapes.iter().enumerate() {
             let (plugin, file) = self.mesh(i, shape)?;
@@ -130,7 +130,17 @@ impl Writer<'_> {
             self.line(&format!("<ref id=\"{}\"/>", escaped(&self.ids.materials[shape.material])));
             if let Some(radiance) = shape.radiance {
                 self.line("<emitter type=\"area\">");
-                self.colour("radiance", radiance);
+                match shape.radiance_texture {
+                    None => self.colour("radiance", radiance),
+                    Some(texture) => {
+                        self.scaled_texture(
+                            "radiance",
+                            (scene, texture),
+                            scene.textures.len() + i,
+                            radiance,
+                        )?;
+                    }
+                }
                 self.line("</emitter>");
             }
             self.line("</shape>");
@@ -208,39 +218,6 @@ impl Writer<'_> {
         self.line("</sensor>");
     }
 
-    /// The file of a texture, relative to the scene.
-    fn texels(&self, index: usize, texture: &Texture) -> Result<String, Error> {
-        let file = self.file("texture", index, &texture.id, "exr");
-        let Texture { width, height, texels, .. } = texture;
-        let image = Image { width: *width, height: *height, pixels: texels.clone() };
-        write_exr(&self.place(&file)?, &image)?;
-        Ok(file)
-    }
-
-    fn texture(&mut self, index: usize, texture: &Texture, file: &str) {
-        self.open("texture", "bitmap", &self.ids.textures[index]);
-        self.value("string", "filename", file);
-        let wrap = match texture.wrap {
-            Wrap::Repeat => "repeat",
-            Wrap::Mirror => "mirror",
-            Wrap::Clamp => "clamp",
-        };
-        self.value("string", "wrap_mode", wrap);
-        // Mitsuba's first row is at v = 0, that of a texture here at v = 1.
-        let flip = DAffine2::from_scale_angle_translation(DVec2::new(1.0, -1.0), 0.0, DVec2::Y);
-        let to_uv = flip * texture.to_uv;
-        if to_uv != DAffine2::IDENTITY {
-            let (x, y, t) = (to_uv.matrix2.x_axis, to_uv.matrix2.y_axis, to_uv.translation);
-            // Since version 3.9 Mitsuba takes the translation from the last column, before from the third.
-            let rows =
-                [[x.x, y.x, t.x, t.x], [x.y, y.y, t.y, t.y], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
-            self.line("<transform name=\"to_uv\">");
-            self.line(&format!("<matrix value=\"{}\"/>", spaced(rows.as_flattened())));
-            self.line("</transform>");
-        }
-        self.line("</texture>");
-    }
-
     /// The plugin and the file of a mesh, relative to the scene. PLY has one topology only, which does for all but computed
     /// normals with texture coordinates.
     fn mesh(&self, index: usize, shape: &Shape) -> Result<(&'static str, String), Error> {
@@ -297,7 +274,7 @@ impl Writer<'_> {
 
     /// A file's name, relative to the scene: with a number, so that no two are one where case does not count, and as much
     /// of the id as letters and digits make.
-    fn file(&self, kind: &str, index: usize, id: &str, extension: &str) -> String {
+    pub(super) fn file(&self, kind: &str, index: usize, id: &str, extension: &str) -> String {
         const LONGEST: usize = 40;
         let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
         let id: String = id.chars().map(plain).take(LONGEST).collect();
@@ -305,7 +282,7 @@ impl Writer<'_> {
     }
 
     /// A file's place, in a folder that exists.
-    fn place(&self, file: &str) -> Result<PathBuf, Error> {
+    pub(super) fn place(&self, file: &str) -> Result<PathBuf, Error> {
         let path = self.parent.join(file);
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(|source| Error::File {
@@ -350,7 +327,7 @@ impl Writer<'_> {
     }
 }
 
-fn spaced(numbers: &[f64]) -> String {
+pub(super) fn spaced(numbers: &[f64]) -> String {
     numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" ")
 }
 

@@ -3,11 +3,15 @@
 use glam::DVec3;
 
 use super::write::{Writer, escaped};
-use crate::scene::{Bsdf, Dielectric, Material, Microfacets, Plastic, Reflectance, Relief, Roughness, Value};
+use crate::io::Error;
+use crate::scene::{
+    Bsdf, Description, Dielectric, Microfacets, Plastic, Reflectance, Relief, Roughness, Scattering, Value,
+};
 
 impl Writer<'_> {
     /// A material, by its index.
-    pub(super) fn material(&mut self, index: usize, material: &Material) {
+    pub(super) fn material(&mut self, scene: &Description, index: usize) -> Result<(), Error> {
+        let material = &scene.materials[index];
         let id = self.ids.materials[index].clone();
         let mut wrappers = vec![];
         if material.two_sided && !material.bsdf.transmits() {
@@ -22,11 +26,17 @@ impl Writer<'_> {
             Some(Relief::Normals { .. }) => wrappers.push("normalmap"),
             None => {}
         }
+        if material.blend.is_some() {
+            wrappers.push("blendbsdf");
+        }
         wrappers.push(plugin(&material.bsdf));
         for (depth, name) in wrappers.iter().enumerate() {
             match depth {
                 0 => self.open("bsdf", name, &id),
                 _ => self.line(&format!("<bsdf type=\"{name}\">")),
+            }
+            if let ("blendbsdf", Some(blend)) = (*name, &material.blend) {
+                self.number("weight", blend.weight);
             }
             match (*name, &material.opacity, &material.relief) {
                 ("mask", Some(opacity), _) => self.reflectance("opacity", opacity),
@@ -40,17 +50,39 @@ impl Writer<'_> {
                 _ => {}
             }
         }
+        match (material.bsdf.facets(), material.roughness_texture) {
+            (Some(facets), Some(texture)) => {
+                self.distribution(facets.distribution);
+                let number = scene.textures.len() + scene.shapes.len() + index;
+                self.scaled_texture("alpha", (scene, texture), number, DVec3::splat(facets.alpha))?;
+            }
+            (Some(facets), None) => {
+                let stretch =
+                    if let Bsdf::RoughConductor { stretch, .. } = material.bsdf { stretch } else { 1.0 };
+                self.facets(facets, stretch);
+            }
+            (None, _) => {}
+        }
         self.model(&material.bsdf);
-        for _ in wrappers {
+        let mut wrappers = wrappers.into_iter().rev();
+        wrappers.next();
+        self.line("</bsdf>");
+        for name in wrappers {
+            // The second of two stands after the first.
+            let second = match name {
+                "blendbsdf" => material.blend.map(|blend| blend.other),
+                "twosided" => material.back,
+                _ => None,
+            };
+            if let Some(second) = second {
+                self.line(&format!("<ref id=\"{}\"/>", escaped(&self.ids.materials[second])));
+            }
             self.line("</bsdf>");
         }
+        Ok(())
     }
 
     fn model(&mut self, bsdf: &Bsdf) {
-        if let Some(facets) = bsdf.facets() {
-            let stretch = if let Bsdf::RoughConductor { stretch, .. } = bsdf { *stretch } else { 1.0 };
-            self.facets(facets, stretch);
-        }
         match bsdf {
             Bsdf::Diffuse { reflectance } => self.reflectance("reflectance", reflectance),
             Bsdf::RoughConductor { eta, k, specular_reflectance, .. }
@@ -59,9 +91,11 @@ impl Writer<'_> {
                 self.colour("k", *k);
                 self.reflectance("specular_reflectance", specular_reflectance);
             }
-            Bsdf::Plastic(Plastic { eta, diffuse_reflectance, specular_reflectance, nonlinear, .. }) => {
+            Bsdf::Plastic(Plastic { eta, diffuse_reflectance, specular_reflectance, scattering, .. }) => {
                 self.indices(*eta, *specular_reflectance);
-                self.value("boolean", "nonlinear", nonlinear);
+                if *scattering == Scattering::Nonlinear {
+                    self.value("boolean", "nonlinear", true);
+                }
                 self.reflectance("diffuse_reflectance", diffuse_reflectance);
             }
             Bsdf::Dielectric(dielectric) | Bsdf::ThinDielectric(dielectric) => {
@@ -77,20 +111,26 @@ impl Writer<'_> {
     fn principled(&mut self, base_color: &Reflectance, eta: f64, values: Vec<(&'static str, Value, f64)>) {
         self.reflectance("base_color", base_color);
         self.value("float", "eta", eta);
-        for (name, value, _) in values {
-            match value {
-                Value::Constant(value) => self.value("float", name, value),
-                Value::Texture(texture) => self.texture_reference(name, texture),
-            }
+        values.into_iter().for_each(|(name, value, _)| self.number(name, value));
+    }
+
+    fn number(&mut self, name: &str, value: Value) {
+        match value {
+            Value::Constant(value) => self.value("float", name, value),
+            Value::Texture(texture) => self.texture_reference(name, texture),
         }
     }
 
-    fn facets(&mut self, Roughness { distribution, alpha }: Roughness, stretch: f64) {
+    fn distribution(&mut self, distribution: Microfacets) {
         let name = match distribution {
             Microfacets::Beckmann => "beckmann",
             Microfacets::Ggx => "ggx",
         };
         self.value("string", "distribution", name);
+    }
+
+    fn facets(&mut self, Roughness { distribution, alpha }: Roughness, stretch: f64) {
+        self.distribution(distribution);
         if stretch == 1.0 {
             self.value("float", "alpha", alpha);
         } else {
@@ -124,6 +164,7 @@ fn plugin(bsdf: &Bsdf) -> &'static str {
         Bsdf::RoughConductor { .. } => "roughconductor",
         Bsdf::Conductor { .. } => "conductor",
         Bsdf::Plastic(Plastic { facets: None, .. }) => "plastic",
+        Bsdf::Plastic(Plastic { scattering: Scattering::Once, .. }) => "pplastic",
         Bsdf::Plastic(_) => "roughplastic",
         Bsdf::Dielectric(Dielectric { facets: None, .. }) => "dielectric",
         Bsdf::Dielectric(_) => "roughdielectric",

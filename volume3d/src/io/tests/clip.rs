@@ -1,5 +1,7 @@
 //! The clipping planes of a camera, which cut nothing or are refused.
 
+use glam::DVec3;
+
 use super::message;
 use super::scene::read;
 use crate::io::Error;
@@ -107,4 +109,38 @@ fn the_view_ends_with_the_film_and_the_reach_of_its_filter() {
     assert!(!accepted(&film, -12.0, 7.0) && accepted(&film, 12.0, 7.0) && accepted(&film, -12.0, -7.0));
     assert!(accepted(&film, -9.0, 7.0) && !accepted(&film, -9.01, 7.0));
     assert!(accepted(&film, -12.0, 4.0) && !accepted(&film, -12.0, 4.01));
+}
+
+/// An orthographic sensor sees nothing behind it, and what is before it at the same size everywhere.
+#[test]
+fn orthographic_sensors() {
+    let scene = |sensor: &str, shapes: &str| {
+        read(&format!(
+            "<scene version='3.0.0'><sensor type='orthographic'><transform name='to_world'><scale x='3' y='2'/>\
+             <lookat origin='1 2 3' target='1 2 4' up='0 1 0'/></transform>{sensor}\
+             <film type='hdrfilm'><integer name='width' value='40'/><integer name='height' value='20'/>{BOX}</film>\
+             </sensor>{shapes}</scene>"
+        ))
+    };
+    let camera = scene("", "").unwrap().camera;
+    assert_eq!(camera.pixel_aspect, 1.5);
+    // Where half the width and half the height of the film are at some depths: 3, and half of 2 as it has half as many rows.
+    let [wide, tall] = [camera.right, camera.up].map(DVec3::normalize);
+    let half = (0.5 * camera.field_of_view).tan();
+    for depth in [0.0, 10.0, 30.0] {
+        let point = DVec3::new(1.0, 2.0, 3.0 + depth) - 3.0 * DVec3::X + DVec3::Y;
+        let way = point - camera.origin;
+        let z = way.dot(camera.forward);
+        let (x, y) = (way.dot(wide) / (z * half), way.dot(tall) * camera.pixel_aspect / (z * half));
+        assert!((x - 1.0).abs() < 2e-3 && (y - 0.5).abs() < 1e-3, "{depth}: {x} {y}");
+    }
+    let behind = wall(0.5, [1.0, 2.0, 2.0]);
+    let text = message(scene("", &behind));
+    assert!(text.contains("near_clip=\"default\" cuts off shape \"wall\""), "{text}");
+    assert!(scene("", &wall(0.5, [9.0, 2.0, 2.0])).is_ok(), "it is beside what is in view");
+    assert!(scene(&far(5.0), &wall(0.5, [1.0, 2.0, 7.0])).is_ok());
+    assert!(scene(&far(5.0), &wall(0.5, [1.0, 2.0, 8.1])).is_err());
+    let sheared = "<scene version='3.0.0'><sensor type='orthographic'><transform name='to_world'>\
+                   <matrix value='1 .5 0  0 1 0  0 0 1'/></transform></sensor></scene>";
+    assert!(message(read(sheared)).contains("scales along x, y and z"));
 }

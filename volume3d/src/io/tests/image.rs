@@ -62,6 +62,15 @@ fn png_is_srgb_unless_raw() {
 }
 
 #[test]
+fn bmp_is_srgb_as_png_is() {
+    let pixels = ImageBuffer::from_raw(2, 1, vec![0_u8, 128, 255, 10, 11, 12]).unwrap();
+    let image = DynamicImage::ImageRgb8(pixels);
+    let [bmp, png] = [ImageFormat::Bmp, ImageFormat::Png].map(|format| encoded(format, image.clone()));
+    let read = |bytes: &[u8]| read_image(bytes, here("a"), false).unwrap();
+    assert_eq!(read(&bmp), read(&png));
+}
+
+#[test]
 fn alpha_is_left_out_and_grey_becomes_colour() {
     let rgba: ImageBuffer<Rgba<u8>, _> = ImageBuffer::from_raw(1, 1, vec![255_u8, 0, 0, 0]).unwrap();
     let bytes = encoded(ImageFormat::Png, DynamicImage::ImageRgba8(rgba));
@@ -211,7 +220,7 @@ fn errors() {
     let png = folder.path().join("a.png");
     write_png(&png, &signed()).unwrap();
     let found = message(read_exr(&png));
-    assert!(found.ends_with("a.png: not a PNG, JPEG, OpenEXR or Radiance HDR image"), "{found}");
+    assert!(found.ends_with("a.png: not a PNG, JPEG, BMP, OpenEXR or Radiance HDR image"), "{found}");
     assert!(message(read_image(&exr[..exr.len() - 20], here("a.exr"), false)).starts_with("a.exr: "));
     check_messages(&[
         (message(write_exr(here("a.exr"), &bad)), "a.exr: 3 pixels given for 2×2"),
@@ -221,7 +230,7 @@ fn errors() {
         ),
         (
             message(read_image(b"GIF89a", here("a.gif"), false)),
-            "a.gif: not a PNG, JPEG, OpenEXR or Radiance HDR image",
+            "a.gif: not a PNG, JPEG, BMP, OpenEXR or Radiance HDR image",
         ),
         (
             message(read_image(b"#?RADIANCE\n\n-Y 9000 +X 9000\n", here("a.hdr"), false)),

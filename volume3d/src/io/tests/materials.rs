@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::scene::{material, with};
-use crate::scene::{Bsdf, Light, Material, Microfacets, Reflectance, Value};
+use crate::scene::{Blend, Bsdf, Light, Material, Microfacets, Reflectance, Scattering, Value};
 
 #[test]
 fn materials() {
@@ -80,4 +80,81 @@ fn lights_in_a_point() {
     };
     assert_eq!((intensity, aspect, texture), (DVec3::new(2.0, 4.0, 6.0), 1.0, None));
     assert!((field_of_view - 90_f64.to_radians()).abs() < 1e-15);
+    let plain = light("<emitter type='projector'><float name='irradiance' value='1'/></emitter>");
+    let Light::Projector { field_of_view, .. } = plain else { panic!() };
+    // A lens of 50 mm before a square as high as its diagonal of 43.27 mm allows.
+    let half = 0.5 * 36_f64.hypot(24.0) * 0.5_f64.sqrt() / 50.0;
+    assert!((field_of_view - 2.0 * half.atan()).abs() < 1e-12, "{field_of_view}");
+}
+
+#[test]
+fn two_materials_in_one() {
+    let scene = with(
+        "<bsdf type='blendbsdf' id='m'><float name='weight' value='.25'/><bsdf type='diffuse'/><bsdf type='plastic' id='p'/></bsdf>",
+    )
+    .unwrap();
+    let [other, mixed] = &scene.materials[..] else { panic!("{:?}", scene.materials) };
+    assert_eq!((other.id.as_str(), mixed.id.as_str()), ("p", "m"));
+    assert!(matches!((&mixed.bsdf, &other.bsdf), (Bsdf::Diffuse { .. }, Bsdf::Plastic(_))));
+    assert_eq!(mixed.blend, Some(Blend { other: 0, weight: Value::Constant(0.25) }));
+    let turned = "<bsdf type='twosided' id='m'><bsdf type='diffuse'/><bsdf type='conductor'/></bsdf>";
+    let scene = with(turned).unwrap();
+    assert_eq!((scene.materials[1].back, scene.materials[1].two_sided), (Some(0), true));
+    let weight = "<float name='weight' value='.5'/>";
+    let (matt, both, one) = (
+        "<bsdf type='diffuse'/>",
+        "<bsdf type='twosided'><bsdf type='diffuse'/></bsdf>",
+        "<bsdf type='dielectric'/>",
+    );
+    let masked = "<bsdf type='mask'><bsdf type='diffuse'/></bsdf>";
+    let mixture =
+        |parts: [&str; 2]| with(&format!("<bsdf type='blendbsdf'>{weight}{}{}</bsdf>", parts[0], parts[1]));
+    assert!(mixture([both, both]).unwrap().materials[1].two_sided);
+    // A second part may have two sides by itself.
+    let sides: Vec<bool> = mixture([matt, both]).unwrap().materials.iter().map(|m| m.two_sided).collect();
+    assert_eq!(sides, [true, false]);
+    let nested = format!("<bsdf type='blendbsdf'>{weight}{matt}{matt}</bsdf>");
+    let refused = [
+        [both, matt],
+        [one, matt],
+        [matt, one],
+        [masked, matt],
+        [matt, masked],
+        [&nested, matt],
+        [matt, &nested],
+    ];
+    for parts in refused {
+        let text = super::message(mixture(parts));
+        assert!(text.contains("not supported") && text.contains("dir/s.xml:"), "{parts:?}: {text}");
+    }
+    let text = super::message(with(&format!("<bsdf type='blendbsdf'>{weight}{matt}</bsdf>")));
+    assert!(text.contains("two"), "{text}");
+}
+
+#[test]
+fn plastic_for_polarised_light() {
+    let found = material("<bsdf type='pplastic'><float name='alpha' value='.06'/></bsdf>");
+    let Bsdf::Plastic(plastic) = &found.bsdf else { panic!("{found:?}") };
+    assert_eq!((plastic.scattering, plastic.facets.unwrap().alpha), (Scattering::Once, 0.06));
+}
+
+#[test]
+fn nothing() {
+    assert_eq!(material("<bsdf type='null'/>").opacity, Some(Reflectance::Constant(DVec3::ZERO)));
+    let turned = with("<bsdf type='twosided'><bsdf type='null'/></bsdf>");
+    assert!(super::message(turned).contains("light passes"));
+}
+
+#[test]
+fn roughnesses_may_be_textures() {
+    let alpha = "<texture name='alpha' type='checkerboard'><float name='color0' value='0'/></texture>";
+    let scene = with(&format!(
+        "<bsdf type='roughdielectric'>{alpha}</bsdf><bsdf type='roughconductor'>{alpha}</bsdf>"
+    ))
+    .unwrap();
+    for (material, texture) in scene.materials.iter().zip([0, 1]) {
+        assert_eq!((material.roughness_texture, material.bsdf.roughness()), (Some(texture), Some(1.0)));
+    }
+    let text = super::message(with(&format!("<bsdf type='roughplastic'>{alpha}</bsdf>")));
+    assert!(text.contains("dir/s.xml:") && text.contains("alpha"), "{text}");
 }

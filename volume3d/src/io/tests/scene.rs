@@ -327,6 +327,21 @@ fn shapes_that_emit() {
 }
 
 #[test]
+fn shapes_that_emit_a_texture() {
+    let shape = |texture: &str| {
+        with(&format!(
+            "<shape type='rectangle'><emitter type='area'><texture name='radiance' {texture}</texture></emitter></shape>"
+        ))
+    };
+    let scene = shape("type='bitmap'><string name='filename' value='red.png'/>").unwrap();
+    let lamp = &scene.shapes[0];
+    assert_eq!((lamp.radiance, lamp.radiance_texture), (Some(DVec3::ONE), Some(0)));
+    assert_eq!(scene.textures[0].texels, [DVec3::X, DVec3::ZERO]);
+    let negative = shape("type='checkerboard'><rgb name='color0' value='-1 0 0'/>");
+    assert!(negative.is_err(), "light is not negative");
+}
+
+#[test]
 fn lights() {
     let lights = |body: &str| with(&format!("<emitter {body}</emitter>")).unwrap().lights.remove(0);
     let point =

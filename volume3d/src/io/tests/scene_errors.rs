@@ -49,8 +49,8 @@ fn documents() {
     dir/s.xml:1:1: the scene needs a <sensor>
 <scene version='3.0.0'><include filename='new.xml'/></scene>
     dir/s.xml:1:24: dir/new.xml:1:1: scene version "4.0.0" is STRANGE
-<scene version='3.0.0'><sensor type='orthographic'/></scene>
-    dir/s.xml:1:24: sensor "orthographic" is not supported; supported: perspective, thinlens
+<scene version='3.0.0'><sensor type='irradiancemeter'/></scene>
+    dir/s.xml:1:24: sensor "irradiancemeter" is not supported; supported: perspective, thinlens, orthographic
 "#,
         whole,
     );
@@ -278,7 +278,7 @@ fn plugins() {
 <shape type='cube'><emitter type='point'/></shape>
     dir/s.xml:2:20: emitter "point" is not supported; supported: area, within a shape
 <bsdf type='hair'/>
-    bsdf "hair" is not supported; supported: diffuse, conductor, roughconductor, plastic, roughplastic, dielectric, thindielectric, roughdielectric, principled, principledthin, mask, bumpmap, normalmap, twosided
+    bsdf "hair" is not supported; supported: diffuse, conductor, roughconductor, plastic, roughplastic, pplastic, dielectric, thindielectric, roughdielectric, principled, principledthin, null, blendbsdf, mask, bumpmap, normalmap, twosided
 <bsdf type='twosided'><bsdf type='dielectric'/></bsdf>
     twosided around a material that light passes is not supported; leave out twosided: such a material has two sides
 <bsdf type='plastic'><float name='int_ior' value='1.2'/><float name='ext_ior' value='1.2'/></bsdf>
@@ -314,13 +314,13 @@ fn plugins() {
 <texture type='bitmap'><transform name='to_uv'><rotate x='1' angle='9'/><rotate y='1' angle='9'/><translate x='1'/></transform></texture>
     dir/s.xml:2:24: a to_uv that mixes u and v with a third coordinate is not supported; leave z alone
 <texture type='bitmap'><string name='filename' value='quad.obj'/></texture>
-    dir/quad.obj: not a PNG, JPEG, OpenEXR or Radiance HDR image
+    dir/quad.obj: not a PNG, JPEG, BMP, OpenEXR or Radiance HDR image
 <bsdf type='diffuse'><texture type='bitmap' name='reflectance'><string name='filename' value='sky.exr'/></texture></bsdf>
     dir/s.xml:2:22: dir/sky.exr: the pixel in column 0, row 0 (from the top left, from 0) is outside [0, 1]
 <emitter type='sky'/>
     emitter "sky" is not supported; supported: constant, envmap, directional, point, spot, projector, and area within a shape
-<emitter type='projector'><float name='irradiance' value='1'/></emitter>
-    emitter "projector" needs fov
+<emitter type='projector'/>
+    emitter "projector" needs irradiance
 <emitter type='area'/>
     an area emitter without a shape is not supported; put it inside the <shape> that emits
 <emitter type='point'/>
@@ -328,7 +328,7 @@ fn plugins() {
 <emitter type='point'><point name='position' x='1' y='2'/></emitter>
     dir/s.xml:2:23: <point> needs an attribute "z"
 <emitter type='constant'><texture name='radiance' type='bitmap'/></emitter>
-    dir/s.xml:2:26: a textured radiance is not supported; give the same value everywhere, or split the shape
+    dir/s.xml:2:26: a textured radiance is not supported; give the same value everywhere
 <emitter type='constant'><rgb name='radiance' value='-1'/></emitter>
     radiance="[-1, -1, -1]": expected numbers of at least 0
 <emitter type='constant'/>

@@ -6,9 +6,9 @@ use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3};
 use crate::geometry::{Attribute, Mesh, Normals};
 use crate::io::{load_scene, read_obj, write_obj, write_scene};
 use crate::scene::{
-    Bsdf, Camera, Crop, Description, Dielectric, Environment, Film, Filter, Integrator, Lens, Light,
+    Blend, Bsdf, Camera, Crop, Description, Dielectric, Environment, Film, Filter, Integrator, Lens, Light,
     Material, Microfacets, Placement, Plastic, Principled, PrincipledThin, Reflectance, Relief, Roughness,
-    Scene, Texture, Value, Wrap,
+    Scattering, Scene, Texture, Value, Wrap,
 };
 use crate::sdf::network::{Architecture, Network};
 use crate::sdf::{Baked, Grid, Interpolation};
@@ -46,9 +46,9 @@ fn transparent_and_coated() -> Vec<(Bsdf, bool)> {
     let facets = Some(Roughness { distribution: Microfacets::Ggx, alpha: 0.3 });
     let colour = || Reflectance::Constant(DVec3::new(0.3, 0.2, 0.1));
     let specular_reflectance = DVec3::new(0.9, 0.8, 0.7);
-    let plastic = |facets, nonlinear| {
+    let plastic = |facets, scattering| {
         let (eta, diffuse_reflectance) = (1.4, colour());
-        Bsdf::Plastic(Plastic { eta, facets, diffuse_reflectance, specular_reflectance, nonlinear })
+        Bsdf::Plastic(Plastic { eta, facets, diffuse_reflectance, specular_reflectance, scattering })
     };
     let dielectric =
         |facets| Dielectric { eta: 0.7, facets, specular_reflectance, specular_transmittance: colour() };
@@ -79,8 +79,9 @@ fn transparent_and_coated() -> Vec<(Bsdf, bool)> {
         flatness: 0.8,
     };
     vec![
-        (plastic(None, false), true),
-        (plastic(facets, true), false),
+        (plastic(None, Scattering::Linear), true),
+        (plastic(facets, Scattering::Nonlinear), false),
+        (plastic(facets, Scattering::Once), false),
         (Bsdf::Dielectric(dielectric(None)), false),
         (Bsdf::Dielectric(dielectric(facets)), false),
         (Bsdf::ThinDielectric(dielectric(None)), false),
@@ -138,6 +139,24 @@ fn description() -> Description {
         let opacity = (i % 2 == 1).then(|| Reflectance::Constant(DVec3::splat(0.25)));
         d.add_material(Material { opacity, ..material });
     }
+    let textured = Some(paper);
+    let frosted = Bsdf::Dielectric(Dielectric {
+        eta: 1.5,
+        facets: Some(Roughness { distribution, alpha: 1.0 }),
+        specular_reflectance: DVec3::ONE,
+        specular_transmittance: Reflectance::Constant(DVec3::ONE),
+    });
+    d.add_material(Material { roughness_texture: textured, ..Material::new("frosted", frosted, false) });
+    let blend = Some(Blend { other: white, weight: Value::Texture(paper) });
+    d.add_material(Material {
+        blend,
+        ..Material::new("mixed", Bsdf::Diffuse { reflectance: grey.clone() }, false)
+    });
+    let back = Some(mirror);
+    d.add_material(Material {
+        back,
+        ..Material::new("turned", Bsdf::Diffuse { reflectance: grey.clone() }, true)
+    });
     let relief = Some(Relief::Bump { texture: paper, scale: 0.5 });
     d.add_material(Material { relief, ..Material::new("bumpy", Bsdf::Diffuse { reflectance: grey }, true) });
     for (i, mesh) in meshes().into_iter().enumerate() {
@@ -147,6 +166,7 @@ fn description() -> Description {
         d.shapes[i].id.push_str(&"'".repeat(i / 5));
     }
     d.shapes[2].radiance = Some(DVec3::new(1.0, 2.0, 3.0));
+    (d.shapes[0].radiance, d.shapes[0].radiance_texture) = (Some(DVec3::ONE), Some(paper));
     let direction = DVec3::new(0.6, 0.0, -0.8);
     let (id, irradiance) = ("sun".to_owned(), DVec3::ONE);
     d.lights.push(Light::Directional { id, direction, irradiance, kappa: 50.0 });
@@ -304,4 +324,25 @@ fn a_folder_that_cannot_be_written_to_is_named() {
     let error =
         write_scene(&file.join("scene.xml"), &Scene::new(description()).unwrap()).unwrap_err().to_string();
     assert!(error.contains("cannot make") && error.contains("file"), "{error}");
+}
+
+/// A factor on what a texture emits, for which the format has no place, goes into the texture.
+#[test]
+fn a_factor_on_a_textured_radiance_is_written() {
+    let camera = Camera::look_at(DVec3::ZERO, DVec3::X, DVec3::Y, 0.7);
+    let mut d = Description::new(camera, Film { width: 1, height: 1, crop: None, filter: Filter::Box });
+    let texels = vec![DVec3::X, DVec3::new(0.5, 0.25, 1.0)];
+    let (id, to_uv) = ("slide".to_owned(), DAffine2::IDENTITY);
+    d.add_texture(Texture { id, width: 2, height: 1, texels, wrap: Wrap::Clamp, to_uv });
+    let factor = DVec3::new(2.0, 4.0, 8.0);
+    d.add_emitter("lamp", Mesh::rectangle(), factor);
+    d.shapes[0].radiance_texture = Some(0);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("s.xml");
+    write_scene(&path, &Scene::new(d).unwrap()).unwrap();
+    let read = load_scene(&path).unwrap();
+    let lamp = &read.shapes[0];
+    let texture = &read.textures[lamp.radiance_texture.unwrap()];
+    let emitted: Vec<DVec3> = texture.texels.iter().map(|texel| lamp.radiance.unwrap() * *texel).collect();
+    assert_eq!(emitted, [DVec3::new(2.0, 0.0, 0.0), DVec3::new(1.0, 1.0, 8.0)]);
 }

@@ -44,6 +44,16 @@ pub(crate) struct Shading<'s, T> {
     /// The surface's own normal on the viewer's side, where `normal` is tilted: light does not arrive from between the two
     /// horizons.
     pub(crate) beneath: Option<Vec3<T>>,
+    /// What it is mixed with, if it is.
+    pub(crate) blend: Option<Box<Mixed<'s, T>>>,
+}
+
+/// The second part of a mixture at a point.
+#[derive(Clone, Debug)]
+pub(crate) struct Mixed<'s, T> {
+    pub(crate) other: Shading<'s, T>,
+    /// Its part, in [0, 1].
+    pub(crate) weight: T,
 }
 
 /// The numbers of a principled model at a point.
@@ -75,6 +85,15 @@ pub(crate) enum Bounce<T> {
     Ideal(Ideal<T>),
 }
 
+impl<T: Number> Mixed<'_, T> {
+    /// The probability with which a sample is of the second part: about its weight, but for some that is left to both, as a weight
+    /// of 0 may have a derivative.
+    fn part(&self) -> f64 {
+        const LEAST: f64 = 0.05;
+        LEAST + (1.0 - 2.0 * LEAST) * self.weight.value().clamp(0.0, 1.0)
+    }
+}
+
 impl<T: Number> Shading<'_, T> {
     /// f(ω) |cos θ|, but for ideal directions.
     pub(crate) fn evaluate(&self, direction: Vec3<T>) -> Rgb<T> {
@@ -82,7 +101,25 @@ impl<T: Number> Shading<'_, T> {
         if self.receives_none(cosine.value()) || self.hides(direction.value()) {
             return Rgb::constant(DVec3::ZERO);
         }
-        let value = match self.bsdf {
+        let value =
+            self.mixed(|shading| shading.evaluate_alone(direction, cosine), |value, weight| value * weight);
+        let value = self.beneath.map_or(value, |own| value * self.shadowed_by_relief(own, direction));
+        self.opacity.map_or(value, |opacity| value * opacity)
+    }
+
+    /// (1 − w) a + w b of something of both parts of a mixture; of a single material, that of it.
+    fn mixed<V: std::ops::Add<Output = V>>(&self, of: impl Fn(&Self) -> V, scale: impl Fn(V, T) -> V) -> V {
+        let Some(blend) = &self.blend else { return of(self) };
+        let rest = T::constant(1.0) - blend.weight;
+        scale(of(self), rest) + scale(of(&blend.other), blend.weight)
+    }
+
+    /// [`evaluate`](Self::evaluate) without what is mixed with it, a mask and a relief.
+    fn evaluate_alone(&self, direction: Vec3<T>, cosine: T) -> Rgb<T> {
+        if self.black {
+            return Rgb::constant(DVec3::ZERO);
+        }
+        match self.bsdf {
             Bsdf::Diffuse { .. } => self.reflectance * (cosine * FRAC_1_PI),
             Bsdf::RoughConductor { eta, k, .. } => {
                 let (facets, at_facet) = self.facets().reflect(direction);
@@ -104,9 +141,17 @@ impl<T: Number> Shading<'_, T> {
             Bsdf::Conductor { .. } | Bsdf::Dielectric(_) | Bsdf::ThinDielectric(_) => {
                 Rgb::constant(DVec3::ZERO)
             }
-        };
-        let value = self.beneath.map_or(value, |own| value * self.shadowed_by_relief(own, direction));
-        self.opacity.map_or(value, |opacity| value * opacity)
+        }
+    }
+
+    /// Whether all that is there is black.
+    fn is_black(&self) -> bool {
+        self.black && self.blend.as_ref().is_none_or(|blend| blend.other.black)
+    }
+
+    /// Whether nothing is reflected, and no light passes.
+    pub(crate) fn is_dark(&self) -> bool {
+        self.is_black() && self.opacity.is_none()
     }
 
     /// What is lit where the normal is tilted by θ: Smith's G₁ of GGX with α² = min(tan²θ/8, 1), which darkens the image
@@ -139,7 +184,7 @@ impl<T: Number> Shading<'_, T> {
     /// Whether nothing can come of a direction where the surface's own normal has it on another side.
     fn hides(&self, direction: DVec3) -> bool {
         let normal = self.normal.value();
-        self.black
+        self.is_black()
             || self.beneath.is_some_and(|own| own.value().dot(direction) * normal.dot(direction) <= 0.0)
     }
 
@@ -159,8 +204,14 @@ impl<T: Number> Shading<'_, T> {
         }
     }
 
-    /// How narrow the lobe is: the concentration a kernel on it should have beyond that for diffuse surfaces.
+    /// How narrow the lobe is: the concentration a kernel on it should have beyond that for diffuse surfaces. Of a mixture, that
+    /// of the narrower lobe.
     pub(crate) fn concentration(&self) -> f64 {
+        let other = self.blend.as_ref().map_or(0.0, |blend| blend.other.concentration());
+        other.max(self.concentration_alone())
+    }
+
+    fn concentration_alone(&self) -> f64 {
         let alpha = match self.bsdf {
             Bsdf::Principled(_) | Bsdf::PrincipledThin(_) => principled::alpha(self.roughness.value()),
             bsdf if bsdf.roughness().is_some() => self.roughness.value(),
@@ -174,10 +225,26 @@ impl<T: Number> Shading<'_, T> {
     /// The density of smooth directions that [`sample`](Self::sample) returns.
     pub(crate) fn density(&self, direction: DVec3) -> f64 {
         let cosine = self.normal.value().dot(direction);
-        if self.receives_none(cosine) || self.black {
+        if self.receives_none(cosine) {
             return 0.0;
         }
-        let density = match self.bsdf {
+        let density = match &self.blend {
+            Some(blend) => {
+                let part = blend.part();
+                (1.0 - part) * self.density_alone(direction, cosine)
+                    + part * blend.other.density_alone(direction, cosine)
+            }
+            None => self.density_alone(direction, cosine),
+        };
+        self.opacity.map_or(density, |opacity| density * opacity.value())
+    }
+
+    /// The same of one part of a mixture.
+    fn density_alone(&self, direction: DVec3, cosine: f64) -> f64 {
+        if self.black {
+            return 0.0;
+        }
+        match self.bsdf {
             Bsdf::Diffuse { .. } => diffuse::density(cosine),
             Bsdf::RoughConductor { .. } => self.facets().reflection_density(direction),
             Bsdf::Plastic(plastic) => self.coated(plastic).map_or(0.0, |c| c.density(direction)),
@@ -187,8 +254,7 @@ impl<T: Number> Shading<'_, T> {
                 dielectric::rough_density(self, dielectric, direction)
             }
             Bsdf::Conductor { .. } | Bsdf::Dielectric(_) | Bsdf::ThinDielectric(_) => 0.0,
-        };
-        self.opacity.map_or(density, |opacity| density * opacity.value())
+        }
     }
 
     /// A way on: an ideal one, or a direction roughly as [`evaluate`](Self::evaluate) is distributed.
@@ -202,6 +268,44 @@ impl<T: Number> Shading<'_, T> {
             }
             choice /= part;
         }
+        let bounce = match &self.blend {
+            Some(blend) => self.sample_mixed(blend, [a, b, choice]),
+            None => self.sample_alone([a, b, choice]),
+        }?;
+        Some(match (bounce, self.opacity) {
+            // What a mask covers is as likely as its part of the surface, which the choice has seen to.
+            (Bounce::Ideal(Ideal { direction, factor }), Some(opacity)) => {
+                Bounce::Ideal(Ideal { direction, factor: factor * (opacity * (1.0 / opacity.value())) })
+            }
+            (bounce, _) => bounce,
+        })
+    }
+
+    /// A way on of a mixture. Both parts may have made a smooth direction; an ideal one is of the part that was chosen.
+    fn sample_mixed(&self, blend: &Mixed<'_, T>, [a, b, choice]: [f64; 3]) -> Option<Bounce<T>> {
+        let part = blend.part();
+        let (shading, weight, part, choice) = if choice < part {
+            (&blend.other, blend.weight, part, choice / part)
+        } else {
+            (self, T::constant(1.0) - blend.weight, 1.0 - part, (choice - part) / (1.0 - part))
+        };
+        match shading.sample_alone([a, b, choice])? {
+            Bounce::Smooth(Sampled { direction, .. }) => self.smooth(direction),
+            Bounce::Ideal(Ideal { direction, factor }) => {
+                Some(Bounce::Ideal(Ideal { direction, factor: factor * (weight * (1.0 / part)) }))
+            }
+        }
+    }
+
+    /// A direction with the density of them all, if there is one.
+    fn smooth(&self, direction: DVec3) -> Option<Bounce<T>> {
+        let density = self.density(direction);
+        let good = density > 0.0 && density.is_finite();
+        good.then_some(Bounce::Smooth(Sampled { direction, density }))
+    }
+
+    /// A way on of one part of a mixture.
+    fn sample_alone(&self, [a, b, choice]: [f64; 3]) -> Option<Bounce<T>> {
         if self.black {
             return None;
         }
@@ -216,8 +320,7 @@ impl<T: Number> Shading<'_, T> {
             _ => None,
         };
         if let Some(ideal) = ideal {
-            // What a mask covers is as likely as its part of the surface, which the choice has seen to.
-            let factor = self.opacity.map_or(ideal.factor, |o| ideal.factor * (o * (1.0 / o.value())));
+            let factor = ideal.factor;
             let lit = |own| self.shadowed_by_relief(own, ideal.direction);
             let factor = self.beneath.map_or(factor, |own| factor * lit(own));
             let seen = !self.hides(ideal.direction.value());
@@ -236,9 +339,7 @@ impl<T: Number> Shading<'_, T> {
             Bsdf::Dielectric(dielectric) => dielectric::rough_sample(self, dielectric, numbers)?,
             Bsdf::Conductor { .. } | Bsdf::ThinDielectric(_) => return None,
         };
-        let density = self.density(direction);
-        let good = density > 0.0 && density.is_finite();
-        good.then_some(Bounce::Smooth(Sampled { direction, density }))
+        self.smooth(direction)
     }
 
     /// The mirrored direction.

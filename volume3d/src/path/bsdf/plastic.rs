@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::{Ideal, Shading, diffuse};
 use crate::optics::{Coating, fresnel};
-use crate::scene::Plastic;
+use crate::scene::{Plastic, Scattering};
 
 /// A coated material at a shading point.
 pub(super) struct Coated<'s, T> {
@@ -70,17 +70,19 @@ impl<T: Number> Coated<'_, T> {
     }
 
     /// f cos θₒ of the base, ρ/(1 − ρ′ Rᵢ) T(θᵢ) T(θₒ) cos θₒ/(π η²), for what the coating lets through and throws back;
-    /// ρ′ is ρ where colours saturate by being scattered again, and 1 elsewhere.
+    /// ρ′ is ρ where colours saturate by being scattered again, and 1 elsewhere. Where it is scattered once it is ρ T(θᵢ) T(θₒ) cos θₒ/π.
     fn base(&self, direction: Vec3<T>) -> Rgb<T> {
         let [viewer, cosine] = [self.shading.viewer, direction].map(|v| self.shading.normal.dot(v));
         let [entering, leaving] =
             [viewer, cosine].map(|cosine| self.coating.transmitted(cosine, self.shading.roughness));
-        let passed = cosine * entering * leaving * (FRAC_1_PI / (self.plastic.eta * self.plastic.eta));
+        let through = cosine * entering * leaving * FRAC_1_PI;
+        let passed = through * (1.0 / (self.plastic.eta * self.plastic.eta));
         let internal = self.coating.internal(self.shading.roughness);
         let Rgb(channels) = self.shading.reflectance;
-        Rgb(channels.map(|rho| {
-            let again = if self.plastic.nonlinear { rho * internal } else { internal };
-            rho * passed / (T::constant(1.0) - again)
+        Rgb(channels.map(|rho| match self.plastic.scattering {
+            Scattering::Linear => rho * passed / (T::constant(1.0) - internal),
+            Scattering::Nonlinear => rho * passed / (T::constant(1.0) - rho * internal),
+            Scattering::Once => rho * through,
         }))
     }
 }

@@ -6,7 +6,7 @@ use flatland::random::{open01, stream};
 use std::f64::consts::{PI, TAU};
 
 use super::*;
-use crate::scene::{Dielectric, Reflectance, Roughness, Value};
+use crate::scene::{Dielectric, Reflectance, Roughness, Scattering, Value};
 
 /// Reflection models, those that light passes last.
 fn bsdfs() -> Vec<Bsdf> {
@@ -20,9 +20,9 @@ fn bsdfs() -> Vec<Bsdf> {
         specular_reflectance: white(),
     };
     let facets = |distribution| Some(Roughness { distribution, alpha: ALPHA });
-    let plastic = |facets, nonlinear| {
+    let plastic = |facets, scattering| {
         let (diffuse_reflectance, specular_reflectance) = (white(), DVec3::splat(0.9));
-        Bsdf::Plastic(Plastic { eta: 1.5, facets, diffuse_reflectance, specular_reflectance, nonlinear })
+        Bsdf::Plastic(Plastic { eta: 1.5, facets, diffuse_reflectance, specular_reflectance, scattering })
     };
     let principled = |spec_trans: f64, anisotropic| {
         let principled = Principled {
@@ -62,9 +62,10 @@ fn bsdfs() -> Vec<Bsdf> {
         rough(Microfacets::Ggx, 1.0),
         rough(Microfacets::Beckmann, 2.5),
         rough(Microfacets::Ggx, 0.4),
-        plastic(None, false),
-        plastic(facets(Microfacets::Beckmann), false),
-        plastic(facets(Microfacets::Ggx), true),
+        plastic(None, Scattering::Linear),
+        plastic(facets(Microfacets::Beckmann), Scattering::Linear),
+        plastic(facets(Microfacets::Ggx), Scattering::Nonlinear),
+        plastic(facets(Microfacets::Ggx), Scattering::Once),
         principled(0.0, 0.0),
         principled(0.0, 0.7),
         principled(0.6, 0.0),
@@ -121,6 +122,51 @@ fn shading<'s>(bsdf: &'s Bsdf, coating: &'s Option<Coating>, viewer: DVec3) -> S
         opacity: None,
         black: false,
         beneath: None,
+        blend: None,
+    }
+}
+
+/// The first of two models mixed with the second.
+fn mixture<'s>(
+    [first, second]: [&'s Bsdf; 2],
+    coatings: [&'s Option<Coating>; 2],
+    viewer: DVec3,
+) -> Shading<'s, f64> {
+    let [first, other] =
+        [(first, coatings[0]), (second, coatings[1])].map(|(bsdf, c)| shading(bsdf, c, viewer));
+    Shading { blend: Some(Box::new(Mixed { other, weight: 0.3 })), ..first }
+}
+
+/// ∫ f cos and ∫ p (ω·a)² of a mixture, by uniform directions and by sampling.
+#[test]
+fn mixtures_are_sampled_by_their_density() {
+    let models = bsdfs();
+    let opaque: Vec<&Bsdf> = models.iter().filter(|bsdf| !bsdf.transmits()).collect();
+    let viewer = DVec3::new(0.0, 0.6, 0.8);
+    let axis = DVec3::new(0.3, 0.5, 0.81).normalize();
+    for pair in opaque.windows(2) {
+        let coatings = [pair[0].coating(), pair[1].coating()];
+        let mixed = mixture([pair[0], pair[1]], [&coatings[0], &coatings[1]], viewer);
+        let alone = [0, 1].map(|k| shading(pair[k], &coatings[k], viewer));
+        let (mut rng, n) = (stream(2, &[]), 200_000);
+        let (mut uniformly, mut sampled) = ([0.0; 2], [0.0; 2]);
+        for _ in 0..n {
+            let direction = uniform(&mut rng);
+            let value = mixed.evaluate(Vec3::constant(direction)).value().x;
+            let [a, b] = [0, 1].map(|k| alone[k].evaluate(Vec3::constant(direction)).value().x);
+            assert!((value - 0.7 * a - 0.3 * b).abs() < 1e-12 * value.max(1.0), "{pair:?}");
+            uniformly[0] += 4.0 * PI * value;
+            uniformly[1] += 4.0 * PI * mixed.density(direction) * direction.dot(axis).powi(2);
+            let xi = [(); 3].map(|()| open01(&mut rng));
+            if let Some(Bounce::Smooth(s)) = mixed.sample(xi) {
+                sampled[0] += mixed.evaluate(Vec3::constant(s.direction)).value().x / s.density;
+                sampled[1] += s.direction.dot(axis).powi(2);
+            }
+        }
+        for i in 0..2 {
+            let (a, b) = (uniformly[i] / f64::from(n), sampled[i] / f64::from(n));
+            assert!((a - b).abs() < 0.03 * a.abs().max(b.abs()), "{pair:?} {i}: {a} {b}");
+        }
     }
 }
 
@@ -280,6 +326,7 @@ fn derivatives_by_parameters_are_those_of_differences() {
                 opacity: None,
                 black: false,
                 beneath: None,
+                blend: None,
             };
             let found = moving.evaluate(Vec3::constant(direction)).0[0].tangent;
             let expected = [

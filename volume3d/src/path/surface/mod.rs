@@ -8,11 +8,14 @@ use glam::DVec3;
 
 use self::implicit::MovingLevelSet;
 use self::triangle::MovingTriangle;
-use super::bsdf::{Numbers, Shading};
+use super::bsdf::{Mixed, Numbers, Shading};
 use super::calculus::Calculus;
 use super::relief::Tilted;
 use super::texture::{lookup, luminance};
 use crate::scene::{Bsdf, Reflectance, Scene, Surface, Value};
+
+/// The least roughness α that a texture gives: below, the lobe is narrower than directions can be told apart.
+const LEAST_ALPHA: f64 = 1e-4;
 
 /// A point of a surface that a ray from the viewer hit.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +33,32 @@ pub(crate) struct SurfacePoint<T> {
 enum Moving<T> {
     Triangle(MovingTriangle<T>),
     Implicit(MovingLevelSet<T>),
+}
+
+/// A texture where a ray meets a triangle; all of it moves: the ray's origin, its direction and the triangle.
+pub(super) fn texture_towards<C: Calculus>(
+    scene: &Scene,
+    calculus: &C,
+    (origin, direction): (Vec3<C::Number>, Vec3<C::Number>),
+    triangle: u32,
+    texture: usize,
+) -> Rgb<C::Number> {
+    let moving = MovingTriangle::new(scene, calculus, triangle);
+    let point = origin + direction * moving.distance(origin, direction);
+    texture_at(scene, calculus, triangle, moving.coordinates(point), texture)
+}
+
+/// A texture at a point of a triangle, where its corners have these weights.
+pub(super) fn texture_at<C: Calculus>(
+    scene: &Scene,
+    calculus: &C,
+    triangle: u32,
+    weights: [C::Number; 3],
+    texture: usize,
+) -> Rgb<C::Number> {
+    let [s, t] = triangle::uv(scene, triangle, weights);
+    let image = &scene.description.textures[texture];
+    lookup(image, texture, [image.wrap; 2], s, t, calculus)
 }
 
 impl<T: Number> SurfacePoint<T> {
@@ -64,13 +93,47 @@ impl<T: Number> SurfacePoint<T> {
         scene: &'s Scene,
         calculus: &C,
     ) -> Option<Shading<'s, T>> {
-        let index = scene.material_of(self.surface);
-        let material = &scene.description.materials[index];
+        let materials = &scene.description.materials;
+        let front = scene.material_of(self.surface);
         let own = self.interpolated_normal(scene, calculus);
+        let is_behind = own.dot(self.viewer).value() < 0.0;
+        let (index, is_open) = match materials[front].back {
+            Some(back) if is_behind => (back, true),
+            _ => (front, materials[front].two_sided),
+        };
+        let Some(blend) = materials[index].blend else {
+            return self.shading_of(scene, calculus, (index, is_open, false), own);
+        };
+        let other = self.shading_of(scene, calculus, (blend.other, is_open, true), own)?;
+        let weight = self.number(scene, calculus, blend.weight);
+        let blend = Some(Box::new(Mixed { other, weight }));
+        let shading = self.shading_of(scene, calculus, (index, is_open, true), own)?;
+        Some(Shading { blend, ..shading }).filter(|s| !s.is_dark())
+    }
+
+    /// A number of a material.
+    fn number<C: Calculus<Number = T>>(&self, scene: &Scene, calculus: &C, value: Value) -> T {
+        match value {
+            Value::Constant(value) => T::constant(value),
+            Value::Texture(texture) => luminance(self.texture(scene, calculus, texture)),
+        }
+    }
+
+    /// What one material reflects, without those it is mixed with, whether its back is open or not. `None` where that is nothing,
+    /// unless it is a part of a mixture.
+    fn shading_of<'s, C: Calculus<Number = T>>(
+        &self,
+        scene: &'s Scene,
+        calculus: &C,
+        (index, is_open, is_part): (usize, bool, bool),
+        own: Vec3<T>,
+    ) -> Option<Shading<'s, T>> {
+        let material = &scene.description.materials[index];
         let cosine = own.dot(self.viewer).value();
         let transmits = material.bsdf.transmits();
-        let mut black = cosine == 0.0 || (cosine < 0.0 && !material.two_sided && !transmits);
-        if black && material.opacity.is_none() {
+        let mut black = cosine == 0.0 || (cosine < 0.0 && !(is_open || material.two_sided) && !transmits);
+        let may_end = material.opacity.is_none() && !is_part;
+        if black && may_end {
             return None;
         }
         let on_side = |normal: Vec3<T>| if cosine < 0.0 { -normal } else { normal };
@@ -89,18 +152,22 @@ impl<T: Number> SurfacePoint<T> {
         let reflectance = match material.bsdf.reflectance() {
             Reflectance::Constant(c) => {
                 black |= *c == DVec3::ZERO && material.bsdf.is_scaled() && !calculus.wants_black(index);
-                if black && material.opacity.is_none() {
+                if black && may_end {
                     return None;
                 }
                 calculus.reflectance(index, *c)
             }
             Reflectance::Texture(texture) => self.texture(scene, calculus, *texture),
         };
-        let number = |value: Value| match value {
-            Value::Constant(value) => T::constant(value),
-            Value::Texture(texture) => luminance(self.texture(scene, calculus, texture)),
-        };
+        let number = |value: Value| self.number(scene, calculus, value);
         let roughness = material.bsdf.roughness().map(|alpha| calculus.roughness(index, alpha));
+        let roughness = match (roughness, material.roughness_texture) {
+            (Some(alpha), Some(texture)) => {
+                let alpha = alpha * luminance(self.texture(scene, calculus, texture));
+                Some(if alpha.value() < LEAST_ALPHA { T::constant(LEAST_ALPHA) } else { alpha })
+            }
+            (roughness, _) => roughness,
+        };
         let mut numbers = match &material.bsdf {
             Bsdf::Principled(solid) => Some(Box::new(Numbers::Solid(solid.map(number)))),
             Bsdf::PrincipledThin(thin) => Some(Box::new(Numbers::Thin(thin.map(number)))),
@@ -138,6 +205,7 @@ impl<T: Number> SurfacePoint<T> {
             opacity,
             black,
             beneath,
+            blend: None,
         })
     }
 
@@ -179,7 +247,9 @@ impl<T: Number> SurfacePoint<T> {
     /// Texture coordinates; an implicit surface has none, and no texture.
     fn uv(&self, scene: &Scene) -> [T; 2] {
         match &self.moving {
-            Moving::Triangle(triangle) => triangle.uv(scene, triangle.coordinates(self.position)),
+            Moving::Triangle(triangle) => {
+                triangle::uv(scene, triangle.index, triangle.coordinates(self.position))
+            }
             Moving::Implicit(_) => [T::constant(0.0); 2],
         }
     }

@@ -6,6 +6,15 @@ use glam::DVec2;
 use crate::path::calculus::Calculus;
 use crate::scene::{NONE, Scene, Triangle};
 
+/// Texture coordinates of a triangle, interpolated by the weights of its corners.
+pub(super) fn uv<T: Number>(scene: &Scene, triangle: u32, weights: [T; 3]) -> [T; 2] {
+    let corners: [DVec2; 3] = scene.triangles[triangle as usize].uvs.map(|i| scene.uvs[i as usize]);
+    let mix = |f: fn(DVec2) -> f64| {
+        weights[0] * f(corners[0]) + weights[1] * f(corners[1]) + weights[2] * f(corners[2])
+    };
+    [mix(|p| p.x), mix(|p| p.y)]
+}
+
 /// A triangle in numbers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MovingTriangle<T> {
@@ -53,15 +62,6 @@ impl<T: Number> MovingTriangle<T> {
             }
         }
         self.cross.normalized()
-    }
-
-    /// Interpolated texture coordinates.
-    pub(super) fn uv(&self, scene: &Scene, weights: [T; 3]) -> [T; 2] {
-        let corners: [DVec2; 3] = self.indices(scene).uvs.map(|i| scene.uvs[i as usize]);
-        let mix = |f: fn(DVec2) -> f64| {
-            weights[0] * f(corners[0]) + weights[1] * f(corners[1]) + weights[2] * f(corners[2])
-        };
-        [mix(|p| p.x), mix(|p| p.y)]
     }
 
     /// ∂u p and ∂v p for its texture coordinates; nothing if there are none, or these do not span the plane.

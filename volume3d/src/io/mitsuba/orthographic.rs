@@ -1,0 +1,52 @@
+//! Orthographic sensors, as perspective ones from far away.
+//!
+//! The camera stands behind the sensor by [`FAR`] times half its width. Its rays are parallel to within 1/FAR, and what is a
+//! depth z before the sensor is seen smaller by z/(FAR w), w half the width: with a depth of ten widths, by two thousandths. Images
+//! and derivatives are those of that camera.
+
+use glam::{DAffine3, DVec2, DVec3};
+
+use super::clip::Clips;
+use super::object::Object;
+use crate::io::Error;
+use crate::scene::Camera;
+
+/// How far the camera stands behind the sensor, by half the sensor's width.
+const FAR: f64 = 1e4;
+
+/// How far axes may be from orthogonal. Matrices are often written with five or six digits.
+const TOLERANCE: f64 = 1e-4;
+
+/// The film takes in [−1, 1] along x, in the frame of `to_world`, and as much along y as its shape says.
+pub(super) fn camera<'a>(object: &Object<'a>) -> Result<(Camera, Clips<'a>), Error> {
+    let (element, map) = object.affine("to_world")?.unwrap_or((object.element, DAffine3::IDENTITY));
+    let m = map.matrix3;
+    let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length);
+    let axes = [(m.x_axis, x), (m.y_axis, y), (m.z_axis, z)].map(|(axis, length)| axis / length);
+    let [left, up, forward] = axes;
+    let is_frame = axes.iter().all(|axis| axis.is_finite())
+        && [left.dot(up), up.dot(forward), forward.dot(left)].iter().all(|c| c.abs() < TOLERANCE);
+    if !is_frame || m.determinant() < 0.0 {
+        let expected = "scales along x, y and z, and a rigid motion without a mirror";
+        return Err(element.bad_value("transform", &format!("{m}"), expected));
+    }
+    // Exactly orthonormal.
+    let left = up.cross(forward).normalize();
+    let up = forward.cross(left);
+    let behind = FAR * x;
+    object.note(format!("the orthographic sensor is read as a perspective one {behind} behind it, whose rays are nearly parallel"));
+    let clips = Clips::read(object)?.of_sensor(object.element, z, behind);
+    object.float("shutter_open")?;
+    object.float("shutter_close")?;
+    let camera = Camera {
+        origin: map.translation - behind * forward,
+        right: -left,
+        up,
+        forward,
+        field_of_view: 2.0 * (1.0 / FAR).atan(),
+        principal_point: DVec2::ZERO,
+        pixel_aspect: x / y,
+        lens: None,
+    };
+    Ok((camera, clips))
+}
