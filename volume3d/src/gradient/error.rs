@@ -1,5 +1,6 @@
 //! Why a gradient cannot be taken.
 
+use flatland::sdf::fields::FieldError;
 use flatland::warp::WarpError;
 
 use super::progress::Stopped;
@@ -43,6 +44,9 @@ pub enum GradientError {
         /// Its value.
         reach: f64,
     },
+    /// A parameter of the field of implicit surfaces is out of range.
+    #[error(transparent)]
+    ImplicitField(#[from] FieldError),
     /// A step of finite differences that is not positive.
     #[error("the step of finite differences must be positive and finite, not {step}")]
     Step {

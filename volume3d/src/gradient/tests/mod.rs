@@ -7,7 +7,7 @@ mod hidden;
 mod lens;
 mod materials;
 mod missing;
-mod scenes;
+pub(crate) mod scenes;
 
 use glam::{DAffine3, DVec3};
 

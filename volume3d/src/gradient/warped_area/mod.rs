@@ -20,6 +20,7 @@ use super::auxiliary::Construction;
 use super::boundary::{Effort, Gradients, Images};
 use super::error::GradientError;
 use super::film::FilmPlane;
+use super::implicit_field::ImplicitField;
 use super::jump_mean::SceneEdges;
 use super::motion::Motion;
 use super::primal::primal;
@@ -63,6 +64,8 @@ pub struct WarpedArea {
     pub control_variate: usize,
     /// What velocities its field is made of.
     pub field: Field,
+    /// What follows the silhouettes of implicit surfaces in [`Field::JumpMean`].
+    pub implicit: ImplicitField,
     /// Auxiliary rays and their weights, on the film and on directions alike, for [`Field::AuxiliaryRays`].
     pub warp: Warp,
     /// The concentrations of auxiliary rays, and with them the reach of the mean over jumps on directions.
@@ -84,6 +87,7 @@ impl Default for WarpedArea {
             samples: 16,
             control_variate: 4,
             field: Field::default(),
+            implicit: ImplicitField::default(),
             warp: Warp { debias: DEBIAS, radial_exponent: RADIAL_EXPONENT, ..Warp::default() },
             kernels: Kernels::default(),
             sign_changes: 4,
@@ -108,7 +112,7 @@ impl WarpedArea {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Tangent` if the change is of another scene, `Samples`, `Reach` and `Warp` for parameters out of their range, and `Stopped`.
+    /// `Tangent` if the change is of another scene, `Samples`, `Reach`, `ImplicitField` and `Warp` for parameters out of their range, and `Stopped`.
     pub fn forward(
         &self,
         scene: &Scene,
@@ -122,7 +126,7 @@ impl WarpedArea {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Tangent` if the change is of another scene, `Samples`, `Reach` and `Warp` for parameters out of their range, and `Stopped`.
+    /// `Tangent` if the change is of another scene, `Samples`, `Reach`, `ImplicitField` and `Warp` for parameters out of their range, and `Stopped`.
     pub fn forward_terms(
         &self,
         scene: &Scene,
@@ -139,7 +143,7 @@ impl WarpedArea {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` where geometry is active before ideal mirrors or under lights without extent,
-    /// `Adjoint` if the adjoint has not the film's size, `Samples`, `Reach` and `Warp` for parameters out of their range, and
+    /// `Adjoint` if the adjoint has not the film's size, `Samples`, `Reach`, `ImplicitField` and `Warp` for parameters out of their range, and
     /// `Stopped`.
     pub fn reverse(
         &self,
@@ -158,7 +162,7 @@ impl WarpedArea {
 
     fn construction(&self) -> Construction {
         match self.field {
-            Field::JumpMean { film, lobe } => Construction::JumpMean { film, lobe },
+            Field::JumpMean { film, lobe } => Construction::JumpMean { film, lobe, implicit: self.implicit },
             Field::AuxiliaryRays => Construction::Weighted,
         }
     }
@@ -277,6 +281,7 @@ impl WarpedArea {
             return Err(GradientError::Samples { samples: self.samples, least: 1 });
         }
         self.field.check()?;
+        self.implicit.check()?;
         Ok(())
     }
 
