@@ -16,6 +16,7 @@ use tests::scenes::{self, Case, Kind};
 const ROUNDING: f64 = 1e-12;
 
 const MEAN: Construction = Construction::JumpMean { reach: 1.2 };
+const SOFTENED: Construction = Construction::Softened { reach: 1.2, softness: 0.3 };
 
 fn adjoint(film: &Film) -> Image {
     let value = |i: usize| {
@@ -51,7 +52,7 @@ fn reverse_is_the_transpose_of_forward() {
         let mut errors: Vec<_> = warps
             .into_iter()
             .map(Construction::from)
-            .chain([MEAN])
+            .chain([MEAN, SOFTENED])
             .map(|construction| {
                 dot_test(&WarpedArea { samples: 20, construction, ..WarpedArea::default() }, &case)
             })

@@ -59,6 +59,10 @@ fn reject(name: &str, estimate: impl Fn(&Known, u64) -> Estimate + Sync) {
     Verdict::of(&SOME, estimate).reject(name, limits());
 }
 
+/// Kinds whose visible edges do not coincide, which sampled edges ask for.
+const DISTINCT: [Kind; 5] =
+    [Kind::Generic, Kind::TJunction, Kind::SharedVertex, Kind::Touching, Kind::VertexOnCorner];
+
 /// A pixel, in each of two halves.
 const SAMPLES: usize = 384;
 
@@ -152,6 +156,33 @@ fn edge_sampling() {
     let method = EdgeSampling { samples: 6 * SAMPLES, ..EdgeSampling::default() };
     let v = Verdict::of(&known(&kinds, pick(20, 48)), |k, seed| k.run(seed, &method));
     v.accept(&mut power, "edge sampling", limits());
+}
+
+/// A softened mean over jumps with its residual: for any softness, from next to none to more than the reach, with which shapes
+/// follow nothing but their own border.
+#[test]
+fn softened_mean_over_jumps() {
+    let mut power = Power::of("unbiased::softened_mean_over_jumps");
+    let scenes = known(&DISTINCT, pick(10, 32));
+    let softened = |softness| {
+        let construction = Construction::Softened { reach: 1.2, softness };
+        WarpedArea { samples: pick(SAMPLES, 4 * SAMPLES), ..warped(construction) }
+    };
+    for softness in [1e-3, 0.1, 0.4, f64::INFINITY] {
+        let v = Verdict::of(&scenes, |k, seed| k.run(seed, &softened(softness)));
+        v.accept(&mut power, &format!("softened mean over jumps, ε = {softness}"), limits());
+    }
+    let alone = |k: &Known, seed: u64| {
+        with_field(k, |_, scene, velocities, film| {
+            let mean = JumpMean { reach: 1.2 * film.pixel() };
+            let jumps = SceneJumps::softened(scene, mean, 0.4 * film.pixel());
+            integral(seed).forward(scene, velocities, film, &JumpField { scene, velocities, jumps })
+        })
+    };
+    Verdict::of(&scenes, alone).reject("a softened mean without its residual", limits());
+    // With twice the residual it is as wrong on the other side.
+    let twice = |k: &Known, seed| k.run(seed, &softened(0.4)).scaled(2.0).plus(alone(k, !seed).scaled(-1.0));
+    Verdict::of(&scenes, twice).reject("a softened mean with twice its residual", limits());
 }
 
 /// The area integral of a field that the arrangement knows.

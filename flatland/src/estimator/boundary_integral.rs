@@ -43,7 +43,7 @@ impl BoundaryIntegral {
                 let Some(point) = point else { return (glam::DVec3::ZERO, rays) };
                 let (v, more) = field.at(point.u, &mut rng);
                 let speed = residual_speed(point.material.velocity(velocities), v.value, point.outward);
-                (point.jump * speed, rays + more)
+                (point.jump() * speed, rays + more)
             }
         })
     }

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::plane::{Edge, EdgeTree, Film, MaterialPoint, Scene};
+use crate::plane::{Edge, EdgeTree, Film, Hit, MaterialPoint, Scene};
 use crate::random::{Stream, open01};
 
 /// The edges of one pixel's support, with the cumulative length of their parts inside.
@@ -27,8 +27,19 @@ pub(super) struct EdgePoint {
     pub(super) material: MaterialPoint,
     /// The normal that points out of the shape.
     pub(super) outward: DVec2,
+    /// h over the density.
+    pub(super) weight: f64,
+    /// f on the side of the shape, and beside it.
+    pub(super) values: [DVec3; 2],
+    /// What is seen beside it.
+    pub(super) beside: Option<Hit>,
+}
+
+impl EdgePoint {
     /// h Δf over the density, with Δf from the shape to what is beside it.
-    pub(super) jump: DVec3,
+    pub(super) fn jump(&self) -> DVec3 {
+        (self.values[0] - self.values[1]) * self.weight
+    }
 }
 
 impl PixelEdges {
@@ -61,10 +72,10 @@ impl PixelEdges {
         if scene.is_covered(u, edge.shape) {
             return (None, 1);
         }
-        let below = scene.hit_below(u, edge.shape);
-        let jump = scene.shape_value(edge.shape, u) - scene.value(below.as_ref(), u);
-        let jump = jump * (film.filter_value(self.centre, u) * length);
+        let beside = scene.hit_below(u, edge.shape);
+        let values = [scene.shape_value(edge.shape, u), scene.value(beside.as_ref(), u)];
+        let weight = film.filter_value(self.centre, u) * length;
         let material = MaterialPoint::on_edge(edge.vertices, t);
-        (Some(EdgePoint { u, material, outward: edge.outward, jump }), 2)
+        (Some(EdgePoint { u, material, outward: edge.outward, weight, values, beside }), 2)
     }
 }

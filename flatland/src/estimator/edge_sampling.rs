@@ -78,7 +78,7 @@ impl LinearMethod for EdgeSampling {
         }
         let (point, rays) = pixel.draw(scene, film, rng);
         if let Some(point) = point {
-            emit(&point.material, &point.jump.to_array().map(|f| f * point.outward));
+            emit(&point.material, &point.jump().to_array().map(|f| f * point.outward));
         }
         1 + rays
     }

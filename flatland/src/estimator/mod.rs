@@ -5,6 +5,7 @@
 //! | [`Exact`] | exact | the arrangement of all edges |
 //! | [`WarpedArea`] of auxiliary points | with debiasing; else consistent in their number | nothing |
 //! | [`WarpedArea`] of the mean over jumps | yes | a list of all edges |
+//! | [`WarpedArea`] of the softened mean, with its residual | yes, if no two visible edges coincide | a list of all edges |
 //! | [`EdgeSampling`] | yes, if no two visible edges coincide | a list of all edges |
 //! | [`Rotation`] | no | nothing |
 //! | [`FiniteDifference`] | no: O(step²) | two scenes |
@@ -64,6 +65,12 @@ pub enum EstimatorError {
     Step {
         /// The step.
         step: f64,
+    },
+    /// The softness of a softened mean over jumps is negative or not a number.
+    #[error("the softness {softness} is negative or not a number")]
+    Softness {
+        /// The softness, in pixels.
+        softness: f64,
     },
     /// The adjoint image is not of the film's size.
     #[error("adjoint image of {found:?} pixels for a film of {expected:?}")]

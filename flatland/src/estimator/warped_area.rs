@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::area_integral::{AreaIntegral, Form, PixelSide, pixel_mean};
+use super::edge_points::PixelEdges;
 use super::linear::{self, Covectors, LinearMethod, View, check_samples};
 use super::{EstimatorError, GradientImage, Method, VertexGradient};
 use crate::plane::fields::{AuxiliaryField, JumpField, SceneJumps, scene_stencil};
@@ -45,6 +46,16 @@ pub enum Construction {
         /// R in pixels: the least variance is at about 0.6, and hardly more from 0.3 to 8; a sample's time grows with it.
         reach: f64,
     },
+    /// A [softened](JumpMean#softened) mean over the jumps, and one sample of the edges per sample of the area for what it leaves:
+    /// unbiased for every softness from 0, the exact mean, to ∞, edge sampling. Its samples have a bound where those of the exact mean
+    /// have none: at crossings of edges that move differently, and in gaps. As edge sampling it takes no scenes whose visible
+    /// edges coincide.
+    Softened {
+        /// R in pixels.
+        reach: f64,
+        /// ε in pixels: 0.3 to 0.5 of a reach of 1.2.
+        softness: f64,
+    },
 }
 
 impl Construction {
@@ -77,6 +88,7 @@ impl Method for WarpedArea {
         match self.construction {
             Construction::Auxiliary { .. } => "warped area",
             Construction::JumpMean { .. } => "mean over jumps",
+            Construction::Softened { .. } => "softened mean over jumps",
         }
     }
 
@@ -94,9 +106,11 @@ impl Method for WarpedArea {
                         let field = AuxiliaryField { scene, velocities, warp, kappa };
                         integral.forward(scene, velocities, film, &field)
                     }
-                    Prepared::Jumps(jumps) => {
+                    Prepared::Jumps { jumps, residual: false } => {
                         integral.forward(scene, velocities, film, &JumpField { scene, velocities, jumps })
                     }
+                    // The boundary has one form only.
+                    Prepared::Jumps { residual: true, .. } => linear::forward(self, scene, motion, film)?,
                 })
             }
         }
@@ -107,11 +121,25 @@ impl Method for WarpedArea {
     }
 }
 
+/// A pixel's centre, the control variate: the mean shade, which is subtracted from f; and its edges, if they are sampled.
+pub(super) struct Pixel {
+    centre: DVec2,
+    control: DVec3,
+    edges: Option<PixelEdges>,
+}
+
 /// A construction with lengths in the scene's own unit.
 #[derive(Clone, Debug)]
 pub(super) enum Prepared {
-    Auxiliary { warp: Warp, kappa: f64 },
-    Jumps(SceneJumps),
+    Auxiliary {
+        warp: Warp,
+        kappa: f64,
+    },
+    Jumps {
+        jumps: SceneJumps,
+        /// Whether the field leaves something to the boundary.
+        residual: bool,
+    },
 }
 
 impl Prepared {
@@ -129,15 +157,14 @@ impl Prepared {
                 let rays = stencil.terms().len() as u64;
                 (stencil, rays)
             }
-            Self::Jumps(jumps) => (jumps.stencil(scene, u, seen), 0),
+            Self::Jumps { jumps, .. } => (jumps.stencil(scene, u, seen), 0),
         }
     }
 }
 
 impl LinearMethod for WarpedArea {
     type Prepared = Prepared;
-    /// The centre, and the control variate: the mean shade, which is subtracted from f.
-    type Pixel = (DVec2, DVec3);
+    type Pixel = Pixel;
 
     fn samples(&self) -> usize {
         self.samples
@@ -159,24 +186,44 @@ impl LinearMethod for WarpedArea {
                 JumpMean { reach }.check()?;
                 let mean = JumpMean { reach: reach * film.pixel() };
                 mean.check()?;
-                Prepared::Jumps(SceneJumps::new(scene, mean))
+                Prepared::Jumps { jumps: SceneJumps::new(scene, mean), residual: false }
+            }
+            Construction::Softened { reach, softness } => {
+                JumpMean { reach }.check()?;
+                if !(softness >= 0.0) {
+                    return Err(EstimatorError::Softness { softness });
+                }
+                let mean = JumpMean { reach: reach * film.pixel() };
+                mean.check()?;
+                Prepared::Jumps {
+                    jumps: SceneJumps::softened(scene, mean, softness * film.pixel()),
+                    residual: softness > 0.0,
+                }
             }
         })
     }
 
-    fn pixel(&self, view: &View<'_, Prepared>, x: usize, y: usize) -> (DVec2, DVec3) {
-        let centre = view.film.centre(x, y);
-        (centre, pixel_mean(view.scene, view.film, centre))
+    fn pixel(&self, view: &View<'_, Prepared>, x: usize, y: usize) -> Pixel {
+        let (scene, film) = (view.scene, view.film);
+        let centre = film.centre(x, y);
+        let edges = match &view.prepared {
+            Prepared::Jumps { jumps, residual: true } => {
+                Some(PixelEdges::new(jumps.edges(), scene, film, centre))
+            }
+            _ => None,
+        };
+        Pixel { centre, control: pixel_mean(scene, film, centre), edges }
     }
 
     fn sample(
         &self,
         view: &View<'_, Prepared>,
-        &(centre, control): &(DVec2, DVec3),
+        pixel: &Pixel,
         rng: &mut Stream,
         mut emit: impl FnMut(&MaterialPoint, &Covectors),
     ) -> u64 {
         let (scene, film) = (view.scene, view.film);
+        let Pixel { centre, control, .. } = *pixel;
         let s = film.sample(centre, rng);
         let hit = scene.hit(s.u);
         let f = scene.value(hit.as_ref(), s.u) - control;
@@ -207,6 +254,31 @@ impl LinearMethod for WarpedArea {
                 emit(point, &f.to_array().map(|f| f * flux));
             }
         }
+        if let Some(edges) = &pixel.edges {
+            rays += residual(view, edges, control, rng, emit);
+        }
         rays
     }
+}
+
+/// −∮ h f⁺ (v − V⁺)·ν dl at one point of the edges: what a softened field leaves, on the side on which a shape ends. On the
+/// shape's own side V = v.
+fn residual(
+    view: &View<'_, Prepared>,
+    edges: &PixelEdges,
+    control: DVec3,
+    rng: &mut Stream,
+    mut emit: impl FnMut(&MaterialPoint, &Covectors),
+) -> u64 {
+    let (point, rays) = edges.draw(view.scene, view.film, rng);
+    let Some(point) = point else { return rays };
+    let [_, beside] = point.values;
+    let f = (beside - control) * point.weight;
+    let (stencil, field_rays) = view.prepared.stencil(view.scene, point.u, point.beside.as_ref(), rng);
+    emit(&point.material, &f.to_array().map(|f| -f * point.outward));
+    for term in stencil.terms() {
+        let Some(moved_by) = &term.hit else { continue };
+        emit(moved_by, &f.to_array().map(|f| f * term.weight * point.outward));
+    }
+    rays + field_rays
 }

@@ -14,7 +14,7 @@ use glam::DVec2;
 
 use super::{EdgeTree, Hit, MaterialPoint, Scene};
 use crate::random::{Stream, open01};
-use crate::warp::{Field, JumpMean, LinearField as _, Plane, Stencil, Warp, WarpField};
+use crate::warp::{Field, Jump, JumpMean, LinearField as _, Plane, Stencil, Warp, WarpField};
 
 /// "Attempt 1": the velocity of the material seen at u, as it is.
 #[derive(Clone, Copy, Debug)]
@@ -84,17 +84,33 @@ fn moved(stencil: &Stencil<Plane, Option<MaterialPoint>>, velocities: &[DVec2]) 
 /// has the edges of shapes between i and k. If one of these lay exactly under the edge of i and moved otherwise, it would
 /// come into sight, and the image would have no derivative there. Edges that are hidden by something above stay in S: nothing is
 /// tested for visibility, and they do no harm.
+///
+/// With a softness the border of the shape that is seen is followed exactly, as it is one body, and edges of the shapes above it
+/// in part: at an edge of shape i the field of the side on which i is seen is v, and that of the other side, which sees
+/// k < i, is not. [`crate::warp::JumpMean`] says what is left to the boundary there.
 #[derive(Clone, Debug)]
 pub struct SceneJumps {
     edges: EdgeTree,
     mean: JumpMean,
+    softness: f64,
 }
 
 impl SceneJumps {
     /// All edges of a scene, and the reach, in the scene's own unit; takes time O(n log n) in the number of edges.
     #[must_use]
     pub fn new(scene: &Scene, mean: JumpMean) -> Self {
-        Self { edges: EdgeTree::new(scene), mean }
+        Self::softened(scene, mean, 0.0)
+    }
+
+    /// The same with a softness ε ≥ 0, in the scene's own unit.
+    #[must_use]
+    pub fn softened(scene: &Scene, mean: JumpMean, softness: f64) -> Self {
+        Self { edges: EdgeTree::new(scene), mean, softness }
+    }
+
+    /// The scene's edges.
+    pub(crate) fn edges(&self) -> &EdgeTree {
+        &self.edges
     }
 
     /// The coefficients of (V, ∇·V) at u, over the vertices of the edges near by, given what is seen there.
@@ -109,8 +125,10 @@ impl SceneJumps {
         let mut near = vec![];
         self.edges.near(u, self.mean.reach, |edge| {
             if edge.shape >= lowest {
-                let ends = edge.vertices.map(|v| scene.vertices()[v]);
-                near.push((ends, edge.vertices.map(|v| Some(MaterialPoint::vertex(v)))));
+                let place = edge.vertices.map(|v| scene.vertices()[v]);
+                let moved_by = edge.vertices.map(|v| Some(MaterialPoint::vertex(v)));
+                let own = seen.is_some_and(|hit| hit.shape() == edge.shape);
+                near.push(Jump { place, moved_by, softness: if own { 0.0 } else { self.softness } });
             }
         });
         self.mean.of_segments(u, near)

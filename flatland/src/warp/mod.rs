@@ -19,7 +19,7 @@
 //! | field | needs | (V, ∇·V) | bias |
 //! |---|---|---|---|
 //! | [`Warp`] | what is seen at points around u, and how far its end is | estimated | none if debiased; see below |
-//! | [`JumpMean`] | a list of all jumps | exact | none |
+//! | [`JumpMean`] | a list of all jumps | exact, or softened with a residual | none |
 //!
 //! # What is biased, and when
 //!
@@ -61,6 +61,6 @@ pub use estimate::Bundle;
 #[cfg(test)]
 pub(crate) use field::assert_transposed;
 pub use field::{Field, LinearField, WarpField};
-pub use jumps::JumpMean;
+pub use jumps::{Jump, JumpMean};
 pub use parameters::{Warp, WarpError, Weighting};
 pub use stencil::{Stencil, Term};

@@ -68,6 +68,9 @@ pub(super) enum Method {
 enum FieldKind {
     /// The edges near a direction, averaged exactly: no auxiliary rays.
     JumpMean,
+    /// The same mean, softened, with --spp samples of silhouettes and as many of shadows for what it leaves: for clutter and
+    /// penumbrae, where the exact mean has heavy tails.
+    Softened,
     /// What auxiliary rays hit, as in the paper.
     Rays,
 }
@@ -140,7 +143,7 @@ impl MethodOptions {
         if self.method() != Method::WarpedArea && (rays || self.field.is_some()) {
             return conflict("--field, --debias, --aux and --adaptive belong to --method warped-area");
         }
-        if self.field == Some(FieldKind::JumpMean) && rays {
+        if self.field.is_some_and(|field| field != FieldKind::Rays) && rays {
             return conflict("--debias, --aux and --adaptive belong to --field rays");
         }
         let implicit = self.implicit_field.is_some() || self.nearest.is_some();
@@ -191,7 +194,11 @@ impl MethodOptions {
         let warp = Warp { debias: self.debias(), adaptive, ..WarpedArea::default().warp };
         let warps = self.method() != Method::Interior;
         let rays = self.field == Some(FieldKind::Rays) || self.asks_for_rays();
-        let field = if rays { Field::AuxiliaryRays } else { Field::default() };
+        let field = match self.field {
+            _ if rays => Field::AuxiliaryRays,
+            Some(FieldKind::Softened) => Field::softened(samples),
+            _ => Field::default(),
+        };
         let implicit = self.implicit();
         Estimator::WarpedArea(WarpedArea {
             samples,

@@ -24,9 +24,10 @@ use crate::scene::{Hit, Surface};
 /// Where the velocities that make a field come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Construction {
-    /// The mean over jumps near a direction: within so many pixels on the film, so many widths of the kernel elsewhere; and
-    /// what implicit surfaces give to it.
-    JumpMean { film: f64, lobe: f64, implicit: ImplicitField },
+    /// The mean over jumps near a direction: within so many pixels on the film, so many widths of the kernel elsewhere; softened by so many
+    /// pixels on the film. Towards flat lights there is none if shadows are sampled as curves. Implicit surfaces give to it what their
+    /// field says.
+    JumpMean { film: f64, lobe: f64, softness: f64, sampled_shadows: bool, implicit: ImplicitField },
     /// Weighted with regard to boundaries. On directions velocities fade away from jumps, V_i (1 − B_i).
     Weighted,
     /// One rigid motion per kernel, that of the nearest of so many points.
@@ -43,6 +44,8 @@ pub(crate) struct Auxiliary<'s> {
     /// The edges of the scene, for fields that are made of them.
     pub(crate) edges: Option<&'s SceneEdges>,
     pub(crate) rng: Stream,
+    /// Whether film points come in no order, so that silhouettes near one are of no use for the next.
+    pub(crate) scattered: bool,
     rays: u64,
     directions: Vec<DVec3>,
     hits: Vec<Option<Hit>>,
@@ -76,6 +79,7 @@ impl<'s> Auxiliary<'s> {
             construction,
             edges,
             rng,
+            scattered: false,
             rays: 0,
             directions: vec![],
             hits: vec![],
@@ -99,7 +103,10 @@ impl<'s> Auxiliary<'s> {
         x_moves: bool,
     ) -> Option<DirectionWarp> {
         let kappa = kernel.kappa;
-        if let Construction::JumpMean { lobe, .. } = self.construction {
+        if let Construction::JumpMean { lobe, sampled_shadows, .. } = self.construction {
+            if sampled_shadows && matches!(kernel.domain, VisibilityDomain::BeforePlane { .. }) {
+                return None;
+            }
             let reach = AngularSupport::new(lobe / kappa.sqrt());
             return self
                 .jump_mean_on_sphere(x, from, direction, kernel, reach, x_moves)
@@ -209,10 +216,11 @@ impl<'s> Auxiliary<'s> {
         let ray = |p: DVec2| film.ray(p);
         let origin = film.still.origin.value();
         let field = match self.construction {
-            Construction::JumpMean { film: radius, .. } => {
-                let reach = AngularSupport::new(radius * film.pixel_angle());
+            Construction::JumpMean { film: radius, softness, .. } => {
+                let [radius, softness] = [radius, softness].map(|pixels| pixels * film.pixel_angle());
+                let reach = AngularSupport::new(radius).softened(softness);
                 let direction = ray(u);
-                let from_one_place = !film.has_lens();
+                let from_one_place = !film.has_lens() && !self.scattered;
                 let mean =
                     self.jump_mean_on_film(origin, direction, reach, seen, camera_moves, from_one_place)?;
                 FilmField::JumpMean(mean, direction)
@@ -268,7 +276,7 @@ impl<'s> Auxiliary<'s> {
             return None;
         }
         if !from_one_place {
-            // No two samples look from the same point of a lens.
+            // No two samples look from the same point of a lens, or at the same pixel.
             self.near.margin = -1.0;
         } else {
             self.gather(origin, direction, reach)?;

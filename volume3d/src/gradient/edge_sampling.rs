@@ -135,8 +135,8 @@ impl EdgeSampling {
         }
     }
 
-    pub(super) fn effort(&self) -> Effort {
-        Effort { primary: self.primary, secondary: self.secondary, seed: self.seed }
+    pub(super) fn effort(&self) -> Effort<'static> {
+        Effort { primary: self.primary, secondary: self.secondary, seed: self.seed, levels: &[] }
     }
 
     fn check(&self, geometric: bool) -> Result<(), GradientError> {

@@ -47,6 +47,12 @@ pub enum GradientError {
     /// A parameter of the field of implicit surfaces is out of range.
     #[error(transparent)]
     ImplicitField(#[from] FieldError),
+    /// A softened mean over jumps whose softness is negative or not a number.
+    #[error("the softness of the mean over jumps must be 0 or more pixels, not {softness}")]
+    Softness {
+        /// The softness.
+        softness: f64,
+    },
     /// A step of finite differences that is not positive.
     #[error("the step of finite differences must be positive and finite, not {step}")]
     Step {

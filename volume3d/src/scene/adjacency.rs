@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::material::Material;
 use super::triangle::{Tables, Triangle};
 use crate::geometry::{Edges, HalfEdge};
 
@@ -36,8 +37,31 @@ impl Beyond {
 pub(super) struct Shading<'s> {
     pub(super) normals: &'s [DVec3],
     pub(super) uvs: &'s [DVec2],
-    /// Whether each shape has a texture.
-    pub(super) textured: &'s [bool],
+    /// What each shape needs texture coordinates for.
+    pub(super) coordinates: &'s [Coordinates],
+}
+
+/// What a shape needs texture coordinates for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Coordinates {
+    Nothing,
+    /// Places in a texture.
+    Places,
+    /// Places, and the axes of its facets: each triangle has its own, so that the radiance jumps where they differ.
+    Axes,
+}
+
+impl Coordinates {
+    /// What a material needs them for.
+    pub(super) fn of(material: &Material) -> Self {
+        if material.bsdf.is_anisotropic() {
+            Self::Axes
+        } else if material.textures().next().is_some() {
+            Self::Places
+        } else {
+            Self::Nothing
+        }
+    }
 }
 
 /// What lies beyond every edge of all triangles.
@@ -47,6 +71,8 @@ pub(crate) struct Adjacency {
     beyond: Vec<[Beyond; 3]>,
     /// Whether edges of a triangle may become creases, or cease to be, if positions, normals or textures change.
     may_change: Vec<bool>,
+    /// Whether facets of some shape have axes: then all may.
+    has_axes: bool,
     /// The smallest radius of curvature around each triangle, once asked for: auxiliary rays alone need it, and it takes
     /// as long as all else that is brought up to date when vertices move.
     radii: OnceLock<Vec<f64>>,
@@ -68,7 +94,7 @@ impl Adjacency {
             others.enumerate().any(|(k, t)| t.is_some_and(|t| !indices_continue(tables, [s, t as usize], k)))
         };
         let may_change = beyond.par_iter().enumerate().map(change).collect();
-        let mut adjacency = Self { beyond, may_change, radii: OnceLock::new() };
+        let mut adjacency = Self { beyond, may_change, has_axes: false, radii: OnceLock::new() };
         adjacency.fit(tables, shading);
         adjacency
     }
@@ -78,10 +104,13 @@ impl Adjacency {
         self.radii = OnceLock::new();
         // Normals of faces matter to flat shading alone.
         let flat = tables.triangles.par_iter().any(Triangle::is_flat);
-        let normals = if flat { normals(tables) } else { vec![] };
+        let had_axes = self.has_axes;
+        self.has_axes = shading.coordinates.contains(&Coordinates::Axes);
+        let all = had_axes || self.has_axes;
+        let normals = if flat || self.has_axes { normals(tables) } else { vec![] };
         let planes = Planes { tables, normals: &normals };
         let changing = self.beyond.par_iter_mut().zip(&self.may_change).enumerate();
-        changing.filter(|(_, (_, may_change))| **may_change).for_each(|(s, (beyond, _))| {
+        changing.filter(|(_, (_, may_change))| all || **may_change).for_each(|(s, (beyond, _))| {
             for (k, beyond) in beyond.iter_mut().enumerate() {
                 if let Beyond::Crease(t) | Beyond::Smooth(t) = *beyond {
                     let smooth = planes.shading_continues(shading, [s, t as usize], k);
@@ -182,9 +211,18 @@ impl Planes<'_> {
         let [s, t] = pair.map(|i| &self.tables.triangles[i]);
         let Some(l) = facing(s, t, k) else { return false };
         let ends = |table| ends([s, t], [k, l], table);
-        let same_uv = !shading.textured[s.shape as usize] || {
-            let [a, b] = ends(|t| t.uvs).map(|ends| ends.map(|n| shading.uvs[n as usize]));
+        let coordinates = shading.coordinates[s.shape as usize];
+        let same_places = coordinates == Coordinates::Nothing || {
+            let [a, b] = ends(|t| t.uvs).map(|ends| ends.map(|n| shading.uvs.get(n as usize)));
             a == b
+        };
+        let same_axes = coordinates != Coordinates::Axes || {
+            let [a, b] = pair.map(|i| self.axis(shading.uvs, i));
+            match (a, b) {
+                (None, None) => true,
+                (Some(a), Some(b)) => self.coplanar(pair) && (a - b).length() <= FLAT,
+                _ => false,
+            }
         };
         let same_normals = if s.is_flat() {
             self.coplanar(pair)
@@ -193,7 +231,18 @@ impl Planes<'_> {
             let value = |ends: [u32; 2]| ends.map(|n| shading.normals[n as usize]);
             a == b || value(a) == value(b)
         };
-        same_uv && same_normals
+        same_places && same_axes && same_normals
+    }
+
+    /// The direction in which the first texture coordinate grows along a triangle, if there is one.
+    fn axis(self, uvs: &[DVec2], triangle: usize) -> Option<DVec3> {
+        let of = |i: u32| uvs.get(i as usize).copied();
+        let [a, b, c] = self.tables.triangles[triangle].uvs.map(of);
+        let (first, second) = (b? - a?, c? - a?);
+        let [p, q, r] = self.tables.corners(triangle as u32);
+        let span = first.perp_dot(second);
+        let side = (q - p) * (second.y / span) - (r - p) * (first.y / span);
+        side.try_normalize()
     }
 
     /// Whether two flat-shaded triangles shade alike, to rounding. Vertices that move may bend the edge between them; but

@@ -96,9 +96,9 @@ impl Scene {
         vertex_normals.compute(&positions, &mut normals);
         let corners: Vec<[u32; 3]> = triangles.iter().map(|t| t.positions).collect();
         let accelerator = Accelerator::build(&positions, &corners);
-        let textured = description.textured();
+        let coordinates = description.coordinates();
         let tables = Tables { positions: &positions, triangles: &triangles };
-        let shading = Shading { normals: &normals, uvs: &uvs, textured: &textured };
+        let shading = Shading { normals: &normals, uvs: &uvs, coordinates: &coordinates };
         let adjacency = Adjacency::build(tables, shading);
         let coatings = description.materials.iter().map(|m| m.bsdf.coating()).collect();
         let mut scene = Self {

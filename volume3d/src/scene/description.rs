@@ -3,6 +3,7 @@
 use flatland::sdf::Tracer;
 use glam::DVec3;
 
+use super::adjacency::Coordinates;
 use super::{
     Camera, Environment, Film, Implicit, ImplicitShape, ImplicitSurface, Light, Material, Placement, Texture,
 };
@@ -94,9 +95,9 @@ impl Description {
         }
     }
 
-    /// Whether each shape has a texture.
-    pub(super) fn textured(&self) -> Vec<bool> {
-        self.shapes.iter().map(|s| self.materials[s.material].textures().next().is_some()).collect()
+    /// What each shape needs texture coordinates for.
+    pub(super) fn coordinates(&self) -> Vec<Coordinates> {
+        self.shapes.iter().map(|s| Coordinates::of(&self.materials[s.material])).collect()
     }
 
     /// Adds a material and returns its index.

@@ -18,7 +18,7 @@ use std::sync::OnceLock;
 
 use glam::DVec3;
 
-use super::adjacency::Shading;
+use super::adjacency::{Coordinates, Shading};
 use super::check;
 use super::error::SceneError;
 use super::{Camera, Description, Environment, Film, ImplicitShape, Light, Material, Scene, Texture};
@@ -88,8 +88,8 @@ impl Scene {
 
     /// Brings up to date which edges are creases.
     fn shade_edges(&mut self) {
-        let textured = self.description.textured();
-        let shading = Shading { normals: &self.normals, uvs: &self.uvs, textured: &textured };
+        let coordinates = self.description.coordinates();
+        let shading = Shading { normals: &self.normals, uvs: &self.uvs, coordinates: &coordinates };
         let tables = super::triangle::Tables { positions: &self.positions, triangles: &self.triangles };
         self.adjacency.fit(tables, shading);
     }
@@ -150,8 +150,7 @@ impl Scene {
         for shape in implicits.iter().filter(|shape| shape.material == index) {
             check::on_implicit(shape, &material)?;
         }
-        let textured = |m: &Material| m.textures().next().is_some();
-        let reshade = textured(old) != textured(&material);
+        let reshade = Coordinates::of(old) != Coordinates::of(&material);
         self.coatings[index] = material.bsdf.coating();
         self.description.materials[index] = material;
         if reshade {

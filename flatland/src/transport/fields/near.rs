@@ -15,6 +15,7 @@ use glam::DVec2;
 
 use crate::plane::orient;
 use crate::transport::{Camera, Hit, Origin, Shape, World};
+use crate::warp::Jump;
 
 /// S(u), as numbers of vertices with their places.
 fn jumps<'a>(
@@ -57,11 +58,11 @@ pub(super) fn around<'a>(
     origin: Origin,
     direction: DVec2,
     seen: Option<&Hit>,
-) -> impl Iterator<Item = (f64, (usize, DVec2))> + use<'a> {
+) -> impl Iterator<Item = Jump<f64, (usize, DVec2)>> + use<'a> {
     jumps(world, origin, seen).map(move |(vertex, p)| {
         let d = p - origin.point;
         let offset = direction.perp_dot(d).atan2(direction.dot(d));
-        (offset, (vertex, d.perp() / d.length_squared()))
+        Jump { place: offset, moved_by: (vertex, d.perp() / d.length_squared()), softness: 0.0 }
     })
 }
 
@@ -71,9 +72,10 @@ pub(super) fn on_film<'a>(
     camera: &'a Camera,
     u: f64,
     seen: Option<&Hit>,
-) -> impl Iterator<Item = (f64, (usize, f64, f64))> + use<'a> {
+) -> impl Iterator<Item = Jump<f64, (usize, f64, f64)>> + use<'a> {
     jumps(world, Origin::free(camera.position), seen).filter_map(move |(vertex, p)| {
         let at = camera.project(p)?;
-        Some((at - u, (vertex, at, p.distance(camera.position))))
+        let moved_by = (vertex, at, p.distance(camera.position));
+        Some(Jump { place: at - u, moved_by, softness: 0.0 })
     })
 }

@@ -36,6 +36,28 @@
 //! nothing jumps, which costs some variance and makes no bias. Where a jump of *another* velocity coincides with C and is
 //! seen when they part, the integral has two one-sided derivatives and no other.
 //!
+//! # Softened
+//!
+//! Where jumps of different velocities cross, or run a gap g apart, ∇·V ~ |Δv|/s between them, and ∫ (∇·V)² has no bound: the
+//! price of following both. A jump may be followed in part instead. With a softness ε
+//!
+//! ```text
+//! n = 1:  K = (1/√(s² + ε²) − 1/R)₊
+//! n = 2:  K = (2/(s² + ε²) − 2/R²)₊
+//! ```
+//!
+//! ∫ K is bounded, by 1/ε and 2π/ε, and so is ∇·V, by a constant times |v|/ε. On the jump V falls short of v, and what is
+//! missing is left to the boundary: the [residual theorem](crate::boundary), for the limits of V on both sides,
+//!
+//! ```text
+//! Σ ∮ [f⁻ (v − V⁻) − f⁺ (v − V⁺)]·ν dl,
+//! ```
+//!
+//! f including whatever was subtracted from it as a control variate. ε = 0 is the exact field, which leaves nothing; as ε grows
+//! beyond R the field vanishes, and with it everything is left to the boundary: edge sampling. A shape that is seen
+//! follows *its own* border exactly, as the velocities that meet there are those of one body; jumps of other shapes are softened where
+//! they pass before it. Then the residual is one-sided: V⁻ = v on the side of the shape that ends.
+//!
 //! # Which reach
 //!
 //! Any R > 0 that is the same for the whole integral gives the same mean. V falls from v to 0 over R, so that
@@ -69,6 +91,17 @@ pub struct JumpMean {
 /// ∇·V then has an error of its own size.
 const NEAREST: f64 = 1e-16;
 
+/// A jump near a point, and how it is followed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jump<P, H> {
+    /// Where it is: the offset b − u of a point of the line, or the ends of a segment of the plane.
+    pub place: P,
+    /// What moves it: one thing that moves a point, one for each end of a segment.
+    pub moved_by: H,
+    /// ε, in the unit of the domain: 0 where V is the jump's velocity on it.
+    pub softness: f64,
+}
+
 /// ∫ K, or a part of it that goes with one velocity, and its gradient by u; lengths in units of the reach.
 #[derive(Clone, Copy, Debug)]
 struct Share<V> {
@@ -88,16 +121,19 @@ impl JumpMean {
 
     /// The coefficients of (V, ∇·V) at a point of the line, or of the circle by its angle: from every jump by its
     /// offset b − u and by what moves it. Those out of reach have no part.
-    pub fn of_points<H>(&self, jumps: impl IntoIterator<Item = (f64, H)>) -> Stencil<Line, H> {
-        let share = |offset: f64| {
+    pub fn of_points<H>(&self, jumps: impl IntoIterator<Item = Jump<f64, H>>) -> Stencil<Line, H> {
+        let share = |offset: f64, softness: f64| {
+            let [along, softness] = [offset, softness].map(|x| x / self.reach);
+            let s = along.hypot(softness);
             // What is not a number is out of reach.
-            let s = (offset / self.reach).abs();
             (s < 1.0).then(|| {
                 let s = s.max(NEAREST);
-                Share { value: 1.0 / s - 1.0, gradient: offset.signum() / (s * s) }
+                let slope = if softness > 0.0 { along / s } else { along.signum() };
+                Share { value: 1.0 / s - 1.0, gradient: slope / (s * s) }
             })
         };
-        let shares = jumps.into_iter().filter_map(|(offset, jump)| Some((share(offset)?, jump)));
+        let shares =
+            jumps.into_iter().filter_map(|jump| Some((share(jump.place, jump.softness)?, jump.moved_by)));
         self.mean(0.0, 1.0, shares.collect())
     }
 
@@ -106,11 +142,12 @@ impl JumpMean {
     pub fn of_segments<H>(
         &self,
         u: DVec2,
-        jumps: impl IntoIterator<Item = ([DVec2; 2], [H; 2])>,
+        jumps: impl IntoIterator<Item = Jump<[DVec2; 2], [H; 2]>>,
     ) -> Stencil<Plane, H> {
         let mut shares = vec![];
-        for (ends, moved_by) in jumps {
-            if let Some(found) = segment::shares(ends.map(|end| (end - u) / self.reach)) {
+        for Jump { place, moved_by, softness } in jumps {
+            let ends = place.map(|end| (end - u) / self.reach);
+            if let Some(found) = segment::shares(ends, softness / self.reach) {
                 shares.extend(found.into_iter().zip(moved_by));
             }
         }

@@ -4,10 +4,11 @@ use glam::DVec2;
 
 use super::{NEAREST, Share};
 
-/// The shares of both ends of the segment from a to b, relative to u and in units of the reach; `None` if no point
-/// of it is within reach.
+/// The shares of both ends of the segment from a to b with softness ε, relative to u and in units of the reach; `None` if no
+/// point of it is within reach.
 ///
-/// With x along the segment from the foot of u, s the distance from its line and ρ² = s² + x², everything is elementary:
+/// With x along the segment from the foot of u, s² = d² + ε² for the distance d from its line, and ρ² = s² + x², everything is
+/// elementary:
 ///
 /// ```text
 /// ∫ dx/ρ² = T/s,  T = Δ atan(x/s),      ∫ x dx/ρ² = ½ Δ ln ρ²,
@@ -16,7 +17,7 @@ use super::{NEAREST, Share};
 ///
 /// where Δ is the difference between the ends of what is within reach. K is 0 where the reach cuts the segment, so that
 /// the cuts add nothing to the gradient.
-pub(super) fn shares([a, b]: [DVec2; 2]) -> Option<[Share<DVec2>; 2]> {
+pub(super) fn shares([a, b]: [DVec2; 2], softness: f64) -> Option<[Share<DVec2>; 2]> {
     let edge = b - a;
     let length = edge.length();
     // A segment without length has no part, nor has one that is not a number.
@@ -26,7 +27,7 @@ pub(super) fn shares([a, b]: [DVec2; 2]) -> Option<[Share<DVec2>; 2]> {
     let along = edge / length;
     let across = along.perp();
     let height = -across.dot(a);
-    let s = height.abs().max(NEAREST);
+    let s = height.hypot(softness).max(NEAREST);
     let half = (1.0 - s) * (1.0 + s);
     if half <= 0.0 {
         return None;
@@ -39,10 +40,11 @@ pub(super) fn shares([a, b]: [DVec2; 2]) -> Option<[Share<DVec2>; 2]> {
         return None;
     }
     let i = Integrals::new(s, low, high);
-    // K = 2/ρ² − 2 and ∇K = 4 (b − u)/ρ⁴; u moves across the segment by its height.
+    // K = 2/ρ² − 2 and ∇K = 4 (b − u)/ρ⁴; u moves across the segment by its height, which is no less than s on an exact jump.
+    let rise = if softness > 0.0 { height } else { s.copysign(height) };
     let [whole, moment] =
         [2.0 * (i.inverse_square - (high - low)), 2.0 * i.logarithm - (high - low) * (high + low)];
-    let gradient = |x: f64, one: f64| 4.0 * x * along - 4.0 * s.copysign(height) * one * across;
+    let gradient = |x: f64, one: f64| 4.0 * x * along - 4.0 * rise * one * across;
     let [whole_gradient, moment_gradient] = [gradient(i.x4, i.one4), gradient(i.xx4, i.x4)];
     let share = |sign: f64, end: f64| Share {
         value: sign * (moment - end * whole) / length,

@@ -84,7 +84,7 @@ impl<T: Curve> Boundary for T {
                 let (film, at, _) = self.film(place);
                 let frame = film.frame_through(calculus, frame);
                 let speed = self.speed(calculus, &Eye::still(&film, &frame, at), place);
-                found(calculus, BoundarySample { at, light, speed });
+                found(calculus, BoundarySample { at, light, level: 0.0, speed });
             }
         }
     }

@@ -24,8 +24,10 @@ use crate::scene::Scene;
 #[derive(Clone, Copy, Debug)]
 pub(in crate::gradient) struct BoundarySample<T> {
     pub(in crate::gradient) at: DVec2,
-    /// The difference of light over the density of the sample.
+    /// The difference of light over the density of the sample; or the light on one side, where sides have speeds of their own.
     pub(in crate::gradient) light: DVec3,
+    /// What the level of the pixel's control variate counts in it: 0 in a difference, which has none.
+    pub(in crate::gradient) level: f64,
     /// A number whose derivative is the jump's normal velocity from the side before to the side behind, beyond the warp's if
     /// there is a warp; times |∇G| where `light` is over it.
     pub(in crate::gradient) speed: T,
@@ -110,6 +112,8 @@ pub(in crate::gradient) struct Driver<'s> {
     pub(in crate::gradient) scene: &'s Scene,
     pub(in crate::gradient) film: FilmPlane,
     pub(in crate::gradient) seed: u64,
+    /// The level of every pixel; empty where it is 0.
+    levels: &'s [DVec3],
     /// Samples in a group.
     count: usize,
 }
@@ -117,7 +121,13 @@ pub(in crate::gradient) struct Driver<'s> {
 impl<'s> Driver<'s> {
     /// At least `samples` samples in all.
     pub(in crate::gradient) fn new(scene: &'s Scene, seed: u64, samples: usize) -> Self {
-        Self { scene, film: FilmPlane::new(scene), seed, count: samples.div_ceil(GROUPS).max(1) }
+        let count = samples.div_ceil(GROUPS).max(1);
+        Self { scene, film: FilmPlane::new(scene), seed, levels: &[], count }
+    }
+
+    /// The same with the levels of a control variate.
+    pub(in crate::gradient) fn above(self, levels: &'s [DVec3]) -> Self {
+        Self { levels, ..self }
     }
 
     fn chunks(&self) -> usize {
@@ -187,58 +197,62 @@ impl<'s> Driver<'s> {
             if progress.stopped() {
                 break;
             }
-            boundary.sample(&mut forward, &frame, address, &mut |_, BoundarySample { at, light, speed }| {
-                self.splat_into(&mut splats, at, address, light * speed.tangent[0]);
+            boundary.sample(&mut forward, &frame, address, &mut |_, sample| {
+                let rate = sample.speed.tangent[0];
+                self.splat_into(&mut splats, &sample, address, rate);
             });
         }
         splats.rays = forward.auxiliary.as_ref().map_or(0, Auxiliary::rays);
         splats
     }
 
-    /// Adds an amount to every pixel a film point reaches.
-    fn splat_into(&self, splats: &mut Splats, at: DVec2, address: Address, amount: DVec3) {
+    /// Adds the rate of a sample to every pixel it reaches.
+    fn splat_into<T>(&self, splats: &mut Splats, sample: &BoundarySample<T>, address: Address, rate: f64) {
         let Splats { amounts, non_finite, largest, .. } = splats;
         let mut sum = 0.0;
         self.splat(
-            at,
+            sample,
             address,
-            amount,
+            rate,
             |at| non_finite.push(at),
-            |pixel, weight| {
+            |pixel, weight, light| {
+                let amount = light * rate;
                 amounts.push((pixel as u32, weight * amount));
                 sum += weight * amount.abs().element_sum();
             },
         );
         if sum > 0.0
-            && let Some(cell) = self.film.cell(at)
+            && let Some(cell) = self.film.cell(sample.at)
         {
             let found = Contribution::new(self.located(cell, address), Source::Jump, sum);
             Contribution::keep_larger(largest, Some(found));
         }
     }
 
-    /// Calls with every pixel a film point reaches and its weight there.
-    fn splat(
+    /// Calls with every pixel a sample reaches, its weight and the light there, if that and its rate are finite and not 0.
+    fn splat<T>(
         &self,
-        at: DVec2,
+        &BoundarySample { at, light, level, .. }: &BoundarySample<T>,
         address: Address,
-        amount: DVec3,
+        rate: f64,
         bad: impl FnOnce(NonFinite),
-        mut f: impl FnMut(usize, f64),
+        mut f: impl FnMut(usize, f64, DVec3),
     ) {
         let film = &self.film;
         let Some((i, j)) = film.cell(at) else { return };
-        if !amount.is_finite() {
+        if !(light * rate).is_finite() || !(level * rate).is_finite() {
             bad(self.located((i, j), address));
             return;
         }
-        if amount == DVec3::ZERO {
+        if rate == 0.0 || light == DVec3::ZERO && level == 0.0 {
             return;
         }
         film.for_each_pixel(i, j, |_, _, x, y| {
             let weight = film.weight([at.x, at.y], x, y);
             if weight != 0.0 {
-                f(y * film.columns + x, weight);
+                let pixel = y * film.columns + x;
+                let level = self.levels.get(pixel).map_or(DVec3::ZERO, |l| *l * level);
+                f(pixel, weight, light - level);
             }
         });
     }
@@ -296,8 +310,8 @@ impl<'s> Driver<'s> {
     ) {
         let mut sum = 0.0;
         let bad = |at| part.leave_out(at);
-        self.splat(sample.at, address, sample.light, bad, |pixel, weight| {
-            sum += weight * adjoint[pixel].dot(sample.light);
+        self.splat(sample, address, 1.0, bad, |pixel, weight, light| {
+            sum += weight * adjoint[pixel].dot(light);
         });
         if sum == 0.0 {
             return;

@@ -88,7 +88,12 @@ impl<'a> Emitters<'a> {
         }
         let point = edge.span.point(scene, chosen.rest, |i| calculus.position(i));
         let relative = point - self.walk.sensor.position(calculus, frame, subpath);
-        Some(BoundarySample { at: subpath.at, light, speed: Vec3::constant(normal).dot(relative) })
+        Some(BoundarySample {
+            at: subpath.at,
+            light,
+            level: 0.0,
+            speed: Vec3::constant(normal).dot(relative),
+        })
     }
 }
 

@@ -117,7 +117,7 @@ impl<'a> Horizon<'a> {
             let [p, q, r] = triangle.positions.map(|i| calculus.position(i));
             let turning = (q - p).cross(r - p).normalized();
             let speed = -turning.dot(Vec3::constant(drawn.direction));
-            found(calculus, BoundarySample { at: subpath.at, light, speed });
+            found(calculus, BoundarySample { at: subpath.at, light, level: 0.0, speed });
         }
     }
 

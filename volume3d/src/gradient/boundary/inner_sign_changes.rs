@@ -194,7 +194,7 @@ impl Curve for InnerSignChanges<'_> {
     fn speed<C: Calculus>(&self, calculus: &mut C, eye: &Eye<'_, C::Number>, place: &Seen) -> C::Number {
         let scene = self.sensor.paths.scene;
         let (origin, direction) =
-            warped_ray(self.sensor.paths, calculus, eye, &place.vertices, &place.turn.next());
+            warped_ray(self.sensor.paths, calculus, eye, &place.vertices, Some(&place.turn.next()));
         // Only triangles interpolate normals, and their planes tell how far away they are.
         let distance = f64::NAN;
         let point = SurfacePoint::new(scene, calculus, origin, direction, place.turn.surface, distance);

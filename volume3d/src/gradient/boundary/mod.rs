@@ -13,6 +13,7 @@ mod horizon;
 mod inner_sign_changes;
 mod list;
 mod primary;
+mod residual;
 mod secondary;
 mod sensor;
 mod sides;
@@ -33,11 +34,11 @@ use self::emitters::Emitters;
 use self::horizon::Horizon;
 use self::inner_sign_changes::InnerSignChanges;
 use self::list::EdgeList;
-use self::primary::Primary;
+use self::primary::{Lines, Primary};
 use self::secondary::{Light, Secondary};
 use self::sign_changes::FilmSignChanges;
 pub(super) use self::sums::{Effort, Gradients, Images};
-pub(super) use self::warped::SignChanges;
+pub(super) use self::warped::AlongWarp;
 use super::motion::Motion;
 use super::{ActiveParameters, Stopped};
 use crate::path::{Kernels, Paths};
@@ -129,7 +130,7 @@ pub(super) fn each_boundary(scene: &Scene, moving: &Moving, taker: &mut impl Tak
     }
     let paths = Paths::new(scene, Kernels::default());
     let list = EdgeList::new(scene);
-    taker.take(Term::Primary, &Primary::new(&paths, &list, moving))?;
+    taker.take(Term::Primary, &Primary::new(&paths, &list, moving, Lines::Jumps))?;
     taker.take(Term::Primary, &FilmSignChanges::new(&paths, moving))?;
     for light in [Light::Emitted, Light::Rest] {
         taker.take(Term::Secondary, &Secondary::new(&paths, &list, moving, light))?;

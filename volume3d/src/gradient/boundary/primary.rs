@@ -6,12 +6,12 @@ use rayon::prelude::*;
 
 use super::driver::{Address, Boundary, BoundarySample};
 use super::list::{Edge, EdgeList};
-use super::sides::look_past;
+use super::sides::{Sides, look_past};
 use super::table::Table;
-use super::{Moving, PRIMARY_EDGE};
+use super::{Moving, PRIMARY_EDGE, STILL};
 use crate::gradient::differential::Differential;
 use crate::gradient::film::FilmPlane;
-use crate::path::{Frame, Paths};
+use crate::path::{Frame, Paths, Sequence};
 
 /// The ray on either side of a projected edge leaves it by this many pixels.
 const ASIDE_PIXELS: f64 = 1e-6;
@@ -27,6 +27,15 @@ const HIDDEN: f64 = 0.1;
 
 /// The part of the way to an edge at which its own surface is no longer in the way.
 const NEARLY: f64 = 1e-6;
+
+/// Which edges are sampled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Lines {
+    /// Those of what moves at which what is seen may jump.
+    Jumps,
+    /// Silhouettes, borders and crossings, those at rest as well: what a softened field follows in part moves against them.
+    Silhouettes,
+}
 
 /// An edge's part on the film.
 #[derive(Clone, Copy, Debug)]
@@ -51,20 +60,35 @@ pub(super) struct Primary<'a> {
 }
 
 impl<'a> Primary<'a> {
-    pub(super) fn new(paths: &'a Paths<'a>, list: &'a EdgeList, moving: &Moving) -> Self {
+    pub(super) fn new(paths: &'a Paths<'a>, list: &'a EdgeList, moving: &Moving, lines: Lines) -> Self {
         let scene = paths.scene;
         let film = FilmPlane::new(scene);
         let mut primary =
             Self { paths, film, frame: film.still, list, lines: vec![], table: Table::default() };
+        let moves = |edge: &Edge| moving.camera || moving.has_any(edge.shapes);
         for (index, edge) in list.edges.iter().enumerate() {
-            let moves = moving.camera || moving.has_any(edge.shapes);
-            if moves && list.may_jump(scene, edge) {
+            let counts = match lines {
+                Lines::Jumps => moves(edge),
+                Lines::Silhouettes => primary.may_be_silhouette(edge),
+            };
+            if counts && list.may_jump(scene, edge) {
                 primary.lines.extend(primary.project(index as u32, edge));
             }
         }
-        let weights: Vec<f64> = primary.lines.par_iter().map(|line| primary.weight(line)).collect();
+        let mut weights: Vec<f64> = primary.lines.par_iter().map(|line| primary.weight(line)).collect();
+        moving.limit_still(&mut weights, STILL, |i| moves(&list.edges[primary.lines[i].edge as usize]));
         primary.table = Table::new(weights);
         primary
+    }
+
+    /// Whether the camera may see an edge as a silhouette: all borders and crossings, and through a lens, of which each point
+    /// has silhouettes of its own, every edge.
+    fn may_be_silhouette(&self, edge: &Edge) -> bool {
+        let Some([u, v]) = self.list.limits(self.paths.scene, edge) else { return true };
+        let [a, b] = edge.span(self.paths.scene);
+        let way = self.frame.origin.value() - a;
+        let facing = [u, v].map(|u| u.cross(b - a).dot(way));
+        self.film.has_lens() || facing[0] * facing[1] <= 0.0
     }
 
     /// Roughly how much an edge counts: its length on the film, times the contrast there. Across a crease the
@@ -157,18 +181,32 @@ impl Line {
     }
 }
 
-impl Boundary for Primary<'_> {
-    fn is_empty(&self) -> bool {
+/// A point of an edge that the camera sees, and what is seen on both sides of it.
+#[derive(Debug)]
+pub(super) struct EdgePoint<'e> {
+    edge: &'e Edge,
+    /// How far along the edge.
+    along: f64,
+    pub(super) film: FilmPlane,
+    pub(super) at: DVec2,
+    /// From the side before to the side behind.
+    pub(super) normal: DVec2,
+    pub(super) sides: Sides,
+    directions: [DVec3; 2],
+    /// One over the density, of the length on the film.
+    pub(super) scale: f64,
+    /// Of the paths on both sides.
+    numbers: Sequence,
+}
+
+impl Primary<'_> {
+    /// Whether there is nothing to sample.
+    pub(super) fn is_empty(&self) -> bool {
         self.table.total() <= 0.0
     }
 
-    fn sample<C: Differential>(
-        &self,
-        calculus: &mut C,
-        frame: &Frame<C::Number>,
-        address: Address,
-        found: &mut impl FnMut(&mut C, BoundarySample<C::Number>),
-    ) {
+    /// A point of an edge by its weight, if it is seen.
+    pub(super) fn draw(&self, address: Address) -> Option<EdgePoint<'_>> {
         let scene = self.paths.scene;
         let mut numbers = address.numbers(PRIMARY_EDGE);
         let chosen = self.table.at(address.fraction(&mut numbers));
@@ -183,13 +221,11 @@ impl Boundary for Primary<'_> {
             let s = start + (end - start) * chosen.rest;
             let way = a.lerp(b, s) - origin;
             if way.dot(film.forward()) <= 0.0 {
-                return;
+                return None;
             }
             let (direction, step) = (way.normalize(), (end - start) * (b - a) / way.length());
             let u = DVec2::from(film.project(&film.still, Vec3::constant(origin + way)));
-            if film.cell(u).is_none() {
-                return;
-            }
+            film.cell(u)?;
             (u, s, film.jacobian(direction).apply(step - direction * direction.dot(step)))
         } else {
             let (u, s) = line.at(chosen.rest);
@@ -199,28 +235,60 @@ impl Boundary for Primary<'_> {
         let normal = line.perp() / length;
         if !normal.is_finite() {
             // Seen end-on.
-            return;
+            return None;
         }
         let t = a.lerp(b, s).distance(origin);
         let directions = [-ASIDE_PIXELS, ASIDE_PIXELS].map(|e| film.ray(u + e * normal));
-        let Some(sides) = look_past(self.paths.scene, self.list, edge, (origin, None), directions, t) else {
-            return;
-        };
-        // Aside as well: at the edge itself a face does not hide the light that is below its horizon.
-        let [before, behind] = [0, 1].map(|k| {
-            let mut numbers = numbers.clone();
-            self.paths.still_radiance(origin, directions[k], sides.hits[k], 1, &mut numbers)
-        });
+        let sides = look_past(self.paths.scene, self.list, edge, (origin, None), directions, t)?;
+        let scale = sides.share * length / chosen.probability;
+        Some(EdgePoint { edge, along: s, film, at: u, normal, sides, directions, scale, numbers })
+    }
+
+    /// The radiance on one side: aside as well, as at the edge itself a face does not hide the light that is below its horizon.
+    pub(super) fn radiance(&self, point: &EdgePoint<'_>, side: usize) -> DVec3 {
+        let (origin, mut numbers) = (point.film.still.origin.value(), point.numbers.clone());
+        self.paths.still_radiance(origin, point.directions[side], point.sides.hits[side], 1, &mut numbers)
+    }
+
+    /// A number whose derivative is v·ν.
+    pub(super) fn speed<C: Differential>(
+        &self,
+        calculus: &C,
+        frame: &Frame<C::Number>,
+        EdgePoint { edge, along, film, normal, .. }: &EdgePoint<'_>,
+    ) -> C::Number {
+        let place = edge.span.point(self.paths.scene, *along, |i| calculus.position(i));
+        let [x, y] = film.project(&film.frame_through(calculus, frame), place);
+        x * normal.x + y * normal.y
+    }
+
+    /// Whether an edge is that of what is seen on one side of it, and of no more than one other triangle: a softened field
+    /// follows it exactly there.
+    pub(super) fn owns(&self, EdgePoint { edge, sides, .. }: &EdgePoint<'_>, side: usize) -> bool {
+        let of_few = !edge.is_crossing() && self.list.faces(edge).len() <= 2;
+        of_few && sides.hits[side].is_some_and(|hit| self.list.has(edge, hit.surface))
+    }
+}
+
+impl Boundary for Primary<'_> {
+    fn is_empty(&self) -> bool {
+        Primary::is_empty(self)
+    }
+
+    fn sample<C: Differential>(
+        &self,
+        calculus: &mut C,
+        frame: &Frame<C::Number>,
+        address: Address,
+        found: &mut impl FnMut(&mut C, BoundarySample<C::Number>),
+    ) {
+        let Some(point) = self.draw(address) else { return };
+        let [before, behind] = [0, 1].map(|side| self.radiance(&point, side));
         if before == behind {
             return;
         }
-        let point = edge.span.point(scene, s, |i| calculus.position(i));
-        let [x, y] = film.project(&film.frame_through(calculus, frame), point);
-        let sample = BoundarySample {
-            at: u,
-            light: (before - behind) * (sides.share * length / chosen.probability),
-            speed: x * normal.x + y * normal.y,
-        };
-        found(calculus, sample);
+        let speed = self.speed(calculus, frame, &point);
+        let light = (before - behind) * point.scale;
+        found(calculus, BoundarySample { at: point.at, light, level: 0.0, speed });
     }
 }

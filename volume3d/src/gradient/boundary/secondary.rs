@@ -28,13 +28,15 @@ use super::wedge::{Aimed, Targets, Wedge};
 use super::{BACKWARDS, LIT_EDGE, Moving, REST_EDGE, STILL};
 use crate::gradient::differential::Differential;
 use crate::path::{Frame, LightId, Paths, Sequence};
-use crate::scene::{Environment, Hit, Surface};
+use crate::scene::{Environment, Hit, Scene, Surface};
 
 /// What passes an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Light {
     /// The emission that next-event estimation finds: directions are those of lights.
     Emitted,
+    /// Of it that of flat emitters, at edges of other shapes: their own borders are an integral of their own.
+    OfFlat,
     /// A constant environment and what surfaces reflect: directions are uniform, where what is seen may jump.
     Rest,
 }
@@ -104,6 +106,7 @@ impl<'a> Secondary<'a> {
         let constant = matches!(paths.scene.description.environment, Some(Environment::Constant { .. }));
         let nothing = match light {
             Light::Emitted => limit < 2,
+            Light::OfFlat => limit < 2 || !paths.lights.has_flat(),
             Light::Rest => limit < 2 || (limit == 2 && !constant),
         };
         if !nothing {
@@ -118,7 +121,7 @@ impl<'a> Secondary<'a> {
             let [a, b] = edge.span(scene);
             a.distance(b)
                 * match self.light {
-                    Light::Emitted => self.silhouette_rate(edge),
+                    Light::Emitted | Light::OfFlat => self.silhouette_rate(edge),
                     Light::Rest if self.list.may_jump(scene, edge) => self.solid_angle(edge),
                     Light::Rest => 0.0,
                 }
@@ -134,7 +137,7 @@ impl<'a> Secondary<'a> {
         let paths = self.sensor.paths;
         let scene = paths.scene;
         let emits = |s: u32| scene.description.shapes[s as usize].radiance.is_some();
-        if edge.shapes.into_iter().any(emits) || edge.is_crossing() {
+        if self.light == Light::Emitted && edge.shapes.into_iter().any(emits) || edge.is_crossing() {
             // Those of emitters are sampled from the camera, and at other crossings no emission jumps.
             return 0.0;
         }
@@ -210,7 +213,7 @@ impl<'a> Secondary<'a> {
     fn draw(&self, edge: &Edge, point: DVec3, numbers: &mut Sequence) -> Option<Drawn> {
         let paths = self.sensor.paths;
         let (c, [a, b]) = (numbers.one(), numbers.pair());
-        if self.light == Light::Emitted {
+        if self.light != Light::Rest {
             if let (Some(targets), Some(wedge)) = (&self.targets, self.wedge(edge)) {
                 let aimed = targets.draw(paths.scene, &wedge, edge.span(paths.scene), point, [c, a, b])?;
                 let Aimed { direction, distance, density, surface, id } = aimed;
@@ -284,18 +287,44 @@ impl<'a> Secondary<'a> {
     }
 }
 
-impl Boundary for Secondary<'_> {
-    fn is_empty(&self) -> bool {
+/// An edge as the last shading point of a path sees it.
+pub(super) struct Shadow<'s> {
+    /// The path to that point.
+    pub(super) subpath: CameraSubpath<'s>,
+    /// The difference of light over the density.
+    pub(super) light: DVec3,
+    /// ω × e.
+    pub(super) normal: DVec3,
+    edge: &'s Edge,
+    along: f64,
+}
+
+impl Shadow<'_> {
+    /// The edge's point in numbers.
+    pub(super) fn point<C: Differential>(&self, scene: &Scene, calculus: &C) -> Vec3<C::Number> {
+        self.edge.span.point(scene, self.along, |i| calculus.position(i))
+    }
+}
+
+impl Secondary<'_> {
+    /// Whether there is nothing to sample.
+    pub(super) fn is_empty(&self) -> bool {
         self.table.total() <= 0.0
     }
 
-    fn sample<C: Differential>(
-        &self,
-        calculus: &mut C,
-        frame: &Frame<C::Number>,
-        address: Address,
-        found: &mut impl FnMut(&mut C, BoundarySample<C::Number>),
-    ) {
+    /// Whether a light is one of those whose jumps are sampled at an edge.
+    fn is_about(&self, edge: &Edge, aim: Option<Aim>) -> bool {
+        match (self.light, aim.map(|aim| aim.id)) {
+            (Light::OfFlat, Some(LightId::Shape(shape))) => {
+                self.sensor.paths.lights.is_flat(shape) && !edge.shapes.contains(&shape)
+            }
+            (Light::OfFlat, _) => false,
+            _ => true,
+        }
+    }
+
+    /// Hands over every path from the camera that sees light jump at one point of an edge.
+    pub(super) fn each(&self, address: Address, mut found: impl FnMut(&Shadow<'_>)) {
         let paths = self.sensor.paths;
         let scene = paths.scene;
         let mut numbers = address.numbers(if self.light == Light::Rest { REST_EDGE } else { LIT_EDGE });
@@ -305,8 +334,11 @@ impl Boundary for Secondary<'_> {
         let point = a.lerp(b, chosen.rest);
         let length = a.distance(b);
         let Some(drawn) = self.draw(edge, point, &mut numbers) else { return };
+        if !self.is_about(edge, drawn.aim) {
+            return;
+        }
         let normal = drawn.direction.cross((b - a) / length);
-        if self.light == Light::Emitted || self.longest == 1 {
+        if self.light != Light::Rest || self.longest == 1 {
             let occupied = self.list.occupied(scene, edge, normal);
             if occupied[0] == occupied[1] {
                 return;
@@ -319,7 +351,9 @@ impl Boundary for Secondary<'_> {
         }
         let Some(hit) = scene.beyond(point, -drawn.direction, self.near()) else { return };
         let shape = scene.shape_of(hit.surface) as usize;
+        // Of flat emitters alone, that is where a warp of the film makes a shading point slide.
         if self.longest == 1
+            && self.light != Light::OfFlat
             && !(self.moving.camera || self.moving.shapes[shape] || self.moving.has_any(edge.shapes))
         {
             return;
@@ -350,11 +384,30 @@ impl Boundary for Secondary<'_> {
                 if light == DVec3::ZERO {
                     return;
                 }
-                let point = edge.span.point(scene, segment.along, |i| calculus.position(i));
-                let relative = point - self.sensor.position(calculus, frame, &subpath);
-                let speed = Vec3::constant(segment.normal).dot(relative);
-                found(calculus, BoundarySample { at: subpath.at, light, speed });
+                found(&Shadow { subpath, light, normal: segment.normal, edge, along: segment.along });
             },
         );
+    }
+}
+
+impl Boundary for Secondary<'_> {
+    fn is_empty(&self) -> bool {
+        Secondary::is_empty(self)
+    }
+
+    fn sample<C: Differential>(
+        &self,
+        calculus: &mut C,
+        frame: &Frame<C::Number>,
+        address: Address,
+        found: &mut impl FnMut(&mut C, BoundarySample<C::Number>),
+    ) {
+        let scene = self.sensor.paths.scene;
+        self.each(address, |shadow| {
+            let seen_from = self.sensor.position(calculus, frame, &shadow.subpath);
+            let relative = shadow.point(scene, calculus) - seen_from;
+            let speed = Vec3::constant(shadow.normal).dot(relative);
+            found(calculus, BoundarySample { at: shadow.subpath.at, light: shadow.light, level: 0.0, speed });
+        });
     }
 }

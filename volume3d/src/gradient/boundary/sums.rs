@@ -12,23 +12,35 @@ use crate::scene::Scene;
 
 /// How many samples of each boundary there are, a pixel on average, and their seed.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::gradient) struct Effort {
+pub(in crate::gradient) struct Effort<'l> {
     pub(in crate::gradient) primary: usize,
     pub(in crate::gradient) secondary: usize,
     pub(in crate::gradient) seed: u64,
+    /// The levels of a control variate, for curves of which one side counts.
+    pub(in crate::gradient) levels: &'l [DVec3],
 }
 
-impl Effort {
-    pub(super) fn driver<'s>(&self, scene: &'s Scene, term: Term) -> Driver<'s> {
+impl<'l> Effort<'l> {
+    /// Samples a pixel of a term.
+    fn of(&self, term: Term) -> usize {
+        match term {
+            Term::Primary => self.primary,
+            Term::Secondary => self.secondary,
+        }
+    }
+
+    pub(super) fn driver<'s>(&self, scene: &'s Scene, term: Term) -> Driver<'s>
+    where
+        'l: 's,
+    {
         let (width, height) = scene.size();
-        let samples = if term == Term::Primary { self.primary } else { self.secondary };
-        Driver::new(scene, self.seed, samples * width * height)
+        Driver::new(scene, self.seed, self.of(term) * width * height).above(self.levels)
     }
 }
 
 /// Forward mode: an image to which boundary terms are added, and to the terms it is the sum of if it has them.
 pub(in crate::gradient) struct Images<'a> {
-    pub(in crate::gradient) effort: Effort,
+    pub(in crate::gradient) effort: Effort<'a>,
     pub(in crate::gradient) scene: &'a Scene,
     pub(in crate::gradient) motion: &'a Motion<'a>,
     pub(in crate::gradient) progress: &'a Progress,
@@ -37,7 +49,7 @@ pub(in crate::gradient) struct Images<'a> {
 
 impl Take for Images<'_> {
     fn take(&mut self, term: Term, boundary: &impl Boundary) -> Result<(), Stopped> {
-        if !boundary.is_empty() {
+        if !boundary.is_empty() && self.effort.of(term) > 0 {
             let driver = self.effort.driver(self.scene, term);
             add(self.image, term, driver.forward(boundary, self.motion, self.progress)?);
         }
@@ -66,7 +78,7 @@ fn add(image: &mut GradientImage, term: Term, estimate: Estimate) {
 
 /// Reverse mode: sums to which their transposes are added.
 pub(in crate::gradient) struct Gradients<'a> {
-    pub(in crate::gradient) effort: Effort,
+    pub(in crate::gradient) effort: Effort<'a>,
     pub(in crate::gradient) scene: &'a Scene,
     pub(in crate::gradient) adjoint: &'a [DVec3],
     pub(in crate::gradient) active: &'a ActiveParameters,
@@ -76,7 +88,7 @@ pub(in crate::gradient) struct Gradients<'a> {
 
 impl Take for Gradients<'_> {
     fn take(&mut self, term: Term, boundary: &impl Boundary) -> Result<(), Stopped> {
-        if boundary.is_empty() {
+        if boundary.is_empty() || self.effort.of(term) == 0 {
             return Ok(());
         }
         let driver = self.effort.driver(self.scene, term);

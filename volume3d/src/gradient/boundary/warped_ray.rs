@@ -7,14 +7,14 @@ use super::curve::Eye;
 use super::sensor::Vertex;
 use crate::path::{Calculus, Kernel, Paths, Plain, SurfacePoint, VisibilityDomain};
 
-/// The last of a path's shading points, and the direction from it to the vertex that is next. `vertices` are the
-/// shading points, the last first.
+/// The last of a path's shading points, and the direction from it to the vertex that is next, or, if there is none, that in which
+/// it is seen. `vertices` are the shading points, the last first.
 pub(super) fn warped_ray<C: Calculus>(
     paths: &Paths<'_>,
     calculus: &mut C,
     eye: &Eye<'_, C::Number>,
     vertices: &[Vertex],
-    next: &Vertex,
+    next: Option<&Vertex>,
 ) -> (Vec3<C::Number>, Vec3<C::Number>) {
     let scene = paths.scene;
     let mut viewer = eye.frame.origin.value();
@@ -22,7 +22,7 @@ pub(super) fn warped_ray<C: Calculus>(
     for (k, vertex) in vertices.iter().enumerate().rev() {
         let distance = viewer.distance(vertex.position);
         origin = SurfacePoint::new(scene, calculus, origin, direction, vertex.surface, distance).position;
-        let next = if k > 0 { &vertices[k - 1] } else { next };
+        let Some(next) = (if k > 0 { Some(&vertices[k - 1]) } else { next }) else { break };
         let towards = (next.position - vertex.position).normalize();
         direction = Vec3::constant(towards);
         if eye.warps

@@ -12,6 +12,8 @@ pub(crate) struct AngularSupport {
     pub(crate) cosine: f64,
     pub(crate) sine: f64,
     pub(crate) versine: f64,
+    /// δ = (ε²/2)/(1 + ε²/2) of softened kernels; 0 of exact ones.
+    pub(crate) shrinkage: f64,
 }
 
 impl AngularSupport {
@@ -19,7 +21,18 @@ impl AngularSupport {
     pub(crate) fn new(angle: f64) -> Self {
         let angle = angle.min(WIDEST);
         let half = (0.5 * angle).sin();
-        Self { angle, cosine: angle.cos(), sine: angle.sin(), versine: 2.0 * half * half }
+        Self { angle, cosine: angle.cos(), sine: angle.sin(), versine: 2.0 * half * half, shrinkage: 0.0 }
+    }
+
+    /// The same with softened kernels: ε in radians, 0 for none.
+    pub(crate) fn softened(self, softness: f64) -> Self {
+        let half = 0.5 * softness * softness;
+        Self { shrinkage: if half.is_finite() { half / (1.0 + half) } else { 1.0 }, ..self }
+    }
+
+    /// The same with exact kernels.
+    pub(crate) fn exact(self) -> Self {
+        Self { shrinkage: 0.0, ..self }
     }
 }
 
@@ -51,7 +64,8 @@ pub(crate) struct Graded {
 ///
 /// > K(u, b) = (1/(1 − u·b) − 1/(1 − cos R))₊,
 ///
-/// and their gradients by u. The velocity of the arc is linear between its ends, ḃ = \[sin(Φ − φ) ȧ + sin φ ḃ₁\]/sin Φ at
+/// and their gradients by u; softened, K(u, b) = (1/(1 − (1 − δ) u·b) − 1/(1 − cos R))₊, which is at most about 2/ε² and differs from
+/// the exact kernel only at angles of about ε (theory, section 14). The velocity of the arc is linear between its ends, ḃ = \[sin(Φ − φ) ȧ + sin φ ḃ₁\]/sin Φ at
 /// angle φ from the first of them; that this is the velocity of the edge between the two follows from ν·ḃ being linear
 /// in b.
 #[derive(Clone, Copy, Debug)]
@@ -80,13 +94,15 @@ impl Arc {
     /// The moments around u; nothing if the arc does not enter the cap.
     ///
     /// With c the length of the projection of u on the plane of the arc and ψ the angle from it, u·b = c cos ψ, and
-    /// everything is elementary in τ = tan(ψ/2).
+    /// everything is elementary in τ = tan(ψ/2). Softened, c (1 − δ) takes the place of c, and gradients have a factor 1 − δ.
     pub(crate) fn moments(&self, u: DVec3, reach: AngularSupport) -> Option<Moments> {
         let s = u.dot(self.pole);
         let s = s.abs().max(ROUNDING).copysign(s);
         let squared = s * s;
-        let c = (1.0 - squared).sqrt();
-        let versine = squared / (1.0 + c);
+        let true_c = (1.0 - squared).sqrt();
+        let (shrinkage, kept) = (reach.shrinkage, 1.0 - reach.shrinkage);
+        let c = true_c * kept;
+        let versine = squared / (1.0 + true_c) + shrinkage * true_c;
         // sin² of half the angle at which the great circle leaves the cap.
         let half = (reach.versine - versine) / (2.0 * c);
         // NaN where u is the pole itself.
@@ -94,7 +110,7 @@ impl Arc {
             return None;
         }
         let limit = (half / (1.0 - half)).sqrt();
-        let m = (u - s * self.pole) / c;
+        let m = (u - s * self.pole) / true_c;
         let n = self.pole.cross(m);
         let [a, b] = self.ends.map(|e| [e.dot(m), e.dot(n)]);
         let (mut low, mut high) = (half_tangent(a), half_tangent(b));
@@ -110,10 +126,13 @@ impl Arc {
         if low.partial_cmp(&high) != Some(std::cmp::Ordering::Less) {
             return None;
         }
-        let i = Integrals::new(s.abs(), c, versine, low, high);
+        // √(1 − c²): the distance of u from the arc, unless it is softened.
+        let apart = if shrinkage > 0.0 { (versine * (1.0 + c)).sqrt() } else { s.abs() };
+        let i = Integrals::new(apart, c, versine, low, high);
         let level = 1.0 / reach.versine;
         // What is tangent at u of m, exactly: m itself is nearly u, and projecting it would leave rounding over s².
-        let across = (s / c) * (s * u - self.pole);
+        let across = (kept * s / true_c) * (s * u - self.pole);
+        let n = kept * n;
         let graded = |value: f64, [x, y]: [f64; 2]| Graded { value, gradient: x * across + y * n };
         // ∫ cos ψ K and ∫ sin ψ K.
         let cosine = (i.j0 - i.angle) / c - level * i.sines;
@@ -254,7 +273,10 @@ mod tests {
             let phi = whole * (f64::from(i) + 0.5) / f64::from(n);
             let parts = [(whole - phi).sin() / whole.sin(), phi.sin() / whole.sin()];
             let point = parts[0] * a + parts[1] * b;
-            let kernel = (2.0 / (u - point).length_squared() - 1.0 / reach.versine).max(0.0);
+            let apart = 0.5 * (u - point).length_squared();
+            // 1 − (1 − δ) u·b
+            let apart = apart + reach.shrinkage * (1.0 - apart);
+            let kernel = (1.0 / apart - 1.0 / reach.versine).max(0.0);
             sums[0] += kernel;
             sums[1] += kernel * parts[0];
             sums[2] += kernel * parts[1];
@@ -277,6 +299,7 @@ mod tests {
                 continue;
             }
             let reach = AngularSupport::new(0.2 + open01(&mut rng));
+            let reach = if open01(&mut rng) < 0.5 { reach } else { reach.softened(0.3 * open01(&mut rng)) };
             let expected = by_quadrature(&arc, u, reach);
             let found = arc.moments(u, reach).map_or([0.0; 3], |m| values(&m));
             met += usize::from(found[0] > 0.0);
@@ -294,6 +317,7 @@ mod tests {
             let (a, b, u) = (unit(&mut rng), unit(&mut rng), unit(&mut rng));
             let arc = arc(a, b);
             let reach = AngularSupport::new(0.3 + open01(&mut rng));
+            let reach = if open01(&mut rng) < 0.5 { reach } else { reach.softened(0.1) };
             let s = u.dot(arc.pole);
             if s.abs() < 1e-3 {
                 continue;

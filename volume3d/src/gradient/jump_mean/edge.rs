@@ -15,6 +15,8 @@ pub(crate) struct Edge {
     pub(super) normals: [DVec3; 2],
     /// The faces of these two triangles.
     pub(super) faces: [u32; 2],
+    /// The faces that end there, if they are one or two: what a softened field follows exactly where one of them is seen.
+    pub(super) owners: [u32; 2],
     /// Whether it is no jump of what is seen unless it is a silhouette.
     pub(super) seam: bool,
 }

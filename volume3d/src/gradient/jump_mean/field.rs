@@ -100,7 +100,14 @@ impl JumpMean {
         trace: &mut Trace<DVec3>,
     ) -> Option<Self> {
         let mut pieces = Vec::with_capacity(ROOM);
+        let face = match view.subject {
+            Subject::Radiance(Some(triangle)) if reach.shrinkage > 0.0 => Some(tree.plane(triangle)),
+            _ => None,
+        };
         let mut add = |edge: &Edge, pole: Pole, seam: bool| {
+            // What is seen follows its own border exactly, whatever passes before it; and where there is no jump, both sides must agree.
+            let exact = seam || face.is_some_and(|face| edge.owners.contains(&face));
+            let reach = if exact { reach.exact() } else { reach };
             if let Some(piece) = piece(edge, pole, view, u, reach) {
                 pieces.push(Piece { seam, ..piece });
             }

@@ -104,6 +104,7 @@ mod tests {
                 places,
                 normals: [DVec3::ZERO; 2],
                 faces: [NONE; 2],
+                owners: [NONE; 2],
                 seam: false,
             };
             let mut edges: Vec<Edge> = (0..count).map(|i| edge(i, [point(), point()])).collect();

@@ -231,7 +231,14 @@ mod tests {
                 let normals = spread.map_or([DVec3::ZERO; 2], |spread| {
                     [0, 1].map(|_| (normal + spread * point(rng)).normalize())
                 });
-                Edge { span: Span::Edge([0, 1]), places, normals, faces: [NONE; 2], seam: false }
+                Edge {
+                    span: Span::Edge([0, 1]),
+                    places,
+                    normals,
+                    faces: [NONE; 2],
+                    owners: [NONE; 2],
+                    seam: false,
+                }
             })
             .collect()
     }

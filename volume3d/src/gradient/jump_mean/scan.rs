@@ -15,10 +15,12 @@ use super::scene_edges::{SceneEdges, edges};
 use super::{AngularSupport, HalfSpace, JumpMean, Sight, Silhouettes, Subject, View};
 use crate::geometry::Mesh;
 use crate::gradient::ImplicitField;
-use crate::scene::{Camera, Description, Film, Filter, Material, Scene, Span, Surface};
+use crate::scene::{Camera, Description, Film, Filter, Material, NONE, Scene, Span, Surface};
 
 /// From both sides V may differ by what it changes by on the way between them, and by rounding.
 const TOLERANCE: f64 = 1e-6;
+
+const REACH: f64 = 0.2;
 
 /// A sheet of quads between two rows of points.
 fn strip(near: &[DVec3], far: &[DVec3]) -> Mesh {
@@ -150,7 +152,14 @@ fn seen(scene: &Scene, direction: DVec3) -> Option<u32> {
 }
 
 /// V as it is for camera rays.
-fn field(scene: &Scene, tree: &SceneEdges, velocities: &[DVec3], u: DVec3, triangle: Option<u32>) -> DVec3 {
+fn field(
+    scene: &Scene,
+    tree: &SceneEdges,
+    reach: AngularSupport,
+    velocities: &[DVec3],
+    u: DVec3,
+    triangle: Option<u32>,
+) -> DVec3 {
     let plane = triangle.map(|t| {
         let [a, b, c] = scene.corners(tree.plane(t));
         let normal = (b - a).cross(c - a).normalize();
@@ -165,7 +174,6 @@ fn field(scene: &Scene, tree: &SceneEdges, velocities: &[DVec3], u: DVec3, trian
     };
     let sight = Sight { origin: DVec3::ZERO, from: None, plane: None, field: ImplicitField::default() };
     let mut trace = Trace { direction: u, points: vec![], end: End::Miss };
-    let reach = AngularSupport::new(0.2);
     let mean = JumpMean::new(scene, tree, Silhouettes::All, &view, u, reach, &sight, &mut trace);
     mean.map_or(DVec3::ZERO, |mean| {
         mean.field(|seen| {
@@ -195,6 +203,16 @@ fn halved(scene: &Scene, at: impl Fn(f64) -> DVec3, [mut low, mut high]: [f64; 2
 /// Along a curve V may jump: it is the velocity of a part of an edge before a plane, as if the ends of that part kept
 /// their places on the edge.
 fn scan(scene: &Scene, tree: &SceneEdges) -> (f64, usize, f64) {
+    scan_where(scene, tree, AngularSupport::new(REACH), |_| true)
+}
+
+/// The same where what is seen on both sides is as told.
+fn scan_where(
+    scene: &Scene,
+    tree: &SceneEdges,
+    reach: AngularSupport,
+    counts: impl Fn([Option<u32>; 2]) -> bool,
+) -> (f64, usize, f64) {
     let mut rng = stream(77, &[]);
     let velocities: Vec<DVec3> = scene.positions.iter().map(|_| random(&mut rng)).collect();
     let (mut worst, mut met, mut largest) = (0.0_f64, 0, 0.0_f64);
@@ -210,17 +228,45 @@ fn scan(scene: &Scene, tree: &SceneEdges) -> (f64, usize, f64) {
                 continue;
             }
             let [low, high] = halved(scene, at, span);
+            if !counts([first, last]) {
+                continue;
+            }
             let along = beside(halved(scene, beside, span)[0]) - at(low);
             let normal = along.cross(at(low)).normalize();
             // Away from the curve by far more than rounding, and far less than the reach.
             let sides = [low - 1e-10, high + 1e-10].map(at);
-            let [a, b] = sides.map(|u| field(scene, tree, &velocities, u, seen(scene, u)));
+            let [a, b] = sides.map(|u| field(scene, tree, reach, &velocities, u, seen(scene, u)));
             met += 1;
             worst = worst.max((a - b).dot(normal).abs());
             largest = largest.max(a.length());
         }
     }
     (worst, met, largest)
+}
+
+/// A softened field need agree only where no silhouette is: where a face goes on as another, at creases and seams. There it does,
+/// as both faces follow their borders exactly; if they did so in part, it would not.
+#[test]
+fn a_softened_field_is_the_same_from_both_sides_where_faces_continue_one_another() {
+    let reach = AngularSupport::new(REACH).softened(0.05);
+    for kind in kinds().into_iter().filter(|kind| ["crease", "curved smooth seam"].contains(&kind.name)) {
+        let scene = scene(&kind);
+        let continues = |sides: [Option<u32>; 2]| {
+            let [Some(a), Some(b)] = sides else { return false };
+            [a, b].map(|t| scene.shape_of(Surface::Triangle(t))) == [0; 2]
+        };
+        let all = |e: &Edge| Edge { owners: [NONE; 2], seam: false, ..*e };
+        let faces = Faces::grow(&scene);
+        let softened = edges(&scene, &faces).iter().map(all).collect();
+        let softened = SceneEdges::assemble(softened, faces);
+        let (jump, met, largest) = scan_where(&scene, &SceneEdges::new(&scene), reach, continues);
+        let (wrong, ..) = scan_where(&scene, &softened, reach, continues);
+        println!("{}: met {met}, jump {jump:.1e}, with softened borders {wrong:.1e}", kind.name);
+        assert!(
+            jump < TOLERANCE && met > 50 && largest > 0.05 && wrong > 1e3 * TOLERANCE,
+            "{jump} {met} {largest} {wrong}"
+        );
+    }
 }
 
 /// Without crossings.

@@ -73,7 +73,12 @@ pub(super) fn edges(scene: &Scene, first: &[u32]) -> Vec<Edge> {
             let places = ends.map(|i| scene.positions[i as usize]);
             // Within a face it is a silhouette at most.
             let faces = if seam && faces[0] == faces[1] { [NONE; 2] } else { faces };
-            Edge { span: Span::Edge(ends), places, normals, faces, seam }
+            let owners = match sides {
+                [a] => [first[a.triangle as usize], NONE],
+                [a, b] => [a, b].map(|side| first[side.triangle as usize]),
+                _ => [NONE; 2],
+            };
+            Edge { span: Span::Edge(ends), places, normals, faces, owners, seam }
         })
         .filter(|e| e.places[0] != e.places[1] && !(is_flat(e.normals) && e.faces == [NONE; 2]))
         .chain(crossings(scene))
@@ -87,6 +92,7 @@ fn crossings(scene: &Scene) -> impl Iterator<Item = Edge> {
         places: crossing.places,
         normals: [DVec3::ZERO; 2],
         faces: [NONE; 2],
+        owners: [NONE; 2],
         seam: false,
     })
 }

@@ -219,6 +219,84 @@ fn facets_and_numbers_turn_with_their_surface() {
     comparisons.finish();
 }
 
+/// Texture coordinates that are continuous, but not linear: the axes of brushed metal turn at the diagonal of a sheet, and
+/// what it reflects jumps there. The jump moves with the sheet, and fields and sampled edges follow it: where nothing
+/// does, the derivative is something else, the control.
+#[test]
+fn axes_that_turn_at_an_edge_are_a_jump() {
+    let camera = Camera::look_at(DVec3::new(0.0, 0.5, 3.0), DVec3::ZERO, DVec3::Y, 0.3);
+    let mut d = Description::new(camera, film(4, Filter::Tent { radius: 1.0 }));
+    d.integrator.max_depth = Some(2);
+    let uvs = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (1.0, 0.0)].map(|(u, v)| glam::DVec2::new(u, v)).to_vec();
+    let sheet = Mesh::rectangle();
+    let triangles = sheet.triangles().to_vec();
+    let sheet = sheet.with_uvs(crate::geometry::Attribute { values: uvs, triangles }).unwrap();
+    let metal = |stretch| {
+        let specular_reflectance = Reflectance::Constant(DVec3::splat(0.8));
+        let (distribution, eta, k) = (Microfacets::Ggx, DVec3::ZERO, DVec3::ONE);
+        let bsdf = Bsdf::RoughConductor { distribution, alpha: 0.5, stretch, eta, k, specular_reflectance };
+        Material::new("metal", bsdf, true)
+    };
+    let material = d.add_material(metal(0.2));
+    d.add_shape("sheet", sheet, material);
+    let lamp = Mesh::rectangle().transformed(&(at(0.75, -0.3, 2.0, 0.3) * DAffine3::from_rotation_y(PI)));
+    d.add_emitter("lamp", lamp, DVec3::splat(3.0));
+    let mut scene = Scene::new(d).unwrap();
+    let mut change = Tangent::still(&scene);
+    change.translate(&scene, 0, DVec3::new(1.0, 0.3, 0.0));
+    let none = Progress::none();
+    let weighted = |image: Image| -> Vec<DVec3> {
+        image.pixels.iter().enumerate().map(|(i, g)| *g * (1.0 + (i % 4) as f64)).collect()
+    };
+    let warped = |samples, warps| {
+        total(|seed| {
+            let method = WarpedArea { samples, seed, warps, ..WarpedArea::default() };
+            weighted(method.forward(&scene, &change, &none).unwrap().gradient)
+        })
+    };
+    let edges = total(|seed| {
+        let method = EdgeSampling { samples: 64, primary: 256, secondary: 1, seed, allow_missing: vec![] };
+        weighted(method.forward(&scene, &change, &none).unwrap().gradient)
+    });
+    let differences = total(|seed| {
+        let method = FiniteDifference { samples: 2048, step: 2e-2, seed };
+        weighted(method.forward(&scene, &change, &none).unwrap().gradient)
+    });
+    let mut comparisons = Comparisons::of("axes_that_turn_at_an_edge_are_a_jump");
+    comparisons.add("warped area".into(), warped(1536, true), edges, 0.0, edges.0);
+    comparisons.add("differences".into(), differences, edges, 0.0, edges.0);
+    comparisons.reject("no jump", warped(16, false), edges);
+    comparisons.finish();
+    // The jump comes and goes with the axes, in a scene that is changed as in one that is made anew.
+    let jumps = |scene: &Scene| (0..3).filter(|&k| scene.adjacency.smooth(0, k).is_some()).count();
+    let mut found = vec![jumps(&scene)];
+    for stretch in [1.0, 0.3, 1.0] {
+        scene.set_material(0, metal(stretch)).unwrap();
+        found.push(jumps(&scene));
+    }
+    assert_eq!(found, [0, 1, 0, 1]);
+}
+
+/// Without texture coordinates there are no axes.
+#[test]
+fn facets_without_coordinates_are_the_same_in_all_directions() {
+    let image = |stretch: f64| {
+        let bsdf = Bsdf::RoughConductor {
+            distribution: Microfacets::Ggx,
+            alpha: 0.3,
+            stretch,
+            eta: DVec3::ZERO,
+            k: DVec3::ONE,
+            specular_reflectance: white(),
+        };
+        let mut d = cube(Material::new("material", bsdf, true));
+        let bare = Mesh::new(d.shapes[0].mesh.positions().to_vec(), d.shapes[0].mesh.triangles().to_vec());
+        d.shapes[0].mesh = bare.unwrap();
+        render(&Scene::new(d).unwrap(), 4, 0, &Progress::none()).unwrap().image
+    };
+    assert_eq!(image(1.0), image(0.4));
+}
+
 /// What no warp sees is refused by name, and nothing else is.
 #[test]
 fn moving_geometry_is_refused_where_jumps_are_lost() {

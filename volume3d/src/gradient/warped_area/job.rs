@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::WarpedArea;
 use crate::gradient::auxiliary::{Auxiliary, Construction};
-use crate::gradient::boundary::SignChanges;
+use crate::gradient::boundary::AlongWarp;
 use crate::gradient::differential::{Differential, FilmPoint};
 use crate::gradient::film::FilmPlane;
 use crate::gradient::groups::{numbers, split_numbers};
@@ -66,11 +66,11 @@ impl Job<'_> {
         })
     }
 
-    /// The boundary terms that go with the warp.
-    pub(super) fn sign_changes(&self) -> SignChanges<'_> {
+    /// The warp along which boundary terms are counted.
+    pub(super) fn along_warp(&self) -> AlongWarp<'_> {
         let Self { method, paths, construction, edges, .. } = self;
         let (warp, edges, seed) = (&method.warp, edges.as_ref(), method.seed);
-        SignChanges { paths, warp, construction: *construction, edges, seed }
+        AlongWarp { paths, warp, construction: *construction, edges, seed }
     }
 
     /// Whether the edges of pixels are an integral of their own.

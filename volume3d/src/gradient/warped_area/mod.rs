@@ -13,11 +13,12 @@ mod reverse;
 use self::job::Job;
 pub use field::Field;
 use flatland::warp::{Debias, Warp};
+use glam::DVec3;
 
 use super::CONTROL_VARIATE;
 use super::accumulator::Sums;
 use super::auxiliary::Construction;
-use super::boundary::{Effort, Gradients, Images};
+use super::boundary::{Effort, Gradients, Images, Moving};
 use super::error::GradientError;
 use super::film::FilmPlane;
 use super::implicit_field::ImplicitField;
@@ -64,7 +65,7 @@ pub struct WarpedArea {
     pub control_variate: usize,
     /// What velocities its field is made of.
     pub field: Field,
-    /// What follows the silhouettes of implicit surfaces in [`Field::JumpMean`].
+    /// What follows the silhouettes of implicit surfaces in means over jumps.
     pub implicit: ImplicitField,
     /// Auxiliary rays and their weights, on the film and on directions alike, for [`Field::AuxiliaryRays`].
     pub warp: Warp,
@@ -119,7 +120,7 @@ impl WarpedArea {
         change: &Tangent,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
-        self.image::<1, 6>(scene, change, self.construction(), progress)
+        self.image::<1, 6>(scene, change, self.construction(scene), progress)
     }
 
     /// The same, with interior, primary and secondary term apart.
@@ -133,7 +134,7 @@ impl WarpedArea {
         change: &Tangent,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
-        self.image::<3, 15>(scene, change, self.construction(), progress)
+        self.image::<3, 15>(scene, change, self.construction(scene), progress)
     }
 
     /// Σ over pixels and channels of adjoint · dI/dθ, for every active parameter θ at once: the transpose of
@@ -152,17 +153,42 @@ impl WarpedArea {
         active: &ActiveParameters,
         progress: &Progress,
     ) -> Result<Gradient, GradientError> {
-        self.pull(scene, adjoint, active, self.construction(), progress)
+        self.pull(scene, adjoint, active, self.construction(scene), progress)
     }
 
-    /// Of the boundary terms that go with the warp.
-    fn effort(&self) -> Effort {
-        Effort { primary: self.sign_changes, secondary: self.sign_changes, seed: self.seed }
+    /// Of sign changes.
+    fn effort(&self) -> Effort<'static> {
+        let samples = self.sign_changes;
+        Effort { primary: samples, secondary: samples, seed: self.seed, levels: &[] }
     }
 
-    fn construction(&self) -> Construction {
+    /// Of what a softened field leaves.
+    fn residual_effort<'l>(&self, levels: &'l [DVec3]) -> Effort<'l> {
+        let Field::Softened { silhouettes, shadows, .. } = self.field else {
+            return Effort { levels, ..self.effort() };
+        };
+        Effort { primary: silhouettes, secondary: shadows, seed: self.seed, levels }
+    }
+
+    /// What the field is made of in a scene. Beside implicit surfaces, whose silhouettes are no curves to be sampled, means over jumps
+    /// are exact; and so they are towards flat emitters that something passes through, as shadows begin there.
+    fn construction(&self, scene: &Scene) -> Construction {
+        let implicit = self.implicit;
+        let curves = scene.description.implicits.is_empty();
         match self.field {
-            Field::JumpMean { film, lobe } => Construction::JumpMean { film, lobe, implicit: self.implicit },
+            Field::JumpMean { film, lobe } => {
+                Construction::JumpMean { film, lobe, softness: 0.0, sampled_shadows: false, implicit }
+            }
+            Field::Softened { film, lobe, softness, shadows, .. } => {
+                let sampled_shadows = curves && shadows > 0 && !emitters_are_crossed(scene);
+                Construction::JumpMean {
+                    film,
+                    lobe,
+                    softness: if curves { softness } else { 0.0 },
+                    sampled_shadows,
+                    implicit,
+                }
+            }
             Field::AuxiliaryRays => Construction::Weighted,
         }
     }
@@ -182,7 +208,12 @@ impl WarpedArea {
         let mut image = job.forward::<N, K>(motion, progress)?;
         if self.has_boundaries() && change.is_geometric() {
             let (effort, image) = (self.effort(), &mut image);
-            job.sign_changes().each(&mut Images { effort, scene, motion, progress, image })?;
+            job.along_warp().sign_changes(&mut Images { effort, scene, motion, progress, image })?;
+        }
+        if self.warps && change.is_geometric() {
+            let (effort, image) = (self.residual_effort(&job.control_variate), &mut image);
+            let moving = Moving::of(scene, motion);
+            job.along_warp().residual(&moving, &mut Images { effort, scene, motion, progress, image })?;
         }
         image.traces = scene.trace_counts() - before;
         Ok(image)
@@ -204,7 +235,7 @@ impl WarpedArea {
         job.reverse(&adjoint.pixels, active, progress, &mut sums)?;
         if self.has_boundaries() && active.is_geometric() {
             let (effort, sums) = (self.effort(), &mut sums);
-            job.sign_changes().each(&mut Gradients {
+            job.along_warp().sign_changes(&mut Gradients {
                 effort,
                 scene,
                 adjoint: &adjoint.pixels,
@@ -212,6 +243,14 @@ impl WarpedArea {
                 progress,
                 sums,
             })?;
+        }
+        if self.warps && active.is_geometric() {
+            let (effort, sums) = (self.residual_effort(&job.control_variate), &mut sums);
+            let moving = Moving::active(active);
+            job.along_warp().residual(
+                &moving,
+                &mut Gradients { effort, scene, adjoint: &adjoint.pixels, active, progress, sums },
+            )?;
         }
         let mut gradient = sums.finish(scene, active);
         gradient.traces = scene.trace_counts() - before;
@@ -302,4 +341,10 @@ impl WarpedArea {
         let edges = (by_jumps && geometric && self.warps).then(|| SceneEdges::new(scene));
         Ok(Job { method: self, paths, film, control_variate, construction, edges })
     }
+}
+
+/// Whether any surface passes through one that emits.
+fn emitters_are_crossed(scene: &Scene) -> bool {
+    let emits = |shape: u32| scene.description.shapes[shape as usize].radiance.is_some();
+    scene.crossings().all().iter().any(|c| c.shapes(&scene.triangles).into_iter().any(emits))
 }

@@ -64,8 +64,11 @@ impl<T: Number> MovingTriangle<T> {
         [mix(|p| p.x), mix(|p| p.y)]
     }
 
-    /// ∂u p and ∂v p for its texture coordinates; nothing if these do not span the plane.
+    /// ∂u p and ∂v p for its texture coordinates; nothing if there are none, or these do not span the plane.
     pub(super) fn sides(&self, scene: &Scene) -> Option<[Vec3<T>; 2]> {
+        if self.indices(scene).uvs[0] == NONE {
+            return None;
+        }
         let [a, b, c]: [DVec2; 3] = self.indices(scene).uvs.map(|i| scene.uvs[i as usize]);
         let (first, second) = (b - a, c - a);
         let span = first.perp_dot(second);

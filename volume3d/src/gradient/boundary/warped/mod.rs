@@ -1,7 +1,7 @@
-//! The curves on which a surface turns its other side, for warped-area sampling: the same samples, with the curve's
-//! velocity beyond the warp's instead of all of it.
+//! Boundary terms along a warp: curves with the velocity beyond the warp's instead of all of it.
 //!
-//! Of the jumps within faces those are all that no field follows. The horizon of a face with shading normals is seen as
+//! Curves on which a surface turns its other side are what no field follows of the jumps within faces; what a
+//! [softened](super::residual) field leaves of silhouettes and shadows comes beside them. The horizon of a face with shading normals is seen as
 //! the edges of the face itself, which are silhouettes from within its plane, and fields follow these.
 
 #[cfg(test)]
@@ -14,6 +14,10 @@ use flatland::warp::Warp;
 use super::curve::{Curve, Eye};
 use super::driver::{Address, Boundary, BoundarySample};
 use super::inner_sign_changes::InnerSignChanges;
+use super::list::EdgeList;
+use super::primary::{Lines, Primary};
+use super::residual::{Shadows, Silhouettes};
+use super::secondary::{Light, Secondary};
 use super::sign_changes::FilmSignChanges;
 use super::{Moving, SIGN_CHANGE_AUXILIARY, Take, Term};
 use crate::gradient::Stopped;
@@ -23,11 +27,9 @@ use crate::gradient::jump_mean::SceneEdges;
 use crate::gradient::motion::MovingBounds;
 use crate::path::{Frame, Paths};
 
-/// The boundary terms of sign changes along a warp.
-///
-/// Samples do not depend on what moves: forward and reverse mode are one linear map and its transpose.
+/// A warp along which boundary terms are counted.
 #[derive(Debug)]
-pub(in crate::gradient) struct SignChanges<'j> {
+pub(in crate::gradient) struct AlongWarp<'j> {
     pub(in crate::gradient) paths: &'j Paths<'j>,
     pub(in crate::gradient) warp: &'j Warp,
     pub(in crate::gradient) construction: Construction,
@@ -38,26 +40,55 @@ pub(in crate::gradient) struct SignChanges<'j> {
 /// One kind of curve, along the warp.
 #[derive(Debug)]
 struct Warped<'p, C> {
-    sign_changes: &'p SignChanges<'p>,
+    warp: &'p AlongWarp<'p>,
     curve: C,
 }
 
-impl SignChanges<'_> {
-    /// Hands over all there are.
-    pub(in crate::gradient) fn each(&self, taker: &mut impl Take) -> Result<(), Stopped> {
+impl AlongWarp<'_> {
+    pub(super) fn auxiliary<'a>(&'a self, bounds: &'a MovingBounds) -> Auxiliary<'a> {
+        let Self { paths, warp, construction, edges, seed } = *self;
+        let rng = stream(seed, &[SIGN_CHANGE_AUXILIARY]);
+        let mut auxiliary = Auxiliary::new(paths, warp, bounds, construction, edges, rng);
+        auxiliary.scattered = true;
+        auxiliary
+    }
+
+    /// Hands over what a softened field leaves of silhouettes on the film, if it is softened, and of shadows, if they are sampled.
+    pub(in crate::gradient) fn residual(
+        &self,
+        moving: &Moving,
+        taker: &mut impl Take,
+    ) -> Result<(), Stopped> {
+        let Construction::JumpMean { softness, sampled_shadows, .. } = self.construction else {
+            return Ok(());
+        };
+        if !(softness > 0.0 || sampled_shadows) || !moving.anything() {
+            return Ok(());
+        }
+        let list = EdgeList::new(self.paths.scene);
+        if softness > 0.0 {
+            let edges = Primary::new(self.paths, &list, moving, Lines::Silhouettes);
+            taker.take(Term::Primary, &Silhouettes { warp: self, edges })?;
+        }
+        if sampled_shadows {
+            let edges = Secondary::new(self.paths, &list, moving, Light::OfFlat);
+            taker.take(Term::Secondary, &Shadows { warp: self, edges })?;
+        }
+        Ok(())
+    }
+
+    /// Hands over all curves on which a surface turns its other side.
+    ///
+    /// Samples do not depend on what moves: forward and reverse mode are one linear map and its transpose.
+    pub(in crate::gradient) fn sign_changes(&self, taker: &mut impl Take) -> Result<(), Stopped> {
         // Without shading normals there are none.
         if self.paths.scene.normals.is_empty() {
             return Ok(());
         }
         let moving = Moving::everything(self.paths.scene);
-        taker.take(
-            Term::Primary,
-            &Warped { sign_changes: self, curve: FilmSignChanges::new(self.paths, &moving) },
-        )?;
-        taker.take(
-            Term::Secondary,
-            &Warped { sign_changes: self, curve: InnerSignChanges::new(self.paths, &moving) },
-        )
+        taker
+            .take(Term::Primary, &Warped { warp: self, curve: FilmSignChanges::new(self.paths, &moving) })?;
+        taker.take(Term::Secondary, &Warped { warp: self, curve: InnerSignChanges::new(self.paths, &moving) })
     }
 }
 
@@ -67,8 +98,7 @@ impl<C: Curve> Boundary for Warped<'_, C> {
     }
 
     fn auxiliary<'a>(&'a self, bounds: &'a MovingBounds) -> Option<Auxiliary<'a>> {
-        let SignChanges { paths, warp, construction, edges, seed } = *self.sign_changes;
-        Some(Auxiliary::new(paths, warp, bounds, construction, edges, stream(seed, &[SIGN_CHANGE_AUXILIARY])))
+        Some(self.warp.auxiliary(bounds))
     }
 
     fn sample<D: Differential>(
@@ -89,7 +119,7 @@ impl<C: Curve> Boundary for Warped<'_, C> {
             let eye = Eye { film: &film, frame: &film.frame_through(calculus, frame), at, warps: true };
             let speed = self.curve.speed(calculus, &eye, place);
             if !speed.is_still() {
-                found(calculus, BoundarySample { at: u, light: self.curve.light(place), speed });
+                found(calculus, BoundarySample { at: u, light: self.curve.light(place), level: 0.0, speed });
             }
         }
     }
