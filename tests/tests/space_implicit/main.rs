@@ -9,7 +9,9 @@ use tests::effort::pick;
 use tests::power::Power;
 use tests::statistics::suite_threshold;
 use volume3d::Image;
-use volume3d::gradient::{ActiveParameters, FiniteDifference, GradientImage, Progress, WarpedArea};
+use volume3d::gradient::{
+    ActiveParameters, FiniteDifference, GradientImage, ImplicitField, Progress, WarpedArea,
+};
 
 use scenes::{Moving, SIDE};
 
@@ -57,10 +59,15 @@ fn samples(samples: usize) -> WarpedArea {
     WarpedArea { samples, ..WarpedArea::default() }
 }
 
-fn accept(test: &'static str, cases: Vec<Moving>, effort: usize) {
+/// With the field of all points of a ray.
+fn all_points(samples: usize) -> WarpedArea {
+    WarpedArea { samples, implicit: ImplicitField::bangaru(), ..WarpedArea::default() }
+}
+
+fn accept(test: &'static str, cases: Vec<Moving>, effort: usize, method: fn(usize) -> WarpedArea) {
     let mut power = Power::of(test);
     for moving in cases {
-        let comparison = compare(&moving, &samples(moving.effort * effort), 8 * effort);
+        let comparison = compare(&moving, &method(moving.effort * effort), 8 * effort);
         comparison.accept(&mut power, moving.name, comparison.reference.mean.abs());
         println!("{}: {:?}", moving.name, moving.scene.trace_counts());
     }
@@ -69,7 +76,7 @@ fn accept(test: &'static str, cases: Vec<Moving>, effort: usize) {
 #[test]
 fn implicit_surfaces_are_followed() {
     let cases = vec![scenes::silhouette(), scenes::ring(), scenes::union(), scenes::camera()];
-    accept("space_implicit::implicit_surfaces_are_followed", cases, pick(128, 192));
+    accept("space_implicit::implicit_surfaces_are_followed", cases, pick(128, 192), samples);
 }
 
 #[test]
@@ -84,7 +91,15 @@ fn so_they_are_among_meshes() {
         scenes::grid(),
     ];
     cases.extend(pick(None, Some(scenes::over_a_floor(4))));
-    accept("space_implicit::so_they_are_among_meshes", cases, pick(128, 192));
+    accept("space_implicit::so_they_are_among_meshes", cases, pick(128, 192), samples);
+}
+
+/// By the field of Bangaru et al. (2022): before the sky, over a floor that it shades, shading itself, and behind a mesh.
+#[test]
+fn all_points_follow_them_as_well() {
+    let behind = Moving { effort: 12, ..scenes::behind_a_mesh() };
+    let cases = vec![scenes::silhouette(), scenes::over_a_floor(2), scenes::union(), behind];
+    accept("space_implicit::all_points_follow_them_as_well", cases, pick(128, 192), all_points);
 }
 
 /// What must be rejected: no warp at all, and a grid whose ∇φ jumps between its cells.
@@ -130,11 +145,13 @@ fn reverse_is_the_transpose_of_forward() {
         scenes::camera(),
     ];
     let weights = weights();
-    for Moving { name, scene, change, .. } in cases {
-        let method = samples(2);
-        let forward = method.forward(&scene, &change, &Progress::none()).expect("a gradient");
-        let active = ActiveParameters::everything(&scene);
-        let reverse = || method.reverse(&scene, &weights, &active, &Progress::none()).expect("a gradient");
+    let few = ImplicitField::Bangaru { gamma: 3.0, lambda: 0.1, nearest: Some(6) };
+    let methods = [samples(2), all_points(2), WarpedArea { implicit: few, ..samples(2) }];
+    let pairs = cases.iter().flat_map(|case| methods.iter().map(move |method| (case, method)));
+    for (Moving { name, scene, change, .. }, method) in pairs {
+        let forward = method.forward(scene, change, &Progress::none()).expect("a gradient");
+        let active = ActiveParameters::everything(scene);
+        let reverse = || method.reverse(scene, &weights, &active, &Progress::none()).expect("a gradient");
         let gradient = reverse();
         let (found, expected) = (change.dot(&gradient.by_parameter), dot(&forward.gradient, &weights));
         let scale: f64 = forward.gradient.pixels.iter().map(|g| g.abs().element_sum()).sum();

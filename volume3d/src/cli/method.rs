@@ -6,7 +6,7 @@ use flatland::warp::{Adaptive, Debias, Warp};
 use volume3d::Image;
 use volume3d::gradient::{
     ActiveParameters, EdgeSampling, Field, FiniteDifference, Gradient, GradientError, GradientImage,
-    Progress, Rotation, Tangent, WarpedArea,
+    ImplicitField, Progress, Rotation, Tangent, WarpedArea,
 };
 use volume3d::scene::Scene;
 
@@ -22,6 +22,13 @@ pub(super) struct MethodOptions {
     /// --adaptive is given].
     #[arg(long, value_enum)]
     field: Option<FieldKind>,
+    /// Warped area: what follows the silhouettes of implicit surfaces [default: vicini].
+    #[arg(long, value_enum)]
+    implicit_field: Option<ImplicitKind>,
+    /// With --implicit-field bangaru: only the K points of a ray with the least distances count, as in the paper. Not
+    /// continuous, and so biased: for comparison.
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(2..))]
+    nearest: Option<u32>,
     /// Warped area: what is done about the bias of the warp with finitely many auxiliary rays.
     #[arg(long, value_enum)]
     debias: Option<Bias>,
@@ -69,6 +76,14 @@ enum FieldKind {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum ImplicitKind {
+    /// One point of a ray, the mean of its sphere tracer's (Vicini et al. 2022).
+    Vicini,
+    /// All points of a ray's sphere tracer (Bangaru et al. 2022).
+    Bangaru,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Bias {
     /// Nothing: N rays, less noise; the bias falls as 1/N.
     None,
@@ -96,7 +111,16 @@ impl MethodOptions {
     /// A method as it is by default.
     pub(super) fn plain(method: Method) -> Self {
         let method = Some(method);
-        Self { method, field: None, debias: None, aux: None, adaptive: false, allow_missing: vec![] }
+        Self {
+            method,
+            field: None,
+            implicit_field: None,
+            nearest: None,
+            debias: None,
+            aux: None,
+            adaptive: false,
+            allow_missing: vec![],
+        }
     }
 
     fn method(&self) -> Method {
@@ -121,6 +145,15 @@ impl MethodOptions {
         }
         if self.field.is_some_and(|field| field != FieldKind::Rays) && rays {
             return conflict("--debias, --aux and --adaptive belong to --field rays");
+        }
+        let implicit = self.implicit_field.is_some() || self.nearest.is_some();
+        if implicit && (self.method() != Method::WarpedArea || self.field == Some(FieldKind::Rays) || rays) {
+            return conflict(
+                "--implicit-field and --nearest belong to --method warped-area --field jump-mean",
+            );
+        }
+        if self.nearest.is_some() && self.implicit_field != Some(ImplicitKind::Bangaru) {
+            return conflict("--nearest belongs to --implicit-field bangaru");
         }
         if self.adaptive && self.debias == Some(Bias::Roulette) {
             return conflict("--adaptive belongs to --debias multilevel or none");
@@ -166,7 +199,26 @@ impl MethodOptions {
             Some(FieldKind::Softened) => Field::softened(samples),
             _ => Field::default(),
         };
-        Estimator::WarpedArea(WarpedArea { samples, field, warp, warps, seed, ..WarpedArea::default() })
+        let implicit = self.implicit();
+        Estimator::WarpedArea(WarpedArea {
+            samples,
+            field,
+            implicit,
+            warp,
+            warps,
+            seed,
+            ..WarpedArea::default()
+        })
+    }
+
+    fn implicit(&self) -> ImplicitField {
+        let Some(ImplicitKind::Bangaru) = self.implicit_field else { return ImplicitField::default() };
+        match (ImplicitField::bangaru(), self.nearest) {
+            (ImplicitField::Bangaru { gamma, lambda, .. }, Some(nearest)) => {
+                ImplicitField::Bangaru { gamma, lambda, nearest: Some(nearest as usize) }
+            }
+            (all, _) => all,
+        }
     }
 
     fn asks_for_rays(&self) -> bool {

@@ -9,6 +9,7 @@ use glam::{DVec2, DVec3};
 
 use super::film::FilmPlane;
 use super::followed::FollowedPoint;
+use super::implicit_field::ImplicitField;
 use super::jump_mean::{
     AngularSupport, Cone, HalfSpace, JumpMean, Listed, SceneEdges, Sight, Silhouettes, Subject, View, WIDEST,
 };
@@ -24,8 +25,9 @@ use crate::scene::{Hit, Surface};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Construction {
     /// The mean over jumps near a direction: within so many pixels on the film, so many widths of the kernel elsewhere; softened by so many
-    /// pixels on the film. Towards flat lights there is none if shadows are sampled as curves.
-    JumpMean { film: f64, lobe: f64, softness: f64, sampled_shadows: bool },
+    /// pixels on the film. Towards flat lights there is none if shadows are sampled as curves. Implicit surfaces give to it what their
+    /// field says.
+    JumpMean { film: f64, lobe: f64, softness: f64, sampled_shadows: bool, implicit: ImplicitField },
     /// Weighted with regard to boundaries. On directions velocities fade away from jumps, V_i (1 − B_i).
     Weighted,
     /// One rigid motion per kernel, that of the nearest of so many points.
@@ -284,7 +286,8 @@ impl<'s> Auxiliary<'s> {
         let front = triangle.map(|t| self.front(tree.plane(t), origin));
         let subject = Subject::Radiance(triangle);
         let view = View { origin, planes: front.as_slice(), subject, rounding: self.paths.scene.rounding() };
-        let sight = Sight { origin, from: None, plane: triangle.map(|t| self.plane_of(t)) };
+        let field = self.implicit_field();
+        let sight = Sight { origin, from: None, plane: triangle.map(|t| self.plane_of(t)), field };
         let silhouettes =
             if from_one_place { Silhouettes::Listed(&self.near.edges) } else { Silhouettes::All };
         JumpMean::new(scene, tree, silhouettes, &view, direction, reach, &sight, &mut self.trace)
@@ -347,9 +350,17 @@ impl<'s> Auxiliary<'s> {
         let planes = [horizon, plane.unwrap_or(horizon)];
         let planes = &planes[..1 + usize::from(plane.is_some())];
         let view = View { origin: x, planes, subject, rounding: self.paths.scene.rounding() };
-        let sight = Sight { origin: x, from: Some(from), plane: end };
+        let sight = Sight { origin: x, from: Some(from), plane: end, field: self.implicit_field() };
         let trace = &mut self.trace;
         JumpMean::new(scene, tree, Silhouettes::All, &view, direction, reach, &sight, trace)
+    }
+
+    /// The field of implicit surfaces within the mean over jumps.
+    fn implicit_field(&self) -> ImplicitField {
+        match self.construction {
+            Construction::JumpMean { implicit, .. } => implicit,
+            Construction::Weighted | Construction::Followed { .. } => ImplicitField::default(),
+        }
     }
 
     /// The side of a triangle's plane on which the viewer is.

@@ -1,5 +1,6 @@
 //! Why a gradient cannot be taken.
 
+use flatland::sdf::fields::FieldError;
 use flatland::warp::WarpError;
 
 use super::progress::Stopped;
@@ -43,6 +44,9 @@ pub enum GradientError {
         /// Its value.
         reach: f64,
     },
+    /// A parameter of the field of implicit surfaces is out of range.
+    #[error(transparent)]
+    ImplicitField(#[from] FieldError),
     /// A softened mean over jumps whose softness is negative or not a number.
     #[error("the softness of the mean over jumps must be 0 or more pixels, not {softness}")]
     Softness {

@@ -6,7 +6,7 @@ use super::fit::State;
 use crate::io::Error;
 
 /// The first bytes of the file, with the version of what follows.
-const HEADER: &[u8] = b"volume3d fit, state 2\n";
+const HEADER: &[u8] = b"volume3d fit, state 3\n";
 
 /// Why the state of a fit cannot be read.
 #[derive(Debug, thiserror::Error)]

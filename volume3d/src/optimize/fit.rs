@@ -2,6 +2,7 @@
 
 #[cfg(test)]
 mod implicit_tests;
+mod mean;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -48,6 +49,8 @@ pub struct State {
     adams: Vec<Adam>,
     /// What was found in each step so far.
     pub records: Vec<Record>,
+    /// The [mean](Fit::averaged) of x, where one is kept; nothing otherwise.
+    mean: Vec<f64>,
 }
 
 /// How one group of parameters is moved.
@@ -136,6 +139,8 @@ pub struct Fit {
     parameters: Parameters,
     plan: Plan,
     optimizers: Vec<Optimizer>,
+    /// β of the mean of parameters.
+    averaged: Option<f64>,
     state: State,
     times: Times,
 }
@@ -222,8 +227,24 @@ impl Fit {
             assert!(fits, "the large steps of `{}` are of its mesh", group.name);
         }
         let adams = optimizers.iter().map(|o| o.adam.clone()).collect();
-        let state = State { x, adams, records: vec![] };
-        Self { objective, parameters, plan, optimizers, state, times: Times::default() }
+        let state = State { x, adams, records: vec![], mean: vec![] };
+        Self { objective, parameters, plan, optimizers, averaged: None, state, times: Times::default() }
+    }
+
+    /// The same with a mean of the parameters, x̄ ← β x̄ + (1 − β) x after each step, which is then its [`result`](Self::result); the plain mean
+    /// of all steps while these are fewer than 1/(1 − β), so that the start does not count. For rates that do not fall to 0: 0.95 averages over about
+    /// 20 steps, as the code of Vicini et al. (2022) does. No step depends on it. Where a [grid](GridSteps::refine) becomes finer it begins
+    /// anew.
+    ///
+    /// # Panics
+    /// If β is not from 0 to below 1, or steps were taken.
+    #[must_use]
+    pub fn averaged(mut self, decay: f64) -> Self {
+        assert!((0.0..1.0).contains(&decay), "β is from 0 to below 1");
+        assert!(self.state.records.is_empty(), "a mean is of all steps");
+        self.averaged = Some(decay);
+        self.state.mean.clone_from(&self.state.x);
+        self
     }
 
     /// The same, gone on with from another state, with the optimisers as they were then. Grids of the scene become as fine as they were.
@@ -241,6 +262,10 @@ impl Fit {
         let fits = state.adams.len() == counts.len() && state.adams.iter().zip(&counts).all(same);
         if state.x.len() != counts.iter().sum::<usize>() || !fits {
             return Err(other);
+        }
+        let of_mean = if self.averaged.is_some() { state.x.len() } else { 0 };
+        if state.mean.len() != of_mean {
+            return Err("it is of a fit with another mean of its parameters");
         }
         let (mut parameters, mut x) = (self.parameters, self.state.x);
         for (i, optimizer) in self.optimizers.iter().enumerate() {
@@ -304,6 +329,20 @@ impl Fit {
     #[must_use]
     pub fn times(&self) -> Times {
         self.times
+    }
+
+    /// What has been found so far: the [mean](Self::averaged) of the parameters if there is one, and otherwise where they are.
+    #[must_use]
+    pub fn result(&self) -> &[f64] {
+        if self.averaged.is_some() { &self.state.mean } else { &self.state.x }
+    }
+
+    /// Gives the scene what has been [found](Self::result).
+    ///
+    /// # Errors
+    /// A [`SceneError`] if it is none of this scene's.
+    pub fn apply_result(&self, scene: &mut Scene) -> Result<(), SceneError> {
+        self.parameters.apply(self.result(), scene)
     }
 
     /// Gives the scene the values so far.
@@ -418,6 +457,10 @@ impl Fit {
                 // Other numbers have no history.
                 adams[i] = self.optimizers[i].adam.clone();
             }
+        }
+        if let Some(decay) = self.averaged {
+            let mean = mean::resized(&self.parameters, &self.state.mean, &parameters, &next);
+            self.state.mean = mean::after(&parameters, &mean, &next, decay, t + 1);
         }
         self.times.update += start.elapsed();
         self.times.image += image_time;

@@ -84,6 +84,26 @@ fn a_run_leaves_a_folder_that_says_all() {
     assert_same(&files(&place.path("run")), &whole);
 }
 
+/// With a mean of parameters other numbers are written, and those of every thread count and of a run that has ended are the same.
+#[test]
+fn a_mean_of_parameters_is_what_is_written() {
+    let place = place(CONFIG);
+    std::fs::write(place.path("mean.toml"), CONFIG.replace("steps = 4", "steps = 4\nparameter_mean = 0.95"))
+        .unwrap();
+    place.succeed("fit fit.toml -o plain");
+    place.succeed("fit mean.toml -o mean");
+    let whole = files(&place.path("mean"));
+    assert_eq!(place.bytes("plain/loss.csv"), place.bytes("mean/loss.csv"));
+    for name in ["parameters.csv", "views/001-fit.exr"] {
+        let [plain, mean] = ["plain", "mean"].map(|run| place.bytes(&format!("{run}/{name}")));
+        assert!(plain != mean, "{name}");
+    }
+    place.succeed("fit mean.toml -o one --threads 1");
+    assert_same(&files(&place.path("one")), &whole);
+    place.succeed("fit mean.toml -o mean");
+    assert_same(&files(&place.path("mean")), &whole);
+}
+
 /// A run that is interrupted, and then killed, ends where one does that is left alone.
 #[cfg(unix)]
 #[test]
@@ -119,6 +139,7 @@ fn what_cannot_be_fitted_is_refused() {
         ("steps = 4", "steps = 4.5", "line 4", "invalid type"),
         ("steps = 4", "steps = 4\nloss = { kind = \"l3\" }", "unknown variant `l3`", "did you mean `l"),
         ("steps = 4", "steps = 4\nschedule = { kind = \"exponential\", end = 0 }", "ends at 0", "above 0"),
+        ("steps = 4", "steps = 4\nparameter_mean = 1", "parameter_mean is 1", "0.95 is usual"),
         ("spp = 2", "spp = 0", "gradient.spp is 0", "from 1 to"),
         ("spp = 2", "spp = 2, method = \"edges\"", "`edges`", "edge"),
         ("block.tr", "blok.tr", "no shape `blok`", "closest first, there are: `block`"),

@@ -118,6 +118,8 @@ fn every_method() {
     };
     let default = gradient("");
     assert_eq!(gradient("--method warped-area --field jump-mean"), default);
+    // No implicit surface is there that one could follow.
+    assert_eq!(gradient("--implicit-field bangaru --nearest 4"), default);
     let others = [
         "--field rays",
         "--debias none",

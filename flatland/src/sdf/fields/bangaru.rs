@@ -1,11 +1,12 @@
 //! The mean of geometry derivatives over the points of a ray (Bangaru et al. 2022).
 
 use super::form::{FieldForm, Tap};
-use super::mean::{magnitude, normalise, slope_along};
+use super::mean::{departing, inverse_power, magnitude, normalise, product, quotient, slope_along};
 use super::{FieldError, TracedField, check};
 use crate::random::Stream;
+use crate::sdf::distance::SecondOrder;
 use crate::sdf::scalar::Scalar;
-use crate::sdf::space::Directions;
+use crate::sdf::space::{Directions, Space};
 use crate::sdf::tracer::{Trace, TracePoint, View};
 use crate::warp::Vector;
 
@@ -31,16 +32,28 @@ use crate::warp::Vector;
 pub struct BangaruField {
     /// γ; 3 is the paper's choice, 6 and more are unstable.
     pub gamma: f64,
-    /// λ, about 0.1. Smaller ones average over longer pieces of the ray.
+    /// λ, about 0.1 of the size of the shape: a length. Smaller ones average over longer pieces of the ray.
     pub lambda: f64,
     /// k: how many points take part, those with the smallest S; `None` for all. The k-th weight is
     /// subtracted so that points come and go with weight 0.
     pub keep: Option<usize>,
+    /// d, in units of length: weights have a factor (t/(t + d))^γ besides. For rays that leave the surface itself, whose first
+    /// points are near it and say nothing of its silhouettes, a part of its size; 0, no factor, in free space.
+    pub departure: f64,
+}
+
+/// What a point of a ray counts for.
+#[derive(Clone, Copy, Debug)]
+pub struct PointKernel<V: Space> {
+    /// κ.
+    pub kernel: Scalar<V>,
+    /// φ there, to second order.
+    pub there: SecondOrder<V>,
 }
 
 impl Default for BangaruField {
     fn default() -> Self {
-        Self { gamma: 3.0, lambda: 0.1, keep: None }
+        Self { gamma: 3.0, lambda: 0.1, keep: None, departure: 0.0 }
     }
 }
 
@@ -65,10 +78,39 @@ impl BangaruField {
         let mut weights: Vec<_> = points
             .iter()
             .zip(&distances)
-            .map(|(point, &s)| step_weight(point, self.power(s, least), kept))
+            .map(|(point, &s)| product(step_weight(point, self.power(s, least), kept), self.ramp(point)))
             .collect();
         normalise(&mut weights);
         weights
+    }
+
+    /// The weights in angles, which are not normalised, of each point of the trace but the first:
+    ///
+    /// ```text
+    /// κ_i = (ℓ_i/t_i) ((S_i/t_i)^−γ − (S/t)_(k)^−γ)₊ (t_i/(t_i + d))^γ.
+    /// ```
+    ///
+    /// Their sum has no bound at the silhouettes of this shape, and is finite elsewhere: beside the kernels of other
+    /// silhouettes they make a mean that is the velocity of whichever silhouette is at ω.
+    #[must_use]
+    pub fn kernels<D: Directions>(
+        &self,
+        view: &View<'_, D::Vector>,
+        trace: &Trace<D::Vector>,
+    ) -> Vec<PointKernel<D::Vector>> {
+        let points = trace.points.get(1..).unwrap_or_default();
+        let looked = points.iter().map(|point| {
+            let there = view.sdf.second_order(point.position);
+            let s = self.distance_there::<D>(trace.direction, point, there.hessian);
+            (quotient(s, along(point)), there)
+        });
+        let (angles, there): (Vec<_>, Vec<_>) = looked.unzip();
+        let kept = self.threshold(&angles).map(|s| self.power(s, 1.0));
+        let weights = points.iter().zip(angles).map(|(point, s)| {
+            let weight = quotient(step_weight(point, self.power(s, 1.0), kept), along(point));
+            product(weight, self.ramp(point))
+        });
+        weights.zip(there).map(|(kernel, there)| PointKernel { kernel, there }).collect()
     }
 
     /// S. Never 0, so that its power stays finite relative to the smallest.
@@ -78,8 +120,17 @@ impl BangaruField {
         direction: D::Vector,
         point: &TracePoint<D::Vector>,
     ) -> Scalar<D::Vector> {
+        self.distance_there::<D>(direction, point, view.sdf.second_order(point.position).hessian)
+    }
+
+    /// The same where ∇²φ is known.
+    fn distance_there<D: Directions>(
+        &self,
+        direction: D::Vector,
+        point: &TracePoint<D::Vector>,
+        hessian: <D::Vector as Space>::Matrix,
+    ) -> Scalar<D::Vector> {
         let near = magnitude(Scalar { value: point.jet.value, gradient: point.phi_gradient });
-        let hessian = view.sdf.second_order(point.position).hessian;
         let grazing = magnitude(slope_along::<D>(direction, point, hessian));
         Scalar {
             value: (near.value + self.lambda * grazing.value).max(f64::MIN_POSITIVE),
@@ -89,8 +140,12 @@ impl BangaruField {
 
     /// (S/S_min)^−γ. That S_min depends on ω too cancels in the quotient.
     fn power<V: Vector>(&self, s: Scalar<V>, least: f64) -> Scalar<V> {
-        let value = (s.value / least).powf(-self.gamma);
+        let value = inverse_power(s.value / least, self.gamma);
         Scalar { value, gradient: s.gradient * (-self.gamma * value / s.value) }
+    }
+
+    fn ramp<V: Vector>(&self, point: &TracePoint<V>) -> Scalar<V> {
+        departing(along(point), self.departure, self.gamma)
     }
 
     /// S_(k), if there are that many points.
@@ -110,12 +165,14 @@ impl BangaruField {
     ) -> FieldForm<D> {
         let weights = self.scalars::<D>(view, trace);
         let taps = trace.points.iter().skip(1).zip(weights).filter(|(_, w)| w.value != 0.0);
-        let taps = taps.map(|(point, weight)| {
-            let t = Scalar { value: point.t, gradient: point.t_gradient };
-            Tap::new::<D>(view, trace.direction, t, weight)
-        });
+        let taps = taps.map(|(point, weight)| Tap::new::<D>(view, trace.direction, along(point), weight));
         FieldForm::new(trace.direction, taps.collect(), trace.count())
     }
+}
+
+/// t.
+fn along<V: Vector>(point: &TracePoint<V>) -> Scalar<V> {
+    Scalar { value: point.t, gradient: point.t_gradient }
 }
 
 /// |ℓ| (w − w_(k))₊
@@ -140,6 +197,7 @@ impl<D: Directions> TracedField<D> for BangaruField {
     fn check(&self) -> Result<(), FieldError> {
         check("γ", self.gamma, "positive and finite", self.gamma > 0.0)?;
         check("λ", self.lambda, "finite and not negative", self.lambda >= 0.0)?;
+        check("d", self.departure, "finite and not negative", self.departure >= 0.0)?;
         let keep = self.keep.unwrap_or(2);
         check("k", keep as f64, "at least 2", keep >= 2)
     }

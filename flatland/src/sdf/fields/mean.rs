@@ -25,6 +25,33 @@ pub(super) fn magnitude<V: Vector>(s: Scalar<V>) -> Scalar<V> {
     Scalar { value: s.value.abs(), gradient: s.gradient * sign }
 }
 
+/// x^−γ; the cube of γ = 3 is a product.
+pub(super) fn inverse_power(x: f64, gamma: f64) -> f64 {
+    if gamma == 3.0 { (x * x * x).recip() } else { x.powf(-gamma) }
+}
+
+/// (t/(t + d))^γ: what the weights of rays that leave a surface are multiplied by, whose first points are near it and say
+/// nothing of its silhouettes. 1 if d = 0.
+pub(super) fn departing<V: Vector>(t: Scalar<V>, departure: f64, gamma: f64) -> Scalar<V> {
+    if departure == 0.0 {
+        return Scalar::constant(1.0);
+    }
+    let value = inverse_power((t.value + departure) / t.value, gamma);
+    let slope = gamma * value * departure / (t.value * (t.value + departure));
+    Scalar { value, gradient: t.gradient * slope }
+}
+
+/// a b.
+pub(super) fn product<V: Vector>(a: Scalar<V>, b: Scalar<V>) -> Scalar<V> {
+    Scalar { value: a.value * b.value, gradient: a.gradient * b.value + b.gradient * a.value }
+}
+
+/// a/b.
+pub(super) fn quotient<V: Vector>(a: Scalar<V>, b: Scalar<V>) -> Scalar<V> {
+    let value = a.value / b.value;
+    Scalar { value, gradient: (a.gradient - b.gradient * value) * b.value.recip() }
+}
+
 /// q_i/Σq_j and its gradient (∇q_i − (q_i/Σq) Σ∇q)/Σq, in place; nothing if all are 0.
 ///
 /// Weights whose sum is not finite all become NaN, so that the sample is counted as not finite.

@@ -36,7 +36,7 @@ mod mean;
 mod vicini;
 
 pub use auxiliary::{AuxiliaryField, SilhouetteDistance};
-pub use bangaru::BangaruField;
+pub use bangaru::{BangaruField, PointKernel};
 pub use direct::DirectField;
 pub use form::{FieldForm, Tap};
 pub use vicini::ViciniField;

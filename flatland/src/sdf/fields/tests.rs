@@ -111,6 +111,46 @@ fn weights_add_up_to_one_and_vanish_at_rank_k() {
     assert_eq!(weights.iter().filter(|w| **w > 0.0).count(), 4);
 }
 
+/// Weights in angles are those of the mean by t^(γ − 1), and their gradients are those of differences.
+#[test]
+fn kernels_are_weights_in_angles() {
+    let h = 1e-6;
+    for shape in [&shapes()[0], &shapes()[1], &shapes()[3]] {
+        for (start, departure) in [(0.0, 0.0), (0.3, 0.4)] {
+            let view = View { start, ..view(shape) };
+            for keep in [None, Some(5)] {
+                let field = BangaruField { keep, departure, ..BangaruField::default() };
+                let at = |angle: f64| {
+                    let trace = view.trace(DVec2::from_angle(angle));
+                    (field.kernels::<Directions>(&view, &trace), trace)
+                };
+                for angle in ANGLES {
+                    let (found, trace) = at(angle);
+                    assert_eq!(found.len() + 1, trace.points.len());
+                    if keep.is_none() {
+                        let weights = field.weights::<Directions>(&view, &trace);
+                        let ratios = found.iter().zip(&trace.points[1..]).zip(&weights);
+                        let ratios: Vec<f64> =
+                            ratios.map(|((k, p), w)| k.kernel.value / (w * p.t * p.t)).collect();
+                        assert!(ratios.iter().all(|r| (r / ratios[0] - 1.0).abs() < 1e-9), "{ratios:?}");
+                    }
+                    let tangent = DVec2::from_angle(angle).perp();
+                    let (plus, minus) = (at(angle + h).0, at(angle - h).0);
+                    for (i, (PointKernel { kernel: k, there }, point)) in
+                        found.iter().zip(&trace.points[1..]).enumerate()
+                    {
+                        assert_eq!(*there, shape.second_order(point.position));
+                        let expected = (plus[i].kernel.value - minus[i].kernel.value) / (2.0 * h);
+                        let slope = k.gradient.dot(tangent);
+                        let tolerance = 1e-4 * (1.0 + k.value + expected.abs());
+                        assert!((slope - expected).abs() < tolerance, "{angle} {i}: {slope} {expected}");
+                    }
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn bad_parameters_are_refused() {
     let good = BangaruField::default();
@@ -119,6 +159,7 @@ fn bad_parameters_are_refused() {
     assert!(check(&BangaruField { gamma: 0.0, ..good }).is_err());
     assert!(check(&BangaruField { lambda: f64::NAN, ..good }).is_err());
     assert!(check(&BangaruField { keep: Some(1), ..good }).is_err());
+    assert!(check(&BangaruField { departure: -1.0, ..good }).is_err());
     assert!(check(&ViciniField { epsilon: -1.0, ..ViciniField::default() }).is_err());
     assert!(check(&ViciniField { reach: Some(0.0), ..ViciniField::default() }).is_err());
     let warp = crate::warp::Warp::default();

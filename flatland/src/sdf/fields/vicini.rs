@@ -1,7 +1,7 @@
 //! The geometry derivative at one mean distance (Vicini et al. 2022).
 
 use super::form::{FieldForm, Tap};
-use super::mean::{magnitude, normalise, slope_along};
+use super::mean::{departing, inverse_power, magnitude, normalise, slope_along};
 use super::{FieldError, TracedField, check};
 use crate::random::Stream;
 use crate::sdf::scalar::Scalar;
@@ -77,19 +77,12 @@ impl ViciniField {
         weights
     }
 
-    /// x^−γ; the cube of γ = 3 is a product.
     fn power(&self, x: f64) -> f64 {
-        if self.gamma == 3.0 { (x * x * x).recip() } else { x.powf(-self.gamma) }
+        inverse_power(x, self.gamma)
     }
 
-    /// (t/(t + d))^γ.
     fn ramp<V: Vector>(&self, t: Scalar<V>) -> Scalar<V> {
-        if self.departure == 0.0 {
-            return Scalar::constant(1.0);
-        }
-        let value = self.power((t.value + self.departure) / t.value);
-        let slope = self.gamma * value * self.departure / (t.value * (t.value + self.departure));
-        Scalar { value, gradient: t.gradient * slope }
+        departing(t, self.departure, self.gamma)
     }
 
     /// ε + |φ| + β (∇φ·ω)²/|∇φ|²

@@ -29,6 +29,7 @@ pub(super) struct Config {
     pub(super) gradient: GradientConfig,
     #[serde(default)]
     pub(super) schedule: Schedule,
+    pub(super) parameter_mean: Option<f64>,
     pub(super) views_per_step: Option<usize>,
     pub(super) silhouettes: Option<usize>,
     pub(super) background: Option<[f64; 3]>,
@@ -340,6 +341,9 @@ impl Config {
         self.gradient.method()?;
         if let Some(problem) = self.schedule.problem() {
             bail!("{problem}");
+        }
+        if let Some(mean) = self.parameter_mean.filter(|mean| !(0.0..1.0).contains(mean)) {
+            bail!("parameter_mean is {mean}, but must be from 0 to below 1; 0.95 is usual");
         }
         if let LossKind::Multiscale { levels: 0 } = self.loss {
             bail!("a multiscale loss has one level at least, not 0");

@@ -150,7 +150,7 @@ impl Folder {
         self.file(&format!("frames/{step:08}.png"))
     }
 
-    /// What there is at the end.
+    /// What there is at the end: of the mean of parameters, if the fit has one.
     pub(super) fn finish(
         &self,
         config: &Config,
@@ -159,6 +159,7 @@ impl Folder {
         camera: Camera,
         film: Film,
     ) -> anyhow::Result<String> {
+        fit.apply_result(scene)?;
         let views = &fit.objective().views;
         let bar = Bar::new(views.len(), "render the fit");
         let mut ranges = vec![];
@@ -252,7 +253,7 @@ fn values(fit: &Fit, scene: &Scene) -> anyhow::Result<Vec<u8>> {
             table.write_record([&group.name, &format!("{dimensions:?}"), "in fit.xml"])?;
             continue;
         }
-        for (i, value) in fit.state().x[group.range.clone()].iter().enumerate() {
+        for (i, value) in fit.result()[group.range.clone()].iter().enumerate() {
             table.write_record([&group.name, &i.to_string(), &value.to_string()])?;
         }
     }
@@ -263,7 +264,7 @@ fn values(fit: &Fit, scene: &Scene) -> anyhow::Result<Vec<u8>> {
 fn values_listed(fit: &Fit) -> String {
     let mut text = String::new();
     for group in fit.parameters().groups() {
-        let values = &fit.state().x[group.range.clone()];
+        let values = &fit.result()[group.range.clone()];
         if values.len() > LISTED {
             let _ = writeln!(text, "{}: {} numbers", group.name, values.len());
         } else {

@@ -45,6 +45,8 @@ use super::{Outcome, Report};
 ///   loss = { kind = "multiscale", levels = 5 }     # the default; or l1, l2, relative with epsilon
 ///   gradient = { method = "warped-area", spp = 16, image_spp = 16 }  # the default
 ///   schedule = { kind = "cosine", end = 0 }        # the default; or constant, exponential with end
+///   parameter_mean = 0.95             # none, unless given: what is reported and written at the end is the mean of about so many last steps,
+///                                     # 1/(1 − 0.95), for rates that do not end at 0
 ///   [reference]
 ///   scene = "truth.xml"               # rendered from the camera of each view; its own, if there is a single view without one
 ///   define = { res = "64" }

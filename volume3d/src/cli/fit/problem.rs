@@ -75,6 +75,7 @@ impl Problem {
             optimizers.map(|(p, group)| optimizer(p, group.quantity, &scene)).collect::<anyhow::Result<_>>();
         let optimizers = optimizers.map_err(|e| anyhow!("{}: {e}", path.display()))?;
         let fit = Fit::new(parameters, x, objective, optimizers, plan);
+        let fit = if let Some(decay) = config.parameter_mean { fit.averaged(decay) } else { fit };
         let fingerprint = fingerprint(&files)?;
         Ok(Self { config, text, scene, fit, fingerprint, files })
     }

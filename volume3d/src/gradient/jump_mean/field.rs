@@ -128,7 +128,7 @@ impl JumpMean {
             Silhouettes::Listed(list) => list.for_each(u, reach.sine, |edge, pole| add(edge, pole, false)),
         }
         yield_to_jumps(&mut pieces, reach);
-        let near = sight.near(scene, u, trace);
+        let near = sight.near(scene, u, floor(reach), trace);
         Self::mean(pieces, (scene, sight.origin, &near), u, reach)
     }
 
@@ -141,8 +141,7 @@ impl JumpMean {
         if pieces.is_empty() && near.is_empty() {
             return None;
         }
-        // 2π/R, with the chord of R.
-        let floor = TAU / (2.0 * reach.versine).sqrt();
+        let floor = floor(reach);
         let mut whole = floor;
         let mut slope = DVec3::ZERO;
         for p in &pieces {
@@ -203,6 +202,11 @@ impl JumpMean {
         self.pieces.iter().all(|piece| (0..2).all(|k| is_finite(self.part(piece, k))))
             && self.level_sets.iter().all(LevelSetTap::is_finite)
     }
+}
+
+/// 2π/R, with the chord of R.
+fn floor(reach: AngularSupport) -> f64 {
+    TAU / (2.0 * reach.versine).sqrt()
 }
 
 impl LinearField for JumpMean {

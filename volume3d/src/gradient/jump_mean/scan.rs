@@ -14,6 +14,7 @@ use super::faces::Faces;
 use super::scene_edges::{SceneEdges, edges};
 use super::{AngularSupport, HalfSpace, JumpMean, Sight, Silhouettes, Subject, View};
 use crate::geometry::Mesh;
+use crate::gradient::ImplicitField;
 use crate::scene::{Camera, Description, Film, Filter, Material, NONE, Scene, Span, Surface};
 
 /// From both sides V may differ by what it changes by on the way between them, and by rounding.
@@ -171,7 +172,7 @@ fn field(
         subject: Subject::Radiance(triangle),
         rounding: 6e-13,
     };
-    let sight = Sight { origin: DVec3::ZERO, from: None, plane: None };
+    let sight = Sight { origin: DVec3::ZERO, from: None, plane: None, field: ImplicitField::default() };
     let mut trace = Trace { direction: u, points: vec![], end: End::Miss };
     let mean = JumpMean::new(scene, tree, Silhouettes::All, &view, u, reach, &sight, &mut trace);
     mean.map_or(DVec3::ZERO, |mean| {

@@ -8,7 +8,7 @@ mod lens;
 mod materials;
 mod missing;
 mod mixtures;
-mod scenes;
+pub(crate) mod scenes;
 mod textured_lights;
 
 use glam::{DAffine3, DVec3};

@@ -8,8 +8,8 @@ pub enum Field {
     /// The velocities of the edges near a direction, by their exact mean over those edges: no auxiliary ray, and no bias (jumps of
     /// interpolated normals are no edges: see [`WarpedArea::sign_changes`](super::WarpedArea::sign_changes)).
     /// Edges of meshes are listed once. None of them is tested for visibility, and none is sampled but the
-    /// borders of flat emitters. Implicit surfaces join the mean by the points of their sphere tracer: it is the one field that
-    /// knows them.
+    /// borders of flat emitters. Implicit surfaces join the mean by the points of their sphere tracer, as
+    /// [`WarpedArea::implicit`](super::WarpedArea::implicit) says: it is the one field that knows them.
     JumpMean {
         /// How far away edges count on the film, in pixels.
         film: f64,

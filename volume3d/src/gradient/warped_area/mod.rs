@@ -21,6 +21,7 @@ use super::auxiliary::Construction;
 use super::boundary::{Effort, Gradients, Images, Moving};
 use super::error::GradientError;
 use super::film::FilmPlane;
+use super::implicit_field::ImplicitField;
 use super::jump_mean::SceneEdges;
 use super::motion::Motion;
 use super::primal::primal;
@@ -64,6 +65,8 @@ pub struct WarpedArea {
     pub control_variate: usize,
     /// What velocities its field is made of.
     pub field: Field,
+    /// What follows the silhouettes of implicit surfaces in means over jumps.
+    pub implicit: ImplicitField,
     /// Auxiliary rays and their weights, on the film and on directions alike, for [`Field::AuxiliaryRays`].
     pub warp: Warp,
     /// The concentrations of auxiliary rays, and with them the reach of the mean over jumps on directions.
@@ -85,6 +88,7 @@ impl Default for WarpedArea {
             samples: 16,
             control_variate: 4,
             field: Field::default(),
+            implicit: ImplicitField::default(),
             warp: Warp { debias: DEBIAS, radial_exponent: RADIAL_EXPONENT, ..Warp::default() },
             kernels: Kernels::default(),
             sign_changes: 4,
@@ -109,7 +113,7 @@ impl WarpedArea {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Tangent` if the change is of another scene, `Samples`, `Reach` and `Warp` for parameters out of their range, and `Stopped`.
+    /// `Tangent` if the change is of another scene, `Samples`, `Reach`, `ImplicitField` and `Warp` for parameters out of their range, and `Stopped`.
     pub fn forward(
         &self,
         scene: &Scene,
@@ -123,7 +127,7 @@ impl WarpedArea {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Tangent` if the change is of another scene, `Samples`, `Reach` and `Warp` for parameters out of their range, and `Stopped`.
+    /// `Tangent` if the change is of another scene, `Samples`, `Reach`, `ImplicitField` and `Warp` for parameters out of their range, and `Stopped`.
     pub fn forward_terms(
         &self,
         scene: &Scene,
@@ -140,7 +144,7 @@ impl WarpedArea {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` where geometry is active before ideal mirrors or under lights without extent,
-    /// `Adjoint` if the adjoint has not the film's size, `Samples`, `Reach` and `Warp` for parameters out of their range, and
+    /// `Adjoint` if the adjoint has not the film's size, `Samples`, `Reach`, `ImplicitField` and `Warp` for parameters out of their range, and
     /// `Stopped`.
     pub fn reverse(
         &self,
@@ -169,10 +173,11 @@ impl WarpedArea {
     /// What the field is made of in a scene. Beside implicit surfaces, whose silhouettes are no curves to be sampled, means over jumps
     /// are exact; and so they are towards flat emitters that something passes through, as shadows begin there.
     fn construction(&self, scene: &Scene) -> Construction {
+        let implicit = self.implicit;
         let curves = scene.description.implicits.is_empty();
         match self.field {
             Field::JumpMean { film, lobe } => {
-                Construction::JumpMean { film, lobe, softness: 0.0, sampled_shadows: false }
+                Construction::JumpMean { film, lobe, softness: 0.0, sampled_shadows: false, implicit }
             }
             Field::Softened { film, lobe, softness, shadows, .. } => {
                 let sampled_shadows = curves && shadows > 0 && !emitters_are_crossed(scene);
@@ -181,6 +186,7 @@ impl WarpedArea {
                     lobe,
                     softness: if curves { softness } else { 0.0 },
                     sampled_shadows,
+                    implicit,
                 }
             }
             Field::AuxiliaryRays => Construction::Weighted,
@@ -314,6 +320,7 @@ impl WarpedArea {
             return Err(GradientError::Samples { samples: self.samples, least: 1 });
         }
         self.field.check()?;
+        self.implicit.check()?;
         Ok(())
     }
 

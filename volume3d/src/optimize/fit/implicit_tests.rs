@@ -159,7 +159,7 @@ fn grids_become_finer_and_fits_go_on() {
     };
     let grid_steps = GridSteps { smoothing: 1.0, redistance: true, refine: vec![4, 8] };
     let optimizer = Optimizer { grid: Some(grid_steps), ..Adam::new(0.1).into() };
-    let begun = |scene: &Scene| fit(scene, &target, 12, optimizer.clone());
+    let begun = |scene: &Scene| fit(scene, &target, 12, optimizer.clone()).averaged(0.8);
     let mut first = coarse();
     let mut whole = begun(&first);
     let mut states = vec![whole.state().clone()];
@@ -168,6 +168,7 @@ fn grids_become_finer_and_fits_go_on() {
         step(&mut whole, &mut first).expect("a step");
         states.push(whole.state().clone());
         lengths.push(whole.state().x.len());
+        assert_eq!(whole.result().len(), whole.state().x.len());
         assert_eq!(whole.parameters().values(&first), whole.state().x);
     }
     assert_eq!(
@@ -176,6 +177,16 @@ fn grids_become_finer_and_fits_go_on() {
     );
     let losses: Vec<f64> = whole.state().records.iter().map(|r| r.loss).collect();
     assert!(losses[11] < 0.3 * losses[0], "{losses:?}");
+    // The mean is a surface, between those of the last steps.
+    whole.apply_result(&mut first).expect("a surface");
+    let radius = |scene: &Scene| {
+        let hit = scene.closest(DVec3::Z * 4.0, -DVec3::Z, None).expect("a hit");
+        4.0 - hit.distance
+    };
+    let of_mean = radius(&first);
+    whole.apply(&mut first).expect("a surface");
+    println!("radius {} and of the mean {of_mean}", radius(&first));
+    assert!(of_mean != radius(&first) && (of_mean - radius(&first)).abs() < 0.1);
     for at in [3, 4, 9] {
         let mut again = coarse();
         let resumed = begun(&again).resumed(states[at].clone(), &mut again);

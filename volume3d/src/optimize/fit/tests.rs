@@ -334,3 +334,58 @@ fn adam_tells_signal_from_noise() {
     assert!(noisy.signal() < 0.3, "{}", noisy.signal());
     assert_eq!(Adam::new(0.1).signal(), 0.0);
 }
+
+/// The mean of parameters changes no step, varies less than they do, and goes on to the same bits from a file.
+#[test]
+fn means_of_parameters_follow_and_go_on() {
+    let steps = 24;
+    let begun = |scene: &mut Scene, decay: Option<f64>| {
+        let mut fit = fit(scene, steps);
+        fit.plan.schedule = Schedule::Constant {};
+        if let Some(decay) = decay { fit.averaged(decay) } else { fit }
+    };
+    let run = |fit: &mut Fit, scene: &mut Scene| {
+        let mut found = vec![];
+        while !fit.is_done() {
+            fit.step(scene, &reverse, &Progress::none()).unwrap();
+            found.push((fit.state().clone(), fit.result().to_vec()));
+        }
+        found
+    };
+    let mut scene = lit();
+    let mut plain = begun(&mut scene, None);
+    run(&mut plain, &mut scene);
+    assert_eq!(plain.result(), plain.state().x);
+    let mut scene = lit();
+    let mut whole = begun(&mut scene, Some(0.9));
+    let found = run(&mut whole, &mut scene);
+    assert_eq!(whole.state().x, plain.state().x);
+    assert_ne!(whole.result(), whole.state().x);
+    whole.apply_result(&mut scene).unwrap();
+    // Where the block is now is where its translations are counted from; reflectances are what they are.
+    assert_eq!(whole.parameters().values(&scene)[3..], whole.result()[3..]);
+    // How far numbers go from step to step, in a fit that is still on its way: 0.60 times as far.
+    let way = |places: Vec<&[f64]>| -> f64 {
+        let pairs = places.windows(2).flat_map(|pair| pair[0].iter().zip(pair[1]));
+        pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+    };
+    let of_x = way(found[10..].iter().map(|(state, _)| &state.x[..]).collect());
+    let of_mean = way(found[10..].iter().map(|(_, mean)| &mean[..]).collect());
+    println!("steps of x {of_x:.4}, of its mean {of_mean:.4}");
+    assert!(of_mean < 0.75 * of_x, "{of_mean} {of_x}");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("state.bin");
+    for at in [0, 7, 15] {
+        write_checkpoint(&path, &found[at].0, 7).unwrap();
+        let state = read_checkpoint(&path, 7).unwrap().expect("a state");
+        assert!(state == found[at].0);
+        let mut scene = lit();
+        let mut resumed = begun(&mut scene, Some(0.9)).resumed(state.clone(), &mut scene).expect("its state");
+        resumed.apply(&mut scene).unwrap();
+        run(&mut resumed, &mut scene);
+        assert!(resumed.state() == whole.state() && resumed.result() == whole.result(), "{at}");
+        // A state without a mean is none of a fit with one, nor the other way round.
+        assert!(begun(&mut scene, None).resumed(state, &mut scene).is_err());
+        assert!(begun(&mut scene, Some(0.9)).resumed(plain.state().clone(), &mut scene).is_err());
+    }
+}
