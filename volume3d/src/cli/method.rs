@@ -68,8 +68,8 @@ pub(super) enum Method {
 enum FieldKind {
     /// The edges near a direction, averaged exactly: no auxiliary rays.
     JumpMean,
-    /// The same mean, softened, with --spp samples of silhouettes and as many of shadows for what it leaves: for clutter and
-    /// penumbrae, where the exact mean has heavy tails.
+    /// The same mean, softened, with a quarter of --spp samples of silhouettes and half of it of shadows for what it leaves: for
+    /// clutter and penumbrae, where the exact mean has heavy tails.
     Softened,
     /// What auxiliary rays hit, as in the paper.
     Rays,

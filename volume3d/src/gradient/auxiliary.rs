@@ -25,7 +25,7 @@ use crate::scene::{Hit, Surface};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Construction {
     /// The mean over jumps near a direction: within so many pixels on the film, so many widths of the kernel elsewhere; softened by so many
-    /// pixels on the film. Towards flat lights there is none if shadows are sampled as curves. Implicit surfaces give to it what their
+    /// pixels on the film. Towards lights there is none if shadows are sampled as curves. Implicit surfaces give to it what their
     /// field says.
     JumpMean { film: f64, lobe: f64, softness: f64, sampled_shadows: bool, implicit: ImplicitField },
     /// Weighted with regard to boundaries. On directions velocities fade away from jumps, V_i (1 − B_i).
@@ -104,7 +104,7 @@ impl<'s> Auxiliary<'s> {
     ) -> Option<DirectionWarp> {
         let kappa = kernel.kappa;
         if let Construction::JumpMean { lobe, sampled_shadows, .. } = self.construction {
-            if sampled_shadows && matches!(kernel.domain, VisibilityDomain::BeforePlane { .. }) {
+            if sampled_shadows && kernel.of_light {
                 return None;
             }
             let reach = AngularSupport::new(lobe / kappa.sqrt());

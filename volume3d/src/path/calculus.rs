@@ -53,6 +53,8 @@ pub(crate) struct Kernel {
     pub(crate) normal: DVec3,
     /// What is seen along the direction itself.
     pub(crate) surface: Option<Surface>,
+    /// Whether it is for the light of one emitter alone.
+    pub(crate) of_light: bool,
 }
 
 /// Which jumps the integrand has.

@@ -37,7 +37,7 @@ impl Kernels {
         surface: Option<Surface>,
     ) -> Kernel {
         let kappa = self.surface.max(shading.concentration());
-        Kernel { kappa, domain, normal: shading.normal.value(), surface }
+        Kernel { kappa, domain, normal: shading.normal.value(), surface, of_light: false }
     }
 
     /// The kernel for the light of one emitter reflected at x, where a surface of it is seen.
@@ -63,6 +63,6 @@ impl Kernels {
             LightId::Environment => (0.0, VisibilityDomain::Distant),
         };
         let least = self.of_bounce(shading, domain, surface);
-        Kernel { kappa: least.kappa.max(kappa), ..least }
+        Kernel { kappa: least.kappa.max(kappa), of_light: true, ..least }
     }
 }

@@ -220,11 +220,6 @@ impl Lights {
         self.area(shape).is_some_and(|area| area.border.is_some())
     }
 
-    /// Whether any is.
-    pub(crate) fn has_flat(&self) -> bool {
-        self.areas.iter().any(|area| area.border.is_some())
-    }
-
     /// A point on the border of a flat emitter, uniform in length; nothing for others.
     pub(crate) fn border_point(&self, scene: &Scene, shape: u32, xi: f64) -> Option<BorderPoint> {
         self.area(shape)?.border.as_ref()?.point(scene, xi)

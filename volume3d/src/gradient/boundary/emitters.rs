@@ -15,7 +15,7 @@ use super::table::Table;
 use super::walk::Walk;
 use super::{EMITTER_EDGE, Moving};
 use crate::gradient::differential::Differential;
-use crate::path::{Calculus, Frame, Paths, Sequence, Shading};
+use crate::path::{Calculus, Frame, LightId, Paths, Sequence, Shading};
 
 /// The edges of emitters, by length.
 #[derive(Debug)]
@@ -25,13 +25,39 @@ pub(super) struct Emitters<'a> {
     moving: &'a Moving,
     edges: Vec<u32>,
     table: Table,
+    of: Of,
+}
+
+/// Whose edges are sampled, and whose light jumps there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Of {
+    /// Those of all emitters, and all that is emitted.
+    All,
+    /// Those of emitters that are not flat, and what each emits itself: borders of flat ones are integrals of their own, and what an
+    /// emitter hides of another is that one's shadow.
+    Curved,
+}
+
+/// An edge of an emitter as the last shading point of a path sees it.
+pub(super) struct Seen {
+    along: f64,
+    edge: u32,
+    /// The difference of light over the density.
+    pub(super) light: DVec3,
+    /// ω × e.
+    pub(super) normal: DVec3,
 }
 
 impl<'a> Emitters<'a> {
-    pub(super) fn new(paths: &'a Paths<'a>, list: &'a EdgeList, moving: &'a Moving) -> Self {
+    pub(super) fn new(paths: &'a Paths<'a>, list: &'a EdgeList, moving: &'a Moving, of: Of) -> Self {
         let scene = paths.scene;
         let limit = scene.description.integrator.max_depth.unwrap_or(usize::MAX);
-        let emits = |shape: u32| scene.description.shapes[shape as usize].radiance.is_some();
+        let emits = |shape: u32| match of {
+            Of::All => scene.description.shapes[shape as usize].radiance.is_some(),
+            Of::Curved => {
+                scene.description.shapes[shape as usize].radiance.is_some() && !paths.lights.is_flat(shape)
+            }
+        };
         let edges: Vec<u32> = (0..list.edges.len() as u32)
             .filter(|&i| limit > 1 && list.edges[i as usize].shapes.into_iter().any(emits))
             .collect();
@@ -43,7 +69,7 @@ impl<'a> Emitters<'a> {
             if flat { 0.0 } else { a.distance(b) }
         }));
         let walk = Walk::new(Sensor::new(paths), moving, limit.saturating_sub(1));
-        Self { walk, list, moving, edges, table }
+        Self { walk, list, moving, edges, table, of }
     }
 
     fn moves(&self, shapes: [u32; 2]) -> bool {
@@ -51,21 +77,22 @@ impl<'a> Emitters<'a> {
     }
 
     /// One edge's point as seen from the last vertex of a path.
-    fn look<C: Calculus>(
+    fn look(
         &self,
-        calculus: &C,
-        frame: &Frame<C::Number>,
         subpath: &CameraSubpath<'_>,
         shading: &Shading<'_, f64>,
         numbers: &mut Sequence,
-    ) -> Option<BoundarySample<C::Number>> {
+    ) -> Option<Seen> {
         let paths = self.walk.sensor.paths;
         let scene = paths.scene;
         let chosen = self.table.at(numbers.one());
-        let edge = &self.list.edges[self.edges[chosen.index] as usize];
+        let index = self.edges[chosen.index];
+        let edge = &self.list.edges[index as usize];
         let x = subpath.vertices[0];
         let shape = scene.shape_of(x.surface);
-        if subpath.vertices.len() == 1 && !self.moves([shape; 2]) && !self.moves(edge.shapes) {
+        // Along a warp of the film shading points slide that stand still.
+        let rests = !self.moves([shape; 2]) && !self.moves(edge.shapes);
+        if self.of == Of::All && subpath.vertices.len() == 1 && rests {
             return None;
         }
         let [a, b] = edge.span(scene);
@@ -81,26 +108,43 @@ impl<'a> Emitters<'a> {
         let across = ASIDE * normal.normalize_or_zero();
         let directions = [-1.0, 1.0].map(|s| (direction + s * across).normalize());
         let sides = look_past(scene, self.list, edge, (x.position, Some(x.surface)), directions, distance)?;
-        let [before, behind] = sides.hits.map(|hit| paths.lit_by_all(hit, direction));
+        let [before, behind] = sides.hits.map(|hit| match self.of {
+            Of::All => paths.lit_by_all(hit, direction),
+            Of::Curved => paths.lit(LightId::Shape(edge.shapes[0]), hit, direction),
+        });
         let density = chosen.probability / length * distance * distance;
         let light = reflected * (before - behind) * subpath.weight * (sides.share / density);
         if light == DVec3::ZERO {
             return None;
         }
-        let point = edge.span.point(scene, chosen.rest, |i| calculus.position(i));
-        let relative = point - self.walk.sensor.position(calculus, frame, subpath);
-        Some(BoundarySample {
-            at: subpath.at,
-            light,
-            level: 0.0,
-            speed: Vec3::constant(normal).dot(relative),
-        })
+        Some(Seen { along: chosen.rest, edge: index, light, normal })
+    }
+
+    /// The edge's point in numbers.
+    pub(super) fn point<C: Calculus>(&self, calculus: &C, seen: &Seen) -> Vec3<C::Number> {
+        let span = self.list.edges[seen.edge as usize].span;
+        span.point(self.walk.sensor.paths.scene, seen.along, |i| calculus.position(i))
+    }
+
+    /// Whether there is nothing to sample.
+    pub(super) fn is_empty(&self) -> bool {
+        self.table.total() <= 0.0
+    }
+
+    /// Hands over every path of a sample with an edge that its last point sees.
+    pub(super) fn each(&self, address: Address, mut found: impl FnMut(&CameraSubpath<'_>, &Seen)) {
+        let mut numbers = address.numbers(EMITTER_EDGE);
+        self.walk.each(&mut numbers, |subpath, shading, numbers| {
+            if let Some(seen) = self.look(subpath, shading, numbers) {
+                found(subpath, &seen);
+            }
+        });
     }
 }
 
 impl Boundary for Emitters<'_> {
     fn is_empty(&self) -> bool {
-        self.table.total() <= 0.0
+        Emitters::is_empty(self)
     }
 
     fn sample<C: Differential>(
@@ -110,11 +154,10 @@ impl Boundary for Emitters<'_> {
         address: Address,
         found: &mut impl FnMut(&mut C, BoundarySample<C::Number>),
     ) {
-        let mut numbers = address.numbers(EMITTER_EDGE);
-        self.walk.each(&mut numbers, |subpath, shading, numbers| {
-            if let Some(sample) = self.look(calculus, frame, subpath, shading, numbers) {
-                found(calculus, sample);
-            }
+        self.each(address, |subpath, seen| {
+            let relative = self.point(calculus, seen) - self.walk.sensor.position(calculus, frame, subpath);
+            let speed = Vec3::constant(seen.normal).dot(relative);
+            found(calculus, BoundarySample { at: subpath.at, light: seen.light, level: 0.0, speed });
         });
     }
 }

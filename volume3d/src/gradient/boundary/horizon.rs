@@ -28,6 +28,16 @@ pub(super) struct Horizon<'a> {
     /// Triangles that emit, by area.
     emitters: Vec<u32>,
     table: Table,
+    lights: Beyond,
+}
+
+/// What is seen beyond a horizon.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Beyond {
+    /// Everything.
+    All,
+    /// The lights that next-event estimation finds.
+    Lights,
 }
 
 /// A direction in the plane of a face, the length of the curve for a unit of density, and the emitter it was
@@ -39,7 +49,7 @@ struct Drawn {
 }
 
 impl<'a> Horizon<'a> {
-    pub(super) fn new(paths: &'a Paths<'a>, moving: &'a Moving) -> Self {
+    pub(super) fn new(paths: &'a Paths<'a>, moving: &'a Moving, lights: Beyond) -> Self {
         let scene = paths.scene;
         let limit = scene.description.integrator.max_depth.unwrap_or(usize::MAX);
         let bends = scene.triangles.iter().any(|t| t.normals[0] != NONE && moving.shapes[t.shape as usize]);
@@ -55,7 +65,7 @@ impl<'a> Horizon<'a> {
         let table = Table::new(emitters.iter().map(area));
         let empty = limit < 2 || !bends;
         let walk = Walk::new(Sensor::new(paths), moving, limit.saturating_sub(1));
-        Self { walk, moving, empty, emitters, table }
+        Self { walk, moving, empty, emitters, table, lights }
     }
 
     /// A direction in the plane through x: to an emitter where the plane cuts it, and any.
@@ -142,6 +152,9 @@ impl<'a> Horizon<'a> {
                 return hit
                     .filter(|&h| emits(h))
                     .map_or(DVec3::ZERO, |h| paths.lit_by_all(Some(h), direction));
+            }
+            if self.lights == Beyond::Lights {
+                return if hit.is_none() { paths.lit_by_all(None, direction) } else { DVec3::ZERO };
             }
             let depth = subpath.vertices.len() + 1;
             let radiance = paths.still_radiance(x.position, direction, hit, depth, &mut numbers.clone());

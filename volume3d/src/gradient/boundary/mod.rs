@@ -30,8 +30,8 @@ mod wedge;
 use glam::DVec3;
 
 use self::driver::Boundary;
-use self::emitters::Emitters;
-use self::horizon::Horizon;
+use self::emitters::{Emitters, Of};
+use self::horizon::{Beyond, Horizon};
 use self::inner_sign_changes::InnerSignChanges;
 use self::list::EdgeList;
 use self::primary::{Lines, Primary};
@@ -135,7 +135,7 @@ pub(super) fn each_boundary(scene: &Scene, moving: &Moving, taker: &mut impl Tak
     for light in [Light::Emitted, Light::Rest] {
         taker.take(Term::Secondary, &Secondary::new(&paths, &list, moving, light))?;
     }
-    taker.take(Term::Secondary, &Emitters::new(&paths, &list, moving))?;
-    taker.take(Term::Secondary, &Horizon::new(&paths, moving))?;
+    taker.take(Term::Secondary, &Emitters::new(&paths, &list, moving, Of::All))?;
+    taker.take(Term::Secondary, &Horizon::new(&paths, moving, Beyond::All))?;
     taker.take(Term::Secondary, &InnerSignChanges::new(&paths, moving))
 }

@@ -8,24 +8,28 @@
 //! is left. On the side of the surface that ends V⁻ = v: one side alone counts, but at crossings, which are no one's border. Every
 //! difference is at most twice the largest velocity near by, whatever the gap to the next silhouette.
 //!
-//! Towards flat emitters V = 0, and all of the motion of shadows is left: that of an edge before the emitter as the shading point sees
-//! it, which slides along its surface with the warp of the film and of the directions before it.
+//! Towards lights V = 0, and all of the motion of shadows is left: that of an edge before a light as the shading point sees
+//! it, which slides along its surface with the warp of the film and of the directions before it. So are the outlines of emitters
+//! themselves; those of flat ones are added where next-event estimation meets them.
 //!
 //! Points of curves are drawn by length, contrast and visibility, which know nothing of velocities but what moves at all: forward and
 //! reverse mode are one linear map and its transpose.
 
 use flatland::calculus::{Number, Vec3};
+use glam::DVec3;
 
 use super::curve::Eye;
 use super::driver::{Address, Boundary, BoundarySample};
+use super::emitters::Emitters;
 use super::primary::Primary;
 use super::secondary::Secondary;
+use super::sensor::CameraSubpath;
 use super::warped::AlongWarp;
 use super::warped_ray::warped_ray;
 use crate::gradient::auxiliary::Auxiliary;
 use crate::gradient::differential::Differential;
 use crate::gradient::motion::MovingBounds;
-use crate::path::Frame;
+use crate::path::{Frame, Paths};
 
 /// Silhouettes on the film.
 #[derive(Debug)]
@@ -34,11 +38,36 @@ pub(super) struct Silhouettes<'p> {
     pub(super) edges: Primary<'p>,
 }
 
-/// Shadows of flat emitters.
+/// Shadows.
 #[derive(Debug)]
 pub(super) struct Shadows<'p> {
     pub(super) warp: &'p AlongWarp<'p>,
     pub(super) edges: Secondary<'p>,
+}
+
+/// Outlines of emitters that are not flat.
+#[derive(Debug)]
+pub(super) struct Outlines<'p> {
+    pub(super) warp: &'p AlongWarp<'p>,
+    pub(super) edges: Emitters<'p>,
+}
+
+/// A number whose derivative is (ω × e)·(ẋ_B − ẋ): the speed of an edge's point as the last point of a path sees it, which the warp
+/// moves.
+fn speed<C: Differential>(
+    paths: &Paths<'_>,
+    calculus: &mut C,
+    frame: &Frame<C::Number>,
+    subpath: &CameraSubpath<'_>,
+    (point, normal): (Vec3<C::Number>, DVec3),
+) -> Option<C::Number> {
+    let first = subpath.vertices.last()?;
+    let at = calculus.film_warp(subpath.film, subpath.at, Some(first.surface)).at;
+    let frame = &subpath.film.frame_through(calculus, frame);
+    let eye = Eye { film: subpath.film, frame, at, warps: true };
+    let (seen_from, _) = warped_ray(paths, calculus, &eye, subpath.vertices, None);
+    let speed = Vec3::constant(normal).dot(point - seen_from);
+    (!speed.is_still()).then_some(speed)
 }
 
 impl Boundary for Silhouettes<'_> {
@@ -94,17 +123,36 @@ impl Boundary for Shadows<'_> {
     ) {
         let paths = self.warp.paths;
         self.edges.each(address, |shadow| {
-            let subpath = &shadow.subpath;
-            let Some(first) = subpath.vertices.last() else { return };
-            let at = calculus.film_warp(subpath.film, subpath.at, Some(first.surface)).at;
-            let frame = &subpath.film.frame_through(calculus, frame);
-            let eye = Eye { film: subpath.film, frame, at, warps: true };
-            let (seen_from, _) = warped_ray(paths, calculus, &eye, subpath.vertices, None);
-            let relative = shadow.point(paths.scene, calculus) - seen_from;
-            let speed = Vec3::constant(shadow.normal).dot(relative);
-            if !speed.is_still() {
-                let sample = BoundarySample { at: subpath.at, light: shadow.light, level: 0.0, speed };
-                found(calculus, sample);
+            let moving = (shadow.point(paths.scene, calculus), shadow.normal);
+            if let Some(speed) = speed(paths, calculus, frame, &shadow.subpath, moving) {
+                let (at, light) = (shadow.subpath.at, shadow.light);
+                found(calculus, BoundarySample { at, light, level: 0.0, speed });
+            }
+        });
+    }
+}
+
+impl Boundary for Outlines<'_> {
+    fn is_empty(&self) -> bool {
+        self.edges.is_empty()
+    }
+
+    fn auxiliary<'a>(&'a self, bounds: &'a MovingBounds) -> Option<Auxiliary<'a>> {
+        Some(self.warp.auxiliary(bounds))
+    }
+
+    fn sample<C: Differential>(
+        &self,
+        calculus: &mut C,
+        frame: &Frame<C::Number>,
+        address: Address,
+        found: &mut impl FnMut(&mut C, BoundarySample<C::Number>),
+    ) {
+        let paths = self.warp.paths;
+        self.edges.each(address, |subpath, seen| {
+            let moving = (self.edges.point(calculus, seen), seen.normal);
+            if let Some(speed) = speed(paths, calculus, frame, subpath, moving) {
+                found(calculus, BoundarySample { at: subpath.at, light: seen.light, level: 0.0, speed });
             }
         });
     }

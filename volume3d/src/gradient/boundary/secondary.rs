@@ -35,8 +35,8 @@ use crate::scene::{Environment, Hit, Scene, Surface};
 pub(super) enum Light {
     /// The emission that next-event estimation finds: directions are those of lights.
     Emitted,
-    /// Of it that of flat emitters, at edges of other shapes: their own borders are an integral of their own.
-    OfFlat,
+    /// The same at edges of all shapes but the emitter's own.
+    Shadows,
     /// A constant environment and what surfaces reflect: directions are uniform, where what is seen may jump.
     Rest,
 }
@@ -105,8 +105,7 @@ impl<'a> Secondary<'a> {
         };
         let constant = matches!(paths.scene.description.environment, Some(Environment::Constant { .. }));
         let nothing = match light {
-            Light::Emitted => limit < 2,
-            Light::OfFlat => limit < 2 || !paths.lights.has_flat(),
+            Light::Emitted | Light::Shadows => limit < 2,
             Light::Rest => limit < 2 || (limit == 2 && !constant),
         };
         if !nothing {
@@ -121,7 +120,7 @@ impl<'a> Secondary<'a> {
             let [a, b] = edge.span(scene);
             a.distance(b)
                 * match self.light {
-                    Light::Emitted | Light::OfFlat => self.silhouette_rate(edge),
+                    Light::Emitted | Light::Shadows => self.silhouette_rate(edge),
                     Light::Rest if self.list.may_jump(scene, edge) => self.solid_angle(edge),
                     Light::Rest => 0.0,
                 }
@@ -315,10 +314,7 @@ impl Secondary<'_> {
     /// Whether a light is one of those whose jumps are sampled at an edge.
     fn is_about(&self, edge: &Edge, aim: Option<Aim>) -> bool {
         match (self.light, aim.map(|aim| aim.id)) {
-            (Light::OfFlat, Some(LightId::Shape(shape))) => {
-                self.sensor.paths.lights.is_flat(shape) && !edge.shapes.contains(&shape)
-            }
-            (Light::OfFlat, _) => false,
+            (Light::Shadows, Some(LightId::Shape(shape))) => !edge.shapes.contains(&shape),
             _ => true,
         }
     }
@@ -351,9 +347,9 @@ impl Secondary<'_> {
         }
         let Some(hit) = scene.beyond(point, -drawn.direction, self.near()) else { return };
         let shape = scene.shape_of(hit.surface) as usize;
-        // Of flat emitters alone, that is where a warp of the film makes a shading point slide.
+        // Along a warp of the film shading points slide that stand still.
         if self.longest == 1
-            && self.light != Light::OfFlat
+            && self.light != Light::Shadows
             && !(self.moving.camera || self.moving.shapes[shape] || self.moving.has_any(edge.shapes))
         {
             return;

@@ -9,6 +9,7 @@ mod materials;
 mod missing;
 mod mixtures;
 pub(crate) mod scenes;
+mod softened;
 mod textured_lights;
 
 use glam::{DAffine3, DVec3};

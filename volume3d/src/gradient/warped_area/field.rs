@@ -22,9 +22,9 @@ pub enum Field {
     /// seen, ε = ∞. Where silhouettes of different velocities cross or pass close by one another, ∇·V of the exact mean has no bound,
     /// and its samples have heavy tails; this one's have a bound ~ 1/ε, and twice the largest velocity near by on curves.
     ///
-    /// Directions towards flat emitters are not warped: the edges of their shadows are sampled, with the speed at which they pass the
-    /// shading point. All other directions have the exact mean. Beside implicit surfaces all of the field is the exact mean, and
-    /// towards emitters that something passes through.
+    /// Directions towards lights are not warped: the edges of shadows and the outlines of emitters are sampled, with the speed at which
+    /// they pass the shading point. All other directions have the exact mean. Beside implicit surfaces all of the field is the exact
+    /// mean, and towards lights it is where an emitter has a texture, or something passes through one.
     Softened {
         /// How far away edges count on the film, in pixels.
         film: f64,
@@ -34,7 +34,8 @@ pub enum Field {
         softness: f64,
         /// Samples of silhouettes on the film, a pixel on average. 0 leaves them out, which is **biased**.
         silhouettes: usize,
-        /// Samples of the edges of shadows, a pixel on average. With 0 none are, and the mean follows shadows exactly.
+        /// Samples of the edges of shadows, a pixel on average, and as many of outlines of emitters that are not flat. With 0 none are, and
+        /// the mean follows them exactly.
         shadows: usize,
     },
     /// The velocities of what auxiliary rays hit (Bangaru, Li and Durand 2020).
@@ -50,10 +51,11 @@ impl Default for Field {
 impl Field {
     /// The softened mean for so many samples of the area: a quarter as many of silhouettes, and half as many of shadows.
     ///
-    /// Relative squared error times processor seconds, forward, 16 samples a pixel, tent filter, one thread; of the exact mean, of this, and of
-    /// edge sampling with its samples split for the scene (2 seeds each, so to about a fifth): 20 thin prisms that turn .27, .038,
-    /// .027; 2,000 leaves that turn 1.2, .37, .22; a sphere that moves over a plane .036, .036, .014; a block in a closed box with four
-    /// bounces .39, .30, .23; a bumpy sphere of 81,920 triangles that turns .22, .24, .88.
+    /// Relative squared error times processor seconds, forward, 16 samples a pixel, tent filter, one thread, means over 6 seeds (4 for the last
+    /// two of edge sampling), which heavy tails make uncertain by a fifth; of the exact mean, of this, and of edge sampling with its
+    /// samples split by hand: 20 thin prisms that turn .31, .046, .028; 2,000 leaves that turn 2.0, .45, .24; a sphere that moves over a
+    /// plane .040, .040, .017; a block in a closed box with four bounces .43, .35, .23; a bumpy sphere of 81,920 triangles that turns
+    /// .24, .24, 1.05.
     #[must_use]
     pub fn softened(samples: usize) -> Self {
         let part = |n: usize| samples.div_ceil(n).max(1);

@@ -171,7 +171,8 @@ impl WarpedArea {
     }
 
     /// What the field is made of in a scene. Beside implicit surfaces, whose silhouettes are no curves to be sampled, means over jumps
-    /// are exact; and so they are towards flat emitters that something passes through, as shadows begin there.
+    /// are exact; and so they are towards lights where something passes through an emitter, as shadows begin there, or an emitter has
+    /// a texture, which may jump.
     fn construction(&self, scene: &Scene) -> Construction {
         let implicit = self.implicit;
         let curves = scene.description.implicits.is_empty();
@@ -180,7 +181,8 @@ impl WarpedArea {
                 Construction::JumpMean { film, lobe, softness: 0.0, sampled_shadows: false, implicit }
             }
             Field::Softened { film, lobe, softness, shadows, .. } => {
-                let sampled_shadows = curves && shadows > 0 && !emitters_are_crossed(scene);
+                let sampled_shadows =
+                    curves && shadows > 0 && !emitters_are_crossed(scene) && !emitters_are_textured(scene);
                 Construction::JumpMean {
                     film,
                     lobe,
@@ -347,4 +349,9 @@ impl WarpedArea {
 fn emitters_are_crossed(scene: &Scene) -> bool {
     let emits = |shape: u32| scene.description.shapes[shape as usize].radiance.is_some();
     scene.crossings().all().iter().any(|c| c.shapes(&scene.triangles).into_iter().any(emits))
+}
+
+/// Whether any emitter has a texture.
+fn emitters_are_textured(scene: &Scene) -> bool {
+    scene.description.shapes.iter().any(|shape| shape.radiance_texture.is_some())
 }

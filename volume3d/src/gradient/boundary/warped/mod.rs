@@ -1,7 +1,7 @@
 //! Boundary terms along a warp: curves with the velocity beyond the warp's instead of all of it.
 //!
 //! Curves on which a surface turns its other side are what no field follows of the jumps within faces; what a
-//! [softened](super::residual) field leaves of silhouettes and shadows comes beside them. The horizon of a face with shading normals is seen as
+//! [softened](super::residual) field leaves of silhouettes and shadows comes beside them. Where shadows are not sampled, the horizon of a face with shading normals is seen as
 //! the edges of the face itself, which are silhouettes from within its plane, and fields follow these.
 
 #[cfg(test)]
@@ -13,10 +13,12 @@ use flatland::warp::Warp;
 
 use super::curve::{Curve, Eye};
 use super::driver::{Address, Boundary, BoundarySample};
+use super::emitters::{Emitters, Of};
+use super::horizon::{Beyond, Horizon};
 use super::inner_sign_changes::InnerSignChanges;
 use super::list::EdgeList;
 use super::primary::{Lines, Primary};
-use super::residual::{Shadows, Silhouettes};
+use super::residual::{Outlines, Shadows, Silhouettes};
 use super::secondary::{Light, Secondary};
 use super::sign_changes::FilmSignChanges;
 use super::{Moving, SIGN_CHANGE_AUXILIARY, Take, Term};
@@ -71,8 +73,12 @@ impl AlongWarp<'_> {
             taker.take(Term::Primary, &Silhouettes { warp: self, edges })?;
         }
         if sampled_shadows {
-            let edges = Secondary::new(self.paths, &list, moving, Light::OfFlat);
+            let edges = Secondary::new(self.paths, &list, moving, Light::Shadows);
             taker.take(Term::Secondary, &Shadows { warp: self, edges })?;
+            let edges = Emitters::new(self.paths, &list, moving, Of::Curved);
+            taker.take(Term::Secondary, &Outlines { warp: self, edges })?;
+            // A face's own horizon stays where it is as a point slides over the face.
+            taker.take(Term::Secondary, &Horizon::new(self.paths, moving, Beyond::Lights))?;
         }
         Ok(())
     }

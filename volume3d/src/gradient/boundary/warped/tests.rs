@@ -3,7 +3,7 @@
 use glam::{DAffine3, DQuat, DVec3};
 
 use super::super::driver::Driver;
-use super::super::horizon::Horizon;
+use super::super::horizon::{Beyond, Horizon};
 use super::*;
 use crate::geometry::{Attribute, Mesh, Normals};
 use crate::gradient::motion::Motion;
@@ -118,6 +118,10 @@ fn warped(scene: &Scene, change: &Tangent, field: Field, sign_changes: usize) ->
 /// A field that reaches so far differs from zero on most of a curve.
 const WIDE: Field = Field::JumpMean { film: 20.0, lobe: 4.0 };
 
+/// Shadows are sampled, and with them the horizons of faces, which are the shadows that these cast on themselves.
+const SOFTENED: Field =
+    Field::Softened { film: 1.2, lobe: 0.5, softness: 0.4, silhouettes: 64, shadows: 128 };
+
 #[test]
 fn sides_that_turn_are_found() {
     let (view, near, far) = (view(), sheet(3), sheet(5));
@@ -139,7 +143,7 @@ fn sides_that_turn_are_found() {
         let split = WarpedArea { samples: 4096, seed: 9, ..WarpedArea::default() };
         let scale = terms(&split.forward_terms(scene, change, &Progress::none()).unwrap());
         // Auxiliary rays have tails too heavy here to notice 15%. What is sampled of a curve is the same for all fields.
-        for field in [Field::default(), WIDE] {
+        for field in [Field::default(), WIDE, SOFTENED] {
             // Where the wall moves nearly all noise is that of the curve, and the terms are small beside it.
             let sign_changes = if *missed { 64 } else { 256 };
             let found = warped(scene, change, field, sign_changes);
@@ -162,13 +166,13 @@ fn horizons_are_silhouettes() {
     let motion = Motion::new(&scene, &change);
     let moving = Moving::of(&scene, &motion);
     let paths = Paths::new(&scene, Kernels::default());
-    let horizon = Horizon::new(&paths, &moving);
+    let horizon = Horizon::new(&paths, &moving, Beyond::All);
     let term = total(|seed| {
         let driver = Driver::new(&scene, seed, 9 * 256);
         driver.forward(&horizon, &motion, &Progress::none()).unwrap().mean
     });
     let mut comparisons = Comparisons::of("warped::horizons_are_silhouettes");
-    for field in [Field::default(), WIDE, Field::AuxiliaryRays] {
+    for field in [Field::default(), WIDE, SOFTENED, Field::AuxiliaryRays] {
         let found = warped(&scene, &change, field, 64);
         comparisons.add(format!("{field:?}"), found, expected, 1e-3 * expected.0.abs(), expected.0);
         let twice = (found.0 + term.0, found.1.hypot(term.1));
