@@ -49,7 +49,7 @@ pub enum Construction {
     /// A [softened](JumpMean#softened) mean over the jumps, and one sample of the edges per sample of the area for what it leaves:
     /// unbiased for every softness from 0, the exact mean, to ∞, edge sampling. Its samples have a bound where those of the exact mean
     /// have none: at crossings of edges that move differently, and in gaps. As edge sampling it takes no scenes whose visible
-    /// edges coincide.
+    /// edges coincide. The boundary has one form only, and so has this: whatever [`form`](WarpedArea::form) says.
     Softened {
         /// R in pixels.
         reach: f64,

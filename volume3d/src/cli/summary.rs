@@ -31,7 +31,7 @@ pub(super) fn outlier(largest: Contribution, share: f64) -> String {
     };
     format!(
         "WARNING: one sample carries {:.1}% of the sum of |gradient|: {what} {sample} at column {column}, row {row}. Tails \
-         are heavy, and errors larger than stated: try another --seed, more --spp, --field softened or --method edge\n",
+         are heavy, and errors larger than stated: try another --seed, more --spp, and another --method or --field: softened, for meshes\n",
         100.0 * share
     )
 }

@@ -220,6 +220,11 @@ impl Lights {
         self.area(shape).is_some_and(|area| area.border.is_some())
     }
 
+    /// Whether a shape is the one light there is.
+    pub(crate) fn is_the_only(&self, shape: u32) -> bool {
+        matches!(self.entries.as_slice(), [Entry { id: LightId::Shape(only), .. }] if *only == shape)
+    }
+
     /// A point on the border of a flat emitter, uniform in length; nothing for others.
     pub(crate) fn border_point(&self, scene: &Scene, shape: u32, xi: f64) -> Option<BorderPoint> {
         self.area(shape)?.border.as_ref()?.point(scene, xi)

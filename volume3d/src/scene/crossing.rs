@@ -109,7 +109,7 @@ impl Crossings {
     }
 
     /// Pairs of triangles that cover parts of one plane.
-    pub(super) fn overlaps(&self) -> &[[u32; 2]] {
+    pub(crate) fn overlaps(&self) -> &[[u32; 2]] {
         &self.overlaps
     }
 

@@ -1,6 +1,6 @@
 //! The edges of a scene and its crossings, each once, with the triangles that meet in it.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 
@@ -27,6 +27,8 @@ pub(super) struct Edge {
     pub(super) shapes: [u32; 2],
     /// Whether what is seen jumps there from wherever it is seen; if not, only where it is a silhouette.
     pub(super) jump: bool,
+    /// Whether it stands for a crossing that runs along it: something passes through the fold.
+    pub(super) crossed: bool,
     first: u32,
     count: u32,
     /// Where the triangles of all edges at the same place are in the list, those of other shapes included.
@@ -59,6 +61,7 @@ impl EdgeList {
                     span: Span::Edge([a.min(b), a.max(b)]),
                     shapes: [shape(triangle); 2],
                     jump: scene.adjacency.jumps(triangle, k),
+                    crossed: false,
                     first: list.faces.len() as u32,
                     count: group.len() as u32,
                     first_there,
@@ -81,13 +84,15 @@ impl EdgeList {
     }
 
     fn add_crossings(&mut self, scene: &Scene) {
+        let mut along = HashSet::new();
         for (index, crossing) in (0..).zip(scene.crossings().all()) {
             let folded = |t: u32| {
                 let [a, b, c] = scene.corners(t);
                 (b - a).cross(c - a).normalize_or_zero().distance(crossing.normal()) > COPLANAR
             };
-            if crossing.continued.is_some_and(folded) {
+            if let Some(other) = crossing.continued.filter(|&t| folded(t)) {
                 // It is an edge of the list already, and finds the same jump.
+                along.insert(in_order(crossing.triangles[0], other));
                 continue;
             }
             let first = self.faces.len() as u32;
@@ -95,6 +100,7 @@ impl EdgeList {
                 span: Span::Crossing(index),
                 shapes: crossing.shapes(&scene.triangles),
                 jump: true,
+                crossed: true,
                 first,
                 count: 2,
                 first_there: first,
@@ -104,6 +110,12 @@ impl EdgeList {
                 |triangle: u32| Face { triangle, opposite: scene.triangles[triangle as usize].positions[0] };
             self.faces.extend(crossing.triangles.map(face));
         }
+        let crossed = |edge: &Edge| match self.faces(edge) {
+            [f, g] => along.contains(&in_order(f.triangle, g.triangle)),
+            _ => false,
+        };
+        let crossed: Vec<bool> = self.edges.iter().map(|edge| edge.crossed || crossed(edge)).collect();
+        self.edges.iter_mut().zip(crossed).for_each(|(edge, crossed)| edge.crossed = crossed);
     }
 
     /// The triangles that meet in an edge.
@@ -166,6 +178,11 @@ impl EdgeList {
         let range = edge.first_there as usize..(edge.first_there + edge.count_there) as usize;
         self.faces[range].iter().any(|f| Surface::Triangle(f.triangle) == surface)
     }
+}
+
+/// A pair of triangles, the smaller first.
+fn in_order(a: u32, b: u32) -> [u32; 2] {
+    [a.min(b), a.max(b)]
 }
 
 /// Places along a curve that fills the box around a scene (Morton 1966).

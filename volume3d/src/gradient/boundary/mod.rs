@@ -6,6 +6,7 @@
 //! of v (the residual theorem, [`flatland::boundary`]): its field follows the rest, but for the borders of flat emitters,
 //! which are added where next-event estimation meets them.
 
+mod along_warp;
 mod curve;
 mod driver;
 mod emitters;
@@ -29,6 +30,7 @@ mod wedge;
 
 use glam::DVec3;
 
+pub(super) use self::along_warp::AlongWarp;
 use self::driver::Boundary;
 use self::emitters::{Emitters, Of};
 use self::horizon::{Beyond, Horizon};
@@ -38,7 +40,6 @@ use self::primary::{Lines, Primary};
 use self::secondary::{Light, Secondary};
 use self::sign_changes::FilmSignChanges;
 pub(super) use self::sums::{Effort, Gradients, Images};
-pub(super) use self::warped::AlongWarp;
 use super::motion::Motion;
 use super::{ActiveParameters, Stopped};
 use crate::path::{Kernels, Paths};

@@ -81,9 +81,12 @@ impl<'a> Primary<'a> {
         primary
     }
 
-    /// Whether the camera may see an edge as a silhouette: all borders and crossings, and through a lens, of which each point
-    /// has silhouettes of its own, every edge.
+    /// Whether the camera may see an edge as a silhouette: all borders, crossings and what they run along, and through a lens, of
+    /// which each point has silhouettes of its own, every edge.
     fn may_be_silhouette(&self, edge: &Edge) -> bool {
+        if edge.crossed {
+            return true;
+        }
         let Some([u, v]) = self.list.limits(self.paths.scene, edge) else { return true };
         let [a, b] = edge.span(self.paths.scene);
         let way = self.frame.origin.value() - a;

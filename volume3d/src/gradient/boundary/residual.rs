@@ -13,18 +13,18 @@
 //! themselves; those of flat ones are added where next-event estimation meets them.
 //!
 //! Points of curves are drawn by length, contrast and visibility, which know nothing of velocities but what moves at all: forward and
-//! reverse mode are one linear map and its transpose.
+//! reverse mode are one linear map and its transpose if what is active is what moves.
 
 use flatland::calculus::{Number, Vec3};
 use glam::DVec3;
 
+use super::along_warp::AlongWarp;
 use super::curve::Eye;
 use super::driver::{Address, Boundary, BoundarySample};
 use super::emitters::Emitters;
 use super::primary::Primary;
 use super::secondary::Secondary;
 use super::sensor::CameraSubpath;
-use super::warped::AlongWarp;
 use super::warped_ray::warped_ray;
 use crate::gradient::auxiliary::Auxiliary;
 use crate::gradient::differential::Differential;

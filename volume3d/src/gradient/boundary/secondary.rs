@@ -140,6 +140,9 @@ impl<'a> Secondary<'a> {
             // Those of emitters are sampled from the camera, and at other crossings no emission jumps.
             return 0.0;
         }
+        if self.light == Light::Shadows && paths.lights.is_the_only(edge.shapes[0]) {
+            return 0.0;
+        }
         let [a, b] = edge.span(scene);
         if let Some(targets) = &self.targets {
             return match self.wedge(edge) {

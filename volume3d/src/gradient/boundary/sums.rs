@@ -34,7 +34,7 @@ impl<'l> Effort<'l> {
         'l: 's,
     {
         let (width, height) = scene.size();
-        Driver::new(scene, self.seed, self.of(term) * width * height).above(self.levels)
+        Driver::new(scene, self.seed, self.of(term).saturating_mul(width * height)).above(self.levels)
     }
 }
 

@@ -67,6 +67,11 @@
 //!
 //! Jumps within faces with interpolated normals are no arcs of S: they are boundary terms beside the field
 //! ([`sign_changes`](crate::gradient::WarpedArea::sign_changes)).
+//!
+//! A softened field ([`Field::Softened`](crate::gradient::Field::Softened)) has no such tails: kernels of jumps before T stop growing at an angle
+//! ε, and those of the border of T (its *owner*) and of seams stay exact. Then V = v on the side of a silhouette whose surface ends there, at
+//! creases and at seams from both sides, and V ≠ v on the other side of silhouettes and at crossings, which leaves a
+//! [residual](crate::gradient::boundary) there and nowhere else.
 
 mod arc;
 mod edge;

@@ -53,3 +53,38 @@ fn softened_fields_follow_shadows_and_outlines_of_all_lights() {
     comparisons.reject("interior only", softened(0, false), edges);
     comparisons.finish();
 }
+
+/// An octahedron that is sunk in a plane up to its ring of edges moves in it: the waterline is a crossing along folds, and no
+/// silhouette where both faces of a fold are turned to the camera.
+#[test]
+fn softened_fields_leave_waterlines_to_curves() {
+    let camera = Camera::look_at(DVec3::new(0.3, -2.6, 2.2), DVec3::new(0.0, 0.0, 1.0), DVec3::Z, 0.55);
+    let mut d = Description::new(camera, film(5, Filter::Tent { radius: 1.0 }));
+    d.integrator.max_depth = Some(1);
+    d.add_emitter("plane", Mesh::rectangle().transformed(&at(0.0, 0.0, 1.0, 2.0)), DVec3::splat(0.3));
+    let ring = [DVec3::X, DVec3::Y, DVec3::NEG_X, DVec3::NEG_Y];
+    let places = [&ring[..], &[DVec3::Z, DVec3::NEG_Z]].concat();
+    let sides = (0..4).flat_map(|i| [[i, (i + 1) % 4, 4], [(i + 1) % 4, i, 5]]).collect();
+    let places = places.iter().map(|p| 0.5 * *p + DVec3::Z).collect();
+    d.add_emitter("body", Mesh::new(places, sides).unwrap(), DVec3::ONE);
+    let scene = Scene::new(d).unwrap();
+    let mut change = Tangent::still(&scene);
+    change.translate(&scene, 1, DVec3::new(0.3, -1.0, 0.0));
+    let weighted = |image: Image| -> Vec<DVec3> {
+        image.pixels.iter().enumerate().map(|(i, g)| *g * ((i / 5) as f64 - 1.0)).collect()
+    };
+    let run = |field: Field| {
+        total(|seed| {
+            let method = WarpedArea { samples: 192, seed, field, ..WarpedArea::default() };
+            weighted(method.forward(&scene, &change, &Progress::none()).unwrap().gradient)
+        })
+    };
+    let softened = |silhouettes: usize| {
+        run(Field::Softened { film: 1.2, lobe: 0.5, softness: 0.4, silhouettes, shadows: 0 })
+    };
+    let exact = run(Field::default());
+    let mut comparisons = Comparisons::of("softened_fields_leave_waterlines_to_curves");
+    comparisons.add("softened".into(), softened(192), exact, 0.0, exact.0);
+    comparisons.reject("silhouettes left out", softened(0), exact);
+    comparisons.finish();
+}

@@ -24,7 +24,7 @@ pub enum Field {
     ///
     /// Directions towards lights are not warped: the edges of shadows and the outlines of emitters are sampled, with the speed at which
     /// they pass the shading point. All other directions have the exact mean. Beside implicit surfaces all of the field is the exact
-    /// mean, and towards lights it is where an emitter has a texture, or something passes through one.
+    /// mean, and towards lights it is where an emitter has a texture, or something passes through one or lies on it.
     Softened {
         /// How far away edges count on the film, in pixels.
         film: f64,
@@ -34,8 +34,9 @@ pub enum Field {
         softness: f64,
         /// Samples of silhouettes on the film, a pixel on average. 0 leaves them out, which is **biased**.
         silhouettes: usize,
-        /// Samples of the edges of shadows, a pixel on average, and as many of outlines of emitters that are not flat. With 0 none are, and
-        /// the mean follows them exactly.
+        /// Samples of the edges of shadows, a pixel on average, as many of outlines of emitters that are not flat, and of horizons of
+        /// faces with interpolated normals. With 0 none are, and the mean follows them exactly. An emitter of thousands of triangles has as
+        /// many edges to draw from, most of which are no silhouettes.
         shadows: usize,
     },
     /// The velocities of what auxiliary rays hit (Bangaru, Li and Durand 2020).

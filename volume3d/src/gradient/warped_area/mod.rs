@@ -9,6 +9,7 @@ mod field;
 mod forward;
 mod job;
 mod reverse;
+mod shadows;
 
 use self::job::Job;
 pub use field::Field;
@@ -123,7 +124,8 @@ impl WarpedArea {
         self.image::<1, 6>(scene, change, self.construction(scene), progress)
     }
 
-    /// The same, with interior, primary and secondary term apart.
+    /// The same, with interior, primary and secondary term apart. Of a [softened](Field::Softened) field all motion of shadows counts as
+    /// secondary, that which the film's warp makes of it included: the sum is what it is, and the primary term lacks as much.
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
@@ -138,7 +140,8 @@ impl WarpedArea {
     }
 
     /// Σ over pixels and channels of adjoint · dI/dθ, for every active parameter θ at once: the transpose of
-    /// [`forward`](Self::forward), with the same random numbers. (Not if auxiliary rays
+    /// [`forward`](Self::forward), with the same random numbers (of a [softened](Field::Softened) field if what is active is what
+    /// moves, as curves are drawn by that). (Not if auxiliary rays
     /// [adapt](flatland::warp::Adaptive): then what moves decides how many there are, and both are unbiased by
     /// themselves.)
     ///
@@ -171,8 +174,7 @@ impl WarpedArea {
     }
 
     /// What the field is made of in a scene. Beside implicit surfaces, whose silhouettes are no curves to be sampled, means over jumps
-    /// are exact; and so they are towards lights where something passes through an emitter, as shadows begin there, or an emitter has
-    /// a texture, which may jump.
+    /// are exact; and so they are towards lights where shadows are no curves that can be sampled.
     fn construction(&self, scene: &Scene) -> Construction {
         let implicit = self.implicit;
         let curves = scene.description.implicits.is_empty();
@@ -181,8 +183,7 @@ impl WarpedArea {
                 Construction::JumpMean { film, lobe, softness: 0.0, sampled_shadows: false, implicit }
             }
             Field::Softened { film, lobe, softness, shadows, .. } => {
-                let sampled_shadows =
-                    curves && shadows > 0 && !emitters_are_crossed(scene) && !emitters_are_textured(scene);
+                let sampled_shadows = curves && shadows > 0 && shadows::are_curves(scene);
                 Construction::JumpMean {
                     film,
                     lobe,
@@ -343,15 +344,4 @@ impl WarpedArea {
         let edges = (by_jumps && geometric && self.warps).then(|| SceneEdges::new(scene));
         Ok(Job { method: self, paths, film, control_variate, construction, edges })
     }
-}
-
-/// Whether any surface passes through one that emits.
-fn emitters_are_crossed(scene: &Scene) -> bool {
-    let emits = |shape: u32| scene.description.shapes[shape as usize].radiance.is_some();
-    scene.crossings().all().iter().any(|c| c.shapes(&scene.triangles).into_iter().any(emits))
-}
-
-/// Whether any emitter has a texture.
-fn emitters_are_textured(scene: &Scene) -> bool {
-    scene.description.shapes.iter().any(|shape| shape.radiance_texture.is_some())
 }

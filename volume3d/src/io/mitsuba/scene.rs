@@ -59,6 +59,14 @@ impl Reader<'_> {
             journal.accept(read, element, "the emitter is left out");
         }
         journal.accept(scene.finish(), &self.document.root, "");
+        let orthographic = |e: &&Element| e.attribute("type") == Some("orthographic");
+        if let Some(element) = sensors.first().filter(|e| orthographic(e) && !self.implicits.is_empty()) {
+            // From as far away as its camera stands implicit surfaces are lost.
+            journal.refuse(
+                element
+                    .unsupported("an orthographic sensor before implicit surfaces", "a perspective sensor"),
+            );
+        }
         if let Some(Sensor { camera, clips, film, .. }) = &sensor {
             let read = clips.check(camera, film, &self.shapes);
             journal.accept(read, &self.document.root, "nothing is clipped");

@@ -1,16 +1,16 @@
 //! Boundary terms along a warp: curves with the velocity beyond the warp's instead of all of it.
 //!
 //! Curves on which a surface turns its other side are what no field follows of the jumps within faces; what a
-//! [softened](super::residual) field leaves of silhouettes and shadows comes beside them. Where shadows are not sampled, the horizon of a face with shading normals is seen as
-//! the edges of the face itself, which are silhouettes from within its plane, and fields follow these.
+//! [softened](super::residual) field leaves of silhouettes and shadows comes beside them. Where shadows are not sampled, the
+//! horizon of a face with shading normals is seen as the edges of the face itself, which are silhouettes from within its plane, and
+//! fields follow these.
 
 #[cfg(test)]
 pub(super) mod tests;
 
 use flatland::calculus::Number;
-use flatland::random::stream;
-use flatland::warp::Warp;
 
+use super::along_warp::AlongWarp;
 use super::curve::{Curve, Eye};
 use super::driver::{Address, Boundary, BoundarySample};
 use super::emitters::{Emitters, Of};
@@ -25,19 +25,8 @@ use super::{Moving, SIGN_CHANGE_AUXILIARY, Take, Term};
 use crate::gradient::Stopped;
 use crate::gradient::auxiliary::{Auxiliary, Construction};
 use crate::gradient::differential::Differential;
-use crate::gradient::jump_mean::SceneEdges;
 use crate::gradient::motion::MovingBounds;
-use crate::path::{Frame, Paths};
-
-/// A warp along which boundary terms are counted.
-#[derive(Debug)]
-pub(in crate::gradient) struct AlongWarp<'j> {
-    pub(in crate::gradient) paths: &'j Paths<'j>,
-    pub(in crate::gradient) warp: &'j Warp,
-    pub(in crate::gradient) construction: Construction,
-    pub(in crate::gradient) edges: Option<&'j SceneEdges>,
-    pub(in crate::gradient) seed: u64,
-}
+use crate::path::Frame;
 
 /// One kind of curve, along the warp.
 #[derive(Debug)]
@@ -47,14 +36,6 @@ struct Warped<'p, C> {
 }
 
 impl AlongWarp<'_> {
-    pub(super) fn auxiliary<'a>(&'a self, bounds: &'a MovingBounds) -> Auxiliary<'a> {
-        let Self { paths, warp, construction, edges, seed } = *self;
-        let rng = stream(seed, &[SIGN_CHANGE_AUXILIARY]);
-        let mut auxiliary = Auxiliary::new(paths, warp, bounds, construction, edges, rng);
-        auxiliary.scattered = true;
-        auxiliary
-    }
-
     /// Hands over what a softened field leaves of silhouettes on the film, if it is softened, and of shadows, if they are sampled.
     pub(in crate::gradient) fn residual(
         &self,

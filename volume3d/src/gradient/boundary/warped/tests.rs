@@ -9,7 +9,7 @@ use crate::geometry::{Attribute, Mesh, Normals};
 use crate::gradient::motion::Motion;
 use crate::gradient::tests::{Comparisons, at, film, terms, thorough, total};
 use crate::gradient::{Field, FiniteDifference, Progress, Tangent, WarpedArea};
-use crate::path::Kernels;
+use crate::path::{Kernels, Paths};
 use crate::scene::{Camera, Description, Environment, Filter, Integrator, Material, Scene};
 
 fn facing(normal: DVec3, place: DVec3, half: f64) -> DAffine3 {

@@ -1,0 +1,31 @@
+//! What boundary terms along a warp have in common.
+
+use flatland::random::stream;
+use flatland::warp::Warp;
+
+use super::SIGN_CHANGE_AUXILIARY;
+use crate::gradient::auxiliary::{Auxiliary, Construction};
+use crate::gradient::jump_mean::SceneEdges;
+use crate::gradient::motion::MovingBounds;
+use crate::path::Paths;
+
+/// A warp along which boundary terms are counted.
+#[derive(Debug)]
+pub(in crate::gradient) struct AlongWarp<'j> {
+    pub(in crate::gradient) paths: &'j Paths<'j>,
+    pub(in crate::gradient) warp: &'j Warp,
+    pub(in crate::gradient) construction: Construction,
+    pub(in crate::gradient) edges: Option<&'j SceneEdges>,
+    pub(in crate::gradient) seed: u64,
+}
+
+impl AlongWarp<'_> {
+    /// Its warps, at film points in no order.
+    pub(super) fn auxiliary<'a>(&'a self, bounds: &'a MovingBounds) -> Auxiliary<'a> {
+        let Self { paths, warp, construction, edges, seed } = *self;
+        let rng = stream(seed, &[SIGN_CHANGE_AUXILIARY]);
+        let mut auxiliary = Auxiliary::new(paths, warp, bounds, construction, edges, rng);
+        auxiliary.scattered = true;
+        auxiliary
+    }
+}
