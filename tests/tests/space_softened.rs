@@ -16,21 +16,21 @@ use tests::space::worlds::{
 };
 use volume3d::gradient::{Field, WarpedArea};
 
-static GENERIC: LazyLock<Vec<Known>> = LazyLock::new(|| coverage(&CoverageKind::GENERIC, pick(4, 18)));
+static GENERIC: LazyLock<Vec<Known>> = LazyLock::new(|| coverage(&CoverageKind::GENERIC, pick(4, 8)));
 /// Worlds a million times smaller, larger or farther from the origin.
 static FAR: LazyLock<Vec<Known>> = LazyLock::new(|| {
-    coverage(&[CoverageKind::Small, CoverageKind::Large, CoverageKind::FarFromOrigin], pick(4, 12))
+    coverage(&[CoverageKind::Small, CoverageKind::Large, CoverageKind::FarFromOrigin], pick(4, 6))
 });
 static CROSSINGS: LazyLock<Vec<Known>> = LazyLock::new(|| {
     let moving: Vec<_> = CrossingMoving::AT_REST.into_iter().chain(CrossingMoving::MOVING).collect();
-    crossing_coverage(&moving, pick(2, 6))
+    crossing_coverage(&moving, pick(2, 3))
 });
 /// A ground lit past bodies that cross one another or the lamp.
 static LIT: LazyLock<Vec<Known>> =
     LazyLock::new(|| lit(&LitCrossingKind::UNSEEN, &LitCrossingMoving::ALL, 1));
 static PENUMBRAS: LazyLock<Vec<Known>> = LazyLock::new(|| {
     let all = DirectKind::ALL.into_iter().flat_map(|kind| {
-        (0..pick(6, 24)).map(move |i| {
+        (0..pick(6, 12)).map(move |i| {
             let moving = DirectMoving::ALL[i as usize % DirectMoving::ALL.len()];
             DirectKnobs { moving, ..DirectKnobs::random(76_000 + i, kind) }
         })
@@ -60,7 +60,7 @@ fn coverage_is_unbiased_for_any_softness() {
     // Where levels are 0 both sides count by their radiance.
     let level = WarpedArea { control_variate: 0, ..softened(8, 0.4, 8, 0) };
     accept(&mut power, "softened, no control variate", &GENERIC, &level);
-    let some = &GENERIC[..pick(16, 64).min(GENERIC.len())];
+    let some = &GENERIC[..pick(16, 24).min(GENERIC.len())];
     reject("softened, silhouettes left out", some, |k, half| k.estimate(half, &softened(8, 0.4, 0, 0)));
     reject("softened, silhouettes twice", some, |k, half| {
         let once = k.estimate(half, &softened(8, 0.4, 8, 0)).scaled(2.0);
