@@ -26,10 +26,10 @@ const MOVED: &str = "tune scene.xml --move sheet:translate:1,0,0";
 fn bias_is_seen_where_it_is_and_nowhere_else() {
     let place = Place::new();
     let targets = "--seconds 0.5,1e-9 --error 0.2,1e-9";
-    let text = place.succeed(&format!("{MOVED} --spp 64 {targets} --seed 3 -o tune.svg --csv tune.csv"));
+    let text = place.succeed(&format!("{MOVED} --spp 128 {targets} --seed 4 -o tune.svg --csv tune.csv"));
     let rows = rows(&place, "tune.csv");
     let number = |setting: &str, column: &str| -> f64 {
-        rows[&(setting.to_owned(), 64)][column].parse().unwrap_or_else(|_| panic!("{setting} {column}"))
+        rows[&(setting.to_owned(), 128)][column].parse().unwrap_or_else(|_| panic!("{setting} {column}"))
     };
     let z = |setting: &str| {
         let of = |column: &str, expected: f64| {
