@@ -14,7 +14,7 @@ use tests::space::crossing::{coverage as crossing_coverage, lit};
 use tests::space::worlds::{
     CoverageKind, CrossingMoving, DirectKind, DirectKnobs, DirectMoving, LitCrossingKind, LitCrossingMoving,
 };
-use volume3d::gradient::{Field, WarpedArea};
+use volume3d::gradient::{Field, Pilot, WarpedArea};
 
 static GENERIC: LazyLock<Vec<Known>> = LazyLock::new(|| coverage(&CoverageKind::GENERIC, pick(4, 8)));
 /// Worlds a million times smaller, larger or farther from the origin.
@@ -82,6 +82,16 @@ fn penumbras_are_unbiased() {
     accept(&mut power, "softened, sampled shadows", &PENUMBRAS, &method);
     let still = WarpedArea { warps: false, ..method };
     reject("interior only", &PENUMBRAS, |k, half| k.estimate(half, &still));
+}
+
+/// A pilot looks at a scene before it chooses a method and splits its samples: what it sees must not be in what is then estimated.
+#[test]
+fn what_a_pilot_chooses_is_unbiased() {
+    let mut power = Power::of("space_softened::what_a_pilot_chooses_is_unbiased");
+    let pilot = Pilot { samples: 8, seed: 0 };
+    accept(&mut power, "chosen by a pilot, coverage", &GENERIC, &pilot);
+    accept(&mut power, "chosen by a pilot, crossings", &CROSSINGS, &pilot);
+    accept(&mut power, "chosen by a pilot, penumbras", &PENUMBRAS, &Pilot { samples: 32, seed: 0 });
 }
 
 /// The same numbers, forwards and backwards.

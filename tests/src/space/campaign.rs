@@ -11,8 +11,8 @@ use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use volume3d::Image;
 use volume3d::gradient::{
-    ActiveParameters, EdgeSampling, FiniteDifference, Gradient, GradientError, GradientImage, Progress,
-    Tangent, WarpedArea,
+    ActiveParameters, EdgeSampling, FiniteDifference, Gradient, GradientError, GradientImage, Pilot,
+    Progress, Tangent, WarpedArea,
 };
 use volume3d::scene::{Crop, Scene};
 
@@ -90,6 +90,28 @@ macro_rules! sampler {
 
 sampler!(WarpedArea);
 sampler!(EdgeSampling);
+
+/// What a pilot chooses.
+impl Sampler for Pilot {
+    fn reseeded(&self, more: u64) -> Self {
+        Self { seed: self.seed.wrapping_add(more), ..*self }
+    }
+
+    fn forward(&self, scene: &Scene, change: &Tangent) -> Result<GradientImage, GradientError> {
+        let choice = self.for_change(scene, change, &Progress::none())?;
+        choice.method.forward(scene, change, &Progress::none())
+    }
+
+    fn reverse(
+        &self,
+        scene: &Scene,
+        adjoint: &Image,
+        active: &ActiveParameters,
+    ) -> Result<Gradient, GradientError> {
+        let choice = self.for_active(scene, Some(adjoint), active, &Progress::none())?;
+        choice.method.reverse(scene, adjoint, active, &Progress::none())
+    }
+}
 
 /// The default method with so many samples a pixel.
 pub fn warped(samples: usize) -> WarpedArea {

@@ -49,6 +49,8 @@ const FIRST: usize = 4;
 const MOST: usize = 1 << 14;
 /// A relative error below this is told well enough to be scaled.
 const TOLD: f64 = 0.5;
+/// At least so much of a run's time is that of its samples.
+const LEAST: f64 = 0.25;
 /// Pilots take no more than about this part of the time.
 const SHARE: f64 = 0.1;
 
@@ -107,9 +109,11 @@ impl Budget {
             let by_error =
                 self.error.filter(|_| relative < TOLD).map(|e| samples as f64 * (relative / e).powi(2));
             let time = self.time.map(|time| time.as_secs_f64());
-            // A run takes a time of its own and one for each sample.
+            // A run takes a time of its own and one for each sample, which two short runs may tell badly.
             let (few, seconds) = before.unwrap_or((0, 0.0));
-            let each = ((found.seconds - seconds) / (samples - few) as f64).max(f64::MIN_POSITIVE);
+            let mean = found.seconds / samples as f64;
+            let each =
+                ((found.seconds - seconds) / (samples - few) as f64).max(LEAST * mean).max(f64::MIN_POSITIVE);
             let own = (found.seconds - each * samples as f64).max(0.0);
             let by_time = time.map(|time| (time - spent - own) / each);
             // The next pilot would take too long.

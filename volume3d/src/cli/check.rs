@@ -68,6 +68,7 @@ const WEIGHT_SAMPLES: usize = 16;
 /// What tells the seeds of the three estimates apart.
 const WEIGHTS: u64 = 1;
 const METHOD: u64 = 2;
+const CHOICE: u64 = 4;
 const DIFFERENCES: u64 = 3;
 
 pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
@@ -140,9 +141,11 @@ impl<'a> Check<'a> {
 
     /// The weighted totals of all runs of the method.
     fn method(&mut self, weights: &[DVec3]) -> Result<Vec<f64>, GradientError> {
-        self.totals(weights, |check, r| {
-            check.options.method.estimator(check.samples, check.seed(METHOD, r), None)
-        })
+        // Chosen once for all runs, which have seeds of their own.
+        let estimator = self.options.method.estimator(self.samples, self.seed(CHOICE, 0), None);
+        let (estimator, chosen) = estimator.chosen(|p| p.for_change(self.scene, self.change, &silent()))?;
+        self.messages += &chosen;
+        self.totals(weights, |check, r| estimator.reseeded(check.seed(METHOD, r)))
     }
 
     /// The same of finite differences with one step.

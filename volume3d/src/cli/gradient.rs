@@ -27,8 +27,11 @@ use super::{Outcome, Report, reverse, usage};
 /// Reverse: for a loss L of the image I with the adjoint image ∂L/∂I, the derivative ∂L/∂p = Σ ∂L/∂I · ∂I/∂p over all
 /// pixels and channels, for every parameter p named by --wrt, from one run.
 ///
+/// By default a pilot of few samples chooses between two unbiased methods and splits their samples, see --method; it says what it
+/// chose. --method warped-area is always the same field, and --spp its samples.
+///
 /// With the same --seed, --spp and --method, forward and reverse are transposes of one another to rounding (edge
-/// sampling if all shapes of --wrt move, warped area without --adaptive). If a shape or the camera moves in a scene
+/// sampling if all shapes of --wrt move, warped area without --adaptive; not what a pilot chooses for each). If a shape or the camera moves in a scene
 /// that has an ideal mirror or a light without extent, that is refused, as no warp sees its jumps; --method
 /// finite-difference takes it, and so does --allow-missing, with which edge sampling leaves those jumps out and says so.
 ///
@@ -202,23 +205,25 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     let change = change(scene, &options.moves.moves)?;
     let terms = outputs.terms.is_some();
     let run = |samples, seed, what| {
-        let start = Instant::now();
         let estimator = options.method.estimator(samples, seed, options.step);
+        let (estimator, chosen) =
+            estimator.chosen(|p| p.for_change(scene, &change, &Bar::new(0, "pilot").progress()))?;
+        let start = Instant::now();
         let result = estimator.forward(scene, &change, terms, &Bar::new(0, what).progress())?;
         stop_if_asked()?;
-        anyhow::Ok((result, start.elapsed().as_secs_f64()))
+        anyhow::Ok((result, start.elapsed().as_secs_f64(), chosen))
     };
     let plan = options.budget.plan(scene, options.run.seed, |samples, seed| {
-        let (result, seconds) = run(samples, seed, "pilot")?;
+        let (result, seconds, _) = run(samples, seed, "pilot")?;
         Ok(Pilot::of_image(seconds, &result.gradient, &result.standard_error))
     })?;
     let samples = plan.samples;
     check_error_exists(options.standard_error.as_ref().or(options.block_errors.as_ref()), samples)?;
 
-    let (result, seconds) = run(samples, options.run.seed, "gradient")?;
+    let (result, seconds, chosen) = run(samples, options.run.seed, "gradient")?;
 
     let (width, height) = result.gradient.size();
-    let mut text = plan.text;
+    let mut text = plan.text + &chosen;
     text += &format!(
         "{width} × {height} pixels, {samples} spp, {} auxiliary rays, {seconds:.2} s\n\
          root mean square of the gradient {:.3e}, of its standard error {:.3e}\n",

@@ -5,8 +5,8 @@ use clap::{Args, ValueEnum};
 use flatland::warp::{Adaptive, Debias, Warp};
 use volume3d::Image;
 use volume3d::gradient::{
-    ActiveParameters, EdgeSampling, Field, FiniteDifference, Gradient, GradientError, GradientImage,
-    ImplicitField, Progress, Rotation, Tangent, WarpedArea,
+    ActiveParameters, Choice, EdgeSampling, Field, FiniteDifference, Gradient, GradientError, GradientImage,
+    ImplicitField, Pilot, Progress, Rotation, Tangent, WarpedArea,
 };
 use volume3d::scene::Scene;
 
@@ -15,11 +15,11 @@ use super::usage;
 
 #[derive(Args, Debug)]
 pub(super) struct MethodOptions {
-    /// How the derivative is estimated [default: warped-area; edge with --allow-missing].
+    /// How the derivative is estimated [default: auto; edge with --allow-missing; warped-area with options that belong to it].
     #[arg(long, value_enum)]
     method: Option<Method>,
     /// Warped area: what its field is made of [default: jump-mean; rays if --debias, --aux or
-    /// --adaptive is given].
+    /// --adaptive is given]. Given, --method is warped-area.
     #[arg(long, value_enum)]
     field: Option<FieldKind>,
     /// Warped area: what follows the silhouettes of implicit surfaces [default: vicini].
@@ -49,6 +49,11 @@ pub(super) struct MethodOptions {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum Method {
+    /// Warped-area sampling with a softened field, or edge sampling, whichever a pilot of few samples expects to err less in
+    /// the time of --spp samples of warped-area; each with its samples split by the pilot. Unbiased; refuses what both refuse.
+    /// Warped-area with implicit surfaces, and where no geometry moves.
+    #[value(name = "auto")]
+    Automatic,
     /// Warped-area sampling: unbiased, with --debias none biased; refuses mirrors and lights without extent where
     /// geometry moves.
     WarpedArea,
@@ -100,7 +105,9 @@ const TAIL: f64 = 1.5;
 const RAYS_WITHOUT_DEBIASING: usize = 16;
 
 /// A method, ready to run.
+#[derive(Clone)]
 pub(super) enum Estimator {
+    Automatic(Pilot),
     WarpedArea(WarpedArea),
     EdgeSampling(EdgeSampling),
     Rotation(Rotation),
@@ -124,8 +131,12 @@ impl MethodOptions {
     }
 
     fn method(&self) -> Method {
-        let default = if self.allow_missing.is_empty() { Method::WarpedArea } else { Method::Edge };
-        self.method.unwrap_or(default)
+        let warped = self.asks_for_rays() || self.field.is_some() || self.asks_for_implicit_field();
+        self.method.unwrap_or(match () {
+            () if !self.allow_missing.is_empty() => Method::Edge,
+            () if warped => Method::WarpedArea,
+            () => Method::Automatic,
+        })
     }
 
     pub(super) fn is_finite_difference(&self) -> bool {
@@ -146,7 +157,7 @@ impl MethodOptions {
         if self.field.is_some_and(|field| field != FieldKind::Rays) && rays {
             return conflict("--debias, --aux and --adaptive belong to --field rays");
         }
-        let implicit = self.implicit_field.is_some() || self.nearest.is_some();
+        let implicit = self.asks_for_implicit_field();
         if implicit && (self.method() != Method::WarpedArea || self.field == Some(FieldKind::Rays) || rays) {
             return conflict(
                 "--implicit-field and --nearest belong to --method warped-area --field jump-mean",
@@ -174,6 +185,9 @@ impl MethodOptions {
             let default = FiniteDifference::default();
             let step = step.unwrap_or(default.step);
             return Estimator::FiniteDifference(FiniteDifference { samples, step, seed });
+        }
+        if self.method() == Method::Automatic {
+            return Estimator::Automatic(Pilot { samples, seed });
         }
         if self.method() == Method::Edge {
             // As many of each kind, as by default.
@@ -221,6 +235,10 @@ impl MethodOptions {
         }
     }
 
+    fn asks_for_implicit_field(&self) -> bool {
+        self.implicit_field.is_some() || self.nearest.is_some()
+    }
+
     fn asks_for_rays(&self) -> bool {
         self.debias.is_some() || self.aux.is_some() || self.adaptive
     }
@@ -241,6 +259,42 @@ impl MethodOptions {
 }
 
 impl Estimator {
+    /// What a pilot makes of it, with words about that; itself if there is nothing to be chosen.
+    pub(super) fn chosen(
+        self,
+        choose: impl FnOnce(&Pilot) -> Result<Choice, GradientError>,
+    ) -> Result<(Self, String), GradientError> {
+        let Self::Automatic(pilot) = self else { return Ok((self, String::new())) };
+        let Choice { method, candidates } = choose(&pilot)?;
+        let mut text = String::new();
+        if let [best, ..] = &candidates[..] {
+            text = format!("a pilot chose {}", best.method);
+            if let [_, other, ..] = &candidates[..]
+                && other.expected_squared_error > 0.0
+            {
+                let times = best.expected_squared_error / other.expected_squared_error;
+                text += &format!("; its squared error should be {times:.2} times that of {}", other.method);
+            }
+            text.push('\n');
+        }
+        let chosen = match method {
+            volume3d::gradient::Method::WarpedArea(method) => Self::WarpedArea(method),
+            volume3d::gradient::Method::EdgeSampling(method) => Self::EdgeSampling(method),
+        };
+        Ok((chosen, text))
+    }
+
+    /// The same with another seed.
+    pub(super) fn reseeded(&self, seed: u64) -> Self {
+        match self.clone() {
+            Self::Automatic(method) => Self::Automatic(Pilot { seed, ..method }),
+            Self::WarpedArea(method) => Self::WarpedArea(WarpedArea { seed, ..method }),
+            Self::EdgeSampling(method) => Self::EdgeSampling(EdgeSampling { seed, ..method }),
+            Self::Rotation(method) => Self::Rotation(Rotation { seed, ..method }),
+            Self::FiniteDifference(method) => Self::FiniteDifference(FiniteDifference { seed, ..method }),
+        }
+    }
+
     /// The derivative of every pixel, with its terms apart if they are asked for and there are any.
     pub(super) fn forward(
         &self,
@@ -250,6 +304,11 @@ impl Estimator {
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
         match self {
+            Self::Automatic(pilot) => {
+                let (chosen, _) =
+                    Self::Automatic(*pilot).chosen(|p| p.for_change(scene, change, progress))?;
+                chosen.forward(scene, change, terms, progress)
+            }
             Self::WarpedArea(method) if terms => method.forward_terms(scene, change, progress),
             Self::WarpedArea(method) => method.forward(scene, change, progress),
             Self::EdgeSampling(method) if terms => method.forward_terms(scene, change, progress),
@@ -269,6 +328,11 @@ impl Estimator {
         progress: &Progress,
     ) -> Result<Gradient, GradientError> {
         match self {
+            Self::Automatic(pilot) => {
+                let choose = |p: &Pilot| p.for_active(scene, Some(adjoint), active, progress);
+                let (chosen, _) = Self::Automatic(*pilot).chosen(choose)?;
+                chosen.reverse(scene, adjoint, active, progress)
+            }
             Self::WarpedArea(method) => method.reverse(scene, adjoint, active, progress),
             Self::EdgeSampling(method) => method.reverse(scene, adjoint, active, progress),
             Self::Rotation(method) => method.reverse(scene, adjoint, active, progress),

@@ -50,11 +50,13 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     let active = parameters.active(scene);
 
     let run = |samples, seed, what| {
-        let start = Instant::now();
         let estimator = request.method.estimator(samples, seed, None);
+        let (estimator, chosen) = estimator
+            .chosen(|p| p.for_active(scene, Some(&adjoint), &active, &Bar::new(0, "pilot").progress()))?;
+        let start = Instant::now();
         let gradient = estimator.reverse(scene, &adjoint, &active, &Bar::new(0, what).progress())?;
         stop_if_asked()?;
-        anyhow::Ok((gradient, start.elapsed().as_secs_f64()))
+        anyhow::Ok((gradient, start.elapsed().as_secs_f64(), chosen))
     };
     let numbers = |gradient: &Gradient| -> Vec<f64> {
         let arrays = arrays(&parameters, scene, &gradient.by_parameter);
@@ -64,14 +66,14 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     let plan = request.budget.plan(scene, request.run.seed, |samples, seed| {
         let runs =
             (0..RUNS).map(|index| run(samples, seed ^ index, "pilot")).collect::<anyhow::Result<Vec<_>>>()?;
-        let seconds = runs.iter().map(|(_, seconds)| seconds).sum::<f64>() / RUNS as f64;
-        let runs: Vec<Vec<f64>> = runs.iter().map(|(gradient, _)| numbers(gradient)).collect();
+        let seconds = runs.iter().map(|(_, seconds, _)| seconds).sum::<f64>() / RUNS as f64;
+        let runs: Vec<Vec<f64>> = runs.iter().map(|(gradient, ..)| numbers(gradient)).collect();
         Ok(Pilot::of_runs(seconds, &runs))
     })?;
     let samples = plan.samples;
-    let (gradient, seconds) = run(samples, request.run.seed, "reverse")?;
+    let (gradient, seconds, chosen) = run(samples, request.run.seed, "reverse")?;
 
-    let mut text = plan.text;
+    let mut text = plan.text + &chosen;
     text += &format!("{} × {} pixels, {samples} spp, {seconds:.2} s\n", adjoint.width, adjoint.height);
     if let Some(foreseen) = plan.foreseen {
         text += &format!("its error is about {} of the gradient, by the pilot\n", percent(foreseen));

@@ -8,7 +8,7 @@ use super::film_accumulator::{FilmAccumulator, RowSums};
 use super::non_finite::NonFinite;
 use super::parts::in_order;
 use super::progress::{Progress, Stopped};
-use super::result::{GradientImage, Terms};
+use super::result::{GradientImage, Noise, Terms};
 use crate::Image;
 use crate::scene::{TraceCounts, lost_by_this_thread};
 
@@ -148,11 +148,13 @@ pub(super) fn finish<const N: usize, const K: usize>(
         image.pixels.iter_mut().for_each(|v| *v = v.map(f64::sqrt));
         image
     };
+    let standard_error = root(pick(&accumulator.variance, 3));
     GradientImage {
         image: pick(&accumulator.mean, 0),
         image_error: root(pick(&accumulator.variance, 0)),
         gradient: pick(&accumulator.mean, 3),
-        standard_error: root(pick(&accumulator.variance, 3)),
+        noise: Noise::of_area(&standard_error),
+        standard_error,
         regions: accumulator.regions.finish(samples),
         terms: (N == 3).then(|| Terms {
             interior: pick(&accumulator.mean, 6),

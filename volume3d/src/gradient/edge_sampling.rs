@@ -4,11 +4,12 @@
 use glam::DVec3;
 
 use super::accumulator::Sums;
-use super::boundary::{Effort, Gradients, Images, Moving, each_boundary};
+use super::boundary::{Effort, Gradients, Images, Kinds, Moving, each_boundary};
 use super::motion::Motion;
 use super::unsupported::{left_out_of_active, left_out_of_tangent, supports_meshes_only};
 use super::{
-    ActiveParameters, Gradient, GradientError, GradientImage, Missing, Progress, Tangent, Terms, WarpedArea,
+    ActiveParameters, Gradient, GradientError, GradientImage, Missing, Progress, Stopped, Tangent, Terms,
+    WarpedArea,
 };
 use crate::Image;
 use crate::scene::Scene;
@@ -133,6 +134,13 @@ impl EdgeSampling {
             seed: self.seed,
             ..WarpedArea::default()
         }
+    }
+
+    /// How many kinds of curves are sampled.
+    pub(super) fn kinds_of_curves(scene: &Scene, moving: &Moving) -> Result<Kinds, Stopped> {
+        let mut kinds = Kinds::default();
+        each_boundary(scene, moving, &mut kinds)?;
+        Ok(kinds)
     }
 
     pub(super) fn effort(&self) -> Effort<'static> {

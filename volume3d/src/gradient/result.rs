@@ -1,5 +1,7 @@
 //! What an estimate of a gradient image says.
 
+use glam::DVec3;
+
 use super::Tangent;
 use super::contribution::Contribution;
 use super::non_finite::NonFinite;
@@ -19,6 +21,31 @@ pub struct Terms {
     pub secondary: Image,
 }
 
+/// Where the noise of a gradient image comes from: the squared standard errors of the parts it is the sum of, which are
+/// independent. Each falls as one over the samples of its kind, see [`Pilot`](super::Pilot).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Noise {
+    /// Of samples of the area.
+    pub area: Image,
+    /// Of samples of curves on the film.
+    pub film_curves: Image,
+    /// Of samples of curves that shading points see.
+    pub shading_curves: Image,
+}
+
+impl Noise {
+    /// All of it from the area, until curves are added.
+    pub(super) fn of_area(standard_error: &Image) -> Self {
+        let area = Image {
+            pixels: standard_error.pixels.iter().map(|e| *e * *e).collect(),
+            width: standard_error.width,
+            height: standard_error.height,
+        };
+        let none = Image::constant(area.width, area.height, DVec3::ZERO);
+        Self { area, film_curves: none.clone(), shading_curves: none }
+    }
+}
+
 /// A gradient image: the derivative of every pixel along one change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GradientImage {
@@ -31,6 +58,8 @@ pub struct GradientImage {
     pub gradient: Image,
     /// The standard error of each. Pixels have noise in common: that of a sum does not follow from these.
     pub standard_error: Image,
+    /// What its square is the sum of.
+    pub noise: Noise,
     /// Sums of the gradient over the whole and over blocks, with their standard errors.
     pub regions: Regions,
     /// The terms it is the sum of, if they were asked for and the method tells them apart.

@@ -116,11 +116,14 @@ fn every_method() {
         place.succeed(&format!("gradient scene.xml --spp 4 --move sheet:translate:1,0,0 -o g.exr {options}"));
         place.bytes("g.exr")
     };
-    let default = gradient("");
+    let default = gradient("--method warped-area");
     assert_eq!(gradient("--method warped-area --field jump-mean"), default);
+    assert_eq!(gradient("--field jump-mean"), default);
     // No implicit surface is there that one could follow.
     assert_eq!(gradient("--implicit-field bangaru --nearest 4"), default);
     let others = [
+        "--field softened",
+        "",
         "--field rays",
         "--debias none",
         "--debias none --aux 4",
@@ -136,7 +139,29 @@ fn every_method() {
     for (i, other) in others.iter().enumerate() {
         assert!(*other != default && !others[..i].contains(other), "{i}");
     }
-    assert_eq!(gradient("--debias multilevel --aux 16"), others[0]);
+    assert_eq!(gradient("--method auto"), others[1]);
+    assert_eq!(gradient("--debias multilevel --aux 16"), others[2]);
+}
+
+/// By default a pilot chooses, says what, and chooses alike on any number of threads, forward and in reverse.
+#[test]
+fn a_pilot_chooses() {
+    let place = Place::new();
+    place.succeed("render scene.xml -o adjoint.exr --spp 4");
+    for what in ["--move sheet:translate:1,0,0", "--adjoint adjoint.exr --wrt sheet.vertex_positions"] {
+        let run = |name: &str, options: &str| {
+            let text = place.succeed(&format!("gradient scene.xml --spp 16 {what} -o {name} {options}"));
+            (text.lines().find(|l| l.starts_with("a pilot chose ")).map(str::to_owned), place.bytes(name))
+        };
+        let first = run("a.npy", "");
+        assert!(first.0.as_ref().is_some_and(|line| line.contains("times that of")), "{first:?}");
+        assert_eq!(first, run("b.npy", "--threads 1"));
+        assert_ne!(first.1, run("c.npy", "--seed 1").1);
+        assert_eq!(run("d.npy", "--method edge").0, None);
+    }
+    // Nothing is to be chosen.
+    let text = place.succeed("gradient scene.xml --move lamp:radiance:1,1,1 -o a.npy");
+    assert!(!text.contains("a pilot chose"), "{text}");
 }
 
 /// A mirror refuses what moves, unless its jumps may be left out; then that is printed, and kept in the file.
@@ -184,7 +209,7 @@ fn forward_and_reverse_are_transposes() {
         "camera.fov",
     ];
     let wanted: String = names.iter().map(|n| format!(" --wrt {n}")).collect();
-    let common = "--spp 8 --seed 5";
+    let common = "--method warped-area --spp 8 --seed 5";
     place.succeed(&format!("gradient scene.xml --adjoint adj.exr {wanted} -o out {common}"));
     let gradient = |name: &str| place.npy(&format!("out/{name}.npy"));
     assert_eq!(gradient("sheet.vertex_positions").shape, [6, 3]);

@@ -58,15 +58,17 @@ impl Take for Images<'_> {
 }
 
 fn add(image: &mut GradientImage, term: Term, estimate: Estimate) {
-    let mut term = image.terms.as_mut().map(|terms| match term {
-        Term::Primary => &mut terms.primary,
-        Term::Secondary => &mut terms.secondary,
-    });
+    let (terms, noise) = (image.terms.as_mut(), &mut image.noise);
+    let (mut term, noise) = match term {
+        Term::Primary => (terms.map(|t| &mut t.primary), &mut noise.film_curves),
+        Term::Secondary => (terms.map(|t| &mut t.secondary), &mut noise.shading_curves),
+    };
     for (i, (mean, variance)) in estimate.mean.iter().zip(&estimate.variance).enumerate() {
         if let Some(term) = &mut term {
             term.pixels[i] += *mean;
         }
         image.gradient.pixels[i] += *mean;
+        noise.pixels[i] += *variance;
         let error = &mut image.standard_error.pixels[i];
         *error = (*error * *error + *variance).map(f64::sqrt);
     }
@@ -93,5 +95,24 @@ impl Take for Gradients<'_> {
         }
         let driver = self.effort.driver(self.scene, term);
         driver.reverse(boundary, self.adjoint, self.active, self.progress, self.sums)
+    }
+}
+
+/// How many kinds of curves there are of each term.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::gradient) struct Kinds {
+    pub(in crate::gradient) on_film: usize,
+    pub(in crate::gradient) from_shading_points: usize,
+}
+
+impl Take for Kinds {
+    fn take(&mut self, term: Term, boundary: &impl Boundary) -> Result<(), Stopped> {
+        if !boundary.is_empty() {
+            match term {
+                Term::Primary => self.on_film += 1,
+                Term::Secondary => self.from_shading_points += 1,
+            }
+        }
+        Ok(())
     }
 }

@@ -8,6 +8,7 @@ mod lens;
 mod materials;
 mod missing;
 mod mixtures;
+mod pilot;
 pub(crate) mod scenes;
 mod softened;
 mod textured_lights;

@@ -15,18 +15,19 @@ use self::job::Job;
 pub use field::Field;
 use flatland::warp::{Debias, Warp};
 use glam::DVec3;
+pub(super) use shadows::are_curves as shadows_are_curves;
 
 use super::CONTROL_VARIATE;
 use super::accumulator::Sums;
 use super::auxiliary::Construction;
-use super::boundary::{Effort, Gradients, Images, Moving};
+use super::boundary::{AlongWarp, Effort, Gradients, Images, Kinds, Moving};
 use super::error::GradientError;
 use super::film::FilmPlane;
 use super::implicit_field::ImplicitField;
 use super::jump_mean::SceneEdges;
 use super::motion::Motion;
 use super::primal::primal;
-use super::progress::Progress;
+use super::progress::{Progress, Stopped};
 use super::result::{Gradient, GradientImage};
 use super::tangent::{ActiveParameters, Tangent};
 use super::unsupported::{left_out_of_active, left_out_of_tangent, supports_meshes_only};
@@ -171,6 +172,16 @@ impl WarpedArea {
             return Effort { levels, ..self.effort() };
         };
         Effort { primary: silhouettes, secondary: shadows, seed: self.seed, levels }
+    }
+
+    /// How many kinds of curves are sampled, along the field.
+    pub(super) fn kinds_of_curves(&self, scene: &Scene, moving: &Moving) -> Result<Kinds, Stopped> {
+        let (paths, construction) = (&Paths::new(scene, self.kernels), self.construction(scene));
+        let along = AlongWarp { paths, warp: &self.warp, construction, edges: None, seed: self.seed };
+        let mut kinds = Kinds::default();
+        along.sign_changes(&mut kinds)?;
+        along.residual(moving, &mut kinds)?;
+        Ok(kinds)
     }
 
     /// What the field is made of in a scene. Beside implicit surfaces, whose silhouettes are no curves to be sampled, means over jumps

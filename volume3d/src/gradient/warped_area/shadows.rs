@@ -10,7 +10,7 @@ const MANY: usize = 64;
 /// Whether all jumps of the light of a scene's emitters, as shading points see them, are curves that are sampled: not where
 /// something passes through an emitter or lies on it, as shadows begin there and the edge in common is seen from no point before the
 /// emitter; and not where an emitter has a texture, which may jump.
-pub(super) fn are_curves(scene: &Scene) -> bool {
+pub(in crate::gradient) fn are_curves(scene: &Scene) -> bool {
     let textured = scene.description.shapes.iter().any(|shape| shape.radiance_texture.is_some());
     !textured && !are_crossed(scene) && !are_touched(scene)
 }

@@ -1,0 +1,104 @@
+//! A method that a pilot chooses.
+
+use std::fmt;
+
+use crate::Image;
+use crate::gradient::{
+    ActiveParameters, EdgeSampling, Field, Gradient, GradientError, GradientImage, Progress, Tangent,
+    WarpedArea,
+};
+use crate::scene::Scene;
+
+/// An unbiased method with its samples.
+#[derive(Clone, Debug)]
+pub enum Method {
+    /// Warped-area sampling.
+    WarpedArea(WarpedArea),
+    /// Edge sampling.
+    EdgeSampling(EdgeSampling),
+}
+
+impl Method {
+    /// The same with another seed.
+    #[must_use]
+    pub fn with_seed(&self, seed: u64) -> Self {
+        match self.clone() {
+            Self::WarpedArea(method) => Self::WarpedArea(WarpedArea { seed, ..method }),
+            Self::EdgeSampling(method) => Self::EdgeSampling(EdgeSampling { seed, ..method }),
+        }
+    }
+
+    /// The derivative of every pixel along a change.
+    ///
+    /// # Errors
+    /// Those of [`WarpedArea::forward`].
+    pub fn forward(
+        &self,
+        scene: &Scene,
+        change: &Tangent,
+        progress: &Progress,
+    ) -> Result<GradientImage, GradientError> {
+        match self {
+            Self::WarpedArea(method) => method.forward(scene, change, progress),
+            Self::EdgeSampling(method) => method.forward(scene, change, progress),
+        }
+    }
+
+    /// The same, with interior, primary and secondary term apart.
+    ///
+    /// # Errors
+    /// Those of [`WarpedArea::forward`].
+    pub fn forward_terms(
+        &self,
+        scene: &Scene,
+        change: &Tangent,
+        progress: &Progress,
+    ) -> Result<GradientImage, GradientError> {
+        match self {
+            Self::WarpedArea(method) => method.forward_terms(scene, change, progress),
+            Self::EdgeSampling(method) => method.forward_terms(scene, change, progress),
+        }
+    }
+
+    /// The derivative of Σ adjoint · image by every active parameter.
+    ///
+    /// # Errors
+    /// Those of [`WarpedArea::reverse`].
+    pub fn reverse(
+        &self,
+        scene: &Scene,
+        adjoint: &Image,
+        active: &ActiveParameters,
+        progress: &Progress,
+    ) -> Result<Gradient, GradientError> {
+        match self {
+            Self::WarpedArea(method) => method.reverse(scene, adjoint, active, progress),
+            Self::EdgeSampling(method) => method.reverse(scene, adjoint, active, progress),
+        }
+    }
+}
+
+/// In words, with samples a pixel.
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::WarpedArea(WarpedArea {
+                samples,
+                field: Field::Softened { silhouettes, shadows, .. },
+                ..
+            }) => {
+                write!(
+                    f,
+                    "warped area, softened: {samples} samples of the area, {silhouettes} of silhouettes, {shadows} of shadows a pixel"
+                )
+            }
+            Self::WarpedArea(method) => write!(f, "warped area: {} samples a pixel", method.samples),
+            Self::EdgeSampling(EdgeSampling { samples, primary, secondary, .. }) => {
+                write!(
+                    f,
+                    "edge sampling: {samples} paths, {primary} edges on the film, {secondary} seen from surfaces a pixel"
+                )
+            }
+        }
+    }
+}
