@@ -143,10 +143,8 @@ impl Default for GradientConfig {
 
 impl GradientConfig {
     pub(super) fn method(&self) -> anyhow::Result<Method> {
-        let known: Vec<&Method> = Method::value_variants()
-            .iter()
-            .filter(|m| !matches!(m, Method::FiniteDifference | Method::Automatic))
-            .collect();
+        let known: Vec<&Method> =
+            Method::value_variants().iter().filter(|m| **m != Method::FiniteDifference).collect();
         let name = |m: &Method| m.to_possible_value().map(|v| v.get_name().to_owned()).unwrap_or_default();
         known.iter().find(|m| name(m) == self.method).map(|m| **m).ok_or_else(|| {
             let names: Vec<String> = known.iter().map(|m| name(m)).collect();

@@ -19,6 +19,7 @@ use volume3d::scene::Scene;
 
 use self::folder::Folder;
 use self::problem::{Problem, reverse};
+use super::method::Estimator;
 use super::session::{Threads, lost, silent};
 use super::{Outcome, Report};
 
@@ -43,7 +44,7 @@ use super::{Outcome, Report};
 ///   silhouettes = 2                   # only pixels so near to a silhouette count; all, unless given
 ///   background = [0, 0, 0]            # under transparent pictures; a constant sky, unless given
 ///   loss = { kind = "multiscale", levels = 5 }     # the default; or l1, l2, relative with epsilon
-///   gradient = { method = "warped-area", spp = 16, image_spp = 16 }  # the default
+///   gradient = { method = "warped-area", spp = 16, image_spp = 16 }  # the default; "auto": a pilot chooses before the first step
 ///   schedule = { kind = "cosine", end = 0 }        # the default; or constant, exponential with end
 ///   parameter_mean = 0.95             # none, unless given: what is reported and written at the end is the mean of about so many last steps,
 ///                                     # 1/(1 − 0.95), for rates that do not end at 0
@@ -125,6 +126,10 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     let Problem { config, text, mut scene, fit, fingerprint, files } =
         Problem::read(&options.config, &options.output)?;
     let folder = Folder::open(&options.output, &text, &files)?;
+    // Views look at the scene with cameras of their own, but it is written with its own.
+    let own = (scene.description().camera.clone(), scene.description().film);
+    fit.apply(&mut scene)?;
+    let (estimator, chosen) = problem::chosen(&config, &fit, &mut scene)?;
     let kept = folder.state(fingerprint)?;
     let is_new = kept.is_none();
     let mut fit = match kept {
@@ -133,10 +138,8 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
             .map_err(|why| anyhow!("{}: {why}", folder.state_path().display()))?,
         None => fit,
     };
-    // Views look at the scene with cameras of their own, but it is written with its own.
-    let own = (scene.description().camera.clone(), scene.description().film);
     fit.apply(&mut scene)?;
-    let mut text = String::new();
+    let mut text = chosen;
     if is_new {
         problem::check_views(&config, &fit, &mut scene).map_err(interrupted(&fit, &config))?;
         folder.begin(&fit, &mut scene).map_err(interrupted(&fit, &config))?;
@@ -145,7 +148,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     }
     let from = fit.steps_taken();
     let (start, before) = (Instant::now(), scene.trace_counts());
-    let ended = steps(&config, &mut fit, &mut scene, &folder, fingerprint);
+    let ended = steps(&config, &mut fit, &mut scene, &folder, (estimator, fingerprint));
     folder.keep(&fit, fingerprint)?;
     ended?;
     text += &times(fit.times(), fit.steps_taken() - from, start.elapsed());
@@ -162,14 +165,14 @@ fn steps(
     fit: &mut Fit,
     scene: &mut Scene,
     folder: &Folder,
-    fingerprint: u32,
+    (estimator, fingerprint): (Estimator, u32),
 ) -> anyhow::Result<()> {
     let style = ProgressStyle::with_template("fit {bar:32} {pos}/{len}  {msg}  {elapsed} gone, {eta} to go")
         .unwrap_or_else(|_| ProgressStyle::default_bar());
     let bar = ProgressBar::new(config.steps).with_style(style).with_position(fit.steps_taken());
     bar.reset_eta();
     bar.enable_steady_tick(Duration::from_millis(200));
-    let estimate = reverse(config.gradient.method()?, config.gradient.spp);
+    let estimate = reverse(estimator);
     let mut kept = Instant::now();
     while !fit.is_done() {
         folder.frame(config, fit, scene).map_err(interrupted(fit, config))?;

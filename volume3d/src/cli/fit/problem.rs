@@ -11,7 +11,7 @@ use volume3d::optimize::{
 use volume3d::scene::Scene;
 use volume3d::sdf::{Baked, Grid};
 
-use super::super::method::{Method, MethodOptions};
+use super::super::method::{Estimator, Method, MethodOptions};
 use super::super::session::{Bar, Loaded, silent};
 use super::config::{Config, MasksConfig, ParameterConfig, RegularizerConfig, definitions, parse};
 use super::folder::Folder;
@@ -195,14 +195,29 @@ fn fingerprint(files: &[PathBuf]) -> anyhow::Result<u32> {
     Ok(hasher.finalize())
 }
 
-/// The transpose of a method with so many samples a pixel.
+/// The transpose of a method, at the seeds of steps.
 pub(super) fn reverse(
-    method: Method,
-    samples: usize,
+    estimator: Estimator,
 ) -> impl Fn(&Scene, &Image, &ActiveParameters, u64, &Progress) -> Result<Gradient, GradientError> {
     move |scene, adjoint, active, seed, progress| {
-        MethodOptions::plain(method).estimator(samples, seed, None).reverse(scene, adjoint, active, progress)
+        estimator.reseeded(seed).reverse(scene, adjoint, active, progress)
     }
+}
+
+/// A method with so many samples a pixel.
+fn estimator(config: &Config, samples: usize) -> anyhow::Result<Estimator> {
+    Ok(MethodOptions::plain(config.gradient.method()?).estimator(samples, config.seed, None))
+}
+
+/// The method of all steps. A pilot chooses by what the first view sees before the first step, so that a run that is gone on with
+/// has the same.
+pub(super) fn chosen(config: &Config, fit: &Fit, scene: &mut Scene) -> anyhow::Result<(Estimator, String)> {
+    let estimator = estimator(config, config.gradient.spp)?;
+    if config.gradient.method()? == Method::Automatic {
+        fit.objective().look(scene, 0)?;
+    }
+    let active = fit.parameters().active(scene);
+    Ok(estimator.chosen(|pilot| pilot.for_active(scene, None, &active, &Bar::new(0, "pilot").progress()))?)
 }
 
 /// Samples a pixel that look for what a view depends on, at first and where that has found nothing.
@@ -213,12 +228,13 @@ pub(super) fn check_views(config: &Config, fit: &Fit, scene: &mut Scene) -> anyh
     let views = &fit.objective().views;
     let groups = fit.parameters().groups();
     let bar = Bar::new(views.len(), "look at views");
-    let method = config.gradient.method()?;
+    let [few, many] = LOOK.map(|samples| estimator(config, samples).map(reverse));
+    let (few, many) = (few?, many?);
     let mut seen = vec![false; groups.len()];
     for (v, view) in views.iter().enumerate() {
-        let mut unseen = fit.unseen(scene, v, &reverse(method, LOOK[0]), &silent())?;
+        let mut unseen = fit.unseen(scene, v, &few, &silent())?;
         if !unseen.is_empty() {
-            unseen = fit.unseen(scene, v, &reverse(method, LOOK[1]), &silent())?;
+            unseen = fit.unseen(scene, v, &many, &silent())?;
         }
         (0..groups.len()).filter(|g| !unseen.contains(g)).for_each(|g| seen[g] = true);
         if unseen.len() == groups.len() {
