@@ -11,6 +11,7 @@ mod mixtures;
 mod pilot;
 pub(crate) mod scenes;
 mod softened;
+mod tails;
 mod textured_lights;
 
 use glam::{DAffine3, DVec3};
