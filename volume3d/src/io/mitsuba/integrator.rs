@@ -9,7 +9,7 @@ use crate::scene::Integrator;
 const DEFAULT_PRB_DEPTH: usize = 6;
 
 /// Integrators that hold another one whose image they show.
-const AROUND: [&str; 5] = ["moment", "aov", "stokes", "adaptive", "irrcache"];
+const AROUND: [&str; 6] = ["moment", "aov", "stokes", "transientstokes", "adaptive", "irrcache"];
 
 /// An integrator, and whether it hides what emits from the camera.
 pub(super) fn integrator<'a>(object: &Object<'a>, ids: &Ids<'a>) -> Result<(Integrator, bool), Error> {
@@ -43,6 +43,13 @@ pub(super) fn integrator<'a>(object: &Object<'a>, ids: &Ids<'a>) -> Result<(Inte
         | "pssmlt" | "erpt" => {
             object.note(format!(
                 "integrator \"{}\" is read as path: it computes the same image",
+                object.plugin
+            ));
+            depths(object, None)?
+        }
+        "transient_path" | "transientpath" => {
+            object.note(format!(
+                "integrator \"{}\" is read as path: the image is of light at all times",
                 object.plugin
             ));
             depths(object, None)?

@@ -45,6 +45,16 @@
 //! - `blendbsdf` mixes opaque materials without masks, reliefs and mixtures of their own, and `twosided` takes two of that kind. Beside
 //!   a smooth lobe Mitsuba 3.9 loses a part of the light of an ideal one (a mirror of weight 0.3 beside black counts 0.2); here
 //!   it has its weight.
+//! - A `mesh_attribute` of a PLY file is an image of two by two texels a triangle, and the mesh has texture coordinates for it in
+//!   the place of its own: one surface has attributes or images. The fourth texel may be outside of [0, 1], and what is written
+//!   with such a one is refused when it is read. Attributes of faces have steps between them, how these move is missed by
+//!   derivatives, and a note says so. A number may have a name without `_x`, and colours in whole numbers are fractions of the
+//!   largest, which Mitsuba takes as they are.
+//! - `polarizer`, `circular` and `retarder` are what they are to light without polarisation, as in Mitsuba's RGB variants.
+//! - A scene without a sensor has that of Mitsuba 2, which sees all of it along z.
+//! - Integrators and films that resolve time (`transient_path` and the like) stand for the image of light at all times.
+//! - A medium within a surface that no light passes is left out; any other is refused.
+//! - Plugins of shapes and materials may be written with other capitals, and `disney` is `principled`.
 //! - `<rgb value="#rrggbb"/>` is a colour in sRGB, as in HTML; Mitsuba 3 refuses it. `<srgb>` is read as before version 2.
 //! - A `to_uv` whose third column only has a translation is read as before version 3.9, which ignores that column.
 //! - A transform that mirrors turns the triangles of a shape, so that what faced outwards still does.
@@ -62,6 +72,7 @@
 //!
 //! [`Light::Directional`]: crate::scene::Light::Directional
 
+mod attribute;
 mod beam;
 mod bsdf;
 mod cie;
