@@ -25,6 +25,9 @@
 //!   surface, and derivatives would miss its motion. A checkerboard's are 1/128 of its period wide.
 //! - A checkerboard has its colours in the same places whether a colour or a number is asked for. Mitsuba 3.9 swaps the two
 //!   where it is a number, as of `roughness` or `opacity`.
+//! - `bsplinecurve` and `linearcurve` are meshes, within a thousandth of the largest radius; their control points are moved by
+//!   `to_world`, and their radii are not. Of a curve of lines, hidden parts of cones and spheres are there. What looks into an
+//!   open end sees the inside, which Mitsuba leaves out.
 //! - An `instance` is a copy with vertices of its own of every shape in its `shapegroup`, called by its own name and theirs.
 //! - Spectra and named metals become linear RGB where they are read, by the CIE observer of 1931: under D65 unless they are
 //!   of an emitter. `blackbody` is read too, which Mitsuba's RGB variants refuse.
@@ -53,7 +56,8 @@
 //! - `polarizer`, `circular` and `retarder` are what they are to light without polarisation, as in Mitsuba's RGB variants.
 //! - A scene without a sensor has that of Mitsuba 2, which sees all of it along z.
 //! - Integrators and films that resolve time (`transient_path` and the like) stand for the image of light at all times.
-//! - A medium within a surface that no light passes is left out; any other is refused.
+//! - A medium is left out where the integrator sees surfaces only, as `path` does, and within a surface that no light passes; any
+//!   other is refused.
 //! - Plugins of shapes and materials may be written with other capitals, and `disney` is `principled`.
 //! - `<rgb value="#rrggbb"/>` is a colour in sRGB, as in HTML; Mitsuba 3 refuses it. `<srgb>` is read as before version 2.
 //! - A `to_uv` whose third column only has a translation is read as before version 3.9, which ignores that column.
@@ -77,6 +81,7 @@ mod beam;
 mod bsdf;
 mod cie;
 mod clip;
+mod curve;
 mod dielectric;
 mod document;
 mod element;

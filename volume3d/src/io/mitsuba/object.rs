@@ -300,12 +300,12 @@ impl<'a> Object<'a> {
         }
     }
 
-    /// Ignores nested elements of a kind that are called by one name.
-    pub(super) fn ignore(&self, tag: &str, name: &str, why: &str) {
-        let is_called = |c: &&Child<'_>| c.target.tag == tag && c.element.attribute("name") == Some(name);
-        for child in self.children.iter().filter(is_called) {
+    /// Ignores nested elements of a kind, all of them or those that are called by one name.
+    pub(super) fn ignore(&self, tag: &str, name: Option<&str>, why: &str) {
+        let is_called = |c: &Child<'_>| name.is_none() || c.element.attribute("name") == name;
+        for child in self.children.iter().filter(|c| c.target.tag == tag && is_called(c)) {
             child.used.set(true);
-            self.journal.note(child.element, format!("the {name} {tag} is ignored: {why}"));
+            self.journal.note(child.element, format!("the {tag} is ignored: {why}"));
         }
     }
 

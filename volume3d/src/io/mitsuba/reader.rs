@@ -32,6 +32,8 @@ pub(super) struct Reader<'a> {
     pub(super) implicits: Vec<ImplicitShape>,
     pub(super) lights: Vec<Light>,
     pub(super) environment: Option<Environment>,
+    /// Whether the integrator would see media.
+    pub(super) sees_media: bool,
     /// The mesh of whose attributes textures are made now.
     pub(super) attributes: Option<Attributes>,
     /// The textures that were made of attributes.
@@ -55,6 +57,7 @@ impl<'a> Reader<'a> {
             implicits: vec![],
             lights: vec![],
             environment: None,
+            sees_media: false,
             attributes: None,
             attribute_textures: HashSet::new(),
         }

@@ -1,7 +1,7 @@
 //! The scene as a whole.
 
 use super::element::Element;
-use super::integrator::integrator;
+use super::integrator::{integrator, sees_media};
 use super::journal::Note;
 use super::object::{Ids, Object};
 use super::reader::Reader;
@@ -19,6 +19,7 @@ impl Reader<'_> {
 
         let (integrator, hide_emitters) = match scene.at_most_one("<integrator>")? {
             Some(element) => {
+                self.sees_media = sees_media(element);
                 let read = Object::new(element, &self.ids).and_then(|object| integrator(&object, &self.ids));
                 journal.accept(read, element, "all paths are rendered").unwrap_or_default()
             }
@@ -30,14 +31,14 @@ impl Reader<'_> {
         }
         let mut sensor = match sensors.first() {
             Some(element) => {
-                let read =
-                    Object::new(element, &self.ids).and_then(|object| sensor(&object, &self.ids, size));
+                let read = Object::new(element, &self.ids)
+                    .and_then(|object| sensor(&object, &self.ids, size, self.sees_media));
                 read.map_err(|error| journal.refuse(error)).ok()
             }
             None => None,
         };
-        // These may be what sensors refer to.
-        for tag in ["<sampler>", "<film>"] {
+        // These may be what sensors and shapes refer to.
+        for tag in ["<sampler>", "<film>", "<medium>"] {
             scene.nested(tag);
         }
 

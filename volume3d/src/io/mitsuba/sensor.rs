@@ -4,6 +4,7 @@ use glam::{DAffine3, DVec2, DVec3};
 
 use super::clip::Clips;
 use super::film::{DEFAULT_SIZE, film, film_of_size};
+use super::integrator::NO_MEDIA;
 use super::object::{Ids, Object};
 use super::{orthographic, support, transform};
 use crate::io::Error;
@@ -33,6 +34,7 @@ pub(super) fn sensor<'a>(
     object: &Object<'a>,
     ids: &Ids<'a>,
     size: Option<(usize, usize)>,
+    sees_media: bool,
 ) -> Result<Sensor<'a>, Error> {
     let film = match object.at_most_one("<film>")? {
         Some(element) => film(&Object::new(element, ids)?, ids, size)?,
@@ -48,6 +50,9 @@ pub(super) fn sensor<'a>(
         let radius = aperture_radius(object)?;
         camera(object, radius, film.width as f64 / film.height as f64)?
     };
+    if !sees_media {
+        object.ignore("medium", None, NO_MEDIA);
+    }
     object.finish()?;
     Ok(Sensor { camera, clips, film, samples })
 }

@@ -6,7 +6,7 @@ use super::attribute::{self, Attributes};
 use super::element::Element;
 use super::object::Object;
 use super::reader::Reader;
-use super::{emitter, support, transform};
+use super::{emitter, integrator, support, transform};
 use crate::geometry::{Mesh, TOLERANCE};
 use crate::io::soup::Soup;
 use crate::io::{At, Error, MeshFormat, MeshProblem, Place, serialized};
@@ -27,6 +27,7 @@ impl<'a> Reader<'a> {
             "sphere" => sphere(&object)?,
             "disk" => curved(&object, Mesh::disk())?,
             "cylinder" => cylinder(&object)?,
+            "bsplinecurve" | "linearcurve" => self.curves(&object)?,
             "shapegroup" => return Self::shape_group(&object),
             "instance" => return self.instance(element, &object),
             "sdfgrid" => return self.sdf_grid(element, &object),
@@ -34,6 +35,8 @@ impl<'a> Reader<'a> {
             _ => return Err(object.unknown_plugin("shape", support::SHAPES)),
         };
         let mesh = match object.transform("to_world")? {
+            // The control points of a curve have been moved, and its thickness is not.
+            Some(_) if object.plugin.ends_with("curve") => mesh,
             Some(element) => mesh.transformed(&transform::invertible(element)?),
             None => mesh,
         };
@@ -54,12 +57,14 @@ impl<'a> Reader<'a> {
         if asks && let Some((_, Some(_))) = emitted {
             return Err(element.unsupported(attribute::BESIDE_TEXTURES, attribute::ALONE));
         }
-        if self.is_opaque(material) {
-            object.ignore("medium", "interior", "no light passes the surface");
+        if !self.sees_media {
+            object.ignore("medium", None, integrator::NO_MEDIA);
+        } else if self.is_opaque(material) {
+            object.ignore("medium", Some("interior"), "no light passes the surface");
         }
         object.finish()?;
         let id = self.name(element, self.shapes.len());
-        if matches!(object.plugin, "sphere" | "disk" | "cylinder") {
+        if matches!(object.plugin, "sphere" | "disk" | "cylinder" | "bsplinecurve" | "linearcurve") {
             let (plugin, count) = (object.plugin, mesh.triangles().len());
             let percent = 100.0 * TOLERANCE;
             self.journal.note_shape(

@@ -10,7 +10,7 @@ struct Kind {
     remarks: &'static str,
 }
 
-pub(super) const SHAPES: &str = "obj, ply, serialized, rectangle, cube, sphere, disk, cylinder, shapegroup, instance, sdfgrid, sdfnetwork";
+pub(super) const SHAPES: &str = "obj, ply, serialized, rectangle, cube, sphere, disk, cylinder, bsplinecurve, linearcurve, shapegroup, instance, sdfgrid, sdfnetwork";
 pub(super) const TEXTURES: &str = "bitmap, checkerboard, mesh_attribute";
 pub(super) const SENSORS: &str = "perspective, thinlens, orthographic";
 pub(super) const FILMS: &str = "hdrfilm, ldrfilm, mfilm, transient_hdr_film, streakhdrfilm";

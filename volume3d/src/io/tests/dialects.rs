@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::scene::{material, read, with};
+use super::scene::{SENSOR, material, read, with};
 use super::{check_table, here, message};
 use crate::io::{Note, ReadOptions, read_scene_with};
-use crate::scene::{Bsdf, Reflectance};
+use crate::scene::{Bsdf, Placement, Reflectance};
 
 fn notes(text: &str) -> Vec<Note> {
     let open = |_: &std::path::Path| Err(std::io::Error::from(std::io::ErrorKind::NotFound));
@@ -96,23 +96,72 @@ fn films_that_resolve_time() {
     assert_eq!(told, 7, "{notes:?}");
 }
 
-/// What is within a surface that no light passes is not seen; what is within glass is.
+/// What is within a surface that no light passes is not seen; what is within glass is, if the integrator looks at it.
 #[test]
-fn media_within_opaque_surfaces() {
+fn media() {
     let medium = "<medium name='interior' type='homogeneous'><rgb name='sigma_t' value='1'/></medium>";
-    let cube = |bsdf: &str, medium: &str| with(&format!("<shape type='cube'>{bsdf}{medium}</shape>"));
-    assert!(cube("<bsdf type='diffuse'/>", medium).is_ok());
+    let cube = |integrator: &str, bsdf: &str, medium: &str| {
+        with(&format!("<integrator type='{integrator}'/><shape type='cube'>{bsdf}{medium}</shape>"))
+    };
+    let glass = "<bsdf type='dielectric'/>";
+    assert!(cube("volpath", "<bsdf type='diffuse'/>", medium).is_ok());
     let outside = medium.replace("interior", "exterior");
     let mask = "<bsdf type='mask'><bsdf type='diffuse'/></bsdf>";
-    for (bsdf, medium) in [
-        ("<bsdf type='dielectric'/>", medium),
-        (mask, medium),
-        ("<bsdf type='null'/>", medium),
-        ("", &outside),
-    ] {
-        let found = message(cube(bsdf, medium));
+    for (bsdf, medium) in [(glass, medium), (mask, medium), ("<bsdf type='null'/>", medium), ("", &outside)] {
+        let found = message(cube("volpath", bsdf, medium));
         assert!(found.contains("<medium> is not supported inside shape"), "{found}");
     }
+    assert!(cube("path", glass, &outside).is_ok());
+    let around = |inner: &str| {
+        with(&format!(
+            "<integrator type='moment'><integrator type='{inner}'/></integrator><medium id='m' type='a'/><shape \
+             type='cube'>{glass}<ref name='interior' id='m'/></shape>"
+        ))
+    };
+    assert!(around("direct").is_ok() && around("volpathmis").is_err());
+}
+
+/// `to_world` moves control points and leaves radii as they are.
+#[test]
+fn curves_in_a_scene() {
+    let open = |_: &std::path::Path| Ok("0 0 0 .5\n1 0 0 .5\n2 0 0 .5\n3 0 0 .5\n".into());
+    let curve = |plugin: &str| {
+        let text = format!(
+            "<scene version='3.0.0'>{SENSOR}<shape type='{plugin}'><string name='filename' value='c.txt'/><transform \
+             name='to_world'><scale value='4'/><translate y='7'/></transform></shape></scene>"
+        );
+        let (scene, notes) =
+            read_scene_with(text.as_bytes(), here("dir/s.xml"), &ReadOptions::default(), &open).unwrap();
+        assert!(notes.iter().any(|note| note.is_geometric), "{notes:?}");
+        let positions = scene.shapes[0].mesh.positions().to_vec();
+        positions.iter().fold((positions[0], positions[0]), |(low, high), p| (low.min(*p), high.max(*p)))
+    };
+    let near = |a: DVec3, b: DVec3| assert!((a - b).length() < 1e-3, "{a} {b}");
+    let (low, high) = curve("bsplinecurve");
+    near(low, DVec3::new(4.0, 6.5, -0.5));
+    near(high, DVec3::new(8.0, 7.5, 0.5));
+    let (low, high) = curve("linearcurve");
+    near(low, DVec3::new(-0.5, 6.5, -0.5));
+    near(high, DVec3::new(12.5, 7.5, 0.5));
+}
+
+/// A copy of an implicit surface is one, put elsewhere.
+#[test]
+fn instances_of_grids() {
+    let copy = |transform: &str| {
+        with(&format!(
+            "<shape type='shapegroup' id='g'><shape type='sdfgrid' id='ball'><float name='radius' value='.5'/><transform \
+             name='to_world'><translate x='1'/></transform></shape></shape><shape type='instance' id='i'><ref \
+             id='g'/><transform name='to_world'>{transform}</transform></shape>"
+        ))
+    };
+    let scene = copy("<scale value='2'/><rotate z='1' angle='90'/><translate z='3'/>").unwrap();
+    let [copied] = &scene.implicits[..] else { panic!() };
+    let Placement { scale, rotation, translation } = copied.placement;
+    assert_eq!(copied.id, "i_ball");
+    assert!((scale - 2.0).abs() < 1e-12 && (translation - DVec3::new(0.0, 2.0, 3.0)).length() < 1e-12);
+    assert!((rotation * DVec3::X - DVec3::Y).length() < 1e-12);
+    assert!(message(copy("<scale x='2'/>")).contains("a rigid motion"));
 }
 
 #[test]

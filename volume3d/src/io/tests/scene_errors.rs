@@ -58,8 +58,8 @@ fn documents() {
         r#"
 text
     dir/s.xml:1:1: unexpected text "text" between elements; remove it
-<medium type='homogeneous'/>
-    <medium> is not supported inside the scene; supported: <integrator>, <sensor>, <sampler>, <film>, <texture>, <bsdf>, <shape>, <emitter>
+<volume type='gridvolume'/>
+    <volume> is not supported inside the scene; supported: <integrator>, <sensor>, <sampler>, <film>, <medium>, <texture>, <bsdf>, <shape>, <emitter>
 <float name='a' value='1'/>
     the scene has no parameter "a" here; supported: none
 <float value='1'/>
@@ -236,7 +236,7 @@ fn plugins() {
 <shape/>
     <shape> needs an attribute "type"
 <shape type='hair'/>
-    shape "hair" is not supported; supported: obj, ply, serialized, rectangle, cube, sphere, disk, cylinder, shapegroup, instance, sdfgrid, sdfnetwork
+    shape "hair" is not supported; supported: obj, ply, serialized, rectangle, cube, sphere, disk, cylinder, bsplinecurve, linearcurve, shapegroup, instance, sdfgrid, sdfnetwork
 <shape type='sphere'><float name='radius' value='0'/></shape>
     dir/s.xml:2:22: radius="0": expected a number greater than 0
 <shape type='cylinder'><point name='p1' value='0'/></shape>
@@ -267,14 +267,14 @@ fn plugins() {
     dir/s.xml:2:20: shape "cube" has no parameter "a" here; supported: face_normals, flip_normals, to_world
 <shape type='cube'><bsdf type='diffuse'/><bsdf type='diffuse'/></shape>
     dir/s.xml:2:42: 2 <bsdf> in shape "cube"; expected at most one
-<shape type='cube'><medium type='a'/></shape>
-    dir/s.xml:2:20: <medium> is not supported inside shape "cube"; supported: <bsdf>, <emitter>
+<integrator type='volpath'/><shape type='cube'><bsdf type='dielectric'/><medium type='a'/></shape>
+    dir/s.xml:2:73: <medium> is not supported inside shape "cube"; supported: <bsdf>, <emitter>
 <shape type='instance'/>
     0 shapes "shapegroup" in shape "instance"; expected one
 <shape type='instance'><shape type='cube'/></shape>
     dir/s.xml:2:24: shape "cube" is not supported; supported: shapegroup, within an instance
 <shape type='shapegroup' id='g'><shape type='instance'><ref id='g'/></shape></shape><shape type='instance'><ref id='g'/></shape>
-    dir/s.xml:2:33: a shape "instance" within a shapegroup is not supported; give meshes
+    dir/s.xml:2:33: a shape "instance" within a shapegroup is not supported; give meshes or grids
 <shape type='cube'><emitter type='point'/></shape>
     dir/s.xml:2:20: emitter "point" is not supported; supported: area, within a shape
 <bsdf type='hair'/>
