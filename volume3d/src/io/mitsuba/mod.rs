@@ -93,6 +93,7 @@ mod implicit;
 mod instance;
 mod integrator;
 mod journal;
+mod mesh_attribute;
 mod metals;
 mod object;
 mod orthographic;
