@@ -43,6 +43,10 @@ impl<'a> Reader<'a> {
         for knot in curves.iter_mut().flatten() {
             knot.position = map.transform_point3(knot.position);
         }
+        let sphere = Mesh::sphere();
+        if curves.iter().map(|curve| vertices(curve, is_spline, &sphere)).sum::<usize>() > MOST_VERTICES {
+            return Err(element.unsupported("more than 2^24 vertices of curves", "give fewer curves"));
+        }
         let mut patch = Patch::default();
         let segments: usize = curves.iter().map(|curve| curve.len() - degree).sum();
         let mut before = 0;
@@ -50,12 +54,9 @@ impl<'a> Reader<'a> {
             if is_spline {
                 patch.spline(curve, before, segments);
             } else {
-                patch.cones(curve, before, segments);
+                patch.cones(curve, &sphere, before, segments);
             }
             before += curve.len() - degree;
-            if patch.positions.len() > MOST_VERTICES {
-                return Err(element.unsupported("more than 2^24 vertices of curves", "give fewer curves"));
-            }
         }
         patch.into_mesh().map_err(|error| failure((At::Whole, MeshProblem::Geometry(error))))
     }
@@ -96,6 +97,16 @@ fn parse(bytes: &[u8], fewest: usize) -> Result<Vec<Vec<Knot>>, (At, MeshProblem
         return Err((At::Whole, MeshProblem::Missing { what: "control points" }));
     }
     Ok(curves)
+}
+
+/// How many vertices the mesh of a curve has, or a few more.
+fn vertices(curve: &[Knot], is_spline: bool, sphere: &Mesh) -> usize {
+    if is_spline {
+        let rings = |window: &[Knot]| Spline(std::array::from_fn(|i| window[i])).rings() as usize + 1;
+        AROUND as usize * curve.windows(4).map(rings).sum::<usize>()
+    } else {
+        curve.len() * (2 * AROUND as usize + sphere.positions().len())
+    }
 }
 
 /// A segment of a uniform cubic B-spline.
@@ -194,7 +205,7 @@ impl Patch {
     }
 
     /// Cones that touch the spheres around their ends, and those spheres.
-    fn cones(&mut self, curve: &[Knot], before: usize, segments: usize) {
+    fn cones(&mut self, curve: &[Knot], sphere: &Mesh, before: usize, segments: usize) {
         let along = |index: usize| (before + index) as f64 / segments as f64;
         for (index, (a, b)) in curve.iter().zip(&curve[1..]).enumerate() {
             let line = b.position - a.position;
@@ -209,7 +220,6 @@ impl Patch {
             });
             self.band(&first, &second);
         }
-        let sphere = Mesh::sphere();
         for (index, knot) in curve.iter().enumerate() {
             let [from, to] = if index == 0 { [0, 1] } else { [index - 1, index] };
             let direction = (curve[to].position - curve[from].position).normalize_or(DVec3::X);
@@ -343,12 +353,25 @@ mod tests {
     fn a_line_is_a_capsule() {
         let curve = &knots("0 0 0 .5\n2 0 0 .5", 2)[0];
         let mut patch = Patch::default();
-        patch.cones(curve, 0, 1);
+        patch.cones(curve, &Mesh::sphere(), 0, 1);
         let distance = |p: DVec3| (p - DVec3::new(p.x.clamp(0.0, 2.0), 0.0, 0.0)).length();
         let outermost = patch.positions.iter().map(|&p| distance(p)).fold(0.0, f64::max);
         assert!((outermost - 0.5).abs() < 1e-12, "{outermost}");
         let ends = patch.positions.iter().fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p.x), h.max(p.x)));
         assert!((ends.0 + 0.5).abs() < 1e-3 && (ends.1 - 2.5).abs() < 1e-3, "{ends:?}");
+    }
+
+    /// What is counted before a mesh is made is no less than what it has.
+    #[test]
+    fn vertices_are_counted_before() {
+        let text = "0 0 0 .1\n1 .2 0 .3\n1.5 1 .4 .2\n1 2 1 .4\n0 2.5 2 .1\n";
+        let (mut tube, mut cones) = (Patch::default(), Patch::default());
+        tube.spline(&knots(text, 4)[0], 0, 2);
+        cones.cones(&knots(text, 2)[0], &Mesh::sphere(), 0, 4);
+        let found = [tube.positions.len(), cones.positions.len()];
+        let most = [true, false].map(|is_spline| vertices(&knots(text, 2)[0], is_spline, &Mesh::sphere()));
+        assert!(found[0] <= most[0] && found[1] <= most[1], "{found:?} {most:?}");
+        assert!(most[0] < found[0] + 200 && most[1] < found[1] + 200, "{found:?} {most:?}");
     }
 
     #[test]
