@@ -52,6 +52,14 @@ pub enum MeshProblem {
         /// "normals" or "texture coordinates".
         what: &'static str,
     },
+    /// An attribute that the file does not have.
+    #[error("there is no attribute \"{name}\" of one or three numbers; the file has {known}")]
+    Attribute {
+        /// What it is called.
+        name: String,
+        /// What there is.
+        known: String,
+    },
     /// Something that the format knows and this program refuses.
     #[error("{what} is not supported; {instead}")]
     Unsupported {

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::attribute::is_spare;
 use super::element::Element;
 use super::metals;
 use super::object::Object;
@@ -16,6 +17,9 @@ pub(super) const DEFAULT_REFLECTANCE: f64 = 0.5;
 const AROUND_BOTH: &str = "put it around the blendbsdf, or around both parts";
 /// Mitsuba's roughness where none is given.
 const DEFAULT_ALPHA: f64 = 0.1;
+
+/// What light passes in a straight line, or does not pass.
+const FILTERS: [&str; 4] = ["null", "polarizer", "circular", "retarder"];
 
 impl<'a> Reader<'a> {
     /// The index of the material an element describes.
@@ -58,10 +62,11 @@ impl<'a> Reader<'a> {
             object = Object::new(inner, &self.ids)?;
         }
         let roughness_texture = self.roughness_texture(&object)?;
+        let passed = passed(&object)?;
         let bsdf = self.bsdf(&object)?;
-        if object.plugin == "null" {
-            // Nothing of it is there.
-            opacity = Some(Reflectance::Constant(DVec3::ZERO));
+        if let Some(passed) = passed {
+            // Light passes what is not there; the rest is black.
+            opacity = Some(Reflectance::Constant(DVec3::splat(1.0 - passed)));
         }
         let blend = blend.map(|(weight, other)| Blend { other, weight });
         let mixed = blend.map(|blend| blend.other);
@@ -72,7 +77,7 @@ impl<'a> Reader<'a> {
                 element.unsupported(what, "give opaque materials, and put masks and maps around both")
             );
         }
-        let is_null = object.plugin == "null";
+        let is_null = FILTERS.contains(&object.plugin);
         let is_thin = bsdf.transmits() || is_null || opacity.is_some() && back.is_some();
         if (two_sided || blend.is_some()) && is_thin {
             return Err(if blend.is_some() {
@@ -146,7 +151,9 @@ impl<'a> Reader<'a> {
 
     fn bsdf(&mut self, object: &Object<'a>) -> Result<Bsdf, Error> {
         let bsdf = match object.plugin {
-            "null" => Bsdf::Diffuse { reflectance: Reflectance::Constant(DVec3::ZERO) },
+            plugin if FILTERS.contains(&plugin) => {
+                Bsdf::Diffuse { reflectance: Reflectance::Constant(DVec3::ZERO) }
+            }
             "diffuse" => {
                 Bsdf::Diffuse { reflectance: self.reflectance(object, "reflectance", DEFAULT_REFLECTANCE)? }
             }
@@ -224,7 +231,9 @@ impl<'a> Reader<'a> {
     pub(super) fn check_texels(&self, element: &Element, index: usize, most: f64) -> Result<(), Error> {
         let within = |c: DVec3| c.min_element() >= 0.0 && c.max_element() <= most;
         let texture = &self.textures[index];
-        let Some(i) = texture.texels.iter().position(|&c| !within(c)) else { return Ok(()) };
+        let is_seen = |i: usize| !(self.attribute_textures.contains(&index) && is_spare(i, texture.width));
+        let bad = |(i, &colour): (usize, &DVec3)| (is_seen(i) && !within(colour)).then_some(i);
+        let Some(i) = texture.texels.iter().enumerate().find_map(bad) else { return Ok(()) };
         let Some(filename) = element.value_of("filename") else {
             let expected = if most > 1.0 { "numbers between 0 and 2" } else { "numbers between 0 and 1" };
             return Err(element.bad_value("a colour", &texture.texels[i].to_string(), expected));
@@ -232,6 +241,30 @@ impl<'a> Reader<'a> {
         let problem = ImageProblem::Range { x: i % texture.width, y: i / texture.width, most };
         Err(element.referenced(Error::Image { path: element.beside(filename), problem }))
     }
+}
+
+/// How much of the light passes one of [`FILTERS`]; nothing of other materials. Light is unpolarised: a polariser halves it, and
+/// a retarder does nothing to it.
+fn passed(object: &Object<'_>) -> Result<Option<f64>, Error> {
+    let most = match object.plugin {
+        "null" => return Ok(Some(1.0)),
+        "polarizer" | "circular" => 0.5,
+        "retarder" => 1.0,
+        _ => return Ok(None),
+    };
+    object.note("light is unpolarised");
+    object.colour("theta")?;
+    match object.plugin {
+        "polarizer" => drop(object.boolean("polarizing")?),
+        "circular" => drop(object.boolean("left_handed")?),
+        _ => drop(object.colour("delta")?),
+    }
+    let transmittance = object.colour("transmittance")?.unwrap_or(DVec3::ONE);
+    if transmittance != DVec3::splat(transmittance.x) || !(0.0..=1.0).contains(&transmittance.x) {
+        let value = transmittance.to_string();
+        return Err(object.element.bad_value("transmittance", &value, "one number between 0 and 1"));
+    }
+    Ok(Some(most * transmittance.x))
 }
 
 /// The material within another, and the second one if it takes two.
@@ -286,16 +319,18 @@ fn roughnesses(object: &Object<'_>) -> Result<[f64; 2], Error> {
 fn index_of_refraction(object: &Object<'_>) -> Result<(DVec3, DVec3), Error> {
     let material = object.string("material")?;
     let (eta, k) = (object.colour("eta")?, object.colour("k")?);
+    // Versions before 2 have the index of what is around.
+    let outside = object.positive("ext_eta")?.unwrap_or(1.0);
     if let Some(name) = material.filter(|name| !name.trim().eq_ignore_ascii_case("none")) {
         if eta.is_some() || k.is_some() {
             return Err(object.conflict("material", "eta and k"));
         }
-        return metals::of(object, name);
+        return metals::of(object, name).map(|(eta, k)| (eta / outside, k / outside));
     }
     let (eta, k) = (eta.unwrap_or(DVec3::ZERO), k.unwrap_or(DVec3::ONE));
     if eta.min_element() < 0.0 || k.min_element() < 0.0 {
         let value = format!("{eta}, {k}");
         return Err(object.element.bad_value("eta, k", &value, "numbers of at least 0"));
     }
-    Ok((eta, k))
+    Ok((eta / outside, k / outside))
 }

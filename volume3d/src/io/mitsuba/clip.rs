@@ -19,7 +19,7 @@ const DEFAULT_NEAR: f64 = 1e-2;
 const TOUCHES: f64 = 1e-9;
 
 /// The planes that a sensor gives, `near_clip` first.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Clips<'a>([Option<Clip<'a>>; 2]);
 
 /// A plane across the optical axis.

@@ -25,6 +25,12 @@ pub(super) fn film<'a>(
         "ldrfilm" | "mfilm" => {
             object.note(format!("film \"{}\" is read as hdrfilm: pixels are linear", object.plugin));
         }
+        "transient_hdr_film" | "streakhdrfilm" => {
+            object.note(format!(
+                "film \"{}\" is read as hdrfilm: the image is of light at all times",
+                object.plugin
+            ));
+        }
         _ if object.journal.is_lenient => {
             object.note(format!("film \"{}\" is read as hdrfilm", object.plugin));
         }
@@ -47,8 +53,15 @@ pub(super) fn film<'a>(
     {
         object.note(format!("pixel_format \"{format}\" is read as rgb"));
     }
-    if let Some(element) = object.at_most_one("<rfilter>")? {
-        film.filter = filter(&Object::new(element, ids)?)?;
+    let mut filters = object.nested("<rfilter>");
+    // The filter along time changes nothing of the image of light at all times.
+    filters.retain(|element| element.attribute("name") != Some("tfilter"));
+    match filters[..] {
+        [] => {}
+        [element] => film.filter = filter(&Object::new(element, ids)?)?,
+        [..] => {
+            object.at_most_one("<rfilter>")?;
+        }
     }
     object.finish()?;
     Ok(film)

@@ -4,6 +4,7 @@ const NOISE: &str = "it changes noise, not what is computed";
 const STORAGE: &str = "it changes how an image is stored or shown";
 const TIME: &str = "it changes time and memory only";
 const DERIVATIVES: &str = "derivatives are computed another way";
+const NO_TIME: &str = "the image is of light at all times";
 const NO_LENS: &str = "there is no lens, or no shutter";
 
 /// The element, the parameters, and why they are ignored.
@@ -39,6 +40,10 @@ const HARMLESS: &[(&str, &[&str], &str)] = &[
     ),
     ("sampler", &["seed", "jitter", "strength", "dimension", "scramble", "wrap"], NOISE),
     ("sensor", &["focus_distance", "shutter_open", "shutter_close", "aperture_radius"], NO_LENS),
+    ("sensor", &["cone_scale"], "textures have no levels"),
+    ("integrator", &["camera_unwarp", "temporal_filter", "use_nlos_only"], NO_TIME),
+    ("film", &["temporal_bins", "start_opl", "bin_width_opl", "auto_detect_bins"], NO_TIME),
+    ("film", &["time", "exposure_time", "time_offset", "auto_detect_exposure"], NO_TIME),
     ("emitter", &["sampling_weight", "samples", "mis_compensation", "cache_file"], NOISE),
     ("shape", &["sampling_weight", "silhouette_sampling_weight", "initialize_mesh_sampling"], NOISE),
     ("texture", &["format", "accel", "cache", "max_anisotropy"], STORAGE),

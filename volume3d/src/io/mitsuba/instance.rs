@@ -7,6 +7,7 @@ use super::object::Object;
 use super::reader::Reader;
 use super::transform;
 use crate::io::{Error, SceneProblem};
+use crate::scene::Placement;
 
 impl<'a> Reader<'a> {
     /// Nothing by itself: what instances copy.
@@ -17,7 +18,8 @@ impl<'a> Reader<'a> {
 
     /// A copy of every shape of a group, with vertices of its own: `INSTANCE_MEMBER` by name.
     pub(super) fn instance(&mut self, element: &'a Element, object: &Object<'a>) -> Result<(), Error> {
-        let map = match object.transform("to_world")? {
+        let to_world = object.transform("to_world")?;
+        let map = match to_world {
             Some(element) => transform::invertible(element)?,
             None => DAffine3::IDENTITY,
         };
@@ -36,12 +38,12 @@ impl<'a> Reader<'a> {
             return Err(group.unknown_plugin("shape", "shapegroup, within an instance"));
         }
         let name = self.name(element, self.shapes.len());
-        let first = self.shapes.len();
+        let (first, first_implicit) = (self.shapes.len(), self.implicits.len());
         for member in group.nested("<shape>") {
-            if !self.is_mesh(member) {
+            if !self.is_surface(member) {
                 let what =
                     format!("a shape \"{}\" within a shapegroup", member.attribute("type").unwrap_or(""));
-                return Err(member.unsupported(what, "give meshes"));
+                return Err(member.unsupported(what, "give meshes or grids"));
             }
             self.shape(member)?;
         }
@@ -50,12 +52,23 @@ impl<'a> Reader<'a> {
             shape.id = format!("{name}_{}", shape.id);
             shape.mesh = shape.mesh.clone().transformed(&map);
         }
+        for implicit in &mut self.implicits[first_implicit..] {
+            implicit.id = format!("{name}_{}", implicit.id);
+            let Some(element) = to_world else { continue };
+            let rotation = transform::rotation(element, &map)?;
+            let Placement { scale, rotation: turned, translation } = implicit.placement;
+            implicit.placement = Placement {
+                scale: map.matrix3.z_axis.length() * scale,
+                rotation: rotation * turned,
+                translation: map.transform_point3(translation),
+            };
+        }
         Ok(())
     }
 
     /// Groups hold no groups, and no copies of themselves.
-    fn is_mesh(&self, member: &Element) -> bool {
+    fn is_surface(&self, member: &Element) -> bool {
         let plugin = member.attribute("type").unwrap_or_default();
-        !["shapegroup", "instance", "sdfgrid", "sdfnetwork"].contains(&plugin)
+        !["shapegroup", "instance", "sdfnetwork"].contains(&plugin)
     }
 }

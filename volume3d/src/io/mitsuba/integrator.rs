@@ -1,5 +1,6 @@
 //! Integrators: all that compute the light that paths carry, in whatever way.
 
+use super::element::Element;
 use super::object::{Ids, Object};
 use super::support;
 use crate::io::Error;
@@ -9,7 +10,34 @@ use crate::scene::Integrator;
 const DEFAULT_PRB_DEPTH: usize = 6;
 
 /// Integrators that hold another one whose image they show.
-const AROUND: [&str; 5] = ["moment", "aov", "stokes", "adaptive", "irrcache"];
+const AROUND: [&str; 6] = ["moment", "aov", "stokes", "transientstokes", "adaptive", "irrcache"];
+
+/// Integrators that see surfaces only, whatever is between them.
+const SEE_SURFACES: [&str; 10] = [
+    "path",
+    "direct",
+    "prb",
+    "prb_basic",
+    "prb_reparam",
+    "prb_projective",
+    "direct_reparam",
+    "direct_projective",
+    "transient_path",
+    "transientpath",
+];
+
+/// Why media are ignored.
+pub(super) const NO_MEDIA: &str = "the integrator sees surfaces only";
+
+/// Whether an integrator, or one within it, may see media.
+pub(super) fn sees_media(element: &Element) -> bool {
+    let plugin = element.attribute("type").unwrap_or_default();
+    let mut within = element.children.iter().filter(|child| child.tag == "integrator");
+    match within.next() {
+        Some(inner) if AROUND.contains(&plugin) => sees_media(inner),
+        _ => !SEE_SURFACES.contains(&plugin),
+    }
+}
 
 /// An integrator, and whether it hides what emits from the camera.
 pub(super) fn integrator<'a>(object: &Object<'a>, ids: &Ids<'a>) -> Result<(Integrator, bool), Error> {
@@ -43,6 +71,13 @@ pub(super) fn integrator<'a>(object: &Object<'a>, ids: &Ids<'a>) -> Result<(Inte
         | "pssmlt" | "erpt" => {
             object.note(format!(
                 "integrator \"{}\" is read as path: it computes the same image",
+                object.plugin
+            ));
+            depths(object, None)?
+        }
+        "transient_path" | "transientpath" => {
+            object.note(format!(
+                "integrator \"{}\" is read as path: the image is of light at all times",
                 object.plugin
             ));
             depths(object, None)?

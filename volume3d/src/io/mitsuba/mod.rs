@@ -25,6 +25,9 @@
 //!   surface, and derivatives would miss its motion. A checkerboard's are 1/128 of its period wide.
 //! - A checkerboard has its colours in the same places whether a colour or a number is asked for. Mitsuba 3.9 swaps the two
 //!   where it is a number, as of `roughness` or `opacity`.
+//! - `bsplinecurve` and `linearcurve` are meshes, within a thousandth of the largest radius; their control points are moved by
+//!   `to_world`, and their radii are not. Of a curve of lines, hidden parts of cones and spheres are there. What looks into an
+//!   open end sees the inside, which Mitsuba leaves out.
 //! - An `instance` is a copy with vertices of its own of every shape in its `shapegroup`, called by its own name and theirs.
 //! - Spectra and named metals become linear RGB where they are read, by the CIE observer of 1931: under D65 unless they are
 //!   of an emitter. `blackbody` is read too, which Mitsuba's RGB variants refuse.
@@ -45,6 +48,17 @@
 //! - `blendbsdf` mixes opaque materials without masks, reliefs and mixtures of their own, and `twosided` takes two of that kind. Beside
 //!   a smooth lobe Mitsuba 3.9 loses a part of the light of an ideal one (a mirror of weight 0.3 beside black counts 0.2); here
 //!   it has its weight.
+//! - A `mesh_attribute` of a PLY file is an image of two by two texels a triangle, and the mesh has texture coordinates for it in
+//!   the place of its own: one surface has attributes or images. The fourth texel may be outside of [0, 1], and what is written
+//!   with such a one is refused when it is read. Attributes of faces have steps between them, how these move is missed by
+//!   derivatives, and a note says so. A number may have a name without `_x`, and colours in whole numbers are fractions of the
+//!   largest, which Mitsuba takes as they are.
+//! - `polarizer`, `circular` and `retarder` are what they are to light without polarisation, as in Mitsuba's RGB variants.
+//! - A scene without a sensor has that of Mitsuba 2, which sees all of it along z.
+//! - Integrators and films that resolve time (`transient_path` and the like) stand for the image of light at all times.
+//! - A medium is left out where the integrator sees surfaces only, as `path` does, and within a surface that no light passes; any
+//!   other is refused.
+//! - Plugins of shapes and materials may be written with other capitals, and `disney` is `principled`.
 //! - `<rgb value="#rrggbb"/>` is a colour in sRGB, as in HTML; Mitsuba 3 refuses it. `<srgb>` is read as before version 2.
 //! - A `to_uv` whose third column only has a translation is read as before version 3.9, which ignores that column.
 //! - A transform that mirrors turns the triangles of a shape, so that what faced outwards still does.
@@ -62,10 +76,12 @@
 //!
 //! [`Light::Directional`]: crate::scene::Light::Directional
 
+mod attribute;
 mod beam;
 mod bsdf;
 mod cie;
 mod clip;
+mod curve;
 mod dielectric;
 mod document;
 mod element;
@@ -77,6 +93,7 @@ mod implicit;
 mod instance;
 mod integrator;
 mod journal;
+mod mesh_attribute;
 mod metals;
 mod object;
 mod orthographic;

@@ -9,7 +9,7 @@ use glam::{DAffine3, DVec3};
 use super::element::Element;
 use super::journal::Journal;
 use super::spectrum::Meaning;
-use super::{harmless, spectrum, transform, values};
+use super::{harmless, spectrum, support, transform, values};
 use crate::io::{Error, SceneProblem};
 
 /// The elements that are parameters.
@@ -37,6 +37,10 @@ pub(super) struct Ids<'a> {
 impl<'a> Ids<'a> {
     pub(super) fn new(elements: HashMap<&'a str, &'a Element>, journal: Rc<Journal>) -> Self {
         Self { elements, journal }
+    }
+
+    pub(super) fn get(&self, id: &str) -> Option<&'a Element> {
+        self.elements.get(id).copied()
     }
 
     pub(super) fn contains_key(&self, id: &str) -> bool {
@@ -73,17 +77,29 @@ impl<'a> Object<'a> {
 
     pub(super) fn with_plugin(element: &'a Element, plugin: &'a str, ids: &Ids<'a>) -> Result<Self, Error> {
         let mut children: Vec<Child<'a>> = vec![];
-        let mut names = HashMap::new();
+        let mut names: HashMap<&str, &Element> = HashMap::new();
         for child in &element.children {
             if let Some(name) = child.attribute("name")
                 && let Some(first) = names.insert(name, child)
             {
+                // An old and a new name may both be given, and become one.
+                if first.says_the_same(child) {
+                    ids.journal.note(child, format!("{name} was given before, with the same value"));
+                    continue;
+                }
                 let (name, first) = (name.to_owned(), first.place());
                 return Err(child.error(SceneProblem::Duplicate { what: "parameter", name, first }));
             }
             let target = if child.tag == "ref" { dereference(child, ids)? } else { child };
             children.push(Child { element: child, target, used: Cell::new(false) });
         }
+        let plugin = match support::spelling(&element.tag, plugin) {
+            Some(usual) => {
+                ids.journal.note(element, format!("{} \"{plugin}\" is read as \"{usual}\"", element.tag));
+                usual
+            }
+            None => plugin,
+        };
         Ok(Self { element, plugin, journal: ids.journal.clone(), children, asked: RefCell::default() })
     }
 
@@ -192,6 +208,17 @@ impl<'a> Object<'a> {
         }
     }
 
+    /// A boolean of which one value is supported, the one where none is given.
+    pub(super) fn boolean_that_is(&self, name: &'static str, value: bool) -> Result<(), Error> {
+        match self.boolean(name)? {
+            Some(found) if found != value => {
+                let what = format!("{name} {found}");
+                Err(self.element.unsupported(what, "leave it out"))
+            }
+            _ => Ok(()),
+        }
+    }
+
     pub(super) fn string(&self, name: &'static str) -> Result<Option<&'a str>, Error> {
         Ok(self.value(name, &["string"], "<string>")?.map(|(_, value)| value))
     }
@@ -270,6 +297,15 @@ impl<'a> Object<'a> {
                 found: self.nested(tag).len(),
                 expected: "at most one",
             })),
+        }
+    }
+
+    /// Ignores nested elements of a kind, all of them or those that are called by one name.
+    pub(super) fn ignore(&self, tag: &str, name: Option<&str>, why: &str) {
+        let is_called = |c: &Child<'_>| name.is_none() || c.element.attribute("name") == name;
+        for child in self.children.iter().filter(|c| c.target.tag == tag && is_called(c)) {
+            child.used.set(true);
+            self.journal.note(child.element, format!("the {tag} is ignored: {why}"));
         }
     }
 

@@ -6,6 +6,7 @@ use std::rc::Rc;
 
 use glam::DVec3;
 
+use super::attribute::Attributes;
 use super::document::Document;
 use super::element::{Element, Open};
 use super::journal::Journal;
@@ -31,6 +32,12 @@ pub(super) struct Reader<'a> {
     pub(super) implicits: Vec<ImplicitShape>,
     pub(super) lights: Vec<Light>,
     pub(super) environment: Option<Environment>,
+    /// Whether the integrator would see media.
+    pub(super) sees_media: bool,
+    /// The mesh of whose attributes textures are made now.
+    pub(super) attributes: Option<Attributes>,
+    /// The textures that were made of attributes.
+    pub(super) attribute_textures: HashSet<usize>,
 }
 
 impl<'a> Reader<'a> {
@@ -50,6 +57,9 @@ impl<'a> Reader<'a> {
             implicits: vec![],
             lights: vec![],
             environment: None,
+            sees_media: false,
+            attributes: None,
+            attribute_textures: HashSet::new(),
         }
     }
 
@@ -75,10 +85,14 @@ impl<'a> Reader<'a> {
 
     /// The id of an element, or a name that nothing else has.
     pub(super) fn name(&mut self, element: &Element, number: usize) -> String {
-        if let Some(id) = element.attribute("id") {
-            return id.to_owned();
-        }
-        let mut name = format!("{}_{number}", element.tag);
+        let mut name = match element.attribute("id") {
+            // What is made of attributes is made anew for every mesh.
+            Some(id) if self.attributes.is_none() || self.names.insert(id.to_owned()) => {
+                return id.to_owned();
+            }
+            Some(id) => format!("{id}_{number}"),
+            None => format!("{}_{number}", element.tag),
+        };
         while self.ids.contains_key(name.as_str()) || !self.names.insert(name.clone()) {
             name.push('_');
         }

@@ -1,12 +1,12 @@
 //! The scene as a whole.
 
 use super::element::Element;
-use super::emitter;
-use super::integrator::integrator;
+use super::integrator::{integrator, sees_media};
 use super::journal::Note;
 use super::object::{Ids, Object};
 use super::reader::Reader;
-use super::sensor::{Sensor, sensor};
+use super::sensor::{Sensor, default_sensor, sensor};
+use super::{attribute, emitter};
 use crate::io::Error;
 use crate::scene::{Description, Integrator, SPHERE_TRACING};
 
@@ -19,6 +19,7 @@ impl Reader<'_> {
 
         let (integrator, hide_emitters) = match scene.at_most_one("<integrator>")? {
             Some(element) => {
+                self.sees_media = sees_media(element);
                 let read = Object::new(element, &self.ids).and_then(|object| integrator(&object, &self.ids));
                 journal.accept(read, element, "all paths are rendered").unwrap_or_default()
             }
@@ -28,23 +29,30 @@ impl Reader<'_> {
         if let Some(second) = sensors.get(1) {
             journal.note(second, "of several sensors the first is rendered");
         }
-        let sensor = match sensors.first() {
+        let mut sensor = match sensors.first() {
             Some(element) => {
-                let read =
-                    Object::new(element, &self.ids).and_then(|object| sensor(&object, &self.ids, size));
+                let read = Object::new(element, &self.ids)
+                    .and_then(|object| sensor(&object, &self.ids, size, self.sees_media));
                 read.map_err(|error| journal.refuse(error)).ok()
             }
-            None => {
-                journal.refuse(scene.missing("a <sensor>"));
-                None
-            }
+            None => None,
         };
+        // These may be what sensors and shapes refer to.
+        for tag in ["<sampler>", "<film>", "<medium>"] {
+            scene.nested(tag);
+        }
 
-        for element in scene.nested("<texture>") {
+        // What is made of attributes is made with the mesh that has them.
+        let [textures, materials] = ["<texture>", "<bsdf>"].map(|tag| {
+            let mut elements = scene.nested(tag);
+            elements.retain(|element| !attribute::asks(element, &self.ids));
+            elements
+        });
+        for element in textures {
             let read = self.texture(element);
             journal.accept(read, element, "the texture is left out");
         }
-        for element in scene.nested("<bsdf>") {
+        for element in materials {
             let read = self.material(element);
             journal.accept(read, element, "the material is left out");
         }
@@ -66,6 +74,17 @@ impl Reader<'_> {
                 element
                     .unsupported("an orthographic sensor before implicit surfaces", "a perspective sensor"),
             );
+        }
+        if sensors.is_empty() {
+            let corners = self.shapes.iter().flat_map(|shape| shape.mesh.positions());
+            match default_sensor(corners.copied(), size) {
+                Some(usual) if self.implicits.is_empty() => {
+                    journal
+                        .note(&self.document.root, "without a sensor the scene is seen along z, as a whole");
+                    sensor = Some(usual);
+                }
+                _ => journal.refuse(scene.missing("a <sensor>")),
+            }
         }
         if let Some(Sensor { camera, clips, film, .. }) = &sensor {
             let read = clips.check(camera, film, &self.shapes);

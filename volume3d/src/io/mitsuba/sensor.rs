@@ -4,11 +4,14 @@ use glam::{DAffine3, DVec2, DVec3};
 
 use super::clip::Clips;
 use super::film::{DEFAULT_SIZE, film, film_of_size};
+use super::integrator::NO_MEDIA;
 use super::object::{Ids, Object};
 use super::{orthographic, support, transform};
 use crate::io::Error;
 use crate::scene::{Camera, Film, Lens};
 
+/// The horizontal field of view of a sensor that is not given, in degrees.
+const DEFAULT_ANGLE: f64 = 45.0;
 /// Mitsuba's samples per pixel, where none are given.
 const DEFAULT_SAMPLES: i64 = 4;
 /// Mitsuba's focal length in millimetres, where neither it nor an angle is given.
@@ -31,6 +34,7 @@ pub(super) fn sensor<'a>(
     object: &Object<'a>,
     ids: &Ids<'a>,
     size: Option<(usize, usize)>,
+    sees_media: bool,
 ) -> Result<Sensor<'a>, Error> {
     let film = match object.at_most_one("<film>")? {
         Some(element) => film(&Object::new(element, ids)?, ids, size)?,
@@ -46,8 +50,34 @@ pub(super) fn sensor<'a>(
         let radius = aperture_radius(object)?;
         camera(object, radius, film.width as f64 / film.height as f64)?
     };
+    if !sees_media {
+        object.ignore("medium", None, NO_MEDIA);
+    }
     object.finish()?;
     Ok(Sensor { camera, clips, film, samples })
+}
+
+/// The sensor that Mitsuba 2 gives a scene without one: it looks along z, with the whole scene in view. Nothing if nothing is there.
+pub(super) fn default_sensor<'a>(
+    corners: impl Iterator<Item = DVec3>,
+    size: Option<(usize, usize)>,
+) -> Option<Sensor<'a>> {
+    let (low, high) = corners.map(|x| (x, x)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
+    let center = 0.5 * (low + high);
+    let field_of_view = DEFAULT_ANGLE.to_radians();
+    let distance = 0.5 * (high - low).max_element() / (0.5 * field_of_view).tan();
+    let camera = Camera {
+        origin: DVec3::new(center.x, center.y, low.z - distance),
+        right: DVec3::NEG_X,
+        up: DVec3::Y,
+        forward: DVec3::Z,
+        field_of_view,
+        principal_point: DVec2::ZERO,
+        pixel_aspect: 1.0,
+        lens: None,
+    };
+    let film = film_of_size(size.unwrap_or(DEFAULT_SIZE));
+    Some(Sensor { camera, clips: Clips::default(), film, samples: DEFAULT_SAMPLES as usize })
 }
 
 /// The radius of the lens; 0 for a pinhole.
@@ -78,6 +108,7 @@ fn camera<'a>(object: &Object<'a>, radius: f64, aspect: f64) -> Result<(Camera, 
     let focus_distance = object.positive("focus_distance")?.or(clips.far()).unwrap_or(DEFAULT_FAR_CLIP);
     // All is sharp without a lens.
     let lens = (radius > 0.0).then_some(Lens { radius, focus_distance });
+    object.boolean_that_is("jitter", true)?;
     // Nothing moves while the shutter is open.
     object.float("shutter_open")?;
     object.float("shutter_close")?;

@@ -2,27 +2,32 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
+use super::attribute::{self, Attributes};
 use super::element::Element;
 use super::object::Object;
 use super::reader::Reader;
-use super::{emitter, support, transform};
+use super::{emitter, integrator, support, transform};
 use crate::geometry::{Mesh, TOLERANCE};
 use crate::io::soup::Soup;
 use crate::io::{At, Error, MeshFormat, MeshProblem, Place, serialized};
-use crate::scene::Shape;
+use crate::scene::{Material, Shape};
 
 impl<'a> Reader<'a> {
     pub(super) fn shape(&mut self, element: &'a Element) -> Result<(), Error> {
         let object = Object::new(element, &self.ids)?;
+        let bsdf = object.at_most_one("<bsdf>")?;
+        self.attributes = None;
+        let asks = bsdf.is_some_and(|bsdf| attribute::asks(bsdf, &self.ids));
         let mesh = match object.plugin {
-            "obj" => self.mesh_file(&object, Some(MeshFormat::Obj))?,
-            "ply" => self.mesh_file(&object, Some(MeshFormat::Ply))?,
-            "serialized" => self.mesh_file(&object, None)?,
+            "obj" => self.mesh_file(&object, Some(MeshFormat::Obj), asks)?,
+            "ply" => self.mesh_file(&object, Some(MeshFormat::Ply), asks)?,
+            "serialized" => self.mesh_file(&object, None, asks)?,
             "rectangle" => built_in(&object, Mesh::rectangle())?,
             "cube" => built_in(&object, Mesh::cube())?,
             "sphere" => sphere(&object)?,
             "disk" => curved(&object, Mesh::disk())?,
             "cylinder" => cylinder(&object)?,
+            "bsplinecurve" | "linearcurve" => self.curves(&object)?,
             "shapegroup" => return Self::shape_group(&object),
             "instance" => return self.instance(element, &object),
             "sdfgrid" => return self.sdf_grid(element, &object),
@@ -30,9 +35,12 @@ impl<'a> Reader<'a> {
             _ => return Err(object.unknown_plugin("shape", support::SHAPES)),
         };
         let mesh = match object.transform("to_world")? {
+            // The control points of a curve have been moved, and its thickness is not.
+            Some(_) if object.plugin.ends_with("curve") => mesh,
             Some(element) => mesh.transformed(&transform::invertible(element)?),
             None => mesh,
         };
+        let attributes = self.attributes.take();
         let emitted = match object.at_most_one("<emitter>")? {
             Some(emitter) => {
                 let radiance =
@@ -41,13 +49,22 @@ impl<'a> Reader<'a> {
             }
             None => None,
         };
-        let material = match object.at_most_one("<bsdf>")? {
+        let material = match bsdf {
+            Some(bsdf) if asks => self.material_of_attributes(bsdf, attributes),
             Some(bsdf) => self.material_or_grey(bsdf),
             None => self.default_material(emitted.is_some()),
         };
+        if asks && let Some((_, Some(_))) = emitted {
+            return Err(element.unsupported(attribute::BESIDE_TEXTURES, attribute::ALONE));
+        }
+        if !self.sees_media {
+            object.ignore("medium", None, integrator::NO_MEDIA);
+        } else if self.is_opaque(material) {
+            object.ignore("medium", Some("interior"), "no light passes the surface");
+        }
         object.finish()?;
         let id = self.name(element, self.shapes.len());
-        if matches!(object.plugin, "sphere" | "disk" | "cylinder") {
+        if matches!(object.plugin, "sphere" | "disk" | "cylinder" | "bsplinecurve" | "linearcurve") {
             let (plugin, count) = (object.plugin, mesh.triangles().len());
             let percent = 100.0 * TOLERANCE;
             self.journal.note_shape(
@@ -74,7 +91,19 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn mesh_file(&self, object: &Object<'a>, format: Option<MeshFormat>) -> Result<Mesh, Error> {
+    /// Whether no light gets to the other side of a surface.
+    fn is_opaque(&self, material: usize) -> bool {
+        let Material { bsdf, opacity, .. } = &self.materials[material];
+        !bsdf.transmits() && opacity.is_none()
+    }
+
+    /// The mesh of a file; with texture coordinates for the attributes that it has there, if they are asked for.
+    fn mesh_file(
+        &mut self,
+        object: &Object<'a>,
+        format: Option<MeshFormat>,
+        asks: bool,
+    ) -> Result<Mesh, Error> {
         let element = object.element;
         let name = object.string("filename")?.ok_or_else(|| object.missing("filename"))?;
         let index = match format {
@@ -102,6 +131,11 @@ impl<'a> Reader<'a> {
             );
         }
         let face_normals = object.boolean("face_normals")?.unwrap_or(face_normals);
+        if asks && format == Some(MeshFormat::Ply) {
+            soup.uvs = Some(attribute::coordinates(soup.triangles.len()));
+            self.attributes =
+                Some(Attributes { path: path.clone(), bytes, triangles: soup.triangles.clone() });
+        }
         soup.into_mesh(face_normals).map_err(|error| {
             let problem = MeshProblem::Geometry(error);
             element.referenced(Error::Mesh { place: Place::new(&path, At::Whole), problem })

@@ -10,16 +10,17 @@ struct Kind {
     remarks: &'static str,
 }
 
-pub(super) const SHAPES: &str = "obj, ply, serialized, rectangle, cube, sphere, disk, cylinder, shapegroup, instance, sdfgrid, sdfnetwork";
-pub(super) const TEXTURES: &str = "bitmap, checkerboard";
+pub(super) const SHAPES: &str = "obj, ply, serialized, rectangle, cube, sphere, disk, cylinder, bsplinecurve, linearcurve, shapegroup, instance, sdfgrid, sdfnetwork";
+pub(super) const TEXTURES: &str = "bitmap, checkerboard, mesh_attribute";
 pub(super) const SENSORS: &str = "perspective, thinlens, orthographic";
-pub(super) const FILMS: &str = "hdrfilm, ldrfilm, mfilm";
+pub(super) const FILMS: &str = "hdrfilm, ldrfilm, mfilm, transient_hdr_film, streakhdrfilm";
 pub(super) const FILTERS: &str = "box, tent, gaussian, mitchell, catmullrom, lanczos";
 pub(super) const SAMPLERS: &str = "independent, stratified, multijitter, orthogonal, ldsampler";
 pub(super) const INTEGRATORS: &str = "path, direct, prb, prb_basic, prb_reparam, prb_projective, direct_reparam, \
-    direct_projective, volpath, volpathmis, prbvolpath, ptracer, bdpt, moment, aov, stokes";
+    direct_projective, volpath, volpathmis, prbvolpath, ptracer, bdpt, transient_path, transientpath, moment, aov, stokes, \
+    transientstokes";
 pub(super) const BSDFS: &str = "diffuse, conductor, roughconductor, plastic, roughplastic, pplastic, dielectric, thindielectric, \
-                     roughdielectric, principled, principledthin, null, blendbsdf, mask, bumpmap, normalmap, twosided";
+                     roughdielectric, principled, principledthin, null, polarizer, circular, retarder, blendbsdf, mask, bumpmap, normalmap, twosided";
 pub(super) const EMITTERS: &str =
     "constant, envmap, directional, point, spot, projector, and area within a shape";
 
@@ -37,7 +38,7 @@ const KINDS: [Kind; 10] = [
     Kind {
         tag: "texture",
         plugins: TEXTURES,
-        remarks: "PNG, JPEG, BMP, OpenEXR, Radiance HDR; bilinear, and steps as narrow ramps; `to_uv`",
+        remarks: "PNG, JPEG, BMP, OpenEXR, Radiance HDR; bilinear, and steps as narrow ramps; `to_uv`; `mesh_attribute` of PLY files",
     },
     Kind {
         tag: "emitter",
@@ -52,7 +53,7 @@ const KINDS: [Kind; 10] = [
     Kind {
         tag: "sensor",
         plugins: SENSORS,
-        remarks: "of several the first; `orthographic` as perspective from far away",
+        remarks: "of several the first, and without one that of Mitsuba 2; `orthographic` as perspective from far away",
     },
     Kind { tag: "film", plugins: FILMS, remarks: "read as hdrfilm" },
     Kind { tag: "rfilter", plugins: FILTERS, remarks: "the last three as gaussian" },
@@ -63,6 +64,21 @@ const KINDS: [Kind; 10] = [
         remarks: "what computes the light of paths, and the image of one within another",
     },
 ];
+
+/// The usual name of a plugin that is called by an older one, or with other capitals; nothing where it is called by it.
+pub(super) fn spelling(tag: &str, plugin: &str) -> Option<&'static str> {
+    let names = match tag {
+        "shape" => SHAPES,
+        "bsdf" => BSDFS,
+        _ => return None,
+    };
+    match plugin {
+        "disney" => return Some("principled"),
+        "disneythin" => return Some("principledthin"),
+        _ => {}
+    }
+    names.split(", ").find(|name| *name != plugin && name.eq_ignore_ascii_case(plugin))
+}
 
 /// What is read of the format, as a table in Markdown.
 #[must_use]

@@ -21,6 +21,9 @@ impl<'a> Reader<'a> {
             return Ok(index);
         }
         let object = Object::new(element, &self.ids)?;
+        if object.plugin == "mesh_attribute" {
+            return self.mesh_attribute(element, &object);
+        }
         let to_uv = match object.transform("to_uv")? {
             Some(element) => to_uv(element, &object)?,
             None => DAffine2::IDENTITY,

@@ -4,6 +4,7 @@
 //! announces many without properties fills any memory; it allocates once for every face; and it does not see
 //! what follows the last element.
 
+mod attribute;
 mod body;
 mod header;
 mod write;
@@ -19,6 +20,7 @@ use super::soup::{Soup, fan};
 use super::{At, Error, MemoryError, MeshProblem, Place};
 use crate::geometry::{Attribute, Mesh};
 
+pub(super) use self::attribute::{PlyAttribute, read_attribute};
 pub use self::write::write_ply;
 
 /// Reads the triangles of a PLY file: ASCII, or binary of either byte order. `path` is for messages.
@@ -49,7 +51,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Soup, Error> {
 /// A problem and its place.
 type Failure = (At, MeshProblem);
 
-fn elements<B: Body>(header: &Header, body: &mut B) -> Result<Soup, Failure> {
+fn elements<B: Body + ?Sized>(header: &Header, body: &mut B) -> Result<Soup, Failure> {
     let mut soup = Soup::default();
     for element in &header.elements {
         match element.name.as_str() {
@@ -69,11 +71,11 @@ fn elements<B: Body>(header: &Header, body: &mut B) -> Result<Soup, Failure> {
 }
 
 /// How many elements to make room for: no more than the rest of the file can hold.
-fn room<B: Body>(element: &Element, body: &B) -> usize {
+fn room<B: Body + ?Sized>(element: &Element, body: &B) -> usize {
     element.count.min(body.remaining())
 }
 
-fn vertices<B: Body>(element: &Element, body: &mut B, soup: &mut Soup) -> Result<(), Failure> {
+fn vertices<B: Body + ?Sized>(element: &Element, body: &mut B, soup: &mut Soup) -> Result<(), Failure> {
     /// Where each of the eight numbers goes.
     const SLOTS: [&[&str]; 8] = [&["x"], &["y"], &["z"], &["nx"], &["ny"], &["nz"], &["u", "s"], &["v", "t"]];
     let slots: Vec<Option<usize>> = element
@@ -121,7 +123,7 @@ fn vertices<B: Body>(element: &Element, body: &mut B, soup: &mut Soup) -> Result
     Ok(())
 }
 
-fn faces<B: Body>(element: &Element, body: &mut B, soup: &mut Soup) -> Result<(), Failure> {
+fn faces<B: Body + ?Sized>(element: &Element, body: &mut B, soup: &mut Soup) -> Result<(), Failure> {
     // A face has at least a length of one byte and three indices of one byte.
     let count = element.count.min(body.remaining() / 4);
     reserve(&mut soup.triangles, count, "the triangles").map_err(|error| (At::Whole, error.into()))?;
@@ -147,7 +149,7 @@ fn faces<B: Body>(element: &Element, body: &mut B, soup: &mut Soup) -> Result<()
     Ok(())
 }
 
-fn corner<B: Body>(property: &Property, body: &mut B, count: usize) -> Result<u32, Failure> {
+fn corner<B: Body + ?Sized>(property: &Property, body: &mut B, count: usize) -> Result<u32, Failure> {
     let index = body.integer(property.value)?;
     match u32::try_from(index) {
         Ok(i) if (i as usize) < count => Ok(i),
@@ -156,7 +158,7 @@ fn corner<B: Body>(property: &Property, body: &mut B, count: usize) -> Result<u3
 }
 
 /// The length of a list, which the rest of the file has room for.
-fn length<B: Body>(property: &Property, body: &mut B) -> Result<usize, Failure> {
+fn length<B: Body + ?Sized>(property: &Property, body: &mut B) -> Result<usize, Failure> {
     let Some(kind) = property.list else { return Ok(0) };
     let length = body.integer(kind)?;
     match usize::try_from(length) {
@@ -172,7 +174,7 @@ fn length<B: Body>(property: &Property, body: &mut B) -> Result<usize, Failure> 
     }
 }
 
-fn skip<B: Body>(element: &Element, body: &mut B) -> Result<(), Failure> {
+fn skip<B: Body + ?Sized>(element: &Element, body: &mut B) -> Result<(), Failure> {
     if element.properties.is_empty() {
         // Nothing stands in the file, however many there are.
         return Ok(());
@@ -186,7 +188,7 @@ fn skip<B: Body>(element: &Element, body: &mut B) -> Result<(), Failure> {
     Ok(())
 }
 
-fn skip_property<B: Body>(property: &Property, body: &mut B) -> Result<(), Failure> {
+fn skip_property<B: Body + ?Sized>(property: &Property, body: &mut B) -> Result<(), Failure> {
     let count = if property.list.is_some() { length(property, body)? } else { 1 };
     for _ in 0..count {
         body.number(property.value)?;

@@ -1,6 +1,8 @@
 //! Tests of the readers and writers.
 
+mod attributes;
 mod clip;
+mod dialects;
 mod dtu;
 mod files;
 mod fuzz;

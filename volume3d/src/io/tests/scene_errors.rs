@@ -58,8 +58,8 @@ fn documents() {
         r#"
 text
     dir/s.xml:1:1: unexpected text "text" between elements; remove it
-<medium type='homogeneous'/>
-    <medium> is not supported inside the scene; supported: <integrator>, <sensor>, <texture>, <bsdf>, <shape>, <emitter>
+<volume type='gridvolume'/>
+    <volume> is not supported inside the scene; supported: <integrator>, <sensor>, <sampler>, <film>, <medium>, <texture>, <bsdf>, <shape>, <emitter>
 <float name='a' value='1'/>
     the scene has no parameter "a" here; supported: none
 <float value='1'/>
@@ -236,7 +236,7 @@ fn plugins() {
 <shape/>
     <shape> needs an attribute "type"
 <shape type='hair'/>
-    shape "hair" is not supported; supported: obj, ply, serialized, rectangle, cube, sphere, disk, cylinder, shapegroup, instance, sdfgrid, sdfnetwork
+    shape "hair" is not supported; supported: obj, ply, serialized, rectangle, cube, sphere, disk, cylinder, bsplinecurve, linearcurve, shapegroup, instance, sdfgrid, sdfnetwork
 <shape type='sphere'><float name='radius' value='0'/></shape>
     dir/s.xml:2:22: radius="0": expected a number greater than 0
 <shape type='cylinder'><point name='p1' value='0'/></shape>
@@ -267,18 +267,18 @@ fn plugins() {
     dir/s.xml:2:20: shape "cube" has no parameter "a" here; supported: face_normals, flip_normals, to_world
 <shape type='cube'><bsdf type='diffuse'/><bsdf type='diffuse'/></shape>
     dir/s.xml:2:42: 2 <bsdf> in shape "cube"; expected at most one
-<shape type='cube'><medium type='a'/></shape>
-    dir/s.xml:2:20: <medium> is not supported inside shape "cube"; supported: <emitter>, <bsdf>
+<integrator type='volpath'/><shape type='cube'><bsdf type='dielectric'/><medium type='a'/></shape>
+    dir/s.xml:2:73: <medium> is not supported inside shape "cube"; supported: <bsdf>, <emitter>
 <shape type='instance'/>
     0 shapes "shapegroup" in shape "instance"; expected one
 <shape type='instance'><shape type='cube'/></shape>
     dir/s.xml:2:24: shape "cube" is not supported; supported: shapegroup, within an instance
 <shape type='shapegroup' id='g'><shape type='instance'><ref id='g'/></shape></shape><shape type='instance'><ref id='g'/></shape>
-    dir/s.xml:2:33: a shape "instance" within a shapegroup is not supported; give meshes
+    dir/s.xml:2:33: a shape "instance" within a shapegroup is not supported; give meshes or grids
 <shape type='cube'><emitter type='point'/></shape>
     dir/s.xml:2:20: emitter "point" is not supported; supported: area, within a shape
 <bsdf type='hair'/>
-    bsdf "hair" is not supported; supported: diffuse, conductor, roughconductor, plastic, roughplastic, pplastic, dielectric, thindielectric, roughdielectric, principled, principledthin, null, blendbsdf, mask, bumpmap, normalmap, twosided
+    bsdf "hair" is not supported; supported: diffuse, conductor, roughconductor, plastic, roughplastic, pplastic, dielectric, thindielectric, roughdielectric, principled, principledthin, null, polarizer, circular, retarder, blendbsdf, mask, bumpmap, normalmap, twosided
 <bsdf type='twosided'><bsdf type='dielectric'/></bsdf>
     twosided around a material that light passes is not supported; leave out twosided: such a material has two sides
 <bsdf type='plastic'><float name='int_ior' value='1.2'/><float name='ext_ior' value='1.2'/></bsdf>
@@ -308,7 +308,7 @@ fn plugins() {
 <bsdf type='roughconductor'><float name='alpha_v' value='1'/><float name='alpha' value='.5'/></bsdf>
     bsdf "roughconductor" takes either alpha or alpha_u and alpha_v, not both
 <texture type='wood'/>
-    texture "wood" is not supported; supported: bitmap, checkerboard
+    texture "wood" is not supported; supported: bitmap, checkerboard, mesh_attribute
 <texture type='bitmap'/>
     texture "bitmap" needs filename
 <texture type='bitmap'><transform name='to_uv'><rotate x='1' angle='9'/><rotate y='1' angle='9'/><translate x='1'/></transform></texture>
@@ -341,7 +341,7 @@ fn plugins() {
 <emitter type='directional'><vector name='direction' value='1'/><transform name='to_world'/></emitter>
     emitter "directional" takes either direction or to_world, not both
 <integrator type='depth'/>
-    integrator "depth" is not supported; supported: path, direct, prb, prb_basic, prb_reparam, prb_projective, direct_reparam, direct_projective, volpath, volpathmis, prbvolpath, ptracer, bdpt, moment, aov, stokes
+    integrator "depth" is not supported; supported: path, direct, prb, prb_basic, prb_reparam, prb_projective, direct_reparam, direct_projective, volpath, volpathmis, prbvolpath, ptracer, bdpt, transient_path, transientpath, moment, aov, stokes, transientstokes
 <integrator type='path'><integer name='max_depth' value='0'/></integrator>
     max_depth="0": expected −1 or a whole number of at least 1 (0 is a black image)
 <integrator type='prb_reparam'><integer name='reparam_ray' value='8'/></integrator>
@@ -356,7 +356,7 @@ fn cameras() {
     check_table(
         r#"
 <film type='specfilm'/>
-    film "specfilm" is not supported; supported: hdrfilm, ldrfilm, mfilm
+    film "specfilm" is not supported; supported: hdrfilm, ldrfilm, mfilm, transient_hdr_film, streakhdrfilm
 <film type='hdrfilm'><rfilter type='sinc'/></film>
     dir/s.xml:2:22: rfilter "sinc" is not supported; supported: box, tent, gaussian, mitchell, catmullrom, lanczos
 <film type='hdrfilm'><rfilter type='box'><float name='radius' value='1'/></rfilter></film>
@@ -378,7 +378,7 @@ fn cameras() {
 <float name='principal_point_offset_x' value='a'/>
     principal_point_offset_x="a": expected a finite number
 <float name='toWorld' value='.1'/>
-    sensor "perspective" has no parameter "toWorld" here; supported: pixel_aspect, fov_axis, fov, focal_length, near_clip, far_clip, principal_point_offset_x, principal_point_offset_y, focus_distance, shutter_open, shutter_close, to_world
+    sensor "perspective" has no parameter "toWorld" here; supported: pixel_aspect, fov_axis, fov, focal_length, near_clip, far_clip, principal_point_offset_x, principal_point_offset_y, focus_distance, jitter, shutter_open, shutter_close, to_world
 "#,
         sensor,
     );

@@ -1,0 +1,130 @@
+//! Textures that are attributes of a mesh: numbers at its vertices or faces.
+//!
+//! Such a texture is an image with four texels a triangle, two by two, and the mesh has texture coordinates of its own for it: a
+//! corner each at three of them. With the fourth in the plane of the three, what is interpolated between the four is what is
+//! interpolated between the corners, exactly.
+
+use std::path::PathBuf;
+
+use glam::{DVec2, DVec3};
+
+use super::element::Element;
+use super::object::Ids;
+use crate::Image;
+use crate::geometry::Attribute;
+
+/// What is refused, and what to do instead.
+pub(super) const BESIDE_TEXTURES: &str = "a mesh_attribute beside textures of other kinds";
+pub(super) const ALONE: &str = "give the surface attributes, or images, but not both";
+
+/// How deep a texture may be within a material.
+const DEPTH: usize = 16;
+
+/// A file of a mesh, and its triangles by the vertices of the file.
+pub(super) struct Attributes {
+    pub(super) path: PathBuf,
+    pub(super) bytes: Vec<u8>,
+    pub(super) triangles: Vec<[u32; 3]>,
+}
+
+/// Whether a material or a texture has an attribute within.
+pub(super) fn asks(element: &Element, ids: &Ids<'_>) -> bool {
+    asks_within(element, ids, DEPTH)
+}
+
+fn asks_within(element: &Element, ids: &Ids<'_>, depth: usize) -> bool {
+    let is_attribute = element.tag == "texture"
+        && element.attribute("type").is_some_and(|plugin| plugin == "mesh_attribute");
+    is_attribute
+        || depth > 0
+            && element.children.iter().any(|child| {
+                let target = if child.tag == "ref" {
+                    child.attribute("id").and_then(|id| ids.get(id))
+                } else {
+                    Some(child)
+                };
+                target.is_some_and(|target| asks_within(target, ids, depth - 1))
+            })
+}
+
+/// How many triangles have their texels beside one another.
+fn columns(triangles: usize) -> usize {
+    (triangles as f64).sqrt().ceil().max(1.0) as usize
+}
+
+/// The texels of the three corners of a triangle, by column and row.
+fn texels(triangle: usize, columns: usize) -> [[usize; 2]; 3] {
+    let (x, y) = (2 * (triangle % columns), 2 * (triangle / columns));
+    [[x, y], [x + 1, y], [x, y + 1]]
+}
+
+/// Whether a texel is the fourth of its triangle, which may be outside of the range of the other three.
+pub(super) fn is_spare(texel: usize, width: usize) -> bool {
+    texel % width % 2 == 1 && texel / width % 2 == 1
+}
+
+/// Columns and rows of the image for so many triangles.
+fn size(triangles: usize) -> [usize; 2] {
+    let columns = columns(triangles);
+    [2 * columns, 2 * triangles.div_ceil(columns).max(1)]
+}
+
+/// The texture coordinates of a mesh for its attributes, all of them.
+pub(super) fn coordinates(triangles: usize) -> Attribute<DVec2> {
+    let [width, height] = size(triangles);
+    let place = |[x, y]: [usize; 2]| {
+        DVec2::new((x as f64 + 0.5) / width as f64, 1.0 - (y as f64 + 0.5) / height as f64)
+    };
+    let columns = columns(triangles);
+    let values = (0..triangles).flat_map(|k| texels(k, columns).map(place)).collect();
+    let corners = (0..triangles as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
+    Attribute { values, triangles: corners }
+}
+
+/// The image of an attribute, given at the corners of all triangles.
+pub(super) fn image(corners: impl ExactSizeIterator<Item = [DVec3; 3]>) -> Image {
+    let ([width, height], columns) = (size(corners.len()), columns(corners.len()));
+    let mut pixels = vec![DVec3::ZERO; width * height];
+    for (k, [a, b, c]) in corners.enumerate() {
+        for ([x, y], value) in texels(k, columns).into_iter().zip([a, b, c]) {
+            pixels[y * width + x] = value;
+        }
+        let [_, [x, _], [_, y]] = [[0, 0], texels(k, columns)[1], texels(k, columns)[2]];
+        pixels[y * width + x] = b + c - a;
+    }
+    Image { width, height, pixels }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Between the texels of a triangle is what is between its corners, however the triangles lie.
+    #[test]
+    fn an_image_has_what_the_corners_have() {
+        let value = |k: usize, corner: usize| DVec3::new(k as f64, corner as f64, (k * corner) as f64);
+        for count in [1, 2, 3, 5, 16, 17] {
+            let image = image((0..count).map(|k| [0, 1, 2].map(|corner| value(k, corner))));
+            let coordinates = coordinates(count);
+            let at = |uv: DVec2| {
+                let place =
+                    DVec2::new(uv.x, 1.0 - uv.y) * DVec2::new(image.width as f64, image.height as f64) - 0.5;
+                let (corner, part) = (place.floor(), place - place.floor());
+                let texel = |x: usize, y: usize| {
+                    let (x, y) = (corner.x as usize + x, corner.y as usize + y);
+                    image.pixels[y.min(image.height - 1) * image.width + x.min(image.width - 1)]
+                };
+                let row = |y| texel(0, y).lerp(texel(1, y), part.x);
+                row(0).lerp(row(1), part.y)
+            };
+            for (k, corners) in coordinates.triangles.iter().enumerate() {
+                let uvs = corners.map(|i| coordinates.values[i as usize]);
+                for weights in [[0.2, 0.5, 0.3], [0.6, 0.1, 0.3], [0.05, 0.05, 0.9]] {
+                    let uv = (0..3).map(|i| weights[i] * uvs[i]).sum();
+                    let expected: DVec3 = (0..3).map(|i| weights[i] * value(k, i)).sum();
+                    assert!((at(uv) - expected).length() < 1e-9, "{count} {k}: {} {expected}", at(uv));
+                }
+            }
+        }
+    }
+}

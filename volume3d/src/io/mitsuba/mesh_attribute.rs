@@ -1,0 +1,76 @@
+//! Materials of meshes with attributes.
+
+use glam::DAffine2;
+
+use super::attribute::{ALONE, Attributes, image};
+use super::element::Element;
+use super::object::Object;
+use super::reader::Reader;
+use crate::io::Error;
+use crate::io::ply::{PlyAttribute, read_attribute};
+use crate::scene::{Wrap, parts};
+
+impl<'a> Reader<'a> {
+    /// The material of a mesh with attributes; grey where it is refused. It is read anew for every mesh.
+    pub(super) fn material_of_attributes(
+        &mut self,
+        bsdf: &'a Element,
+        attributes: Option<Attributes>,
+    ) -> usize {
+        let kept = (std::mem::take(&mut self.material_of), std::mem::take(&mut self.texture_of));
+        self.attributes = attributes;
+        let material = self.material(bsdf).and_then(|material| {
+            let mut parts = parts(&self.materials, material).into_iter().map(|part| &self.materials[part]);
+            let is_attribute = |texture| self.attribute_textures.contains(&texture);
+            let fits = parts
+                .all(|m| m.textures().all(is_attribute) && m.relief.is_none() && !m.bsdf.is_anisotropic());
+            if fits {
+                return Ok(material);
+            }
+            Err(bsdf.unsupported("a mesh_attribute beside an image, a relief or a brushed surface", ALONE))
+        });
+        self.attributes = None;
+        let instead = "the material is a grey diffuse one on both sides";
+        let journal = self.journal.clone();
+        let material = journal.accept(material, bsdf, instead);
+        let material = material.unwrap_or_else(|| {
+            self.material_of.clear();
+            self.substitute(bsdf)
+        });
+        (self.material_of, self.texture_of) = kept;
+        material
+    }
+
+    /// The texture of an attribute of the mesh that is being read.
+    pub(super) fn mesh_attribute(
+        &mut self,
+        element: &'a Element,
+        object: &Object<'a>,
+    ) -> Result<usize, Error> {
+        let name = object.string("name")?.ok_or_else(|| object.missing("name"))?;
+        let scale = object.float("scale")?.unwrap_or(1.0);
+        object.finish()?;
+        let Some(Attributes { path, bytes, triangles }) = &self.attributes else {
+            return Err(
+                element.unsupported("a mesh_attribute of a shape that is not a PLY file", "give a PLY file")
+            );
+        };
+        let attribute = read_attribute(bytes, path, name).map_err(|error| element.referenced(error))?;
+        let image = match attribute {
+            PlyAttribute::Vertices(values) => {
+                let corners = triangles.iter().map(|t| t.map(|i| scale * values[i as usize]));
+                image(corners)
+            }
+            PlyAttribute::Faces(values) => {
+                self.journal.note_shape(
+                    element,
+                    format!("{name} has steps between faces: derivatives by their vertices miss how the steps move"),
+                );
+                image(values.iter().map(|&value| [scale * value; 3]))
+            }
+        };
+        let index = self.add_texture(element, image, Wrap::Clamp, DAffine2::IDENTITY);
+        self.attribute_textures.insert(index);
+        Ok(index)
+    }
+}

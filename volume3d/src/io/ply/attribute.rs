@@ -1,0 +1,191 @@
+//! Attributes: numbers at vertices or faces that are no positions, normals or texture coordinates.
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::body::{Ascii, Binary, Body};
+use super::header::{self, Element, Encoding, Header, Kind, Property};
+use super::{Failure, length, room, skip, skip_property};
+use crate::io::memory::with_room;
+use crate::io::{At, Error, MemoryError, MeshProblem, Place};
+
+/// What `vertex` has besides attributes.
+const NO_ATTRIBUTES: [&str; 12] =
+    ["x", "y", "z", "nx", "ny", "nz", "u", "v", "s", "t", "texture_u", "texture_v"];
+
+/// A number or a colour for each vertex of the file, or for each of its triangles.
+#[derive(Debug, PartialEq)]
+pub(in crate::io) enum PlyAttribute {
+    Vertices(Vec<DVec3>),
+    Faces(Vec<DVec3>),
+}
+
+/// The attribute of a name as Mitsuba has it: `vertex_` or `face_`, and what its properties have in common before `_x`, `_r`,
+/// `_0` or the like. Red, green and blue are `color`, or end in it. A number alone is grey; it may be a property without an
+/// end. Of an opacity nothing is read. Colours in whole numbers are fractions of the largest, but not otherwise changed.
+///
+/// # Errors
+/// [`Error::Mesh`], also if the file has none of this name.
+pub(in crate::io) fn read_attribute(bytes: &[u8], path: &Path, name: &str) -> Result<PlyAttribute, Error> {
+    let error = |(at, problem)| Error::Mesh { place: Place::new(path, at), problem };
+    let (header, rest, lines) = header::parse(bytes).map_err(error)?;
+    let mut body: Box<dyn Body> = match header.encoding {
+        Encoding::Ascii => Box::new(Ascii::new(rest, lines)),
+        Encoding::LittleEndian => Box::new(Binary::<true>::new(rest)),
+        Encoding::BigEndian => Box::new(Binary::<false>::new(rest)),
+    };
+    attribute(&header, &mut *body, name).map_err(error)
+}
+
+/// Where the numbers of an attribute are among the properties of its element.
+struct Columns {
+    columns: Vec<usize>,
+    scale: f64,
+}
+
+fn attribute(header: &Header, body: &mut dyn Body, name: &str) -> Result<PlyAttribute, Failure> {
+    let found = header.elements.iter().enumerate().find_map(|(index, element)| {
+        let columns = match element.name.as_str() {
+            "vertex" => columns(element, name.strip_prefix("vertex_")?),
+            "face" => columns(element, name.strip_prefix("face_")?),
+            _ => return None,
+        };
+        columns.map(|columns| (index, columns))
+    });
+    let Some((index, columns)) = found else {
+        let known = header.elements.iter().flat_map(known).collect::<Vec<_>>().join(", ");
+        let known = if known.is_empty() { "no attribute".to_owned() } else { known };
+        return Err((At::Whole, MeshProblem::Attribute { name: name.to_owned(), known }));
+    };
+    for element in &header.elements[..index] {
+        skip(element, body)?;
+    }
+    let element = &header.elements[index];
+    let values = with_room(room(element, body), "an attribute")
+        .map_err(|error: MemoryError| (At::Whole, error.into()))?;
+    if element.name == "vertex" {
+        vertices(element, body, &columns, values).map(PlyAttribute::Vertices)
+    } else {
+        faces(element, body, &columns, values).map(PlyAttribute::Faces)
+    }
+}
+
+/// The part of a property's name that attributes are called by, and whether it is one of a colour.
+fn stem(property: &Property) -> Option<(String, bool)> {
+    if property.list.is_some() || NO_ATTRIBUTES.contains(&property.name.as_str()) {
+        return None;
+    }
+    let is_colour = |end: &str| ["r", "g", "b", "a", "red", "green", "blue", "alpha"].contains(&end);
+    if is_colour(&property.name) {
+        return Some(("color".to_owned(), true));
+    }
+    match property.name.rsplit_once('_') {
+        Some((stem, end)) if is_colour(end) => Some((format!("{stem}_color"), true)),
+        Some((stem, "x" | "y" | "z" | "w" | "0" | "1" | "2" | "3")) => Some((stem.to_owned(), false)),
+        _ => Some((property.name.clone(), false)),
+    }
+}
+
+/// The names of an element's attributes.
+fn known(element: &Element) -> Vec<String> {
+    let mut names: Vec<String> = vec![];
+    if matches!(element.name.as_str(), "vertex" | "face") {
+        for (stem, _) in element.properties.iter().filter_map(stem) {
+            let name = format!("{}_{stem}", element.name);
+            if columns(element, &stem).is_some() && !names.contains(&name) {
+                names.push(name);
+            }
+        }
+    }
+    names
+}
+
+/// One column, or the first three of three or four.
+fn columns(element: &Element, name: &str) -> Option<Columns> {
+    let mut columns = vec![];
+    let mut scale = 1.0;
+    for (index, property) in element.properties.iter().enumerate() {
+        let Some((stem, is_colour)) = stem(property) else { continue };
+        if stem == name {
+            columns.push(index);
+            if is_colour {
+                scale = 1.0 / largest(property.value);
+            }
+        }
+    }
+    match columns.len() {
+        1 | 3 => Some(Columns { columns, scale }),
+        4 => {
+            columns.truncate(3);
+            Some(Columns { columns, scale })
+        }
+        _ => None,
+    }
+}
+
+/// The largest number of a colour.
+fn largest(kind: Kind) -> f64 {
+    match kind {
+        Kind::I8 => f64::from(i8::MAX),
+        Kind::U8 => f64::from(u8::MAX),
+        Kind::I16 => f64::from(i16::MAX),
+        Kind::U16 => f64::from(u16::MAX),
+        Kind::I32 => f64::from(i32::MAX),
+        Kind::U32 => f64::from(u32::MAX),
+        Kind::F32 | Kind::F64 => 1.0,
+    }
+}
+
+/// The value of one vertex or face, and how long the list of its corners is.
+fn value(element: &Element, body: &mut dyn Body, columns: &Columns) -> Result<(DVec3, usize), Failure> {
+    let mut numbers = [0.0; 3];
+    let mut corners = 0;
+    for (index, property) in element.properties.iter().enumerate() {
+        if property.is_indices() {
+            corners = length(property, body)?;
+            for _ in 0..corners {
+                body.number(property.value)?;
+            }
+        } else if let Some(slot) = columns.columns.iter().position(|&column| column == index) {
+            numbers[slot] = columns.scale * body.number(property.value)?;
+        } else {
+            skip_property(property, body)?;
+        }
+    }
+    let [r, g, b] = numbers;
+    let value = if columns.columns.len() == 1 { DVec3::splat(r) } else { DVec3::new(r, g, b) };
+    if value.is_finite() {
+        return Ok((value, corners));
+    }
+    let (expected, found) = ("a finite number", value.to_string());
+    Err((body.place(), MeshProblem::Expected { expected, found }))
+}
+
+fn vertices(
+    element: &Element,
+    body: &mut dyn Body,
+    columns: &Columns,
+    mut values: Vec<DVec3>,
+) -> Result<Vec<DVec3>, Failure> {
+    for index in 0..element.count {
+        body.begin(&element.name, index);
+        values.push(value(element, body, columns)?.0);
+    }
+    Ok(values)
+}
+
+/// As often as a face becomes triangles.
+fn faces(
+    element: &Element,
+    body: &mut dyn Body,
+    columns: &Columns,
+    mut values: Vec<DVec3>,
+) -> Result<Vec<DVec3>, Failure> {
+    for index in 0..element.count {
+        body.begin(&element.name, index);
+        let (value, corners) = value(element, body, columns)?;
+        values.extend(std::iter::repeat_n(value, corners.saturating_sub(2)));
+    }
+    Ok(values)
+}
