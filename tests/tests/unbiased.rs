@@ -91,7 +91,7 @@ fn warped_area_in_depth() {
             Known::new(Case { scene: scene.clone(), motion, film, label: format!("{filter:?}") })
         })
         .collect();
-    let method = WarpedArea { samples: pick(40_000, 200_000), ..warped(Warp::default()) };
+    let method = WarpedArea { samples: pick(40_000, 120_000), ..warped(Warp::default()) };
     let mut power = Power::of("unbiased::warped_area_in_depth");
     Verdict::of(&deep, |k, seed| k.run(seed, &method)).accept(&mut power, "in depth", limits());
 }

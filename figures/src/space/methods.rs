@@ -3,7 +3,7 @@
 use flatland::warp::{Debias, Warp};
 use volume3d::Kernels;
 use volume3d::gradient::{
-    EdgeSampling, Field, FiniteDifference, GradientError, GradientImage, Progress, Rotation, Tangent,
+    EdgeSampling, Field, FiniteDifference, GradientError, GradientImage, Pilot, Progress, Rotation, Tangent,
     WarpedArea,
 };
 use volume3d::scene::Scene;
@@ -82,6 +82,26 @@ pub(crate) const METHODS: &[Method] = &[
         |task, progress| {
             let method = FiniteDifference { samples: task.samples, step: task.step, seed: task.seed };
             method.forward(task.scene, task.change, progress)
+        },
+    ),
+    Method::new(
+        ["softened", "warped area, softened field", "softened field"],
+        Palette::ORANGE,
+        12,
+        |task, progress| {
+            let method = WarpedArea { field: Field::softened(task.samples), ..warped_area(task) };
+            method.forward(task.scene, task.change, progress)
+        },
+    ),
+    // The time of the pilot counts.
+    Method::new(
+        ["automatic", "what a pilot chooses", "pilot’s choice"],
+        Palette::OCHRE,
+        12,
+        |task, progress| {
+            let pilot = Pilot { samples: task.samples, seed: task.seed };
+            let choice = pilot.for_change(task.scene, task.change, progress)?;
+            choice.method.forward(task.scene, task.change, progress)
         },
     ),
 ];

@@ -54,7 +54,7 @@ fn terms(k: &Known, runs: u64, method: Method) -> Vec<[f64; 3]> {
 /// degrees of freedom.
 pub(crate) fn compare(power: &mut Power, k: Known, step: f64, times: [u64; 3], controls: &[Control]) {
     let k = k.focused(1024);
-    let [difference_runs, edge_runs, warped_runs] = times.map(|times| 96 * pick(1, 4) * times);
+    let [difference_runs, edge_runs, warped_runs] = times.map(|times| 96 * pick(1, 3) * times);
     let start = Instant::now();
     let narrowest = FiniteDifference { samples: 176, step, seed: 9000 };
     let (mut reference, mut slack) = k.differences::<3>(narrowest, difference_runs);

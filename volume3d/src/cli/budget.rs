@@ -43,8 +43,9 @@ pub(super) struct Plan {
     pub(super) foreseen: Option<f64>,
 }
 
-/// Samples of the first pilot. Each has four times as many as the one before.
-const FIRST: usize = 4;
+/// Samples of the first pilot. Each has four times as many as the one before. With fewer a method that splits them has one of some
+/// parts, however few it should have.
+const FIRST: usize = 16;
 /// A pilot of more says nothing that a user would wait for.
 const MOST: usize = 1 << 14;
 /// A relative error below this is told well enough to be scaled.

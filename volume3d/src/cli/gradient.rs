@@ -72,7 +72,8 @@ pub(super) struct Options {
     /// which every --wrt is written as WHAT.PARAMETER.npy.
     #[arg(short, long, value_name = "GRAD.exr")]
     output: PathBuf,
-    /// The standard error of every pixel of the gradient, from 8 independent groups of samples. Pixels have noise in
+    /// The standard error of every pixel of the gradient, from 8 independent groups of samples (as many as there are samples if
+    /// these are fewer). Pixels have noise in
     /// common, so that the error of a sum of pixels does not follow from theirs: it is printed for the whole image, and
     /// --stderr-blocks has it for blocks.
     #[arg(long = "stderr", value_name = "ERR.exr")]
@@ -80,7 +81,8 @@ pub(super) struct Options {
     /// The standard error of the mean over every block of 8 × 8 pixels, an image with a pixel for each block.
     #[arg(long = "stderr-blocks", value_name = "ERR.exr")]
     block_errors: Option<PathBuf>,
-    /// The image itself, from the same samples as the gradient; the same whatever moves. An adjoint for a reverse run at
+    /// The image itself, from the gradient's samples of the area, which a pilot may have made few: its noise is that of so many. With
+    /// --method warped-area it has all of --spp, and is the same whatever moves. An adjoint for a reverse run at
     /// this --seed must not be computed from it, as a product of both would be biased: take that of `volume3d render`.
     #[arg(long, value_name = "IMG.exr")]
     image: Option<PathBuf>,
@@ -205,10 +207,10 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     let change = change(scene, &options.moves.moves)?;
     let terms = outputs.terms.is_some();
     let run = |samples, seed, what| {
+        let start = Instant::now();
         let estimator = options.method.estimator(samples, seed, options.step);
         let (estimator, chosen) =
             estimator.chosen(|p| p.for_change(scene, &change, &Bar::new(0, "pilot").progress()))?;
-        let start = Instant::now();
         let result = estimator.forward(scene, &change, terms, &Bar::new(0, what).progress())?;
         stop_if_asked()?;
         anyhow::Ok((result, start.elapsed().as_secs_f64(), chosen))

@@ -31,8 +31,8 @@ use clap::{CommandFactory, Parser, Subcommand};
 use volume3d::gradient::{GradientError, Stopped};
 
 /// Renders Mitsuba 3 scenes and differentiates the images with respect to geometry, camera, lights and materials,
-/// by warped-area sampling: without bias. By default its field is made of the edges near a direction, which are listed
-/// once; --field rays lists none. Borders of flat emitters and sign changes of shading normals are sampled in any case.
+/// without bias: by warped-area sampling or edge sampling, between which a pilot of few samples chooses by default. The field of
+/// warped area is made of the edges near a direction, which are listed once; --field rays lists none.
 #[derive(Debug, Parser)]
 #[command(version, after_long_help = EXAMPLES)]
 struct Options {

@@ -50,10 +50,10 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     let active = parameters.active(scene);
 
     let run = |samples, seed, what| {
+        let start = Instant::now();
         let estimator = request.method.estimator(samples, seed, None);
         let (estimator, chosen) = estimator
             .chosen(|p| p.for_active(scene, Some(&adjoint), &active, &Bar::new(0, "pilot").progress()))?;
-        let start = Instant::now();
         let gradient = estimator.reverse(scene, &adjoint, &active, &Bar::new(0, what).progress())?;
         stop_if_asked()?;
         anyhow::Ok((gradient, start.elapsed().as_secs_f64(), chosen))

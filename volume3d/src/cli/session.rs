@@ -127,9 +127,9 @@ impl Loaded {
     }
 }
 
-/// What a gradient with its terms keeps of a pixel at most: two tables of 15 numbers of eight bytes, and the images and
-/// files that are made of them.
-const BYTES_A_PIXEL: usize = 512;
+/// What a gradient with its terms keeps of a pixel at most: two tables of 15 numbers of eight bytes, the images of its noise, and the
+/// images and files that are made of them.
+const BYTES_A_PIXEL: usize = 584;
 
 /// More than this, in bytes, is refused before any work.
 const MOST_MEMORY: usize = 32 << 30;

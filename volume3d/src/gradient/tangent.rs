@@ -192,6 +192,18 @@ impl Tangent {
         }
     }
 
+    /// Whether anything changes besides: materials, textures, lights, and what surrounds all.
+    pub(crate) fn is_more_than_geometric(&self) -> bool {
+        let any = |rates: &[DVec3]| rates.iter().any(|r| *r != DVec3::ZERO);
+        any(&self.reflectance)
+            || self.roughness.iter().any(|r| *r != 0.0)
+            || self.texels.iter().any(|rates| any(rates))
+            || any(&self.radiance)
+            || any(&self.intensity)
+            || any(&self.pose)
+            || any(&[self.environment, self.environment_rotation])
+    }
+
     /// Whether any position or normal changes, or the camera: whether jumps may move.
     #[must_use]
     pub fn is_geometric(&self) -> bool {

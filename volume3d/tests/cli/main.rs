@@ -35,8 +35,8 @@ fn an_image_in_every_format() {
 #[test]
 fn a_gradient_with_all_that_goes_with_it() {
     let place = Place::new();
-    let options =
-        "--spp 6 --seed 1 --stderr e.exr --stderr-blocks b.exr --image i.exr --terms part --png g.png";
+    let options = "--method warped-area --spp 6 --seed 1 --stderr e.exr --stderr-blocks b.exr --image i.exr \
+                   --terms part --png g.png";
     let text = place.succeed(&format!("gradient scene.xml --move sheet:translate:1,0,0 -o g.exr {options}"));
     assert!(text.contains("auxiliary rays") && text.contains("wrote g.png (blue -"), "{text}");
     assert!(text.contains("total: red ") && text.contains("together "), "{text}");
@@ -49,7 +49,7 @@ fn a_gradient_with_all_that_goes_with_it() {
         assert!((sum - *whole).length() <= 4.0 * f64::from(f32::EPSILON) * size, "{i}: {sum} {whole}");
     }
     assert!(parts[1].pixels.iter().any(|p| *p != DVec3::ZERO), "no primary term");
-    let other = "--move camera:fov:1 --image r.exr";
+    let other = "--method warped-area --move camera:fov:1 --image r.exr";
     place.succeed(&format!("gradient scene.xml -o f.exr --spp 6 --seed 1 {other}"));
     assert_eq!(place.bytes("i.exr"), place.bytes("r.exr"), "the image depends on the gradient");
     place.succeed("render scene.xml -o r.exr --spp 6 --seed 1");
@@ -320,7 +320,7 @@ fn lights_are_parameters() {
 fn info_lists_what_is_read() {
     let place = Place::new();
     let text = place.succeed("info --support");
-    assert!(text.contains("| texture | bitmap, checkerboard |"), "{text}");
+    assert!(text.contains("| texture | bitmap, checkerboard, mesh_attribute |"), "{text}");
     assert_eq!(place.run("info").0, 2);
 }
 

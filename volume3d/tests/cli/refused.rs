@@ -11,7 +11,7 @@ use super::Place;
 #[test]
 fn failures_say_what_to_do() {
     let place = Place::new();
-    std::fs::write(place.path("bad.xml"), "<scene version='3.0.0'>\n<shape type='sphere'/></scene>").unwrap();
+    std::fs::write(place.path("bad.xml"), "<scene version='3.0.0'>\n<shape type='sfere'/></scene>").unwrap();
     let image =
         |width: usize, value: f64| Image { width, height: 8, pixels: vec![DVec3::splat(value); width * 8] };
     write_exr(&place.path("narrow.exr"), &image(7, 1.0)).unwrap();

@@ -128,9 +128,10 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     let folder = Folder::open(&options.output, &text, &files)?;
     // Views look at the scene with cameras of their own, but it is written with its own.
     let own = (scene.description().camera.clone(), scene.description().film);
-    fit.apply(&mut scene)?;
-    let (estimator, chosen) = problem::chosen(&config, &fit, &mut scene)?;
     let kept = folder.state(fingerprint)?;
+    fit.apply(&mut scene)?;
+    let (estimator, chosen) =
+        problem::chosen(&config, &fit, &mut scene).map_err(interrupted(&fit, &config))?;
     let is_new = kept.is_none();
     let mut fit = match kept {
         Some(state) => fit
@@ -211,7 +212,8 @@ fn interrupted(fit: &Fit, config: &config::Config) -> impl Fn(anyhow::Error) -> 
     let (done, steps) = (fit.steps_taken(), config.steps);
     move |error| {
         let of_objective = error.downcast_ref::<ObjectiveError>();
-        let stopped = matches!(of_objective, Some(ObjectiveError::Gradient(GradientError::Stopped(_))));
+        let stopped = matches!(of_objective, Some(ObjectiveError::Gradient(GradientError::Stopped(_))))
+            || matches!(error.downcast_ref::<GradientError>(), Some(GradientError::Stopped(_)));
         if stopped || error.is::<Stopped>() { anyhow!(Interrupted { done, steps }) } else { error }
     }
 }

@@ -204,16 +204,12 @@ pub(super) fn reverse(
     }
 }
 
-/// A method with so many samples a pixel.
-fn estimator(config: &Config, samples: usize) -> anyhow::Result<Estimator> {
-    Ok(MethodOptions::plain(config.gradient.method()?).estimator(samples, config.seed, None))
-}
-
 /// The method of all steps. A pilot chooses by what the first view sees before the first step, so that a run that is gone on with
 /// has the same.
 pub(super) fn chosen(config: &Config, fit: &Fit, scene: &mut Scene) -> anyhow::Result<(Estimator, String)> {
-    let estimator = estimator(config, config.gradient.spp)?;
-    if config.gradient.method()? == Method::Automatic {
+    let method = config.gradient.method()?;
+    let estimator = MethodOptions::plain(method).estimator(config.gradient.spp, config.seed, None);
+    if method == Method::Automatic {
         fit.objective().look(scene, 0)?;
     }
     let active = fit.parameters().active(scene);
@@ -228,8 +224,11 @@ pub(super) fn check_views(config: &Config, fit: &Fit, scene: &mut Scene) -> anyh
     let views = &fit.objective().views;
     let groups = fit.parameters().groups();
     let bar = Bar::new(views.len(), "look at views");
-    let [few, many] = LOOK.map(|samples| estimator(config, samples).map(reverse));
-    let (few, many) = (few?, many?);
+    let method = match config.gradient.method()? {
+        Method::Automatic => Method::WarpedArea,
+        method => method,
+    };
+    let [few, many] = LOOK.map(|n| reverse(MethodOptions::plain(method).estimator(n, config.seed, None)));
     let mut seen = vec![false; groups.len()];
     for (v, view) in views.iter().enumerate() {
         let mut unseen = fit.unseen(scene, v, &few, &silent())?;

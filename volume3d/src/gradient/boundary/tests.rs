@@ -23,7 +23,7 @@ fn the_edge_of_a_square_moves_its_area() {
         let found = total(|seed| {
             let method = EdgeSampling {
                 samples: 8,
-                primary: if thorough() { 400 } else { 40 },
+                primary: if thorough() { 200 } else { 40 },
                 seed,
                 ..EdgeSampling::default()
             };
@@ -89,7 +89,7 @@ fn surfaces_turn_their_other_side_to_one_another() {
         let method = super::super::FiniteDifference { samples, step: 4e-2, seed: 50 + seed };
         method.forward(&scene, &change, &none).unwrap().gradient.pixels
     });
-    let samples = if thorough() { 576 } else { 192 };
+    let samples = if thorough() { 384 } else { 192 };
     let method =
         |seed| EdgeSampling { samples, primary: 8, secondary: 8 * samples, seed, allow_missing: vec![] };
     let scale = terms(&method(9).forward_terms(&scene, &change, &none).unwrap());

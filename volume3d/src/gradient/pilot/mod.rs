@@ -25,6 +25,7 @@ use rand::Rng as _;
 pub use self::method::Method;
 use self::split::{Split, split};
 use super::boundary::{Kinds, Moving};
+use super::groups::GROUPS;
 use super::motion::Motion;
 use super::warped_area::shadows_are_curves;
 use super::{ActiveParameters, EdgeSampling, Field, GradientError, Progress, Tangent, WarpedArea};
@@ -44,7 +45,7 @@ use crate::scene::Scene;
 #[derive(Clone, Copy, Debug)]
 pub struct Pilot {
     /// What is chosen takes about the time of [`WarpedArea::default`] with so many samples a pixel. The pilot itself takes that of
-    /// 4 of them, or an eighth of them if that is more.
+    /// about 5 of them, or of an eighth of them if that is more.
     pub samples: usize,
     /// The seed of what is chosen; the pilot's own follows from it.
     pub seed: u64,
@@ -75,16 +76,20 @@ const PILOT: u64 = 0x70_696c_6f74;
 /// The pilot's part of all samples, and how many it has at least: a variance takes two, and that of curves is told by groups.
 const PART: usize = 32;
 const FEWEST: usize = 2;
-/// The part of all samples that is the area's at least: the image that comes with a gradient has no other.
+/// The part of all samples that is the area's at least, and that where materials or lights change as well, of which curves know
+/// nothing; and at least one of each group that tells a standard error, if there are as many. The image that comes with a gradient
+/// has no other.
 const OF_AREA: usize = 8;
+const OF_AREA_IF_SMOOTH: usize = 2;
 
 /// Costs of samples relative to that of a path of edge sampling: of the area, of a curve of every kind on the film, and of one that
 /// shading points see. Processor time on figure 12's five scenes of 128² pixels: means, of which single ones are 0.5 to 2.3 times as much.
 const SOFTENED_COSTS: [f64; 3] = [2.2, 3.0, 2.0];
 const EDGE_COSTS: [f64; 3] = [1.0, 1.6, 1.3];
-/// Edge sampling is taken where it is expected to err no more than so many times as much: samples of silhouettes along the field cost up
-/// to 2.3 times what is assumed (2,000 leaves), and tails of edge sampling are lighter than those of the area, which a pilot may not
-/// have seen.
+/// Warped area is taken only where it is expected to err less than so many times as much as edge sampling: samples of silhouettes along
+/// the field cost up to 2.3 times what is assumed (2,000 leaves), and tails of the area are heavier than those of edges, which a
+/// pilot may not have seen. (Nor is edge sampling taken where a pilot saw nothing of a kind of curves that there is: in a
+/// large world, of which the film shows a small part, few edges are found by chance.)
 const DOUBT: f64 = 0.7;
 /// The cost of a sample of [`WarpedArea::default`].
 const EXACT_COST: f64 = 3.0;
@@ -100,7 +105,7 @@ impl Pilot {
         change: &Tangent,
         progress: &Progress,
     ) -> Result<Choice, GradientError> {
-        self.choose(scene, change, None, progress)
+        self.choose(scene, change, None, change.is_more_than_geometric(), progress)
     }
 
     /// The better method for the transpose. As a stand-in for all parameters the pilot moves every active shape and the
@@ -121,7 +126,8 @@ impl Pilot {
             return Err(GradientError::Adjoint { found: adjoint.size(), film: scene.size() });
         }
         let change = self.stand_in(scene, active);
-        self.choose(scene, &change, adjoint, progress)
+        let smooth = active.lights || active.poses || active.materials.contains(&true);
+        self.choose(scene, &change, adjoint, smooth, progress)
     }
 
     fn choose(
@@ -129,6 +135,7 @@ impl Pilot {
         scene: &Scene,
         change: &Tangent,
         weights: Option<&Image>,
+        smooth: bool,
         progress: &Progress,
     ) -> Result<Choice, GradientError> {
         if !change.fits(scene) {
@@ -144,7 +151,10 @@ impl Pilot {
         let seed = stream(self.seed, &[PILOT, self.samples as u64]).next_u64();
         let (few, curves) = ((self.samples / PART).max(FEWEST), (self.samples / PART).max(1));
         let moving = Moving::of(scene, &Motion::new(scene, change));
-        let trial = |method: Method, costs: [f64; 3], kinds: Kinds| -> Result<Candidate, GradientError> {
+        let part = if smooth { OF_AREA_IF_SMOOTH } else { OF_AREA };
+        let of_area = (self.samples / part).max(self.samples.min(GROUPS)).max(FEWEST);
+        // The candidate, and whether the pilot saw some of every part.
+        let trial = |method: Method, costs: [f64; 3], kinds: Kinds| -> Result<_, GradientError> {
             let noise = method.forward(scene, change, progress)?.noise;
             let [area, on_film, from_points] = costs;
             let costs =
@@ -152,13 +162,9 @@ impl Pilot {
             let parts = [&noise.area, &noise.film_curves, &noise.shading_curves];
             let mut variances = parts.map(|image| curves as f64 * weighted(image, weights));
             variances[0] *= few as f64 / curves as f64;
-            let split = split(
-                variances,
-                costs,
-                EXACT_COST * self.samples as f64,
-                (self.samples / OF_AREA).max(FEWEST),
-            );
-            Ok(candidate(&method, self.seed, split))
+            let split = split(variances, costs, EXACT_COST * self.samples as f64, of_area);
+            let seen = (1..3).all(|i| costs[i] == 0.0 || variances[i] > 0.0);
+            Ok((candidate(&method, self.seed, split), seen))
         };
         let softened = WarpedArea {
             samples: few,
@@ -168,23 +174,16 @@ impl Pilot {
             ..WarpedArea::default()
         };
         let kinds = softened.kinds_of_curves(scene, &moving)?;
-        let mut candidates = vec![trial(Method::WarpedArea(softened), SOFTENED_COSTS, kinds)?];
-        if shadows_are_curves(scene) {
-            let edges = EdgeSampling {
-                samples: few,
-                primary: curves,
-                secondary: curves,
-                seed,
-                allow_missing: vec![],
-            };
-            let kinds = EdgeSampling::kinds_of_curves(scene, &moving)?;
-            candidates.push(trial(Method::EdgeSampling(edges), EDGE_COSTS, kinds)?);
+        let (warped, _) = trial(Method::WarpedArea(softened), SOFTENED_COSTS, kinds)?;
+        if !shadows_are_curves(scene) {
+            return Ok(Choice { method: warped.method.clone(), candidates: vec![warped] });
         }
-        if let [warped, edges] = &candidates[..]
-            && DOUBT * edges.expected_squared_error < warped.expected_squared_error
-        {
-            candidates.swap(0, 1);
-        }
+        let edges =
+            EdgeSampling { samples: few, primary: curves, secondary: curves, seed, allow_missing: vec![] };
+        let kinds = EdgeSampling::kinds_of_curves(scene, &moving)?;
+        let (edges, seen) = trial(Method::EdgeSampling(edges), EDGE_COSTS, kinds)?;
+        let better = seen && DOUBT * edges.expected_squared_error < warped.expected_squared_error;
+        let candidates = if better { vec![edges, warped] } else { vec![warped, edges] };
         Ok(Choice { method: candidates[0].method.clone(), candidates })
     }
 
@@ -229,7 +228,8 @@ fn candidate(method: &Method, seed: u64, split: Split) -> Candidate {
     let method = match method {
         Method::WarpedArea(method) => Method::WarpedArea(WarpedArea {
             samples,
-            sign_changes: film.max(shading),
+            // One number for both kinds.
+            sign_changes: (film + shading).div_ceil(2),
             field: softened(film, shading),
             seed,
             ..method.clone()

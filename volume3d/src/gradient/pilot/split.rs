@@ -25,7 +25,10 @@ pub(super) fn split(variances: [f64; 3], costs: [f64; 3], time: f64, first: usiz
         let best = if costs[i] > 0.0 { time * deviations[i] / (costs[i].sqrt() * sum) } else { 0.0 };
         (best.round() as usize).max(least(i))
     });
-    let by_part: [f64; 3] = std::array::from_fn(|i| variances[i] / samples[i] as f64);
+    // What was not seen counts as it does in the split.
+    let counted =
+        |i: usize| if costs[i] > 0.0 && largest > 0.0 { deviations[i].powi(2) } else { variances[i] };
+    let by_part: [f64; 3] = std::array::from_fn(|i| counted(i) / samples[i] as f64);
     let variance: f64 = by_part.iter().sum();
     Split { samples, variance, shares: by_part.map(|v| if variance > 0.0 { v / variance } else { 0.0 }) }
 }

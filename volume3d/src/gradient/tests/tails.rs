@@ -5,7 +5,7 @@ use flatland::random::{open01, stream};
 use super::*;
 use crate::gradient::{Field, Method, Pilot};
 
-const RUNS: u64 = 16;
+const RUNS: u64 = 12;
 
 /// A ground that a camera looks down on, of so many pixels squared.
 fn ground(pixels: usize) -> (Description, usize) {
