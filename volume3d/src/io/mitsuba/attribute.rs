@@ -4,6 +4,7 @@
 //! corner each at three of them. With the fourth in the plane of the three, what is interpolated between the four is what is
 //! interpolated between the corners, exactly.
 
+use std::collections::HashSet;
 use std::path::PathBuf;
 
 use glam::{DVec2, DVec3};
@@ -17,9 +18,6 @@ use crate::geometry::Attribute;
 pub(super) const BESIDE_TEXTURES: &str = "a mesh_attribute beside textures of other kinds";
 pub(super) const ALONE: &str = "give the surface attributes, or images, but not both";
 
-/// How deep a texture may be within a material.
-const DEPTH: usize = 16;
-
 /// A file of a mesh, and its triangles by the vertices of the file.
 pub(super) struct Attributes {
     pub(super) path: PathBuf,
@@ -27,24 +25,22 @@ pub(super) struct Attributes {
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// Whether a material or a texture has an attribute within.
-pub(super) fn asks(element: &Element, ids: &Ids<'_>) -> bool {
-    asks_within(element, ids, DEPTH)
-}
-
-fn asks_within(element: &Element, ids: &Ids<'_>, depth: usize) -> bool {
-    let is_attribute = element.tag == "texture"
-        && element.attribute("type").is_some_and(|plugin| plugin == "mesh_attribute");
-    is_attribute
-        || depth > 0
-            && element.children.iter().any(|child| {
-                let target = if child.tag == "ref" {
-                    child.attribute("id").and_then(|id| ids.get(id))
-                } else {
-                    Some(child)
-                };
-                target.is_some_and(|target| asks_within(target, ids, depth - 1))
-            })
+/// Whether a material or a texture has an attribute within. Each element is looked at once, however often it is referred to.
+pub(super) fn asks<'a>(element: &'a Element, ids: &Ids<'a>) -> bool {
+    let mut seen: HashSet<*const Element> = HashSet::new();
+    let mut left = vec![element];
+    while let Some(element) = left.pop() {
+        if !seen.insert(std::ptr::from_ref(element)) {
+            continue;
+        }
+        if element.tag == "texture" && element.attribute("type") == Some("mesh_attribute") {
+            return true;
+        }
+        left.extend(element.children.iter().filter_map(|child| {
+            if child.tag == "ref" { child.attribute("id").and_then(|id| ids.get(id)) } else { Some(child) }
+        }));
+    }
+    false
 }
 
 /// How many triangles have their texels beside one another.
@@ -56,11 +52,6 @@ fn columns(triangles: usize) -> usize {
 fn texels(triangle: usize, columns: usize) -> [[usize; 2]; 3] {
     let (x, y) = (2 * (triangle % columns), 2 * (triangle / columns));
     [[x, y], [x + 1, y], [x, y + 1]]
-}
-
-/// Whether a texel is the fourth of its triangle, which may be outside of the range of the other three.
-pub(super) fn is_spare(texel: usize, width: usize) -> bool {
-    texel % width % 2 == 1 && texel / width % 2 == 1
 }
 
 /// Columns and rows of the image for so many triangles.

@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
+use super::attribute::asks;
 use super::element::Element;
 use super::object::Object;
 use super::power::radiant;
@@ -69,6 +70,10 @@ fn place(object: &Object<'_>) -> Result<(DVec3, DMat3), Error> {
 
 /// A texture of at least 0.
 pub(super) fn slide<'a>(reader: &mut Reader<'a>, element: &'a Element) -> Result<usize, Error> {
+    if asks(element, &reader.ids) {
+        let what = "a mesh_attribute as what an emitter sends out";
+        return Err(element.unsupported(what, "give an image or a colour"));
+    }
     let index = reader.texture(element)?;
     let texture = &reader.textures[index];
     match texture.texels.iter().position(|c| c.min_element() < 0.0) {

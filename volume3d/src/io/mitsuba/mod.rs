@@ -49,8 +49,8 @@
 //!   a smooth lobe Mitsuba 3.9 loses a part of the light of an ideal one (a mirror of weight 0.3 beside black counts 0.2); here
 //!   it has its weight.
 //! - A `mesh_attribute` of a PLY file is an image of two by two texels a triangle, and the mesh has texture coordinates for it in
-//!   the place of its own: one surface has attributes or images. The fourth texel may be outside of [0, 1], and what is written
-//!   with such a one is refused when it is read. Attributes of faces have steps between them, how these move is missed by
+//!   the place of its own: one surface has attributes or images. The fourth texel may be outside of [0, 1], where no
+//!   triangle shows it; written as an image, it is read again with that mesh, refused with any other, and no parameter. Attributes of faces have steps between them, how these move is missed by
 //!   derivatives, and a note says so. A number may have a name without `_x`, and colours in whole numbers are fractions of the
 //!   largest, which Mitsuba takes as they are.
 //! - `polarizer`, `circular` and `retarder` are what they are to light without polarisation, as in Mitsuba's RGB variants.
@@ -93,6 +93,7 @@ mod implicit;
 mod instance;
 mod integrator;
 mod journal;
+mod knots;
 mod mesh_attribute;
 mod metals;
 mod object;

@@ -57,6 +57,7 @@ impl<'a> Reader<'a> {
         if asks && let Some((_, Some(_))) = emitted {
             return Err(element.unsupported(attribute::BESIDE_TEXTURES, attribute::ALONE));
         }
+        self.check_seen(element, material, mesh.uvs())?;
         if !self.sees_media {
             object.ignore("medium", None, integrator::NO_MEDIA);
         } else if self.is_opaque(material) {
