@@ -4,7 +4,7 @@
 //! corner each at three of them. With the fourth in the plane of the three, what is interpolated between the four is what is
 //! interpolated between the corners, exactly.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 
 use glam::{DVec2, DVec3};
@@ -25,22 +25,39 @@ pub(super) struct Attributes {
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// Whether a material or a texture has an attribute within. Each element is looked at once, however often it is referred to.
-pub(super) fn asks<'a>(element: &'a Element, ids: &Ids<'a>) -> bool {
-    let mut seen: HashSet<*const Element> = HashSet::new();
-    let mut left = vec![element];
+/// The elements that have an attribute within, at once or by what they refer to: those that lead to one, found backwards from
+/// it, so that each is looked at once whatever refers to what.
+pub(super) fn asking(root: &Element, ids: &Ids<'_>) -> HashSet<*const Element> {
+    let is_attribute =
+        |element: &Element| element.tag == "texture" && element.attribute("type") == Some("mesh_attribute");
+    let (mut elements, mut left) = (vec![], vec![root]);
     while let Some(element) = left.pop() {
-        if !seen.insert(std::ptr::from_ref(element)) {
-            continue;
-        }
-        if element.tag == "texture" && element.attribute("type") == Some("mesh_attribute") {
-            return true;
-        }
-        left.extend(element.children.iter().filter_map(|child| {
-            if child.tag == "ref" { child.attribute("id").and_then(|id| ids.get(id)) } else { Some(child) }
-        }));
+        elements.push(element);
+        left.extend(&element.children);
     }
-    false
+    let mut found: Vec<*const Element> = elements
+        .iter()
+        .filter(|element| is_attribute(element))
+        .map(|&element| std::ptr::from_ref(element))
+        .collect();
+    if found.is_empty() {
+        return HashSet::new();
+    }
+    let mut around: HashMap<*const Element, Vec<*const Element>> = HashMap::new();
+    for &element in &elements {
+        for child in &element.children {
+            let id = child.attribute("id").filter(|_| child.tag == "ref");
+            let target = id.and_then(|id| ids.get(id)).unwrap_or(child);
+            around.entry(std::ptr::from_ref(target)).or_default().push(std::ptr::from_ref(element));
+        }
+    }
+    let mut asking: HashSet<*const Element> = HashSet::new();
+    while let Some(element) = found.pop() {
+        if asking.insert(element) {
+            found.extend(around.get(&element).into_iter().flatten());
+        }
+    }
+    asking
 }
 
 /// How many triangles have their texels beside one another.

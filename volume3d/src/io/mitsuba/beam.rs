@@ -2,7 +2,6 @@
 
 use glam::{DMat3, DVec3};
 
-use super::attribute::asks;
 use super::element::Element;
 use super::object::Object;
 use super::power::radiant;
@@ -70,7 +69,7 @@ fn place(object: &Object<'_>) -> Result<(DVec3, DMat3), Error> {
 
 /// A texture of at least 0.
 pub(super) fn slide<'a>(reader: &mut Reader<'a>, element: &'a Element) -> Result<usize, Error> {
-    if asks(element, &reader.ids) {
+    if reader.asks(element) {
         let what = "a mesh_attribute as what an emitter sends out";
         return Err(element.unsupported(what, "give an image or a colour"));
     }

@@ -241,12 +241,7 @@ impl<'a> Reader<'a> {
     }
 
     /// That all texels of a texture are between 0 and some number.
-    pub(super) fn check_texels(
-        &mut self,
-        element: &Element,
-        index: usize,
-        most: f64,
-    ) -> Result<(), Error> {
+    pub(super) fn check_texels(&mut self, element: &Element, index: usize, most: f64) -> Result<(), Error> {
         let within = |c: DVec3| c.min_element() >= 0.0 && c.max_element() <= most;
         let texture = &self.textures[index];
         let mut bad = (0..texture.texels.len()).filter(|&i| !within(texture.texels[i])).peekable();

@@ -39,11 +39,16 @@ impl<'a> Reader<'a> {
         }
         let name = self.name(element, self.shapes.len());
         let (first, first_implicit) = (self.shapes.len(), self.implicits.len());
-        for member in group.nested("<shape>") {
+        let read = group.nested("<shape>").into_iter().try_for_each(|member| {
             check_member(member)?;
-            self.shape(member)?;
+            self.shape(member)
+        });
+        if let Err(error) = read.and_then(|()| group.finish()) {
+            // A part of a group is no copy of it.
+            self.shapes.truncate(first);
+            self.implicits.truncate(first_implicit);
+            return Err(error);
         }
-        group.finish()?;
         for shape in &mut self.shapes[first..] {
             shape.id = format!("{name}_{}", shape.id);
             shape.mesh = shape.mesh.clone().transformed(&map);

@@ -61,7 +61,8 @@ impl<'a> Reader<'a> {
         if !textures.any(is_seen) {
             return Ok(());
         }
-        let what = "a texture of a mesh_attribute, with texels outside of 0 to 1, on another mesh than its own";
+        let what =
+            "a texture of a mesh_attribute, with texels outside of 0 to 1, on another mesh than its own";
         Err(element.unsupported(what, "give it that mesh, or an image between 0 and 1"))
     }
 

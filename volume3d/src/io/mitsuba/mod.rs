@@ -26,8 +26,9 @@
 //! - A checkerboard has its colours in the same places whether a colour or a number is asked for. Mitsuba 3.9 swaps the two
 //!   where it is a number, as of `roughness` or `opacity`.
 //! - `bsplinecurve` and `linearcurve` are meshes, within a thousandth of the largest radius; their control points are moved by
-//!   `to_world`, and their radii are not. Of a curve of lines, hidden parts of cones and spheres are there. What looks into an
-//!   open end sees the inside, which Mitsuba leaves out.
+//!   `to_world`, and their radii are not. Of a curve of lines, what a cone hides of the spheres beside it is left out, and other
+//!   hidden parts are there. What looks into an open end sees the inside, which Mitsuba leaves out. A scene whose curves have
+//!   more than 2²¹ vertices is refused.
 //! - An `instance` is a copy with vertices of its own of every shape in its `shapegroup`, called by its own name and theirs.
 //! - Spectra and named metals become linear RGB where they are read, by the CIE observer of 1931: under D65 unless they are
 //!   of an emitter. `blackbody` is read too, which Mitsuba's RGB variants refuse.

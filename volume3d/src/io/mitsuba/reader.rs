@@ -38,6 +38,8 @@ pub(super) struct Reader<'a> {
     pub(super) environment: Option<Environment>,
     /// Whether the integrator would see media.
     pub(super) sees_media: bool,
+    /// The elements with an attribute within.
+    pub(super) asking: HashSet<*const Element>,
     /// The mesh of whose attributes textures are made now.
     pub(super) attributes: Option<Attributes>,
     /// The textures that were made of attributes.
@@ -66,10 +68,16 @@ impl<'a> Reader<'a> {
             lights: vec![],
             environment: None,
             sees_media: false,
+            asking: HashSet::new(),
             attributes: None,
             attribute_textures: HashSet::new(),
             triangle_textures: HashSet::new(),
         }
+    }
+
+    /// Whether an element has an attribute of a mesh within.
+    pub(super) fn asks(&self, element: &Element) -> bool {
+        self.asking.contains(&std::ptr::from_ref(element))
     }
 
     /// Finds and reads a file that an element names.

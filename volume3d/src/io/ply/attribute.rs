@@ -149,7 +149,11 @@ fn largest(kind: Kind) -> f64 {
 }
 
 /// The value of one vertex or face, and how long the list of its corners is.
-fn value(element: &Element, body: &mut dyn Body, columns: &[(usize, f64)]) -> Result<(DVec3, usize), Failure> {
+fn value(
+    element: &Element,
+    body: &mut dyn Body,
+    columns: &[(usize, f64)],
+) -> Result<(DVec3, usize), Failure> {
     let mut numbers = [0.0; 3];
     let mut corners = 0;
     for (index, property) in element.properties.iter().enumerate() {
