@@ -116,6 +116,8 @@ fn references() {
     dir/s.xml:2:20: <ref> needs an attribute "id"
 <shape type='cube'><ref id='c' type='d'/></shape>
     dir/s.xml:2:20: <ref> has no attribute "type"; supported: id, name
+<integrator type='moment' id='a'><ref id='a'/></integrator>
+    an integrator within itself, or within more than 16 others is not supported; give the one whose image is to be rendered
 <bsdf type='blendbsdf' id='a'><float name='weight' value='.5'/><ref id='a'/><ref id='a'/></bsdf>
     a material within itself, or within more than 16 others is not supported; leave out one of them
 <bsdf type='twosided' id='a'><ref id='a'/></bsdf>
