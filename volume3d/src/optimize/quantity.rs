@@ -1,5 +1,7 @@
 //! One parameter of a scene, by name.
 
+use glam::DVec3;
+
 use crate::gradient::ActiveParameters;
 use crate::scene::{Emitter, NameError, Scene};
 
@@ -65,6 +67,15 @@ pub enum ParameterError {
         name: String,
         /// What is wrong with it.
         source: NameError,
+    },
+    /// Its texture is an attribute of a mesh with texels out of range.
+    #[error(
+        "`{name}` is made of an attribute of a mesh, with four texels a triangle, and a fourth one that no triangle shows is \
+         outside of 0 to 1; give the surface an image, whose texels can be fitted"
+    )]
+    Attribute {
+        /// The name.
+        name: String,
     },
     /// A parameter is named twice, or two names are of one texture.
     #[error("`{name}` is the same parameter as `{other}`")]
@@ -148,7 +159,15 @@ impl Quantity {
             (_, "roughness") => scene.find_rough(what).map(|material| Self::Roughness { material }),
             _ => scene.find_textured(what).map(|(material, texture)| Self::Texture { material, texture }),
         };
-        found.map_err(|source| ParameterError::Name { name: name.to_owned(), source })
+        let found = found.map_err(|source| ParameterError::Name { name: name.to_owned(), source })?;
+        if let Self::Texture { texture, .. } = found {
+            let texture = &scene.description().textures[texture];
+            let is_out = |c: &DVec3| c.min_element() < 0.0 || c.max_element() > 1.0;
+            if texture.texels.iter().any(is_out) && texture.is_of_triangles() {
+                return Err(ParameterError::Attribute { name: name.to_owned() });
+            }
+        }
+        Ok(found)
     }
 
     /// The sizes of its array: nothing for a number, (3) for a vector or colour, (vertices, 3) for positions, (height, width,

@@ -4,6 +4,7 @@
 //! corner each at three of them. With the fourth in the plane of the three, what is interpolated between the four is what is
 //! interpolated between the corners, exactly.
 
+use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 
 use glam::{DVec2, DVec3};
@@ -17,9 +18,6 @@ use crate::geometry::Attribute;
 pub(super) const BESIDE_TEXTURES: &str = "a mesh_attribute beside textures of other kinds";
 pub(super) const ALONE: &str = "give the surface attributes, or images, but not both";
 
-/// How deep a texture may be within a material.
-const DEPTH: usize = 16;
-
 /// A file of a mesh, and its triangles by the vertices of the file.
 pub(super) struct Attributes {
     pub(super) path: PathBuf,
@@ -27,24 +25,39 @@ pub(super) struct Attributes {
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// Whether a material or a texture has an attribute within.
-pub(super) fn asks(element: &Element, ids: &Ids<'_>) -> bool {
-    asks_within(element, ids, DEPTH)
-}
-
-fn asks_within(element: &Element, ids: &Ids<'_>, depth: usize) -> bool {
-    let is_attribute = element.tag == "texture"
-        && element.attribute("type").is_some_and(|plugin| plugin == "mesh_attribute");
-    is_attribute
-        || depth > 0
-            && element.children.iter().any(|child| {
-                let target = if child.tag == "ref" {
-                    child.attribute("id").and_then(|id| ids.get(id))
-                } else {
-                    Some(child)
-                };
-                target.is_some_and(|target| asks_within(target, ids, depth - 1))
-            })
+/// The elements that have an attribute within, at once or by what they refer to: those that lead to one, found backwards from
+/// it, so that each is looked at once whatever refers to what.
+pub(super) fn asking(root: &Element, ids: &Ids<'_>) -> HashSet<*const Element> {
+    let is_attribute =
+        |element: &Element| element.tag == "texture" && element.attribute("type") == Some("mesh_attribute");
+    let (mut elements, mut left) = (vec![], vec![root]);
+    while let Some(element) = left.pop() {
+        elements.push(element);
+        left.extend(&element.children);
+    }
+    let mut found: Vec<*const Element> = elements
+        .iter()
+        .filter(|element| is_attribute(element))
+        .map(|&element| std::ptr::from_ref(element))
+        .collect();
+    if found.is_empty() {
+        return HashSet::new();
+    }
+    let mut around: HashMap<*const Element, Vec<*const Element>> = HashMap::new();
+    for &element in &elements {
+        for child in &element.children {
+            let id = child.attribute("id").filter(|_| child.tag == "ref");
+            let target = id.and_then(|id| ids.get(id)).unwrap_or(child);
+            around.entry(std::ptr::from_ref(target)).or_default().push(std::ptr::from_ref(element));
+        }
+    }
+    let mut asking: HashSet<*const Element> = HashSet::new();
+    while let Some(element) = found.pop() {
+        if asking.insert(element) {
+            found.extend(around.get(&element).into_iter().flatten());
+        }
+    }
+    asking
 }
 
 /// How many triangles have their texels beside one another.
@@ -56,11 +69,6 @@ fn columns(triangles: usize) -> usize {
 fn texels(triangle: usize, columns: usize) -> [[usize; 2]; 3] {
     let (x, y) = (2 * (triangle % columns), 2 * (triangle / columns));
     [[x, y], [x + 1, y], [x, y + 1]]
-}
-
-/// Whether a texel is the fourth of its triangle, which may be outside of the range of the other three.
-pub(super) fn is_spare(texel: usize, width: usize) -> bool {
-    texel % width % 2 == 1 && texel / width % 2 == 1
 }
 
 /// Columns and rows of the image for so many triangles.

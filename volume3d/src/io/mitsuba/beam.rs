@@ -69,6 +69,10 @@ fn place(object: &Object<'_>) -> Result<(DVec3, DMat3), Error> {
 
 /// A texture of at least 0.
 pub(super) fn slide<'a>(reader: &mut Reader<'a>, element: &'a Element) -> Result<usize, Error> {
+    if reader.asks(element) {
+        let what = "a mesh_attribute as what an emitter sends out";
+        return Err(element.unsupported(what, "give an image or a colour"));
+    }
     let index = reader.texture(element)?;
     let texture = &reader.textures[index];
     match texture.texels.iter().position(|c| c.min_element() < 0.0) {

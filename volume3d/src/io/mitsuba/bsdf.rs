@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 
-use super::attribute::is_spare;
 use super::element::Element;
 use super::metals;
 use super::object::Object;
@@ -18,6 +17,9 @@ const AROUND_BOTH: &str = "put it around the blendbsdf, or around both parts";
 /// Mitsuba's roughness where none is given.
 const DEFAULT_ALPHA: f64 = 0.1;
 
+/// How many materials may be within one another.
+const MOST_WITHIN: usize = 16;
+
 /// What light passes in a straight line, or does not pass.
 const FILTERS: [&str; 4] = ["null", "polarizer", "circular", "retarder"];
 
@@ -27,6 +29,17 @@ impl<'a> Reader<'a> {
         if let Some(&index) = self.material_of.get(&std::ptr::from_ref(element)) {
             return Ok(index);
         }
+        if self.within == MOST_WITHIN {
+            let what = "a material within itself, or within more than 16 others";
+            return Err(element.unsupported(what, "leave out one of them"));
+        }
+        self.within += 1;
+        let read = self.material_anew(element);
+        self.within -= 1;
+        read
+    }
+
+    fn material_anew(&mut self, element: &'a Element) -> Result<usize, Error> {
         let mut object = Object::new(element, &self.ids)?;
         let (mut two_sided, mut opacity, mut relief) = (false, None, None);
         let (mut blend, mut back) = (None, None);
@@ -228,12 +241,18 @@ impl<'a> Reader<'a> {
     }
 
     /// That all texels of a texture are between 0 and some number.
-    pub(super) fn check_texels(&self, element: &Element, index: usize, most: f64) -> Result<(), Error> {
+    pub(super) fn check_texels(&mut self, element: &Element, index: usize, most: f64) -> Result<(), Error> {
         let within = |c: DVec3| c.min_element() >= 0.0 && c.max_element() <= most;
         let texture = &self.textures[index];
-        let is_seen = |i: usize| !(self.attribute_textures.contains(&index) && is_spare(i, texture.width));
-        let bad = |(i, &colour): (usize, &DVec3)| (is_seen(i) && !within(colour)).then_some(i);
-        let Some(i) = texture.texels.iter().enumerate().find_map(bad) else { return Ok(()) };
+        let mut bad = (0..texture.texels.len()).filter(|&i| !within(texture.texels[i])).peekable();
+        let is_of_attribute = self.attribute_textures.contains(&index);
+        let is_of_triangles = bad.peek().is_some() && !is_of_attribute && texture.is_of_triangles();
+        let Some(i) = bad.find(|&i| !(is_of_attribute || is_of_triangles) || !texture.is_fourth(i)) else {
+            if is_of_triangles {
+                self.triangle_textures.insert(index);
+            }
+            return Ok(());
+        };
         let Some(filename) = element.value_of("filename") else {
             let expected = if most > 1.0 { "numbers between 0 and 2" } else { "numbers between 0 and 1" };
             return Err(element.bad_value("a colour", &texture.texels[i].to_string(), expected));

@@ -4,29 +4,27 @@ use std::f64::consts::TAU;
 
 use glam::{DAffine3, DVec2, DVec3};
 
+use super::knots::{Knot, Spline, parse};
 use super::object::Object;
 use super::reader::Reader;
 use super::transform;
-use crate::geometry::{Attribute, Mesh, MeshError, Normals, TOLERANCE};
-use crate::io::error::excerpt;
+use crate::geometry::{Attribute, Mesh, MeshError, Normals};
 use crate::io::{At, Error, MeshProblem, Place};
 
-/// Segments of a circle, so that no point is farther than [`TOLERANCE`] times the radius from its mesh.
+/// Segments of a circle, so that no point is farther than [`TOLERANCE`](crate::geometry::TOLERANCE) times the radius from its mesh.
 const AROUND: u32 = 72;
-/// The most rings of one segment of a curve, and the most vertices of all.
-const MOST_RINGS: f64 = 256.0;
-const MOST_VERTICES: usize = 1 << 24;
+/// The most vertices of all curves of a scene.
+const MOST_VERTICES: usize = 1 << 21;
+/// What of a sphere is hidden by a cone begins so far within the cone, in radii, so that the two meshes leave no gap.
+const MARGIN: f64 = 0.1;
 
-/// A control point: where it is and how thick the curve is there.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Knot {
-    position: DVec3,
-    radius: f64,
-}
+/// A mesh has more vertices than it may have.
+#[derive(Debug, PartialEq, Eq)]
+struct TooMany;
 
 impl<'a> Reader<'a> {
     /// The mesh of the curves in a file, where they stand: `to_world` moves control points and leaves radii as they are.
-    pub(super) fn curves(&self, object: &Object<'a>) -> Result<Mesh, Error> {
+    pub(super) fn curves(&mut self, object: &Object<'a>) -> Result<Mesh, Error> {
         let element = object.element;
         let name = object.string("filename")?.ok_or_else(|| object.missing("filename"))?;
         object.float("silhouette_sampling_weight")?;
@@ -44,108 +42,23 @@ impl<'a> Reader<'a> {
             knot.position = map.transform_point3(knot.position);
         }
         let sphere = Mesh::sphere();
-        if curves.iter().map(|curve| vertices(curve, is_spline, &sphere)).sum::<usize>() > MOST_VERTICES {
-            return Err(element.unsupported("more than 2^24 vertices of curves", "give fewer curves"));
-        }
-        let mut patch = Patch::default();
+        let mut patch = Patch { most: MOST_VERTICES - self.curve_vertices, ..Patch::default() };
         let segments: usize = curves.iter().map(|curve| curve.len() - degree).sum();
         let mut before = 0;
         for curve in &curves {
-            if is_spline {
-                patch.spline(curve, before, segments);
+            let made = if is_spline {
+                patch.spline(curve, before, segments)
             } else {
-                patch.cones(curve, &sphere, before, segments);
-            }
+                patch.cones(curve, &sphere, before, segments)
+            };
+            made.map_err(|TooMany| {
+                let what = "more than 2^21 vertices of all curves of a scene";
+                element.unsupported(what, "give fewer curves, or fewer control points a curve")
+            })?;
             before += curve.len() - degree;
         }
+        self.curve_vertices += patch.positions.len();
         patch.into_mesh().map_err(|error| failure((At::Whole, MeshProblem::Geometry(error))))
-    }
-}
-
-/// A control point a line, x y z and a radius, and an empty line between curves.
-fn parse(bytes: &[u8], fewest: usize) -> Result<Vec<Vec<Knot>>, (At, MeshProblem)> {
-    let expected = |number: usize, expected: &'static str, found: &str| {
-        (At::Line(number), MeshProblem::Expected { expected, found: excerpt(found) })
-    };
-    let text = String::from_utf8_lossy(bytes);
-    let (mut curves, mut curve) = (vec![], vec![]);
-    // The end of the file ends a curve, too.
-    for (number, line) in text.lines().chain([""]).enumerate() {
-        let number = number + 1;
-        if line.trim().is_empty() {
-            if (1..fewest).contains(&curve.len()) {
-                let least =
-                    if fewest == 4 { "four control points a curve" } else { "two control points a curve" };
-                return Err(expected(number, least, &curve.len().to_string()));
-            }
-            if !curve.is_empty() {
-                curves.push(std::mem::take(&mut curve));
-            }
-            continue;
-        }
-        let numbers: Result<Vec<f64>, _> = line.split_whitespace().map(str::parse).collect();
-        match numbers.as_deref() {
-            Ok(&[x, y, z, radius, ..])
-                if DVec3::new(x, y, z).is_finite() && radius >= 0.0 && radius.is_finite() =>
-            {
-                curve.push(Knot { position: DVec3::new(x, y, z), radius });
-            }
-            _ => return Err(expected(number, "three coordinates and a radius of at least 0", line)),
-        }
-    }
-    if curves.is_empty() {
-        return Err((At::Whole, MeshProblem::Missing { what: "control points" }));
-    }
-    Ok(curves)
-}
-
-/// How many vertices the mesh of a curve has, or a few more.
-fn vertices(curve: &[Knot], is_spline: bool, sphere: &Mesh) -> usize {
-    if is_spline {
-        let rings = |window: &[Knot]| Spline(std::array::from_fn(|i| window[i])).rings() as usize + 1;
-        AROUND as usize * curve.windows(4).map(rings).sum::<usize>()
-    } else {
-        curve.len() * (2 * AROUND as usize + sphere.positions().len())
-    }
-}
-
-/// A segment of a uniform cubic B-spline.
-struct Spline([Knot; 4]);
-
-impl Spline {
-    /// The sum of the control points, with these weights.
-    fn sum(&self, weights: [f64; 4]) -> Knot {
-        let mut sum = Knot { position: DVec3::ZERO, radius: 0.0 };
-        for (knot, weight) in self.0.iter().zip(weights) {
-            sum.position += weight * knot.position;
-            sum.radius += weight * knot.radius;
-        }
-        sum
-    }
-
-    /// The point at v in [0, 1], and its first and second derivative.
-    fn at(&self, v: f64) -> [Knot; 3] {
-        let (v2, v3) = (v * v, v * v * v);
-        let value = [
-            1.0 - 3.0 * v + 3.0 * v2 - v3,
-            4.0 - 6.0 * v2 + 3.0 * v3,
-            1.0 + 3.0 * v + 3.0 * v2 - 3.0 * v3,
-            v3,
-        ];
-        let slope = [-3.0 + 6.0 * v - 3.0 * v2, -12.0 * v + 9.0 * v2, 3.0 + 6.0 * v - 9.0 * v2, 3.0 * v2];
-        let bend = [1.0 - v, 3.0 * v - 2.0, 1.0 - 3.0 * v, v];
-        [self.sum(value.map(|w| w / 6.0)), self.sum(slope.map(|w| w / 6.0)), self.sum(bend)]
-    }
-
-    /// How many rings keep the polygon within the tolerance of the curve: a chord of h is |c″| h²/8 away.
-    fn rings(&self) -> u32 {
-        let bend = [0.0, 1.0].map(|v| self.at(v)[2]);
-        let bend = bend.iter().map(|b| b.position.length() + b.radius.abs()).fold(0.0, f64::max);
-        let radius = self.0.iter().map(|knot| knot.radius).fold(0.0, f64::max);
-        if bend == 0.0 || radius == 0.0 {
-            return 1;
-        }
-        (bend / (8.0 * TOLERANCE * radius)).sqrt().ceil().clamp(1.0, MOST_RINGS) as u32
     }
 }
 
@@ -163,18 +76,38 @@ struct Ring {
     along: f64,
 }
 
+/// A cone that touches the spheres around two knots: its direction, and the sine of the angle between that and its side. None if
+/// one sphere is within the other.
+fn cone(a: &Knot, b: &Knot) -> Option<(DVec3, f64)> {
+    let line = b.position - a.position;
+    let sine = (a.radius - b.radius) / line.length();
+    line.try_normalize().filter(|_| sine.abs() < 1.0).map(|direction| (direction, sine))
+}
+
 /// Vertices with normals, and texture coordinates of corners.
-#[derive(Default)]
 struct Patch {
+    /// How many vertices it may have.
+    most: usize,
     positions: Vec<DVec3>,
     normals: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     uvs: Vec<DVec2>,
 }
 
+impl Default for Patch {
+    fn default() -> Self {
+        let (positions, normals, triangles, uvs) = (vec![], vec![], vec![], vec![]);
+        Self { most: MOST_VERTICES, positions, normals, triangles, uvs }
+    }
+}
+
 impl Patch {
+    fn check(&self) -> Result<(), TooMany> {
+        if self.positions.len() > self.most { Err(TooMany) } else { Ok(()) }
+    }
+
     /// A tube along a curve, open at its ends. Its texture coordinate v goes on from other curves.
-    fn spline(&mut self, curve: &[Knot], before: usize, segments: usize) {
+    fn spline(&mut self, curve: &[Knot], before: usize, segments: usize) -> Result<(), TooMany> {
         // Each ring is the one before, tilted: rings are not twisted against each other.
         let mut side: Option<DVec3> = None;
         let mut last: Option<Ring> = None;
@@ -200,17 +133,23 @@ impl Patch {
                     self.band(last, &ring);
                 }
                 last = Some(ring);
+                self.check()?;
             }
         }
+        Ok(())
     }
 
-    /// Cones that touch the spheres around their ends, and those spheres.
-    fn cones(&mut self, curve: &[Knot], sphere: &Mesh, before: usize, segments: usize) {
+    /// Cones that touch the spheres around their ends, and what they do not hide of those spheres.
+    fn cones(
+        &mut self,
+        curve: &[Knot],
+        sphere: &Mesh,
+        before: usize,
+        segments: usize,
+    ) -> Result<(), TooMany> {
         let along = |index: usize| (before + index) as f64 / segments as f64;
         for (index, (a, b)) in curve.iter().zip(&curve[1..]).enumerate() {
-            let line = b.position - a.position;
-            let sine = (a.radius - b.radius) / line.length();
-            let Some(direction) = line.try_normalize().filter(|_| sine.abs() < 1.0) else { continue };
+            let Some((direction, sine)) = cone(a, b) else { continue };
             let cosine = (1.0 - sine * sine).sqrt();
             let normal = |radial: DVec3| cosine * radial + sine * direction;
             let [first, second] = [(a, along(index)), (b, along(index + 1))].map(|(knot, along)| {
@@ -219,19 +158,36 @@ impl Patch {
                 self.ring(circle, direction, frame(direction)[0], normal, along)
             });
             self.band(&first, &second);
+            self.check()?;
         }
-        for (index, knot) in curve.iter().enumerate() {
+        for (index, knot) in curve.iter().enumerate().filter(|(_, knot)| knot.radius > 0.0) {
             let [from, to] = if index == 0 { [0, 1] } else { [index - 1, index] };
             let direction = (curve[to].position - curve[from].position).normalize_or(DVec3::X);
             let [zero, quarter] = frame(direction);
-            let first = self.positions.len() as u32;
-            self.positions.extend(sphere.positions().iter().map(|&p| knot.position + knot.radius * p));
-            self.normals.extend(sphere.positions());
+            let next = curve.get(index + 1).and_then(|next| cone(knot, next));
+            let last = index.checked_sub(1).and_then(|last| cone(&curve[last], knot));
+            let cones = [next, last.map(|(direction, sine)| (-direction, -sine))];
+            let mut places: Vec<Option<u32>> = vec![None; sphere.positions().len()];
             for triangle in sphere.triangles() {
-                let turns = triangle.map(|i| turn(sphere.positions()[i as usize], zero, quarter));
-                self.triangle(triangle.map(|i| first + i), turns, [along(index); 3]);
+                let corners = triangle.map(|i| sphere.positions()[i as usize]);
+                let hides = |&(direction, sine): &(DVec3, f64)| {
+                    corners.iter().all(|corner| corner.dot(direction) > sine + MARGIN)
+                };
+                if cones.iter().flatten().any(hides) {
+                    continue;
+                }
+                let vertices = [0, 1, 2].map(|k| {
+                    *places[triangle[k] as usize].get_or_insert_with(|| {
+                        self.positions.push(knot.position + knot.radius * corners[k]);
+                        self.normals.push(corners[k]);
+                        self.positions.len() as u32 - 1
+                    })
+                });
+                self.triangle(vertices, corners.map(|corner| turn(corner, zero, quarter)), [along(index); 3]);
             }
+            self.check()?;
         }
+        Ok(())
     }
 
     fn ring(
@@ -278,7 +234,7 @@ impl Patch {
     }
 
     fn into_mesh(self) -> Result<Mesh, MeshError> {
-        let Self { positions, normals, triangles, uvs } = self;
+        let Self { positions, normals, triangles, uvs, .. } = self;
         let corners = (0..triangles.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
         let normals = Attribute { values: normals, triangles: triangles.clone() };
         Mesh::new(positions, triangles)?
@@ -305,7 +261,7 @@ mod tests {
     fn a_straight_spline_is_a_cylinder() {
         let curve = &knots("0 0 0 .5\n1 0 0 .5\n2 0 0 .5\n3 0 0 .5\n4 0 0 .5\n", 4)[0];
         let mut patch = Patch::default();
-        patch.spline(curve, 0, 2);
+        patch.spline(curve, 0, 2).unwrap();
         let mesh = patch.into_mesh().unwrap();
         let axial: Vec<f64> = mesh.positions().iter().map(|p| p.x).collect();
         let (low, high) = axial.iter().fold((f64::MAX, f64::MIN), |(l, h), &x| (l.min(x), h.max(x)));
@@ -335,7 +291,7 @@ mod tests {
     fn normals_are_across_the_surface() {
         let curve = &knots("0 0 0 .1\n1 .2 0 .3\n1.5 1 .4 .2\n1 2 1 .4\n0 2.5 2 .1\n", 4)[0];
         let mut patch = Patch::default();
-        patch.spline(curve, 0, 2);
+        patch.spline(curve, 0, 2).unwrap();
         let rings = patch.positions.len() as u32 / AROUND;
         assert!(rings > 8, "{rings}");
         for ring in 1..rings - 1 {
@@ -353,7 +309,7 @@ mod tests {
     fn a_line_is_a_capsule() {
         let curve = &knots("0 0 0 .5\n2 0 0 .5", 2)[0];
         let mut patch = Patch::default();
-        patch.cones(curve, &Mesh::sphere(), 0, 1);
+        patch.cones(curve, &Mesh::sphere(), 0, 1).unwrap();
         let distance = |p: DVec3| (p - DVec3::new(p.x.clamp(0.0, 2.0), 0.0, 0.0)).length();
         let outermost = patch.positions.iter().map(|&p| distance(p)).fold(0.0, f64::max);
         assert!((outermost - 0.5).abs() < 1e-12, "{outermost}");
@@ -361,28 +317,34 @@ mod tests {
         assert!((ends.0 + 0.5).abs() < 1e-3 && (ends.1 - 2.5).abs() < 1e-3, "{ends:?}");
     }
 
-    /// What is counted before a mesh is made is no less than what it has.
+    /// Of spheres only is there what no cone hides: of one between two cones in line, a strip about the circle they share.
     #[test]
-    fn vertices_are_counted_before() {
-        let text = "0 0 0 .1\n1 .2 0 .3\n1.5 1 .4 .2\n1 2 1 .4\n0 2.5 2 .1\n";
-        let (mut tube, mut cones) = (Patch::default(), Patch::default());
-        tube.spline(&knots(text, 4)[0], 0, 2);
-        cones.cones(&knots(text, 2)[0], &Mesh::sphere(), 0, 4);
-        let found = [tube.positions.len(), cones.positions.len()];
-        let most = [true, false].map(|is_spline| vertices(&knots(text, 2)[0], is_spline, &Mesh::sphere()));
-        assert!(found[0] <= most[0] && found[1] <= most[1], "{found:?} {most:?}");
-        assert!(most[0] < found[0] + 200 && most[1] < found[1] + 200, "{found:?} {most:?}");
+    fn hidden_parts_of_spheres_are_left_out() {
+        let count = |text: &str| {
+            let mut patch = Patch::default();
+            patch.cones(&knots(text, 2)[0], &Mesh::sphere(), 0, 4).unwrap();
+            let (vertices, triangles) = (patch.positions.len(), patch.triangles.len());
+            assert!(patch.triangles.iter().flatten().all(|&i| (i as usize) < vertices));
+            (vertices, triangles)
+        };
+        let sphere = Mesh::sphere();
+        let (two, three) = (count("0 0 0 .5\n2 0 0 .5"), count("0 0 0 .5\n2 0 0 .5\n4 0 0 .5"));
+        assert!(two.1 < 288 + 5 * sphere.triangles().len() / 4, "{two:?}");
+        assert!(three.0 - two.0 < 144 + 3 * sphere.positions().len() / 10, "{two:?} {three:?}");
+        // A point has no sphere.
+        assert_eq!(count("0 0 0 0\n2 0 0 0"), (144, 144));
+        // Of a sphere within another all is there, as nothing is between them.
+        let sizes = (2 * sphere.positions().len(), 2 * sphere.triangles().len());
+        assert_eq!(count("0 0 0 1\n.5 0 0 .1"), sizes);
     }
 
+    /// No mesh has more vertices than it may have, or a knot's more.
     #[test]
-    fn files_of_curves() {
-        let two = knots("\n0 0 0 1\n1 0 0 1\n\n \n0 0 0 2\n0 1 0 2\n0 1 1 0\n", 2);
-        assert_eq!(two.iter().map(Vec::len).collect::<Vec<_>>(), [2, 3]);
-        let refused = |text: &str, fewest| parse(text.as_bytes(), fewest).unwrap_err();
-        assert!(matches!(refused("", 2), (At::Whole, MeshProblem::Missing { .. })));
-        assert!(matches!(refused("0 0 0 1\n0 0 1 1\n", 4), (At::Line(3), MeshProblem::Expected { .. })));
-        for bad in ["0 0 0", "0 0 0 -1", "0 0 x 1", "0 0 nan 1", "0 0 0 inf"] {
-            assert!(matches!(refused(bad, 2), (At::Line(1), MeshProblem::Expected { .. })), "{bad}");
-        }
+    fn meshes_end_where_they_may() {
+        let text = "0 0 0 .1\n1 .2 0 .3\n1.5 1 .4 .2\n1 2 1 .4\n0 2.5 2 .1\n";
+        let [mut tube, mut cones] = [500, 6000].map(|most| Patch { most, ..Patch::default() });
+        assert_eq!(tube.spline(&knots(text, 4)[0], 0, 2), Err(TooMany));
+        assert_eq!(cones.cones(&knots(text, 2)[0], &Mesh::sphere(), 0, 4), Err(TooMany));
+        assert!(tube.positions.len() < 600 && cones.positions.len() < 12000);
     }
 }

@@ -89,6 +89,7 @@ impl<'a> Reader<'a> {
             Some(bsdf) => self.material(bsdf)?,
             None => self.default_material(false),
         };
+        self.check_seen(element, material, None)?;
         object.finish()?;
         let id = self.name(element, self.shapes.len() + self.implicits.len());
         self.implicits.push(ImplicitShape { id, surface, placement, material });

@@ -5,14 +5,14 @@ use glam::DAffine3;
 use super::element::Element;
 use super::object::Object;
 use super::reader::Reader;
-use super::transform;
+use super::{support, transform};
 use crate::io::{Error, SceneProblem};
 use crate::scene::Placement;
 
 impl<'a> Reader<'a> {
     /// Nothing by itself: what instances copy.
     pub(super) fn shape_group(object: &Object<'a>) -> Result<(), Error> {
-        object.nested("<shape>");
+        object.nested("<shape>").into_iter().try_for_each(check_member)?;
         object.finish()
     }
 
@@ -39,15 +39,16 @@ impl<'a> Reader<'a> {
         }
         let name = self.name(element, self.shapes.len());
         let (first, first_implicit) = (self.shapes.len(), self.implicits.len());
-        for member in group.nested("<shape>") {
-            if !self.is_surface(member) {
-                let what =
-                    format!("a shape \"{}\" within a shapegroup", member.attribute("type").unwrap_or(""));
-                return Err(member.unsupported(what, "give meshes or grids"));
-            }
-            self.shape(member)?;
+        let read = group.nested("<shape>").into_iter().try_for_each(|member| {
+            check_member(member)?;
+            self.shape(member)
+        });
+        if let Err(error) = read.and_then(|()| group.finish()) {
+            // A part of a group is no copy of it.
+            self.shapes.truncate(first);
+            self.implicits.truncate(first_implicit);
+            return Err(error);
         }
-        group.finish()?;
         for shape in &mut self.shapes[first..] {
             shape.id = format!("{name}_{}", shape.id);
             shape.mesh = shape.mesh.clone().transformed(&map);
@@ -65,10 +66,15 @@ impl<'a> Reader<'a> {
         }
         Ok(())
     }
+}
 
-    /// Groups hold no groups, and no copies of themselves.
-    fn is_surface(&self, member: &Element) -> bool {
-        let plugin = member.attribute("type").unwrap_or_default();
-        !["shapegroup", "instance", "sdfnetwork"].contains(&plugin)
+/// Groups hold no groups, and no copies of themselves, in whatever letters these are called.
+fn check_member(member: &Element) -> Result<(), Error> {
+    let plugin = member.attribute("type").unwrap_or_default();
+    let usual = support::spelling(&member.tag, plugin).unwrap_or(plugin);
+    if ["shapegroup", "instance", "sdfnetwork"].contains(&usual) {
+        let what = format!("a shape \"{plugin}\" within a shapegroup");
+        return Err(member.unsupported(what, "give meshes or grids"));
     }
+    Ok(())
 }

@@ -12,6 +12,9 @@ const DEFAULT_PRB_DEPTH: usize = 6;
 /// Integrators that hold another one whose image they show.
 const AROUND: [&str; 6] = ["moment", "aov", "stokes", "transientstokes", "adaptive", "irrcache"];
 
+/// How many integrators may be within one another.
+const MOST_WITHIN: usize = 16;
+
 /// Integrators that see surfaces only, whatever is between them.
 const SEE_SURFACES: [&str; 10] = [
     "path",
@@ -41,6 +44,14 @@ pub(super) fn sees_media(element: &Element) -> bool {
 
 /// An integrator, and whether it hides what emits from the camera.
 pub(super) fn integrator<'a>(object: &Object<'a>, ids: &Ids<'a>) -> Result<(Integrator, bool), Error> {
+    integrator_within(object, ids, MOST_WITHIN)
+}
+
+fn integrator_within<'a>(
+    object: &Object<'a>,
+    ids: &Ids<'a>,
+    depth: usize,
+) -> Result<(Integrator, bool), Error> {
     if AROUND.contains(&object.plugin)
         && let Some(inner) = object.at_most_one("<integrator>")?
     {
@@ -48,7 +59,11 @@ pub(super) fn integrator<'a>(object: &Object<'a>, ids: &Ids<'a>) -> Result<(Inte
         if object.plugin == "aov" {
             object.string("aovs")?;
         }
-        let inner = integrator(&Object::new(inner, ids)?, ids)?;
+        if depth == 0 {
+            let what = "an integrator within itself, or within more than 16 others";
+            return Err(inner.unsupported(what, "give the one whose image is to be rendered"));
+        }
+        let inner = integrator_within(&Object::new(inner, ids)?, ids, depth - 1)?;
         object.finish()?;
         return Ok(inner);
     }

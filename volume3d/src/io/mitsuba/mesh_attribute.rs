@@ -1,11 +1,12 @@
 //! Materials of meshes with attributes.
 
-use glam::DAffine2;
+use glam::{DAffine2, DVec2};
 
 use super::attribute::{ALONE, Attributes, image};
 use super::element::Element;
 use super::object::Object;
 use super::reader::Reader;
+use crate::geometry::Attribute;
 use crate::io::Error;
 use crate::io::ply::{PlyAttribute, read_attribute};
 use crate::scene::{Wrap, parts};
@@ -18,6 +19,7 @@ impl<'a> Reader<'a> {
         attributes: Option<Attributes>,
     ) -> usize {
         let kept = (std::mem::take(&mut self.material_of), std::mem::take(&mut self.texture_of));
+        let before = (self.materials.len(), self.textures.len());
         self.attributes = attributes;
         let material = self.material(bsdf).and_then(|material| {
             let mut parts = parts(&self.materials, material).into_iter().map(|part| &self.materials[part]);
@@ -35,10 +37,33 @@ impl<'a> Reader<'a> {
         let material = journal.accept(material, bsdf, instead);
         let material = material.unwrap_or_else(|| {
             self.material_of.clear();
+            self.take_back(before.0, before.1);
             self.substitute(bsdf)
         });
         (self.material_of, self.texture_of) = kept;
         material
+    }
+
+    /// Refuses a material with texels out of range that a shape would show: where such a texture has been written, only the mesh
+    /// that it was made for shows none of them.
+    pub(super) fn check_seen(
+        &self,
+        element: &Element,
+        material: usize,
+        uvs: Option<&Attribute<DVec2>>,
+    ) -> Result<(), Error> {
+        let parts = parts(&self.materials, material);
+        let mut textures = parts.iter().flat_map(|&part| self.materials[part].textures());
+        let is_seen = |texture: usize| {
+            self.triangle_textures.contains(&texture)
+                && !uvs.is_some_and(|uvs| self.textures[texture].shows_triangles_only(uvs))
+        };
+        if !textures.any(is_seen) {
+            return Ok(());
+        }
+        let what =
+            "a texture of a mesh_attribute, with texels outside of 0 to 1, on another mesh than its own";
+        Err(element.unsupported(what, "give it that mesh, or an image between 0 and 1"))
     }
 
     /// The texture of an attribute of the mesh that is being read.

@@ -26,8 +26,9 @@
 //! - A checkerboard has its colours in the same places whether a colour or a number is asked for. Mitsuba 3.9 swaps the two
 //!   where it is a number, as of `roughness` or `opacity`.
 //! - `bsplinecurve` and `linearcurve` are meshes, within a thousandth of the largest radius; their control points are moved by
-//!   `to_world`, and their radii are not. Of a curve of lines, hidden parts of cones and spheres are there. What looks into an
-//!   open end sees the inside, which Mitsuba leaves out.
+//!   `to_world`, and their radii are not. Of a curve of lines, what a cone hides of the spheres beside it is left out, and other
+//!   hidden parts are there. What looks into an open end sees the inside, which Mitsuba leaves out. A scene whose curves have
+//!   more than 2²¹ vertices is refused.
 //! - An `instance` is a copy with vertices of its own of every shape in its `shapegroup`, called by its own name and theirs.
 //! - Spectra and named metals become linear RGB where they are read, by the CIE observer of 1931: under D65 unless they are
 //!   of an emitter. `blackbody` is read too, which Mitsuba's RGB variants refuse.
@@ -49,8 +50,8 @@
 //!   a smooth lobe Mitsuba 3.9 loses a part of the light of an ideal one (a mirror of weight 0.3 beside black counts 0.2); here
 //!   it has its weight.
 //! - A `mesh_attribute` of a PLY file is an image of two by two texels a triangle, and the mesh has texture coordinates for it in
-//!   the place of its own: one surface has attributes or images. The fourth texel may be outside of [0, 1], and what is written
-//!   with such a one is refused when it is read. Attributes of faces have steps between them, how these move is missed by
+//!   the place of its own: one surface has attributes or images. The fourth texel may be outside of [0, 1], where no
+//!   triangle shows it; written as an image, it is read again with that mesh, refused with any other, and no parameter. Attributes of faces have steps between them, how these move is missed by
 //!   derivatives, and a note says so. A number may have a name without `_x`, and colours in whole numbers are fractions of the
 //!   largest, which Mitsuba takes as they are.
 //! - `polarizer`, `circular` and `retarder` are what they are to light without polarisation, as in Mitsuba's RGB variants.
@@ -93,6 +94,7 @@ mod implicit;
 mod instance;
 mod integrator;
 mod journal;
+mod knots;
 mod mesh_attribute;
 mod metals;
 mod object;

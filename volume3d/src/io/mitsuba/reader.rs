@@ -22,6 +22,10 @@ pub(super) struct Reader<'a> {
     pub(super) journal: Rc<Journal>,
     pub(super) ids: Ids<'a>,
     names: HashSet<String>,
+    /// How many materials are being read, each within the one before.
+    pub(super) within: usize,
+    /// How many vertices the curves have so far.
+    pub(super) curve_vertices: usize,
     pub(super) textures: Vec<Texture>,
     pub(super) texture_of: HashMap<*const Element, usize>,
     pub(super) materials: Vec<Material>,
@@ -34,10 +38,14 @@ pub(super) struct Reader<'a> {
     pub(super) environment: Option<Environment>,
     /// Whether the integrator would see media.
     pub(super) sees_media: bool,
+    /// The elements with an attribute within.
+    pub(super) asking: HashSet<*const Element>,
     /// The mesh of whose attributes textures are made now.
     pub(super) attributes: Option<Attributes>,
     /// The textures that were made of attributes.
     pub(super) attribute_textures: HashSet<usize>,
+    /// The images that once were made of attributes, with texels out of range that no triangle is to show.
+    pub(super) triangle_textures: HashSet<usize>,
 }
 
 impl<'a> Reader<'a> {
@@ -48,6 +56,8 @@ impl<'a> Reader<'a> {
             journal: document.journal.clone(),
             ids: Ids::new(HashMap::new(), document.journal.clone()),
             names: HashSet::new(),
+            within: 0,
+            curve_vertices: 0,
             textures: vec![],
             texture_of: HashMap::new(),
             materials: vec![],
@@ -58,9 +68,16 @@ impl<'a> Reader<'a> {
             lights: vec![],
             environment: None,
             sees_media: false,
+            asking: HashSet::new(),
             attributes: None,
             attribute_textures: HashSet::new(),
+            triangle_textures: HashSet::new(),
         }
+    }
+
+    /// Whether an element has an attribute of a mesh within.
+    pub(super) fn asks(&self, element: &Element) -> bool {
+        self.asking.contains(&std::ptr::from_ref(element))
     }
 
     /// Finds and reads a file that an element names.
@@ -86,8 +103,8 @@ impl<'a> Reader<'a> {
     /// The id of an element, or a name that nothing else has.
     pub(super) fn name(&mut self, element: &Element, number: usize) -> String {
         let mut name = match element.attribute("id") {
-            // What is made of attributes is made anew for every mesh.
-            Some(id) if self.attributes.is_none() || self.names.insert(id.to_owned()) => {
+            // What is made of attributes is made anew for every mesh. Copies of shapes are given names of their own later.
+            Some(id) if self.names.insert(id.to_owned()) || !matches!(&*element.tag, "bsdf" | "texture") => {
                 return id.to_owned();
             }
             Some(id) => format!("{id}_{number}"),
@@ -97,6 +114,18 @@ impl<'a> Reader<'a> {
             name.push('_');
         }
         name
+    }
+
+    /// Takes back the last materials and textures, but for so many of each, and their names.
+    pub(super) fn take_back(&mut self, materials: usize, textures: usize) {
+        for name in self.materials.drain(materials..).map(|material| material.id) {
+            self.names.remove(&name);
+        }
+        for name in self.textures.drain(textures..).map(|texture| texture.id) {
+            self.names.remove(&name);
+        }
+        self.attribute_textures.retain(|&texture| texture < textures);
+        self.triangle_textures.retain(|&texture| texture < textures);
     }
 
     /// An error unless there is no environment yet.

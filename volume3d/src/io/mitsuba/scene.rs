@@ -15,6 +15,7 @@ impl Reader<'_> {
     pub(super) fn read(mut self, size: Option<(usize, usize)>) -> Result<(Description, Vec<Note>), Error> {
         let journal = self.journal.clone();
         self.ids = Ids::new(self.document.by_id()?, journal.clone());
+        self.asking = attribute::asking(&self.document.root, &self.ids);
         let scene = Object::with_plugin(&self.document.root, "", &self.ids)?;
 
         let (integrator, hide_emitters) = match scene.at_most_one("<integrator>")? {
@@ -45,7 +46,7 @@ impl Reader<'_> {
         // What is made of attributes is made with the mesh that has them.
         let [textures, materials] = ["<texture>", "<bsdf>"].map(|tag| {
             let mut elements = scene.nested(tag);
-            elements.retain(|element| !attribute::asks(element, &self.ids));
+            elements.retain(|element| !self.asks(element));
             elements
         });
         for element in textures {

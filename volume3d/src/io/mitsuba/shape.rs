@@ -17,7 +17,7 @@ impl<'a> Reader<'a> {
         let object = Object::new(element, &self.ids)?;
         let bsdf = object.at_most_one("<bsdf>")?;
         self.attributes = None;
-        let asks = bsdf.is_some_and(|bsdf| attribute::asks(bsdf, &self.ids));
+        let asks = bsdf.is_some_and(|bsdf| self.asks(bsdf));
         let mesh = match object.plugin {
             "obj" => self.mesh_file(&object, Some(MeshFormat::Obj), asks)?,
             "ply" => self.mesh_file(&object, Some(MeshFormat::Ply), asks)?,
@@ -57,6 +57,7 @@ impl<'a> Reader<'a> {
         if asks && let Some((_, Some(_))) = emitted {
             return Err(element.unsupported(attribute::BESIDE_TEXTURES, attribute::ALONE));
         }
+        self.check_seen(element, material, mesh.uvs())?;
         if !self.sees_media {
             object.ignore("medium", None, integrator::NO_MEDIA);
         } else if self.is_opaque(material) {

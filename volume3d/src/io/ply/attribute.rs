@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::body::{Ascii, Binary, Body};
 use super::header::{self, Element, Encoding, Header, Kind, Property};
 use super::{Failure, length, room, skip, skip_property};
+use crate::io::error::excerpt;
 use crate::io::memory::with_room;
 use crate::io::{At, Error, MemoryError, MeshProblem, Place};
 
@@ -22,11 +23,12 @@ pub(in crate::io) enum PlyAttribute {
 }
 
 /// The attribute of a name as Mitsuba has it: `vertex_` or `face_`, and what its properties have in common before `_x`, `_r`,
-/// `_0` or the like. Red, green and blue are `color`, or end in it. A number alone is grey; it may be a property without an
-/// end. Of an opacity nothing is read. Colours in whole numbers are fractions of the largest, but not otherwise changed.
+/// `_0` or the like. Red, green and blue are `color`, or end in it. The ends say which number is which, in whatever order they
+/// stand. A number alone is grey; it may be a property without an end. Of an opacity nothing is read. Colours in whole numbers
+/// are fractions of the largest, but not otherwise changed.
 ///
 /// # Errors
-/// [`Error::Mesh`], also if the file has none of this name.
+/// [`Error::Mesh`], also if the file has none of this name, or two properties for one of its numbers.
 pub(in crate::io) fn read_attribute(bytes: &[u8], path: &Path, name: &str) -> Result<PlyAttribute, Error> {
     let error = |(at, problem)| Error::Mesh { place: Place::new(path, at), problem };
     let (header, rest, lines) = header::parse(bytes).map_err(error)?;
@@ -38,11 +40,8 @@ pub(in crate::io) fn read_attribute(bytes: &[u8], path: &Path, name: &str) -> Re
     attribute(&header, &mut *body, name).map_err(error)
 }
 
-/// Where the numbers of an attribute are among the properties of its element.
-struct Columns {
-    columns: Vec<usize>,
-    scale: f64,
-}
+/// Where the numbers of an attribute are among the properties of its element, and what each is multiplied by.
+type Columns = Vec<(usize, f64)>;
 
 fn attribute(header: &Header, body: &mut dyn Body, name: &str) -> Result<PlyAttribute, Failure> {
     let found = header.elements.iter().enumerate().find_map(|(index, element)| {
@@ -51,13 +50,14 @@ fn attribute(header: &Header, body: &mut dyn Body, name: &str) -> Result<PlyAttr
             "face" => columns(element, name.strip_prefix("face_")?),
             _ => return None,
         };
-        columns.map(|columns| (index, columns))
+        columns.transpose().map(|columns| (index, columns))
     });
     let Some((index, columns)) = found else {
         let known = header.elements.iter().flat_map(known).collect::<Vec<_>>().join(", ");
         let known = if known.is_empty() { "no attribute".to_owned() } else { known };
         return Err((At::Whole, MeshProblem::Attribute { name: name.to_owned(), known }));
     };
+    let columns = columns?;
     for element in &header.elements[..index] {
         skip(element, body)?;
     }
@@ -71,29 +71,43 @@ fn attribute(header: &Header, body: &mut dyn Body, name: &str) -> Result<PlyAttr
     }
 }
 
-/// The part of a property's name that attributes are called by, and whether it is one of a colour.
-fn stem(property: &Property) -> Option<(String, bool)> {
+/// What a property is to attributes.
+struct Channel {
+    /// What the attribute is called, without `vertex_` or `face_`.
+    stem: String,
+    /// Which of its numbers this is; 3 is an opacity.
+    slot: usize,
+    is_colour: bool,
+}
+
+fn channel(property: &Property) -> Option<Channel> {
     if property.list.is_some() || NO_ATTRIBUTES.contains(&property.name.as_str()) {
         return None;
     }
-    let is_colour = |end: &str| ["r", "g", "b", "a", "red", "green", "blue", "alpha"].contains(&end);
-    if is_colour(&property.name) {
-        return Some(("color".to_owned(), true));
+    let slot = |ends: [&[&str]; 4], end: &str| ends.iter().position(|ends| ends.contains(&end));
+    let colour = |end| slot([&["r", "red"], &["g", "green"], &["b", "blue"], &["a", "alpha"]], end);
+    let number = |end| slot([&["x", "0"], &["y", "1"], &["z", "2"], &["w", "3"]], end);
+    if let Some(slot) = colour(&property.name) {
+        return Some(Channel { stem: "color".to_owned(), slot, is_colour: true });
     }
-    match property.name.rsplit_once('_') {
-        Some((stem, end)) if is_colour(end) => Some((format!("{stem}_color"), true)),
-        Some((stem, "x" | "y" | "z" | "w" | "0" | "1" | "2" | "3")) => Some((stem.to_owned(), false)),
-        _ => Some((property.name.clone(), false)),
+    if let Some((stem, end)) = property.name.rsplit_once('_') {
+        if let Some(slot) = colour(end) {
+            return Some(Channel { stem: format!("{stem}_color"), slot, is_colour: true });
+        }
+        if let Some(slot) = number(end) {
+            return Some(Channel { stem: stem.to_owned(), slot, is_colour: false });
+        }
     }
+    Some(Channel { stem: property.name.clone(), slot: 0, is_colour: false })
 }
 
 /// The names of an element's attributes.
 fn known(element: &Element) -> Vec<String> {
     let mut names: Vec<String> = vec![];
     if matches!(element.name.as_str(), "vertex" | "face") {
-        for (stem, _) in element.properties.iter().filter_map(stem) {
+        for Channel { stem, .. } in element.properties.iter().filter_map(channel) {
             let name = format!("{}_{stem}", element.name);
-            if columns(element, &stem).is_some() && !names.contains(&name) {
+            if columns(element, &stem).is_ok_and(|found| found.is_some()) && !names.contains(&name) {
                 names.push(name);
             }
         }
@@ -101,27 +115,24 @@ fn known(element: &Element) -> Vec<String> {
     names
 }
 
-/// One column, or the first three of three or four.
-fn columns(element: &Element, name: &str) -> Option<Columns> {
-    let mut columns = vec![];
-    let mut scale = 1.0;
+/// The first number alone, or the first three; nothing where there are others.
+fn columns(element: &Element, name: &str) -> Result<Option<Columns>, Failure> {
+    let mut found: [Option<(usize, f64)>; 4] = [None; 4];
     for (index, property) in element.properties.iter().enumerate() {
-        let Some((stem, is_colour)) = stem(property) else { continue };
-        if stem == name {
-            columns.push(index);
-            if is_colour {
-                scale = 1.0 / largest(property.value);
-            }
+        let Some(Channel { slot, is_colour, .. }) = channel(property).filter(|c| c.stem == name) else {
+            continue;
+        };
+        let scale = if is_colour { 1.0 / largest(property.value) } else { 1.0 };
+        if found[slot].replace((index, scale)).is_some() {
+            let (expected, found) = ("each number of an attribute once", excerpt(&property.name));
+            return Err((At::Line(property.line), MeshProblem::Expected { expected, found }));
         }
     }
-    match columns.len() {
-        1 | 3 => Some(Columns { columns, scale }),
-        4 => {
-            columns.truncate(3);
-            Some(Columns { columns, scale })
-        }
+    Ok(match found {
+        [Some(grey), None, None, None] => Some(vec![grey]),
+        [Some(r), Some(g), Some(b), _] => Some(vec![r, g, b]),
         _ => None,
-    }
+    })
 }
 
 /// The largest number of a colour.
@@ -138,7 +149,11 @@ fn largest(kind: Kind) -> f64 {
 }
 
 /// The value of one vertex or face, and how long the list of its corners is.
-fn value(element: &Element, body: &mut dyn Body, columns: &Columns) -> Result<(DVec3, usize), Failure> {
+fn value(
+    element: &Element,
+    body: &mut dyn Body,
+    columns: &[(usize, f64)],
+) -> Result<(DVec3, usize), Failure> {
     let mut numbers = [0.0; 3];
     let mut corners = 0;
     for (index, property) in element.properties.iter().enumerate() {
@@ -147,14 +162,14 @@ fn value(element: &Element, body: &mut dyn Body, columns: &Columns) -> Result<(D
             for _ in 0..corners {
                 body.number(property.value)?;
             }
-        } else if let Some(slot) = columns.columns.iter().position(|&column| column == index) {
-            numbers[slot] = columns.scale * body.number(property.value)?;
+        } else if let Some(slot) = columns.iter().position(|&(column, _)| column == index) {
+            numbers[slot] = columns[slot].1 * body.number(property.value)?;
         } else {
             skip_property(property, body)?;
         }
     }
     let [r, g, b] = numbers;
-    let value = if columns.columns.len() == 1 { DVec3::splat(r) } else { DVec3::new(r, g, b) };
+    let value = if columns.len() == 1 { DVec3::splat(r) } else { DVec3::new(r, g, b) };
     if value.is_finite() {
         return Ok((value, corners));
     }
@@ -165,7 +180,7 @@ fn value(element: &Element, body: &mut dyn Body, columns: &Columns) -> Result<(D
 fn vertices(
     element: &Element,
     body: &mut dyn Body,
-    columns: &Columns,
+    columns: &[(usize, f64)],
     mut values: Vec<DVec3>,
 ) -> Result<Vec<DVec3>, Failure> {
     for index in 0..element.count {
@@ -179,7 +194,7 @@ fn vertices(
 fn faces(
     element: &Element,
     body: &mut dyn Body,
-    columns: &Columns,
+    columns: &[(usize, f64)],
     mut values: Vec<DVec3>,
 ) -> Result<Vec<DVec3>, Failure> {
     for index in 0..element.count {

@@ -48,6 +48,8 @@ impl Kind {
 #[derive(Debug)]
 pub(super) struct Property {
     pub(super) name: String,
+    /// Where it is announced.
+    pub(super) line: usize,
     /// The type of a list's length, if it is a list.
     pub(super) list: Option<Kind>,
     pub(super) value: Kind,
@@ -114,7 +116,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<(Header, &[u8], usize), Failure> {
             ["property", ..] => {
                 let element =
                     elements.last_mut().ok_or_else(|| expected("an element before its properties"))?;
-                let property = property(&words).ok_or_else(|| expected(PROPERTY))?;
+                let property = property(&words, number).ok_or_else(|| expected(PROPERTY))?;
                 if element.properties.iter().any(|p| p.name == property.name) {
                     return Err(expected("each property once"));
                 }
@@ -151,7 +153,7 @@ fn truncated() -> MeshProblem {
     MeshProblem::Truncated { what: "end_header".to_owned() }
 }
 
-fn property(words: &[&str]) -> Option<Property> {
+fn property(words: &[&str], line: usize) -> Option<Property> {
     let (list, value, name) = match words[..] {
         ["property", value, name] => (None, Kind::parse(value)?, name),
         ["property", "list", length, value, name] => {
@@ -160,7 +162,7 @@ fn property(words: &[&str]) -> Option<Property> {
         }
         _ => return None,
     };
-    Some(Property { name: name.to_owned(), list, value })
+    Some(Property { name: name.to_owned(), line, list, value })
 }
 
 fn check_element(name: &str, before: &[Element]) -> Result<(), MeshProblem> {

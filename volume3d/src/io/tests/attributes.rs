@@ -6,8 +6,9 @@ use glam::{DVec2, DVec3};
 
 use super::scene::SENSOR;
 use super::{check_table, here, message};
-use crate::io::{Error, read_scene};
-use crate::scene::{Bsdf, Description, Reflectance, Value};
+use crate::io::{Error, ReadOptions, load_scene, read_scene, read_scene_with, write_scene};
+use crate::optimize::{ParameterError, Quantity};
+use crate::scene::{Bsdf, Description, Reflectance, Scene, Value};
 
 /// A square of which the vertices and the faces have colours and numbers, and a triangle with bytes for colours.
 const SQUARE: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
@@ -19,12 +20,19 @@ const SQUARE: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\
 const BYTES: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
     property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\n\
     property list uchar int vertex_indices\nend_header\n0 0 0 255 0 51\n1 0 0 255 0 51\n0 1 0 255 0 51\n3 0 1 2\n";
+/// Numbers in any order, with an opacity between, and one that is given twice.
+const MIXED: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+    property float alpha\nproperty uchar blue\nproperty float green\nproperty float red\nproperty float t_2\n\
+    property float t_1\nproperty float t_0\nproperty float q_x\nproperty float q_0\nproperty float l_a\n\
+    element face 1\nproperty list uchar int vertex_indices\nend_header\n\
+    0 0 0 9 51 .4 .6 .3 .2 .1 0 0 0\n1 0 0 9 51 .4 .6 .3 .2 .1 0 0 0\n0 1 0 9 51 .4 .6 .3 .2 .1 0 0 0\n3 0 1 2\n";
 
 fn open(path: &Path) -> std::io::Result<Vec<u8>> {
     match path.to_str() {
         Some("dir/square.ply") => Ok(SQUARE.into()),
         Some("dir/bytes.ply") => Ok(BYTES.into()),
         Some("dir/bright.ply") => Ok(SQUARE.replace("1 0 0 0 .1", "1 0 2 0 .1").into()),
+        Some("dir/mixed.ply") => Ok(MIXED.into()),
         Some("dir/short.ply") => Ok(SQUARE.replace("0 1 0 1 1 0 .5", "0 1 0 1 1 nan .5").into()),
         _ => super::scene::open(path),
     }
@@ -133,6 +141,94 @@ fn attributes_of_several_meshes() {
     assert_eq!((a.width, a.height), (b.width, b.height));
 }
 
+/// What the numbers of a colour are called says which is which.
+#[test]
+fn channels_are_found_by_name() {
+    for (name, expected) in
+        [("vertex_color", DVec3::new(0.6, 0.4, 0.2)), ("vertex_t", DVec3::new(0.1, 0.2, 0.3))]
+    {
+        let scene = read(&ply("mixed", &diffuse(name))).unwrap();
+        close(seen(&scene, 0, [0.2, 0.3, 0.5]), expected);
+    }
+    let twice = message(read(&ply("mixed", &diffuse("vertex_q"))));
+    assert!(
+        twice.ends_with("mixed.ply:15: expected each number of an attribute once, found \"q_0\""),
+        "{twice}"
+    );
+    // An opacity alone is no number.
+    let none = message(read(&ply("mixed", &diffuse("vertex_l_color"))));
+    assert!(none.ends_with("the file has vertex_color, vertex_t"), "{none}");
+}
+
+/// A material that stands beside attributes for one mesh and without them for another has two names.
+#[test]
+fn materials_beside_attributes_have_names_of_their_own() {
+    let blend = |second: &str| {
+        let weight = texture("weight", "vertex_w");
+        ply("square", &format!("<bsdf type='blendbsdf'>{weight}<ref id='a'/>{second}</bsdf>"))
+    };
+    let grey = |id: &str| format!("<bsdf type='diffuse' id='{id}'/>");
+    let built = |text: &str, is_lenient: bool| {
+        let text = format!("<scene version='3.0.0'>{SENSOR}\n{text}</scene>");
+        let options = ReadOptions { is_lenient, ..ReadOptions::default() };
+        let (description, _) = read_scene_with(text.as_bytes(), here("dir/s.xml"), &options, &open).unwrap();
+        let ids: Vec<String> = description.materials.iter().map(|m| m.id.clone()).collect();
+        (Scene::new(description).map(|_| ()), ids)
+    };
+    let (scene, ids) = built(&format!("{}{}{}", grey("a"), grey("b"), blend("<ref id='b'/>")), false);
+    assert!(scene.is_ok() && ids[..2] == ["a", "b"], "{scene:?} {ids:?}");
+    // The first mesh has its second material within, and another shape refers to that.
+    let later = "<shape type='cube'><ref id='b'/></shape>";
+    let (scene, ids) = built(&format!("{}{}{later}", grey("a"), blend(&grey("b"))), false);
+    assert!(scene.is_ok() && ids.iter().any(|id| id == "b"), "{scene:?} {ids:?}");
+    // What does not fit is no material at all; the grey one has its name, once.
+    let unfit = format!(
+        "<bsdf type='mask' id='m'><texture name='opacity' type='checkerboard' id='t'/>{}</bsdf>",
+        diffuse("vertex_color")
+    );
+    let text = format!("{}{}", ply("square", &unfit), ply("square", "<ref id='m'/>"));
+    let (scene, ids) = built(&text, true);
+    assert!(scene.is_ok() && ids.len() == 2 && ids[0] == "m", "{scene:?} {ids:?}");
+}
+
+/// Materials that refer to themselves are looked at once.
+#[test]
+fn attributes_are_looked_for_in_finite_time() {
+    let text = format!("<bsdf type='diffuse' id='a'>{}</bsdf>", "<ref id='a'/>".repeat(10));
+    assert!(message(read(&text)).contains("<bsdf> is not supported inside bsdf"));
+    let chain: String = (0..20_000)
+        .map(|k| format!("<bsdf type='diffuse' id='a{k}'><ref id='a{}'/></bsdf>", k + 1))
+        .collect();
+    let end = "<bsdf type='diffuse' id='a20000'/><shape type='cube'><ref id='a0'/></shape>";
+    assert!(read(&format!("{chain}{end}")).is_err());
+}
+
+/// The fourth texel of a triangle may be out of range where no triangle shows it, also when it has been written.
+#[test]
+fn written_attributes_are_read_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.xml");
+    let before = read(&ply("square", &diffuse("vertex_color").replace("<bsdf", "<bsdf id='m'"))).unwrap();
+    assert!(before.textures[0].texels.iter().any(|texel| texel.min_element() < 0.0));
+    let scene = Scene::new(before.clone()).unwrap();
+    let found = Quantity::find(&scene, "m.texture");
+    assert!(
+        matches!(&found, Err(error @ ParameterError::Attribute { .. }) if error.to_string().contains("no triangle shows"))
+    );
+    write_scene(&path, &scene).unwrap();
+    let after = load_scene(&path).unwrap();
+    assert_eq!(before.textures[0].texels, after.textures[0].texels);
+    for (triangle, weights) in [(0, [0.2, 0.3, 0.5]), (1, [0.6, 0.3, 0.1])] {
+        close(seen(&after, triangle, weights), seen(&before, triangle, weights));
+    }
+    // Another mesh would show the fourth texel.
+    let text = std::fs::read_to_string(&path).unwrap();
+    let other = "<shape type=\"rectangle\"><ref id=\"m\"/></shape></scene>";
+    std::fs::write(&path, text.replace("</scene>", other)).unwrap();
+    let refused = message(load_scene(&path));
+    assert!(refused.contains("on another mesh than its own is not supported"), "{refused}");
+}
+
 #[test]
 fn attributes_that_are_refused() {
     let refused = |text: &str| message(read(&text.replace('@', "<texture type='mesh_attribute'")));
@@ -150,6 +246,8 @@ fn attributes_that_are_refused() {
     dir/s.xml:2:83: dir/short.ply:24: expected a finite number, found \"[1, 1, NaN]\"
 <shape type='cube'><bsdf type='diffuse'>@ name='reflectance'><string name='name' value='vertex_color'/></texture></bsdf></shape>
     dir/s.xml:2:41: a mesh_attribute of a shape that is not a PLY file is not supported; give a PLY file
+<shape type='ply'><string name='filename' value='square.ply'/><emitter type='area'>@ name='radiance'><string name='name' value='vertex_color'/></texture></emitter></shape>
+    dir/s.xml:2:84: a mesh_attribute as what an emitter sends out is not supported; give an image or a colour
 <shape type='ply'><string name='filename' value='square.ply'/><bsdf type='diffuse'>@ name='reflectance'/></bsdf></shape>
     dir/s.xml:2:84: texture \"mesh_attribute\" needs name
 <shape type='ply'><string name='filename' value='square.ply'/><bsdf type='mask'><texture name='opacity' type='checkerboard'/><bsdf type='diffuse'>@ name='reflectance'><string name='name' value='vertex_color'/></texture></bsdf></bsdf></shape>

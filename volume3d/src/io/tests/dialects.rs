@@ -145,6 +145,23 @@ fn curves_in_a_scene() {
     near(high, DVec3::new(12.5, 7.5, 0.5));
 }
 
+/// What a scene has of curves is counted over all of them.
+#[test]
+fn too_many_curves() {
+    let open = |_: &std::path::Path| Ok("0 0 0 .5\n1 0 0 .5\n".repeat(100).into());
+    let curve = "<shape type='linearcurve'><string name='filename' value='c.txt'/></shape>\n";
+    let read = |count: usize| {
+        let text = format!("<scene version='3.0.0'>{SENSOR}\n{}</scene>", curve.repeat(count));
+        read_scene_with(text.as_bytes(), here("dir/s.xml"), &ReadOptions::default(), &open)
+    };
+    let (scene, _) = read(1).unwrap();
+    let most = (1 << 21) / scene.shapes[0].mesh.sources().len();
+    assert!((1..20).contains(&most), "{most}");
+    let found = message(read(most + 1));
+    let place = format!("dir/s.xml:{}:1: ", most + 2);
+    assert!(found.starts_with(&place) && found.contains("more than 2^21 vertices"), "{found}");
+}
+
 /// A copy of an implicit surface is one, put elsewhere.
 #[test]
 fn instances_of_grids() {

@@ -116,6 +116,10 @@ fn references() {
     dir/s.xml:2:20: <ref> needs an attribute "id"
 <shape type='cube'><ref id='c' type='d'/></shape>
     dir/s.xml:2:20: <ref> has no attribute "type"; supported: id, name
+<integrator type='moment' id='a'><ref id='a'/></integrator>
+    an integrator within itself, or within more than 16 others is not supported; give the one whose image is to be rendered
+<bsdf type='blendbsdf' id='a'><float name='weight' value='.5'/><ref id='a'/><ref id='a'/></bsdf>
+    a material within itself, or within more than 16 others is not supported; leave out one of them
 <bsdf type='twosided' id='a'><ref id='a'/></bsdf>
     twosided within twosided is not supported; leave out one of them
 <bsdf type='diffuse'><float name='a' value='1'/><rgb name='a' value='1'/></bsdf>
@@ -275,6 +279,12 @@ fn plugins() {
     dir/s.xml:2:24: shape "cube" is not supported; supported: shapegroup, within an instance
 <shape type='shapegroup' id='g'><shape type='instance'><ref id='g'/></shape></shape><shape type='instance'><ref id='g'/></shape>
     dir/s.xml:2:33: a shape "instance" within a shapegroup is not supported; give meshes or grids
+<shape type='shapegroup' id='g'><shape type='Instance'><ref id='g'/></shape></shape><shape type='instance'><ref id='g'/></shape>
+    dir/s.xml:2:33: a shape "Instance" within a shapegroup is not supported; give meshes or grids
+<shape type='ShapeGroup' id='g'><ref id='i'/></shape><shape type='INSTANCE' id='i'><ref id='g'/></shape>
+    dir/s.xml:2:54: a shape "INSTANCE" within a shapegroup is not supported; give meshes or grids
+<shape type='shapegroup'><shape type='ShapeGroup'><shape type='cube'/></shape></shape>
+    dir/s.xml:2:26: a shape "ShapeGroup" within a shapegroup is not supported; give meshes or grids
 <shape type='cube'><emitter type='point'/></shape>
     dir/s.xml:2:20: emitter "point" is not supported; supported: area, within a shape
 <bsdf type='hair'/>
