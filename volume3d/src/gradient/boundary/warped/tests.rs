@@ -96,7 +96,7 @@ fn differences(scene: &Scene, change: &Tangent) -> (f64, f64) {
     total(|seed| {
         // Their noise falls with the root of the step, and their error grows with its square: in these units it is
         // less than a thousandth.
-        let samples = if thorough() { 8192 } else { 1024 };
+        let samples = if thorough() { 16384 } else { 1024 };
         let method = FiniteDifference { samples, step: 2e-2, seed: 50 + seed };
         method.forward(scene, change, &Progress::none()).unwrap().gradient.pixels
     })
@@ -106,7 +106,7 @@ fn warped(scene: &Scene, change: &Tangent, field: Field, sign_changes: usize) ->
     total(|seed| {
         // Auxiliary rays are less noisy, and slower.
         let samples = match field {
-            _ if thorough() => 1024,
+            _ if thorough() => 2048,
             Field::AuxiliaryRays => 96,
             _ => 192,
         };
