@@ -52,6 +52,10 @@ pub(crate) struct Effort {
     pub(crate) cells: usize,
     /// Steps of each phase.
     pub(crate) phases: Vec<u64>,
+    /// Pixels of a view that a step looks at; all, if there is no number.
+    pub(crate) pixels: Option<usize>,
+    /// The steps after which networks are traced themselves, if they ever are.
+    pub(crate) finish: Option<u64>,
     /// Samples a pixel of a step's image, and of its gradient.
     pub(crate) samples: usize,
     /// Samples a pixel of targets and of what is shown.
@@ -286,9 +290,9 @@ fn begun(
 ) -> anyhow::Result<Fit> {
     let refine = effort.refine();
     let (steps, penalties) = match setup.made {
-        Made::Grid => (GridSteps { smoothing: SMOOTHING, redistance: true, refine }, vec![]),
+        Made::Grid => (GridSteps { smoothing: SMOOTHING, redistance: true, refine, finish: None }, vec![]),
         Made::Network(_) => (
-            GridSteps { refine, ..GridSteps::default() },
+            GridSteps { refine, finish: effort.finish, ..GridSteps::default() },
             vec![Penalty::Eikonal { implicit: 0, weight: EIKONAL }],
         ),
     };
@@ -300,8 +304,15 @@ fn begun(
         _ => None,
     };
     let loss = effort.loss;
-    let objective =
-        Objective { views, loss, penalties, masks, silhouettes: None, image_samples: effort.samples };
+    let objective = Objective {
+        views,
+        loss,
+        penalties,
+        masks,
+        silhouettes: None,
+        pixels: effort.pixels,
+        image_samples: effort.samples,
+    };
     let mut adam = Adam::new(rate);
     adam.beta2 = BETA2;
     let plan =

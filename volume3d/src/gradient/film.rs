@@ -172,6 +172,14 @@ impl FilmPlane {
         }
     }
 
+    /// Whether one of these pixels is reached by samples of a cell, or is beside one that is.
+    pub(crate) fn reaches(&self, i: usize, j: usize, pixel: impl Fn(usize) -> bool) -> bool {
+        let around = || 0..=2 * self.reach;
+        let rows = around().filter_map(|b| self.pixel_row(j, b));
+        rows.flat_map(|y| around().filter_map(move |a| Some(y * self.columns + self.pixel_column(i, a)?)))
+            .any(pixel)
+    }
+
     /// Where a sample is that was not finite.
     pub(crate) fn located(&self, i: usize, j: usize, sample: usize) -> NonFinite {
         let reach = self.reach as isize;

@@ -86,6 +86,7 @@ pub use implicit_field::ImplicitField;
 pub use non_finite::NonFinite;
 pub use pilot::{Candidate, Choice, Method, Pilot};
 pub use primal::render;
+pub(crate) use primal::render_pixels;
 pub use progress::{Progress, Stopped};
 pub use regions::Regions;
 pub use result::{Gradient, GradientImage, Noise, Rendering, Terms};

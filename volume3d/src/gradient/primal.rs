@@ -23,8 +23,19 @@ const TOGETHER: usize = 16;
 /// # Errors
 /// [`Stopped`] if `progress` asked for an end.
 pub fn render(scene: &Scene, samples: usize, seed: u64, progress: &Progress) -> Result<Rendering, Stopped> {
+    render_pixels(scene, samples, seed, |_| true, progress)
+}
+
+/// The same of some pixels, with the same samples; what others get means nothing.
+pub(crate) fn render_pixels(
+    scene: &Scene,
+    samples: usize,
+    seed: u64,
+    wanted: impl Fn(usize) -> bool + Sync,
+    progress: &Progress,
+) -> Result<Rendering, Stopped> {
     let paths = Paths::new(scene, Kernels::default());
-    primal(&paths, samples, seed, progress)
+    rendering(&paths, samples, seed, wanted, progress)
 }
 
 pub(super) fn primal(
@@ -33,10 +44,22 @@ pub(super) fn primal(
     seed: u64,
     progress: &Progress,
 ) -> Result<Rendering, Stopped> {
+    rendering(paths, samples, seed, |_| true, progress)
+}
+
+fn rendering(
+    paths: &Paths<'_>,
+    samples: usize,
+    seed: u64,
+    wanted: impl Fn(usize) -> bool + Sync,
+    progress: &Progress,
+) -> Result<Rendering, Stopped> {
     let film = FilmPlane::new(paths.scene);
     let before = paths.scene.trace_counts();
-    let cell = |(): &mut (), place, sink: CellSink<'_, 3>| {
-        sample_cell(paths, &film, place, samples, seed, sink);
+    let cell = |(): &mut (), (i, j), sink: CellSink<'_, 3>| {
+        if film.reaches(i, j, &wanted) {
+            sample_cell(paths, &film, (i, j), samples, seed, sink);
+        }
     };
     let sums = over_film(&film, samples, progress, || (), cell)?;
     let lost_rays = sums.lost_rays(&film);

@@ -170,6 +170,12 @@ pub enum FitError {
         /// The name of the parameter.
         parameter: String,
     },
+    /// What is for a network is asked of the nodes of a grid.
+    #[error("`{parameter}` is the nodes of a grid, not a network, which alone is traced itself in the end")]
+    NoNetwork {
+        /// The name of the parameter.
+        parameter: String,
+    },
     /// The nodes of a grid have no surface any more.
     #[error("`{parameter}`: {error}; try a smaller rate")]
     Grid {
@@ -178,7 +184,7 @@ pub enum FitError {
         /// What is wrong.
         error: RedistanceError,
     },
-    /// A network has no surface on a finer grid.
+    /// A network has no surface on a finer grid, or none within its box.
     #[error("`{parameter}`: {error}; try more cells at first, or a smaller rate")]
     Bake {
         /// The name of the parameter.
@@ -278,6 +284,19 @@ impl Fit {
         }
         if state.x.len() != x.len() {
             return Err(other);
+        }
+        for (i, optimizer) in self.optimizers.iter().enumerate() {
+            let finishes = |steps: &GridSteps| steps.is_finishing(state.records.len() as u64);
+            if !optimizer.grid.as_ref().is_some_and(finishes) {
+                continue;
+            }
+            let none = "its network has no surface";
+            parameters.apply(&state.x, scene).map_err(|_| none)?;
+            if let Some(network) = surface::itself(&parameters.groups()[i], scene) {
+                let network = network.map_err(|_| none)?;
+                (parameters, _) =
+                    surface::replace(parameters, &state.x, i, network, scene).map_err(|_| none)?;
+            }
         }
         Ok(Self { state, parameters, ..self })
     }
@@ -443,8 +462,16 @@ impl Fit {
         for (i, optimizer) in self.optimizers.iter().enumerate() {
             let Some(steps) = &optimizer.grid else { continue };
             let due = steps.refinements(t + 1) > steps.refinements(t);
+            let finishes = steps.is_finishing(t + 1) && !steps.is_finishing(t);
             let group = &self.parameters.groups()[i];
-            if due && let Some(network) = surface::finer_network(group, scene) {
+            let network = if finishes {
+                surface::itself(group, scene)
+            } else if due {
+                surface::finer_network(group, scene)
+            } else {
+                None
+            };
+            if let Some(network) = network {
                 let failed = |error| FitError::Bake { parameter: group.name.clone(), error };
                 finer.push((i, network.map_err(failed)?));
             }
@@ -476,8 +503,11 @@ impl Fit {
         let Some(steps) = &self.optimizers[group].grid else { return Ok(None) };
         let group = &self.parameters.groups()[group];
         let grid = surface::grid(group, scene);
-        let is_network = surface::network(group, scene).is_some() && steps.is_for_networks();
-        if grid.is_some() || is_network {
+        if grid.is_some() && steps.finish.is_some() {
+            return Err(FitError::NoNetwork { parameter: group.name.clone() });
+        }
+        let of_network = surface::network(group, scene).is_some() || surface::is_itself(group, scene);
+        if grid.is_some() || (of_network && steps.is_for_networks()) {
             Ok(grid)
         } else {
             Err(FitError::NoGrid { parameter: group.name.clone() })

@@ -35,6 +35,9 @@ pub struct GridSteps {
     pub redistance: bool,
     /// The numbers of steps after which the grid becomes finer, in increasing order.
     pub refine: Vec<u64>,
+    /// For a network on a grid, the number of steps after which rays are traced at [the network itself](crate::sdf::Baked::itself): what
+    /// is fitted then is its own surface, without that of a spline between, at many times the cost of a sample.
+    pub finish: Option<u64>,
 }
 
 impl GridSteps {
@@ -44,7 +47,13 @@ impl GridSteps {
         self.refine.iter().filter(|&&step| step <= steps).count()
     }
 
-    /// Whether a network on a grid can have these steps: its grid becomes finer, and that is all.
+    /// Whether after so many steps a network is traced itself.
+    #[must_use]
+    pub fn is_finishing(&self, steps: u64) -> bool {
+        self.finish.is_some_and(|finish| finish <= steps)
+    }
+
+    /// Whether a network on a grid can have these steps: its grid becomes finer, or is left, and that is all.
     #[must_use]
     pub fn is_for_networks(&self) -> bool {
         self.smoothing == 0.0 && !self.redistance

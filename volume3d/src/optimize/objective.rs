@@ -11,17 +11,21 @@ use super::parameters::Parameters;
 use super::regularizer::Regularizer;
 use super::silhouettes::silhouette_weights;
 use crate::Image;
-use crate::gradient::{ActiveParameters, Gradient, GradientError, Progress, Stopped, Tangent, render};
+use crate::gradient::{
+    ActiveParameters, Gradient, GradientError, Progress, Rendering, Stopped, Tangent, render_pixels,
+};
 use crate::scene::{Camera, Film, Scene, SceneError};
 use crate::sdf::Baked;
 #[cfg(doc)]
 use crate::sdf::network::eikonal_loss;
+use crate::sdf::network::{Network, SingleNetwork};
 
 /// Points of an eikonal term.
 const EIKONAL_POINTS: usize = 4096;
 
-/// A purpose of random numbers; views have their own numbers.
+/// Purposes of random numbers; views have their own numbers.
 const EIKONAL: u64 = u64::MAX;
+const PIXELS: u64 = u64::MAX - 1;
 
 /// A picture to be fitted, and from where it was taken.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,7 +66,7 @@ pub enum Penalty {
         /// What the term is multiplied by.
         weight: f64,
     },
-    /// For a network on a grid: the [eikonal term](eikonal_loss) of the network at 4,096 points, uniform between the corners
+    /// For a network in a box, be it on a grid or itself: its [eikonal term](eikonal_loss) at 4,096 points, uniform between the corners
     /// and others in every step. It keeps φ near a distance, whose surface moves by as much as φ changes.
     Eikonal {
         /// Which implicit surface.
@@ -87,6 +91,11 @@ pub struct Objective {
     /// Only pixels so near to a silhouette of the shapes that are fitted count, as [`silhouette_weights`] has it: for
     /// shapes whose colour or light is not known.
     pub silhouettes: Option<usize>,
+    /// How many pixels of a view are looked at, chosen anew whenever it is: the mean over them is an unbiased estimate of the mean over
+    /// all, and what no chosen pixel sees is not traced. A step costs by the samples it takes, so that many views with few pixels of each
+    /// cost as much as few views. Pixels wider than themselves ([`Filter`](crate::scene::Filter)) need the samples of those around them, too: up to nine times as many with a tent. Not for
+    /// [`Loss::Multiscale`] of several levels, which looks at blocks. Masks are looked at everywhere. All, if there is no number.
+    pub pixels: Option<usize>,
     /// Samples a pixel of the renderings that the adjoint is computed from. They are not those of the gradient, so that the
     /// product of both is unbiased. Their noise is noise of the gradient, in proportion to what a pixel's derivative is; as many as
     /// the gradient has are a good start.
@@ -161,8 +170,18 @@ pub enum ObjectiveError {
         /// Why.
         source: MaskLossError,
     },
-    /// The eikonal term of what is no network on a grid.
-    #[error("the eikonal term is for networks on grids, and `{shape}` is none")]
+    /// Some pixels of a loss of blocks, or none.
+    #[error(
+        "view `{view}`: {pixels} pixels cannot be chosen: at least one must be, and not for a multiscale loss, which looks at blocks"
+    )]
+    Pixels {
+        /// The view's name.
+        view: String,
+        /// [`Objective::pixels`].
+        pixels: usize,
+    },
+    /// The eikonal term of what is no network in a box.
+    #[error("the eikonal term is for networks in boxes, and `{shape}` is none")]
     NoNetwork {
         /// Which implicit surface.
         shape: String,
@@ -247,17 +266,25 @@ impl Objective {
             self.look(scene, v)?;
             let seed = stream(seed, &[v as u64]).next_u64();
             let start = Instant::now();
-            let rendering = render(scene, self.image_samples, seed, progress)?;
+            let chosen = self.chosen(v, seed)?;
+            let wanted = |pixel: usize| chosen.as_ref().is_none_or(|chosen| chosen[pixel]);
+            let rendering = render_pixels(scene, self.image_samples, seed, wanted, progress)?;
             evaluation.image_time += start.elapsed();
-            let (loss, mut adjoint) = match self.silhouettes {
-                None => self.compare(v, &rendering.image)?,
+            let image = self.only(v, &chosen, &rendering);
+            let (mut loss, mut adjoint) = match self.silhouettes {
+                None => self.compare(v, &image)?,
                 Some(reach) => {
                     let weights = silhouette_weights(scene, &shapes, reach);
                     let mut near = self.views[v].clone();
                     near.weights = Some(product(near.weights, weights));
-                    self.compare_view(&near, &rendering.image)?
+                    self.compare_view(&near, &image)?
                 }
             };
+            if let Some(chosen) = &chosen {
+                let each = chosen.len() as f64 / chosen.iter().filter(|chosen| **chosen).count() as f64;
+                loss *= each;
+                adjoint.pixels.iter_mut().for_each(|p| *p *= each);
+            }
             adjoint.pixels.iter_mut().for_each(|p| *p *= part);
             let start = Instant::now();
             let gradient = reverse(scene, &adjoint, &active, seed, progress)?;
@@ -275,6 +302,38 @@ impl Objective {
         }
         self.add_penalties(scene, (parameters, x), seed, &mut evaluation)?;
         Ok(evaluation)
+    }
+
+    /// Which pixels of a view are looked at; nothing if all are.
+    pub(super) fn chosen(&self, view: usize, seed: u64) -> Result<Option<Vec<bool>>, ObjectiveError> {
+        let View { name, target, .. } = &self.views[view];
+        let count = target.width * target.height;
+        let Some(pixels) = self.pixels.filter(|&pixels| pixels < count) else { return Ok(None) };
+        let blocks = matches!(self.loss, Loss::Multiscale { levels } if levels > 1);
+        if pixels == 0 || blocks {
+            return Err(ObjectiveError::Pixels { view: name.clone(), pixels });
+        }
+        let mut random = stream(seed, &[PIXELS]);
+        let mut chosen = vec![false; count];
+        // Floyd's sampling without replacement; the remainder's bias is below 10⁻¹² for any film.
+        for last in count - pixels..count {
+            let pixel = (random.next_u64() % (last as u64 + 1)) as usize;
+            let pixel = if chosen[pixel] { last } else { pixel };
+            chosen[pixel] = true;
+        }
+        Ok(Some(chosen))
+    }
+
+    /// A rendering as far as it is looked at: elsewhere it is the target.
+    fn only(&self, view: usize, chosen: &Option<Vec<bool>>, rendering: &Rendering) -> Image {
+        let (image, target) = (&rendering.image, &self.views[view].target);
+        let Some(chosen) = chosen.as_ref().filter(|_| image.size() == target.size()) else {
+            return image.clone();
+        };
+        let pixels = image.pixels.iter().zip(&target.pixels).zip(chosen);
+        image.with_pixels(
+            pixels.map(|((image, target), chosen)| if *chosen { *image } else { *target }).collect(),
+        )
     }
 
     /// The loss of an image of a view, and its derivative by every pixel.
@@ -324,10 +383,17 @@ impl Objective {
                 Penalty::Eikonal { implicit, weight } => {
                     let surface = &scene.description().implicits[implicit];
                     let none = || ObjectiveError::NoNetwork { shape: surface.id.clone() };
-                    let baked: &Baked = surface.surface.downcast().ok_or_else(none)?;
                     let seed = stream(seed, &[EIKONAL, i as u64]).next_u64();
                     let gradient = &mut tangent.implicits[implicit].parameters;
-                    to.penalty += weight * baked.add_eikonal(weight, EIKONAL_POINTS, seed, gradient);
+                    let term = if let Some(baked) = surface.surface.downcast::<Baked>() {
+                        baked.add_eikonal(weight, EIKONAL_POINTS, seed, gradient)
+                    } else {
+                        let network: &Network = surface.surface.downcast().ok_or_else(none)?;
+                        let bounds = network.stated_bounds().ok_or_else(none)?;
+                        let single = SingleNetwork::new(network).map_err(|_| none())?;
+                        single.add_eikonal(bounds, weight, EIKONAL_POINTS, seed, gradient)
+                    };
+                    to.penalty += weight * term;
                 }
             }
         }

@@ -1,12 +1,11 @@
 //! Networks on grids.
 
-use flatland::random::{open01, stream};
 use flatland::sdf::shapes::{Parametric, ShapeError};
 use flatland::sdf::{Jet, Sdf, SecondOrder};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::network::{Network, SingleNetwork, eikonal_loss};
+use super::network::{Network, SingleNetwork};
 use super::redistance::{band, distances};
 use super::{Grid, GridError, Interpolation, RedistanceError, Slopes};
 
@@ -65,6 +64,16 @@ pub enum BakeError {
     /// They have no surface.
     #[error(transparent)]
     Redistance(#[from] RedistanceError),
+    /// The surface of a network is not within its box.
+    #[error(
+        "the network is {value} at {point}, but must be positive there: its surface is not within its box"
+    )]
+    Open {
+        /// A point on a face of the box, or beyond.
+        point: DVec3,
+        /// φ there.
+        value: f64,
+    },
 }
 
 impl Baked {
@@ -137,21 +146,20 @@ impl Baked {
         self.cells
     }
 
-    /// Adds a weight times the derivative of the [eikonal term](eikonal_loss) of the network by its weights, at random points between the
-    /// corners, and returns the term.
+    /// The same network itself, in the [box](Network::within) of the grid.
+    ///
+    /// # Errors
+    /// A [`BakeError`].
+    pub fn itself(&self) -> Result<Network, BakeError> {
+        self.network.clone().within(self.bounds)
+    }
+
+    /// [`SingleNetwork::add_eikonal`] of the network, between the corners.
     ///
     /// # Panics
     /// If there are not as many entries as weights.
     pub fn add_eikonal(&self, weight: f64, points: usize, seed: u64, gradient: &mut [f64]) -> f64 {
-        let (low, high) = self.bounds;
-        let mut random = stream(seed, &[]);
-        let mut point = || low + (high - low) * DVec3::from_array([(); 3].map(|()| open01(&mut random)));
-        let points: Vec<DVec3> = (0..points).map(|_| point()).collect();
-        let (term, mut covectors) = eikonal_loss(&self.single.jets(&points));
-        covectors.iter_mut().for_each(|covector| *covector = *covector * weight);
-        let added = self.single.add_parameter_gradient(&points, &covectors, gradient);
-        added.expect("an entry for each weight");
-        term
+        self.single.add_eikonal(self.bounds, weight, points, seed, gradient)
     }
 
     /// The grid.
@@ -249,6 +257,7 @@ impl Parametric<DVec3> for Baked {
 
 #[cfg(test)]
 mod tests {
+    use flatland::random::{open01, stream};
 
     use super::*;
     use crate::sdf::network::Architecture;

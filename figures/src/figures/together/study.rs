@@ -178,8 +178,15 @@ fn fit(effort: Effort, seed: u64) -> anyhow::Result<Fit> {
     }
     let views_per_step = views.len();
     let loss = Loss::L2;
-    let objective =
-        Objective { views, loss, penalties: vec![], masks: None, silhouettes: None, image_samples };
+    let objective = Objective {
+        views,
+        loss,
+        penalties: vec![],
+        masks: None,
+        silhouettes: None,
+        pixels: None,
+        image_samples,
+    };
     let optimizers = RATES.map(|rate| {
         let mut adam = Adam::new(rate);
         adam.beta2 = BETA2;

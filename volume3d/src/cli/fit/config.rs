@@ -31,6 +31,7 @@ pub(super) struct Config {
     pub(super) schedule: Schedule,
     pub(super) parameter_mean: Option<f64>,
     pub(super) views_per_step: Option<usize>,
+    pub(super) pixels_per_view: Option<usize>,
     pub(super) silhouettes: Option<usize>,
     pub(super) background: Option<[f64; 3]>,
     pub(super) reference: Option<Reference>,
@@ -195,6 +196,7 @@ pub(super) struct ParameterConfig {
     pub(super) redistance: bool,
     #[serde(default)]
     pub(super) refine: Vec<u64>,
+    pub(super) finish: Option<u64>,
     #[serde(default = "beta1")]
     pub(super) beta1: f64,
     #[serde(default = "beta2")]
@@ -284,7 +286,8 @@ impl Config {
             );
         }
         for parameter in &self.parameters {
-            let ParameterConfig { name, rate, large_steps, redistance, refine, bounds, .. } = parameter;
+            let ParameterConfig { name, rate, large_steps, redistance, refine, finish, bounds, .. } =
+                parameter;
             if !(*rate > 0.0 && rate.is_finite()) {
                 bail!("the rate of `{name}` is {rate}, but must be positive");
             }
@@ -317,6 +320,18 @@ impl Config {
                     self.steps - 1
                 );
             }
+            if let Some(finish) = finish {
+                if !is_grid {
+                    bail!("finish is for the sdf of a network, not for `{name}`");
+                }
+                let least = refine.last().map_or(1, |step| step + 1);
+                if !(least..self.steps).contains(finish) {
+                    bail!(
+                        "finish of `{name}` is {finish}, but must be a number of steps from {least} to {}",
+                        self.steps - 1
+                    );
+                }
+            }
             if large_steps.is_some() && !is_grid && !name.ends_with(".vertex_positions") {
                 bail!("large_steps is for vertex_positions and the sdf of a grid, not for `{name}`");
             }
@@ -325,6 +340,16 @@ impl Config {
                 && !(0.0..=1e6).contains(lambda)
             {
                 bail!("large_steps of `{name}` is {lambda}, but must be from 0 to 1e6; 1 is usual");
+            }
+        }
+        if let Some(pixels) = self.pixels_per_view {
+            if pixels == 0 {
+                bail!("pixels_per_view = 0: a step looks at one pixel at least");
+            }
+            if matches!(self.loss, LossKind::Multiscale { levels } if levels > 1) {
+                bail!(
+                    "pixels_per_view is not for a multiscale loss, which looks at blocks: take loss = {{ kind = \"l2\" }} or l1"
+                );
             }
         }
         let of_reference = self.reference.as_ref().map_or(1, |r| r.spp);

@@ -41,6 +41,7 @@ use super::{Outcome, Report};
 ///   seed = 0                          # the default
 ///   define = { res = "64" }           # for $res in the scene
 ///   views_per_step = 4                # all, unless given
+///   pixels_per_view = 1024            # chosen anew in every step; all, unless given; not for the multiscale loss
 ///   silhouettes = 2                   # only pixels so near to a silhouette count; all, unless given
 ///   background = [0, 0, 0]            # under transparent pictures; a constant sky, unless given
 ///   loss = { kind = "multiscale", levels = 5 }     # the default; or l1, l2, relative with epsilon
@@ -70,6 +71,7 @@ use super::{Outcome, Report};
 ///   redistance = false                # for SHAPE.sdf of a grid: true makes it distances again after every step
 ///   refine = [80, 160]                # for SHAPE.sdf of a grid: steps after which it has half the spacing, and steps half the rate;
 ///                                     # of a network: after which its grid has
+///   finish = 200                      # for SHAPE.sdf of a network: steps after which it is traced itself; never, unless given
 ///   uniform = false                   # the default; true: one step size without smoothing
 ///   beta1 = 0.9                       # of Adam: how slowly gradients are forgotten, and their squares
 ///   beta2 = 0.999

@@ -69,7 +69,15 @@ impl Problem {
         let masks = config.masks.as_ref().map(|m| masks(m, &scene, &parameters));
         let masks = masks.transpose().map_err(said)?;
         let loss = config.loss.into();
-        let objective = Objective { views, loss, penalties, masks, silhouettes, image_samples };
+        let objective = Objective {
+            views,
+            loss,
+            penalties,
+            masks,
+            silhouettes,
+            pixels: config.pixels_per_view,
+            image_samples,
+        };
         let optimizers = config.parameters.iter().zip(parameters.groups());
         let optimizers =
             optimizers.map(|(p, group)| optimizer(p, group.quantity, &scene)).collect::<anyhow::Result<_>>();
@@ -122,7 +130,8 @@ fn penalty(config: &RegularizerConfig, scene: &Scene, parameters: &Parameters) -
 }
 
 fn optimizer(parameter: &ParameterConfig, quantity: Quantity, scene: &Scene) -> anyhow::Result<Optimizer> {
-    let ParameterConfig { rate, uniform, large_steps, redistance, ref refine, beta1, beta2, .. } = *parameter;
+    let ParameterConfig { rate, uniform, large_steps, redistance, ref refine, finish, beta1, beta2, .. } =
+        *parameter;
     let mut adam = Adam::new(rate);
     (adam.beta1, adam.beta2, adam.uniform) = (beta1, beta2, uniform);
     let plain = Optimizer { clamp: parameter.clamp, ..adam.clone().into() };
@@ -140,9 +149,16 @@ fn optimizer(parameter: &ParameterConfig, quantity: Quantity, scene: &Scene) -> 
             let name = &parameter.name;
             bail!("large_steps and redistance are for the nodes of a grid, and `{name}` is none");
         }
-        _ if large_steps.is_some() || redistance || !refine.is_empty() => {
+        Quantity::Sdf { implicit }
+            if finish.is_some()
+                && scene.description().implicits[implicit].surface.downcast::<Baked>().is_none() =>
+        {
+            let name = &parameter.name;
+            bail!("finish is for a network on a grid (<shape type=\"sdfnetwork\">), and `{name}` is none");
+        }
+        _ if large_steps.is_some() || redistance || !refine.is_empty() || finish.is_some() => {
             let smoothing = large_steps.unwrap_or(0.0);
-            let grid = GridSteps { smoothing, redistance, refine: refine.clone() };
+            let grid = GridSteps { smoothing, redistance, refine: refine.clone(), finish };
             Optimizer { grid: Some(grid), ..plain }
         }
         _ => plain,

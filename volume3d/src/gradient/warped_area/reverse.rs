@@ -37,7 +37,10 @@ impl Job<'_> {
         let (mut tape, mut adjoints) = (Tape::new(), vec![]);
         let mut auxiliary = self.auxiliary(&pull.bounds);
         let (columns, _) = self.film.cells();
-        for (i, sample) in (0..columns).flat_map(|i| (0..self.method.samples).map(move |s| (i, s))) {
+        // What no pixel with an adjoint sees adds nothing.
+        let counts = |i: &usize| self.film.reaches(*i, j, |pixel| pull.adjoint[pixel] != DVec3::ZERO);
+        let cells = (0..columns).filter(counts);
+        for (i, sample) in cells.flat_map(|i| (0..self.method.samples).map(move |s| (i, s))) {
             if progress.stopped() {
                 return;
             }

@@ -55,11 +55,13 @@ impl<'a> Reader<'a> {
             None => new_network(element, object)?,
         };
         let (corners, cells) = (corners(object)?, cells(object, 0, 64)?);
+        let said = |error| element.error(SceneProblem::Network(error));
         let surface = if cells == 0 {
-            ImplicitSurface::new(network)
+            let in_box = object.vector("low")?.is_some() || object.vector("high")?.is_some();
+            ImplicitSurface::new(if in_box { network.within(corners).map_err(said)? } else { network })
         } else {
             let baked = Baked::new(network, corners, cells);
-            ImplicitSurface::new(baked.map_err(|error| element.error(SceneProblem::Network(error)))?)
+            ImplicitSurface::new(baked.map_err(said)?)
         };
         self.implicit(element, object, surface)
     }

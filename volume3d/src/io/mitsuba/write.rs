@@ -254,7 +254,7 @@ impl Writer<'_> {
             self.open("shape", "sdfnetwork", &id);
             self.value("string", "filename", &file);
             self.value("integer", "cells", baked.map_or(0, Baked::cells));
-            if let Some((low, high)) = baked.map(Baked::bounds) {
+            if let Some((low, high)) = baked.map(Baked::bounds).or(network.stated_bounds()) {
                 self.vector("low", low);
                 self.vector("high", high);
             }

@@ -34,8 +34,15 @@ fn fit(scene: &Scene, target: &Scene, steps: u64, optimizer: Optimizer) -> Fit {
     let target = render(target, 256, 9, &Progress::none()).expect("an image").image;
     let view = View { name: "front".to_owned(), camera: None, film, target, weights: None, mask: None };
     let (loss, penalties) = (Loss::L2, vec![]);
-    let objective =
-        Objective { views: vec![view], loss, penalties, masks: None, silhouettes: None, image_samples: 16 };
+    let objective = Objective {
+        views: vec![view],
+        loss,
+        penalties,
+        masks: None,
+        silhouettes: None,
+        pixels: None,
+        image_samples: 16,
+    };
     let plan = Plan { steps, schedule: Schedule::default(), views_per_step: 1, seed: 4 };
     let x = parameters.values(scene);
     Fit::new(parameters, x, objective, vec![optimizer], plan)
@@ -115,6 +122,68 @@ fn a_network_grows_to_its_outline() {
     }
 }
 
+/// In the end the network itself is traced, with the same bits if the fit is left off before or after.
+#[test]
+fn a_network_is_finished_on_itself() {
+    let target = scene(sampled(0.9));
+    let grid_steps = GridSteps { refine: vec![8], finish: Some(16), ..GridSteps::default() };
+    let optimizer = Optimizer { grid: Some(grid_steps), ..Adam::new(0.01).into() };
+    let begun = |scene: &Scene| {
+        let mut fit = fit(scene, &target, 20, optimizer.clone());
+        fit.objective.penalties = vec![Penalty::Eikonal { implicit: 0, weight: 0.1 }];
+        fit.objective.pixels = Some(72);
+        fit
+    };
+    let itself = |scene: &Scene| scene.description().implicits[0].surface.downcast::<Network>().cloned();
+    let mut first = network();
+    let mut whole = begun(&first);
+    let mut states = vec![whole.state().clone()];
+    while !whole.is_done() {
+        assert_eq!(itself(&first).is_some(), whole.steps_taken() >= 16);
+        step(&mut whole, &mut first).expect("a step");
+        states.push(whole.state().clone());
+    }
+    let losses: Vec<f64> = whole.state().records.iter().map(|r| r.loss).collect();
+    println!("{losses:?}, {:?}", first.trace_counts());
+    assert!(losses[19] < 0.2 * losses[0], "{losses:?}");
+    assert_eq!(
+        itself(&first).and_then(|network| network.stated_bounds()),
+        Some((DVec3::splat(-1.5), DVec3::splat(1.5)))
+    );
+    for at in [15, 16, 18] {
+        let mut again = network();
+        let resumed = begun(&again).resumed(states[at].clone(), &mut again);
+        let mut resumed = resumed.expect("a state of this fit");
+        resumed.apply(&mut again).expect("weights");
+        run(&mut resumed, &mut again).expect("a fit");
+        assert!(resumed.state() == whole.state(), "{at}");
+        assert!(again.description().implicits == first.description().implicits, "{at}");
+    }
+    let optimizer =
+        Optimizer { grid: Some(GridSteps { finish: Some(1), ..GridSteps::default() }), ..optimizer };
+    let mut grid = scene(sampled(0.7));
+    let error = run(&mut fit(&grid, &target, 2, optimizer), &mut grid).expect_err("no network");
+    assert_eq!(error, FitError::NoNetwork { parameter: "shape.sdf".to_owned() });
+}
+
+/// Of a network itself, forward and reverse.
+#[test]
+fn gradients_reach_the_weights_of_a_network_itself() {
+    let baked: Baked = network().description().implicits[0].surface.downcast().cloned().expect("a network");
+    let scene = scene(baked.itself().expect("a surface in its box"));
+    let method = WarpedArea { samples: 4, seed: 3, ..WarpedArea::default() };
+    let adjoint = crate::Image::constant(12, 12, DVec3::new(0.3, 0.5, 0.2));
+    let active = ActiveParameters::everything(&scene);
+    let reverse = method.reverse(&scene, &adjoint, &active, &Progress::none()).expect("a gradient");
+    let by_weights = &reverse.by_parameter.implicits[0].parameters;
+    let mut change = Tangent::still(&scene);
+    change.implicits[0].parameters = (0..by_weights.len()).map(|i| (1.7 * i as f64).sin()).collect();
+    let forward = method.forward(&scene, &change, &Progress::none()).expect("a derivative");
+    let along: f64 = forward.gradient.pixels.iter().map(|p| p.dot(adjoint.pixels[0])).sum();
+    let found: f64 = by_weights.iter().zip(&change.implicits[0].parameters).map(|(a, b)| a * b).sum();
+    assert!(along.abs() > 1e-3 && (along - found).abs() < 1e-11 * along.abs(), "{along} {found}");
+}
+
 /// Weights by the chain rule are what the nodes' gradient gives, forward and reverse.
 #[test]
 fn gradients_reach_the_weights() {
@@ -157,7 +226,7 @@ fn grids_become_finer_and_fits_go_on() {
         let box_of = (DVec3::splat(-1.5), DVec3::splat(1.5));
         scene(Grid::sampled(Interpolation::Cubic, box_of, 6, |x| x.length() - 0.7).expect("a grid"))
     };
-    let grid_steps = GridSteps { smoothing: 1.0, redistance: true, refine: vec![4, 8] };
+    let grid_steps = GridSteps { smoothing: 1.0, redistance: true, refine: vec![4, 8], finish: None };
     let optimizer = Optimizer { grid: Some(grid_steps), ..Adam::new(0.1).into() };
     let begun = |scene: &Scene| fit(scene, &target, 12, optimizer.clone()).averaged(0.8);
     let mut first = coarse();
@@ -202,7 +271,7 @@ fn grids_become_finer_and_fits_go_on() {
 #[test]
 fn states_of_other_fits_change_nothing() {
     let target = scene(sampled(0.9));
-    let grid_steps = GridSteps { smoothing: 1.0, redistance: true, refine: vec![1] };
+    let grid_steps = GridSteps { smoothing: 1.0, redistance: true, refine: vec![1], finish: None };
     let optimizer = Optimizer { grid: Some(grid_steps), ..Adam::new(0.1).into() };
     let mut first = scene(sampled(0.7));
     let mut fine = fit(&first, &target, 2, optimizer.clone());

@@ -3,6 +3,7 @@
 use super::super::parameters::{Group, Parameters};
 use super::super::quantity::Quantity;
 use crate::scene::{ImplicitSurface, Scene, SceneError};
+use crate::sdf::network::Network;
 use crate::sdf::{BakeError, Baked, Grid};
 
 /// The surface whose parameters a group is; nothing if it is of something else.
@@ -19,6 +20,16 @@ pub(super) fn grid<'s>(group: &Group, scene: &'s Scene) -> Option<&'s Grid> {
 /// The network on a grid whose weights a group is.
 pub(super) fn network<'s>(group: &Group, scene: &'s Scene) -> Option<&'s Baked> {
     surface(group, scene)?.downcast()
+}
+
+/// The network itself that a group's weights are on a grid of; nothing if the group is of something else.
+pub(super) fn itself(group: &Group, scene: &Scene) -> Option<Result<ImplicitSurface, BakeError>> {
+    Some(network(group, scene)?.itself().map(ImplicitSurface::new))
+}
+
+/// Whether a group is the weights of a network that is traced itself.
+pub(super) fn is_itself(group: &Group, scene: &Scene) -> bool {
+    surface(group, scene).is_some_and(|surface| surface.downcast::<Network>().is_some())
 }
 
 /// The same network on a grid of twice as many cells; nothing if the group is of something else.

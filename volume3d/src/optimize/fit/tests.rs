@@ -1,6 +1,8 @@
 //! Objectives of several views, and fits that are left off and gone on with.
 
+use flatland::random::stream;
 use glam::DVec3;
+use rand::Rng as _;
 
 use crate::Image;
 use crate::gradient::tests::comparisons::{Comparisons, statistics};
@@ -51,6 +53,7 @@ fn objective(scene: &mut Scene) -> Objective {
         penalties: vec![],
         masks: None,
         silhouettes: None,
+        pixels: None,
         image_samples: 2,
     }
 }
@@ -74,7 +77,7 @@ fn fit(scene: &mut Scene, steps: u64) -> Fit {
 }
 
 /// The mean gradient of a squared loss over two views, from images of two samples a pixel, is that of the loss of the true
-/// images: by central differences of images that hardly have noise.
+/// images: by central differences of images that hardly have noise. So it is of some pixels of each view, chosen anew every time.
 #[test]
 fn gradients_of_squared_losses_are_unbiased() {
     let mut scene = lit();
@@ -95,18 +98,64 @@ fn gradients_of_squared_losses_are_unbiased() {
         .map(|seed| (loss(&mut scene, step, seed) - loss(&mut scene, -step, seed)) / (2.0 * step))
         .collect();
     parameters.apply(&x, &mut scene).unwrap();
-    let sums: Vec<f64> = (0..400)
-        .map(|seed| {
-            let none = Progress::none();
-            let found =
-                objective.evaluate(&mut scene, (&parameters, &x), &[0, 1], seed, &reverse, &none).unwrap();
-            found.gradient.iter().sum()
-        })
-        .collect();
-    let (found, reference) = (statistics(&sums), statistics(&differences));
+    let mut sums = |objective: &Objective, count: u64| -> Vec<f64> {
+        let none = Progress::none();
+        let mut sum = |seed| {
+            let found = objective.evaluate(&mut scene, (&parameters, &x), &[0, 1], seed, &reverse, &none);
+            found.unwrap().gradient.iter().sum()
+        };
+        (0..count).map(&mut sum).collect()
+    };
+    let some = Objective { pixels: Some(24), ..objective.clone() };
+    let (found, of_some) = (statistics(&sums(&objective, 400)), statistics(&sums(&some, 1600)));
+    let reference = statistics(&differences);
     let mut comparisons = Comparisons::of("gradients_of_squared_losses_are_unbiased");
     comparisons.add("two views".to_owned(), found, reference, 0.0, reference.0);
+    comparisons.add("24 of 64 pixels".to_owned(), of_some, reference, 0.0, reference.0);
     comparisons.finish();
+}
+
+/// Of those that are chosen, pixels and derivatives are those of a step that looks at all, times 64 by their number. All are chosen as often.
+#[test]
+fn some_pixels_are_as_they_are_among_all() {
+    let mut scene = lit();
+    let parameters = Parameters::new(&scene, &["white.reflectance"]).unwrap();
+    let x = parameters.values(&scene);
+    let whole = Objective { views: views(&mut scene, 16), ..objective(&mut scene) };
+    let adjoint_of = |objective: &Objective, scene: &mut Scene, seed: u64| {
+        let kept = std::cell::RefCell::new(vec![]);
+        let keep = |scene: &Scene, adjoint: &Image, active: &_, seed, progress: &_| {
+            kept.borrow_mut().clone_from(&adjoint.pixels);
+            reverse(scene, adjoint, active, seed, progress)
+        };
+        objective.evaluate(scene, (&parameters, &x), &[0], seed, &keep, &Progress::none()).unwrap();
+        kept.into_inner()
+    };
+    let mut counts = vec![0.0_f64; 64];
+    for pixels in [1, 24, 63] {
+        let some = Objective { pixels: Some(pixels), ..whole.clone() };
+        for seed in 0..100 {
+            let chosen = some.chosen(0, seed).unwrap().expect("not all");
+            assert_eq!(chosen.iter().filter(|chosen| **chosen).count(), pixels);
+            chosen.iter().zip(&mut counts).for_each(|(chosen, count)| *count += f64::from(u8::from(*chosen)));
+        }
+        let (all, adjoint) = (adjoint_of(&whole, &mut scene, 3), adjoint_of(&some, &mut scene, 3));
+        let chosen = some.chosen(0, stream(3, &[0]).next_u64()).unwrap().expect("not all");
+        let scale = 64.0 / pixels as f64;
+        for (i, chosen) in chosen.into_iter().enumerate() {
+            let expected = if chosen { scale * all[i] } else { DVec3::ZERO };
+            assert!(adjoint[i].distance(expected) <= 1e-15 * scale, "{i}");
+        }
+    }
+    // 8800 choices, 137.5 of each pixel, with a deviation of about 6 of each.
+    assert!(counts.iter().all(|count| (count - 137.5).abs() < 30.0), "{counts:?}");
+    let none = Objective { pixels: Some(0), ..whole.clone() };
+    let blocks = Objective { pixels: Some(3), loss: Loss::Multiscale { levels: 2 }, ..whole.clone() };
+    for refused in [none, blocks] {
+        let found = refused.evaluate(&mut scene, (&parameters, &x), &[0], 1, &reverse, &Progress::none());
+        assert!(matches!(found, Err(ObjectiveError::Pixels { .. })));
+    }
+    assert_eq!(Objective { pixels: Some(64), ..whole }.chosen(0, 1), Ok(None));
 }
 
 #[test]
@@ -324,7 +373,7 @@ fn schedules_fall_from_one_to_their_end() {
 #[test]
 fn adam_tells_signal_from_noise() {
     let (mut steady, mut noisy) = (Adam::new(0.1), Adam::new(0.1));
-    let mut random = flatland::random::stream(3, &[]);
+    let mut random = stream(3, &[]);
     for _ in 0..2000 {
         steady.step(&[2.0, -1.0]);
         let noise = [0, 1].map(|_| flatland::random::open01(&mut random) - 0.5);

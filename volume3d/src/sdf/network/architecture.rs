@@ -1,8 +1,11 @@
 //! How many layers there are, how wide, and where their weights stand in one list.
 
-use std::ops::{Add, Mul, Range};
+use std::ops::Range;
 
 use flatland::sdf::shapes::ShapeError;
+
+use super::products::Matrix;
+use crate::lanes::Instructions;
 
 /// The most frequencies: 2³² turns over the unit are past what single precision tells apart.
 const MAX_FREQUENCIES: usize = 32;
@@ -85,36 +88,17 @@ impl Architecture {
     }
 
     /// A layer of the given parameters.
-    pub(super) fn layer<'p>(&self, parameters: &'p [f64], k: usize) -> Layer<'p> {
+    pub(super) fn layer<'p>(&self, parameters: &'p [f64], k: usize, instructions: Instructions) -> Layer<'p> {
         let (weight, bias) = self.ranges(k);
-        Layer { weight: &parameters[weight], bias: &parameters[bias], columns: self.shape(k).1 }
+        let columns = self.shape(k).1;
+        let weight = Matrix { entries: &parameters[weight], columns, instructions };
+        Layer { weight, bias: &parameters[bias] }
     }
 }
 
-/// W, row by row, and b.
+/// W and b.
 #[derive(Clone, Copy)]
 pub(super) struct Layer<'p> {
-    weight: &'p [f64],
+    pub(super) weight: Matrix<'p>,
     pub(super) bias: &'p [f64],
-    columns: usize,
-}
-
-impl Layer<'_> {
-    /// W x, for x of numbers or of vectors.
-    pub(super) fn linear<T>(&self, x: &[T]) -> Vec<T>
-    where
-        T: Copy + Default + Add<Output = T> + Mul<f64, Output = T>,
-    {
-        let product = |row: &[f64]| row.iter().zip(x).fold(T::default(), |sum, (&w, &x)| sum + x * w);
-        self.weight.chunks_exact(self.columns).map(product).collect()
-    }
-
-    /// Wᵀ y.
-    pub(super) fn transpose(&self, y: &[f64]) -> Vec<f64> {
-        let mut x = vec![0.0; self.columns];
-        for (row, y) in self.weight.chunks_exact(self.columns).zip(y) {
-            x.iter_mut().zip(row).for_each(|(x, w)| *x += w * y);
-        }
-        x
-    }
 }

@@ -1,7 +1,10 @@
 //! What keeps φ near a distance.
 
+use flatland::random::{open01, stream};
 use flatland::sdf::Jet;
 use glam::DVec3;
+
+use super::SingleNetwork;
 
 /// The eikonal term (Gropp et al. 2020), mean (|∇φ| − 1)² over points, and its covectors ∂/∂(φ, ∇φ) at each, 2/n (1 − 1/|∇φ|) ∇φ,
 /// for [`add_parameter_gradient`](flatland::sdf::Sdf::add_parameter_gradient). Where ∇φ = 0 it has no derivative, and the covector is 0.
@@ -18,4 +21,29 @@ pub fn eikonal_loss(jets: &[Jet<DVec3>]) -> (f64, Vec<Jet<DVec3>>) {
         slope => Jet { value: 0.0, gradient: jet.gradient * (2.0 * share * excess(jet) / slope) },
     };
     (if jets.is_empty() { f64::NAN } else { loss }, jets.iter().map(covector).collect())
+}
+
+impl SingleNetwork {
+    /// Adds a weight times the derivative of the [eikonal term](eikonal_loss) by the weights, at random points between two corners, and
+    /// returns the term.
+    ///
+    /// # Panics
+    /// If there are not as many entries as weights.
+    pub fn add_eikonal(
+        &self,
+        (low, high): (DVec3, DVec3),
+        weight: f64,
+        points: usize,
+        seed: u64,
+        gradient: &mut [f64],
+    ) -> f64 {
+        let mut random = stream(seed, &[]);
+        let mut point = || low + (high - low) * DVec3::from_array([(); 3].map(|()| open01(&mut random)));
+        let points: Vec<DVec3> = (0..points).map(|_| point()).collect();
+        let (term, mut covectors) = eikonal_loss(&self.jets(&points));
+        covectors.iter_mut().for_each(|covector| *covector = *covector * weight);
+        let added = self.add_parameter_gradient(&points, &covectors, gradient);
+        added.expect("an entry for each weight");
+        term
+    }
 }

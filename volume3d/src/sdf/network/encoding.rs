@@ -30,7 +30,7 @@ pub(super) fn pull(features: &[Feature], p: &[f64]) -> DVec3 {
 }
 
 /// The diagonal of ∂²(p·γ)/∂x², which is all of it.
-pub(super) fn bend(features: &[Feature], p: &[f64]) -> DVec3 {
+pub(super) fn curved(features: &[Feature], p: &[f64]) -> DVec3 {
     gather(features.iter().zip(p).map(|(feature, p)| feature.curvature * p))
 }
 

@@ -8,57 +8,38 @@ use flatland::sdf::{Jet, Sdf, SecondOrder};
 use glam::{DMat3, DVec3};
 
 use super::Network;
-use super::encoding::{Feature, bend, encode, pull, push};
-
-/// σ(z), σ′(z), σ″(z).
-#[derive(Clone, Copy)]
-struct Neuron {
-    value: f64,
-    slope: f64,
-    curvature: f64,
-}
-
-impl Neuron {
-    /// Softplus with sharpness β, in a form that does not overflow.
-    fn new(z: f64, sharpness: f64) -> Self {
-        let t = sharpness * z;
-        let e = (-t.abs()).exp();
-        let larger = 1.0 / (1.0 + e);
-        let slope = if t >= 0.0 { larger } else { e * larger };
-        // σ′(1 − σ′) = e/(1 + e)², without cancellation.
-        let curvature = sharpness * e * larger * larger;
-        Self { value: (t.max(0.0) + e.ln_1p()) / sharpness, slope, curvature }
-    }
-}
+use super::encoding::{Feature, curved, encode, pull, push};
+use super::neurons::{Neurons, bend};
 
 /// What a sweep from x to φ leaves.
 struct Sweep {
     features: Vec<Feature>,
-    hidden: Vec<Vec<Neuron>>,
+    /// γ(x).
+    encoded: Vec<f64>,
+    hidden: Vec<Neurons>,
     value: f64,
 }
 
 impl Sweep {
     /// a_{k−1}, the inputs of layer k.
-    fn inputs(&self, k: usize) -> Vec<f64> {
-        match k.checked_sub(1) {
-            None => self.features.iter().map(|feature| feature.value).collect(),
-            Some(before) => self.hidden[before].iter().map(|neuron| neuron.value).collect(),
-        }
+    fn inputs(&self, k: usize) -> &[f64] {
+        k.checked_sub(1).map_or(&self.encoded, |before| &self.hidden[before].value)
     }
 }
 
 impl Network {
     fn sweep(&self, x: DVec3) -> Sweep {
-        let features = encode(x, self.architecture.frequencies).collect();
-        let mut sweep = Sweep { features, hidden: vec![], value: 0.0 };
+        let features: Vec<Feature> = encode(x, self.architecture.frequencies).collect();
+        let encoded = features.iter().map(|feature| feature.value).collect();
+        let mut sweep = Sweep { features, encoded, hidden: vec![], value: 0.0 };
         for k in 0..self.architecture.layers() {
             let layer = self.layer(k);
-            let z = layer.linear(&sweep.inputs(k)).into_iter().zip(layer.bias).map(|(z, b)| z + b);
+            let mut z = layer.bias.to_vec();
+            layer.weight.add(sweep.inputs(k), &mut z);
             if k == self.architecture.hidden {
-                sweep.value = z.sum();
+                sweep.value = z[0];
             } else {
-                sweep.hidden.push(z.map(|z| Neuron::new(z, self.architecture.sharpness)).collect());
+                sweep.hidden.push(Neurons::new(self.instructions, self.architecture.sharpness, z));
             }
         }
         sweep
@@ -66,10 +47,10 @@ impl Network {
 
     /// ∂φ/∂a_{k−1} in entry k, from p = ∂φ/∂γ in entry 0 to the last weights.
     fn adjoints(&self, sweep: &Sweep) -> Vec<Vec<f64>> {
-        let mut adjoints = vec![self.layer(self.architecture.hidden).transpose(&[1.0])];
+        let mut adjoints = vec![self.layer(self.architecture.hidden).weight.entries.to_vec()];
         for (k, neurons) in sweep.hidden.iter().enumerate().rev() {
             let by_z = scaled(neurons, &adjoints[adjoints.len() - 1]);
-            adjoints.push(self.layer(k).transpose(&by_z));
+            adjoints.push(self.layer(k).weight.transpose_times(&by_z));
         }
         adjoints.reverse();
         adjoints
@@ -77,14 +58,14 @@ impl Network {
 }
 
 /// σ′ times what is given.
-fn scaled(neurons: &[Neuron], by: &[f64]) -> Vec<f64> {
-    neurons.iter().zip(by).map(|(neuron, y)| neuron.slope * y).collect()
+fn scaled(neurons: &Neurons, by: &[f64]) -> Vec<f64> {
+    neurons.slope.iter().zip(by).map(|(slope, y)| slope * y).collect()
 }
 
 /// σ′ y + σ″ ż u: how σ′u changes where y is the change of u and ż that of z.
-fn turned(neurons: &[Neuron], y: &[f64], moving: &[f64], u: &[f64]) -> Vec<f64> {
-    let term = |(i, neuron): (usize, &Neuron)| neuron.slope * y[i] + neuron.curvature * moving[i] * u[i];
-    neurons.iter().enumerate().map(term).collect()
+fn turned(neurons: &Neurons, y: &[f64], moving: &[f64], u: &[f64]) -> Vec<f64> {
+    let both = neurons.slope.iter().zip(&neurons.curvature).enumerate();
+    both.map(|(i, (slope, curvature))| slope * y[i] + curvature * moving[i] * u[i]).collect()
 }
 
 impl Sdf<DVec3> for Network {
@@ -93,19 +74,37 @@ impl Sdf<DVec3> for Network {
         Jet { value: sweep.value, gradient: pull(&sweep.features, &self.adjoints(&sweep)[0]) }
     }
 
+    /// Forward alone.
+    fn value(&self, x: DVec3) -> f64 {
+        let mut inputs: Vec<f64> = encode(x, self.architecture.frequencies).map(|f| f.value).collect();
+        let mut z = vec![];
+        for k in 0..self.architecture.layers() {
+            let layer = self.layer(k);
+            z.clear();
+            z.extend_from_slice(layer.bias);
+            layer.weight.add(&inputs, &mut z);
+            if k < self.architecture.hidden {
+                bend(self.instructions, self.architecture.sharpness, &mut z);
+            }
+            std::mem::swap(&mut inputs, &mut z);
+        }
+        inputs[0]
+    }
+
     /// H = Σ_k Σ_i u_i σ″_i ∇z_i ∇z_iᵀ over all neurons, with u_i = ∂φ/∂a_i, and what the encoding bends.
     fn second_order(&self, x: DVec3) -> SecondOrder<DVec3> {
         let sweep = self.sweep(x);
         let adjoints = self.adjoints(&sweep);
-        let mut hessian = DMat3::from_diagonal(bend(&sweep.features, &adjoints[0]));
-        let axis = |(j, feature): (usize, &Feature)| DVec3::AXES[j % 3] * feature.slope;
-        let mut slopes: Vec<DVec3> = sweep.features.iter().enumerate().map(axis).collect();
+        let mut hessian = DMat3::from_diagonal(curved(&sweep.features, &adjoints[0]));
+        let mut slopes = DVec3::AXES.map(|axis| push(&sweep.features, axis));
         for (k, neurons) in sweep.hidden.iter().enumerate() {
-            slopes = self.layer(k).linear(&slopes);
-            for ((neuron, slope), u) in neurons.iter().zip(&mut slopes).zip(&adjoints[k + 1]) {
-                let scale = *slope * (u * neuron.curvature);
-                hessian += DMat3::from_cols(*slope * scale.x, *slope * scale.y, *slope * scale.z);
-                *slope *= neuron.slope;
+            slopes = slopes.map(|slopes| self.layer(k).weight.times(&slopes));
+            let [x, y, z] = &mut slopes;
+            for (i, u) in adjoints[k + 1].iter().enumerate() {
+                let slope = DVec3::new(x[i], y[i], z[i]);
+                let scale = slope * (u * neurons.curvature[i]);
+                hessian += DMat3::from_cols(slope * scale.x, slope * scale.y, slope * scale.z);
+                [x[i], y[i], z[i]] = (slope * neurons.slope[i]).to_array();
             }
         }
         let gradient = pull(&sweep.features, &adjoints[0]);
@@ -117,6 +116,11 @@ impl Sdf<DVec3> for Network {
         self.slope_bound
     }
 
+    /// What is [stated](Network::within), up to the least φ on the faces of that box.
+    fn level_bounds(&self, level: f64) -> Option<(DVec3, DVec3)> {
+        self.within.filter(|within| level < within.least).map(|within| within.bounds)
+    }
+
     fn parameter_count(&self) -> usize {
         self.parameters.len()
     }
@@ -125,23 +129,23 @@ impl Sdf<DVec3> for Network {
     fn rate(&self, x: DVec3, direction: &[f64]) -> Jet<DVec3> {
         let sweep = self.sweep(x);
         let adjoints = self.adjoints(&sweep);
-        let change = |k| self.architecture.layer(direction, k);
+        let change = |k| self.architecture.layer(direction, k, self.instructions);
         let mut moving: Vec<Vec<f64>> = vec![];
         for k in 0..self.architecture.layers() {
-            let mut z = change(k).linear(&sweep.inputs(k));
+            let mut z = change(k).weight.times(sweep.inputs(k));
             z.iter_mut().zip(change(k).bias).for_each(|(z, b)| *z += b);
             if k > 0 {
-                let inner = self.layer(k).linear(&scaled(&sweep.hidden[k - 1], &moving[k - 1]));
+                let inner = self.layer(k).weight.times(&scaled(&sweep.hidden[k - 1], &moving[k - 1]));
                 z.iter_mut().zip(inner).for_each(|(z, inner)| *z += inner);
             }
             moving.push(z);
         }
         let last = self.architecture.hidden;
-        let mut bent = change(last).transpose(&[1.0]);
+        let mut bent = change(last).weight.entries.to_vec();
         for (k, neurons) in sweep.hidden.iter().enumerate().rev() {
             let u = &adjoints[k + 1];
-            let inner = self.layer(k).transpose(&turned(neurons, &bent, &moving[k], u));
-            bent = change(k).transpose(&scaled(neurons, u));
+            let inner = self.layer(k).weight.transpose_times(&turned(neurons, &bent, &moving[k], u));
+            bent = change(k).weight.transpose_times(&scaled(neurons, u));
             bent.iter_mut().zip(inner).for_each(|(p, inner)| *p += inner);
         }
         Jet { value: moving[last][0], gradient: pull(&sweep.features, &bent) }
@@ -154,7 +158,7 @@ impl Sdf<DVec3> for Network {
         let sweep = self.sweep(x);
         let (mut moving, mut tangents) = (vec![], vec![push(&sweep.features, covector.gradient)]);
         for (k, neurons) in sweep.hidden.iter().enumerate() {
-            let z = self.layer(k).linear(&tangents[k]);
+            let z = self.layer(k).weight.times(&tangents[k]);
             tangents.push(scaled(neurons, &z));
             moving.push(z);
         }
@@ -169,7 +173,10 @@ impl Sdf<DVec3> for Network {
             }
             gradient[bias].iter_mut().zip(&z).for_each(|(entry, z)| *entry += z);
             if k > 0 {
-                let (v, u) = (self.layer(k).transpose(&z), self.layer(k).transpose(&z_moving));
+                let (v, u) = (
+                    self.layer(k).weight.transpose_times(&z),
+                    self.layer(k).weight.transpose_times(&z_moving),
+                );
                 let neurons = &sweep.hidden[k - 1];
                 z = turned(neurons, &v, &moving[k - 1], &u);
                 z_moving = scaled(neurons, &u);
@@ -185,7 +192,6 @@ impl Parametric<DVec3> for Network {
     }
 
     fn with_parameters(&self, parameters: &[f64]) -> Result<Self, ShapeError> {
-        let other = Self::new(self.architecture, parameters.to_vec())?;
-        Ok(Self { slope_bound: self.slope_bound, ..other })
+        Self::new(self.architecture, parameters.to_vec())?.like(self)
     }
 }
