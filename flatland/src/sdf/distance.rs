@@ -139,6 +139,15 @@ pub trait Sdf<V: Space>: Sync {
     /// # Panics
     /// May panic if `gradient` has fewer than [`parameter_count`](Self::parameter_count) entries.
     fn add_parameter_gradient(&self, x: V, covector: Jet<V>, gradient: &mut [f64]);
+
+    /// The same of many points with their covectors, in this order where the order counts; for shapes that are faster with many at
+    /// once.
+    ///
+    /// # Panics
+    /// As [`add_parameter_gradient`](Self::add_parameter_gradient).
+    fn add_parameter_gradients(&self, taps: &[(V, Jet<V>)], gradient: &mut [f64]) {
+        taps.iter().for_each(|&(x, covector)| self.add_parameter_gradient(x, covector, gradient));
+    }
 }
 
 /// |∇φ|² below which the velocity of a level set is bounded: on surfaces |∇φ| must not be less than √½.

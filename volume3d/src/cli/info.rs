@@ -8,7 +8,7 @@ use flatland::sdf::Sdf as _;
 use glam::{DVec2, DVec3};
 use volume3d::io::mitsuba::support_table;
 use volume3d::scene::{Camera, Description, Environment, Lens, Light, Reflectance, Scene};
-use volume3d::sdf::{Baked, Grid};
+use volume3d::sdf::{Baked, Grid, Guided};
 
 use super::lint;
 use super::session::{Loaded, SceneOptions};
@@ -107,6 +107,8 @@ fn implicits(text: &mut String, d: &Description) {
             grid(own)
         } else if let Some(baked) = surface.downcast::<Baked>() {
             format!("network of {} weights, on {}", surface.dimension(), grid(baked.grid()))
+        } else if let Some(guided) = surface.downcast::<Guided>() {
+            format!("network of {} weights, found by {}", surface.dimension(), grid(guided.baked().grid()))
         } else {
             format!("{} parameters", surface.dimension())
         };

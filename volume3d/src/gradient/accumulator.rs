@@ -84,9 +84,10 @@ impl Sums {
         };
         in_order(parts, progress, compute, |_, part| {
             part.rows.into_iter().for_each(|(row, sum)| table[row as usize] += sum);
-            for (implicit, x, covector) in part.taps {
-                let gradient = &mut implicits[implicit as usize].parameters;
-                shapes[implicit as usize].add_parameter_gradient(x, covector, gradient);
+            for (implicit, (shape, sum)) in shapes.iter().zip(&mut *implicits).enumerate() {
+                let own = part.taps.iter().filter(|tap| tap.0 == implicit as u32);
+                let taps: Vec<(DVec3, Jet<DVec3>)> = own.map(|&(_, x, covector)| (x, covector)).collect();
+                shape.add_parameter_gradients(&taps, &mut sum.parameters);
             }
             implicits.iter_mut().zip(&part.placements).for_each(|(sum, part)| sum.add(part));
             non_finite.extend(part.non_finite);

@@ -184,7 +184,7 @@ pub enum FitError {
         /// What is wrong.
         error: RedistanceError,
     },
-    /// A network has no surface on a finer grid, or none within its box.
+    /// A network has no surface on a finer grid.
     #[error("`{parameter}`: {error}; try more cells at first, or a smaller rate")]
     Bake {
         /// The name of the parameter.
@@ -293,7 +293,6 @@ impl Fit {
             let none = "its network has no surface";
             parameters.apply(&state.x, scene).map_err(|_| none)?;
             if let Some(network) = surface::itself(&parameters.groups()[i], scene) {
-                let network = network.map_err(|_| none)?;
                 (parameters, _) =
                     surface::replace(parameters, &state.x, i, network, scene).map_err(|_| none)?;
             }
@@ -464,14 +463,9 @@ impl Fit {
             let due = steps.refinements(t + 1) > steps.refinements(t);
             let finishes = steps.is_finishing(t + 1) && !steps.is_finishing(t);
             let group = &self.parameters.groups()[i];
-            let network = if finishes {
-                surface::itself(group, scene)
-            } else if due {
-                surface::finer_network(group, scene)
-            } else {
-                None
-            };
-            if let Some(network) = network {
+            if finishes && let Some(network) = surface::itself(group, scene) {
+                finer.push((i, network));
+            } else if due && let Some(network) = surface::finer_network(group, scene) {
                 let failed = |error| FitError::Bake { parameter: group.name.clone(), error };
                 finer.push((i, network.map_err(failed)?));
             }

@@ -15,10 +15,8 @@ use crate::gradient::{
     ActiveParameters, Gradient, GradientError, Progress, Rendering, Stopped, Tangent, render_pixels,
 };
 use crate::scene::{Camera, Film, Scene, SceneError};
-use crate::sdf::Baked;
 #[cfg(doc)]
 use crate::sdf::network::eikonal_loss;
-use crate::sdf::network::{Network, SingleNetwork};
 
 /// Points of an eikonal term.
 const EIKONAL_POINTS: usize = 4096;
@@ -66,7 +64,7 @@ pub enum Penalty {
         /// What the term is multiplied by.
         weight: f64,
     },
-    /// For a network in a box, be it on a grid or itself: its [eikonal term](eikonal_loss) at 4,096 points, uniform between the corners
+    /// For a network on a grid, or itself with that as its guide: its [eikonal term](eikonal_loss) at 4,096 points, uniform between the corners
     /// and others in every step. It keeps φ near a distance, whose surface moves by as much as φ changes.
     Eikonal {
         /// Which implicit surface.
@@ -180,8 +178,8 @@ pub enum ObjectiveError {
         /// [`Objective::pixels`].
         pixels: usize,
     },
-    /// The eikonal term of what is no network in a box.
-    #[error("the eikonal term is for networks in boxes, and `{shape}` is none")]
+    /// The eikonal term of what is no network on a grid.
+    #[error("the eikonal term is for networks on grids, and `{shape}` is none")]
     NoNetwork {
         /// Which implicit surface.
         shape: String,
@@ -385,15 +383,8 @@ impl Objective {
                     let none = || ObjectiveError::NoNetwork { shape: surface.id.clone() };
                     let seed = stream(seed, &[EIKONAL, i as u64]).next_u64();
                     let gradient = &mut tangent.implicits[implicit].parameters;
-                    let term = if let Some(baked) = surface.surface.downcast::<Baked>() {
-                        baked.add_eikonal(weight, EIKONAL_POINTS, seed, gradient)
-                    } else {
-                        let network: &Network = surface.surface.downcast().ok_or_else(none)?;
-                        let bounds = network.stated_bounds().ok_or_else(none)?;
-                        let single = SingleNetwork::new(network).map_err(|_| none())?;
-                        single.add_eikonal(bounds, weight, EIKONAL_POINTS, seed, gradient)
-                    };
-                    to.penalty += weight * term;
+                    let baked = surface.surface.network().ok_or_else(none)?;
+                    to.penalty += weight * baked.add_eikonal(weight, EIKONAL_POINTS, seed, gradient);
                 }
             }
         }

@@ -5,7 +5,6 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::scene::ImplicitShape;
-use crate::sdf::Baked;
 
 /// The most parts that are summed side by side, and the most numbers that all of their sums may have.
 const PARTS: usize = 8;
@@ -13,7 +12,7 @@ const NUMBERS: usize = 1 << 22;
 
 /// Σ c ∂φ(x)/∂θ over points x with their covectors (c, 0), the same bits at any number of threads.
 pub(super) fn by_parameters(shape: &ImplicitShape, taps: &[(DVec3, Jet<DVec3>)]) -> Vec<f64> {
-    if let Some(baked) = shape.surface.downcast::<Baked>() {
+    if let Some(baked) = shape.surface.network() {
         let points: Vec<DVec3> = taps.iter().map(|&(x, _)| shape.local(x)).collect();
         let scale = shape.placement.scale;
         let covectors: Vec<f64> = taps.iter().map(|(_, covector)| scale * covector.value).collect();

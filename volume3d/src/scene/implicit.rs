@@ -8,6 +8,8 @@ use flatland::sdf::shapes::{Parametric, ShapeError};
 use flatland::sdf::{Jet, Sdf, SecondOrder};
 use glam::{DMat3, DVec3};
 
+use crate::sdf::{Baked, Guided};
+
 /// What a scene asks of an implicit surface. Every [`Parametric`] shape of space is one.
 pub trait Implicit: Sdf<DVec3> + Any + Debug + Send + Sync {
     /// [`Parametric::parameters`].
@@ -75,6 +77,13 @@ impl ImplicitSurface {
     }
 }
 
+impl ImplicitSurface {
+    /// The network whose weights are its parameters, be it on its grid or itself.
+    pub(crate) fn network(&self) -> Option<&Baked> {
+        self.downcast().or_else(|| self.downcast().map(Guided::baked))
+    }
+}
+
 impl std::ops::Deref for ImplicitSurface {
     type Target = dyn Implicit;
     fn deref(&self) -> &Self::Target {
@@ -127,6 +136,12 @@ impl ImplicitShape {
     pub(crate) fn local(&self, x: DVec3) -> DVec3 {
         let Placement { scale, rotation, translation } = self.placement;
         rotation.transpose() * (x - translation) / scale
+    }
+
+    /// What a covector of φ and ∇φ in the world is in the surface's own coordinates.
+    fn local_covector(&self, covector: Jet<DVec3>) -> Jet<DVec3> {
+        let Placement { scale, rotation, .. } = self.placement;
+        Jet { value: scale * covector.value, gradient: rotation.transpose() * covector.gradient }
     }
 
     pub(crate) fn placed(&self, jet: Jet<DVec3>) -> Jet<DVec3> {
@@ -182,10 +197,12 @@ impl Sdf<DVec3> for ImplicitShape {
     }
 
     fn add_parameter_gradient(&self, x: DVec3, covector: Jet<DVec3>, gradient: &mut [f64]) {
-        let Placement { scale, rotation, .. } = self.placement;
-        let gradient_covector = rotation.transpose() * covector.gradient;
-        let covector = Jet { value: scale * covector.value, gradient: gradient_covector };
-        self.surface.add_parameter_gradient(self.local(x), covector, gradient);
+        self.surface.add_parameter_gradient(self.local(x), self.local_covector(covector), gradient);
+    }
+
+    fn add_parameter_gradients(&self, taps: &[(DVec3, Jet<DVec3>)], gradient: &mut [f64]) {
+        let local = |&(x, covector): &(DVec3, Jet<DVec3>)| (self.local(x), self.local_covector(covector));
+        self.surface.add_parameter_gradients(&taps.iter().map(local).collect::<Vec<_>>(), gradient);
     }
 }
 

@@ -64,16 +64,6 @@ pub enum BakeError {
     /// They have no surface.
     #[error(transparent)]
     Redistance(#[from] RedistanceError),
-    /// The surface of a network is not within its box.
-    #[error(
-        "the network is {value} at {point}, but must be positive there: its surface is not within its box"
-    )]
-    Open {
-        /// A point on a face of the box, or beyond.
-        point: DVec3,
-        /// φ there.
-        value: f64,
-    },
 }
 
 impl Baked {
@@ -118,13 +108,35 @@ impl Baked {
         self.single.jets(points)
     }
 
+    /// 1/s: what the network is multiplied by to be about a distance.
+    pub(super) fn per_slope(&self) -> f64 {
+        self.slope.recip()
+    }
+
+    /// The nodes beside the surface, with φ and ∇φ of the network itself there.
+    pub(super) fn beside(&self) -> (Vec<DVec3>, Vec<Jet<DVec3>>) {
+        let points: Vec<DVec3> = self.kept.iter().map(|&node| self.grid.position(node)).collect();
+        let jets = self.single.jets(&points);
+        (points, jets)
+    }
+
+    /// Adds Σ c ∂φ(x)/∂θ + q·∇∂φ(x)/∂θ of the network itself, by its weights.
+    pub(super) fn add_network_gradient(
+        &self,
+        points: &[DVec3],
+        covectors: &[Jet<DVec3>],
+        gradient: &mut [f64],
+    ) {
+        let added = self.single.add_parameter_gradient(points, covectors, gradient);
+        added.expect("a covector for each point, and an entry for each weight");
+    }
+
     /// Σ c ∂φ(x)/∂θ of the network itself, by its weights.
     pub(crate) fn network_gradient(&self, points: &[DVec3], covectors: &[f64]) -> Vec<f64> {
         let covector = |c: &f64| Jet { value: *c, gradient: DVec3::ZERO };
         let covectors: Vec<Jet<DVec3>> = covectors.iter().map(covector).collect();
         let mut by_weights = vec![0.0; self.dimension()];
-        let added = self.single.add_parameter_gradient(points, &covectors, &mut by_weights);
-        added.expect("a covector for each point, and an entry for each weight");
+        self.add_network_gradient(points, &covectors, &mut by_weights);
         by_weights
     }
 
@@ -144,14 +156,6 @@ impl Baked {
     #[must_use]
     pub fn cells(&self) -> usize {
         self.cells
-    }
-
-    /// The same network itself, in the [box](Network::within) of the grid.
-    ///
-    /// # Errors
-    /// A [`BakeError`].
-    pub fn itself(&self) -> Result<Network, BakeError> {
-        self.network.clone().within(self.bounds)
     }
 
     /// [`SingleNetwork::add_eikonal`] of the network, between the corners.

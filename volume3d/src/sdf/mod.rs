@@ -11,6 +11,7 @@
 //! - [`isosurface()`]: the triangle mesh of any of them.
 //! - [`network`]: φ as a neural network, with its weights for parameters.
 //! - [`Baked`]: a network on a grid, which rays meet faster, with the gradient by its weights.
+//! - [`Guided`]: a network itself, which rays find by that grid.
 //!
 //! A scene takes any of them, [`Description::add_implicit`](crate::scene::Description::add_implicit).
 
@@ -18,6 +19,7 @@ pub mod analytic;
 mod bake;
 mod from_mesh;
 mod grid;
+mod guided;
 mod isosurface;
 pub mod network;
 mod redistance;
@@ -25,5 +27,6 @@ mod redistance;
 pub use bake::{BakeError, Baked};
 pub use from_mesh::{MeshDistanceError, MeshDistances, from_mesh};
 pub use grid::{Grid, GridError, Interpolation};
+pub use guided::Guided;
 pub use isosurface::{IsosurfaceError, isosurface};
 pub use redistance::{RedistanceError, Slopes, redistance};

@@ -9,7 +9,7 @@ use volume3d::optimize::{
     Adam, Fit, GridSteps, LargeSteps, MaskTerm, Objective, Optimizer, Parameters, Penalty, Plan, Quantity,
 };
 use volume3d::scene::Scene;
-use volume3d::sdf::{Baked, Grid};
+use volume3d::sdf::{Baked, Grid, Guided};
 
 use super::super::method::{Estimator, Method, MethodOptions};
 use super::super::session::{Bar, Loaded, silent};
@@ -112,7 +112,8 @@ fn penalty(config: &RegularizerConfig, scene: &Scene, parameters: &Parameters) -
     let is_fitted = |quantity: Quantity| parameters.groups().iter().any(|group| group.quantity == quantity);
     let Some(regularizer) = config.regularizer() else {
         let implicit = scene.find_implicit(id).map_err(|e| anyhow!("regularizer: {e}"))?;
-        if scene.description().implicits[implicit].surface.downcast::<Baked>().is_none() {
+        let surface = &scene.description().implicits[implicit].surface;
+        if surface.downcast::<Baked>().is_none() && surface.downcast::<Guided>().is_none() {
             bail!(
                 "the eikonal regularizer is for networks on grids (<shape type=\"sdfnetwork\">), and `{id}` is none"
             );

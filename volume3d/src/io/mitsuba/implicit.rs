@@ -11,7 +11,7 @@ use super::transform;
 use crate::io::{Error, GridProblem, SceneProblem, parse_network, parse_sdf};
 use crate::scene::{ImplicitShape, ImplicitSurface, Placement};
 use crate::sdf::network::{Architecture, Network};
-use crate::sdf::{BakeError, Baked, Grid, Interpolation};
+use crate::sdf::{BakeError, Baked, Grid, Guided, Interpolation};
 
 /// The most cells of a network's grid, which takes 8 GB.
 const MOST_CELLS: i64 = 1024;
@@ -55,13 +55,13 @@ impl<'a> Reader<'a> {
             None => new_network(element, object)?,
         };
         let (corners, cells) = (corners(object)?, cells(object, 0, 64)?);
-        let said = |error| element.error(SceneProblem::Network(error));
+        let itself = object.boolean("itself")? == Some(true);
         let surface = if cells == 0 {
-            let in_box = object.vector("low")?.is_some() || object.vector("high")?.is_some();
-            ImplicitSurface::new(if in_box { network.within(corners).map_err(said)? } else { network })
+            ImplicitSurface::new(network)
         } else {
             let baked = Baked::new(network, corners, cells);
-            ImplicitSurface::new(baked.map_err(said)?)
+            let baked = baked.map_err(|error| element.error(SceneProblem::Network(error)))?;
+            if itself { ImplicitSurface::new(Guided::new(baked)) } else { ImplicitSurface::new(baked) }
         };
         self.implicit(element, object, surface)
     }

@@ -13,7 +13,7 @@ use crate::scene::{
     Camera, Description, Environment, Film, Filter, ImplicitShape, Integrator, Lens, Light, Material,
     Placement, Scene, Shape,
 };
-use crate::sdf::{Baked, Grid, Interpolation};
+use crate::sdf::{Baked, Grid, Guided, Interpolation};
 
 /// Writes a scene as Mitsuba 3 XML, with its meshes as PLY or OBJ and its textures as OpenEXR in a folder of its own beside it: for `fits/last.xml`, the folder `fits/last.files`. What is there under the names it chooses is replaced;
 /// the scene itself is written last, and every file atomically.
@@ -246,7 +246,7 @@ impl Writer<'_> {
                 self.value("string", "interpolation", "trilinear");
             }
         } else {
-            let baked = surface.downcast::<Baked>();
+            let baked = surface.network();
             let network = baked.map(Baked::network).or_else(|| surface.downcast());
             let network = network.ok_or_else(|| Error::NoFormat { shape: shape.id.clone() })?;
             let file = self.file("implicit", index, &shape.id, "safetensors");
@@ -254,7 +254,10 @@ impl Writer<'_> {
             self.open("shape", "sdfnetwork", &id);
             self.value("string", "filename", &file);
             self.value("integer", "cells", baked.map_or(0, Baked::cells));
-            if let Some((low, high)) = baked.map(Baked::bounds).or(network.stated_bounds()) {
+            if surface.downcast::<Guided>().is_some() {
+                self.value("boolean", "itself", "true");
+            }
+            if let Some((low, high)) = baked.map(Baked::bounds) {
                 self.vector("low", low);
                 self.vector("high", high);
             }

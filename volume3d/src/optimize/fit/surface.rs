@@ -3,8 +3,7 @@
 use super::super::parameters::{Group, Parameters};
 use super::super::quantity::Quantity;
 use crate::scene::{ImplicitSurface, Scene, SceneError};
-use crate::sdf::network::Network;
-use crate::sdf::{BakeError, Baked, Grid};
+use crate::sdf::{BakeError, Baked, Grid, Guided};
 
 /// The surface whose parameters a group is; nothing if it is of something else.
 fn surface<'s>(group: &Group, scene: &'s Scene) -> Option<&'s ImplicitSurface> {
@@ -23,13 +22,13 @@ pub(super) fn network<'s>(group: &Group, scene: &'s Scene) -> Option<&'s Baked> 
 }
 
 /// The network itself that a group's weights are on a grid of; nothing if the group is of something else.
-pub(super) fn itself(group: &Group, scene: &Scene) -> Option<Result<ImplicitSurface, BakeError>> {
-    Some(network(group, scene)?.itself().map(ImplicitSurface::new))
+pub(super) fn itself(group: &Group, scene: &Scene) -> Option<ImplicitSurface> {
+    Some(ImplicitSurface::new(Guided::new(network(group, scene)?.clone())))
 }
 
 /// Whether a group is the weights of a network that is traced itself.
 pub(super) fn is_itself(group: &Group, scene: &Scene) -> bool {
-    surface(group, scene).is_some_and(|surface| surface.downcast::<Network>().is_some())
+    surface(group, scene).is_some_and(|surface| surface.downcast::<Guided>().is_some())
 }
 
 /// The same network on a grid of twice as many cells; nothing if the group is of something else.

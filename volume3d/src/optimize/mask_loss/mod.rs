@@ -165,7 +165,7 @@ impl MaskLoss {
             (Chord::new(origin, direction, &self.region), enough)
         };
         let chords: Vec<(Chord, f64)> = pixels.iter().map(chord).collect();
-        let leasts: Vec<Result<Option<Least>, NotFinite>> = match shape.surface.downcast() {
+        let leasts: Vec<Result<Option<Least>, NotFinite>> = match shape.surface.network() {
             Some(baked) => network::leasts(shape, baked, &chords, self.samples),
             None => {
                 let search = Search::new(shape, self.samples);

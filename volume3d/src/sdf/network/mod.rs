@@ -12,7 +12,6 @@ mod neurons;
 mod pointwise;
 mod products;
 mod sphere;
-mod within;
 
 #[cfg(test)]
 mod tests;
@@ -26,7 +25,6 @@ use flatland::sdf::shapes::ShapeError;
 use glam::DVec3;
 
 use self::architecture::Layer;
-use self::within::Within;
 use crate::lanes::Instructions;
 
 /// The slope bound of a network for which none was stated.
@@ -39,14 +37,13 @@ const SLOPE_BOUND: f64 = 1.5;
 /// A sphere tracer steps by φ over a bound on |∇φ|. Of a network no useful bound is known: the product of its layers' norms is
 /// one, and so large that rays would not arrive. So the bound here is **what the user states**, 1.5 if nothing, and
 /// not a guarantee: where |∇φ| is larger, rays may pass through. [`greatest_slope`](Self::greatest_slope) measures |∇φ| at given points,
-/// say those at which rays stopped: it tells of every excess that was visited, and not of others; [`within`](Self::within) takes it of many. The eikonal term keeps |∇φ|
+/// say those at which rays stopped: it tells of every excess that was visited, and not of others. The eikonal term keeps |∇φ|
 /// near 1 where it is sampled.
 #[derive(Clone, Debug)]
 pub struct Network {
     architecture: Architecture,
     parameters: Vec<f64>,
     slope_bound: f64,
-    within: Option<Within>,
     /// Those of the machine.
     instructions: Instructions,
 }
@@ -66,13 +63,7 @@ impl Network {
             let (shape, parameter, wanted) = ("network", "weight", "finite");
             return Err(ShapeError::Parameter { shape, parameter, value, wanted });
         }
-        Ok(Self {
-            architecture,
-            parameters,
-            slope_bound: SLOPE_BOUND,
-            within: None,
-            instructions: Instructions::detect(),
-        })
+        Ok(Self { architecture, parameters, slope_bound: SLOPE_BOUND, instructions: Instructions::detect() })
     }
 
     /// The same network with another stated bound on |∇φ|.
@@ -107,7 +98,7 @@ impl Network {
 /// All machines find the same bits.
 impl PartialEq for Network {
     fn eq(&self, other: &Self) -> bool {
-        (self.architecture, &self.parameters, self.slope_bound, self.within)
-            == (other.architecture, &other.parameters, other.slope_bound, other.within)
+        (self.architecture, &self.parameters, self.slope_bound)
+            == (other.architecture, &other.parameters, other.slope_bound)
     }
 }

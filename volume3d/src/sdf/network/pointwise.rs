@@ -116,11 +116,6 @@ impl Sdf<DVec3> for Network {
         self.slope_bound
     }
 
-    /// What is [stated](Network::within), up to the least φ on the faces of that box.
-    fn level_bounds(&self, level: f64) -> Option<(DVec3, DVec3)> {
-        self.within.filter(|within| level < within.least).map(|within| within.bounds)
-    }
-
     fn parameter_count(&self) -> usize {
         self.parameters.len()
     }
@@ -192,6 +187,7 @@ impl Parametric<DVec3> for Network {
     }
 
     fn with_parameters(&self, parameters: &[f64]) -> Result<Self, ShapeError> {
-        Self::new(self.architecture, parameters.to_vec())?.like(self)
+        let other = Self::new(self.architecture, parameters.to_vec())?;
+        Ok(Self { slope_bound: self.slope_bound, ..other })
     }
 }
