@@ -381,7 +381,7 @@ pub(super) fn not_negative(id: &str, what: &'static str, c: DVec3) -> Result<(),
     range(bad.is_none(), id, what, bad.unwrap_or(0.0), "finite and not negative")
 }
 
-fn range(
+pub(super) fn range(
     good: bool,
     id: &str,
     what: &'static str,
@@ -391,7 +391,10 @@ fn range(
     if good { Ok(()) } else { Err(SceneError::Range { id: id.to_owned(), what, value, range }) }
 }
 
-fn unique<'a>(what: &'static str, ids: impl Iterator<Item = &'a String>) -> Result<(), SceneError> {
+pub(super) fn unique<'a>(
+    what: &'static str,
+    ids: impl Iterator<Item = &'a String>,
+) -> Result<(), SceneError> {
     let mut seen = HashSet::new();
     for id in ids {
         if !seen.insert(id) {

@@ -60,6 +60,7 @@ pub(super) fn light<'a>(reader: &mut Reader<'a>, element: &'a Element) -> Result
             return Err(object.unknown_plugin("emitter", support::EMITTERS));
         }
     }
+    object.ignore("medium", None, "what surfaces and the sensor say of media tells where it stands");
     object.finish()
 }
 

@@ -57,8 +57,10 @@
 //! - `polarizer`, `circular` and `retarder` are what they are to light without polarisation, as in Mitsuba's RGB variants.
 //! - A scene without a sensor has that of Mitsuba 2, which sees all of it along z.
 //! - Integrators and films that resolve time (`transient_path` and the like) stand for the image of light at all times.
-//! - A medium is left out where the integrator sees surfaces only, as `path` does, and within a surface that no light passes; any
-//!   other is refused.
+//! - A medium is left out where the integrator sees surfaces only, as `path` does, and within a surface that no light passes.
+//!   Where it is seen it is `homogeneous`, by `sigma_t` and `albedo` with a `scale`, or by `sigma_s` and `sigma_a` as before
+//!   version 2, each the same everywhere; `sigma_t` may be above 1, which Mitsuba 3 allows by the scale only. Without a phase function it is isotropic. What an
+//!   emitter says of the medium around it is ignored: surfaces and the sensor say the same.
 //! - Plugins of shapes and materials may be written with other capitals, and `disney` is `principled`.
 //! - `<rgb value="#rrggbb"/>` is a colour in sRGB, as in HTML; Mitsuba 3 refuses it. `<srgb>` is read as before version 2.
 //! - A `to_uv` whose third column only has a translation is read as before version 3.9, which ignores that column.
@@ -95,6 +97,7 @@ mod instance;
 mod integrator;
 mod journal;
 mod knots;
+mod medium;
 mod mesh_attribute;
 mod metals;
 mod object;
@@ -116,6 +119,7 @@ mod variables;
 mod write;
 mod write_bsdf;
 mod write_light;
+mod write_medium;
 mod write_texture;
 
 pub use self::journal::Note;

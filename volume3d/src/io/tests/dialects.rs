@@ -96,31 +96,6 @@ fn films_that_resolve_time() {
     assert_eq!(told, 7, "{notes:?}");
 }
 
-/// What is within a surface that no light passes is not seen; what is within glass is, if the integrator looks at it.
-#[test]
-fn media() {
-    let medium = "<medium name='interior' type='homogeneous'><rgb name='sigma_t' value='1'/></medium>";
-    let cube = |integrator: &str, bsdf: &str, medium: &str| {
-        with(&format!("<integrator type='{integrator}'/><shape type='cube'>{bsdf}{medium}</shape>"))
-    };
-    let glass = "<bsdf type='dielectric'/>";
-    assert!(cube("volpath", "<bsdf type='diffuse'/>", medium).is_ok());
-    let outside = medium.replace("interior", "exterior");
-    let mask = "<bsdf type='mask'><bsdf type='diffuse'/></bsdf>";
-    for (bsdf, medium) in [(glass, medium), (mask, medium), ("<bsdf type='null'/>", medium), ("", &outside)] {
-        let found = message(cube("volpath", bsdf, medium));
-        assert!(found.contains("<medium> is not supported inside shape"), "{found}");
-    }
-    assert!(cube("path", glass, &outside).is_ok());
-    let around = |inner: &str| {
-        with(&format!(
-            "<integrator type='moment'><integrator type='{inner}'/></integrator><medium id='m' type='a'/><shape \
-             type='cube'>{glass}<ref name='interior' id='m'/></shape>"
-        ))
-    };
-    assert!(around("direct").is_ok() && around("volpathmis").is_err());
-}
-
 /// `to_world` moves control points and leaves radii as they are.
 #[test]
 fn curves_in_a_scene() {

@@ -8,6 +8,7 @@ mod files;
 mod fuzz;
 mod image;
 mod materials;
+mod media;
 mod network;
 mod npy;
 mod obj;
