@@ -111,8 +111,8 @@ pub(super) fn parts_of(index: usize, material: &Material, materials: &[Material]
         range((0.0..=1.0).contains(&weight), id, "the weight", weight, "in [0, 1]")?;
     }
     let other = &materials[other];
-    let is_simple = |m: &Material| !m.bsdf.transmits() && m.relief.is_none();
-    if is_simple(material) && is_simple(other) && other.opacity.is_none() && other.others().next().is_none() {
+    let is_even = material.relief.is_none() && other.relief.is_none();
+    if is_even && other.opacity.is_none() && other.others().next().is_none() {
         return Ok(());
     }
     Err(blended(other))

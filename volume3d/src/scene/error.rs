@@ -72,7 +72,7 @@ pub enum SceneError {
     },
     /// A material cannot be mixed with another.
     #[error(
-        "materials `{id}` and `{other}` cannot be mixed: light passes one of them, or a mask, a relief or another back is within one"
+        "materials `{id}` and `{other}` cannot be mixed, or be the two sides of one: light passes a side, or a mask, a relief or another back is within one"
     )]
     Blend {
         /// The material.

@@ -10,7 +10,7 @@ use super::{emitter, support, transform};
 use crate::geometry::{Mesh, TOLERANCE};
 use crate::io::soup::Soup;
 use crate::io::{At, Error, MeshFormat, MeshProblem, Place, serialized};
-use crate::scene::{Material, Shape};
+use crate::scene::{Material, Shape, parts};
 
 impl<'a> Reader<'a> {
     pub(super) fn shape(&mut self, element: &'a Element) -> Result<(), Error> {
@@ -90,8 +90,10 @@ impl<'a> Reader<'a> {
 
     /// Whether no light gets to the other side of a surface.
     pub(super) fn is_opaque(&self, material: usize) -> bool {
-        let Material { bsdf, opacity, .. } = &self.materials[material];
-        !bsdf.transmits() && opacity.is_none()
+        parts(&self.materials, material).into_iter().all(|part| {
+            let Material { bsdf, opacity, .. } = &self.materials[part];
+            !bsdf.transmits() && opacity.is_none()
+        })
     }
 
     /// The mesh of a file; with texture coordinates for the attributes that it has there, if they are asked for.
