@@ -7,7 +7,9 @@ use rayon::prelude::*;
 
 use super::comparisons::RUNS;
 use super::*;
-use crate::scene::{Boundary, Bsdf, Dielectric, Light, Medium, Reflectance, Texture, Wrap};
+use crate::scene::{
+    Boundary, Bsdf, Dielectric, Light, Medium, Microfacets, Reflectance, Roughness, Texture, Wrap,
+};
 
 /// Samples a pixel of one of the images behind a mean.
 const SAMPLES: usize = 256;
@@ -244,6 +246,43 @@ fn a_medium_is_the_sum_of_its_parts() {
     comparisons.reject("a core three times as dense", room(1.0, true, 3.0)[2], whole[2]);
     for (large, small) in room(8.0, false, 1.0).into_iter().zip(whole) {
         assert!((large.0 - small.0).abs() < 1e-9 * small.0, "{large:?} {small:?}");
+    }
+    comparisons.finish();
+}
+
+/// A medium that loses nothing is empty space: what the path tracer through media finds in a room of glass, metal, lamps, parallel
+/// light and sky is what the one between surfaces finds.
+#[test]
+fn a_medium_that_loses_nothing_is_empty_space() {
+    let mut comparisons = Comparisons::of("a_medium_that_loses_nothing_is_empty_space");
+    let furnished = |media: bool| {
+        let mut d = room(Filter::Tent { radius: 1.0 }).description().clone();
+        d.integrator.max_depth = Some(6);
+        let alpha = Some(Roughness { distribution: Microfacets::Ggx, alpha: 0.3 });
+        for (x, facets) in [(-0.5, None), (0.6, alpha)] {
+            let Bsdf::Dielectric(smooth) = glass(1.4).bsdf else { unreachable!() };
+            let id = format!("glass at {x}");
+            let glass = Material::new(&id, Bsdf::Dielectric(Dielectric { facets, ..smooth }), false);
+            let glass = d.add_material(glass);
+            d.add_shape(&id, Mesh::cube().transformed(&at(x, 0.1, 0.4, 0.25)), glass);
+        }
+        for (kappa, direction) in [(f64::INFINITY, DVec3::NEG_Y), (200.0, DVec3::new(0.6, -0.8, 0.0))] {
+            let (id, irradiance) = (format!("sun {kappa}"), DVec3::splat(0.5));
+            d.lights.push(Light::Directional { id, direction, irradiance, kappa });
+        }
+        if media {
+            d.media.push(medium(DVec3::ZERO, DVec3::ONE, 0.5));
+            d.camera_medium = Some(0);
+            for shape in &mut d.shapes {
+                shape.boundary = Some(Boundary { interior: Some(0), exterior: Some(0) });
+            }
+        }
+        d
+    };
+    let (without, with) = (means(furnished(false), SAMPLES), means(furnished(true), SAMPLES));
+    for channel in 0..3 {
+        let expected = without[channel];
+        comparisons.add(format!("channel {channel}"), with[channel], expected, 0.0, expected.0);
     }
     comparisons.finish();
 }

@@ -51,7 +51,7 @@ const KINDS: [Kind; 12] = [
     Kind {
         tag: "emitter",
         plugins: EMITTERS,
-        remarks: "textures for the radiance of `area`, and for `spot` and `projector`",
+        remarks: "textures for the radiance of `area`, and for `spot` and `projector`; leniently `sky` and `sunsky` as constant",
     },
     Kind {
         tag: "spectrum",

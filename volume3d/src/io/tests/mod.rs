@@ -1,5 +1,6 @@
 //! Tests of the readers and writers.
 
+mod animation;
 mod attributes;
 mod clip;
 mod dialects;
