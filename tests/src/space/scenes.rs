@@ -75,7 +75,8 @@ impl Stage {
         let id = format!("shape {}", self.velocities.len());
         let black = || self.description.add_material(Material::diffuse(&id, DVec3::ZERO));
         let material = material.unwrap_or_else(black);
-        self.description.shapes.push(Shape { id, mesh, material, radiance, radiance_texture: None });
+        let (radiance_texture, boundary) = (None, None);
+        self.description.shapes.push(Shape { id, mesh, material, radiance, radiance_texture, boundary });
         self.velocities.push(velocities);
     }
 

@@ -7,7 +7,7 @@ use clap::error::ErrorKind;
 use flatland::sdf::Sdf as _;
 use glam::{DVec2, DVec3};
 use volume3d::io::mitsuba::support_table;
-use volume3d::scene::{Camera, Description, Environment, Lens, Light, Reflectance, Scene};
+use volume3d::scene::{Camera, Description, Environment, Lens, Light, Medium, Reflectance, Scene};
 use volume3d::sdf::{Baked, Grid, Guided};
 
 use super::lint;
@@ -39,6 +39,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     shapes(&mut text, scene.description());
     implicits(&mut text, scene.description());
     materials(&mut text, scene.description());
+    media(&mut text, scene.description());
     lights(&mut text, scene.description());
     crossings(&mut text, &scene);
     findings(&mut text, &scene);
@@ -141,6 +142,15 @@ fn materials(text: &mut String, d: &Description) {
         let mixed = other("mixed with", material.blend.map(|blend| blend.other));
         let back = other("on its back", material.back);
         let _ = writeln!(text, "  `{}`: {model}{roughness}, {reflectance}{sides}{mixed}{back}", material.id);
+    }
+}
+
+fn media(text: &mut String, d: &Description) {
+    if !d.media.is_empty() {
+        let _ = writeln!(text, "media: {}, seen by images and finite differences only", d.media.len());
+    }
+    for Medium { id, extinction, albedo, asymmetry } in &d.media {
+        let _ = writeln!(text, "  `{id}`: extinction {extinction}, albedo {albedo}, mean cosine {asymmetry}");
     }
 }
 

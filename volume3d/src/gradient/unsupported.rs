@@ -39,6 +39,14 @@ pub enum Unsupported {
         /// Its material.
         material: String,
     },
+    /// There is a medium, whatever moves or changes.
+    #[error(
+        "medium `{medium}` fills a part of the scene, and derivatives do not see media; leave it out, or take finite differences"
+    )]
+    Medium {
+        /// The medium.
+        medium: String,
+    },
     /// A method that knows meshes only.
     #[error(
         "{method} does not follow the silhouettes of implicit surface `{shape}`; take warped-area sampling with the mean over jumps, or finite differences, or move nothing"
@@ -92,7 +100,7 @@ impl Unsupported {
             Self::Relief { .. } => Some(Missing::Relief),
             Self::Delta { .. } => Some(Missing::PointLight),
             Self::Parallel { .. } => Some(Missing::ParallelLight),
-            Self::Implicit { .. } => None,
+            Self::Implicit { .. } | Self::Medium { .. } => None,
         }
     }
 }
@@ -124,6 +132,14 @@ pub(super) fn left_out_of_active(
     left_out(scene, active.is_geometric(), turned, allowed)
 }
 
+/// Refuses scenes with media: derivatives are of paths between surfaces.
+pub(super) fn supports_no_media(scene: &Scene) -> Result<(), Unsupported> {
+    match scene.description().media.first() {
+        Some(medium) => Err(Unsupported::Medium { medium: medium.id.clone() }),
+        None => Ok(()),
+    }
+}
+
 /// Refuses a method that knows meshes only, where geometry moves beside implicit surfaces.
 pub(super) fn supports_meshes_only(scene: &Scene, method: &'static str) -> Result<(), Unsupported> {
     match scene.description().implicits.first() {
@@ -138,6 +154,7 @@ fn left_out<'l>(
     turned: impl Iterator<Item = &'l Light>,
     allowed: &[Missing],
 ) -> Result<Vec<Unsupported>, Unsupported> {
+    supports_no_media(scene)?;
     let all = if geometric { jumps_unseen(scene) } else { turned.filter_map(casts_hard_shadows).collect() };
     let refused = all.iter().find(|jumps| jumps.missing().is_none_or(|kind| !allowed.contains(&kind)));
     refused.cloned().map_or(Ok(all), Err)

@@ -17,7 +17,7 @@ use super::surface::SurfacePoint;
 use crate::scene::{Environment, Hit, Light, Scene, Surface};
 
 /// Russian roulette never ends a path with a probability below 1 − this.
-const SURVIVAL: f64 = 0.95;
+pub(super) const SURVIVAL: f64 = 0.95;
 
 /// The probability with which it lets a path go on that has only a derivative.
 const SURVIVAL_IN_THE_DARK: f64 = 0.5;
@@ -29,7 +29,7 @@ pub(crate) struct Paths<'s> {
     pub(crate) lights: Lights,
     pub(crate) kernels: Kernels,
     /// Lights that a ray which leaves the scene may reach, and which next-event estimation chooses from.
-    distant: Vec<LightId>,
+    pub(super) distant: Vec<LightId>,
 }
 
 /// A shading point of a path, and what reflection depends on there.
@@ -102,19 +102,6 @@ impl<'s> Paths<'s> {
         total
     }
 
-    /// The same without derivatives.
-    pub(crate) fn still_radiance(
-        &self,
-        origin: DVec3,
-        direction: DVec3,
-        hit: Option<Hit>,
-        depth: usize,
-        samples: &mut Sequence,
-    ) -> DVec3 {
-        let (origin, direction) = (Vec3::constant(origin), Vec3::constant(direction));
-        self.radiance(&mut Plain { scene: self.scene }, origin, direction, hit, depth, samples).value()
-    }
-
     /// What is emitted at the end of a camera ray.
     fn seen<C: Calculus>(&self, calculus: &C, path: &Scattered<C::Number>) -> Rgb<C::Number> {
         match path.hit {
@@ -160,7 +147,7 @@ impl<'s> Paths<'s> {
         }
     }
 
-    fn constant_environment<C: Calculus>(&self, calculus: &C) -> Rgb<C::Number> {
+    pub(super) fn constant_environment<C: Calculus>(&self, calculus: &C) -> Rgb<C::Number> {
         match &self.scene.description.environment {
             Some(Environment::Constant { radiance, .. }) => calculus.environment(*radiance),
             _ => Rgb::constant(DVec3::ZERO),

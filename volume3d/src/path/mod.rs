@@ -6,13 +6,16 @@ mod calculus;
 mod emission;
 mod emitter;
 mod escape;
+mod free_flight;
 mod integrator;
 mod kernels;
 mod lights;
 mod map;
+mod media;
 mod plain;
 mod relief;
 mod sequence;
+mod still;
 mod surface;
 mod texture;
 

@@ -52,6 +52,7 @@ impl Scene {
     /// A [`SceneError`] that names what is wrong.
     pub fn new(description: Description) -> Result<Self, SceneError> {
         super::check::check(&description)?;
+        super::check_media::check(&description)?;
         Ok(Self::assemble(description))
     }
 

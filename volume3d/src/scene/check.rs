@@ -111,8 +111,8 @@ pub(super) fn parts_of(index: usize, material: &Material, materials: &[Material]
         range((0.0..=1.0).contains(&weight), id, "the weight", weight, "in [0, 1]")?;
     }
     let other = &materials[other];
-    let is_simple = |m: &Material| !m.bsdf.transmits() && m.relief.is_none();
-    if is_simple(material) && is_simple(other) && other.opacity.is_none() && other.others().next().is_none() {
+    let is_even = material.relief.is_none() && other.relief.is_none();
+    if is_even && other.opacity.is_none() && other.others().next().is_none() {
         return Ok(());
     }
     Err(blended(other))
@@ -381,7 +381,7 @@ pub(super) fn not_negative(id: &str, what: &'static str, c: DVec3) -> Result<(),
     range(bad.is_none(), id, what, bad.unwrap_or(0.0), "finite and not negative")
 }
 
-fn range(
+pub(super) fn range(
     good: bool,
     id: &str,
     what: &'static str,
@@ -391,7 +391,10 @@ fn range(
     if good { Ok(()) } else { Err(SceneError::Range { id: id.to_owned(), what, value, range }) }
 }
 
-fn unique<'a>(what: &'static str, ids: impl Iterator<Item = &'a String>) -> Result<(), SceneError> {
+pub(super) fn unique<'a>(
+    what: &'static str,
+    ids: impl Iterator<Item = &'a String>,
+) -> Result<(), SceneError> {
     let mut seen = HashSet::new();
     for id in ids {
         if !seen.insert(id) {

@@ -5,8 +5,8 @@ use glam::DVec3;
 
 use super::adjacency::Coordinates;
 use super::{
-    Camera, Environment, Film, Implicit, ImplicitShape, ImplicitSurface, Light, Material, Placement, Texture,
-    parts,
+    Boundary, Camera, Environment, Film, Implicit, ImplicitShape, ImplicitSurface, Light, Material, Medium,
+    Placement, Texture, parts,
 };
 use crate::geometry::Mesh;
 
@@ -23,6 +23,8 @@ pub struct Shape {
     pub radiance: Option<DVec3>,
     /// A texture by which the radiance is multiplied, by its index in the scene; nothing is 1 everywhere.
     pub radiance_texture: Option<usize>,
+    /// The media on its two sides. Nothing is a surface in the midst of one, whichever that is.
+    pub boundary: Option<Boundary>,
 }
 
 impl Shape {
@@ -73,6 +75,10 @@ pub struct Description {
     pub textures: Vec<Texture>,
     /// Materials that shapes refer to by index.
     pub materials: Vec<Material>,
+    /// Media that shapes and the camera refer to by index.
+    pub media: Vec<Medium>,
+    /// The medium in which the camera stands, by its index; nothing is empty space.
+    pub camera_medium: Option<usize>,
     /// All meshes.
     pub shapes: Vec<Shape>,
     /// All implicit surfaces.
@@ -98,6 +104,8 @@ impl Description {
             samples: 16,
             textures: vec![],
             materials: vec![],
+            media: vec![],
+            camera_medium: None,
             shapes: vec![],
             implicits: vec![],
             tracer: SPHERE_TRACING,
@@ -137,7 +145,8 @@ impl Description {
 
     /// Adds a shape that does not emit and returns its index.
     pub fn add_shape(&mut self, id: &str, mesh: Mesh, material: usize) -> usize {
-        self.shapes.push(Shape { id: id.to_owned(), mesh, material, radiance: None, radiance_texture: None });
+        let (id, radiance, radiance_texture, boundary) = (id.to_owned(), None, None, None);
+        self.shapes.push(Shape { id, mesh, material, radiance, radiance_texture, boundary });
         self.shapes.len() - 1
     }
 
@@ -152,7 +161,7 @@ impl Description {
     pub fn add_emitter(&mut self, id: &str, mesh: Mesh, radiance: DVec3) -> usize {
         let material = self.add_material(Material::diffuse(id, DVec3::ZERO));
         let (id, radiance) = (id.to_owned(), Some(radiance));
-        self.shapes.push(Shape { id, mesh, material, radiance, radiance_texture: None });
+        self.shapes.push(Shape { id, mesh, material, radiance, radiance_texture: None, boundary: None });
         self.shapes.len() - 1
     }
 }

@@ -7,7 +7,7 @@ pub enum SceneError {
     /// Two things of one kind have the same name.
     #[error("two {what}s are called `{id}`")]
     Duplicate {
-        /// "shape", "material", "texture" or "light".
+        /// "shape", "material", "texture", "light" or "medium".
         what: &'static str,
         /// The name.
         id: String,
@@ -17,7 +17,7 @@ pub enum SceneError {
     Missing {
         /// Who refers.
         id: String,
-        /// "material" or "texture".
+        /// "material", "texture" or "medium".
         what: &'static str,
         /// The index.
         index: usize,
@@ -72,7 +72,7 @@ pub enum SceneError {
     },
     /// A material cannot be mixed with another.
     #[error(
-        "materials `{id}` and `{other}` cannot be mixed: light passes one of them, or a mask, a relief or another back is within one"
+        "materials `{id}` and `{other}` cannot be mixed, or be the two sides of one: light passes a side, or a mask, a relief or another back is within one"
     )]
     Blend {
         /// The material.

@@ -50,8 +50,8 @@ pub struct Material {
 /// A second material of a mixture: f = (1 − w) f₀ + w f₁.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blend {
-    /// The material of f₁, by its index in the scene. It must stand before that of f₀, and neither may transmit light or have
-    /// an opacity or a relief of its own.
+    /// The material of f₁, by its index in the scene. It must stand before that of f₀, and neither may have an opacity
+    /// or a relief of its own.
     pub other: usize,
     /// w, in [0, 1].
     pub weight: Value,

@@ -128,7 +128,7 @@ impl Scene {
     /// Where a ray to a point ends: before the point by a part of the way, and by what rounding of coordinates may move
     /// the point.
     #[inline]
-    fn short_of(&self, distance: f64) -> f64 {
+    pub(crate) fn short_of(&self, distance: f64) -> f64 {
         distance * (1.0 - SHORT) - self.rounding()
     }
 }

@@ -5,6 +5,7 @@ use glam::DVec3;
 
 use super::build::Scene;
 use super::hit::{Hit, MaterialPoint, Surface};
+use super::value::Reflectance;
 
 impl Scene {
     /// The shape that a surface is a part of. Implicit surfaces are counted after all meshes.
@@ -61,6 +62,27 @@ impl Scene {
     pub(crate) fn emitting(&self, hit: &Hit, direction: DVec3) -> Option<u32> {
         let Surface::Triangle(triangle) = hit.surface else { return None };
         (self.is_emitter(hit.surface) && self.area_vector(triangle).dot(direction) < 0.0).then_some(triangle)
+    }
+
+    /// Whether all light passes it in a straight line: what is left is a boundary of media, or nothing.
+    pub(crate) fn is_clear(&self, surface: Surface) -> bool {
+        let material = &self.description.materials[self.material_of(surface)];
+        material.opacity == Some(Reflectance::Constant(DVec3::ZERO)) && material.back.is_none()
+    }
+
+    /// The medium of the side of a surface to which a direction leaves it; where the surface bounds none, that around it.
+    pub(crate) fn medium_towards(
+        &self,
+        surface: Surface,
+        direction: DVec3,
+        around: Option<usize>,
+    ) -> Option<usize> {
+        let Surface::Triangle(triangle) = surface else { return around };
+        match self.description.shapes[self.shape_of(surface) as usize].boundary {
+            None => around,
+            Some(sides) if self.area_vector(triangle).dot(direction) > 0.0 => sides.exterior,
+            Some(sides) => sides.interior,
+        }
     }
 
     /// The point of matter that was hit; an implicit surface has no such points, only values of φ.

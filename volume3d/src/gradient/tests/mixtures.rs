@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::{DAffine2, DVec3};
 
 use super::*;
-use crate::scene::{Blend, Bsdf, Microfacets, Reflectance, Texture, Value, Wrap};
+use crate::scene::{Blend, Bsdf, Dielectric, Microfacets, Reflectance, Roughness, Texture, Value, Wrap};
 
 fn colour(c: DVec3) -> Bsdf {
     Bsdf::Diffuse { reflectance: Reflectance::Constant(c) }
@@ -25,6 +25,12 @@ fn metal(alpha: Option<f64>) -> Bsdf {
             specular_reflectance,
         },
     }
+}
+
+fn glass(eta: f64, alpha: Option<f64>) -> Bsdf {
+    let facets = alpha.map(|alpha| Roughness { distribution: Microfacets::Ggx, alpha });
+    let specular_transmittance = Reflectance::Constant(DVec3::new(0.9, 0.8, 0.7));
+    Bsdf::Dielectric(Dielectric { eta, facets, specular_reflectance: DVec3::ONE, specular_transmittance })
 }
 
 /// A sheet that fills the film below a lamp and a sky, of two materials by a weight.
@@ -56,10 +62,15 @@ fn a_mixture_is_the_mean_of_its_materials() {
     };
     let black = || colour(DVec3::ZERO);
     let red = || colour(DVec3::new(0.8, 0.2, 0.1));
+    let dark = || colour(DVec3::new(0.2, 0.05, 0.02));
     let cases = [
         ("paper and metal", red(), metal(Some(0.3))),
         ("a mirror and paper", metal(None), red()),
         ("paper and black", red(), black()),
+        ("glass and dark paper", glass(1.5, None), dark()),
+        ("paper and frosted glass", red(), glass(1.3, Some(0.4))),
+        ("two glasses", glass(1.5, None), glass(1.2, Some(0.2))),
+        ("glass and a mirror", glass(1.5, None), metal(None)),
     ];
     for (name, first, second) in cases {
         let at = |weight: f64| image(sheet([first.clone(), second.clone()], Value::Constant(weight)));

@@ -6,6 +6,7 @@ mod exact;
 mod hidden;
 mod lens;
 mod materials;
+mod media;
 mod missing;
 mod mixtures;
 mod pilot;

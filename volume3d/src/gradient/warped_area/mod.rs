@@ -30,7 +30,7 @@ use super::primal::primal;
 use super::progress::{Progress, Stopped};
 use super::result::{Gradient, GradientImage};
 use super::tangent::{ActiveParameters, Tangent};
-use super::unsupported::{left_out_of_active, left_out_of_tangent, supports_meshes_only};
+use super::unsupported::{left_out_of_active, left_out_of_tangent, supports_meshes_only, supports_no_media};
 use crate::Image;
 use crate::path::{Kernels, Paths};
 use crate::scene::Scene;
@@ -308,13 +308,14 @@ impl WarpedArea {
         self.check()
     }
 
-    /// Refuses fields that know meshes only where there are implicit surfaces, and something moves.
+    /// Refuses media, and fields that know meshes only where there are implicit surfaces, and something moves.
     fn check_construction(
         &self,
         scene: &Scene,
         construction: Construction,
         geometric: bool,
     ) -> Result<(), GradientError> {
+        supports_no_media(scene)?;
         let method = match construction {
             Construction::JumpMean { .. } => return Ok(()),
             Construction::Weighted => "a field from auxiliary rays",

@@ -84,21 +84,21 @@ impl<'a> Reader<'a> {
         let blend = blend.map(|(weight, other)| Blend { other, weight });
         let mixed = blend.map(|blend| blend.other);
         let nested = mixed.filter(|&other| self.materials[other].blend.is_some());
-        if let Some(other) = nested.or(mixed.into_iter().chain(back).find(|&other| !self.is_plain(other))) {
+        let transmits = |other: usize| self.materials[other].bsdf.transmits();
+        let uneven = mixed.into_iter().chain(back).find(|&other| !self.is_plain(other));
+        if let Some(other) = nested.or(uneven).or(back.filter(|&back| transmits(back))) {
             let what = format!("`{}` as one of two materials", self.materials[other].id);
-            return Err(
-                element.unsupported(what, "give opaque materials, and put masks and maps around both")
-            );
+            let instead = "give opaque sides, and put masks and maps around both materials";
+            return Err(element.unsupported(what, instead));
         }
         let is_null = FILTERS.contains(&object.plugin);
-        let is_thin = bsdf.transmits() || is_null || opacity.is_some() && back.is_some();
-        if (two_sided || blend.is_some()) && is_thin {
-            return Err(if blend.is_some() {
-                element.unsupported("a blendbsdf of a material that light passes", "leave it out")
-            } else {
-                let what = "twosided around a material that light passes";
-                element.unsupported(what, "leave out twosided: such a material has two sides")
-            });
+        if blend.is_some() && is_null {
+            return Err(element.unsupported("a filter as one of two materials", "put a mask around both"));
+        }
+        let passes = bsdf.transmits() || mixed.is_some_and(transmits) || is_null;
+        if two_sided && (passes || opacity.is_some() && back.is_some()) {
+            let what = "twosided around a material that light passes";
+            return Err(element.unsupported(what, "leave out twosided: such a material has two sides"));
         }
         if relief.is_some() && (bsdf.transmits() || blend.is_some() || back.is_some()) {
             let what = "a bump or normal map on a material that light passes, or on two";
@@ -113,8 +113,8 @@ impl<'a> Reader<'a> {
 
     /// Whether a material may be one of two.
     fn is_plain(&self, index: usize) -> bool {
-        let Material { bsdf, opacity, relief, back, .. } = &self.materials[index];
-        !bsdf.transmits() && opacity.is_none() && relief.is_none() && back.is_none()
+        let Material { opacity, relief, back, .. } = &self.materials[index];
+        opacity.is_none() && relief.is_none() && back.is_none()
     }
 
     /// The texture of the roughness, for materials that take one.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
 
+use super::animation;
 use super::element::{Element, Open};
 use super::folders::{Folders, MOST_FOLDERS};
 use super::journal::Journal;
@@ -40,7 +41,7 @@ impl Document {
         let folders = Folders::new(path);
         let mut builder =
             Builder { variables, open, folders, journal, elements: 0, opened: vec![], aliases: vec![] };
-        let root = builder.file(bytes, path, 0)?;
+        let mut root = builder.file(bytes, path, 0)?;
         if root.tag != "scene" {
             return Err(root.error(SceneProblem::Tag {
                 tag: root.tag.clone(),
@@ -53,6 +54,7 @@ impl Document {
             return Err(root.error(SceneProblem::UnusedVariable { name: name.to_owned() }));
         }
         let Builder { folders, journal, aliases, .. } = builder;
+        animation::stop(&mut root, &journal);
         Ok(Self { root, folders, journal, aliases })
     }
 

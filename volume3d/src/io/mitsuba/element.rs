@@ -39,6 +39,14 @@ impl Element {
         element
     }
 
+    /// The same element again.
+    pub(super) fn copy(&self) -> Self {
+        let mut element = Self::new(&self.tag, &self.file, (self.line, self.column));
+        element.attributes.clone_from(&self.attributes);
+        element.children = self.children.iter().map(Self::copy).collect();
+        element
+    }
+
     /// The file it stands in.
     pub(super) fn file(&self) -> &Arc<Path> {
         &self.file

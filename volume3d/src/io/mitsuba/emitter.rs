@@ -52,6 +52,12 @@ pub(super) fn light<'a>(reader: &mut Reader<'a>, element: &'a Element) -> Result
             let light = beam::projector(reader, &object, id)?;
             reader.lights.push(light);
         }
+        "sky" | "sunsky" if reader.journal.is_lenient => {
+            reader.check_no_environment(element)?;
+            object.note(format!("emitter \"{}\" is read as a constant sky of radiance 1", object.plugin));
+            reader.environment = Some(Environment::Constant { id, radiance: DVec3::ONE });
+            return Ok(());
+        }
         "area" => {
             let instead = "put it inside the <shape> that emits";
             return Err(element.unsupported("an area emitter without a shape", instead));
@@ -60,6 +66,7 @@ pub(super) fn light<'a>(reader: &mut Reader<'a>, element: &'a Element) -> Result
             return Err(object.unknown_plugin("emitter", support::EMITTERS));
         }
     }
+    object.ignore("medium", None, "what surfaces and the sensor say of media tells where it stands");
     object.finish()
 }
 

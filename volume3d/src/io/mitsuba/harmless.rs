@@ -48,6 +48,7 @@ const HARMLESS: &[(&str, &[&str], &str)] = &[
     ("shape", &["sampling_weight", "silhouette_sampling_weight", "initialize_mesh_sampling"], NOISE),
     ("texture", &["format", "accel", "cache", "max_anisotropy"], STORAGE),
     ("bsdf", &["sample_visible"], NOISE),
+    ("medium", &["sample_emitters", "has_spectral_extinction"], NOISE),
     ("scene", &["allow_thread_reordering", "embree_use_robust_intersections"], TIME),
 ];
 

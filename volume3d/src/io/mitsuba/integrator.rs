@@ -97,6 +97,12 @@ fn integrator_within<'a>(
             ));
             depths(object, None)?
         }
+        "aov" => {
+            object.string("aovs")?;
+            object
+                .note("integrator \"aov\" without another one shows no light: in its place path is rendered");
+            depths(object, None)?
+        }
         "photonmapper" | "ppm" | "sppm" | "vpl" => {
             object
                 .note(format!("integrator \"{}\" is read as path, whose image it approaches", object.plugin));

@@ -46,8 +46,8 @@
 //! - `orthographic` sensors are perspective ones ten thousand half widths behind where they stand: what is ten widths before one
 //!   is seen smaller by two thousandths. A scene of which something is behind the sensor, in view, is refused.
 //! - `pplastic` is that of light without polarisation, as in Mitsuba's RGB variants.
-//! - `blendbsdf` mixes opaque materials without masks, reliefs and mixtures of their own, and `twosided` takes two of that kind. Beside
-//!   a smooth lobe Mitsuba 3.9 loses a part of the light of an ideal one (a mirror of weight 0.3 beside black counts 0.2); here
+//! - `blendbsdf` mixes materials without masks, reliefs and mixtures of their own, and `twosided` takes two of that kind that no
+//!   light passes. Beside a smooth lobe Mitsuba 3.9 loses a part of the light of an ideal one (a mirror of weight 0.3 beside black counts 0.2); here
 //!   it has its weight.
 //! - A `mesh_attribute` of a PLY file is an image of two by two texels a triangle, and the mesh has texture coordinates for it in
 //!   the place of its own: one surface has attributes or images. The fourth texel may be outside of [0, 1], where no
@@ -57,8 +57,13 @@
 //! - `polarizer`, `circular` and `retarder` are what they are to light without polarisation, as in Mitsuba's RGB variants.
 //! - A scene without a sensor has that of Mitsuba 2, which sees all of it along z.
 //! - Integrators and films that resolve time (`transient_path` and the like) stand for the image of light at all times.
-//! - A medium is left out where the integrator sees surfaces only, as `path` does, and within a surface that no light passes; any
-//!   other is refused.
+//! - A medium is left out where the integrator sees surfaces only, as `path` does, and within a surface that no light passes.
+//!   Where it is seen it is `homogeneous`, by `sigma_t` and `albedo` with a `scale`, or by `sigma_s` and `sigma_a` as before
+//!   version 2, each the same everywhere; `sigma_t` may be above 1, which Mitsuba 3 allows by the scale only. Without a phase
+//!   function it is isotropic. What an emitter says of the medium around it is ignored: surfaces and the sensor say the same.
+//! - An `<animation>` of transforms with a `time` each, as before version 3, is the transform at the time of the first sensor's
+//!   shutter; one that moves while the shutter is open is refused, or leniently that of the middle.
+//! - `aov` without another integrator shows the image of `path`. Leniently `sky` and `sunsky` are a constant sky of radiance 1.
 //! - Plugins of shapes and materials may be written with other capitals, and `disney` is `principled`.
 //! - `<rgb value="#rrggbb"/>` is a colour in sRGB, as in HTML; Mitsuba 3 refuses it. `<srgb>` is read as before version 2.
 //! - A `to_uv` whose third column only has a translation is read as before version 3.9, which ignores that column.
@@ -77,6 +82,7 @@
 //!
 //! [`Light::Directional`]: crate::scene::Light::Directional
 
+mod animation;
 mod attribute;
 mod beam;
 mod bsdf;
@@ -95,6 +101,7 @@ mod instance;
 mod integrator;
 mod journal;
 mod knots;
+mod medium;
 mod mesh_attribute;
 mod metals;
 mod object;
@@ -116,6 +123,7 @@ mod variables;
 mod write;
 mod write_bsdf;
 mod write_light;
+mod write_medium;
 mod write_texture;
 
 pub use self::journal::Note;

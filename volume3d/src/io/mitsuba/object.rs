@@ -258,7 +258,7 @@ impl<'a> Object<'a> {
         }
         let meaning = match (self.element.tag.as_str(), name) {
             ("emitter", _) => Meaning::Emission,
-            (_, "eta" | "k" | "int_ior" | "ext_ior") => Meaning::Index,
+            (_, "eta" | "k" | "int_ior" | "ext_ior" | "sigma_t" | "sigma_s" | "sigma_a") => Meaning::Index,
             _ => Meaning::Reflectance,
         };
         let colour = spectrum::colour(element, meaning)?;

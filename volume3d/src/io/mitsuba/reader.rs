@@ -13,7 +13,7 @@ use super::journal::Journal;
 use super::object::Ids;
 use super::values;
 use crate::io::{Error, SceneProblem};
-use crate::scene::{Environment, ImplicitShape, Light, Material, Shape, Texture};
+use crate::scene::{Environment, ImplicitShape, Light, Material, Medium, Shape, Texture};
 
 /// What has been read so far. Materials and textures may be shared: they are found again by their element.
 pub(super) struct Reader<'a> {
@@ -32,6 +32,8 @@ pub(super) struct Reader<'a> {
     pub(super) material_of: HashMap<*const Element, usize>,
     /// Materials of shapes without a bsdf, by whether the shape emits.
     pub(super) default_materials: [Option<usize>; 2],
+    pub(super) media: Vec<Medium>,
+    pub(super) medium_of: HashMap<*const Element, usize>,
     pub(super) shapes: Vec<Shape>,
     pub(super) implicits: Vec<ImplicitShape>,
     pub(super) lights: Vec<Light>,
@@ -63,6 +65,8 @@ impl<'a> Reader<'a> {
             materials: vec![],
             material_of: HashMap::new(),
             default_materials: [None; 2],
+            media: vec![],
+            medium_of: HashMap::new(),
             shapes: vec![],
             implicits: vec![],
             lights: vec![],

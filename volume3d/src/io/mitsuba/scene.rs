@@ -39,9 +39,14 @@ impl Reader<'_> {
             None => None,
         };
         // These may be what sensors and shapes refer to.
-        for tag in ["<sampler>", "<film>", "<medium>"] {
+        for tag in ["<sampler>", "<film>", "<medium>", "<phase>"] {
             scene.nested(tag);
         }
+
+        let camera_medium = sensor.as_ref().and_then(|sensor| sensor.medium).and_then(|element| {
+            let read = self.medium(element);
+            journal.accept(read, element, "the sensor stands in empty space")
+        });
 
         // What is made of attributes is made with the mesh that has them.
         let [textures, materials] = ["<texture>", "<bsdf>"].map(|tag| {
@@ -97,7 +102,7 @@ impl Reader<'_> {
         let Some(Sensor { camera, film, samples, .. }) = sensor else {
             return Err(scene.missing("a <sensor>"));
         };
-        let Self { textures, materials, shapes, implicits, lights, environment, .. } = self;
+        let Self { textures, materials, media, shapes, implicits, lights, environment, .. } = self;
         let description = Description {
             camera,
             film,
@@ -106,6 +111,8 @@ impl Reader<'_> {
             samples,
             textures,
             materials,
+            media,
+            camera_medium,
             shapes,
             implicits,
             tracer: SPHERE_TRACING,

@@ -3,6 +3,7 @@
 use glam::{DAffine3, DVec2, DVec3};
 
 use super::clip::Clips;
+use super::element::Element;
 use super::film::{DEFAULT_SIZE, film, film_of_size};
 use super::integrator::NO_MEDIA;
 use super::object::{Ids, Object};
@@ -27,6 +28,8 @@ pub(super) struct Sensor<'a> {
     pub(super) film: Film,
     /// Samples per pixel.
     pub(super) samples: usize,
+    /// Where it stands, if that is not empty space.
+    pub(super) medium: Option<&'a Element>,
 }
 
 /// With a film of another size, if one is given.
@@ -50,11 +53,18 @@ pub(super) fn sensor<'a>(
         let radius = aperture_radius(object)?;
         camera(object, radius, film.width as f64 / film.height as f64)?
     };
-    if !sees_media {
+    let medium = if sees_media {
+        object.at_most_one("<medium>")?
+    } else {
         object.ignore("medium", None, NO_MEDIA);
+        None
+    };
+    if let Some(element) = medium.filter(|_| object.plugin == "orthographic") {
+        // It is read as one from far away, and the way through the medium would be as long.
+        return Err(element.unsupported("an orthographic sensor within a medium", "a perspective sensor"));
     }
     object.finish()?;
-    Ok(Sensor { camera, clips, film, samples })
+    Ok(Sensor { camera, clips, film, samples, medium })
 }
 
 /// The sensor that Mitsuba 2 gives a scene without one: it looks along z, with the whole scene in view. Nothing if nothing is there.
@@ -77,7 +87,7 @@ pub(super) fn default_sensor<'a>(
         lens: None,
     };
     let film = film_of_size(size.unwrap_or(DEFAULT_SIZE));
-    Some(Sensor { camera, clips: Clips::default(), film, samples: DEFAULT_SAMPLES as usize })
+    Some(Sensor { camera, clips: Clips::default(), film, samples: DEFAULT_SAMPLES as usize, medium: None })
 }
 
 /// The radius of the lens; 0 for a pinhole.

@@ -6,11 +6,11 @@ use super::attribute::{self, Attributes};
 use super::element::Element;
 use super::object::Object;
 use super::reader::Reader;
-use super::{emitter, integrator, support, transform};
+use super::{emitter, support, transform};
 use crate::geometry::{Mesh, TOLERANCE};
 use crate::io::soup::Soup;
 use crate::io::{At, Error, MeshFormat, MeshProblem, Place, serialized};
-use crate::scene::{Material, Shape};
+use crate::scene::{Material, Shape, parts};
 
 impl<'a> Reader<'a> {
     pub(super) fn shape(&mut self, element: &'a Element) -> Result<(), Error> {
@@ -58,11 +58,7 @@ impl<'a> Reader<'a> {
             return Err(element.unsupported(attribute::BESIDE_TEXTURES, attribute::ALONE));
         }
         self.check_seen(element, material, mesh.uvs())?;
-        if !self.sees_media {
-            object.ignore("medium", None, integrator::NO_MEDIA);
-        } else if self.is_opaque(material) {
-            object.ignore("medium", Some("interior"), "no light passes the surface");
-        }
+        let boundary = self.boundary(&object, material)?;
         object.finish()?;
         let id = self.name(element, self.shapes.len());
         if matches!(object.plugin, "sphere" | "disk" | "cylinder" | "bsplinecurve" | "linearcurve") {
@@ -78,7 +74,7 @@ impl<'a> Reader<'a> {
         }
         let (radiance, radiance_texture) = emitted.unzip();
         let radiance_texture = radiance_texture.flatten();
-        self.shapes.push(Shape { id, mesh, material, radiance, radiance_texture });
+        self.shapes.push(Shape { id, mesh, material, radiance, radiance_texture, boundary });
         Ok(())
     }
 
@@ -93,9 +89,11 @@ impl<'a> Reader<'a> {
     }
 
     /// Whether no light gets to the other side of a surface.
-    fn is_opaque(&self, material: usize) -> bool {
-        let Material { bsdf, opacity, .. } = &self.materials[material];
-        !bsdf.transmits() && opacity.is_none()
+    pub(super) fn is_opaque(&self, material: usize) -> bool {
+        parts(&self.materials, material).into_iter().all(|part| {
+            let Material { bsdf, opacity, .. } = &self.materials[part];
+            !bsdf.transmits() && opacity.is_none()
+        })
     }
 
     /// The mesh of a file; with texture coordinates for the attributes that it has there, if they are asked for.

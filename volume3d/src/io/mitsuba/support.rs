@@ -21,10 +21,12 @@ pub(super) const INTEGRATORS: &str = "path, direct, prb, prb_basic, prb_reparam,
     transientstokes";
 pub(super) const BSDFS: &str = "diffuse, conductor, roughconductor, plastic, roughplastic, pplastic, dielectric, thindielectric, \
                      roughdielectric, principled, principledthin, null, polarizer, circular, retarder, blendbsdf, mask, bumpmap, normalmap, twosided";
+pub(super) const MEDIA: &str = "homogeneous";
+pub(super) const PHASES: &str = "isotropic, hg";
 pub(super) const EMITTERS: &str =
     "constant, envmap, directional, point, spot, projector, and area within a shape";
 
-const KINDS: [Kind; 10] = [
+const KINDS: [Kind; 12] = [
     Kind {
         tag: "shape",
         plugins: SHAPES,
@@ -36,6 +38,12 @@ const KINDS: [Kind; 10] = [
         remarks: "metals and glasses by their names; textures for colours, for the numbers of `principled` and `principledthin`, for `alpha` of `roughconductor` and `roughdielectric`, and for the weight of `blendbsdf`; `twosided` with one or two",
     },
     Kind {
+        tag: "medium",
+        plugins: MEDIA,
+        remarks: "as `interior` and `exterior` of meshes and around the sensor, for integrators that see media; in images and finite differences",
+    },
+    Kind { tag: "phase", plugins: PHASES, remarks: "within a medium" },
+    Kind {
         tag: "texture",
         plugins: TEXTURES,
         remarks: "PNG, JPEG, BMP, OpenEXR, Radiance HDR; bilinear, and steps as narrow ramps; `to_uv`; `mesh_attribute` of PLY files",
@@ -43,7 +51,7 @@ const KINDS: [Kind; 10] = [
     Kind {
         tag: "emitter",
         plugins: EMITTERS,
-        remarks: "textures for the radiance of `area`, and for `spot` and `projector`",
+        remarks: "textures for the radiance of `area`, and for `spot` and `projector`; leniently `sky` and `sunsky` as constant",
     },
     Kind {
         tag: "spectrum",

@@ -10,8 +10,7 @@ use glam::{DMat3, DMat4, DVec3};
 use crate::geometry::Normals;
 use crate::io::{Error, files, write_network, write_obj, write_ply, write_sdf};
 use crate::scene::{
-    Camera, Description, Environment, Film, Filter, ImplicitShape, Integrator, Lens, Light, Material,
-    Placement, Scene, Shape,
+    Boundary, Description, Environment, Filter, ImplicitShape, Lens, Light, Material, Placement, Scene, Shape,
 };
 use crate::sdf::{Baked, Grid, Guided, Interpolation};
 
@@ -56,6 +55,7 @@ pub(super) struct Ids {
     pub(super) environment: String,
     pub(super) materials: Vec<String>,
     pub(super) textures: Vec<String>,
+    pub(super) media: Vec<String>,
 }
 
 impl Ids {
@@ -77,6 +77,7 @@ impl Ids {
             }),
             materials: d.materials.iter().map(|m| unique(&m.id)).collect(),
             textures: d.textures.iter().map(|t| unique(&t.id)).collect(),
+            media: d.media.iter().map(|m| unique(&m.id)).collect(),
         }
     }
 }
@@ -100,8 +101,9 @@ pub(super) struct Writer<'a> {
 impl Writer<'_> {
     fn scene(&mut self, scene: &Description) -> Result<(), Error> {
         self.line("<scene version=\"3.0.0\">");
-        self.integrator(&scene.integrator, scene.hide_emitters);
-        self.sensor(&scene.camera, &scene.film, scene.samples);
+        self.integrator(scene);
+        self.media(scene);
+        self.sensor(scene);
         let mut files = vec![];
         for (i, texture) in scene.textures.iter().enumerate() {
             let file = self.texels(i, texture)?;
@@ -128,6 +130,10 @@ impl Writer<'_> {
                 self.value("boolean", "face_normals", "true");
             }
             self.line(&format!("<ref id=\"{}\"/>", escaped(&self.ids.materials[shape.material])));
+            if let Some(Boundary { interior, exterior }) = shape.boundary {
+                self.medium_reference("interior", interior);
+                self.medium_reference("exterior", exterior);
+            }
             if let Some(radiance) = shape.radiance {
                 self.line("<emitter type=\"area\">");
                 match shape.radiance_texture {
@@ -158,18 +164,19 @@ impl Writer<'_> {
         Ok(())
     }
 
-    fn integrator(&mut self, integrator: &Integrator, hide_emitters: bool) {
-        self.line("<integrator type=\"path\">");
+    fn integrator(&mut self, Description { integrator, hide_emitters, media, .. }: &Description) {
+        let plugin = if media.is_empty() { "path" } else { "volpath" };
+        self.line(&format!("<integrator type=\"{plugin}\">"));
         let depth = integrator.max_depth.map_or("-1".to_owned(), |depth| depth.to_string());
         self.value("integer", "max_depth", depth);
         self.value("integer", "rr_depth", integrator.rr_depth);
-        if hide_emitters {
+        if *hide_emitters {
             self.value("boolean", "hide_emitters", true);
         }
         self.line("</integrator>");
     }
 
-    fn sensor(&mut self, camera: &Camera, film: &Film, samples: usize) {
+    fn sensor(&mut self, Description { camera, film, samples, camera_medium, .. }: &Description) {
         match camera.lens {
             None => self.line("<sensor type=\"perspective\">"),
             Some(Lens { radius, focus_distance }) => {
@@ -192,6 +199,7 @@ impl Writer<'_> {
         }
         // Mitsuba's x axis points to the left of the image.
         self.world_transform(DMat3::from_cols(-camera.right, camera.up, camera.forward), camera.origin);
+        self.medium_reference("medium", *camera_medium);
         self.line("<sampler type=\"independent\">");
         self.value("integer", "sample_count", samples);
         self.line("</sampler>");

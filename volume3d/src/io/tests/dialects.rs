@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::scene::{SENSOR, material, read, with};
 use super::{check_table, here, message};
 use crate::io::{Note, ReadOptions, read_scene_with};
-use crate::scene::{Bsdf, Placement, Reflectance};
+use crate::scene::{Bsdf, Environment, Placement, Reflectance};
 
 fn notes(text: &str) -> Vec<Note> {
     let open = |_: &std::path::Path| Err(std::io::Error::from(std::io::ErrorKind::NotFound));
@@ -96,29 +96,52 @@ fn films_that_resolve_time() {
     assert_eq!(told, 7, "{notes:?}");
 }
 
-/// What is within a surface that no light passes is not seen; what is within glass is, if the integrator looks at it.
+/// What shows no light of its own is rendered as `path`; a sky that is not read is, leniently, the same everywhere.
 #[test]
-fn media() {
-    let medium = "<medium name='interior' type='homogeneous'><rgb name='sigma_t' value='1'/></medium>";
-    let cube = |integrator: &str, bsdf: &str, medium: &str| {
-        with(&format!("<integrator type='{integrator}'/><shape type='cube'>{bsdf}{medium}</shape>"))
+fn what_stands_for_another() {
+    let text = format!(
+        "<scene version='3.0.0'><integrator type='aov'><string name='aovs' value='d:depth'/></integrator>{SENSOR}</scene>"
+    );
+    assert_eq!(read(&text).unwrap().integrator.max_depth, None);
+    assert!(notes(&text).iter().any(|note| note.text.contains("in its place path is rendered")));
+    let sky = format!(
+        "<scene version='3.0.0'>{SENSOR}<emitter type='sunsky'><float name='turbidity' value='3'/></emitter></scene>"
+    );
+    assert!(message(read(&sky)).contains("emitter \"sunsky\" is not supported"));
+    let options = ReadOptions { is_lenient: true, ..ReadOptions::default() };
+    let open = |_: &std::path::Path| Err(std::io::Error::from(std::io::ErrorKind::NotFound));
+    let (scene, notes) = read_scene_with(sky.as_bytes(), here("dir/s.xml"), &options, &open).unwrap();
+    assert!(
+        matches!(scene.environment, Some(Environment::Constant { radiance, .. }) if radiance == DVec3::ONE)
+    );
+    assert!(
+        notes.iter().any(|note| note.text.ends_with("is read as a constant sky of radiance 1")),
+        "{notes:?}"
+    );
+}
+
+/// Glass is mixed with paper, with other glass or with a mirror, on its own two sides; filters and sides are not.
+#[test]
+fn mixtures_of_what_light_passes() {
+    let (glass, paper) = ("<bsdf type='dielectric'/>", "<bsdf type='diffuse'/>");
+    let mixed = |first: &str, second: &str| {
+        format!("<bsdf type='blendbsdf'><float name='weight' value='0.25'/>{first}{second}</bsdf>")
     };
-    let glass = "<bsdf type='dielectric'/>";
-    assert!(cube("volpath", "<bsdf type='diffuse'/>", medium).is_ok());
-    let outside = medium.replace("interior", "exterior");
-    let mask = "<bsdf type='mask'><bsdf type='diffuse'/></bsdf>";
-    for (bsdf, medium) in [(glass, medium), (mask, medium), ("<bsdf type='null'/>", medium), ("", &outside)] {
-        let found = message(cube("volpath", bsdf, medium));
-        assert!(found.contains("<medium> is not supported inside shape"), "{found}");
+    for (first, second) in [(glass, paper), (paper, glass), (glass, "<bsdf type='roughdielectric'/>")] {
+        assert!(with(&mixed(first, second)).unwrap().materials[1].blend.is_some());
     }
-    assert!(cube("path", glass, &outside).is_ok());
-    let around = |inner: &str| {
-        with(&format!(
-            "<integrator type='moment'><integrator type='{inner}'/></integrator><medium id='m' type='a'/><shape \
-             type='cube'>{glass}<ref name='interior' id='m'/></shape>"
-        ))
-    };
-    assert!(around("direct").is_ok() && around("volpathmis").is_err());
+    for (text, expected) in [
+        (mixed("<bsdf type='null'/>", glass), "a filter as one of two materials is not supported"),
+        (mixed(glass, "<bsdf type='null'/>"), "as one of two materials is not supported"),
+        (
+            format!("<bsdf type='twosided'>{}</bsdf>", mixed(paper, glass)),
+            "twosided around a material that light",
+        ),
+        (format!("<bsdf type='twosided'>{paper}{glass}</bsdf>"), "as one of two materials is not supported"),
+    ] {
+        let found = message(with(&text));
+        assert!(found.contains(expected), "{found}");
+    }
 }
 
 /// `to_world` moves control points and leaves radii as they are.

@@ -1,5 +1,6 @@
 //! Tests of the readers and writers.
 
+mod animation;
 mod attributes;
 mod clip;
 mod dialects;
@@ -8,6 +9,7 @@ mod files;
 mod fuzz;
 mod image;
 mod materials;
+mod media;
 mod network;
 mod npy;
 mod obj;

@@ -59,7 +59,7 @@ fn documents() {
 text
     dir/s.xml:1:1: unexpected text "text" between elements; remove it
 <volume type='gridvolume'/>
-    <volume> is not supported inside the scene; supported: <integrator>, <sensor>, <sampler>, <film>, <medium>, <texture>, <bsdf>, <shape>, <emitter>
+    <volume> is not supported inside the scene; supported: <integrator>, <sensor>, <sampler>, <film>, <medium>, <phase>, <texture>, <bsdf>, <shape>, <emitter>
 <float name='a' value='1'/>
     the scene has no parameter "a" here; supported: none
 <float value='1'/>

@@ -116,7 +116,8 @@ impl<T: Number> Shading<'_, T> {
 
     /// [`evaluate`](Self::evaluate) without what is mixed with it, a mask and a relief.
     fn evaluate_alone(&self, direction: Vec3<T>, cosine: T) -> Rgb<T> {
-        if self.black {
+        // Beside glass, with which it is mixed, light arrives from behind too.
+        if self.black || cosine.value() <= 0.0 && !self.bsdf.transmits() {
             return Rgb::constant(DVec3::ZERO);
         }
         match self.bsdf {
@@ -169,7 +170,7 @@ impl<T: Number> Shading<'_, T> {
 
     /// Whether light may pass the surface by other than the masked part of it.
     pub(crate) fn transmits(&self) -> bool {
-        self.bsdf.transmits()
+        self.bsdf.transmits() || self.blend.as_ref().is_some_and(|blend| blend.other.bsdf.transmits())
     }
 
     /// Whether light from a direction may be reflected or pass, as far as the side says.
@@ -241,7 +242,7 @@ impl<T: Number> Shading<'_, T> {
 
     /// The same of one part of a mixture.
     fn density_alone(&self, direction: DVec3, cosine: f64) -> f64 {
-        if self.black {
+        if self.black || cosine <= 0.0 && !self.bsdf.transmits() {
             return 0.0;
         }
         match self.bsdf {
