@@ -36,7 +36,7 @@ pub struct GridSteps {
     /// The numbers of steps after which the grid becomes finer, in increasing order.
     pub refine: Vec<u64>,
     /// For a network on a grid, the number of steps after which rays are traced at [the network itself](crate::sdf::Guided): what
-    /// is fitted then is its own surface, without that of a spline between, at many times the cost of a sample.
+    /// is fitted then is its own surface, without that of a spline between, at a hundred times the cost of a sample.
     pub finish: Option<u64>,
 }
 

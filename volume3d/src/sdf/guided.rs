@@ -23,8 +23,9 @@ const MARGIN: f64 = 1.25;
 /// surface, as g has no part in where φ is 0.
 ///
 /// The bound on |∇φ| is the grid's, or 1.25 times the greatest that was found at the nodes beside the surface, if that is more: no guarantee, and rays that find
-/// more are [counted](crate::scene::Scene::trace_counts). A look at the network takes about thirty times as long as at the grid, and ten times as long is a whole
-/// gradient. Many transposes at once go through single precision, so that forward and reverse mode agree to that.
+/// more are [counted](crate::scene::Scene::trace_counts). What it costs: of a trained network of 4 × 64 neurons with 4 frequencies on 32 cells a sample of a gradient took 2.3 ms
+/// on one thread, and on its grid 14 µs, as sphere tracing takes some hundred looks in all within 3h of the surface, each forty times as long as one at a
+/// grid. So fit on the grid, and finish on the network, if ever, in few steps with few pixels. Many transposes at once go through single precision, so that forward and reverse mode agree to that.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Guided {
     baked: Baked,

@@ -71,7 +71,7 @@ use super::{Outcome, Report};
 ///   redistance = false                # for SHAPE.sdf of a grid: true makes it distances again after every step
 ///   refine = [80, 160]                # for SHAPE.sdf of a grid: steps after which it has half the spacing, and steps half the rate;
 ///                                     # of a network: after which its grid has
-///   finish = 200                      # for SHAPE.sdf of a network: steps after which it is traced itself; never, unless given
+///   finish = 200                      # for SHAPE.sdf of a network: steps after which it is traced itself, a hundred times slower; never, unless given
 ///   uniform = false                   # the default; true: one step size without smoothing
 ///   beta1 = 0.9                       # of Adam: how slowly gradients are forgotten, and their squares
 ///   beta2 = 0.999

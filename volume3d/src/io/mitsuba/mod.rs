@@ -11,7 +11,7 @@
 //!   without a file, of our own, a ball of a `radius` in `cells` (16) between `low` and `high` (−1 and 1).
 //! - `sdfnetwork`, of our own, is a [network](crate::sdf::network) with `filename` (safetensors), [on a
 //!   grid](crate::sdf::Baked) of `cells` (64) between `low` and `high` (−1 and 1), or [itself](crate::sdf::Guided) with that as a guide if `itself`
-//!   is true, ten times slower, or without any with 0 cells, slower still; `to_world` as above. Without a file it is a new one, about a ball: `hidden` (4), `width` (64), `sharpness` (100),
+//!   is true, a hundred times slower, or without any with 0 cells, slower still; `to_world` as above. Without a file it is a new one, about a ball: `hidden` (4), `width` (64), `sharpness` (100),
 //!   `frequencies` (0), `radius` (0.5), `seed`.
 //!
 //! `default`, `$name`, `include`, `path`, `alias`, `ref` and all transforms are understood. Files are looked for in the folders
