@@ -70,6 +70,13 @@ pub enum End {
     OutOfSteps,
 }
 
+impl End {
+    /// A ray that ended so, counted.
+    pub(super) fn count(self) -> RayCount {
+        RayCount { traced: 1, out_of_steps: u64::from(self == Self::OutOfSteps) }
+    }
+}
+
 /// x_i = o + t_i ω, with ∇_ω of all that depends on it. Gradients are tangent at ω.
 #[derive(Clone, Copy, Debug)]
 pub struct TracePoint<V> {
@@ -129,7 +136,7 @@ impl<V> Trace<V> {
     /// This ray, counted.
     #[must_use]
     pub fn count(&self) -> RayCount {
-        RayCount { traced: 1, out_of_steps: u64::from(self.end == End::OutOfSteps) }
+        self.end.count()
     }
 
     /// The point on the surface, if one was found.
@@ -191,14 +198,28 @@ impl<V: Space> View<'_, V> {
     /// The same up to a far limit that may depend on the direction, such as the distance of something else that the ray
     /// hits. What was in the trace before is lost, but for its memory.
     pub fn trace_until(&self, direction: V, far: Scalar<V>, trace: &mut Trace<V>) {
+        trace.direction = direction;
+        trace.points.clear();
+        let points = &mut trace.points;
+        let look = |x| (self.sdf.jet(x), ());
+        trace.end = self.walk(direction, far, look, |point, ()| points.push(*point));
+    }
+
+    /// Visits the points one after another, with whatever else is found out where φ is looked at.
+    #[inline]
+    pub(super) fn walk<T>(
+        &self,
+        direction: V,
+        far: Scalar<V>,
+        look: impl Fn(V) -> (Jet<V>, T),
+        mut visit: impl FnMut(&TracePoint<V>, T),
+    ) -> End {
         let tracer = &self.tracer;
         let scale = tracer.step_scale / self.sdf.slope_bound();
         let (mut t, mut t_gradient) = (self.start, V::ZERO);
-        (trace.direction, trace.end) = (direction, End::OutOfSteps);
-        trace.points.clear();
         for index in 0..tracer.max_steps {
             let position = self.eye + direction * t;
-            let jet = self.sdf.jet(position);
+            let (jet, more) = look(position);
             let along = jet.gradient.dot(direction);
             let phi_gradient = (jet.gradient - direction * along) * t + t_gradient * along;
             let (mut step, mut step_gradient) = (scale * jet.value, phi_gradient * scale);
@@ -206,19 +227,17 @@ impl<V: Space> View<'_, V> {
             if leaves {
                 (step, step_gradient) = (far.value - t, far.gradient - t_gradient);
             }
-            let point = TracePoint { position, t, t_gradient, jet, phi_gradient, step, step_gradient };
-            trace.points.push(point);
+            visit(&TracePoint { position, t, t_gradient, jet, phi_gradient, step, step_gradient }, more);
             if index > 0 && jet.value.abs() <= tracer.tolerance * t {
-                trace.end = End::Hit;
-                break;
+                return End::Hit;
             }
             if leaves {
-                trace.end = End::Miss;
-                break;
+                return End::Miss;
             }
             t += step;
             t_gradient = t_gradient + step_gradient;
         }
+        End::OutOfSteps
     }
 }
 

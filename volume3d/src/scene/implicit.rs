@@ -148,6 +148,15 @@ impl ImplicitShape {
         let Placement { scale, rotation, .. } = self.placement;
         Jet { value: scale * jet.value, gradient: rotation * jet.gradient }
     }
+
+    pub(crate) fn placed_second_order(
+        &self,
+        SecondOrder { jet, hessian }: SecondOrder<DVec3>,
+    ) -> SecondOrder<DVec3> {
+        let Placement { scale, rotation, .. } = self.placement;
+        let hessian = rotation * hessian * rotation.transpose() * scale.recip();
+        SecondOrder { jet: self.placed(jet), hessian }
+    }
 }
 
 impl Sdf<DVec3> for ImplicitShape {
@@ -160,10 +169,7 @@ impl Sdf<DVec3> for ImplicitShape {
     }
 
     fn second_order(&self, x: DVec3) -> SecondOrder<DVec3> {
-        let SecondOrder { jet, hessian } = self.surface.second_order(self.local(x));
-        let Placement { scale, rotation, .. } = self.placement;
-        let hessian = rotation * hessian * rotation.transpose() * scale.recip();
-        SecondOrder { jet: self.placed(jet), hessian }
+        self.placed_second_order(self.surface.second_order(self.local(x)))
     }
 
     fn slope_bound(&self) -> f64 {

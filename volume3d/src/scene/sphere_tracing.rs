@@ -19,6 +19,9 @@ const STEEP: f64 = 1e-6;
 /// On surfaces |∇φ| must not be less, as fields take it for the speed of level sets there.
 const FLAT: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
+/// So often is φ looked at to tell that a ray is clear of a surface.
+const LOOKS: usize = 24;
+
 /// A point is on a surface where |φ| is at most this part of how far away it is, or of the surface's size, whichever is more.
 const EXACT: f64 = 1e-12;
 
@@ -82,6 +85,39 @@ impl Scene {
             Some((low, high)) => 0.5 * (high - low).length(),
             None => self.extent,
         }
+    }
+
+    /// Whether a surface is so many radians or more from a part of a ray, as seen from its origin: φ > c t all along, which few looks at φ
+    /// tell of most rays that leave the surface. False where these do not tell.
+    pub(crate) fn is_clear(
+        &self,
+        implicit: u32,
+        (origin, direction): (DVec3, DVec3),
+        (near, far): (f64, f64),
+        angle: f64,
+    ) -> bool {
+        let index = implicit as usize;
+        let shape = &self.description.implicits[index];
+        let ray = LocalRay::new(shape, origin, direction, self.implicit_size(implicit));
+        // φ − c t falls the faster.
+        let ray = LocalRay { slope: ray.slope + angle, ..ray };
+        // Only in the box are second derivatives bounded.
+        let part = self.part(index, origin, direction, Part { near, far });
+        let leaves = part.map_or(near, |part| part.far) / ray.scale;
+        let (mut t, far) = (near / ray.scale, far / ray.scale);
+        for _ in 0..LOOKS {
+            let (value, slope) = ray.look(t);
+            let value = value - angle * t;
+            let is_above = value > 0.0;
+            if !is_above {
+                return false;
+            }
+            t += (value / ray.slope).max(ray.step(value, slope - angle).min(leaves - t));
+            if t >= far {
+                return true;
+            }
+        }
+        false
     }
 
     /// What of a part of a ray is within the surface's box.
@@ -184,10 +220,15 @@ impl<'a> LocalRay<'a> {
 
     /// How far it is at least to a root: the farther of what the two bounds say.
     fn step(&self, value: f64, slope: f64) -> f64 {
-        // The root of φ + φ′ t − M t²/2, without cancellation.
+        let straight = value / self.slope;
+        // Where φ + φ′ t − M t²/2 is negative already, its root is nearer.
+        if value + (slope - 0.5 * self.bend * straight) * straight <= 0.0 {
+            return straight;
+        }
+        // The root, without cancellation.
         let root = (slope * slope + 2.0 * self.bend * value).sqrt();
         let bent = if slope > 0.0 { (slope + root) / self.bend } else { 2.0 * value / (root - slope) };
-        (value / self.slope).max(bent)
+        straight.max(bent)
     }
 
     /// What φ must at least be after a step.

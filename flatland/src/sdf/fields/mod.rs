@@ -39,7 +39,7 @@ pub use auxiliary::{AuxiliaryField, SilhouetteDistance};
 pub use bangaru::{BangaruField, PointKernel};
 pub use direct::DirectField;
 pub use form::{FieldForm, Tap};
-pub use vicini::ViciniField;
+pub use vicini::{MeanPoint, ViciniField};
 
 use super::space::Directions;
 use super::tracer::{RayCount, View};

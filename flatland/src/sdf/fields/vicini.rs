@@ -1,12 +1,13 @@
 //! The geometry derivative at one mean distance (Vicini et al. 2022).
 
 use super::form::{FieldForm, Tap};
-use super::mean::{departing, inverse_power, magnitude, normalise, slope_along};
+use super::mean::{departing, inverse_power, magnitude, slope_along};
 use super::{FieldError, TracedField, check};
 use crate::random::Stream;
+use crate::sdf::distance::{Jet, SecondOrder};
 use crate::sdf::scalar::Scalar;
-use crate::sdf::space::Directions;
-use crate::sdf::tracer::{Trace, TracePoint, View};
+use crate::sdf::space::{Directions, Space};
+use crate::sdf::tracer::{End, TracePoint, View};
 use crate::warp::Vector;
 
 /// V(ω) = m P_ω G(x̄)/t̄ at x̄ = o + t̄ω, t̄ = Σ ℓ_i w_i t_i / Σ ℓ_i w_i, with
@@ -45,36 +46,66 @@ impl Default for ViciniField {
     }
 }
 
-impl ViciniField {
-    /// The normalised weights ℓ_i w_i / Σ ℓ_j w_j, one for each point of the trace but the first.
-    #[must_use]
-    pub fn weights<D: Directions>(&self, view: &View<'_, D::Vector>, trace: &Trace<D::Vector>) -> Vec<f64> {
-        self.scalars::<D>(view, trace).into_iter().map(|w| w.value).collect()
-    }
+/// The points of a ray taken together.
+#[derive(Clone, Copy, Debug)]
+pub struct MeanPoint<V> {
+    /// t̄, where any point has a weight.
+    pub t: Option<Scalar<V>>,
+    /// t of the first point that may have one, which is the second of the ray.
+    pub first: Option<Scalar<V>>,
+    /// How the ray ended.
+    pub end: End,
+}
 
-    fn scalars<D: Directions>(
+impl ViciniField {
+    /// t̄ of the ray in direction ω up to a far limit, in one walk.
+    #[must_use]
+    pub fn mean_point<D: Directions>(
         &self,
         view: &View<'_, D::Vector>,
-        trace: &Trace<D::Vector>,
-    ) -> Vec<Scalar<D::Vector>> {
-        let points = trace.points.get(1..).unwrap_or_default();
-        let distances: Vec<_> = points.iter().map(|p| self.distance::<D>(view, trace.direction, p)).collect();
-        let least = distances.iter().map(|s| s.value).fold(f64::INFINITY, f64::min);
-        let mut weights: Vec<_> = points
-            .iter()
-            .zip(distances)
-            .map(|(point, s)| {
-                let power = self.power(s.value / least);
-                let step = magnitude(Scalar { value: point.step, gradient: point.step_gradient });
-                let slope = -self.gamma * power / s.value * step.value;
-                let value = step.value * power;
-                let gradient = step.gradient * power + s.gradient * slope;
-                let ramp = self.ramp(Scalar { value: point.t, gradient: point.t_gradient });
-                Scalar { value: value * ramp.value, gradient: gradient * ramp.value + ramp.gradient * value }
-            })
-            .collect();
-        normalise(&mut weights);
-        weights
+        direction: D::Vector,
+        far: Scalar<D::Vector>,
+    ) -> MeanPoint<D::Vector> {
+        let zero = Scalar::<D::Vector>::constant(0.0);
+        // Σ ℓ w and Σ ℓ w t.
+        let (mut whole, mut sum, mut first, mut is_first) = (zero, zero, None, true);
+        let look = |x| {
+            let SecondOrder { jet, hessian } = view.sdf.second_order(x);
+            (jet, hessian)
+        };
+        let end = view.walk(direction, far, look, |point, hessian| {
+            if std::mem::take(&mut is_first) {
+                return;
+            }
+            let t = Scalar { value: point.t, gradient: point.t_gradient };
+            first = first.or(Some(t));
+            let weight = self.weight::<D>(direction, point, hessian);
+            whole.value += weight.value;
+            whole.gradient = whole.gradient + weight.gradient;
+            sum.value += weight.value * t.value;
+            sum.gradient = sum.gradient + weight.gradient * t.value + t.gradient * weight.value;
+        });
+        let inverse = whole.value.recip();
+        let value = sum.value * inverse;
+        let mean = Scalar { value, gradient: (sum.gradient - whole.gradient * value) * inverse };
+        MeanPoint { t: (whole.value != 0.0).then_some(mean), first, end }
+    }
+
+    /// ℓ w of a point.
+    fn weight<D: Directions>(
+        &self,
+        direction: D::Vector,
+        point: &TracePoint<D::Vector>,
+        hessian: <D::Vector as Space>::Matrix,
+    ) -> Scalar<D::Vector> {
+        let s = self.distance::<D>(direction, point, hessian);
+        let power = self.power(s.value);
+        let step = magnitude(Scalar { value: point.step, gradient: point.step_gradient });
+        let slope = -self.gamma * power / s.value * step.value;
+        let value = step.value * power;
+        let gradient = step.gradient * power + s.gradient * slope;
+        let ramp = self.ramp(Scalar { value: point.t, gradient: point.t_gradient });
+        Scalar { value: value * ramp.value, gradient: gradient * ramp.value + ramp.gradient * value }
     }
 
     fn power(&self, x: f64) -> f64 {
@@ -88,16 +119,15 @@ impl ViciniField {
     /// ε + |φ| + β (∇φ·ω)²/|∇φ|²
     fn distance<D: Directions>(
         &self,
-        view: &View<'_, D::Vector>,
         direction: D::Vector,
         point: &TracePoint<D::Vector>,
+        hessian: <D::Vector as Space>::Matrix,
     ) -> Scalar<D::Vector> {
         let near = magnitude(Scalar { value: point.jet.value, gradient: point.phi_gradient });
         let gradient = point.jet.gradient;
         // 1/|∇φ|², or 0 where ∇φ is, and the gradient of |∇φ|²/2: H∇φ moved along the ray.
         let square = gradient.dot(gradient);
         let inverse = if square > 0.0 { square.recip() } else { 0.0 };
-        let hessian = view.sdf.second_order(point.position).hessian;
         let turn = hessian * gradient;
         let half = D::project(direction, turn) * point.t + point.t_gradient * turn.dot(direction);
         let along = slope_along::<D>(direction, point, hessian);
@@ -109,53 +139,15 @@ impl ViciniField {
         }
     }
 
-    /// Whether m > 0 at x̄, from values alone: it takes no second derivatives, and most rays are far from all silhouettes.
-    #[must_use]
-    pub fn is_near<D: Directions>(&self, view: &View<'_, D::Vector>, trace: &Trace<D::Vector>) -> bool {
-        let Some(reach) = self.reach else { return true };
-        let (mut sum, mut t) = (0.0, 0.0);
-        for point in trace.points.get(1..).unwrap_or_default() {
-            let gradient = point.jet.gradient;
-            let (square, along) = (gradient.dot(gradient), gradient.dot(trace.direction));
-            let relative = if square > 0.0 { along * along / square } else { 0.0 };
-            let distance =
-                (self.epsilon + point.jet.value.abs() + self.grazing * relative).max(f64::MIN_POSITIVE);
-            let ramp = self.ramp::<D::Vector>(Scalar::constant(point.t)).value;
-            let weight = point.step.abs() * self.power(distance) * ramp;
-            (sum, t) = (sum + weight, t + weight * point.t);
-        }
-        let t = t / sum;
-        // Where rounding or overflow decides, the whole form does.
-        let far = view.sdf.value(view.eye + trace.direction * t).abs() > 1.000_001 * reach * t;
-        sum != 0.0 && !far
-    }
-
-    /// t̄, where any point has a weight.
-    #[must_use]
-    pub fn mean_distance<D: Directions>(
-        &self,
-        view: &View<'_, D::Vector>,
-        trace: &Trace<D::Vector>,
-    ) -> Option<Scalar<D::Vector>> {
-        let weights = self.scalars::<D>(view, trace);
-        let mut t = Scalar::constant(0.0);
-        for (point, weight) in trace.points.iter().skip(1).zip(&weights) {
-            t.value += weight.value * point.t;
-            t.gradient = t.gradient + weight.gradient * point.t + point.t_gradient * weight.value;
-        }
-        (!weights.is_empty()).then_some(t)
-    }
-
-    /// m at x̄.
+    /// m at x̄, from φ and ∇φ there.
     #[must_use]
     pub fn multiplier<D: Directions>(
         &self,
-        view: &View<'_, D::Vector>,
         direction: D::Vector,
         t: Scalar<D::Vector>,
+        jet: Jet<D::Vector>,
     ) -> Scalar<D::Vector> {
         let Some(reach) = self.reach else { return Scalar::constant(1.0) };
-        let jet = view.sdf.jet(view.eye + direction * t.value);
         let turn = D::project(direction, jet.gradient) * t.value + t.gradient * jet.gradient.dot(direction);
         let near = magnitude(Scalar { value: jet.value, gradient: turn });
         let ratio = near.value / (reach * t.value);
@@ -165,28 +157,19 @@ impl ViciniField {
         let slope = (near.gradient * (1.0 / reach) - t.gradient * ratio) * (1.0 / t.value);
         Scalar { value: 1.0 - ratio, gradient: -slope }
     }
-
-    /// The form over a ray that is traced already.
-    #[must_use]
-    pub fn form_of<D: Directions>(
-        &self,
-        view: &View<'_, D::Vector>,
-        trace: &Trace<D::Vector>,
-    ) -> FieldForm<D> {
-        let direction = trace.direction;
-        let Some(t) = self.mean_distance::<D>(view, trace) else {
-            return FieldForm::new(direction, vec![], trace.count());
-        };
-        let multiplier = self.multiplier::<D>(view, direction, t);
-        let seen = multiplier.value != 0.0;
-        let tap = seen.then(|| Tap::new::<D>(view, direction, t, multiplier));
-        FieldForm::new(direction, tap.into_iter().collect(), trace.count())
-    }
 }
 
 impl<D: Directions> TracedField<D> for ViciniField {
     fn form(&self, view: &View<'_, D::Vector>, direction: D::Vector, _: &mut Stream) -> FieldForm<D> {
-        self.form_of(view, &view.trace(direction))
+        let MeanPoint { t, end, .. } =
+            self.mean_point::<D>(view, direction, Scalar::constant(view.tracer.far));
+        let tap = t.and_then(|t| {
+            let point = view.eye + direction * t.value;
+            let there = view.sdf.second_order(point);
+            let multiplier = self.multiplier::<D>(direction, t, there.jet);
+            (multiplier.value != 0.0).then(|| Tap::of::<D>(point, there, direction, t, multiplier))
+        });
+        FieldForm::new(direction, tap.into_iter().collect(), end.count())
     }
 
     fn check(&self) -> Result<(), FieldError> {

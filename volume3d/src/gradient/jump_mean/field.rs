@@ -129,12 +129,12 @@ impl JumpMean {
         }
         yield_to_jumps(&mut pieces, reach);
         let near = sight.near(scene, u, floor(reach), trace);
-        Self::mean(pieces, (scene, sight.origin, &near), u, reach)
+        Self::mean(pieces, (sight.origin, &near), u, reach)
     }
 
     fn mean(
         pieces: Vec<Piece>,
-        (scene, origin, near): (&Scene, DVec3, &[NearLevelSet]),
+        (origin, near): (DVec3, &[NearLevelSet]),
         u: DVec3,
         reach: AngularSupport,
     ) -> Option<Self> {
@@ -156,7 +156,7 @@ impl JumpMean {
         let level_sets = near.iter().map(|n| {
             let value = floor * n.kernel.value / whole;
             let gradient = n.kernel.gradient * (floor / whole) - slope * value;
-            n.tap(scene, origin, u, Graded { value, gradient })
+            n.tap(origin, u, Graded { value, gradient })
         });
         Some(Self { point: u, pieces, level_sets: level_sets.collect(), inverse: 1.0 / whole, slope })
     }

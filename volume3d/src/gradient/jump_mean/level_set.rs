@@ -22,14 +22,14 @@
 //! take a mean of, Vicini's κ falls to 0 by a factor, and Bangaru's as the length ℓ of the only step does. Where the mesh ends, an arc is infinite. It
 //! is not where a mesh and an implicit surface pass through one another, nor where two implicit surfaces do: their crossings jump, and nothing follows them.
 
-use flatland::sdf::fields::{BangaruField, PointKernel, Tap, ViciniField};
-use flatland::sdf::{End, Jet, Scalar, Sdf as _, SecondOrder, Trace, View};
+use flatland::sdf::fields::{BangaruField, MeanPoint, PointKernel, Tap, ViciniField};
+use flatland::sdf::{End, Jet, Scalar, SecondOrder, Trace, View};
 use glam::DVec3;
 
 use super::arc::Graded;
 use crate::Sphere;
 use crate::gradient::implicit_field::{ImplicitField, Weights};
-use crate::scene::{Scene, Surface};
+use crate::scene::{ImplicitShape, Placement, Scene, Surface};
 
 /// Where rays at implicit surfaces begin, and end before the surface does.
 #[derive(Clone, Copy, Debug)]
@@ -48,8 +48,8 @@ pub(crate) struct Sight {
 pub(super) struct NearLevelSet {
     implicit: u32,
     t: Scalar<DVec3>,
-    /// φ there, if it is known.
-    there: Option<SecondOrder<DVec3>>,
+    /// φ there.
+    there: SecondOrder<DVec3>,
     /// κ/F.
     pub(super) kernel: Graded,
 }
@@ -90,42 +90,71 @@ impl Sight {
     ) {
         let leaves = self.from == Some(Surface::Implicit(implicit));
         let start = if leaves { scene.leaving(implicit) } else { 0.0 };
-        let sdf = &scene.description.implicits[implicit as usize];
-        let view = View { sdf, eye: self.origin, start, tracer: scene.description.tracer };
+        let shape = &scene.description.implicits[implicit as usize];
+        let view = View { sdf: shape, eye: self.origin, start, tracer: scene.description.tracer };
         let open = Scalar::constant(scene.far_of(implicit, self.origin));
         let far = self.plane.and_then(|plane| distance(plane, self.origin, u));
         let far = far.filter(|far| far.value < open.value).unwrap_or(open);
         if far.value <= start {
             return;
         }
-        view.trace_until(u, far, trace);
-        if trace.end == End::OutOfSteps {
+        let end = match self.field.weights(scene.implicit_size(implicit), leaves) {
+            // Most rays that leave a surface have a mean point as far from it as any: κ is 0.
+            Weights::Vicini(field)
+                if leaves
+                    && field.reach.is_some_and(|reach| {
+                        scene.is_clear(implicit, (self.origin, u), (start, far.value), reach)
+                    }) =>
+            {
+                End::Miss
+            }
+            Weights::Vicini(field) => {
+                let (found, end) = mean_point(&field, implicit, shape, &view, (u, far));
+                near.extend(found);
+                end
+            }
+            Weights::Bangaru(field) => {
+                view.trace_until(u, far, trace);
+                near.extend(all_points(&field, implicit, &view, trace, floor));
+                trace.end
+            }
+        };
+        if end == End::OutOfSteps {
             scene.count_out_of_steps();
-        }
-        match self.field.weights(scene.implicit_size(implicit), leaves) {
-            Weights::Vicini(field) => near.extend(mean_point(&field, implicit, &view, trace, far)),
-            Weights::Bangaru(field) => near.extend(all_points(&field, implicit, &view, trace, floor)),
         }
     }
 }
 
-/// The point of a ray that Vicini's field takes, if its kernel does not vanish.
+/// The point of a ray that Vicini's field takes, if its kernel does not vanish, and how the ray ended.
+///
+/// The ray is followed in the surface's own coordinates, where directions are turned, and lengths are those of the world by its scale.
 fn mean_point(
     field: &ViciniField,
     implicit: u32,
+    shape: &ImplicitShape,
     view: &View<'_, DVec3>,
-    trace: &Trace<DVec3>,
-    far: Scalar<DVec3>,
-) -> Option<NearLevelSet> {
-    if !field.is_near::<Sphere>(view, trace) {
-        return None;
-    }
-    let t = field.mean_distance::<Sphere>(view, trace)?;
-    let Scalar { value, gradient } = field.multiplier::<Sphere>(view, trace.direction, t);
-    let rest = 1.0 - value;
-    let kernel = Graded { value: value / rest, gradient: gradient / (rest * rest) };
-    let kernel = kernel.times(room(trace, far));
-    (value > 0.0).then_some(NearLevelSet { implicit, t, there: None, kernel })
+    (u, far): (DVec3, Scalar<DVec3>),
+) -> (Option<NearLevelSet>, End) {
+    let Placement { scale, rotation, .. } = shape.placement;
+    let (direction, eye, start) = (rotation.transpose() * u, shape.local(view.eye), view.start / scale);
+    let far = Scalar { value: far.value / scale, gradient: rotation.transpose() * far.gradient / scale };
+    let view = View { sdf: &*shape.surface, eye, start, tracer: view.tracer };
+    let [epsilon, grazing, departure] = [field.epsilon, field.grazing, field.departure].map(|d| d / scale);
+    let field = ViciniField { epsilon, grazing, departure, ..*field };
+    let MeanPoint { t, first, end } = field.mean_point::<Sphere>(&view, direction, far);
+    let found = t.zip(first).and_then(|(t, first)| {
+        let there = view.sdf.second_order(eye + direction * t.value);
+        let Scalar { value, gradient } = field.multiplier::<Sphere>(direction, t, there.jet);
+        let rest = 1.0 - value;
+        let kernel = Graded { value: value / rest, gradient: gradient / (rest * rest) };
+        let Graded { value, gradient } = kernel.times(room(first, far));
+        let kernel = Graded { value, gradient: rotation * gradient };
+        let t = Scalar { value: scale * t.value, gradient: rotation * t.gradient * scale };
+        let there = shape.placed_second_order(there);
+        // What is not a number is handed on, and counted.
+        (value != 0.0).then_some(NearLevelSet { implicit, t, there, kernel })
+    });
+    (found, end)
 }
 
 /// The points of a ray that Bangaru's field takes: all but the first, and those that count for nothing.
@@ -141,21 +170,20 @@ fn all_points(
     points.map(move |(point, PointKernel { kernel, there })| NearLevelSet {
         implicit,
         t: Scalar { value: point.t, gradient: point.t_gradient },
-        there: Some(there),
+        there,
         kernel: Graded { value: kernel.value / floor, gradient: kernel.gradient / floor },
     })
 }
 
 /// How much of a ray there is beyond its first step, as a part of a tenth of that, at most 1. A ray that ends within its first step
 /// has no point to take a mean of: kernels must vanish as it becomes so short.
-fn room(trace: &Trace<DVec3>, far: Scalar<DVec3>) -> Graded {
+fn room(first: Scalar<DVec3>, far: Scalar<DVec3>) -> Graded {
     const PART: f64 = 0.1;
-    let Some(first) = trace.points.get(1) else { return Graded { value: 0.0, gradient: DVec3::ZERO } };
-    let value = (far.value - first.t) / (PART * first.t);
+    let value = (far.value - first.value) / (PART * first.value);
     if value >= 1.0 {
         return Graded { value: 1.0, gradient: DVec3::ZERO };
     }
-    let gradient = (far.gradient - first.t_gradient * (far.value / first.t)) / (PART * first.t);
+    let gradient = (far.gradient - first.gradient * (far.value / first.value)) / (PART * first.value);
     Graded { value, gradient }
 }
 
@@ -169,13 +197,10 @@ fn distance((normal, offset): (DVec3, f64), origin: DVec3, u: DVec3) -> Option<S
 
 impl NearLevelSet {
     /// Its part of the field, where it has the given weight.
-    pub(super) fn tap(&self, scene: &Scene, origin: DVec3, u: DVec3, weight: Graded) -> LevelSetTap {
+    pub(super) fn tap(&self, origin: DVec3, u: DVec3, weight: Graded) -> LevelSetTap {
         let Self { implicit, t, there, .. } = *self;
-        let point = origin + t.value * u;
-        let look = || scene.description.implicits[implicit as usize].second_order(point);
-        let there = there.unwrap_or_else(look);
         let weight = Scalar { value: weight.value, gradient: weight.gradient };
-        LevelSetTap { implicit, there, tap: Tap::of::<Sphere>(point, there, u, t, weight) }
+        LevelSetTap { implicit, there, tap: Tap::of::<Sphere>(origin + t.value * u, there, u, t, weight) }
     }
 }
 

@@ -1,6 +1,6 @@
 //! One sample of warped-area sampling, over numbers.
 
-use flatland::calculus::{Number, Rgb};
+use flatland::calculus::{Dual, Number, Rgb};
 use flatland::random::{Stream, stream};
 use glam::{DVec2, DVec3};
 
@@ -120,6 +120,31 @@ impl Job<'_> {
             let above = |c: usize| radiance[c].chain(mean_radiance[c] - level[c], 1.0);
             f([b, x, y], value * weight.value(), std::array::from_fn(|c| above(c) * warped));
         });
+    }
+
+    /// The numbers that a sample is made of, each with the derivative by it of Σ over pixels and channels of adjoint times integrand.
+    pub(super) fn partials<T: Number>(
+        &self,
+        (i, j, _): Place,
+        sample: &Sample<T>,
+        adjoint: &[DVec3],
+    ) -> [(T, f64); 6] {
+        let Sample { point, radiance: Rgb(radiance), mean_radiance } = sample;
+        let [u, v] = point.at.map(Number::value);
+        let at = [Dual::new(u, [1.0, 0.0]), Dual::new(v, [0.0, 1.0])];
+        // Σ h (L − L₀)·adjoint and Σ h adjoint.
+        let (mut light, mut weights) = (Dual::constant(0.0), DVec3::ZERO);
+        self.film.for_each_pixel(i, j, |_, _, x, y| {
+            let (weight, delta) = (self.film.weight(at, x, y), adjoint[y * self.film.columns + x]);
+            light = light + weight * delta.dot(*mean_radiance - self.control_variate(x, y));
+            weights += weight.value * delta;
+        });
+        let jacobian = point.jacobian.value();
+        let [along_u, along_v] = light.tangent.map(|t| t * jacobian);
+        let [r, g, b] = (weights * jacobian).to_array();
+        let [x, y] = point.at;
+        let [red, green, blue] = *radiance;
+        [(x, along_u), (y, along_v), (point.jacobian, light.value), (red, r), (green, g), (blue, b)]
     }
 
     /// −∮ (L − L₀) V·ν over the edges of box pixels: the filter's own jump does not move (Bangaru et al. 2022). A point on

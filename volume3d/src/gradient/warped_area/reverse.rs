@@ -79,13 +79,9 @@ impl Job<'_> {
     ) -> (Recorded<'t>, f64) {
         let frame = self.film.moving_frame(reverse);
         let sample = self.sample(reverse, &frame, place);
-        let mut sum = Recorded::constant(0.0);
-        self.for_each_pixel(place, &sample, |[_, x, y], _, integrand| {
-            let delta = adjoint[y * self.film.columns + x];
-            for c in 0..3 {
-                sum = sum + integrand[c] * delta[c];
-            }
-        });
+        // What follows from these numbers is no part of the tape but for its derivatives.
+        let partials = self.partials(place, &sample, adjoint).into_iter();
+        let sum = partials.fold(Recorded::constant(0.0), |sum, (x, d)| sum + x.chain(x.value() * d, d));
         (sum, 1.0 / self.method.samples as f64)
     }
 

@@ -5,7 +5,6 @@
 
 #![allow(clippy::needless_range_loop, reason = "indices name nodes along an axis, of several tables at once")]
 
-use flatland::sdf::shapes::Basis;
 use flatland::sdf::{Jet, SecondOrder};
 use glam::{DMat3, DVec3};
 
@@ -26,6 +25,50 @@ pub(super) struct Stencil<L: Lanes, const N: usize> {
     nodes: Nodes,
 }
 
+/// The weights of the nodes along an axis: polynomials of where a point is in its cell, from 0 to 1.
+pub(super) struct Weights {
+    /// By power, side by side for the nodes.
+    powers: [Half; 4],
+    /// How many nodes there are before the cell's first.
+    before: i64,
+}
+
+impl Weights {
+    /// Linear interpolation.
+    pub(super) const LINEAR: Self =
+        Self { powers: [[1.0, 0.0, 0.0, 0.0], [-1.0, 1.0, 0.0, 0.0], [0.0; 4], [0.0; 4]], before: 0 };
+
+    /// The uniform cubic B-spline.
+    pub(super) const CUBIC: Self = Self {
+        powers: [
+            [1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0, 0.0],
+            [-0.5, 0.0, 0.5, 0.0],
+            [0.5, -1.0, 0.5, 0.0],
+            [-1.0 / 6.0, 0.5, -0.5, 1.0 / 6.0],
+        ],
+        before: 1,
+    };
+
+    /// Those of the value, the first and the second derivative by length.
+    #[inline(always)]
+    fn at<L: Lanes>(&self, lanes: L, s: f64, per_length: f64) -> [L::Double; 3] {
+        let Self { powers: [a, b, c, d], .. } = self;
+        let [a, b] = [lanes.load_double(a), lanes.load_double(b)];
+        let [c, d] = [lanes.load_double(c), lanes.load_double(d)];
+        let once = lanes.add_double(a, lanes.mul_double(b, lanes.splat_double(s)));
+        let more = lanes.add_double(c, lanes.mul_double(d, lanes.splat_double(s)));
+        let value = lanes.add_double(once, lanes.mul_double(more, lanes.splat_double(s * s)));
+        let first = lanes.mul_double(b, lanes.splat_double(per_length));
+        let second = lanes.mul_double(c, lanes.splat_double(2.0 * s * per_length));
+        let third = lanes.mul_double(d, lanes.splat_double(3.0 * (s * s) * per_length));
+        let slope = lanes.add_double(lanes.add_double(first, second), third);
+        let twice = 2.0 * per_length * per_length;
+        let second = lanes.mul_double(c, lanes.splat_double(twice));
+        let third = lanes.mul_double(d, lanes.splat_double(3.0 * s * twice));
+        [value, slope, lanes.add_double(second, third)]
+    }
+}
+
 /// Where the nodes of a stencil are in the list of all nodes.
 enum Nodes {
     /// All within the grid: the first, and how far it is to the next row and to the next layer.
@@ -42,35 +85,32 @@ impl<L: Lanes, const N: usize> Stencil<L, N> {
         local: DVec3,
         per_length: DVec3,
         size: [usize; 3],
-        basis: fn(f64) -> Basis,
+        weights: &Weights,
     ) -> Self {
-        let bases = [basis(local.x), basis(local.y), basis(local.z)];
-        let mut weights = [[[0.0; ROW]; 3]; 3];
-        for axis in 0..3 {
-            let scale = per_length[axis];
-            let [value, slope, bend] = &bases[axis].weights;
-            for i in 0..N {
-                weights[axis][0][i] = value[i];
-                weights[axis][1][i] = slope[i] * scale;
-                weights[axis][2][i] = bend[i] * scale * scale;
-            }
-        }
-        let [along_x, y, z] = weights;
-        let x =
-            [lanes.load_double(&along_x[0]), lanes.load_double(&along_x[1]), lanes.load_double(&along_x[2])];
+        let cell = DVec3::new(local.x.floor(), local.y.floor(), local.z.floor());
+        let within = local - cell;
+        let x = weights.at(lanes, within.x, per_length.x);
+        let y = weights.at(lanes, within.y, per_length.y);
+        let z = weights.at(lanes, within.z, per_length.z);
+        let y = [lanes.store_double(y[0]), lanes.store_double(y[1]), lanes.store_double(y[2])];
+        let z = [lanes.store_double(z[0]), lanes.store_double(z[1]), lanes.store_double(z[2])];
         let [row, layer] = [size[0], size[0] * size[1]];
-        let fits = |axis: usize, count: usize| {
-            let first = bases[axis].first;
-            first >= 0 && first <= size[axis] as i64 - count as i64
-        };
-        let nodes = if fits(0, ROW) && fits(1, N) && fits(2, N) {
-            let [x, y, z] = [bases[0].first as usize, bases[1].first as usize, bases[2].first as usize];
+        let mut first = [0; 3];
+        let mut fits = true;
+        for axis in 0..3 {
+            first[axis] = (cell[axis] as i64).saturating_sub(weights.before);
+            let count = if axis == 0 { ROW } else { N };
+            fits &= first[axis] >= 0 && first[axis] <= size[axis] as i64 - count as i64;
+        }
+        let nodes = if fits {
+            let [x, y, z] = [first[0] as usize, first[1] as usize, first[2] as usize];
             Nodes::Inside { first: x + y * row + z * layer, row, layer }
         } else {
             let mut places = [[0; ROW]; 3];
             for (axis, step) in [1, row, layer].into_iter().enumerate() {
                 for i in 0..N {
-                    places[axis][i] = bases[axis].node(i, size[axis]) * step;
+                    let node = first[axis].saturating_add(i as i64).clamp(0, size[axis] as i64 - 1);
+                    places[axis][i] = node as usize * step;
                 }
             }
             let [x, y, z] = places;
@@ -108,7 +148,7 @@ impl<L: Lanes, const N: usize> Stencil<L, N> {
     #[inline(always)]
     fn dot(&self, a: L::Double, b: L::Double) -> f64 {
         let [p, q, r, s] = self.lanes.store_double(self.lanes.mul_double(a, b));
-        p + q + r + s
+        (p + q) + (r + s)
     }
 
     /// φ.

@@ -64,7 +64,7 @@ impl Grid {
 impl Outside {
     /// √(φ² + d²).
     pub(super) fn value(self, value: f64) -> f64 {
-        value.hypot(self.way.length())
+        (value * value + self.way.length_squared()).sqrt()
     }
 
     /// √(φ² + d²) from φ at the border and the distance d to it: no farther than the surface, as the box is convex, and

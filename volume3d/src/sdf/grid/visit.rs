@@ -1,11 +1,10 @@
 //! Visits of a point, compiled for the widest instructions that the machine has.
 
-use flatland::sdf::shapes::Basis;
 use flatland::sdf::{Jet, SecondOrder};
 use glam::DVec3;
 
 use super::Interpolation;
-use super::kernel::Stencil;
+use super::kernel::{Stencil, Weights};
 use crate::lanes::{self, Lanes, Task};
 
 /// The instructions that were found.
@@ -50,8 +49,8 @@ impl Instructions {
 
 impl Visit<'_> {
     #[inline(always)]
-    fn stencil<L: Lanes, const N: usize>(&self, lanes: L, basis: fn(f64) -> Basis) -> Stencil<L, N> {
-        Stencil::new(lanes, self.local, self.per_length, self.size, basis)
+    fn stencil<L: Lanes, const N: usize>(&self, lanes: L, weights: &Weights) -> Stencil<L, N> {
+        Stencil::new(lanes, self.local, self.per_length, self.size, weights)
     }
 }
 
@@ -63,8 +62,8 @@ impl Task for Value<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> f64 {
         match self.0.interpolation {
-            Interpolation::Trilinear => self.0.stencil::<L, 2>(lanes, Basis::linear).value(self.0.values),
-            Interpolation::Cubic => self.0.stencil::<L, 4>(lanes, Basis::cubic).value(self.0.values),
+            Interpolation::Trilinear => self.0.stencil::<L, 2>(lanes, &Weights::LINEAR).value(self.0.values),
+            Interpolation::Cubic => self.0.stencil::<L, 4>(lanes, &Weights::CUBIC).value(self.0.values),
         }
     }
 }
@@ -77,8 +76,8 @@ impl Task for First<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> Jet<DVec3> {
         match self.0.interpolation {
-            Interpolation::Trilinear => self.0.stencil::<L, 2>(lanes, Basis::linear).jet(self.0.values),
-            Interpolation::Cubic => self.0.stencil::<L, 4>(lanes, Basis::cubic).jet(self.0.values),
+            Interpolation::Trilinear => self.0.stencil::<L, 2>(lanes, &Weights::LINEAR).jet(self.0.values),
+            Interpolation::Cubic => self.0.stencil::<L, 4>(lanes, &Weights::CUBIC).jet(self.0.values),
         }
     }
 }
@@ -92,9 +91,11 @@ impl Task for Second<'_> {
     fn run<L: Lanes>(self, lanes: L) -> SecondOrder<DVec3> {
         match self.0.interpolation {
             Interpolation::Trilinear => {
-                self.0.stencil::<L, 2>(lanes, Basis::linear).second_order(self.0.values)
+                self.0.stencil::<L, 2>(lanes, &Weights::LINEAR).second_order(self.0.values)
             }
-            Interpolation::Cubic => self.0.stencil::<L, 4>(lanes, Basis::cubic).second_order(self.0.values),
+            Interpolation::Cubic => {
+                self.0.stencil::<L, 4>(lanes, &Weights::CUBIC).second_order(self.0.values)
+            }
         }
     }
 }
@@ -113,10 +114,10 @@ impl Task for Transpose<'_> {
         let Self { visit, covector, gradient } = self;
         match visit.interpolation {
             Interpolation::Trilinear => {
-                visit.stencil::<L, 2>(lanes, Basis::linear).add_transpose(covector, gradient);
+                visit.stencil::<L, 2>(lanes, &Weights::LINEAR).add_transpose(covector, gradient);
             }
             Interpolation::Cubic => {
-                visit.stencil::<L, 4>(lanes, Basis::cubic).add_transpose(covector, gradient);
+                visit.stencil::<L, 4>(lanes, &Weights::CUBIC).add_transpose(covector, gradient);
             }
         }
     }

@@ -1,7 +1,8 @@
 //! Kernels of implicit surfaces along scans of directions, and the whole field beside meshes.
 
-use flatland::sdf::Tracer;
+use flatland::random::{open01, stream};
 use flatland::sdf::shapes::{Ball, SmoothUnion};
+use flatland::sdf::{Sdf as _, Tracer};
 use flatland::warp::LinearField as _;
 
 use super::*;
@@ -11,7 +12,8 @@ use crate::gradient::jump_mean::{
     AngularSupport, HalfSpace, JumpMean, SceneEdges, Silhouettes, Subject, View as Seen,
 };
 use crate::gradient::motion::Motion;
-use crate::scene::{Camera, Description, Film, Filter, Material};
+use crate::scene::{Camera, Description, Film, Filter, ImplicitSurface, Material};
+use crate::sdf::{Grid, Interpolation};
 
 const EYE: DVec3 = DVec3::new(0.3, -5.0, 3.0);
 
@@ -49,6 +51,12 @@ fn does_not_jump(scene: &Scene, sight: &Sight) {
     let mut at = |y: f64| {
         let u = (DVec3::new(0.12, y, 0.0) - EYE).normalize();
         let kernel: f64 = sight.near(scene, u, 60.0, &mut trace).iter().map(|near| near.kernel.value).sum();
+        let sdf = &scene.description.implicits[0];
+        let view = View { sdf, eye: EYE, start: 0.0, tracer: scene.description.tracer };
+        let open = Scalar::constant(scene.far_of(0, EYE));
+        let wall =
+            sight.plane.and_then(|plane| distance(plane, EYE, u)).filter(|wall| wall.value < open.value);
+        view.trace_until(u, wall.unwrap_or(open), &mut trace);
         (kernel, trace.points.len())
     };
     let (low, high) = (-0.9, -0.35);
@@ -70,6 +78,44 @@ fn does_not_jump(scene: &Scene, sight: &Sight) {
         assert!(jump < 1e-9, "{jump} at {a}");
     }
     assert!(greatest > 0.1, "{greatest}");
+}
+
+/// Rays that leave a surface and are clear of it have no mean point that counts, and most that have none are known to be clear.
+#[test]
+fn clear_rays_have_no_kernel() {
+    let union = SmoothUnion::new(ball(-0.3, 0.0, 0.4, 0.6), ball(0.6, 0.2, 0.2, 0.45), 0.3).expect("a union");
+    let corners = (DVec3::splat(-1.5), DVec3::splat(1.5));
+    let grid = Grid::sampled(Interpolation::Cubic, corners, 40, |x| union.value(x)).expect("a grid");
+    let surfaces = [ImplicitSurface::new(union), ImplicitSurface::new(grid)];
+    for surface in surfaces {
+        let mut description = description();
+        description.add_implicit("union", ball(0.0, 0.0, 0.0, 1.0), 0);
+        description.implicits[0].surface = surface;
+        description.implicits[0].placement.scale = 1.3;
+        let scene = Scene::new(description).expect("a scene");
+        let shape = &scene.description.implicits[0];
+        let Weights::Vicini(field) = ImplicitField::default().weights(scene.implicit_size(0), true) else {
+            panic!("the default is Vicini's");
+        };
+        let mut random = stream(3, &[]);
+        let mut vector = || DVec3::from_array([(); 3].map(|()| 2.0 * open01(&mut random) - 1.0));
+        let (mut clear, mut far_away, mut near) = (0, 0, 0);
+        for _ in 0..4000 {
+            let u = (0.8 * vector() - EYE).normalize();
+            let Some(hit) = scene.closest(EYE, u, None) else { continue };
+            let (eye, start) = (EYE + hit.distance * u, scene.leaving(0));
+            let way = (scene.normal_of(hit.surface, eye) + 0.999 * vector().normalize()).normalize();
+            let far = scene.far_of(0, eye);
+            let view = View { sdf: shape, eye, start, tracer: scene.description.tracer };
+            let (found, _) = mean_point(&field, 0, shape, &view, (way, Scalar::constant(far)));
+            let is_clear = scene.is_clear(0, (eye, way), (start, far), 0.1);
+            assert!(!(is_clear && found.is_some()), "{eye} {way} {found:?}");
+            clear += i32::from(is_clear);
+            far_away += i32::from(found.is_none());
+            near += i32::from(found.is_some());
+        }
+        assert!(clear > 1000 && 10 * clear > 8 * far_away && near > 30, "{clear} {far_away} {near}");
+    }
 }
 
 /// Two balls blended into one, and a ball apart, between a wall and plates before them, all of which move.
