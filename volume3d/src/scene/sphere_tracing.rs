@@ -89,7 +89,7 @@ impl Scene {
 
     /// Whether a surface is so many radians or more from a part of a ray, as seen from its origin: φ > c t all along, which few looks at φ
     /// tell of most rays that leave the surface. False where these do not tell.
-    pub(crate) fn is_clear(
+    pub(crate) fn keeps_away(
         &self,
         implicit: u32,
         (origin, direction): (DVec3, DVec3),

@@ -103,7 +103,7 @@ impl Sight {
             Weights::Vicini(field)
                 if leaves
                     && field.reach.is_some_and(|reach| {
-                        scene.is_clear(implicit, (self.origin, u), (start, far.value), reach)
+                        scene.keeps_away(implicit, (self.origin, u), (start, far.value), reach)
                     }) =>
             {
                 End::Miss
