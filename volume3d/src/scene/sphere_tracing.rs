@@ -20,7 +20,7 @@ const STEEP: f64 = 1e-6;
 const FLAT: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// So often is φ looked at to tell that a ray is clear of a surface.
-const LOOKS: usize = 24;
+const LOOKS: usize = 64;
 
 /// A point is on a surface where |φ| is at most this part of how far away it is, or of the surface's size, whichever is more.
 const EXACT: f64 = 1e-12;
