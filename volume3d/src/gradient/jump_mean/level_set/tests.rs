@@ -108,9 +108,9 @@ fn clear_rays_have_no_kernel() {
             let far = scene.far_of(0, eye);
             let view = View { sdf: shape, eye, start, tracer: scene.description.tracer };
             let (found, _) = mean_point(&field, 0, shape, &view, (way, Scalar::constant(far)));
-            let is_clear = scene.keeps_away(0, (eye, way), (start, far), 0.1);
-            assert!(!(is_clear && found.is_some()), "{eye} {way} {found:?}");
-            clear += i32::from(is_clear);
+            let keeps_away = scene.keeps_away(0, (eye, way), (start, far), 0.1);
+            assert!(!(keeps_away && found.is_some()), "{eye} {way} {found:?}");
+            clear += i32::from(keeps_away);
             far_away += i32::from(found.is_none());
             near += i32::from(found.is_some());
         }
