@@ -16,7 +16,7 @@ use volume3d::sdf::{Baked, Grid, Interpolation, isosurface};
 
 use super::Clock;
 use super::chamfer::{chamfer, hausdorff};
-use super::studio::{Subject, cameras, clay, empty, film, look};
+use super::studio::{Light, Subject, cameras, clay, empty, film, look};
 use super::target::DIAGONAL;
 use crate::context::Context;
 use crate::seeds::seed_of;
@@ -115,6 +115,7 @@ pub(crate) struct Setup {
     /// What progress calls it.
     pub(crate) name: String,
     pub(crate) subject: Subject,
+    pub(crate) light: Light,
     /// The number of its seed, from 1 on.
     pub(crate) number: u64,
     pub(crate) made: Made,
@@ -133,6 +134,9 @@ pub(crate) struct Moment {
 /// One fit.
 pub(crate) struct Reconstruction {
     pub(crate) subject: Subject,
+    pub(crate) light: Light,
+    /// Views that it was fitted to.
+    pub(crate) views: usize,
     /// The number of its seed, from 1 on.
     pub(crate) number: u64,
     pub(crate) moments: Vec<Moment>,
@@ -152,10 +156,10 @@ pub(crate) struct Reconstruction {
 
 impl Reconstruction {
     pub(crate) fn new(context: &Context, effort: &Effort, setup: &Setup) -> anyhow::Result<Self> {
-        let Setup { figure, ref name, subject, number, .. } = *setup;
+        let Setup { figure, ref name, subject, light, number, .. } = *setup;
         let seed = |words: &[u64]| seed_of(context.seed(), &[&[figure, subject as u64], words].concat());
         let (target, film) = (subject.target()?, film(effort.side));
-        let mut truth = empty(film);
+        let mut truth = empty(film, light);
         let material = clay(&mut truth);
         truth.add_shape("truth", target.clone(), material);
         let mut truth = Scene::new(truth)?;
@@ -226,7 +230,20 @@ impl Reconstruction {
         let mesh = meshed(&scene, effort.meshed)?;
         let hausdorff = hausdorff(&mesh, &target, effort.points, seed(&[LOOKS, 3])) / DIAGONAL;
         let target = held_out[chosen].pixels.clone();
-        Ok(Self { subject, number, moments, hausdorff, decibels, target, stages, seconds, mesh, vanished })
+        Ok(Self {
+            subject,
+            light,
+            views: effort.views,
+            number,
+            moments,
+            hausdorff,
+            decibels,
+            target,
+            stages,
+            seconds,
+            mesh,
+            vanished,
+        })
     }
 
     /// The Chamfer distance at the end.
@@ -252,7 +269,7 @@ fn covered(
     effort: &Effort,
     seed: u64,
 ) -> anyhow::Result<Vec<Vec<bool>>> {
-    let mut black = empty(film(effort.side));
+    let mut black = empty(film(effort.side), Light::Even);
     let material = black.add_material(volume3d::scene::Material::diffuse("black", DVec3::ZERO));
     black.add_shape("truth", subject.target()?, material);
     let images = look(cameras, &mut Scene::new(black)?, effort.shown, seed)?;
@@ -262,7 +279,7 @@ fn covered(
 /// A ball, and Adam's rate in units of its parameters.
 fn start(effort: &Effort, setup: &Setup) -> anyhow::Result<(Scene, f64)> {
     let corners = (DVec3::splat(-HALF), DVec3::splat(HALF));
-    let mut scene = empty(film(effort.side));
+    let mut scene = empty(film(effort.side), setup.light);
     let material = clay(&mut scene);
     let mut rate = setup.rate;
     match setup.made {

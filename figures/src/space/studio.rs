@@ -2,11 +2,13 @@
 
 use std::f64::consts::{PI, SQRT_2};
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine2, DAffine3, DMat3, DVec3};
 use volume3d::Image;
 use volume3d::geometry::Mesh;
 use volume3d::gradient::{Progress, render};
-use volume3d::scene::{Camera, Description, Environment, Film, Filter, Integrator, Material, Scene};
+use volume3d::scene::{
+    Camera, Description, Environment, Film, Filter, Integrator, Material, Scene, Texture, Wrap,
+};
 use volume3d::sdf::analytic::Knot;
 use volume3d::sdf::isosurface;
 
@@ -96,11 +98,68 @@ pub(crate) fn cameras(count: usize, turn: f64) -> Vec<Camera> {
     (0..count).map(camera).collect()
 }
 
-/// An even light from everywhere, in which things cast shadows on themselves, and nothing to see.
-pub(crate) fn empty(film: Film) -> Description {
+/// What shines on the subjects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Light {
+    /// The same from everywhere, in which things are darker only where they hide the sky from themselves.
+    Even,
+    /// A dimmer sky with a sun, in which things cast shadows on themselves.
+    Sun,
+}
+
+/// The radiance of the sky beside the sun, and of the sun; what faces the sun gets as much as under an even light.
+const SKY: f64 = 0.4;
+const SUN: f64 = 0.6 / (SUN_SINE * SUN_SINE);
+/// The sine of the sun's radius, which is about 15 degrees.
+const SUN_SINE: f64 = 0.26;
+/// Rows of the map that has the sun.
+const ROWS: usize = 64;
+
+impl Light {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Even => "even light",
+            Self::Sun => "sun",
+        }
+    }
+
+    /// Adds it to a scene.
+    fn shine(self, description: &mut Description) {
+        let id = "sky".to_owned();
+        description.environment = Some(match self {
+            Self::Even => Environment::Constant { id, radiance: DVec3::ONE },
+            Self::Sun => {
+                let texture = description.add_texture(sunny());
+                Environment::Map { id, texture, scale: 1.0, to_world: DMat3::IDENTITY }
+            }
+        });
+    }
+}
+
+/// A longitude–latitude map of a sky with a sun in it.
+fn sunny() -> Texture {
+    let sun = DVec3::new(0.6, 0.7, 0.5).normalize();
+    let texel = |i: usize| {
+        let (u, v) = ((i % (2 * ROWS)) as f64 + 0.5, (i / (2 * ROWS)) as f64 + 0.5);
+        let ((sin, cos), (height, y)) = ((PI * u / ROWS as f64).sin_cos(), (PI * v / ROWS as f64).sin_cos());
+        let cosine = DVec3::new(height * sin, y, -height * cos).dot(sun);
+        DVec3::splat(if cosine > (1.0 - SUN_SINE * SUN_SINE).sqrt() { SUN } else { SKY })
+    };
+    Texture {
+        id: "sunny".to_owned(),
+        width: 2 * ROWS,
+        height: ROWS,
+        texels: (0..2 * ROWS * ROWS).map(texel).collect(),
+        wrap: Wrap::Repeat,
+        to_uv: DAffine2::IDENTITY,
+    }
+}
+
+/// A light, and nothing to see.
+pub(crate) fn empty(film: Film, light: Light) -> Description {
     let mut description = Description::new(cameras(1, 0.0).remove(0), film);
     description.integrator = Integrator { max_depth: Some(2), rr_depth: 2 };
-    description.environment = Some(Environment::Constant { id: "sky".to_owned(), radiance: DVec3::ONE });
+    light.shine(&mut description);
     description
 }
 

@@ -13,8 +13,8 @@ pub struct Tracer {
     /// ℓ = `step_scale` · φ over the bound on |∇φ|, in (0, 1]. Less than 1 gives more points, and safety where |∇φ|
     /// exceeds its bound a little.
     pub step_scale: f64,
-    /// A point is on the surface when |φ| ≤ `tolerance` · t: the angle, in radians, within which a
-    /// passing ray counts as a hit. In [10⁻¹⁴, 1).
+    /// A point is on the surface when |φ| ≤ `tolerance` · t, an angle in radians, if the ray falls steeply enough to be sure of a hit; where it
+    /// grazes, when |φ| is smaller by the square of ten times its cosine. In [10⁻¹⁴, 1).
     pub tolerance: f64,
     /// The most points a ray may have. A ray that passes the surface at the angle δ needs about
     /// δ^−½ of them.
@@ -22,6 +22,11 @@ pub struct Tracer {
     /// The distance at which a ray has left the scene.
     pub far: f64,
 }
+
+/// The cosine −∇φ·ω/|∇φ| above which a ray within the tolerance is sure to hit.
+const STEEP: f64 = 0.1;
+/// |φ|/t that is rounding.
+const EXACT: f64 = 1e-14;
 
 impl Default for Tracer {
     /// Full steps, 10⁻¹⁰ radians, n = 20,000 points, 10³ units: rays within about 2π²r/(tn²) ≈ 5·10⁻⁸ r/t
@@ -176,6 +181,17 @@ impl Tracer {
         }
         if self.far > 0.0 && self.far.is_finite() { Ok(()) } else { Err(TracerError::Far { far: self.far }) }
     }
+
+    /// Whether a ray so near the surface at t hits it, and does not pass: φ + φ′ s + φ″ s²/2 has a root where φ′² ≥ 2 φ φ″. With φ″ = |∇φ|/r that
+    /// is certain of all radii of curvature above 2 `tolerance`/[`STEEP`]² of t.
+    fn is_sure<V: Space>(&self, jet: &Jet<V>, along: f64, t: f64) -> bool {
+        let steepness = along * along;
+        let slope = jet.gradient.dot(jet.gradient);
+        jet.value <= 0.0
+            || STEEP * STEEP * slope <= steepness
+            || jet.value * STEEP * STEEP * slope.sqrt() <= self.tolerance * t * steepness
+            || jet.value <= EXACT * t
+    }
 }
 
 impl<V: Space> View<'_, V> {
@@ -228,7 +244,7 @@ impl<V: Space> View<'_, V> {
                 (step, step_gradient) = (far.value - t, far.gradient - t_gradient);
             }
             visit(&TracePoint { position, t, t_gradient, jet, phi_gradient, step, step_gradient }, more);
-            if index > 0 && jet.value.abs() <= tracer.tolerance * t {
+            if index > 0 && jet.value.abs() <= tracer.tolerance * t && tracer.is_sure(&jet, along, t) {
                 return End::Hit;
             }
             if leaves {

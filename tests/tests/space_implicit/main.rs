@@ -3,6 +3,7 @@
 
 mod scenes;
 
+use flatland::warp::{Warp, Weighting};
 use glam::DVec3;
 use tests::comparison::{Comparison, Estimate};
 use tests::effort::pick;
@@ -10,7 +11,7 @@ use tests::power::Power;
 use tests::statistics::suite_threshold;
 use volume3d::Image;
 use volume3d::gradient::{
-    ActiveParameters, FiniteDifference, GradientImage, ImplicitField, Progress, WarpedArea,
+    ActiveParameters, Field, FiniteDifference, GradientImage, ImplicitField, Progress, WarpedArea,
 };
 
 use scenes::{Moving, SIDE};
@@ -64,6 +65,11 @@ fn all_points(samples: usize) -> WarpedArea {
     WarpedArea { samples, implicit: ImplicitField::bangaru(), ..WarpedArea::default() }
 }
 
+/// With the field of auxiliary rays.
+fn rays(samples: usize) -> WarpedArea {
+    WarpedArea { samples, field: Field::AuxiliaryRays, ..WarpedArea::default() }
+}
+
 fn accept(test: &'static str, cases: Vec<Moving>, effort: usize, method: fn(usize) -> WarpedArea) {
     let mut power = Power::of(test);
     for moving in cases {
@@ -102,11 +108,23 @@ fn all_points_follow_them_as_well() {
     accept("space_implicit::all_points_follow_them_as_well", cases, pick(128, 192), all_points);
 }
 
-/// What must be rejected: no warp at all, and a grid whose ∇φ jumps between its cells.
+/// By auxiliary rays: before the sky, seen by a camera that moves, and in shadows of meshes and of one another.
+#[test]
+fn auxiliary_rays_follow_them_too() {
+    let balls = Moving { effort: 2, ..scenes::two_balls() };
+    let cases = vec![scenes::silhouette(), scenes::camera(), scenes::mesh_over_a_ball(), balls];
+    accept("space_implicit::auxiliary_rays_follow_them_too", cases, pick(128, 192), rays);
+}
+
+/// What must be rejected: no warp at all, a grid whose ∇φ jumps between its cells, and auxiliary rays that do not know how near the
+/// silhouette is.
 #[test]
 fn controls_are_rejected() {
     let kinked = scenes::kinked_grid();
     compare(&kinked, &samples(128), 512).reject(kinked.name);
+
+    let blind = Warp { weighting: Weighting::Gaussian, ..rays(1).warp };
+    compare(&scenes::silhouette(), &WarpedArea { warp: blind, ..rays(128) }, 512).reject("Gaussian weights");
 
     for moving in [scenes::silhouette(), scenes::over_a_floor(2), scenes::mesh_over_a_ball()] {
         let interior = WarpedArea { warps: false, ..samples(16) };
@@ -146,7 +164,7 @@ fn reverse_is_the_transpose_of_forward() {
     ];
     let weights = weights();
     let few = ImplicitField::Bangaru { gamma: 3.0, lambda: 0.1, nearest: Some(6) };
-    let methods = [samples(2), all_points(2), WarpedArea { implicit: few, ..samples(2) }];
+    let methods = [samples(2), all_points(2), WarpedArea { implicit: few, ..samples(2) }, rays(2)];
     let pairs = cases.iter().flat_map(|case| methods.iter().map(move |method| (case, method)));
     for (Moving { name, scene, change, .. }, method) in pairs {
         let forward = method.forward(scene, change, &Progress::none()).expect("a gradient");

@@ -154,7 +154,7 @@ impl<'s> Auxiliary<'s> {
             let below = height < 0.0 && hit.is_some_and(own);
             let distance = if below { nearest.angle.min(-height) } else { nearest.angle };
             let falloff = warp.falloff(distance, kappa);
-            let seen = FollowedPoint::by_ray(scene, hit, direction, falloff);
+            let seen = FollowedPoint::by_ray(scene, hit, x, direction, falloff);
             // The directions of edges this near are known to rounding over their distance.
             let tolerance = 1e-6 * height.abs() + 10.0 * rounding / seen.distance;
             let ends_at_horizon = (distance - height.abs()).abs() <= tolerance;
@@ -257,7 +257,7 @@ impl<'s> Auxiliary<'s> {
                 nearest_jump(scene, &h, origin, direction, jumps)
             });
             let distance = film.scale(direction) * nearest.angle;
-            let seen = FollowedPoint::by_ray(scene, hit, direction, 1.0);
+            let seen = FollowedPoint::by_ray(scene, hit, origin, direction, 1.0);
             (seen.or_crossing(nearest, warp.falloff(distance, kappa)), distance)
         };
         self.weighted(bundle, kappa, origin, None, camera_moves, ray, sight)
@@ -412,7 +412,7 @@ impl<'s> Auxiliary<'s> {
         let nearest = (0..candidates).filter_map(|i| Some((i, self.hits[i]?)));
         let nearest = nearest.filter(|(i, hit)| keep(self.directions[*i], hit.distance));
         let (i, hit) = nearest.min_by(|a, b| a.1.distance.total_cmp(&b.1.distance))?;
-        let seen = FollowedPoint::by_ray(self.paths.scene, Some(hit), self.directions[i], 1.0);
+        let seen = FollowedPoint::by_ray(self.paths.scene, Some(hit), origin, self.directions[i], 1.0);
         let slope = D::project(u, centre - u) * kappa;
         Some(RigidMotion { point: u, at: points[i], seen, slope })
     }

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::nearest_jump::Nearest;
 use crate::Sphere;
-use crate::scene::{Hit, MaterialPoint, Scene};
+use crate::scene::{Hit, MaterialPoint, Scene, Surface};
 
 /// A point that a warp follows: what an auxiliary ray hit, or a point of a curve.
 #[derive(Clone, Copy, Debug)]
@@ -29,8 +29,15 @@ pub(crate) struct FollowedPoint {
 pub(crate) enum Followed {
     /// Nothing: a ray left the scene.
     Nothing,
-    /// Matter.
+    /// Matter of a mesh.
     Material(MaterialPoint),
+    /// A level set of an implicit surface, which moves with G = −φ̇ ∇φ/|∇φ|².
+    LevelSet {
+        /// Which surface.
+        implicit: u32,
+        /// Where.
+        x: DVec3,
+    },
     /// A crossing, and how far along it the point is.
     Crossing {
         /// Which.
@@ -41,10 +48,20 @@ pub(crate) enum Followed {
 }
 
 impl FollowedPoint {
-    /// What a ray hit, or did not.
-    pub(crate) fn by_ray(scene: &Scene, hit: Option<Hit>, direction: DVec3, falloff: f64) -> Self {
-        let followed =
-            hit.and_then(|h| scene.material_point(&h)).map_or(Followed::Nothing, Followed::Material);
+    /// What a ray from a point hit, or did not.
+    pub(crate) fn by_ray(
+        scene: &Scene,
+        hit: Option<Hit>,
+        origin: DVec3,
+        direction: DVec3,
+        falloff: f64,
+    ) -> Self {
+        let followed = hit.map_or(Followed::Nothing, |hit| match hit.surface {
+            Surface::Triangle(triangle) => Followed::Material(scene.material_point(triangle, &hit)),
+            Surface::Implicit(implicit) => {
+                Followed::LevelSet { implicit, x: origin + hit.distance * direction }
+            }
+        });
         let distance = hit.map_or(f64::INFINITY, |h| h.distance);
         Self { followed, distance, direction, falloff, horizon: None }
     }
@@ -84,10 +101,10 @@ impl Followed {
         matches!(self, Self::Nothing)
     }
 
-    /// Its velocity, from those of all positions.
+    /// Its velocity, from those of all positions of meshes, which move no level set.
     pub(crate) fn velocity(&self, scene: &Scene, velocities: &[DVec3]) -> DVec3 {
         match self {
-            Self::Nothing => DVec3::ZERO,
+            Self::Nothing | Self::LevelSet { .. } => DVec3::ZERO,
             Self::Material(point) => point.velocity(velocities),
             Self::Crossing { index, along } => {
                 scene.crossings().get(*index).velocity(&scene.triangles, *along, velocities)
@@ -98,7 +115,7 @@ impl Followed {
     /// The transpose: what a covector of its velocity gives to that of each position.
     pub(crate) fn scatter(&self, scene: &Scene, covector: DVec3, add: impl FnMut(u32, DVec3)) {
         match self {
-            Self::Nothing => {}
+            Self::Nothing | Self::LevelSet { .. } => {}
             Self::Material(point) => point.scatter(covector, add),
             Self::Crossing { index, along } => {
                 scene.crossings().get(*index).scatter(&scene.triangles, *along, covector, add);

@@ -6,12 +6,12 @@ use flatland::sdf::{Jet, Sdf as _};
 use flatland::warp::{Field, LinearField as _};
 use glam::{DVec2, DVec3};
 
+use super::CameraTangent;
 use super::auxiliary::Auxiliary;
 use super::border::border;
 use super::differential::{Differential, FilmPoint};
 use super::film::FilmPlane;
 use super::motion::Motion;
-use super::{CameraTangent, Tangent};
 use crate::path::{BorderSample, Calculus, CameraMotion, Kernel, Warped};
 use crate::scene::{Scene, Surface};
 
@@ -66,13 +66,13 @@ impl<const N: usize> Differential for Forward<'_, N> {
         let moves = self.motion.camera_moves;
         let Some(auxiliary) = &mut self.auxiliary else { return still };
         let Some(warp) = auxiliary.on_film(film, u, seen, moves) else { return still };
-        let (scene, Tangent { positions, camera: change, .. }) = (self.scene, self.motion.change);
+        let (scene, change) = (self.scene, &self.motion.change.camera);
         let origin_rate = film.origin_rate(change);
         let field = warp.field(|seen| {
             let relative = if seen.followed.is_nothing() {
                 DVec3::ZERO
             } else {
-                (seen.followed.velocity(scene, positions) - origin_rate) / seen.distance
+                (self.motion.velocity(scene, &seen.followed) - origin_rate) / seen.distance
             };
             warp.apparent(seen.direction, relative, change)
         });
@@ -210,7 +210,7 @@ impl<const N: usize> Calculus for Forward<'_, N> {
         let Some(auxiliary) = &mut self.auxiliary else { return still };
         let warp = auxiliary.on_sphere(origin.value(), from, direction, kernel, moves);
         let Some(warp) = warp else { return still };
-        let (scene, positions) = (self.scene, &self.motion.change.positions);
+        let scene = self.scene;
         let mut warped = still;
         for l in 0..N {
             // The interior lane is not warped; one lane alone holds all.
@@ -228,7 +228,8 @@ impl<const N: usize> Calculus for Forward<'_, N> {
                 if seen.followed.is_nothing() {
                     return DVec3::ZERO;
                 }
-                let velocity = if material { seen.followed.velocity(scene, positions) } else { DVec3::ZERO };
+                let velocity =
+                    if material { self.motion.velocity(scene, &seen.followed) } else { DVec3::ZERO };
                 seen.angular(velocity - origin_rate)
             });
             let implicit = warp.level_set_field(|tap| {

@@ -15,9 +15,7 @@ use crate::Sphere;
 /// whichever silhouette is at u, and follows them all.
 ///
 /// Neither takes corners, or grids whose ∇φ jumps between cells, and both are biased by the tracer's
-/// [tolerance](crate::scene::Description::tracer). Of the other fields in the literature those of auxiliary rays and the band of Wang et
-/// al. (2024) are not for scenes: [auxiliary rays](super::Field::AuxiliaryRays) refuse implicit surfaces, and of both the slopes
-/// and deviations are in figure 18, on directions.
+/// [tolerance](crate::scene::Description::tracer). [Auxiliary rays](super::Field::AuxiliaryRays) follow implicit surfaces without either.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ImplicitField {
     /// One point of the ray, the mean of the tracer's points with the weights of Vicini et al. (2022), the default: it takes

@@ -1,8 +1,9 @@
 //! A change made ready: the rates of what follows from parameters, and what moves at all, and where.
 
-use flatland::sdf::Jet;
+use flatland::sdf::{Jet, LevelSetVelocity, Sdf as _};
 use glam::DVec3;
 
+use super::followed::Followed;
 use super::jump_mean::{AngularSupport, LevelSetTap};
 use super::{ImplicitTangent, Tangent};
 use crate::scene::Scene;
@@ -41,6 +42,20 @@ impl<'c> Motion<'c> {
 }
 
 impl Motion<'_> {
+    /// The velocity of a point that is followed.
+    pub(crate) fn velocity(&self, scene: &Scene, followed: &Followed) -> DVec3 {
+        let Followed::LevelSet { implicit, x } = *followed else {
+            return followed.velocity(scene, &self.change.positions);
+        };
+        if !self.moves_implicit[implicit as usize] {
+            return DVec3::ZERO;
+        }
+        let shape = &scene.description.implicits[implicit as usize];
+        let there = shape.second_order(x);
+        let rate = self.implicits[implicit as usize].rate(shape, x, &there);
+        LevelSetVelocity::new(there.jet.gradient).e() * rate.value
+    }
+
     /// φ̇ and ∇φ̇ of an implicit surface.
     pub(crate) fn level_set_rate(&self, scene: &Scene, tap: &LevelSetTap) -> Jet<DVec3> {
         let rates = &self.implicits[tap.implicit as usize];
@@ -103,13 +118,15 @@ impl MovingBounds {
             })
     }
 
+    /// Whether a ray may hit anything that moves.
     pub(crate) fn may_be_hit(&self, origin: DVec3, direction: DVec3) -> bool {
         let inverse = direction.recip();
-        self.boxes.iter().any(|&(low, high)| {
-            let (a, b) = ((low - origin) * inverse, (high - origin) * inverse);
-            // NaN arises where a ray runs within a face of the box: max and min then drop it.
-            let (near, far) = (a.min(b), a.max(b));
-            near.x.max(near.y).max(near.z).max(0.0) <= far.x.min(far.y).min(far.z)
-        })
+        self.implicit
+            || self.boxes.iter().any(|&(low, high)| {
+                let (a, b) = ((low - origin) * inverse, (high - origin) * inverse);
+                // NaN arises where a ray runs within a face of the box: max and min then drop it.
+                let (near, far) = (a.min(b), a.max(b));
+                near.x.max(near.y).max(near.z).max(0.0) <= far.x.min(far.y).min(far.z)
+            })
     }
 }

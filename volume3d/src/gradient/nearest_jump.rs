@@ -1,5 +1,7 @@
 //! How near a hit is to a jump of what is seen: what the boundary functions of auxiliary rays are made of.
 
+use flatland::sdf::Sdf as _;
+use flatland::sdf::fields::SilhouetteDistance;
 use glam::DVec3;
 
 use crate::scene::{Beyond, Hit, Scene, Surface};
@@ -30,7 +32,8 @@ pub(crate) struct Nearest {
 ///
 /// For edges of the hit triangle it is the angle to their great circles. The silhouette of a smooth
 /// surface farther away than one triangle is estimated from the cosine c = |n·ω| as that of a sphere with
-/// the surface's smallest radius of curvature r: r c²/(2 t). Crossings are looked at one by one.
+/// the surface's smallest radius of curvature r: r c²/(2 t); that of an implicit surface so from its curvature along the ray. Crossings
+/// of meshes are looked at one by one.
 pub(crate) fn nearest_jump(
     scene: &Scene,
     hit: &Hit,
@@ -38,9 +41,16 @@ pub(crate) fn nearest_jump(
     direction: DVec3,
     jumps: Jumps,
 ) -> Nearest {
-    // Auxiliary rays serve meshes only; see `Unsupported::Implicit`.
-    let Surface::Triangle(triangle) = hit.surface else {
-        return Nearest { angle: f64::INFINITY, crossing: None };
+    let triangle = match hit.surface {
+        Surface::Triangle(triangle) => triangle,
+        Surface::Implicit(implicit) => {
+            let shape = &scene.description.implicits[implicit as usize];
+            let there = shape.second_order(origin + hit.distance * direction);
+            let hessian = || there.hessian * direction;
+            let distance = SilhouetteDistance::Curvature;
+            let angle = distance.of(hit.distance, direction, there.jet.gradient, hessian);
+            return Nearest { angle, crossing: None };
+        }
     };
     let p = scene.corners(triangle).map(|p| p - origin);
     let normal = (p[1] - p[0]).cross(p[2] - p[0]);

@@ -4,7 +4,7 @@ use std::cell::{Cell, RefCell};
 
 use flatland::calculus::{Adjoints, Number, Rgb, Tape, Variable, Vec3};
 use flatland::random::Stream;
-use flatland::sdf::{Jet, Sdf as _, SecondOrder};
+use flatland::sdf::{Jet, LevelSetVelocity, Sdf as _, SecondOrder};
 use flatland::warp::LinearField as _;
 use glam::{DVec2, DVec3};
 
@@ -14,7 +14,7 @@ use super::auxiliary::Auxiliary;
 use super::border::border;
 use super::differential::{Differential, FilmPoint};
 use super::film::FilmPlane;
-use super::followed::FollowedPoint;
+use super::followed::{Followed, FollowedPoint};
 use super::rows::Rows;
 use super::warps::{DirectionWarp, FilmWarp};
 use crate::path::{BorderSample, Calculus, CameraMotion, Kernel, Warped};
@@ -234,6 +234,12 @@ impl<'s, 't> Reverse<'s, 't> {
     }
 
     fn scatter_hit(&self, seen: &FollowedPoint, covector: DVec3, sums: &mut Accumulator) {
+        if let Followed::LevelSet { implicit, x } = seen.followed {
+            let there = self.scene.description.implicits[implicit as usize].second_order(x);
+            let value = LevelSetVelocity::new(there.jet.gradient).e().dot(covector);
+            let covector = Jet { value, gradient: DVec3::ZERO };
+            self.scatter_implicit(implicit, x, &there, covector, sums);
+        }
         seen.followed.scatter(self.scene, covector, |i, covector| {
             if self.inputs.positions[i as usize] {
                 sums.add(i, covector);

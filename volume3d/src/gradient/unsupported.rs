@@ -49,7 +49,7 @@ pub enum Unsupported {
     },
     /// A method that knows meshes only.
     #[error(
-        "{method} does not follow the silhouettes of implicit surface `{shape}`; take warped-area sampling with the mean over jumps, or finite differences, or move nothing"
+        "{method} does not follow the silhouettes of implicit surface `{shape}`; take warped-area sampling, or finite differences, or move nothing"
     )]
     Implicit {
         /// The surface.

@@ -85,16 +85,11 @@ impl Scene {
         }
     }
 
-    /// The point of matter that was hit; an implicit surface has no such points, only values of φ.
+    /// The point of matter of a triangle that was hit.
     #[inline]
-    pub(crate) fn material_point(&self, hit: &Hit) -> Option<MaterialPoint> {
-        match hit.surface {
-            Surface::Triangle(triangle) => {
-                let corners = self.triangles[triangle as usize].positions;
-                Some(MaterialPoint::Mesh(std::array::from_fn(|k| (corners[k], hit.coordinates[k]))))
-            }
-            Surface::Implicit(_) => None,
-        }
+    pub(crate) fn material_point(&self, triangle: u32, hit: &Hit) -> MaterialPoint {
+        let corners = self.triangles[triangle as usize].positions;
+        MaterialPoint::Mesh(std::array::from_fn(|k| (corners[k], hit.coordinates[k])))
     }
 
     /// Along the normal, of any length: (p₁ − p₀) × (p₂ − p₀).

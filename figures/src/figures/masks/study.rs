@@ -6,7 +6,7 @@ use volume3d::sdf::network::Architecture;
 
 use crate::context::Context;
 use crate::space::reconstruction::{Effort, Made, Reconstruction, Setup, Spoil, Supervision};
-use crate::space::studio::Subject;
+use crate::space::studio::{Light, Subject};
 
 /// The part of the object that holes take, and their side in parts of the film's.
 pub(super) const HOLES: (f64, usize) = (0.05, 16);
@@ -100,7 +100,8 @@ impl Study {
                 }
             };
             let (subject, made) = (Subject::Bunny, Made::Network(architecture));
-            let setup = Setup { figure: 17, name: arm.name(), subject, number, made, rate, supervision };
+            let (name, light) = (arm.name(), Light::Even);
+            let setup = Setup { figure: 17, name, subject, light, number, made, rate, supervision };
             anyhow::Ok(Entry { arm, rate, fit: Reconstruction::new(context, effort, &setup)? })
         };
         let mut entries = vec![];

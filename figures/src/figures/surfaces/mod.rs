@@ -11,7 +11,7 @@ use crate::output::Table;
 use crate::plot::number;
 use crate::prose::Prose;
 use crate::space::reconstruction::{Effort, Made, RADIUS, Reconstruction, SMOOTHING, Setup, Supervision};
-use crate::space::studio::Subject;
+use crate::space::studio::{Light, Subject};
 
 /// The Chamfer distance that was hoped for, in parts of the diagonal, and the least decibels of held-out views.
 const GOAL: (f64, f64) = (0.005, 30.0);
@@ -21,6 +21,15 @@ const LEVELS: usize = 4;
 
 /// Adam's rate at first, in cells.
 const RATE: f64 = 0.5;
+
+/// Views of the usual fit in full quality, and other numbers of them.
+const USUAL: usize = 16;
+const OTHERS: [usize; 2] = [8, 32];
+
+/// Whether a fit is of the usual number of views under the even light, which are drawn; the others have rows of the table.
+fn is_usual(fit: &Reconstruction, effort: &Effort) -> bool {
+    (fit.views, fit.light) == (effort.views, Light::Even)
+}
 
 /// How much a fit may spend.
 fn effort(context: &Context) -> Effort {
@@ -40,8 +49,8 @@ fn effort(context: &Context) -> Effort {
         loss: Loss::Multiscale { levels: LEVELS },
     };
     let full = Effort {
-        side: 64,
-        views: 16,
+        side: 128,
+        views: USUAL,
         batch: 2,
         cells: 16,
         phases: vec![80; 3],
@@ -60,46 +69,77 @@ fn effort(context: &Context) -> Effort {
 /// Measures, draws and explains.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let (effort, seeds) = (effort(context), context.spend(1, 3));
+    let mut cases = vec![(effort.views, Light::Even), (effort.views, Light::Sun)];
+    cases.extend(context.spend(vec![], OTHERS.map(|views| (views, Light::Even)).to_vec()));
     let mut fits = vec![];
-    for subject in Subject::ALL {
-        for number in 1..=seeds {
-            let setup = Setup {
-                figure: 16,
-                name: subject.name().to_owned(),
-                subject,
-                number,
-                made: Made::Grid,
-                rate: RATE,
-                supervision: Supervision::WarpedArea,
-            };
-            fits.push(Reconstruction::new(context, &effort, &setup)?);
+    for (views, light) in cases {
+        let effort = Effort { views, ..effort.clone() };
+        for subject in Subject::ALL {
+            for number in 1..=seeds {
+                let setup = Setup {
+                    figure: 16,
+                    name: format!("{}, {}", subject.name(), case(views, light)),
+                    subject,
+                    light,
+                    number,
+                    made: Made::Grid,
+                    rate: RATE,
+                    supervision: Supervision::WarpedArea,
+                };
+                fits.push(Reconstruction::new(context, &effort, &setup)?);
+            }
         }
     }
     let prose = prose(context, &fits)?;
     let cells = [1, 2, 4].map(|finer| finer * effort.cells);
-    context.png("figure16_surfaces.png", &picture::draw(&fits, effort.side, cells))?;
+    let usual: Vec<_> = fits.iter().filter(|fit| is_usual(fit, &effort)).collect();
+    let sunny: Vec<_> = fits.iter().filter(|fit| fit.light == Light::Sun).collect();
+    context.png("figure16_surfaces.png", &picture::draw(&usual, &sunny, effort.side, cells))?;
     let table = summary(&fits);
     let mut data = vec![
         context.csv("figure16_fits.csv", &table)?,
         context.csv("figure16_distances.csv", &distances(&fits))?,
     ];
-    for fit in fits.iter().filter(|fit| fit.number == 1) {
+    for fit in usual.into_iter().filter(|fit| fit.number == 1) {
         data.push(context.obj(&format!("figure16_{}.obj", fit.subject.name()), &fit.mesh)?);
     }
     prose.section("surfaces", data, table)
 }
 
+/// What a fit is called beside its subject.
+fn case(views: usize, light: Light) -> String {
+    format!("{views} views, {}", light.name())
+}
+
+/// A number of every fit, seed by seed and subject by subject.
+fn by_subject<'a>(
+    fits: impl Iterator<Item = &'a Reconstruction> + Clone,
+    of: impl Fn(&Reconstruction) -> String,
+) -> String {
+    listed(Subject::ALL.into_iter().map(|subject| {
+        let of_subject = fits.clone().filter(|fit| fit.subject == subject);
+        format!("{}: {}", subject.name(), of_subject.map(&of).collect::<Vec<_>>().join(", "))
+    }))
+}
+
 fn prose(context: &Context, fits: &[Reconstruction]) -> anyhow::Result<Prose> {
     let effort = effort(context);
-    let all = |of: &dyn Fn(&Reconstruction) -> String| {
-        listed(Subject::ALL.into_iter().map(|subject| {
-            let of_subject = fits.iter().filter(|fit| fit.subject == subject);
-            format!("{}: {}", subject.name(), of_subject.map(of).collect::<Vec<_>>().join(", "))
-        }))
-    };
+    let usual = || fits.iter().filter(|fit| is_usual(fit, &effort));
+    let all = |of: &dyn Fn(&Reconstruction) -> String| by_subject(usual(), of);
+    let others = listed(
+        context
+            .spend(vec![], OTHERS.to_vec())
+            .into_iter()
+            .map(|views| (views, Light::Even))
+            .chain([(effort.views, Light::Sun)])
+            .map(|(views, light)| {
+                let of_case = fits.iter().filter(|fit| (fit.views, fit.light) == (views, light));
+                format!("{}: {}", case(views, light), by_subject(of_case, |fit| percent(fit.chamfer())))
+            }),
+    );
     let met = |goal: bool| if goal { "All reach it" } else { "Not all reach it" };
-    let distances_met = fits.iter().all(|fit| fit.chamfer() < GOAL.0);
-    let decibels_met = fits.iter().all(|fit| fit.worst_decibels() > GOAL.1);
+    let distances_met = usual().all(|fit| fit.chamfer() < GOAL.0);
+    let decibels_met = usual().all(|fit| fit.worst_decibels() > GOAL.1);
     let seconds = fits.iter().map(|fit| fit.seconds).sum::<f64>() / fits.len() as f64;
     let quality = context.spend(
         "This is the draft: small films, few views, few steps and coarse grids, so that everything takes seconds. Its distances say \
@@ -123,6 +163,7 @@ fn prose(context: &Context, fits: &[Reconstruction]) -> anyhow::Result<Prose> {
             ("rate", &number(RATE)),
             ("radius", &number(RADIUS)),
             ("points", &effort.points),
+            ("others", &others),
             ("chamfers", &all(&|fit| percent(fit.chamfer()))),
             ("hausdorffs", &all(&|fit| percent(fit.hausdorff))),
             ("decibels", &all(&|fit| number(fit.worst_decibels()))),
@@ -142,6 +183,8 @@ fn summary(fits: &[Reconstruction]) -> Table {
         fits,
         &[
             ("surface", &|fit| fit.subject.name().into()),
+            ("views", &|fit| fit.views.into()),
+            ("light", &|fit| fit.light.name().into()),
             ("seed", &|fit| (fit.number as usize).into()),
             ("Chamfer distance, start (%)", &|fit| (100.0 * fit.moments[0].chamfer).into()),
             ("Chamfer distance, fit (%)", &|fit| (100.0 * fit.chamfer()).into()),
@@ -160,6 +203,8 @@ fn distances(fits: &[Reconstruction]) -> Table {
         rows,
         &[
             ("surface", &|(fit, _)| fit.subject.name().into()),
+            ("views", &|(fit, _)| fit.views.into()),
+            ("light", &|(fit, _)| fit.light.name().into()),
             ("seed", &|(fit, _)| (fit.number as usize).into()),
             ("step", &|(_, moment)| (moment.step as usize).into()),
             ("Chamfer distance (part of the diagonal)", &|(_, moment)| moment.chamfer.into()),

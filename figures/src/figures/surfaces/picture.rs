@@ -19,11 +19,16 @@ const LIMIT: f64 = 0.25;
 
 const COLORS: [Color; 4] = [Palette::BLUE, Palette::VERMILION, Palette::GREEN, Palette::PURPLE];
 
-/// A row for the first fit of each subject, and below the curves of all.
-pub(super) fn draw(fits: &[Reconstruction], side: usize, cells: [usize; 3]) -> Canvas {
+/// A row for the first fit of each subject and one for the first in the sun, and below the curves of those that are not.
+pub(super) fn draw(
+    fits: &[&Reconstruction],
+    sunny: &[&Reconstruction],
+    side: usize,
+    cells: [usize; 3],
+) -> Canvas {
     let row = PANEL_TITLE_ROOM + SIDE + GAP;
     let width = 6.0 * (SIDE + GAP) + BAR;
-    let height = HEADS + Subject::ALL.len() as f64 * row + PLOTS;
+    let height = HEADS + (Subject::ALL.len() + 1) as f64 * row + PLOTS;
     let title = "Surfaces from their views: from a ball to a bunny, a trefoil knot, and two chairs";
     let mut figure = Figure::new(width, height, title);
     let (heads, rest) = figure.body.split_top(HEADS);
@@ -36,11 +41,13 @@ pub(super) fn draw(fits: &[Reconstruction], side: usize, cells: [usize; 3]) -> C
     }
     let shading = Shading::signed(LIMIT);
     let mut place = rest;
-    for subject in Subject::ALL {
+    let rows = Subject::ALL.map(|subject| (fits, subject, "")).into_iter();
+    for (fits, subject, lit) in rows.chain([(sunny, Subject::Bunny, " in the sun")]) {
         let of_subject = || fits.iter().filter(|fit| fit.subject == subject);
         let Some(first) = of_subject().next() else { continue };
         let chamfers: Vec<String> = of_subject().map(|fit| number(100.0 * fit.chamfer())).collect();
-        let title = format!("{}: Chamfer distance {} % of the diagonal", subject.name(), chamfers.join(", "));
+        let (name, chamfers) = (subject.name(), chamfers.join(", "));
+        let title = format!("{name}{lit}: Chamfer distance {chamfers} % of the diagonal");
         let space = figure.panel(Rect { height: row - GAP, ..place }, &title);
         let seen = std::iter::once(&first.target).chain(&first.stages);
         for (i, pixels) in seen.enumerate() {

@@ -30,9 +30,9 @@ pub enum SilhouetteDistance {
 }
 
 impl SilhouetteDistance {
-    /// The distance, from the gradient and ω·Hω at the hit.
-    fn of<V: Vector>(self, hit: &TracePoint<V>, direction: V, hessian: impl Fn() -> V) -> f64 {
-        let gradient = hit.jet.gradient;
+    /// The distance from the hit of a ray along ω at t, from ∇φ and Hω there.
+    #[must_use]
+    pub fn of<V: Vector>(self, t: f64, direction: V, gradient: V, hessian: impl FnOnce() -> V) -> f64 {
         let length = gradient.dot(gradient).sqrt();
         let cosine = (gradient.dot(direction) / length).abs();
         match self {
@@ -40,7 +40,7 @@ impl SilhouetteDistance {
             Self::GrazingSquared => cosine * cosine,
             Self::Curvature => {
                 let curvature = hessian().dot(direction) / length;
-                if curvature > 0.0 { cosine * cosine / (2.0 * curvature * hit.t) } else { f64::INFINITY }
+                if curvature > 0.0 { cosine * cosine / (2.0 * curvature * t) } else { f64::INFINITY }
             }
         }
     }
@@ -65,8 +65,11 @@ impl<D: Directions> TracedField<D> for AuxiliaryField {
             let trace = view.trace(omega);
             rays += trace.count();
             let hit = trace.hit().copied();
-            let hessian = |hit: &TracePoint<_>| view.sdf.second_order(hit.position).hessian * omega;
-            let distance = hit.map_or(f64::INFINITY, |h| self.distance.of(&h, omega, || hessian(&h)));
+            let distance = |hit: TracePoint<_>| {
+                let hessian = || view.sdf.second_order(hit.position).hessian * omega;
+                self.distance.of(hit.t, omega, hit.jet.gradient, hessian)
+            };
+            let distance = hit.map_or(f64::INFINITY, distance);
             (hit.map(|hit| (omega, hit)), distance)
         });
         let taps = stencil.terms().iter().filter_map(|term| {

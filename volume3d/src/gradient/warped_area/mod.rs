@@ -316,13 +316,8 @@ impl WarpedArea {
         geometric: bool,
     ) -> Result<(), GradientError> {
         supports_no_media(scene)?;
-        let method = match construction {
-            Construction::JumpMean { .. } => return Ok(()),
-            Construction::Weighted => "a field from auxiliary rays",
-            Construction::Followed { .. } => "rotation",
-        };
-        if geometric && self.warps {
-            supports_meshes_only(scene, method)?;
+        if geometric && self.warps && matches!(construction, Construction::Followed { .. }) {
+            supports_meshes_only(scene, "rotation")?;
         }
         Ok(())
     }
