@@ -13,8 +13,8 @@ pub struct Tracer {
     /// ℓ = `step_scale` · φ over the bound on |∇φ|, in (0, 1]. Less than 1 gives more points, and safety where |∇φ|
     /// exceeds its bound a little.
     pub step_scale: f64,
-    /// A point is on the surface when |φ| ≤ `tolerance` · t, an angle in radians, if the ray falls steeply enough to be sure of a hit; where it
-    /// grazes, when |φ| is smaller by the square of ten times its cosine. In [10⁻¹⁴, 1).
+    /// A point is on the surface when |φ| ≤ `tolerance` · t, an angle in radians, and the ray hits: where it grazes, a root of φ must be found.
+    /// In [10⁻¹⁴, 1).
     pub tolerance: f64,
     /// The most points a ray may have. A ray that passes the surface at the angle δ needs about
     /// δ^−½ of them.
@@ -23,7 +23,8 @@ pub struct Tracer {
     pub far: f64,
 }
 
-/// The cosine −∇φ·ω/|∇φ| above which a ray within the tolerance is sure to hit.
+/// The cosine −∇φ·ω/|∇φ| above which a ray within the tolerance is sure to hit: φ + φ′s + φ″s²/2 has a root where φ′² ≥ 2 φ φ″, and |∇φ|/φ″ is the
+/// radius of curvature.
 const STEEP: f64 = 0.1;
 /// |φ|/t that is rounding.
 const EXACT: f64 = 1e-14;
@@ -181,17 +182,6 @@ impl Tracer {
         }
         if self.far > 0.0 && self.far.is_finite() { Ok(()) } else { Err(TracerError::Far { far: self.far }) }
     }
-
-    /// Whether a ray so near the surface at t hits it, and does not pass: φ + φ′ s + φ″ s²/2 has a root where φ′² ≥ 2 φ φ″. With φ″ = |∇φ|/r that
-    /// is certain of all radii of curvature above 2 `tolerance`/[`STEEP`]² of t.
-    fn is_sure<V: Space>(&self, jet: &Jet<V>, along: f64, t: f64) -> bool {
-        let steepness = along * along;
-        let slope = jet.gradient.dot(jet.gradient);
-        jet.value <= 0.0
-            || STEEP * STEEP * slope <= steepness
-            || jet.value * STEEP * STEEP * slope.sqrt() <= self.tolerance * t * steepness
-            || jet.value <= EXACT * t
-    }
 }
 
 impl<V: Space> View<'_, V> {
@@ -244,7 +234,7 @@ impl<V: Space> View<'_, V> {
                 (step, step_gradient) = (far.value - t, far.gradient - t_gradient);
             }
             visit(&TracePoint { position, t, t_gradient, jet, phi_gradient, step, step_gradient }, more);
-            if index > 0 && jet.value.abs() <= tracer.tolerance * t && tracer.is_sure(&jet, along, t) {
+            if index > 0 && jet.value.abs() <= tracer.tolerance * t && self.hits(direction, t, jet, along) {
                 return End::Hit;
             }
             if leaves {
@@ -254,6 +244,24 @@ impl<V: Space> View<'_, V> {
             t_gradient = t_gradient + step_gradient;
         }
         End::OutOfSteps
+    }
+
+    /// Whether a ray that is within the tolerance of the surface at t hits it. One that grazes does if Newton's method finds a root: where there is
+    /// none, φ does not halve at each step.
+    fn hits(&self, direction: V, mut t: f64, mut jet: Jet<V>, mut along: f64) -> bool {
+        if along * along >= STEEP * STEEP * jet.gradient.dot(jet.gradient) {
+            return true;
+        }
+        while jet.value > EXACT * t {
+            let next = t - jet.value / along;
+            let there = self.sdf.jet(self.eye + direction * next);
+            let halves = there.value <= 0.5 * jet.value;
+            if !halves {
+                return false;
+            }
+            (t, jet, along) = (next, there, there.gradient.dot(direction));
+        }
+        true
     }
 }
 
