@@ -151,7 +151,7 @@ fn rows(context: &Context) -> anyhow::Result<Vec<Row>> {
 
 /// How many samples tell a bias of 1 % by four standard errors, from samples that are used for nothing else.
 fn needed(context: &Context, target: &Target<'_>, method: Method, index: u64) -> usize {
-    let (pilot, error) = context.spend((400, f64::INFINITY), (1_000_000, 0.0024));
+    let (pilot, error) = context.spend((400, f64::INFINITY), (4_000_000, 0.0020));
     let seed = seed_of(context.seed(), &[18, 3, index]);
     (target.measure(method, tracer(), pilot, seed).deviation / error).powi(2) as usize
 }
@@ -194,7 +194,7 @@ fn prose(measured: &Measured) -> anyhow::Result<Prose> {
             ("rays", &RAYS),
             ("band", &number(BAND)),
             ("at_thousandth", &at(0, 1e-3)),
-            ("at_default", &at(0, 1e-6)),
+            ("at_default", &at(0, 1e-7)),
             ("few_steps", &at(1, 20.0)),
             ("many_steps", &at(1, 640.0)),
             ("lost", &percent(lost)),
