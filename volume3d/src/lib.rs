@@ -64,7 +64,7 @@
 //! | method | bias |
 //! |---|---|
 //! | [`gradient::WarpedArea`] with [`JumpMean`](gradient::Field::JumpMean), or [`Softened`](gradient::Field::Softened) with samples of silhouettes | none; with [`sign_changes`](gradient::WarpedArea::sign_changes) 0, jumps of interpolated normals |
-//! | the same beside [implicit surfaces](sdf) | that of their tracer's tolerance, 10⁻⁷ radians unless told: about 0.2 % where that was measured; trilinear grids 10 to 25 %; sharp corners; where a mesh or another implicit surface passes through one, the curve in which they meet |
+//! | the same beside [implicit surfaces](sdf) | that of their tracer's tolerance, 10⁻⁷ radians unless told: at most 0.6 % where that was measured; trilinear grids 10 to 25 %; sharp corners; where a mesh or another implicit surface passes through one, the curve in which they meet |
 //! | with the [field](gradient::ImplicitField) of the `nearest` points of a ray | that it jumps where points come and go, besides |
 //! | with auxiliary rays and a multilevel or roulette [`Debias`](flatland::warp::Debias) | the same |
 //! | with a fixed number of auxiliary rays | falls with that number; gradients come out too small |
