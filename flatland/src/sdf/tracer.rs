@@ -342,6 +342,19 @@ mod tests {
         assert!((sum - 20.0).abs() < 1e-12, "{sum}");
     }
 
+    /// Within the tolerance of a silhouette, on both sides.
+    #[test]
+    fn rays_that_graze_hit_only_what_they_meet() {
+        let shape = Shape::Circle(Circle::new(DVec2::new(3.0, 0.0), 1.0).expect("a circle"));
+        let tracer = Tracer { tolerance: 1e-4, far: 20.0, ..Tracer::default() };
+        let view = View { sdf: &shape, eye: DVec2::ZERO, start: 0.0, tracer };
+        let silhouette = (1.0_f64 / 3.0).asin();
+        for away in [1e-5, 1e-6, 1e-7] {
+            let end = |away: f64| view.trace(DVec2::from_angle(silhouette + away)).end;
+            assert_eq!([end(-away), end(away)], [End::Hit, End::Miss], "{away}");
+        }
+    }
+
     #[test]
     fn bad_parameters_are_refused() {
         let good = Tracer::default();

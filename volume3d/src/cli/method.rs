@@ -76,7 +76,7 @@ enum FieldKind {
     /// The same mean, softened, with a quarter of --spp samples of silhouettes and half of it of shadows for what it leaves: for
     /// clutter and penumbrae, where the exact mean has heavy tails.
     Softened,
-    /// What auxiliary rays hit, as in the paper.
+    /// What auxiliary rays hit, as in the paper: meshes, and implicit surfaces.
     Rays,
 }
 

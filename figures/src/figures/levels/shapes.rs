@@ -19,8 +19,9 @@ pub(super) const FAR: f64 = 10.0;
 /// How far a shape moves to each side for central differences.
 const STEP: f64 = 1e-4;
 
-/// Bisections of an outline, from the largest angle that a shape may have from its axis.
+/// Bisections of an outline, whose differences are taken, and of the last ray that hits, from the largest angle that a shape may have from its axis.
 const BISECTIONS: usize = 44;
+const FEWER_BISECTIONS: usize = 26;
 const WIDEST: f64 = 0.6;
 
 /// The cells of grids along a side where nothing else is said, and the box that they fill.
@@ -139,7 +140,7 @@ impl Subject {
         let arc = |k: u32| {
             let around = TAU * (f64::from(k) + 0.5) / f64::from(arcs);
             let across = s * around.cos() + t * around.sin();
-            let [a, b] = [&before, &after].map(|sdf| last_hit(&**sdf, EXACT, self.axis, across));
+            let [a, b] = [&before, &after].map(|sdf| last_hit(&**sdf, EXACT, BISECTIONS, self.axis, across));
             let angle = 0.5 * (a + b);
             let width = TAU / f64::from(arcs) * angle.sin();
             let direction = self.axis * angle.cos() + across * angle.sin();
@@ -154,7 +155,7 @@ impl Subject {
         let hit = |k: u32| {
             let around = TAU * (f64::from(k) + 0.5) / f64::from(count);
             let across = s * around.cos() + t * around.sin();
-            let angle = last_hit(&*self.sdf, tracer, self.axis, across);
+            let angle = last_hit(&*self.sdf, tracer, FEWER_BISECTIONS, self.axis, across);
             let direction = self.axis * angle.cos() + across * angle.sin();
             let outward = across * angle.cos() - self.axis * angle.sin();
             (direction, outward, TAU / f64::from(count) * angle.sin())
@@ -168,10 +169,10 @@ impl Subject {
 }
 
 /// The angle from an axis up to which rays hit, in the plane of the axis and a direction across.
-fn last_hit(sdf: &dyn Sdf<DVec3>, tracer: Tracer, axis: DVec3, across: DVec3) -> f64 {
+fn last_hit(sdf: &dyn Sdf<DVec3>, tracer: Tracer, bisections: usize, axis: DVec3, across: DVec3) -> f64 {
     let view = View { sdf, eye: DVec3::ZERO, start: 0.0, tracer };
     let (mut low, mut high) = (0.0, WIDEST);
-    for _ in 0..BISECTIONS {
+    for _ in 0..bisections {
         let middle: f64 = 0.5 * (low + high);
         let hits = view.trace(axis * middle.cos() + across * middle.sin()).hit().is_some();
         if hits { low = middle } else { high = middle }
