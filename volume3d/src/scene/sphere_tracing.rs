@@ -22,6 +22,9 @@ const FLAT: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// So often is φ looked at to tell that a ray is clear of a surface.
 const LOOKS: usize = 64;
 
+/// The tolerance within which roots are looked for, however small that of fields is: rays inside an outline need fewer steps so.
+const ROOTS: f64 = 1e-6;
+
 /// A point is on a surface where |φ| is at most this part of how far away it is, or of the surface's size, whichever is more.
 const EXACT: f64 = 1e-12;
 
@@ -149,7 +152,7 @@ impl Scene {
             let (value, slope) = ray.look(t);
             steep |= value < least;
             // Of what is far away and small, the tolerance may be more than its parts are apart: the next root is looked for where only one is near.
-            if value <= tolerance * t.min(ray.size) {
+            if value <= tolerance.max(ROOTS) * t.min(ray.size) {
                 let (root, there) = ray.polished(t, near);
                 if value <= 0.0 || there.value.abs() <= EXACT * ray.size.max(root) {
                     // It may be beyond the end: a light, or the point that is looked for.
