@@ -1,7 +1,7 @@
 //! The mean of geometry derivatives over the points of a ray (Bangaru et al. 2022).
 
 use super::form::{FieldForm, Tap};
-use super::mean::{departing, inverse_power, magnitude, normalise, product, quotient, slope_along};
+use super::mean::{departing, magnitude, normalise, power, product, quotient, slope_along};
 use super::{FieldError, TracedField, check};
 use crate::random::Stream;
 use crate::sdf::distance::SecondOrder;
@@ -140,7 +140,7 @@ impl BangaruField {
 
     /// (S/S_min)^−γ. That S_min depends on ω too cancels in the quotient.
     fn power<V: Vector>(&self, s: Scalar<V>, least: f64) -> Scalar<V> {
-        let value = inverse_power(s.value / least, self.gamma);
+        let value = power(least / s.value, self.gamma);
         Scalar { value, gradient: s.gradient * (-self.gamma * value / s.value) }
     }
 

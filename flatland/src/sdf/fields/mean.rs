@@ -25,9 +25,9 @@ pub(super) fn magnitude<V: Vector>(s: Scalar<V>) -> Scalar<V> {
     Scalar { value: s.value.abs(), gradient: s.gradient * sign }
 }
 
-/// x^−γ; the cube of γ = 3 is a product.
-pub(super) fn inverse_power(x: f64, gamma: f64) -> f64 {
-    if gamma == 3.0 { (x * x * x).recip() } else { x.powf(-gamma) }
+/// x^γ; the cube of γ = 3 is a product.
+pub(super) fn power(x: f64, gamma: f64) -> f64 {
+    if gamma == 3.0 { x * x * x } else { x.powf(gamma) }
 }
 
 /// (t/(t + d))^γ: what the weights of rays that leave a surface are multiplied by, whose first points are near it and say
@@ -36,7 +36,7 @@ pub(super) fn departing<V: Vector>(t: Scalar<V>, departure: f64, gamma: f64) -> 
     if departure == 0.0 {
         return Scalar::constant(1.0);
     }
-    let value = inverse_power((t.value + departure) / t.value, gamma);
+    let value = power(t.value / (t.value + departure), gamma);
     let slope = gamma * value * departure / (t.value * (t.value + departure));
     Scalar { value, gradient: t.gradient * slope }
 }

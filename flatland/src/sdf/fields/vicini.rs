@@ -1,7 +1,7 @@
 //! The geometry derivative at one mean distance (Vicini et al. 2022).
 
 use super::form::{FieldForm, Tap};
-use super::mean::{departing, inverse_power, magnitude, slope_along};
+use super::mean::{departing, magnitude, power};
 use super::{FieldError, TracedField, check};
 use crate::random::Stream;
 use crate::sdf::distance::{Jet, SecondOrder};
@@ -99,17 +99,13 @@ impl ViciniField {
         hessian: <D::Vector as Space>::Matrix,
     ) -> Scalar<D::Vector> {
         let s = self.distance::<D>(direction, point, hessian);
-        let power = self.power(s.value);
+        let inverse = s.value.recip();
+        let power = power(inverse, self.gamma);
         let step = magnitude(Scalar { value: point.step, gradient: point.step_gradient });
-        let slope = -self.gamma * power / s.value * step.value;
         let value = step.value * power;
-        let gradient = step.gradient * power + s.gradient * slope;
+        let gradient = step.gradient * power - s.gradient * (self.gamma * inverse * value);
         let ramp = self.ramp(Scalar { value: point.t, gradient: point.t_gradient });
         Scalar { value: value * ramp.value, gradient: gradient * ramp.value + ramp.gradient * value }
-    }
-
-    fn power(&self, x: f64) -> f64 {
-        inverse_power(x, self.gamma)
     }
 
     fn ramp<V: Vector>(&self, t: Scalar<V>) -> Scalar<V> {
@@ -125,16 +121,15 @@ impl ViciniField {
     ) -> Scalar<D::Vector> {
         let near = magnitude(Scalar { value: point.jet.value, gradient: point.phi_gradient });
         let gradient = point.jet.gradient;
-        // 1/|∇φ|², or 0 where ∇φ is, and the gradient of |∇φ|²/2: H∇φ moved along the ray.
+        // r = ∇φ·ω/|∇φ|², or 0 where ∇φ is: what follows is r ∇φ·ω, whose gradient by x is H q.
         let square = gradient.dot(gradient);
-        let inverse = if square > 0.0 { square.recip() } else { 0.0 };
-        let turn = hessian * gradient;
-        let half = D::project(direction, turn) * point.t + point.t_gradient * turn.dot(direction);
-        let along = slope_along::<D>(direction, point, hessian);
-        let relative = along.value * along.value * inverse;
-        let slope = along.gradient * (2.0 * along.value * inverse) - half * (2.0 * relative * inverse);
+        let along = gradient.dot(direction);
+        let ratio = if square > 0.0 { along / square } else { 0.0 };
+        let turn = hessian * ((direction - gradient * ratio) * (2.0 * ratio));
+        let slope = D::project(direction, gradient * (2.0 * ratio) + turn * point.t)
+            + point.t_gradient * turn.dot(direction);
         Scalar {
-            value: (self.epsilon + near.value + self.grazing * relative).max(f64::MIN_POSITIVE),
+            value: (self.epsilon + near.value + self.grazing * (ratio * along)).max(f64::MIN_POSITIVE),
             gradient: near.gradient + slope * self.grazing,
         }
     }

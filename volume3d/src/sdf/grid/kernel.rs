@@ -12,6 +12,8 @@ use crate::lanes::{Half, Lanes};
 
 /// The nodes along x that are looked at, if there are so many: as many as there are lanes.
 const ROW: usize = 4;
+/// The weights of one node that counts alone.
+const ONE: [Half; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0; 4], [0.0; 4]];
 
 /// N × N × N nodes around a point: where they are, and their weights.
 pub(super) struct Stencil<L: Lanes, const N: usize> {
@@ -74,7 +76,32 @@ enum Nodes {
     /// All within the grid: the first, and how far it is to the next row and to the next layer.
     Inside { first: usize, row: usize, layer: usize },
     /// Beyond the border the outermost nodes are repeated: the places along x, and where rows and layers begin.
-    Border { x: [usize; ROW], y: [usize; ROW], z: [usize; ROW] },
+    Border { x: Places, y: Places, z: Places },
+}
+
+/// The places of nodes along an axis, of which some are beyond the border.
+#[derive(Clone, Copy)]
+struct Places {
+    at: [usize; ROW],
+    /// How many there are: one, where all are the same.
+    count: usize,
+    /// Whether none is beyond.
+    fits: bool,
+}
+
+impl Places {
+    /// Of `count` nodes from the given one on along an axis of so many nodes, `step` apart in the list.
+    #[inline(always)]
+    fn new(first: i64, count: usize, size: usize, step: usize) -> Self {
+        let last = size as i64 - 1;
+        let end = first.saturating_add(count as i64 - 1);
+        let mut at = [0; ROW];
+        for i in 0..count {
+            at[i] = first.saturating_add(i as i64).clamp(0, last) as usize * step;
+        }
+        let is_flat = end <= 0 || first >= last;
+        Self { at, count: if is_flat { 1 } else { count }, fits: first >= 0 && end <= last }
+    }
 }
 
 impl<L: Lanes, const N: usize> Stencil<L, N> {
@@ -92,8 +119,8 @@ impl<L: Lanes, const N: usize> Stencil<L, N> {
         let x = weights.at(lanes, within.x, per_length.x);
         let y = weights.at(lanes, within.y, per_length.y);
         let z = weights.at(lanes, within.z, per_length.z);
-        let y = [lanes.store_double(y[0]), lanes.store_double(y[1]), lanes.store_double(y[2])];
-        let z = [lanes.store_double(z[0]), lanes.store_double(z[1]), lanes.store_double(z[2])];
+        let mut y = [lanes.store_double(y[0]), lanes.store_double(y[1]), lanes.store_double(y[2])];
+        let mut z = [lanes.store_double(z[0]), lanes.store_double(z[1]), lanes.store_double(z[2])];
         let [row, layer] = [size[0], size[0] * size[1]];
         let mut first = [0; 3];
         let mut fits = true;
@@ -106,15 +133,17 @@ impl<L: Lanes, const N: usize> Stencil<L, N> {
             let [x, y, z] = [first[0] as usize, first[1] as usize, first[2] as usize];
             Nodes::Inside { first: x + y * row + z * layer, row, layer }
         } else {
-            let mut places = [[0; ROW]; 3];
-            for (axis, step) in [1, row, layer].into_iter().enumerate() {
-                for i in 0..N {
-                    let node = first[axis].saturating_add(i as i64).clamp(0, size[axis] as i64 - 1);
-                    places[axis][i] = node as usize * step;
-                }
+            let along_x = Places::new(first[0], N, size[0], 1);
+            let along_y = Places::new(first[1], N, size[1], row);
+            let along_z = Places::new(first[2], N, size[2], layer);
+            // Where all nodes along an axis are the same, so is φ.
+            if along_y.count == 1 {
+                y = ONE;
             }
-            let [x, y, z] = places;
-            Nodes::Border { x, y, z }
+            if along_z.count == 1 {
+                z = ONE;
+            }
+            Nodes::Border { x: along_x, y: along_y, z: along_z }
         };
         Self { lanes, x, y, z, nodes }
     }
@@ -129,12 +158,27 @@ impl<L: Lanes, const N: usize> Stencil<L, N> {
                 found.copy_from_slice(&values[begin..begin + ROW]);
             }
             Nodes::Border { x, y, z } => {
-                for i in 0..N {
-                    found[i] = values[x[i] + y[j] + z[k]];
+                let begin = y.at[j] + z.at[k];
+                if x.fits && N == ROW {
+                    let begin = begin + x.at[0];
+                    found.copy_from_slice(&values[begin..begin + ROW]);
+                } else {
+                    for i in 0..N {
+                        found[i] = values[begin + x.at[i]];
+                    }
                 }
             }
         }
         self.lanes.load_double(&found)
+    }
+
+    /// How many rows and layers there are.
+    #[inline(always)]
+    fn counts(&self) -> (usize, usize) {
+        match &self.nodes {
+            Nodes::Inside { .. } => (N, N),
+            Nodes::Border { y, z, .. } => (y.count, z.count),
+        }
     }
 
     /// sum + weight · row.
@@ -154,11 +198,20 @@ impl<L: Lanes, const N: usize> Stencil<L, N> {
     /// φ.
     #[inline(always)]
     pub(super) fn value(&self, values: &[f64]) -> f64 {
+        match self.counts() {
+            // Known when this is compiled, so that loops are unrolled.
+            (rows, layers) if rows == N && layers == N => self.value_of(values, (N, N)),
+            counts => self.value_of(values, counts),
+        }
+    }
+
+    #[inline(always)]
+    fn value_of(&self, values: &[f64], (rows, layers): (usize, usize)) -> f64 {
         let Self { lanes, x, y, z, .. } = self;
         let mut plain = lanes.splat_double(0.0);
-        for j in 0..N {
+        for j in 0..rows {
             let mut a = lanes.splat_double(0.0);
-            for k in 0..N {
+            for k in 0..layers {
                 a = self.add(a, z[0][k], self.row(values, j, k));
             }
             plain = self.add(plain, y[0][j], a);
@@ -169,13 +222,22 @@ impl<L: Lanes, const N: usize> Stencil<L, N> {
     /// φ and ∇φ.
     #[inline(always)]
     pub(super) fn jet(&self, values: &[f64]) -> Jet<DVec3> {
+        match self.counts() {
+            // Known when this is compiled, so that loops are unrolled.
+            (rows, layers) if rows == N && layers == N => self.jet_of(values, (N, N)),
+            counts => self.jet_of(values, counts),
+        }
+    }
+
+    #[inline(always)]
+    fn jet_of(&self, values: &[f64], (rows, layers): (usize, usize)) -> Jet<DVec3> {
         let Self { lanes, x, y, z, .. } = self;
         // Summed over z, then y, then x; names say which derivatives were taken on the way.
         let zero = lanes.splat_double(0.0);
         let [mut plain, mut along_y, mut along_z] = [zero; 3];
-        for j in 0..N {
+        for j in 0..rows {
             let [mut a, mut b] = [zero; 2];
-            for k in 0..N {
+            for k in 0..layers {
                 let row = self.row(values, j, k);
                 a = self.add(a, z[0][k], row);
                 b = self.add(b, z[1][k], row);
@@ -191,12 +253,21 @@ impl<L: Lanes, const N: usize> Stencil<L, N> {
     /// φ, ∇φ and ∇²φ.
     #[inline(always)]
     pub(super) fn second_order(&self, values: &[f64]) -> SecondOrder<DVec3> {
+        match self.counts() {
+            // Known when this is compiled, so that loops are unrolled.
+            (rows, layers) if rows == N && layers == N => self.second_order_of(values, (N, N)),
+            counts => self.second_order_of(values, counts),
+        }
+    }
+
+    #[inline(always)]
+    fn second_order_of(&self, values: &[f64], (rows, layers): (usize, usize)) -> SecondOrder<DVec3> {
         let Self { lanes, x, y, z, .. } = self;
         let zero = lanes.splat_double(0.0);
         let [mut plain, mut to_y, mut to_z, mut yy, mut yz, mut zz] = [zero; 6];
-        for j in 0..N {
+        for j in 0..rows {
             let [mut a, mut b, mut c] = [zero; 3];
-            for k in 0..N {
+            for k in 0..layers {
                 let row = self.row(values, j, k);
                 a = self.add(a, z[0][k], row);
                 b = self.add(b, z[1][k], row);
@@ -224,8 +295,9 @@ impl<L: Lanes, const N: usize> Stencil<L, N> {
     pub(super) fn add_transpose(&self, covector: Jet<DVec3>, gradient: &mut [f64]) {
         let Self { lanes, x, y, z, .. } = self;
         let Jet { value: c, gradient: q } = covector;
-        for k in 0..N {
-            for j in 0..N {
+        let (rows, layers) = self.counts();
+        for k in 0..layers {
+            for j in 0..rows {
                 let still = y[0][j] * z[0][k];
                 let value = c * still + q.y * y[1][j] * z[0][k] + q.z * y[0][j] * z[1][k];
                 let added = lanes.mul_double(lanes.splat_double(value), x[0]);
@@ -242,7 +314,7 @@ impl<L: Lanes, const N: usize> Stencil<L, N> {
                     Nodes::Border { x, y, z } => {
                         let added = lanes.store_double(added);
                         for i in 0..N {
-                            gradient[x[i] + y[j] + z[k]] += added[i];
+                            gradient[x.at[i] + y.at[j] + z.at[k]] += added[i];
                         }
                     }
                 }
