@@ -3,6 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use flatland::random::{Stream, open01};
+use flatland::sdf::fields::MeanPoint;
 use flatland::sdf::{End, Trace};
 use flatland::warp::{Bundle, Domain, Plane, Stencil, Warp};
 use glam::{DVec2, DVec3};
@@ -11,7 +12,8 @@ use super::film::FilmPlane;
 use super::followed::FollowedPoint;
 use super::implicit_field::ImplicitField;
 use super::jump_mean::{
-    AngularSupport, Cone, HalfSpace, JumpMean, Listed, SceneEdges, Sight, Silhouettes, Subject, View, WIDEST,
+    AngularSupport, Cone, HalfSpace, JumpMean, Known, Listed, SceneEdges, Sight, Silhouettes, Subject, View,
+    WIDEST,
 };
 use super::motion::MovingBounds;
 use super::nearest_jump::{Jumps, Nearest, nearest_jump};
@@ -52,6 +54,42 @@ pub(crate) struct Auxiliary<'s> {
     near: Near,
     /// Memory for rays at implicit surfaces.
     trace: Trace<DVec3>,
+    ahead: Ahead,
+}
+
+/// The ray that was looked along last, and what was found of it at implicit surfaces.
+#[derive(Debug)]
+struct Ahead {
+    origin: DVec3,
+    direction: DVec3,
+    /// For each surface, if it is a ray of the camera that passes all meshes.
+    points: Vec<MeanPoint<DVec3>>,
+    /// If it leaves a surface, whether that keeps away.
+    leaves: Option<bool>,
+}
+
+impl Ahead {
+    fn nothing() -> Self {
+        Self { origin: DVec3::ZERO, direction: DVec3::ZERO, points: vec![], leaves: None }
+    }
+
+    /// Another ray, of which nothing is known yet.
+    fn begin(&mut self, origin: DVec3, direction: DVec3) {
+        (self.origin, self.direction, self.leaves) = (origin, direction, None);
+        self.points.clear();
+    }
+
+    /// What is known of a ray.
+    fn of(&self, origin: DVec3, direction: DVec3) -> Known<'_> {
+        if (origin, direction) != (self.origin, self.direction) {
+            return Known::Nothing;
+        }
+        match self.leaves {
+            Some(keeps_away) => Known::Leaves(keeps_away),
+            None if self.points.is_empty() => Known::Nothing,
+            None => Known::Points(&self.points),
+        }
+    }
 }
 
 /// The silhouettes that the camera sees near a direction, as they were last looked up.
@@ -85,6 +123,7 @@ impl<'s> Auxiliary<'s> {
             hits: vec![],
             near: Near { direction: DVec3::ZERO, margin: 0.0, edges: Listed::default() },
             trace: Trace { direction: DVec3::ZERO, points: vec![], end: End::Miss },
+            ahead: Ahead::nothing(),
         }
     }
 
@@ -204,6 +243,40 @@ impl<'s> Auxiliary<'s> {
         matters.contains(&true).then(|| self.warp.stencil_of(bundle, kappa, seen))
     }
 
+    /// What the camera sees along a ray. Where the field of implicit surfaces has to follow the ray in any case, its end is what is seen.
+    pub(crate) fn look(&mut self, origin: DVec3, direction: DVec3, camera_moves: bool) -> Option<Hit> {
+        let scene = self.paths.scene;
+        self.ahead.begin(origin, direction);
+        if let Some(field) = self.field_of_implicits()
+            && (camera_moves || self.moving.implicit)
+            && scene.passes_meshes(origin, direction)
+        {
+            let sight = Sight { origin, from: None, plane: None, field, known: Known::Nothing };
+            if let Some(hit) = sight.meet(scene, direction, &mut self.ahead.points) {
+                return hit;
+            }
+            self.ahead.points.clear();
+        }
+        scene.closest(origin, direction, None)
+    }
+
+    /// What a ray meets that leaves a surface. Where the field has to know whether the surface keeps away from the ray, the ray does not hit it if so.
+    pub(crate) fn look_from(&mut self, x: DVec3, from: Surface, direction: DVec3) -> Option<Hit> {
+        let scene = self.paths.scene;
+        let mut clear = None;
+        if let Some(ImplicitField::Vicini { reach }) = self.field_of_implicits()
+            && self.moving.implicit
+            && let Surface::Implicit(implicit) = from
+        {
+            let part = (scene.leaving(implicit), scene.far_of(implicit, x));
+            let keeps_away = scene.keeps_away(implicit, (x, direction), part, reach);
+            self.ahead.begin(x, direction);
+            self.ahead.leaves = Some(keeps_away);
+            clear = keeps_away.then_some(implicit);
+        }
+        scene.closest_beside(x, direction, Some(from), clear)
+    }
+
     /// The warp at a point of the film, at which a surface or nothing is seen; nothing where nothing seen can move.
     pub(crate) fn on_film(
         &mut self,
@@ -287,7 +360,8 @@ impl<'s> Auxiliary<'s> {
         let subject = Subject::Radiance(triangle);
         let view = View { origin, planes: front.as_slice(), subject, rounding: self.paths.scene.rounding() };
         let field = self.implicit_field();
-        let sight = Sight { origin, from: None, plane: triangle.map(|t| self.plane_of(t)), field };
+        let known = if triangle.is_none() { self.ahead.of(origin, direction) } else { Known::Nothing };
+        let sight = Sight { origin, from: None, plane: triangle.map(|t| self.plane_of(t)), field, known };
         let silhouettes =
             if from_one_place { Silhouettes::Listed(&self.near.edges) } else { Silhouettes::All };
         JumpMean::new(scene, tree, silhouettes, &view, direction, reach, &sight, &mut self.trace)
@@ -350,16 +424,24 @@ impl<'s> Auxiliary<'s> {
         let planes = [horizon, plane.unwrap_or(horizon)];
         let planes = &planes[..1 + usize::from(plane.is_some())];
         let view = View { origin: x, planes, subject, rounding: self.paths.scene.rounding() };
-        let sight = Sight { origin: x, from: Some(from), plane: end, field: self.implicit_field() };
+        let known = self.ahead.of(x, direction);
+        let sight = Sight { origin: x, from: Some(from), plane: end, field: self.implicit_field(), known };
         let trace = &mut self.trace;
         JumpMean::new(scene, tree, Silhouettes::All, &view, direction, reach, &sight, trace)
     }
 
     /// The field of implicit surfaces within the mean over jumps.
     fn implicit_field(&self) -> ImplicitField {
+        self.field_of_implicits().unwrap_or_default()
+    }
+
+    /// The same, if there are any and it is made of their tracer's points.
+    fn field_of_implicits(&self) -> Option<ImplicitField> {
         match self.construction {
-            Construction::JumpMean { implicit, .. } => implicit,
-            Construction::Weighted | Construction::Followed { .. } => ImplicitField::default(),
+            Construction::JumpMean { implicit, .. } if !self.paths.scene.description.implicits.is_empty() => {
+                Some(implicit)
+            }
+            Construction::JumpMean { .. } | Construction::Weighted | Construction::Followed { .. } => None,
         }
     }
 

@@ -13,7 +13,7 @@ use super::differential::{Differential, FilmPoint};
 use super::film::FilmPlane;
 use super::motion::Motion;
 use crate::path::{BorderSample, Calculus, CameraMotion, Kernel, Warped};
-use crate::scene::{Scene, Surface};
+use crate::scene::{Hit, Scene, Surface};
 
 /// Which part of a derivative a tangent is. With three lanes the terms are kept apart:
 ///
@@ -60,6 +60,14 @@ fn lane<const N: usize>(v: Vec3<Dual<N>>, lane: usize) -> DVec3 {
 }
 
 impl<const N: usize> Differential for Forward<'_, N> {
+    fn look(&mut self, scene: &Scene, origin: DVec3, direction: DVec3) -> Option<Hit> {
+        let moves = self.motion.camera_moves;
+        match &mut self.auxiliary {
+            Some(auxiliary) => auxiliary.look(origin, direction, moves),
+            None => scene.closest(origin, direction, None),
+        }
+    }
+
     fn film_warp(&mut self, film: &FilmPlane, u: DVec2, seen: Option<Surface>) -> FilmPoint<Dual<N>> {
         let still =
             FilmPoint { at: [Dual::constant(u.x), Dual::constant(u.y)], jacobian: Dual::constant(1.0) };
@@ -99,6 +107,13 @@ impl<const N: usize> Differential for Forward<'_, N> {
 
 impl<const N: usize> Calculus for Forward<'_, N> {
     type Number = Dual<N>;
+
+    fn next_hit(&mut self, scene: &Scene, x: DVec3, from: Surface, direction: DVec3) -> Option<Hit> {
+        match &mut self.auxiliary {
+            Some(auxiliary) => auxiliary.look_from(x, from, direction),
+            None => scene.closest(x, direction, Some(from)),
+        }
+    }
 
     fn position(&self, index: u32) -> Vec3<Dual<N>> {
         let i = index as usize;

@@ -72,7 +72,7 @@ impl Motion<'_> {
 pub(crate) struct MovingBounds {
     boxes: Vec<(DVec3, DVec3)>,
     /// Whether an implicit surface moves: its kernel ends where φ says, which may be anywhere.
-    implicit: bool,
+    pub(super) implicit: bool,
 }
 
 /// More boxes than this are one box.

@@ -18,7 +18,7 @@ use super::followed::{Followed, FollowedPoint};
 use super::rows::Rows;
 use super::warps::{DirectionWarp, FilmWarp};
 use crate::path::{BorderSample, Calculus, CameraMotion, Kernel, Warped};
-use crate::scene::{Scene, Surface};
+use crate::scene::{Hit, Scene, Surface};
 
 /// What the inputs of a tape are.
 #[derive(Clone, Copy, Debug)]
@@ -256,6 +256,14 @@ fn add_all(earlier: &mut Adjoints<'_>, vector: Vec3<Recorded<'_>>, amount: DVec3
 }
 
 impl<'t> Differential for Reverse<'_, 't> {
+    fn look(&mut self, scene: &Scene, origin: DVec3, direction: DVec3) -> Option<Hit> {
+        let moves = self.inputs.active.camera;
+        match &mut self.auxiliary {
+            Some(auxiliary) => auxiliary.look(origin, direction, moves),
+            None => scene.closest(origin, direction, None),
+        }
+    }
+
     fn film_warp(&mut self, film: &FilmPlane, u: DVec2, seen: Option<Surface>) -> FilmPoint<Recorded<'t>> {
         let constant = Recorded::constant;
         let still = FilmPoint { at: [constant(u.x), constant(u.y)], jacobian: constant(1.0) };
@@ -275,6 +283,13 @@ impl<'t> Differential for Reverse<'_, 't> {
 
 impl<'t> Calculus for Reverse<'_, 't> {
     type Number = Recorded<'t>;
+
+    fn next_hit(&mut self, scene: &Scene, x: DVec3, from: Surface, direction: DVec3) -> Option<Hit> {
+        match &mut self.auxiliary {
+            Some(auxiliary) => auxiliary.look_from(x, from, direction),
+            None => scene.closest(x, direction, Some(from)),
+        }
+    }
 
     fn position(&self, index: u32) -> Vec3<Recorded<'t>> {
         let i = index as usize;

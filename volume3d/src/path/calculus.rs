@@ -3,7 +3,7 @@
 use flatland::calculus::{Number, Rgb, Vec3};
 use glam::DVec3;
 
-use crate::scene::{SHORT, Surface};
+use crate::scene::{Hit, SHORT, Scene, Surface};
 
 /// A camera's frame in numbers, and its focal length in pixels.
 #[derive(Clone, Copy, Debug)]
@@ -114,6 +114,11 @@ pub(crate) trait Calculus {
         x: Vec3<Self::Number>,
         direction: DVec3,
     ) -> (Vec3<Self::Number>, Vec3<Self::Number>);
+
+    /// What a ray meets that leaves a surface.
+    fn next_hit(&mut self, scene: &Scene, x: DVec3, from: Surface, direction: DVec3) -> Option<Hit> {
+        scene.closest(x, direction, Some(from))
+    }
 
     /// A constant reflectance, with its value at hand.
     fn reflectance(&self, material: usize, value: DVec3) -> Rgb<Self::Number>;

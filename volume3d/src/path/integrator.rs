@@ -284,7 +284,7 @@ impl<'s> Paths<'s> {
                 return (goes_on && hit.is_some()).then_some(next);
             }
         };
-        let hit = self.scene.closest(x, sampled.direction, Some(point.surface));
+        let hit = calculus.next_hit(self.scene, x, point.surface, sampled.direction);
         self.emission(calculus, vertex, throughput, sampled, hit, total);
         let environment = matches!(self.scene.description.environment, Some(Environment::Constant { .. }));
         if if hit.is_some() { !goes_on } else { !environment } {

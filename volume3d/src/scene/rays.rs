@@ -18,14 +18,32 @@ impl Scene {
     /// what emits.
     #[inline]
     pub(crate) fn closest(&self, origin: DVec3, direction: DVec3, from: Option<Surface>) -> Option<Hit> {
+        self.closest_beside(origin, direction, from, None)
+    }
+
+    /// The same where an implicit surface is known to be nowhere on the ray.
+    #[inline]
+    pub(crate) fn closest_beside(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        from: Option<Surface>,
+        clear: Option<u32>,
+    ) -> Option<Hit> {
         let (near, triangle) = self.start(from);
         let ray = Ray { origin, direction, near, far: f64::INFINITY, from: triangle };
-        let hit =
-            self.or_implicit(self.accelerator.closest(&ray).map(Hit::from), origin, direction, from, near);
+        let hit = self.accelerator.closest(&ray).map(Hit::from);
+        let hit = self.or_implicit(hit, origin, direction, from, near, clear);
         if from.is_none() && self.description.hide_emitters {
             return self.past_emitters(origin, direction, hit);
         }
         hit
+    }
+
+    /// Whether a ray of the camera passes all meshes.
+    pub(crate) fn passes_meshes(&self, origin: DVec3, direction: DVec3) -> bool {
+        let ray = Ray { origin, direction, near: 0.0, far: f64::INFINITY, from: None };
+        !self.accelerator.occluded(&ray)
     }
 
     /// What the camera sees where its ray meets shapes that emit, which it passes.
@@ -42,14 +60,14 @@ impl Scene {
     /// The nearest hit that is farther away than a distance.
     pub(crate) fn beyond(&self, origin: DVec3, direction: DVec3, near: f64) -> Option<Hit> {
         let ray = Ray { origin, direction, near, far: f64::INFINITY, from: None };
-        self.or_implicit(self.accelerator.closest(&ray).map(Hit::from), origin, direction, None, near)
+        self.or_implicit(self.accelerator.closest(&ray).map(Hit::from), origin, direction, None, near, None)
     }
 
     /// Whether anything is in the way between the distances `near` and `far`, the latter less rounding.
     pub(crate) fn blocked(&self, origin: DVec3, direction: DVec3, near: f64, far: f64) -> bool {
         let far = self.short_of(far);
         self.accelerator.occluded(&Ray { origin, direction, near, far, from: None })
-            || self.closest_implicit(origin, direction, None, (near, far)).is_some()
+            || self.closest_implicit(origin, direction, None, (near, far), None).is_some()
     }
 
     /// Whether the camera at `origin` does not see what is at a distance, less rounding.
@@ -66,7 +84,7 @@ impl Scene {
         let (near, triangle) = self.start(Some(from));
         let far = self.short_of(distance);
         self.accelerator.occluded(&Ray { origin: x, direction, near, far, from: triangle })
-            || self.closest_implicit(x, direction, Some(from), (near, far)).is_some()
+            || self.closest_implicit(x, direction, Some(from), (near, far), None).is_some()
     }
 
     /// The nearest hits of many rays from one origin, as [`closest`](Self::closest) finds them one by one.
@@ -81,7 +99,7 @@ impl Scene {
         self.accelerator.closest_bundle(origin, directions, near, f64::INFINITY, triangle, hits);
         if !self.description.implicits.is_empty() {
             for (hit, &direction) in hits.iter_mut().zip(directions) {
-                *hit = self.or_implicit(*hit, origin, direction, from, near);
+                *hit = self.or_implicit(*hit, origin, direction, from, near, None);
             }
         }
         if from.is_none() && self.description.hide_emitters {
@@ -100,12 +118,13 @@ impl Scene {
         direction: DVec3,
         from: Option<Surface>,
         near: f64,
+        clear: Option<u32>,
     ) -> Option<Hit> {
         if self.description.implicits.is_empty() {
             return hit;
         }
         let far = hit.map_or(f64::INFINITY, |hit| hit.distance);
-        self.closest_implicit(origin, direction, from, (near, far)).or(hit)
+        self.closest_implicit(origin, direction, from, (near, far), clear).or(hit)
     }
 
     /// Lengths below this are rounding.

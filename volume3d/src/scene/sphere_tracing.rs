@@ -1,7 +1,8 @@
 //! Rays that meet implicit surfaces: sphere tracing (Hart 1996), with longer steps where second derivatives are bounded (Kalra and
 //! Barr 1989).
 
-use flatland::sdf::{Jet, Tracer};
+use flatland::sdf::fields::MeanPoint;
+use flatland::sdf::{End, Jet, Tracer};
 use glam::DVec3;
 
 use super::build::Scene;
@@ -47,16 +48,20 @@ impl Scene {
         self.trace_counters.count_out_of_steps();
     }
 
-    /// The nearest implicit surface along a ray between two distances.
-    pub(super) fn closest_implicit(
+    /// The nearest implicit surface along a ray between two distances, but for one that is known to be nowhere on it.
+    pub(crate) fn closest_implicit(
         &self,
         origin: DVec3,
         direction: DVec3,
         from: Option<Surface>,
         (near, far): (f64, f64),
+        clear: Option<u32>,
     ) -> Option<Hit> {
         let mut nearest: Option<Hit> = None;
         for (index, shape) in self.description.implicits.iter().enumerate() {
+            if clear == Some(index as u32) {
+                continue;
+            }
             let surface = Surface::Implicit(index as u32);
             let far = nearest.map_or(far, |hit| hit.distance);
             let start = if from == Some(surface) { self.leaving(index as u32) } else { near };
@@ -67,6 +72,37 @@ impl Scene {
             }
         }
         nearest
+    }
+
+    /// Where a ray meets an implicit surface, of which its field has found the end; nothing if that does not tell.
+    pub(crate) fn hit_at_end(
+        &self,
+        implicit: u32,
+        (origin, direction): (DVec3, DVec3),
+        point: &MeanPoint<DVec3>,
+    ) -> Option<Option<Hit>> {
+        if point.too_steep {
+            return None;
+        }
+        match point.end {
+            End::Miss => Some(None),
+            End::OutOfSteps => None,
+            End::Hit => {
+                let shape = &self.description.implicits[implicit as usize];
+                let ray = LocalRay::new(shape, origin, direction, self.implicit_size(implicit));
+                let (root, there) = ray.polished(point.last, 0.0);
+                let is_root = there.value.abs() <= EXACT * ray.size.max(root);
+                if is_root && there.gradient.length() < FLAT {
+                    self.trace_counters.count_too_flat();
+                }
+                let hit = Hit {
+                    surface: Surface::Implicit(implicit),
+                    distance: root * ray.scale,
+                    coordinates: [0.0; 3],
+                };
+                is_root.then_some(Some(hit))
+            }
+        }
     }
 
     /// How far from its origin a ray starts that leaves an implicit surface.
@@ -108,14 +144,21 @@ impl Scene {
         let part = self.part(index, origin, direction, Part { near, far });
         let leaves = part.map_or(near, |part| part.far) / ray.scale;
         let (mut t, far) = (near / ray.scale, far / ray.scale);
+        let mut least = f64::NEG_INFINITY;
         for _ in 0..LOOKS {
             let (value, slope) = ray.look(t);
-            let value = value - angle * t;
+            let (value, slope) = (value - angle * t, slope - angle);
+            if value < least {
+                self.trace_counters.count_too_steep();
+                return false;
+            }
             let is_above = value > 0.0;
             if !is_above {
                 return false;
             }
-            t += (value / ray.slope).max(ray.step(value, slope - angle).min(leaves - t));
+            let step = (value / ray.slope).max(ray.step(value, slope).min(leaves - t));
+            least = value * (1.0 - STEEP) - ray.slope * step;
+            t += step;
             if t >= far {
                 return true;
             }

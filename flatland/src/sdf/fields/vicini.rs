@@ -53,9 +53,18 @@ pub struct MeanPoint<V> {
     pub t: Option<Scalar<V>>,
     /// t of the first point that may have one, which is the second of the ray.
     pub first: Option<Scalar<V>>,
+    /// t of the last point.
+    pub last: f64,
     /// How the ray ended.
     pub end: End,
+    /// Whether φ was anywhere less than its [bound](crate::sdf::Sdf::slope_bound) on |∇φ| allows after the step before, by more than 10⁻⁶ of what it was and 10⁻¹³ t,
+    /// which are rounding.
+    pub too_steep: bool,
 }
+
+/// See [`MeanPoint::too_steep`].
+const STEEP: f64 = 1e-6;
+const ROUNDING: f64 = 1e-13;
 
 impl ViciniField {
     /// t̄ of the ray in direction ω up to a far limit, in one walk.
@@ -69,11 +78,16 @@ impl ViciniField {
         let zero = Scalar::<D::Vector>::constant(0.0);
         // Σ ℓ w and Σ ℓ w t.
         let (mut whole, mut sum, mut first, mut is_first) = (zero, zero, None, true);
+        let (mut last, mut least, mut too_steep) = (view.start, f64::NEG_INFINITY, false);
+        let bound = view.sdf.slope_bound();
         let look = |x| {
             let SecondOrder { jet, hessian } = view.sdf.second_order(x);
             (jet, hessian)
         };
         let end = view.walk(direction, far, look, |point, hessian| {
+            too_steep |= point.jet.value < least;
+            least = point.jet.value * (1.0 - STEEP) - bound * point.step - ROUNDING * point.t;
+            last = point.t;
             if std::mem::take(&mut is_first) {
                 return;
             }
@@ -88,7 +102,7 @@ impl ViciniField {
         let inverse = whole.value.recip();
         let value = sum.value * inverse;
         let mean = Scalar { value, gradient: (sum.gradient - whole.gradient * value) * inverse };
-        MeanPoint { t: (whole.value != 0.0).then_some(mean), first, end }
+        MeanPoint { t: (whole.value != 0.0).then_some(mean), first, last, end, too_steep }
     }
 
     /// ℓ w of a point.

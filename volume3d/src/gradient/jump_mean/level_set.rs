@@ -29,11 +29,11 @@ use glam::DVec3;
 use super::arc::Graded;
 use crate::Sphere;
 use crate::gradient::implicit_field::{ImplicitField, Weights};
-use crate::scene::{ImplicitShape, Placement, Scene, Surface};
+use crate::scene::{Hit, ImplicitShape, Placement, Scene, Surface};
 
 /// Where rays at implicit surfaces begin, and end before the surface does.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sight {
+pub(crate) struct Sight<'w> {
     pub(crate) origin: DVec3,
     /// The surface that they leave.
     pub(crate) from: Option<Surface>,
@@ -41,6 +41,18 @@ pub(crate) struct Sight {
     pub(crate) plane: Option<(DVec3, f64)>,
     /// What of a ray stands for silhouettes.
     pub(crate) field: ImplicitField,
+    /// What has been found of the one ray that is asked about.
+    pub(crate) known: Known<'w>,
+}
+
+/// What is known of a ray at implicit surfaces before a field is made there, as a path had to follow it as well.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Known<'w> {
+    Nothing,
+    /// Of a ray of the camera that passes all meshes, what Vicini's field takes of it [for each surface](Sight::meet).
+    Points(&'w [MeanPoint<DVec3>]),
+    /// Whether the surface that it leaves [keeps away](Scene::keeps_away) all along.
+    Leaves(bool),
 }
 
 /// A point that stands for silhouettes of an implicit surface near a direction.
@@ -64,7 +76,7 @@ pub(crate) struct LevelSetTap {
     tap: Tap<DVec3>,
 }
 
-impl Sight {
+impl Sight<'_> {
     /// The points of all implicit surfaces of a scene whose kernels do not vanish at u, beside arcs whose floor is given.
     pub(super) fn near(
         &self,
@@ -77,6 +89,50 @@ impl Sight {
         let mut near = vec![];
         (0..count).for_each(|implicit| self.add(scene, implicit, (u, floor), trace, &mut near));
         near
+    }
+
+    /// The nearest implicit surface that a ray meets, found by following the ray as Vicini's field does, which then need not do it again: of each
+    /// surface what it has to know comes to `known`. Nothing of another field, or where a ray's end must be looked for otherwise.
+    pub(crate) fn meet(
+        &self,
+        scene: &Scene,
+        u: DVec3,
+        known: &mut Vec<MeanPoint<DVec3>>,
+    ) -> Option<Option<Hit>> {
+        known.clear();
+        let mut nearest: Option<Hit> = None;
+        for (implicit, shape) in (0..).zip(&scene.description.implicits) {
+            let Weights::Vicini(field) = self.field.weights(scene.implicit_size(implicit), false) else {
+                return None;
+            };
+            let far = Scalar::constant(scene.far_of(implicit, self.origin));
+            let view = View { sdf: shape, eye: self.origin, start: 0.0, tracer: scene.description.tracer };
+            let point = Walk::new(field, shape, &view, (u, far)).mean_point();
+            let hit = scene.hit_at_end(implicit, (self.origin, u), &point)?;
+            nearest = match (nearest, hit) {
+                (Some(a), Some(b)) if a.distance <= b.distance => Some(a),
+                (a, b) => b.or(a),
+            };
+            known.push(point);
+        }
+        Some(nearest)
+    }
+
+    /// Whether a surface that the ray leaves is farther from it than the field reaches.
+    fn keeps_away(
+        &self,
+        scene: &Scene,
+        implicit: u32,
+        u: DVec3,
+        part: (f64, f64),
+        field: &ViciniField,
+    ) -> bool {
+        match self.known {
+            Known::Leaves(true) => true,
+            // It does not keep away as far as the scene goes. A plane may end the ray before.
+            Known::Leaves(false) if self.plane.is_none() => false,
+            _ => field.reach.is_some_and(|reach| scene.keeps_away(implicit, (self.origin, u), part, reach)),
+        }
     }
 
     /// Adds those of one.
@@ -101,17 +157,18 @@ impl Sight {
         let end = match self.field.weights(scene.implicit_size(implicit), leaves) {
             // Most rays that leave a surface have a mean point as far from it as any: κ is 0.
             Weights::Vicini(field)
-                if leaves
-                    && field.reach.is_some_and(|reach| {
-                        scene.keeps_away(implicit, (self.origin, u), (start, far.value), reach)
-                    }) =>
+                if leaves && self.keeps_away(scene, implicit, u, (start, far.value), &field) =>
             {
                 End::Miss
             }
             Weights::Vicini(field) => {
-                let (found, end) = mean_point(&field, implicit, shape, &view, (u, far));
-                near.extend(found);
-                end
+                let walk = Walk::new(field, shape, &view, (u, far));
+                let point = match self.known {
+                    Known::Points(points) => points[implicit as usize],
+                    Known::Nothing | Known::Leaves(_) => walk.mean_point(),
+                };
+                near.extend(walk.near(implicit, shape, &point));
+                point.end
             }
             Weights::Bangaru(field) => {
                 view.trace_until(u, far, trace);
@@ -125,25 +182,41 @@ impl Sight {
     }
 }
 
-/// The point of a ray that Vicini's field takes, if its kernel does not vanish, and how the ray ended.
-///
-/// The ray is followed in the surface's own coordinates, where directions are turned, and lengths are those of the world by its scale.
-fn mean_point(
-    field: &ViciniField,
-    implicit: u32,
-    shape: &ImplicitShape,
-    view: &View<'_, DVec3>,
-    (u, far): (DVec3, Scalar<DVec3>),
-) -> (Option<NearLevelSet>, End) {
-    let Placement { scale, rotation, .. } = shape.placement;
-    let (direction, eye, start) = (rotation.transpose() * u, shape.local(view.eye), view.start / scale);
-    let far = Scalar { value: far.value / scale, gradient: rotation.transpose() * far.gradient / scale };
-    let view = View { sdf: &*shape.surface, eye, start, tracer: view.tracer };
-    let [epsilon, grazing, departure] = [field.epsilon, field.grazing, field.departure].map(|d| d / scale);
-    let field = ViciniField { epsilon, grazing, departure, ..*field };
-    let MeanPoint { t, first, end } = field.mean_point::<Sphere>(&view, direction, far);
-    let found = t.zip(first).and_then(|(t, first)| {
-        let there = view.sdf.second_order(eye + direction * t.value);
+/// A ray in a surface's own coordinates, where directions are turned, and lengths are those of the world by its scale.
+struct Walk<'a> {
+    field: ViciniField,
+    view: View<'a, DVec3>,
+    direction: DVec3,
+    far: Scalar<DVec3>,
+    placement: Placement,
+}
+
+impl<'a> Walk<'a> {
+    fn new(
+        field: ViciniField,
+        shape: &'a ImplicitShape,
+        view: &View<'_, DVec3>,
+        (u, far): (DVec3, Scalar<DVec3>),
+    ) -> Self {
+        let placement = shape.placement;
+        let Placement { scale, rotation, .. } = placement;
+        let (direction, eye, start) = (rotation.transpose() * u, shape.local(view.eye), view.start / scale);
+        let far = Scalar { value: far.value / scale, gradient: rotation.transpose() * far.gradient / scale };
+        let view = View { sdf: &*shape.surface, eye, start, tracer: view.tracer };
+        let [epsilon, grazing, departure] =
+            [field.epsilon, field.grazing, field.departure].map(|d| d / scale);
+        Self { field: ViciniField { epsilon, grazing, departure, ..field }, view, direction, far, placement }
+    }
+
+    fn mean_point(&self) -> MeanPoint<DVec3> {
+        self.field.mean_point::<Sphere>(&self.view, self.direction, self.far)
+    }
+
+    /// The point that Vicini's field takes, if its kernel does not vanish.
+    fn near(&self, implicit: u32, shape: &ImplicitShape, point: &MeanPoint<DVec3>) -> Option<NearLevelSet> {
+        let Self { field, view, direction, far, placement: Placement { scale, rotation, .. } } = *self;
+        let (t, first) = point.t.zip(point.first)?;
+        let there = view.sdf.second_order(view.eye + direction * t.value);
         let Scalar { value, gradient } = field.multiplier::<Sphere>(direction, t, there.jet);
         let rest = 1.0 - value;
         let kernel = Graded { value: value / rest, gradient: gradient / (rest * rest) };
@@ -153,8 +226,7 @@ fn mean_point(
         let there = shape.placed_second_order(there);
         // What is not a number is handed on, and counted.
         (value != 0.0).then_some(NearLevelSet { implicit, t, there, kernel })
-    });
-    (found, end)
+    }
 }
 
 /// The points of a ray that Bangaru's field takes: all but the first, and those that count for nothing.

@@ -12,7 +12,7 @@ use glam::{DMat3, DVec3};
 use super::edge::Edge;
 use super::faces::Faces;
 use super::scene_edges::{SceneEdges, edges};
-use super::{AngularSupport, HalfSpace, JumpMean, Sight, Silhouettes, Subject, View};
+use super::{AngularSupport, HalfSpace, JumpMean, Known, Sight, Silhouettes, Subject, View};
 use crate::geometry::Mesh;
 use crate::gradient::ImplicitField;
 use crate::scene::{Camera, Description, Film, Filter, Material, NONE, Scene, Span, Surface};
@@ -172,7 +172,13 @@ fn field(
         subject: Subject::Radiance(triangle),
         rounding: 6e-13,
     };
-    let sight = Sight { origin: DVec3::ZERO, from: None, plane: None, field: ImplicitField::default() };
+    let sight = Sight {
+        origin: DVec3::ZERO,
+        from: None,
+        plane: None,
+        field: ImplicitField::default(),
+        known: Known::Nothing,
+    };
     let mut trace = Trace { direction: u, points: vec![], end: End::Miss };
     let mean = JumpMean::new(scene, tree, Silhouettes::All, &view, u, reach, &sight, &mut trace);
     mean.map_or(DVec3::ZERO, |mean| {

@@ -93,7 +93,7 @@ impl Job<'_> {
         let u = self.film.point(i, j, numbers.pair());
         let film = self.film.through(&mut numbers);
         let frame = film.frame_through(calculus, frame);
-        let (origin, ray, hit) = self.look(&film, u);
+        let (origin, ray, hit) = self.look(calculus, &film, u);
         let point = calculus.film_warp(&film, u, hit.map(|h| h.surface));
         let direction = film.direction(&frame, point.at);
         let radiance = self.paths.radiance(calculus, frame.origin, direction, hit, 1, &mut numbers);
@@ -163,7 +163,7 @@ impl Job<'_> {
         let vertical = choice < 0.5;
         let u = self.film.point(i, j, if vertical { [0.0, along] } else { [along, 0.0] });
         let film = self.film.through(&mut numbers);
-        let (origin, ray, hit) = self.look(&film, u);
+        let (origin, ray, hit) = self.look(calculus, &film, u);
         let [x, y] = calculus.film_warp(&film, u, hit.map(|h| h.surface)).at;
         let across = if vertical { x } else { y };
         let moves = !across.is_still();
@@ -207,9 +207,14 @@ impl Job<'_> {
     }
 
     /// The still ray through a film point: its origin, its direction and what it hits.
-    fn look(&self, film: &FilmPlane, u: DVec2) -> (DVec3, DVec3, Option<Hit>) {
+    fn look<C: Differential>(
+        &self,
+        calculus: &mut C,
+        film: &FilmPlane,
+        u: DVec2,
+    ) -> (DVec3, DVec3, Option<Hit>) {
         let (origin, ray) = (film.still.origin.value(), film.ray(u));
-        (origin, ray, self.paths.scene.closest(origin, ray, None))
+        (origin, ray, calculus.look(self.paths.scene, origin, ray))
     }
 
     /// The mean of all paths along a ray to a hit, of which one has found `first`.

@@ -41,7 +41,8 @@ fn kernels_do_not_jump_where_rays_end_within_the_first_step() {
     description.add_implicit("ball", ball(0.1, 0.0, 0.3, 0.3), 0);
     let scene = Scene::new(description).expect("a scene");
     for field in [ImplicitField::default(), ImplicitField::bangaru()] {
-        let sight = Sight { origin: EYE, from: None, plane: Some((DVec3::Z, 0.0)), field };
+        let sight =
+            Sight { origin: EYE, from: None, plane: Some((DVec3::Z, 0.0)), field, known: Known::Nothing };
         does_not_jump(&scene, &sight);
     }
 }
@@ -107,7 +108,8 @@ fn clear_rays_have_no_kernel() {
             let way = (scene.normal_of(hit.surface, eye) + 0.999 * vector().normalize()).normalize();
             let far = scene.far_of(0, eye);
             let view = View { sdf: shape, eye, start, tracer: scene.description.tracer };
-            let (found, _) = mean_point(&field, 0, shape, &view, (way, Scalar::constant(far)));
+            let walk = Walk::new(field, shape, &view, (way, Scalar::constant(far)));
+            let found = walk.near(0, shape, &walk.mean_point());
             let keeps_away = scene.keeps_away(0, (eye, way), (start, far), 0.1);
             assert!(!(keeps_away && found.is_some()), "{eye} {way} {found:?}");
             clear += i32::from(keeps_away);
@@ -116,6 +118,34 @@ fn clear_rays_have_no_kernel() {
         }
         assert!(clear > 1000 && 10 * clear > 9 * far_away && near > 30, "{clear} {far_away} {near}");
     }
+}
+
+/// Where a field has followed a ray, its end is what the ray hits; with one that ran out of steps it says nothing.
+#[test]
+fn ends_of_walks_are_what_is_hit() {
+    let (scene, _) = crowded();
+    let field = ImplicitField::default();
+    let sight = Sight { origin: EYE, from: None, plane: None, field, known: Known::Nothing };
+    let mut random = stream(5, &[]);
+    let mut known = vec![];
+    let (mut hits, mut misses, mut silent) = (0, 0, 0);
+    for _ in 0..4000 {
+        let aim = DVec3::from_array([(); 3].map(|()| 3.0 * open01(&mut random) - 1.5));
+        let u = (aim - EYE).normalize();
+        let expected = scene.closest_implicit(EYE, u, None, (0.0, f64::INFINITY), None);
+        match (sight.meet(&scene, u, &mut known), expected) {
+            (None, _) => silent += 1,
+            (Some(None), None) => misses += 1,
+            (Some(Some(found)), Some(expected)) => {
+                assert_eq!(found.surface, expected.surface);
+                let off = (found.distance - expected.distance).abs();
+                assert!(off < 1e-9, "{off}");
+                hits += 1;
+            }
+            (found, expected) => panic!("{u}: {found:?} for {expected:?}"),
+        }
+    }
+    assert!(hits > 500 && misses > 500 && silent < 10, "{hits} {misses} {silent}");
 }
 
 /// Two balls blended into one, and a ball apart, between a wall and plates before them, all of which move.
@@ -160,7 +190,7 @@ fn seen(
     let front = plane.map(|p| p.0);
     let view =
         Seen { origin: EYE, planes: front.as_slice(), subject: Subject::Radiance(triangle), rounding: 6e-13 };
-    let sight = Sight { origin: EYE, from: None, plane: plane.map(|p| p.1), field };
+    let sight = Sight { origin: EYE, from: None, plane: plane.map(|p| p.1), field, known: Known::Nothing };
     let (reach, mut trace) = (AngularSupport::new(0.1), no_trace());
     let mean = JumpMean::new(scene, tree, Silhouettes::All, &view, u, reach, &sight, &mut trace);
     let value = mean.map_or(DVec3::ZERO, |mean| {
