@@ -151,7 +151,7 @@ fn bias_falls_with_the_number_of_auxiliary_rays() {
         let rays = [4_usize, 8, 16, 32];
         let bias = rays.into_par_iter().map(|n| {
             let method = WarpedArea {
-                samples: pick(150_000, 400_000),
+                samples: pick(150_000, 250_000),
                 construction: of(n).into(),
                 seed: 9,
                 ..WarpedArea::default()

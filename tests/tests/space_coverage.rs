@@ -20,7 +20,7 @@ use volume3d::gradient::{EdgeSampling, Field, WarpedArea};
 
 /// Scenes of each kind.
 fn per_kind() -> u64 {
-    pick(4, 18)
+    pick(4, 14)
 }
 
 /// Nothing degenerate about them.
@@ -32,7 +32,7 @@ static FEW: LazyLock<Vec<Known>> = LazyLock::new(|| coverage(&CoverageKind::GENE
 
 /// Worlds a million times smaller, larger or farther from the origin.
 static FAR: LazyLock<Vec<Known>> = LazyLock::new(|| {
-    coverage(&[CoverageKind::Small, CoverageKind::Large, CoverageKind::FarFromOrigin], pick(6, 18))
+    coverage(&[CoverageKind::Small, CoverageKind::Large, CoverageKind::FarFromOrigin], pick(6, 12))
 });
 
 /// Samples a pixel in each of [`REPETITIONS`] runs: one in each of a run's groups.
@@ -74,7 +74,7 @@ fn other_warps_are_unbiased() {
     let mut power = Power::of("space_coverage::other_warps_are_unbiased");
     let warp = WarpedArea::default().warp;
     let points = AuxiliaryPoints::Stratified;
-    let longer = |warp| WarpedArea { samples: pick(1, 8) * SAMPLES, ..with(warp) };
+    let longer = |warp| WarpedArea { samples: pick(1, 4) * SAMPLES, ..with(warp) };
     accept(&mut power, "stratified points", &FEW, &longer(Warp { points, ..warp }));
     accept(&mut power, "adaptive rays", &FEW, &longer(Warp { adaptive: Some(Adaptive::default()), ..warp }));
 }

@@ -91,7 +91,7 @@ fn warped_area_in_depth() {
             Known::new(Case { scene: scene.clone(), motion, film, label: format!("{filter:?}") })
         })
         .collect();
-    let method = WarpedArea { samples: pick(40_000, 120_000), ..warped(Warp::default()) };
+    let method = WarpedArea { samples: pick(40_000, 80_000), ..warped(Warp::default()) };
     let mut power = Power::of("unbiased::warped_area_in_depth");
     Verdict::of(&deep, |k, seed| k.run(seed, &method)).accept(&mut power, "in depth", limits());
 }
@@ -136,7 +136,7 @@ fn mean_over_jumps() {
     let mut power = Power::of("unbiased::mean_over_jumps");
     for reach in [0.3, 1.2] {
         let mean = Construction::JumpMean { reach };
-        let method = WarpedArea { samples: pick(SAMPLES, 4 * SAMPLES), ..warped(mean) };
+        let method = WarpedArea { samples: pick(SAMPLES, 2 * SAMPLES), ..warped(mean) };
         accept(&mut power, &format!("mean over jumps, R = {reach}"), &method);
     }
 }
@@ -163,10 +163,10 @@ fn edge_sampling() {
 #[test]
 fn softened_mean_over_jumps() {
     let mut power = Power::of("unbiased::softened_mean_over_jumps");
-    let scenes = known(&DISTINCT, pick(10, 32));
+    let scenes = known(&DISTINCT, pick(10, 20));
     let softened = |softness| {
         let construction = Construction::Softened { reach: 1.2, softness };
-        WarpedArea { samples: pick(SAMPLES, 4 * SAMPLES), ..warped(construction) }
+        WarpedArea { samples: pick(SAMPLES, 2 * SAMPLES), ..warped(construction) }
     };
     for softness in [1e-3, 0.1, 0.4, f64::INFINITY] {
         let v = Verdict::of(&scenes, |k, seed| k.run(seed, &softened(softness)));
@@ -241,7 +241,7 @@ impl WarpField<Plane> for Still {
 fn any_continuous_field_with_its_residual() {
     let mut power = Power::of("unbiased::any_continuous_field_with_its_residual");
     // Edge sampling takes no scenes whose visible edges coincide.
-    let some = known(&[Kind::Generic, Kind::TJunction, Kind::SharedVertex, Kind::Touching], pick(12, 48));
+    let some = known(&[Kind::Generic, Kind::TJunction, Kind::SharedVertex, Kind::Touching], pick(12, 24));
     let area = |k: &Known, seed| {
         with_field(k, |_, scene, v, film| {
             AreaIntegral { samples: 3 * SAMPLES, ..integral(seed) }.forward(scene, v, film, &Affine)

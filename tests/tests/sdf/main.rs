@@ -72,7 +72,7 @@ fn consistent_fields_give_the_derivative_of_smooth_shapes() {
             case.assert_right(
                 &mut power,
                 &label("auxiliary, debiased"),
-                &case.traced(pick(10_000, 100_000), &unbiased),
+                &case.traced(pick(10_000, 50_000), &unbiased),
             );
         }
     }
@@ -204,7 +204,7 @@ fn tiny_and_huge_discs_are_alike() {
         );
         let vicini = ViciniField { epsilon: 1e-6 * radius, ..ViciniField::default() };
         if radius >= 1.0 || thorough() {
-            let samples = pick(30_000, 400_000);
+            let samples = pick(30_000, 150_000);
             case.assert_right(&mut power, &format!("r = {radius:e}, Vicini"), &case.traced(samples, &vicini));
         }
     }

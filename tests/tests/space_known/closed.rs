@@ -93,7 +93,7 @@ fn a_white_furnace() {
         }
         for (what, change, exact) in cases {
             let k = known(scene(), change, exact, &format!("furnace {what}, {bounces}"));
-            accept(&mut power, &k, &warped(pick(16, 64)));
+            accept(&mut power, &k, &warped(pick(16, 32)));
         }
     }
 }

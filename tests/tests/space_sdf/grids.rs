@@ -100,9 +100,9 @@ fn case(interpolation: Interpolation) -> Case {
 fn cubic_grids_are_smooth_and_trilinear_ones_are_not() {
     let mut power = Power::of("space_sdf::cubic_grids_are_smooth_and_trilinear_ones_are_not");
     let [cubic, trilinear] = [Interpolation::Cubic, Interpolation::Trilinear].map(case);
-    cubic.accept(&mut power, "Vicini", &vicini(), pick(60_000, 400_000));
+    cubic.accept(&mut power, "Vicini", &vicini(), pick(60_000, 200_000));
     trilinear.reject("Vicini", &vicini(), Terms::All, 60_000);
-    cubic.accept(&mut power, "Bangaru", &BangaruField::default(), pick(60_000, 400_000));
+    cubic.accept(&mut power, "Bangaru", &BangaruField::default(), pick(60_000, 200_000));
     if thorough() {
         // Off by a twelfth, where Vicini's is by a fifth.
         trilinear.reject("Bangaru", &BangaruField::default(), Terms::All, 400_000);

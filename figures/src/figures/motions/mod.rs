@@ -16,7 +16,7 @@ use study::{Entry, REFERENCE_RUNS, SURE, Study};
 
 /// Measures, draws and explains.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
-    let side = context.spend(64, 128);
+    let side = context.spend(48, 128);
     let [cylinders, foliage] =
         [Setting::cylinders(side, context.seed())?, Setting::foliage(side, context.seed())?];
     let studies = [Study::new(context, cylinders, 0)?, Study::new(context, foliage, 1)?];
