@@ -243,12 +243,12 @@ impl<'s> Auxiliary<'s> {
         matters.contains(&true).then(|| self.warp.stencil_of(bundle, kappa, seen))
     }
 
-    /// What the camera sees along a ray. Where the field of implicit surfaces has to follow the ray in any case, its end is what is seen.
-    pub(crate) fn look(&mut self, origin: DVec3, direction: DVec3, camera_moves: bool) -> Option<Hit> {
+    /// What the camera sees along a ray. The field of implicit surfaces has to follow the ray if anything moves, so its end is what is seen; and
+    /// if nothing does as well, as images must not depend on what moves, to the bit.
+    pub(crate) fn look(&mut self, origin: DVec3, direction: DVec3) -> Option<Hit> {
         let scene = self.paths.scene;
         self.ahead.begin(origin, direction);
         if let Some(field) = self.field_of_implicits()
-            && (camera_moves || self.moving.implicit)
             && scene.passes_meshes(origin, direction)
         {
             let sight = Sight { origin, from: None, plane: None, field, known: Known::Nothing };

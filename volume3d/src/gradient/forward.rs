@@ -61,9 +61,8 @@ fn lane<const N: usize>(v: Vec3<Dual<N>>, lane: usize) -> DVec3 {
 
 impl<const N: usize> Differential for Forward<'_, N> {
     fn look(&mut self, scene: &Scene, origin: DVec3, direction: DVec3) -> Option<Hit> {
-        let moves = self.motion.camera_moves;
         match &mut self.auxiliary {
-            Some(auxiliary) => auxiliary.look(origin, direction, moves),
+            Some(auxiliary) => auxiliary.look(origin, direction),
             None => scene.closest(origin, direction, None),
         }
     }

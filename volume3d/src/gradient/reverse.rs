@@ -257,9 +257,8 @@ fn add_all(earlier: &mut Adjoints<'_>, vector: Vec3<Recorded<'_>>, amount: DVec3
 
 impl<'t> Differential for Reverse<'_, 't> {
     fn look(&mut self, scene: &Scene, origin: DVec3, direction: DVec3) -> Option<Hit> {
-        let moves = self.inputs.active.camera;
         match &mut self.auxiliary {
-            Some(auxiliary) => auxiliary.look(origin, direction, moves),
+            Some(auxiliary) => auxiliary.look(origin, direction),
             None => scene.closest(origin, direction, None),
         }
     }

@@ -15,6 +15,7 @@ mod softened;
 mod tails;
 mod textured_lights;
 
+use flatland::sdf::shapes::Ball;
 use glam::{DAffine3, DVec3};
 
 use super::*;
@@ -77,6 +78,29 @@ fn an_image_and_a_gradient_of_one_seed_are_independent() {
     println!("{mean} ± {error}, with shared samples {control} ± {noise}; sees a bias of {}", 8.0 * error);
     assert!(mean.abs() < 4.0 * error, "{mean} ± {error}");
     assert!(control > 8.0 * error + 4.0 * noise, "the control: {control} ± {noise}");
+}
+
+/// Beside a mesh and an implicit surface, whichever moves, or the camera, or nothing.
+#[test]
+fn images_do_not_depend_on_what_moves() {
+    let mut d = Description::new(
+        Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 0.9),
+        film(12, Filter::Tent { radius: 1.0 }),
+    );
+    d.integrator = Integrator { max_depth: Some(3), rr_depth: 5 };
+    let white = d.add_material(Material::diffuse("white", DVec3::splat(0.8)));
+    d.add_shape("block", Mesh::cube().transformed(&at(0.5, 0.1, -4.0, 0.4)), white);
+    d.add_implicit("ball", Ball::new(DVec3::new(-0.4, 0.0, -3.5), 0.7).unwrap(), white);
+    d.environment = Some(Environment::Constant { id: "sky".to_owned(), radiance: DVec3::ONE });
+    let scene = Scene::new(d).unwrap();
+    let mut changes = [(); 4].map(|()| Tangent::still(&scene));
+    changes[1].translate(&scene, 0, DVec3::X);
+    changes[2].implicits[0].translation = DVec3::Y;
+    changes[3].camera.translation = DVec3::X;
+    let method = WarpedArea { samples: 16, ..WarpedArea::default() };
+    let image = |change: &Tangent| method.forward(&scene, change, &Progress::none()).unwrap().image.pixels;
+    let still = image(&changes[0]);
+    assert!(changes[1..].iter().all(|change| image(change) == still));
 }
 
 /// A block of smooth normals, whose faces are far from them: many directions that its points shade are below their
