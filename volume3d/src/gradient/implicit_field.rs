@@ -32,7 +32,7 @@ pub enum ImplicitField {
     ///
     /// κ_i = (ℓ_i/t_i) (S_i/t_i)^−γ, S = |φ| + λ s |∇φ·u|, with ℓ_i the step from x_i and s the size of the surface, half the
     /// diagonal of its box. It looks at the rates of φ at every point of a ray, where
-    /// Vicini's field looks at one: the gradient of a bunny on a grid of 64 cells took 2.1 times the processor time, and variances were 2.0 and 2.5
+    /// Vicini's field looks at one: the gradient of a bunny on a grid of 64 cells took 2.4 times the processor time, and variances were 2.0 and 2.5
     /// times those of the default for a union that shades itself and for a ball over a floor. Neither showed a bias there, of which
     /// 1.2 % would have been two standard errors.
     Bangaru {
