@@ -243,12 +243,12 @@ impl<'s> Auxiliary<'s> {
         matters.contains(&true).then(|| self.warp.stencil_of(bundle, kappa, seen))
     }
 
-    /// What the camera sees along a ray. The field of implicit surfaces has to follow the ray if anything moves, so its end is what is seen; and
-    /// if nothing does as well, as images must not depend on what moves, to the bit.
+    /// What the camera sees along a ray. The field of implicit surfaces follows the ray as soon as one of them or the camera moves, and its end is
+    /// what is seen. So it is whatever moves: images must not depend on that, to the bit.
     pub(crate) fn look(&mut self, origin: DVec3, direction: DVec3) -> Option<Hit> {
         let scene = self.paths.scene;
         self.ahead.begin(origin, direction);
-        if let Some(field) = self.field_of_implicits()
+        if let Some(field @ ImplicitField::Vicini { .. }) = self.field_of_implicits()
             && scene.passes_meshes(origin, direction)
         {
             let sight = Sight { origin, from: None, plane: None, field, known: Known::Nothing };

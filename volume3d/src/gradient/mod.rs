@@ -35,7 +35,8 @@
 //!
 //! Whoever wants an image that is the same bit for bit with derivatives and without takes it from
 //! [`WarpedArea::forward`], along any tangent: it does not depend on what moves, and along [`Tangent::still`] it costs
-//! what [`render`] does with `control_variate` more samples a pixel.
+//! what [`render`] does with `control_variate` more samples a pixel (more at implicit surfaces, which camera rays then meet where their field
+//! has followed them).
 
 mod accumulator;
 mod auxiliary;

@@ -29,6 +29,11 @@ const ROOTS: f64 = 1e-6;
 /// A point is on a surface where |φ| is at most this part of how far away it is, or of the surface's size, whichever is more.
 const EXACT: f64 = 1e-12;
 
+/// See [`ROOTS`].
+fn root_tolerance(tolerance: f64) -> f64 {
+    tolerance.max(ROOTS)
+}
+
 /// The part of a ray on which a surface may be.
 #[derive(Clone, Copy)]
 struct Part {
@@ -74,13 +79,13 @@ impl Scene {
         nearest
     }
 
-    /// Where a ray meets an implicit surface, of which its field has found the end; nothing if that does not tell.
+    /// Where a ray meets an implicit surface, of which its field has found the end, and whether |∇φ| is too small there; nothing if the end does not tell.
     pub(crate) fn hit_at_end(
         &self,
         implicit: u32,
         (origin, direction): (DVec3, DVec3),
         point: &MeanPoint<DVec3>,
-    ) -> Option<Option<Hit>> {
+    ) -> Option<Option<(Hit, bool)>> {
         if point.too_steep {
             return None;
         }
@@ -90,19 +95,24 @@ impl Scene {
             End::Hit => {
                 let shape = &self.description.implicits[implicit as usize];
                 let ray = LocalRay::new(shape, origin, direction, self.implicit_size(implicit));
-                let (root, there) = ray.polished(point.last, 0.0);
-                let is_root = there.value.abs() <= EXACT * ray.size.max(root);
-                if is_root && there.gradient.length() < FLAT {
-                    self.trace_counters.count_too_flat();
+                let tolerance = self.description.tracer.tolerance;
+                // Of what is far away and small, the end may be nearer to another root.
+                if tolerance * point.last > root_tolerance(tolerance) * ray.size {
+                    return None;
                 }
-                let hit = Hit {
-                    surface: Surface::Implicit(implicit),
-                    distance: root * ray.scale,
-                    coordinates: [0.0; 3],
-                };
-                is_root.then_some(Some(hit))
+                let (root, there) = ray.polished(point.last, 0.0);
+                let distance = root * ray.scale;
+                let is_root = there.value.abs() <= EXACT * ray.size.max(root)
+                    && distance < self.far_of(implicit, origin);
+                let hit = Hit { surface: Surface::Implicit(implicit), distance, coordinates: [0.0; 3] };
+                is_root.then_some(Some((hit, there.gradient.length() < FLAT)))
             }
         }
+    }
+
+    /// Counts a hit where |∇φ| is too small.
+    pub(crate) fn count_too_flat(&self) {
+        self.trace_counters.count_too_flat();
     }
 
     /// How far from its origin a ray starts that leaves an implicit surface.
@@ -148,16 +158,14 @@ impl Scene {
         for _ in 0..LOOKS {
             let (value, slope) = ray.look(t);
             let (value, slope) = (value - angle * t, slope - angle);
-            if value < least {
-                self.trace_counters.count_too_steep();
-                return false;
-            }
-            let is_above = value > 0.0;
+            // A slope above its bound tells nothing: the ray is to be followed.
+            let is_above = value > 0.0 && value >= least;
             if !is_above {
                 return false;
             }
-            let step = (value / ray.slope).max(ray.step(value, slope).min(leaves - t));
-            least = value * (1.0 - STEEP) - ray.slope * step;
+            let step = self.description.tracer.step_scale
+                * (value / ray.slope).max(ray.step(value, slope).min(leaves - t));
+            least = ray.least(value, slope, step) - STEEP * value;
             t += step;
             if t >= far {
                 return true;
@@ -195,7 +203,7 @@ impl Scene {
             let (value, slope) = ray.look(t);
             steep |= value < least;
             // Of what is far away and small, the tolerance may be more than its parts are apart: the next root is looked for where only one is near.
-            if value <= tolerance.max(ROOTS) * t.min(ray.size) {
+            if value <= root_tolerance(tolerance) * t.min(ray.size) {
                 let (root, there) = ray.polished(t, near);
                 if value <= 0.0 || there.value.abs() <= EXACT * ray.size.max(root) {
                     // It may be beyond the end: a light, or the point that is looked for.

@@ -100,7 +100,7 @@ impl Sight<'_> {
         known: &mut Vec<MeanPoint<DVec3>>,
     ) -> Option<Option<Hit>> {
         known.clear();
-        let mut nearest: Option<Hit> = None;
+        let mut nearest: Option<(Hit, bool)> = None;
         for (implicit, shape) in (0..).zip(&scene.description.implicits) {
             let Weights::Vicini(field) = self.field.weights(scene.implicit_size(implicit), false) else {
                 return None;
@@ -110,12 +110,17 @@ impl Sight<'_> {
             let point = Walk::new(field, shape, &view, (u, far)).mean_point();
             let hit = scene.hit_at_end(implicit, (self.origin, u), &point)?;
             nearest = match (nearest, hit) {
-                (Some(a), Some(b)) if a.distance <= b.distance => Some(a),
+                (Some(a), Some(b)) if a.0.distance <= b.0.distance => Some(a),
                 (a, b) => b.or(a),
             };
             known.push(point);
         }
-        Some(nearest)
+        Some(nearest.map(|(hit, is_flat)| {
+            if is_flat {
+                scene.count_too_flat();
+            }
+            hit
+        }))
     }
 
     /// Whether a surface that the ray leaves is farther from it than the field reaches.

@@ -15,7 +15,7 @@ mod softened;
 mod tails;
 mod textured_lights;
 
-use flatland::sdf::shapes::Ball;
+use flatland::sdf::shapes::{Ball, SmoothUnion};
 use glam::{DAffine3, DVec3};
 
 use super::*;
@@ -80,7 +80,7 @@ fn an_image_and_a_gradient_of_one_seed_are_independent() {
     assert!(control > 8.0 * error + 4.0 * noise, "the control: {control} ± {noise}");
 }
 
-/// Beside a mesh and an implicit surface, whichever moves, or the camera, or nothing.
+/// Beside a mesh and two implicit surfaces, one of which has a waist, whichever moves, or the camera, or nothing.
 #[test]
 fn images_do_not_depend_on_what_moves() {
     let mut d = Description::new(
@@ -90,7 +90,10 @@ fn images_do_not_depend_on_what_moves() {
     d.integrator = Integrator { max_depth: Some(3), rr_depth: 5 };
     let white = d.add_material(Material::diffuse("white", DVec3::splat(0.8)));
     d.add_shape("block", Mesh::cube().transformed(&at(0.5, 0.1, -4.0, 0.4)), white);
-    d.add_implicit("ball", Ball::new(DVec3::new(-0.4, 0.0, -3.5), 0.7).unwrap(), white);
+    let ball = |x: f64, y: f64, z: f64, radius: f64| Ball::new(DVec3::new(x, y, z), radius).unwrap();
+    let waist = SmoothUnion::new(ball(-0.7, 0.1, -3.5, 0.4), ball(0.2, -0.3, -3.2, 0.35), 0.3).unwrap();
+    d.add_implicit("waist", waist, white);
+    d.add_implicit("ball", ball(-0.2, 0.7, -3.8, 0.3), white);
     d.environment = Some(Environment::Constant { id: "sky".to_owned(), radiance: DVec3::ONE });
     let scene = Scene::new(d).unwrap();
     let mut changes = [(); 4].map(|()| Tangent::still(&scene));
