@@ -50,7 +50,7 @@ const MOVING: [IrradianceMoving; 4] = [
 ];
 
 /// Receivers as small as a pixel, under up to four occluders.
-static POINTS: LazyLock<Vec<Known>> = LazyLock::new(|| points(&IrradianceKind::GENERIC, pick(24, 48)));
+static POINTS: LazyLock<Vec<Known>> = LazyLock::new(|| points(&IrradianceKind::GENERIC, pick(24, 72)));
 
 /// The pixel's field of view: what it sees of the ground is a sixth of the ground's size, and 1/200 of the
 /// distance of everything else.
@@ -147,10 +147,10 @@ const POINT_MOTIONS: [&str; 4] = ["Emitter", "Occluders", "Vertex", "GroundRotat
 fn pixels_with_penumbras() {
     let mut power = Power::of("space_irradiance::pixels_with_penumbras");
     judge(&mut power, "warped area", &PENUMBRAS, &PENUMBRA_MOTIONS, |k, half| {
-        k.estimate(half, &WarpedArea { samples: pick(1, 2) * SAMPLES, ..warped() })
+        k.estimate(half, &WarpedArea { samples: pick(1, 4) * SAMPLES, ..warped() })
     });
     judge(&mut power, "edge sampling", &PENUMBRAS, &PENUMBRA_MOTIONS, |k, half| {
-        k.estimate(half, &edges(pick(1, 3) * SAMPLES))
+        k.estimate(half, &edges(pick(1, 6) * SAMPLES))
     });
 }
 
