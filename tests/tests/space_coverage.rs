@@ -85,7 +85,8 @@ fn other_warps_are_unbiased() {
 fn edge_sampling_is_unbiased() {
     let mut power = Power::of("space_coverage::edge_sampling_is_unbiased");
     let thin = coverage(&[CoverageKind::Sliver, CoverageKind::Grazing], per_kind());
-    let edges = EdgeSampling { samples: 2, primary: 16, secondary: 1, seed: 0, allow_missing: vec![] };
+    let edges =
+        EdgeSampling { samples: 2, primary: 16, secondary: 1, bounces: 1, seed: 0, allow_missing: vec![] };
     accept(&mut power, "edge sampling", &GENERIC, &edges);
     accept(&mut power, "edge sampling, slivers and grazing triangles", &thin, &edges);
 }

@@ -41,9 +41,9 @@ fn rays(samples: usize) -> WarpedArea {
 }
 
 const EDGES: EdgeSampling =
-    EdgeSampling { samples: 1, primary: 8, secondary: 1, seed: 0, allow_missing: vec![] };
+    EdgeSampling { samples: 1, primary: 8, secondary: 1, bounces: 1, seed: 0, allow_missing: vec![] };
 const LIT_EDGES: EdgeSampling =
-    EdgeSampling { samples: 32, primary: 32, secondary: 128, seed: 0, allow_missing: vec![] };
+    EdgeSampling { samples: 32, primary: 32, secondary: 128, bounces: 128, seed: 0, allow_missing: vec![] };
 
 #[test]
 fn warped_area_is_unbiased() {

@@ -117,7 +117,14 @@ fn with(warp: Warp) -> WarpedArea {
 }
 
 fn edges(samples: usize) -> EdgeSampling {
-    EdgeSampling { samples, primary: samples, secondary: 4 * samples, seed: 0, allow_missing: vec![] }
+    EdgeSampling {
+        samples,
+        primary: samples,
+        secondary: 4 * samples,
+        bounces: 4 * samples,
+        seed: 0,
+        allow_missing: vec![],
+    }
 }
 
 /// A method on a set of scenes: the verdict on all of them, and, where there are enough, by what moves, as a bias of one

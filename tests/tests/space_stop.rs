@@ -47,7 +47,14 @@ fn rotation() -> Rotation {
 }
 
 fn edges() -> EdgeSampling {
-    EdgeSampling { samples: 1, primary: 16 * MANY, secondary: 16 * MANY, seed: 0, allow_missing: vec![] }
+    EdgeSampling {
+        samples: 1,
+        primary: 16 * MANY,
+        secondary: 16 * MANY,
+        bounces: 16 * MANY,
+        seed: 0,
+        allow_missing: vec![],
+    }
 }
 
 /// Of a film of one pixel.

@@ -55,8 +55,13 @@ fn forward(c: &mut Criterion) {
             b.iter(|| method.forward(&scene, &change, &Progress::none()).expect("valid"));
         });
     }
-    let edges =
-        EdgeSampling { samples: SAMPLES, primary: SAMPLES, secondary: SAMPLES, ..EdgeSampling::default() };
+    let edges = EdgeSampling {
+        samples: SAMPLES,
+        primary: SAMPLES,
+        secondary: SAMPLES,
+        bounces: SAMPLES,
+        ..EdgeSampling::default()
+    };
     group.bench_function("edge sampling", |b| {
         b.iter(|| edges.forward(&scene, &change, &Progress::none()).expect("valid"));
     });

@@ -139,6 +139,7 @@ fn edge_sampling(task: &Task<'_>) -> EdgeSampling {
         samples: task.samples,
         primary: share(default.primary),
         secondary: share(default.secondary),
+        bounces: share(default.secondary),
         seed: task.seed,
         ..default
     }

@@ -202,6 +202,7 @@ impl Known {
             samples,
             primary: samples,
             secondary: 4 * samples,
+            bounces: 4 * samples,
             seed: 7777,
             allow_missing: vec![],
         };

@@ -163,7 +163,8 @@ fn terms_of_cube(k: &Known) -> [[Estimate; 2]; 2] {
     };
     let area = |seed| WarpedArea { seed, ..warped(pick(9, 16)) }.forward_terms(&k.scene, &k.change, none);
     let edges = |seed| {
-        let method = EdgeSampling { samples: 2, primary: 16, secondary: 16, seed, allow_missing: vec![] };
+        let method =
+            EdgeSampling { samples: 2, primary: 16, secondary: 16, bounces: 16, seed, allow_missing: vec![] };
         method.forward_terms(&k.scene, &k.change, none)
     };
     [terms(&area), terms(&edges)]

@@ -54,7 +54,14 @@ fn gradient(k: &Known, method: &impl Sampler) -> Estimate {
 }
 
 fn edges(samples: usize) -> EdgeSampling {
-    EdgeSampling { samples, primary: samples, secondary: samples, seed: 0, allow_missing: vec![] }
+    EdgeSampling {
+        samples,
+        primary: samples,
+        secondary: samples,
+        bounces: samples,
+        seed: 0,
+        allow_missing: vec![],
+    }
 }
 
 /// Asserts that an estimate is its reference but for its noise and the slack, and that it would not be with a bias that

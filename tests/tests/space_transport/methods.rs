@@ -14,7 +14,14 @@ type Method = fn(&Known, u64) -> GradientImage;
 
 const METHODS: [(&str, Method); 2] = [
     ("edge sampling", |k, seed| {
-        let method = EdgeSampling { samples: 64, primary: 64, secondary: 256, seed, allow_missing: vec![] };
+        let method = EdgeSampling {
+            samples: 64,
+            primary: 64,
+            secondary: 256,
+            bounces: 256,
+            seed,
+            allow_missing: vec![],
+        };
         method.forward_terms(&k.scene, &k.change, &Progress::none()).expect("valid")
     }),
     ("warped area", |k, seed| {

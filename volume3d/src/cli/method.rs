@@ -197,6 +197,7 @@ impl MethodOptions {
                 samples,
                 primary,
                 secondary,
+                bounces: secondary,
                 seed,
                 allow_missing,
             });

@@ -27,9 +27,16 @@ use crate::scene::{Hit, Surface};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Construction {
     /// The mean over jumps near a direction: within so many pixels on the film, so many widths of the kernel elsewhere; softened by so many
-    /// pixels on the film. Towards lights there is none if shadows are sampled as curves. Implicit surfaces give to it what their
+    /// pixels on the film, and so many widths within lobes. Towards lights there is none if shadows are sampled as curves. Implicit surfaces give to it what their
     /// field says.
-    JumpMean { film: f64, lobe: f64, softness: f64, sampled_shadows: bool, implicit: ImplicitField },
+    JumpMean {
+        film: f64,
+        lobe: f64,
+        softness: f64,
+        lobe_softness: f64,
+        sampled_shadows: bool,
+        implicit: ImplicitField,
+    },
     /// Weighted with regard to boundaries. On directions velocities fade away from jumps, V_i (1 − B_i).
     Weighted,
     /// One rigid motion per kernel, that of the nearest of so many points.
@@ -49,6 +56,7 @@ pub(crate) struct Auxiliary<'s> {
     /// Whether film points come in no order, so that silhouettes near one are of no use for the next.
     pub(crate) scattered: bool,
     rays: u64,
+    bounces: u64,
     directions: Vec<DVec3>,
     hits: Vec<Option<Hit>>,
     near: Near,
@@ -119,6 +127,7 @@ impl<'s> Auxiliary<'s> {
             rng,
             scattered: false,
             rays: 0,
+            bounces: 0,
             directions: vec![],
             hits: vec![],
             near: Near { direction: DVec3::ZERO, margin: 0.0, edges: Listed::default() },
@@ -132,6 +141,11 @@ impl<'s> Auxiliary<'s> {
         self.rays
     }
 
+    /// How many warps have been made at bounces.
+    pub(crate) fn bounces(&self) -> u64 {
+        self.bounces
+    }
+
     /// The warp at direction ω as seen from x on a surface; nothing where nothing seen can move.
     pub(crate) fn on_sphere(
         &mut self,
@@ -142,14 +156,16 @@ impl<'s> Auxiliary<'s> {
         x_moves: bool,
     ) -> Option<DirectionWarp> {
         let kappa = kernel.kappa;
-        if let Construction::JumpMean { lobe, sampled_shadows, .. } = self.construction {
+        if let Construction::JumpMean { lobe, lobe_softness, sampled_shadows, .. } = self.construction {
             if sampled_shadows && kernel.of_light {
                 return None;
             }
-            let reach = AngularSupport::new(lobe / kappa.sqrt());
-            return self
-                .jump_mean_on_sphere(x, from, direction, kernel, reach, x_moves)
-                .map(DirectionWarp::JumpMean);
+            let width = 1.0 / kappa.sqrt();
+            let softness = if kernel.of_light { 0.0 } else { lobe_softness * width };
+            let reach = AngularSupport::new(lobe * width).softened(softness);
+            let mean = self.jump_mean_on_sphere(x, from, direction, kernel, reach, x_moves)?;
+            self.bounces += 1;
+            return Some(DirectionWarp::JumpMean(mean));
         }
         if let Construction::Followed { candidates } = self.construction {
             // As for weights: what is below the horizon is inside a solid, and arbitrarily near.
@@ -358,7 +374,8 @@ impl<'s> Auxiliary<'s> {
         let triangle = triangle(seen);
         let front = triangle.map(|t| self.front(tree.plane(t), origin));
         let subject = Subject::Radiance(triangle);
-        let view = View { origin, planes: front.as_slice(), subject, rounding: self.paths.scene.rounding() };
+        let rounding = self.paths.scene.rounding();
+        let view = View { origin, planes: front.as_slice(), subject, left: None, rounding };
         let field = self.implicit_field();
         let known = if triangle.is_none() { self.ahead.of(origin, direction) } else { Known::Nothing };
         let sight = Sight { origin, from: None, plane: triangle.map(|t| self.plane_of(t)), field, known };
@@ -423,7 +440,8 @@ impl<'s> Auxiliary<'s> {
         };
         let planes = [horizon, plane.unwrap_or(horizon)];
         let planes = &planes[..1 + usize::from(plane.is_some())];
-        let view = View { origin: x, planes, subject, rounding: self.paths.scene.rounding() };
+        let left = triangle(Some(from)).map(|t| tree.plane(t));
+        let view = View { origin: x, planes, subject, left, rounding: self.paths.scene.rounding() };
         let known = self.ahead.of(x, direction);
         let sight = Sight { origin: x, from: Some(from), plane: end, field: self.implicit_field(), known };
         let trace = &mut self.trace;

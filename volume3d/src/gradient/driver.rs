@@ -22,6 +22,8 @@ pub(super) struct FilmSums<const K: usize> {
     lost: Vec<((usize, usize), u64)>,
     /// The sample that contributes most to the derivative.
     pub(super) largest: Option<Contribution>,
+    /// What warps took in each cell.
+    work: Vec<f64>,
 }
 
 impl<const K: usize> FilmSums<K> {
@@ -47,6 +49,8 @@ pub(super) struct CellSink<'a, const K: usize> {
     pub(super) non_finite: &'a mut Vec<NonFinite>,
     /// Auxiliary rays of the row.
     pub(super) rays: &'a mut u64,
+    /// What warps took in the cell beyond its paths, in paths.
+    pub(super) work: &'a mut f64,
     largest: &'a mut Option<Contribution>,
     progress: &'a Progress,
 }
@@ -78,11 +82,13 @@ pub(super) fn over_film<const K: usize, W>(
         non_finite: vec![],
         lost: vec![],
         largest: None,
+        work: vec![],
     };
     let (columns, rows) = film.cells();
     let row = |j| {
         let (mut worker, mut row_sums) = (begin(), RowSums::new(film, samples));
         let (mut non_finite, mut lost, mut largest, mut rays) = (vec![], vec![], None, 0);
+        let mut work = vec![0.0; columns];
         for i in 0..columns {
             if progress.stopped() {
                 break;
@@ -91,6 +97,7 @@ pub(super) fn over_film<const K: usize, W>(
                 row_sums: &mut row_sums,
                 non_finite: &mut non_finite,
                 rays: &mut rays,
+                work: &mut work[i],
                 largest: &mut largest,
                 progress,
             };
@@ -101,14 +108,15 @@ pub(super) fn over_film<const K: usize, W>(
                 lost.push(((i, j), more));
             }
         }
-        (row_sums, non_finite, lost, largest, rays)
+        (row_sums, non_finite, lost, largest, rays, work)
     };
-    in_order(rows, progress, row, |_, (row_sums, non_finite, lost, largest, rays)| {
+    in_order(rows, progress, row, |_, (row_sums, non_finite, lost, largest, rays, work)| {
         sums.accumulator.absorb(&row_sums);
         sums.non_finite.extend(non_finite);
         sums.lost.extend(lost);
         Contribution::keep_larger(&mut sums.largest, largest);
         sums.rays += rays;
+        sums.work.extend(work);
     })?;
     if let Some(largest) = &mut sums.largest {
         largest.amount /= samples as f64;
@@ -139,7 +147,7 @@ pub(super) fn finish<const N: usize, const K: usize>(
     samples: usize,
 ) -> GradientImage {
     let lost_rays = sums.lost_rays(film);
-    let FilmSums { accumulator, rays, non_finite, largest, .. } = sums;
+    let FilmSums { accumulator, rays, non_finite, largest, work, .. } = sums;
     let pick = |table: &[[f64; K]], at: usize| -> Image {
         let pixels = table.iter().map(|q| DVec3::new(q[at], q[at + 1], q[at + 2])).collect();
         Image { width: film.columns, height: film.rows, pixels }
@@ -153,7 +161,7 @@ pub(super) fn finish<const N: usize, const K: usize>(
         image: pick(&accumulator.mean, 0),
         image_error: root(pick(&accumulator.variance, 0)),
         gradient: pick(&accumulator.mean, 3),
-        noise: Noise::of_area(&standard_error),
+        noise: Noise { work, ..Noise::of_area(&standard_error) },
         standard_error,
         regions: accumulator.regions.finish(samples),
         terms: (N == 3).then(|| Terms {

@@ -4,12 +4,11 @@
 use glam::DVec3;
 
 use super::accumulator::Sums;
-use super::boundary::{Effort, Gradients, Images, Kinds, Moving, each_boundary};
+use super::boundary::{Effort, Gradients, Images, Moving, each_boundary};
 use super::motion::Motion;
 use super::unsupported::{left_out_of_active, left_out_of_tangent, supports_meshes_only};
 use super::{
-    ActiveParameters, Gradient, GradientError, GradientImage, Missing, Progress, Stopped, Tangent, Terms,
-    WarpedArea,
+    ActiveParameters, Gradient, GradientError, GradientImage, Missing, Progress, Tangent, Terms, WarpedArea,
 };
 use crate::Image;
 use crate::scene::Scene;
@@ -28,9 +27,12 @@ pub struct EdgeSampling {
     pub samples: usize,
     /// Samples of each kind of jump on the film, a pixel on average: edges, and sign changes of shading normals.
     pub primary: usize,
-    /// Samples of each kind of jump seen from shading points, a pixel on average: edges before lights, edges before all else,
-    /// borders of emitters, horizons, and sign changes of shading normals.
+    /// Samples of each kind of jump seen from shading points, a pixel on average: edges before lights, borders of emitters, horizons,
+    /// and sign changes of shading normals.
     pub secondary: usize,
+    /// Samples of edges before all else, before surfaces that reflect and a constant environment, as shading points see them, a pixel on
+    /// average.
+    pub bounces: usize,
     /// The seed of everything random.
     pub seed: u64,
     /// Kinds of jumps whose motion may be left out, where nothing follows it: by default none, and scenes that have them
@@ -46,7 +48,7 @@ pub struct EdgeSampling {
 
 impl Default for EdgeSampling {
     fn default() -> Self {
-        Self { samples: 16, primary: 16, secondary: 16, seed: 0, allow_missing: vec![] }
+        Self { samples: 16, primary: 16, secondary: 16, bounces: 16, seed: 0, allow_missing: vec![] }
     }
 }
 
@@ -136,15 +138,9 @@ impl EdgeSampling {
         }
     }
 
-    /// How many kinds of curves are sampled.
-    pub(super) fn kinds_of_curves(scene: &Scene, moving: &Moving) -> Result<Kinds, Stopped> {
-        let mut kinds = Kinds::default();
-        each_boundary(scene, moving, &mut kinds)?;
-        Ok(kinds)
-    }
-
     pub(super) fn effort(&self) -> Effort<'static> {
-        Effort { primary: self.primary, secondary: self.secondary, seed: self.seed, levels: &[] }
+        let Self { primary, secondary, bounces, seed, .. } = *self;
+        Effort { primary, secondary, bounces, seed, levels: &[] }
     }
 
     fn check(&self, geometric: bool) -> Result<(), GradientError> {

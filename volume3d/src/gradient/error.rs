@@ -53,6 +53,9 @@ pub enum GradientError {
         /// The softness.
         softness: f64,
     },
+    /// Samples are spread over another film.
+    #[error("the allocation of samples is not for a film of this size")]
+    Allocation,
     /// A step of finite differences that is not positive.
     #[error("the step of finite differences must be positive and finite, not {step}")]
     Step {

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use glam::DVec3;
 
 use super::film::FilmPlane;
-use super::groups::{group, groups};
+use super::groups::groups;
 use super::regions::RegionSums;
 
 /// What the samples of one row of cells add to the rows of pixels they reach: sums of K quantities, one for each
@@ -27,9 +27,9 @@ impl<const K: usize> RowSums<K> {
         Self { columns: film.columns, groups, samples, reach: film.reach, sums: vec![[0.0; K]; size] }
     }
 
-    /// Adds a sample's quantities for the image's column x in row b of the neighbourhood.
-    pub(crate) fn add(&mut self, sample: usize, b: usize, x: usize, quantities: &[f64; K]) {
-        let at = (b * self.columns + x) * self.groups + group(sample, self.samples);
+    /// Adds the quantities of a sample of a group for the image's column x in row b of the neighbourhood.
+    pub(crate) fn add(&mut self, group: usize, b: usize, x: usize, quantities: &[f64; K]) {
+        let at = (b * self.columns + x) * self.groups + group;
         for (sum, quantity) in self.sums[at].iter_mut().zip(quantities) {
             *sum += quantity;
         }

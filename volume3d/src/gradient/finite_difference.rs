@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::driver::{CellSink, FilmSums, finish, over_film};
 use super::error::GradientError;
 use super::film::FilmPlane;
-use super::groups::numbers;
+use super::groups::{group, numbers};
 use super::progress::Progress;
 use super::result::GradientImage;
 use super::tangent::Tangent;
@@ -100,7 +100,12 @@ impl FiniteDifference {
             film.for_each_pixel(i, j, |_, b, x, y| {
                 let weight = film.weight([u.x, u.y], x, y);
                 let (value, rate) = (weight * mean, weight * difference);
-                sink.row_sums.add(sample, b, x, &[value.x, value.y, value.z, rate.x, rate.y, rate.z]);
+                sink.row_sums.add(
+                    group(sample, self.samples),
+                    b,
+                    x,
+                    &[value.x, value.y, value.z, rate.x, rate.y, rate.z],
+                );
                 amount += rate.abs().element_sum();
             });
             sink.contributed(film.located(i, j, sample), amount);

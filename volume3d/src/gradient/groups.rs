@@ -12,7 +12,7 @@ pub(super) const GROUPS: usize = 8;
 /// antithetic samples on the film help (Bangaru et al. 2020); but samples that are reflected through one pixel's
 /// centre serve that pixel alone. As Σ h(u + k) over whole pixels k is 1, noise that cells have in common drops out
 /// of the derivative of all pixels at once. The price is noise that is correlated within a square.
-const TILE: usize = 16;
+pub(super) const TILE: usize = 16;
 
 fn group_size(samples: usize) -> usize {
     samples.div_ceil(GROUPS).max(1)

@@ -39,6 +39,7 @@
 //! has followed them).
 
 mod accumulator;
+mod allocation;
 mod auxiliary;
 mod border;
 mod boundary;
@@ -77,6 +78,7 @@ mod unsupported;
 mod warped_area;
 mod warps;
 
+pub use allocation::Allocation;
 pub use contribution::{Contribution, Source};
 pub use edge_sampling::EdgeSampling;
 pub use error::GradientError;

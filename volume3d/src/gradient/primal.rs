@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::driver::{CellSink, FilmSums, over_film};
 use super::film::FilmPlane;
-use super::groups::numbers;
+use super::groups::{group, numbers};
 use super::progress::Progress;
 use super::result::Rendering;
 use super::{PATH, Stopped};
@@ -117,7 +117,12 @@ fn sample_cell(
                 continue;
             }
             film.for_each_pixel(i, j, |_, b, x, y| {
-                sink.row_sums.add(sample, b, x, &(film.weight([u.x, u.y], x, y) * radiance).to_array());
+                sink.row_sums.add(
+                    group(sample, samples),
+                    b,
+                    x,
+                    &(film.weight([u.x, u.y], x, y) * radiance).to_array(),
+                );
             });
         }
     }

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::Tangent;
+use super::boundary::Kinds;
 use super::contribution::Contribution;
 use super::non_finite::NonFinite;
 use super::regions::Regions;
@@ -31,6 +32,12 @@ pub struct Noise {
     pub film_curves: Image,
     /// Of samples of curves that shading points see.
     pub shading_curves: Image,
+    /// Of those before surfaces that reflect and a constant environment, which the others are not.
+    pub bounce_curves: Image,
+    /// What warps took beyond the paths that carry derivatives, by cell, in paths.
+    pub(super) work: Vec<f64>,
+    /// How many kinds of curves there were.
+    pub(super) kinds: Kinds,
 }
 
 impl Noise {
@@ -42,7 +49,14 @@ impl Noise {
             height: standard_error.height,
         };
         let none = Image::constant(area.width, area.height, DVec3::ZERO);
-        Self { area, film_curves: none.clone(), shading_curves: none }
+        Self {
+            area,
+            film_curves: none.clone(),
+            shading_curves: none.clone(),
+            bounce_curves: none,
+            work: vec![],
+            kinds: Kinds::default(),
+        }
     }
 }
 

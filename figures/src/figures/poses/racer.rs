@@ -102,6 +102,7 @@ impl Racer {
                     samples,
                     primary: samples,
                     secondary: samples,
+                    bounces: samples,
                     seed,
                     allow_missing: vec![],
                 };

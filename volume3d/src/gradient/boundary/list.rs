@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::geometry::Edges;
 use crate::scene::FLAT as COPLANAR;
-use crate::scene::{Reflectance, Scene, Span, Surface, parts};
+use crate::scene::{Hit, Reflectance, Scene, Span, Surface, parts};
 
 /// Two faces at a smaller angle are one plane, to rounding.
 const FLAT: f64 = 1e-12;
@@ -164,6 +164,13 @@ impl EdgeList {
             (way - way.dot(e) * e).normalize_or_zero()
         };
         Some([away(f), -away(g)])
+    }
+
+    /// Whether an edge is that of what is hit beside it, and of no more than one other triangle: a softened field follows it exactly
+    /// there.
+    pub(super) fn owns(&self, edge: &Edge, hit: Option<Hit>) -> bool {
+        let of_few = !edge.is_crossing() && self.faces(edge).len() <= 2;
+        of_few && hit.is_some_and(|hit| self.has(edge, hit.surface))
     }
 
     /// Whether a surface is one of those that meet in an edge.

@@ -117,6 +117,8 @@ impl Moving {
 pub(super) enum Term {
     Primary,
     Secondary,
+    /// Of the secondary term, what surfaces reflect and a constant environment: it has samples of its own.
+    Bounce,
 }
 
 /// What is done with every boundary there is.
@@ -133,8 +135,8 @@ pub(super) fn each_boundary(scene: &Scene, moving: &Moving, taker: &mut impl Tak
     let list = EdgeList::new(scene);
     taker.take(Term::Primary, &Primary::new(&paths, &list, moving, Lines::Jumps))?;
     taker.take(Term::Primary, &FilmSignChanges::new(&paths, moving))?;
-    for light in [Light::Emitted, Light::Rest] {
-        taker.take(Term::Secondary, &Secondary::new(&paths, &list, moving, light))?;
+    for (term, light) in [(Term::Secondary, Light::Emitted), (Term::Bounce, Light::Rest)] {
+        taker.take(term, &Secondary::new(&paths, &list, moving, light))?;
     }
     taker.take(Term::Secondary, &Emitters::new(&paths, &list, moving, Of::All))?;
     taker.take(Term::Secondary, &Horizon::new(&paths, moving, Beyond::All))?;

@@ -268,11 +268,9 @@ impl Primary<'_> {
         x * normal.x + y * normal.y
     }
 
-    /// Whether an edge is that of what is seen on one side of it, and of no more than one other triangle: a softened field
-    /// follows it exactly there.
+    /// Whether a softened field follows an edge exactly on one side of it.
     pub(super) fn owns(&self, EdgePoint { edge, sides, .. }: &EdgePoint<'_>, side: usize) -> bool {
-        let of_few = !edge.is_crossing() && self.list.faces(edge).len() <= 2;
-        of_few && sides.hits[side].is_some_and(|hit| self.list.has(edge, hit.surface))
+        self.list.owns(edge, sides.hits[side])
     }
 }
 

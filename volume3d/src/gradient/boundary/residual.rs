@@ -12,6 +12,9 @@
 //! it, which slides along its surface with the warp of the film and of the directions before it. So are the outlines of emitters
 //! themselves; those of flat ones are added where next-event estimation meets them.
 //!
+//! At bounces V is softened as on the film, within lobes, and what it leaves of silhouettes that shading points see is sampled
+//! likewise: the light of one side times the speed beyond the field of that side.
+//!
 //! Points of curves are drawn by length, contrast and visibility, which know nothing of velocities but what moves at all: forward and
 //! reverse mode are one linear map and its transpose if what is active is what moves.
 
@@ -25,11 +28,12 @@ use super::emitters::Emitters;
 use super::primary::Primary;
 use super::secondary::Secondary;
 use super::sensor::CameraSubpath;
-use super::warped_ray::warped_ray;
+use super::warped_ray::{kernel, warped_ray};
 use crate::gradient::auxiliary::Auxiliary;
 use crate::gradient::differential::Differential;
 use crate::gradient::motion::MovingBounds;
-use crate::path::{Frame, Paths};
+use crate::path::{Frame, Kernel, Paths, VisibilityDomain};
+use crate::scene::Surface;
 
 /// Silhouettes on the film.
 #[derive(Debug)]
@@ -41,6 +45,13 @@ pub(super) struct Silhouettes<'p> {
 /// Shadows.
 #[derive(Debug)]
 pub(super) struct Shadows<'p> {
+    pub(super) warp: &'p AlongWarp<'p>,
+    pub(super) edges: Secondary<'p>,
+}
+
+/// What bounces see jump.
+#[derive(Debug)]
+pub(super) struct Bounces<'p> {
     pub(super) warp: &'p AlongWarp<'p>,
     pub(super) edges: Secondary<'p>,
 }
@@ -61,13 +72,32 @@ fn speed<C: Differential>(
     subpath: &CameraSubpath<'_>,
     (point, normal): (Vec3<C::Number>, DVec3),
 ) -> Option<C::Number> {
+    let speed = Vec3::constant(normal).dot(point - seen_from(paths, calculus, frame, subpath)?);
+    (!speed.is_still()).then_some(speed)
+}
+
+/// The last point of a path, as warps move it.
+fn seen_from<C: Differential>(
+    paths: &Paths<'_>,
+    calculus: &mut C,
+    frame: &Frame<C::Number>,
+    subpath: &CameraSubpath<'_>,
+) -> Option<Vec3<C::Number>> {
     let first = subpath.vertices.last()?;
     let at = calculus.film_warp(subpath.film, subpath.at, Some(first.surface)).at;
     let frame = &subpath.film.frame_through(calculus, frame);
     let eye = Eye { film: subpath.film, frame, at, warps: true };
-    let (seen_from, _) = warped_ray(paths, calculus, &eye, subpath.vertices, None);
-    let speed = Vec3::constant(normal).dot(point - seen_from);
-    (!speed.is_still()).then_some(speed)
+    Some(warped_ray(paths, calculus, &eye, subpath.vertices, None).0)
+}
+
+/// The kernel of a path's last direction, in which a surface is seen.
+fn last_kernel(paths: &Paths<'_>, subpath: &CameraSubpath<'_>, surface: Option<Surface>) -> Option<Kernel> {
+    let [last, before @ ..] = subpath.vertices else { return None };
+    let viewer = before.first().map_or(subpath.film.still.origin.value(), |vertex| vertex.position);
+    let limit = paths.scene.description.integrator.max_depth.unwrap_or(usize::MAX);
+    let goes_on = subpath.vertices.len() + 1 < limit;
+    let sees = if goes_on { VisibilityDomain::Radiance } else { VisibilityDomain::Distant };
+    kernel(paths, viewer, last, sees, surface)
 }
 
 impl Boundary for Silhouettes<'_> {
@@ -125,8 +155,48 @@ impl Boundary for Shadows<'_> {
         self.edges.each(address, |shadow| {
             let moving = (shadow.point(paths.scene, calculus), shadow.normal);
             if let Some(speed) = speed(paths, calculus, frame, &shadow.subpath, moving) {
-                let (at, light) = (shadow.subpath.at, shadow.light);
+                let (at, light) = (shadow.subpath.at, shadow.light());
                 found(calculus, BoundarySample { at, light, level: 0.0, speed });
+            }
+        });
+    }
+}
+
+impl Boundary for Bounces<'_> {
+    fn is_empty(&self) -> bool {
+        self.edges.is_empty()
+    }
+
+    fn auxiliary<'a>(&'a self, bounds: &'a MovingBounds) -> Option<Auxiliary<'a>> {
+        Some(self.warp.auxiliary(bounds))
+    }
+
+    fn sample<C: Differential>(
+        &self,
+        calculus: &mut C,
+        frame: &Frame<C::Number>,
+        address: Address,
+        found: &mut impl FnMut(&mut C, BoundarySample<C::Number>),
+    ) {
+        let paths = self.warp.paths;
+        self.edges.each(address, |shadow| {
+            let subpath = &shadow.subpath;
+            let Some(seen_from) = seen_from(paths, calculus, frame, subpath) else { return };
+            let normal = Vec3::constant(shadow.normal);
+            let moved = normal.dot(shadow.point(paths.scene, calculus) - seen_from);
+            for (side, sign) in [(0, 1.0), (1, -1.0)] {
+                let light = shadow.lights[side] * sign;
+                if light == DVec3::ZERO {
+                    continue;
+                }
+                let surface = shadow.hits[side].map(|hit| hit.surface);
+                let Some(kernel) = last_kernel(paths, subpath, surface) else { continue };
+                let last = subpath.vertices[0].surface;
+                let along = calculus.warp(seen_from, last, shadow.direction, kernel).direction;
+                let speed = moved - normal.dot(along) * shadow.distance;
+                if !speed.is_still() {
+                    found(calculus, BoundarySample { at: subpath.at, light, level: 0.0, speed });
+                }
             }
         });
     }

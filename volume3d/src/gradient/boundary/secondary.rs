@@ -39,6 +39,20 @@ pub(super) enum Light {
     Shadows,
     /// A constant environment and what surfaces reflect: directions are uniform, where what is seen may jump.
     Rest,
+    /// The same along a softened field, which leaves silhouettes and crossings.
+    Bounces,
+}
+
+impl Light {
+    /// Whether it is emission that next-event estimation finds.
+    fn is_emission(self) -> bool {
+        matches!(self, Self::Emitted | Self::Shadows)
+    }
+
+    /// Whether shading points slide along warps, those that stand still as well.
+    fn is_along_warps(self) -> bool {
+        matches!(self, Self::Shadows | Self::Bounces)
+    }
 }
 
 /// Edges as they are seen from shading points.
@@ -106,7 +120,7 @@ impl<'a> Secondary<'a> {
         let constant = matches!(paths.scene.description.environment, Some(Environment::Constant { .. }));
         let nothing = match light {
             Light::Emitted | Light::Shadows => limit < 2,
-            Light::Rest => limit < 2 || (limit == 2 && !constant),
+            Light::Rest | Light::Bounces => limit < 2 || (limit == 2 && !constant),
         };
         if !nothing {
             secondary.table = secondary.weights();
@@ -121,8 +135,8 @@ impl<'a> Secondary<'a> {
             a.distance(b)
                 * match self.light {
                     Light::Emitted | Light::Shadows => self.silhouette_rate(edge),
-                    Light::Rest if self.list.may_jump(scene, edge) => self.solid_angle(edge),
-                    Light::Rest => 0.0,
+                    Light::Rest | Light::Bounces if self.list.may_jump(scene, edge) => self.solid_angle(edge),
+                    Light::Rest | Light::Bounces => 0.0,
                 }
         };
         let mut weights: Vec<f64> = self.list.edges.par_iter().map(weigh).collect();
@@ -197,17 +211,21 @@ impl<'a> Secondary<'a> {
     /// The part of directions that are drawn from the whole sphere; the others are those of the wedge.
     ///
     /// Emission jumps at silhouettes only, and so does a constant environment; what surfaces reflect jumps at all
-    /// folds.
+    /// folds, of which a softened field leaves the silhouettes.
     fn share_anywhere(&self, edge: &Edge) -> f64 {
         match self.wedge(edge) {
             None => 1.0,
-            Some(_) if self.longest > 1 => 0.5,
+            Some(_) if self.longest > 1 && self.light == Light::Rest => 0.5,
             Some(_) => 0.0,
         }
     }
 
     /// The directions in which an edge of two triangles is a silhouette; `None` where every direction counts.
     fn wedge(&self, edge: &Edge) -> Option<Wedge> {
+        // A fold through which something passes is a crossing as well.
+        if self.light == Light::Bounces && edge.crossed {
+            return None;
+        }
         Wedge::of(self.sensor.paths.scene, self.list, edge)
     }
 
@@ -215,7 +233,7 @@ impl<'a> Secondary<'a> {
     fn draw(&self, edge: &Edge, point: DVec3, numbers: &mut Sequence) -> Option<Drawn> {
         let paths = self.sensor.paths;
         let (c, [a, b]) = (numbers.one(), numbers.pair());
-        if self.light != Light::Rest {
+        if self.light.is_emission() {
             if let (Some(targets), Some(wedge)) = (&self.targets, self.wedge(edge)) {
                 let aimed = targets.draw(paths.scene, &wedge, edge.span(paths.scene), point, [c, a, b])?;
                 let Aimed { direction, distance, density, surface, id } = aimed;
@@ -257,17 +275,18 @@ impl<'a> Secondary<'a> {
         1e4 * self.sensor.paths.scene.rounding()
     }
 
-    /// The light on both sides of the edge along a path's last segment.
-    fn difference(
+    /// The light on both sides of the edge along a path's last segment; none on a side that a softened field follows.
+    fn lights(
         &self,
         segment: &Segment<'_>,
         sides: &Sides,
         aim: Option<Aim>,
         depth: usize,
         numbers: &Sequence,
-    ) -> DVec3 {
+    ) -> [DVec3; 2] {
         let paths = self.sensor.paths;
-        let [before, behind] = sides.hits.map(|hit: Option<Hit>| match aim {
+        sides.hits.map(|hit: Option<Hit>| match aim {
+            _ if self.light == Light::Bounces && self.list.owns(segment.edge, hit) => DVec3::ZERO,
             Some(Aim { id, surface, .. }) => {
                 let hit = hit.filter(|h| surface.is_none_or(|s| s == h.surface));
                 paths.lit(id, hit, segment.direction)
@@ -277,8 +296,7 @@ impl<'a> Secondary<'a> {
                 paths.still_radiance(x, segment.direction, hit, depth, &mut numbers)
                     - paths.lit_by_all(hit, segment.direction)
             }
-        });
-        (before - behind) * sides.share
+        })
     }
 
     fn sides(&self, segment: &Segment<'_>) -> Option<Sides> {
@@ -293,8 +311,13 @@ impl<'a> Secondary<'a> {
 pub(super) struct Shadow<'s> {
     /// The path to that point.
     pub(super) subpath: CameraSubpath<'s>,
-    /// The difference of light over the density.
-    pub(super) light: DVec3,
+    /// The light before the edge and behind it, over the density.
+    pub(super) lights: [DVec3; 2],
+    /// What is seen there.
+    pub(super) hits: [Option<Hit>; 2],
+    /// The direction from that point to the edge, and how far it is.
+    pub(super) direction: DVec3,
+    pub(super) distance: f64,
     /// ω × e.
     pub(super) normal: DVec3,
     edge: &'s Edge,
@@ -302,6 +325,11 @@ pub(super) struct Shadow<'s> {
 }
 
 impl Shadow<'_> {
+    /// The difference of light.
+    pub(super) fn light(&self) -> DVec3 {
+        self.lights[0] - self.lights[1]
+    }
+
     /// The edge's point in numbers.
     pub(super) fn point<C: Differential>(&self, scene: &Scene, calculus: &C) -> Vec3<C::Number> {
         self.edge.span.point(scene, self.along, |i| calculus.position(i))
@@ -326,7 +354,7 @@ impl Secondary<'_> {
     pub(super) fn each(&self, address: Address, mut found: impl FnMut(&Shadow<'_>)) {
         let paths = self.sensor.paths;
         let scene = paths.scene;
-        let mut numbers = address.numbers(if self.light == Light::Rest { REST_EDGE } else { LIT_EDGE });
+        let mut numbers = address.numbers(if self.light.is_emission() { LIT_EDGE } else { REST_EDGE });
         let chosen = self.table.at(address.fraction(&mut numbers));
         let edge = &self.list.edges[chosen.index];
         let [a, b] = edge.span(scene);
@@ -337,7 +365,7 @@ impl Secondary<'_> {
             return;
         }
         let normal = drawn.direction.cross((b - a) / length);
-        if self.light != Light::Rest || self.longest == 1 {
+        if self.light.is_emission() || self.longest == 1 {
             let occupied = self.list.occupied(scene, edge, normal);
             if occupied[0] == occupied[1] {
                 return;
@@ -352,7 +380,7 @@ impl Secondary<'_> {
         let shape = scene.shape_of(hit.surface) as usize;
         // Along a warp of the film shading points slide that stand still.
         if self.longest == 1
-            && self.light != Light::Shadows
+            && !self.light.is_along_warps()
             && !(self.moving.camera || self.moving.shapes[shape] || self.moving.has_any(edge.shapes))
         {
             return;
@@ -378,12 +406,15 @@ impl Secondary<'_> {
             |subpath: CameraSubpath<'_>| {
                 let Some(sides) = sides.get_or_insert_with(|| self.sides(&segment)) else { return };
                 let depth = subpath.vertices.len() + 1;
-                let difference = self.difference(&segment, sides, drawn.aim, depth, &numbers);
-                let light = difference * subpath.weight * scale;
-                if light == DVec3::ZERO {
+                let lights = self.lights(&segment, sides, drawn.aim, depth, &numbers);
+                if lights[0] == lights[1] && (self.light != Light::Bounces || lights[0] == DVec3::ZERO) {
                     return;
                 }
-                found(&Shadow { subpath, light, normal: segment.normal, edge, along: segment.along });
+                let Segment { direction, distance, normal, along, .. } = segment;
+                let factor = subpath.weight * scale * sides.share;
+                let lights = lights.map(|light| light * factor);
+                let hits = sides.hits;
+                found(&Shadow { subpath, lights, hits, direction, distance, normal, edge, along });
             },
         );
     }
@@ -406,7 +437,10 @@ impl Boundary for Secondary<'_> {
             let seen_from = self.sensor.position(calculus, frame, &shadow.subpath);
             let relative = shadow.point(scene, calculus) - seen_from;
             let speed = Vec3::constant(shadow.normal).dot(relative);
-            found(calculus, BoundarySample { at: shadow.subpath.at, light: shadow.light, level: 0.0, speed });
+            found(
+                calculus,
+                BoundarySample { at: shadow.subpath.at, light: shadow.light(), level: 0.0, speed },
+            );
         });
     }
 }

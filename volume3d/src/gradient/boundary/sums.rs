@@ -15,6 +15,7 @@ use crate::scene::Scene;
 pub(in crate::gradient) struct Effort<'l> {
     pub(in crate::gradient) primary: usize,
     pub(in crate::gradient) secondary: usize,
+    pub(in crate::gradient) bounces: usize,
     pub(in crate::gradient) seed: u64,
     /// The levels of a control variate, for curves of which one side counts.
     pub(in crate::gradient) levels: &'l [DVec3],
@@ -26,6 +27,7 @@ impl<'l> Effort<'l> {
         match term {
             Term::Primary => self.primary,
             Term::Secondary => self.secondary,
+            Term::Bounce => self.bounces,
         }
     }
 
@@ -57,11 +59,18 @@ impl Take for Images<'_> {
     }
 }
 
-fn add(image: &mut GradientImage, term: Term, estimate: Estimate) {
+fn add(image: &mut GradientImage, which: Term, estimate: Estimate) {
+    let kinds = &mut image.noise.kinds;
+    *match which {
+        Term::Primary => &mut kinds.on_film,
+        Term::Secondary => &mut kinds.before_lights,
+        Term::Bounce => &mut kinds.before_all_else,
+    } += 1;
     let (terms, noise) = (image.terms.as_mut(), &mut image.noise);
-    let (mut term, noise) = match term {
+    let (mut term, noise) = match which {
         Term::Primary => (terms.map(|t| &mut t.primary), &mut noise.film_curves),
         Term::Secondary => (terms.map(|t| &mut t.secondary), &mut noise.shading_curves),
+        Term::Bounce => (terms.map(|t| &mut t.secondary), &mut noise.bounce_curves),
     };
     for (i, (mean, variance)) in estimate.mean.iter().zip(&estimate.variance).enumerate() {
         if let Some(term) = &mut term {
@@ -98,21 +107,10 @@ impl Take for Gradients<'_> {
     }
 }
 
-/// How many kinds of curves there are of each term.
-#[derive(Clone, Copy, Debug, Default)]
+/// How many kinds of curves were sampled of each term.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(in crate::gradient) struct Kinds {
     pub(in crate::gradient) on_film: usize,
-    pub(in crate::gradient) from_shading_points: usize,
-}
-
-impl Take for Kinds {
-    fn take(&mut self, term: Term, boundary: &impl Boundary) -> Result<(), Stopped> {
-        if !boundary.is_empty() {
-            match term {
-                Term::Primary => self.on_film += 1,
-                Term::Secondary => self.from_shading_points += 1,
-            }
-        }
-        Ok(())
-    }
+    pub(in crate::gradient) before_lights: usize,
+    pub(in crate::gradient) before_all_else: usize,
 }

@@ -64,8 +64,14 @@ fn forward_and_reverse_are_transposes() {
             let mut change = random_tangent(&scene, 3);
             change.normals.fill(DVec3::ZERO);
             let adjoint = random_adjoint(scene.size());
-            let method =
-                EdgeSampling { samples: 4, primary: 4, secondary: 20, seed: 0, allow_missing: vec![] };
+            let method = EdgeSampling {
+                samples: 4,
+                primary: 4,
+                secondary: 20,
+                bounces: 20,
+                seed: 0,
+                allow_missing: vec![],
+            };
             let image = method.forward(&scene, &change, &Progress::none()).unwrap();
             let active = ActiveParameters::everything(&scene);
             let gradient = method.reverse(&scene, &adjoint, &active, &Progress::none()).unwrap();
@@ -90,8 +96,14 @@ fn surfaces_turn_their_other_side_to_one_another() {
         method.forward(&scene, &change, &none).unwrap().gradient.pixels
     });
     let samples = if thorough() { 384 } else { 192 };
-    let method =
-        |seed| EdgeSampling { samples, primary: 8, secondary: 8 * samples, seed, allow_missing: vec![] };
+    let method = |seed| EdgeSampling {
+        samples,
+        primary: 8,
+        secondary: 8 * samples,
+        bounces: 8 * samples,
+        seed,
+        allow_missing: vec![],
+    };
     let scale = terms(&method(9).forward_terms(&scene, &change, &none).unwrap());
     let edges = total(|seed| method(seed).forward(&scene, &change, &none).unwrap().gradient.pixels);
     let motion = Motion::new(&scene, &change);
@@ -117,7 +129,8 @@ fn samples_that_are_not_finite_are_reported() {
     let scene = Scene::new(d).unwrap();
     let mut change = Tangent::still(&scene);
     change.translate(&scene, 1, DVec3::new(0.7, 0.3, -0.4));
-    let method = EdgeSampling { samples: 4, primary: 16, secondary: 64, seed: 0, allow_missing: vec![] };
+    let method =
+        EdgeSampling { samples: 4, primary: 16, secondary: 64, bounces: 64, seed: 0, allow_missing: vec![] };
     let motion = Motion::new(&scene, &change);
     let (paths, list, moving) =
         (Paths::new(&scene, Kernels::default()), EdgeList::new(&scene), Moving::of(&scene, &motion));

@@ -6,6 +6,7 @@ use glam::DVec3;
 use super::curve::Eye;
 use super::sensor::Vertex;
 use crate::path::{Calculus, Kernel, Paths, Plain, SurfacePoint, VisibilityDomain};
+use crate::scene::Surface;
 
 /// The last of a path's shading points, and the direction from it to the vertex that is next, or, if there is none, that in which
 /// it is seen. `vertices` are the shading points, the last first.
@@ -26,7 +27,8 @@ pub(super) fn warped_ray<C: Calculus>(
         let towards = (next.position - vertex.position).normalize();
         direction = Vec3::constant(towards);
         if eye.warps
-            && let Some(kernel) = kernel(paths, viewer, vertex, next)
+            && let Some(kernel) =
+                kernel(paths, viewer, vertex, VisibilityDomain::Radiance, Some(next.surface))
         {
             direction = calculus.warp(origin, vertex.surface, towards, kernel).direction;
         }
@@ -35,13 +37,19 @@ pub(super) fn warped_ray<C: Calculus>(
     (origin, direction)
 }
 
-/// The kernel of a direction in which a path goes on: that of `Paths::scatter`, as the paths along which the
-/// integrand jumps reflect again at their next vertex. `None` where nothing is reflected.
-fn kernel(paths: &Paths<'_>, viewer: DVec3, vertex: &Vertex, next: &Vertex) -> Option<Kernel> {
+/// The kernel of a direction in which a surface is seen, that of `Paths::scatter`: of all radiance where paths reflect again at
+/// their next vertex. `None` where nothing is reflected.
+pub(super) fn kernel(
+    paths: &Paths<'_>,
+    viewer: DVec3,
+    vertex: &Vertex,
+    sees: VisibilityDomain,
+    surface: Option<Surface>,
+) -> Option<Kernel> {
     let plain = Plain { scene: paths.scene };
     let along = Vec3::constant((vertex.position - viewer).normalize());
     let (origin, distance) = (Vec3::constant(viewer), viewer.distance(vertex.position));
     let point = SurfacePoint::new(paths.scene, &plain, origin, along, vertex.surface, distance);
     let shading = point.shading(paths.scene, &plain)?;
-    Some(paths.kernels.of_bounce(&shading, VisibilityDomain::Radiance, Some(next.surface)))
+    Some(paths.kernels.of_bounce(&shading, sees, surface))
 }

@@ -44,6 +44,8 @@ pub(crate) struct View<'p> {
     /// Where what is seen is nothing but silhouettes before these planes.
     pub(crate) planes: &'p [HalfSpace],
     pub(crate) subject: Subject,
+    /// The face that the viewer is on, which it sees as its horizon.
+    pub(crate) left: Option<u32>,
     /// A viewer this near to a plane is within it.
     pub(crate) rounding: f64,
 }
@@ -101,12 +103,14 @@ impl JumpMean {
     ) -> Option<Self> {
         let mut pieces = Vec::with_capacity(ROOM);
         let face = match view.subject {
-            Subject::Radiance(Some(triangle)) if reach.shrinkage > 0.0 => Some(tree.plane(triangle)),
+            Subject::Radiance(Some(triangle)) => Some(tree.plane(triangle)),
             _ => None,
         };
+        let followed = if reach.shrinkage > 0.0 { [face, view.left] } else { [None; 2] };
         let mut add = |edge: &Edge, pole: Pole, seam: bool| {
-            // What is seen follows its own border exactly, whatever passes before it; and where there is no jump, both sides must agree.
-            let exact = seam || face.is_some_and(|face| edge.owners.contains(&face));
+            // What is seen follows its own border exactly, whatever passes before it, and so does what it is seen from; and where there is
+            // no jump, both sides must agree.
+            let exact = seam || followed.into_iter().flatten().any(|face| edge.owners.contains(&face));
             let reach = if exact { reach.exact() } else { reach };
             if let Some(piece) = piece(edge, pole, view, u, reach) {
                 pieces.push(Piece { seam, ..piece });

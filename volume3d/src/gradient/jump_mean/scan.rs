@@ -170,6 +170,7 @@ fn field(
         origin: DVec3::ZERO,
         planes: plane.as_slice(),
         subject: Subject::Radiance(triangle),
+        left: None,
         rounding: 6e-13,
     };
     let sight = Sight {

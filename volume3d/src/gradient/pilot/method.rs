@@ -84,19 +84,19 @@ impl fmt::Display for Method {
         match self {
             Self::WarpedArea(WarpedArea {
                 samples,
-                field: Field::Softened { silhouettes, shadows, .. },
+                field: Field::Softened { silhouettes, shadows, bounces, .. },
                 ..
             }) => {
                 write!(
                     f,
-                    "warped area, softened: {samples} samples of the area, {silhouettes} of silhouettes, {shadows} of shadows a pixel"
+                    "warped area, softened: {samples} samples of the area, {silhouettes} of silhouettes, {shadows} of shadows, {bounces} of what bounces see a pixel"
                 )
             }
             Self::WarpedArea(method) => write!(f, "warped area: {} samples a pixel", method.samples),
-            Self::EdgeSampling(EdgeSampling { samples, primary, secondary, .. }) => {
+            Self::EdgeSampling(EdgeSampling { samples, primary, secondary, bounces, .. }) => {
                 write!(
                     f,
-                    "edge sampling: {samples} paths, {primary} edges on the film, {secondary} seen from surfaces a pixel"
+                    "edge sampling: {samples} paths, {primary} edges on the film, {secondary} before lights and {bounces} before all else seen from surfaces a pixel"
                 )
             }
         }

@@ -4,11 +4,15 @@
 //! variance σᵢ²/nᵢ and takes the time cᵢ nᵢ. Of all splits that take a time T the least variance has nᵢ ∝ σᵢ/√cᵢ
 //! (Neyman 1934), and it is (Σ σᵢ √cᵢ)²/T. So two methods are compared by Σ σᵢ √cᵢ alone, each at its best split:
 //!
-//! - warped-area sampling with a [softened field](Field::Softened): area, silhouettes on the film, edges of shadows;
-//! - [edge sampling](EdgeSampling): paths, edges on the film, edges that shading points see.
+//! - warped-area sampling with a [softened field](Field::Softened): area, silhouettes on the film, edges of shadows, silhouettes that
+//!   bounces see;
+//! - [edge sampling](EdgeSampling): paths, edges on the film, edges that shading points see before lights and before all else.
 //!
 //! The exact [mean over jumps](Field::JumpMean) is the first with ε = 0; at equal time it was never better where both were
 //! measured. It is what is left where a field cannot be softened, beside implicit surfaces, and there nothing is to be chosen.
+//!
+//! Samples of the area are spread over the film by the same rule, more of them in squares of 16 × 16 pixels where the pilot's scatter
+//! more: an [`Allocation`].
 //!
 //! The σᵢ are the pilot's, whose samples have a seed of their own and are not used again: what is chosen does not depend on what
 //! is then estimated, and is unbiased. The cᵢ are constants that were measured: the clock would choose anew in every run,
@@ -18,17 +22,20 @@
 mod method;
 mod split;
 
+use std::sync::Arc;
+
 use flatland::random::stream;
 use glam::DVec3;
 use rand::Rng as _;
 
 pub use self::method::Method;
-use self::split::{Split, split};
-use super::boundary::{Kinds, Moving};
+use self::split::{PARTS, Split, split};
+use super::film::FilmPlane;
 use super::groups::GROUPS;
-use super::motion::Motion;
 use super::warped_area::shadows_are_curves;
-use super::{ActiveParameters, EdgeSampling, Field, GradientError, Progress, Tangent, WarpedArea};
+use super::{
+    ActiveParameters, Allocation, EdgeSampling, Field, GradientError, Progress, Tangent, WarpedArea,
+};
 use crate::Image;
 use crate::scene::Scene;
 
@@ -67,15 +74,17 @@ pub struct Candidate {
     pub method: Method,
     /// The squared error that the pilot expects of it: the sum over pixels and channels, each as often as the adjoint's square says.
     pub expected_squared_error: f64,
-    /// What part of it is the area's, that of curves on the film, and that of curves that shading points see.
-    pub shares: [f64; 3],
+    /// What part of it is the area's, that of curves on the film, that of curves before lights that shading points see, and that of
+    /// curves before all else.
+    pub shares: [f64; 4],
 }
 
 /// The purpose of random numbers.
 const PILOT: u64 = 0x70_696c_6f74;
 /// The pilot's part of all samples, and how many it has at least: a variance takes two, and that of curves is told by groups.
 const PART: usize = 32;
-const FEWEST: usize = 2;
+const PART_OF_AREA: usize = 16;
+const FEWEST: usize = 4;
 /// The part of all samples that is the area's at least, and that where materials or lights change as well, of which curves know
 /// nothing; and at least one of each group that tells a standard error, if there are as many. The image that comes with a gradient
 /// has no other.
@@ -83,14 +92,15 @@ const OF_AREA: usize = 8;
 const OF_AREA_IF_SMOOTH: usize = 2;
 
 /// Costs of samples relative to that of a path of edge sampling: of the area, of a curve of every kind on the film, and of one that
-/// shading points see. Processor time on figure 12's five scenes of 128² pixels: means, of which single ones are 0.5 to 2.3 times as much.
-const SOFTENED_COSTS: [f64; 3] = [2.2, 3.0, 2.0];
-const EDGE_COSTS: [f64; 3] = [1.0, 1.6, 1.3];
-/// Warped area is taken only where it is expected to err less than so many times as much as edge sampling: samples of silhouettes along
-/// the field cost up to 2.3 times what is assumed (2,000 leaves), and tails of the area are heavier than those of edges, which a
-/// pilot may not have seen. (Nor is edge sampling taken where a pilot saw nothing of a kind of curves that there is: in a
-/// large world, of which the film shows a small part, few edges are found by chance.)
-const DOUBT: f64 = 0.7;
+/// shading points see before lights, and before all else. Processor time on figure 12's five scenes of 128² pixels: means, of which single ones are 0.5 to 2.3 times as much.
+const SOFTENED_COSTS: [f64; PARTS - 1] = [4.3, 2.2, 2.5];
+const EDGE_COSTS: [f64; PARTS - 1] = [2.0, 1.3, 1.3];
+/// Many samples of the area are stratified, of which few show little: what they scatter is about this part of what few say (0.4 to 1.2).
+const STRATIFIED: f64 = 0.7;
+/// Samples of the area are spread unevenly if there are so many: twice as many as the least.
+const SPREAD: usize = 2 * GROUPS;
+/// Enough to tell what spreading them is worth.
+const MANY: usize = 1 << 16;
 /// The cost of a sample of [`WarpedArea::default`].
 const EXACT_COST: f64 = 3.0;
 
@@ -149,40 +159,63 @@ impl Pilot {
             return Ok(Choice { method: Method::WarpedArea(exact), candidates: vec![] });
         }
         let seed = stream(self.seed, &[PILOT, self.samples as u64]).next_u64();
-        let (few, curves) = ((self.samples / PART).max(FEWEST), (self.samples / PART).max(1));
-        let moving = Moving::of(scene, &Motion::new(scene, change));
+        let (few, curves) = ((self.samples / PART_OF_AREA).max(FEWEST), (self.samples / PART).max(1));
+        let film = FilmPlane::new(scene);
         let part = if smooth { OF_AREA_IF_SMOOTH } else { OF_AREA };
         let of_area = (self.samples / part).max(self.samples.min(GROUPS)).max(FEWEST);
         // The candidate, and whether the pilot saw some of every part.
-        let trial = |method: Method, costs: [f64; 3], kinds: Kinds| -> Result<_, GradientError> {
+        let trial = |method: Method, costs: [f64; PARTS - 1]| -> Result<_, GradientError> {
             let noise = method.forward(scene, change, progress)?.noise;
-            let [area, on_film, from_points] = costs;
-            let costs =
-                [area, on_film * kinds.on_film as f64, from_points * kinds.from_shading_points as f64];
-            let parts = [&noise.area, &noise.film_curves, &noise.shading_curves];
-            let mut variances = parts.map(|image| curves as f64 * weighted(image, weights));
-            variances[0] *= few as f64 / curves as f64;
-            let split = split(variances, costs, EXACT_COST * self.samples as f64, of_area);
-            let seen = (1..3).all(|i| costs[i] == 0.0 || variances[i] > 0.0);
-            Ok((candidate(&method, self.seed, split), seen))
+            let by_pixel = weighted(&noise.area, weights);
+            let curve = |image| curves as f64 * weighted(image, weights).iter().sum::<f64>();
+            let [on_film, before_lights, before_all_else] =
+                [&noise.film_curves, &noise.shading_curves, &noise.bounce_curves].map(curve);
+            // Of one sample, spread as they will be.
+            let by_cell: Vec<f64> = noise.work.iter().map(|work| 1.0 + work / few as f64).collect();
+            let spread = |samples: usize| Arc::new(Allocation::new(&film, samples, &by_pixel, &by_cell));
+            let area = STRATIFIED * few as f64 * spread(MANY).variance(&film, MANY, &by_pixel);
+            let [film_cost, light_cost, other_cost] = costs;
+            let costs = [
+                by_cell.iter().sum::<f64>() / by_cell.len() as f64,
+                film_cost * noise.kinds.on_film as f64,
+                light_cost * noise.kinds.before_lights as f64,
+                other_cost * noise.kinds.before_all_else as f64,
+            ];
+            let variances = [area, on_film, before_lights, before_all_else];
+            let mut split = split(variances, costs, EXACT_COST * self.samples as f64, of_area);
+            let seen = (1..PARTS).all(|i| costs[i] == 0.0 || variances[i] > 0.0);
+            let area = split.samples[0];
+            let allocation = (area >= SPREAD && !smooth).then(|| spread(area));
+            if let Some(allocation) = &allocation {
+                split.samples[0] = allocation.mean(&film).round() as usize;
+            }
+            if std::env::var("DBG").is_ok() {
+                eprintln!("costs {costs:?} variances {variances:?} split {split:?}");
+            }
+            Ok((candidate(&method, self.seed, split, allocation), seen))
         };
         let softened = WarpedArea {
             samples: few,
             sign_changes: curves,
-            field: softened(curves, curves),
+            field: softened(curves, curves, curves),
             seed,
             ..WarpedArea::default()
         };
-        let kinds = softened.kinds_of_curves(scene, &moving)?;
-        let (warped, _) = trial(Method::WarpedArea(softened), SOFTENED_COSTS, kinds)?;
+        let (warped, _) = trial(Method::WarpedArea(softened), SOFTENED_COSTS)?;
         if !shadows_are_curves(scene) {
             return Ok(Choice { method: warped.method.clone(), candidates: vec![warped] });
         }
-        let edges =
-            EdgeSampling { samples: few, primary: curves, secondary: curves, seed, allow_missing: vec![] };
-        let kinds = EdgeSampling::kinds_of_curves(scene, &moving)?;
-        let (edges, seen) = trial(Method::EdgeSampling(edges), EDGE_COSTS, kinds)?;
-        let better = seen && DOUBT * edges.expected_squared_error < warped.expected_squared_error;
+        let edges = EdgeSampling {
+            samples: few,
+            primary: curves,
+            secondary: curves,
+            bounces: curves,
+            seed,
+            allow_missing: vec![],
+        };
+        let (edges, seen) = trial(Method::EdgeSampling(edges), EDGE_COSTS)?;
+        // In a large world, of which the film shows a small part, few edges are found by chance.
+        let better = seen && edges.expected_squared_error < warped.expected_squared_error;
         let candidates = if better { vec![edges, warped] } else { vec![warped, edges] };
         Ok(Choice { method: candidates[0].method.clone(), candidates })
     }
@@ -213,24 +246,25 @@ impl Pilot {
 }
 
 /// With the default's reach and softness.
-fn softened(silhouettes: usize, shadows: usize) -> Field {
+fn softened(silhouettes: usize, shadows: usize, bounces: usize) -> Field {
     match Field::softened(1) {
         Field::Softened { film, lobe, softness, .. } => {
-            Field::Softened { film, lobe, softness, silhouettes, shadows }
+            Field::Softened { film, lobe, softness, silhouettes, shadows, bounces }
         }
         other => other,
     }
 }
 
 /// A method of the pilot's kind with the samples of a split.
-fn candidate(method: &Method, seed: u64, split: Split) -> Candidate {
-    let [samples, film, shading] = split.samples;
+fn candidate(method: &Method, seed: u64, split: Split, allocation: Option<Arc<Allocation>>) -> Candidate {
+    let [samples, film, shading, bounces] = split.samples;
     let method = match method {
         Method::WarpedArea(method) => Method::WarpedArea(WarpedArea {
             samples,
+            allocation,
             // One number for both kinds.
             sign_changes: (film + shading).div_ceil(2),
-            field: softened(film, shading),
+            field: softened(film, shading, bounces),
             seed,
             ..method.clone()
         }),
@@ -238,6 +272,7 @@ fn candidate(method: &Method, seed: u64, split: Split) -> Candidate {
             samples,
             primary: film,
             secondary: shading,
+            bounces,
             seed,
             ..method.clone()
         }),
@@ -245,11 +280,12 @@ fn candidate(method: &Method, seed: u64, split: Split) -> Candidate {
     Candidate { method, expected_squared_error: split.variance, shares: split.shares }
 }
 
-/// The sum of an image's channels, weighted by the squares of another's.
-fn weighted(variance: &Image, weights: Option<&Image>) -> f64 {
+/// The sum of an image's channels by pixel, weighted by the squares of another's; 0 where it is not finite.
+fn weighted(variance: &Image, weights: Option<&Image>) -> Vec<f64> {
     let of = |i: usize, v: DVec3| match weights {
         Some(weights) => v.dot(weights.pixels[i] * weights.pixels[i]),
         None => v.element_sum(),
     };
-    variance.pixels.iter().enumerate().map(|(i, v)| of(i, *v)).filter(|v| v.is_finite()).sum()
+    let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
+    variance.pixels.iter().enumerate().map(|(i, v)| finite(of(i, *v))).collect()
 }

@@ -1,12 +1,15 @@
 //! Neyman's split of samples.
 
-/// Samples of three parts, and what they lead to.
+/// The area, curves on the film, curves before lights that shading points see, and those before all else.
+pub(super) const PARTS: usize = 4;
+
+/// Samples of all parts, and what they lead to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Split {
-    pub(super) samples: [usize; 3],
+    pub(super) samples: [usize; PARTS],
     pub(super) variance: f64,
     /// Of the variance.
-    pub(super) shares: [f64; 3],
+    pub(super) shares: [f64; PARTS],
 }
 
 /// A part without noise in the pilot may have some: it counts as if it had this part of the noisiest's deviation, and if none has any, as
@@ -15,20 +18,20 @@ const UNSEEN: f64 = 0.05;
 
 /// The least variance that parts with these variances, of one sample each, have in a time. Of each part there is one sample at
 /// least, and of the first as many as are given. A part that costs nothing does not exist.
-pub(super) fn split(variances: [f64; 3], costs: [f64; 3], time: f64, first: usize) -> Split {
+pub(super) fn split(variances: [f64; PARTS], costs: [f64; PARTS], time: f64, first: usize) -> Split {
     let largest = variances.iter().copied().fold(0.0, f64::max).sqrt();
     let floor = if largest > 0.0 { UNSEEN * largest } else { 1.0 };
-    let deviations: [f64; 3] = std::array::from_fn(|i| variances[i].sqrt().max(floor));
+    let deviations: [f64; PARTS] = std::array::from_fn(|i| variances[i].sqrt().max(floor));
     let least = |i: usize| if i == 0 { first } else { 1 };
-    let sum: f64 = (0..3).map(|i| deviations[i] * costs[i].sqrt()).sum();
-    let samples: [usize; 3] = std::array::from_fn(|i| {
+    let sum: f64 = (0..PARTS).map(|i| deviations[i] * costs[i].sqrt()).sum();
+    let samples: [usize; PARTS] = std::array::from_fn(|i| {
         let best = if costs[i] > 0.0 { time * deviations[i] / (costs[i].sqrt() * sum) } else { 0.0 };
         (best.round() as usize).max(least(i))
     });
     // What was not seen counts as it does in the split.
     let counted =
         |i: usize| if costs[i] > 0.0 && largest > 0.0 { deviations[i].powi(2) } else { variances[i] };
-    let by_part: [f64; 3] = std::array::from_fn(|i| counted(i) / samples[i] as f64);
+    let by_part: [f64; PARTS] = std::array::from_fn(|i| counted(i) / samples[i] as f64);
     let variance: f64 = by_part.iter().sum();
     Split { samples, variance, shares: by_part.map(|v| if variance > 0.0 { v / variance } else { 0.0 }) }
 }
@@ -40,16 +43,16 @@ mod tests {
     /// Against all splits of a small budget, and by the closed form (Σ σ √c)²/T.
     #[test]
     fn no_other_split_is_better() {
-        let (variances, costs, time) = ([4.0, 9.0, 1.0], [1.0, 4.0, 2.0], 400.0);
+        let (variances, costs, time) = ([4.0, 9.0, 1.0, 0.0], [1.0, 4.0, 2.0, 0.0], 400.0);
         let found = split(variances, costs, time, 2);
-        let closed: f64 = (0..3).map(|i| f64::sqrt(variances[i] * costs[i])).sum::<f64>().powi(2) / time;
+        let closed: f64 = (0..PARTS).map(|i| f64::sqrt(variances[i] * costs[i])).sum::<f64>().powi(2) / time;
         assert!((found.variance / closed - 1.0).abs() < 0.01, "{found:?} {closed}");
-        let of = |n: [usize; 3]| -> f64 { (0..3).map(|i| variances[i] / n[i] as f64).sum() };
+        let of = |n: [usize; PARTS]| -> f64 { (0..3).map(|i| variances[i] / n[i] as f64).sum() };
         for a in 1..400 {
             for b in 1..100 {
                 let left = time - a as f64 - 4.0 * b as f64;
                 if left >= 2.0 {
-                    assert!(of([a, b, (left / 2.0) as usize]) >= 0.99 * closed);
+                    assert!(of([a, b, (left / 2.0) as usize, 1]) >= 0.99 * closed);
                 }
             }
         }
@@ -59,10 +62,10 @@ mod tests {
     /// What the pilot saw no noise of, what does not exist, and a budget that is too small for anything.
     #[test]
     fn every_part_has_samples() {
-        let unseen = split([1.0, 0.0, 0.0], [1.0, 1.0, 0.0], 100.0, 2);
+        let unseen = split([1.0, 0.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0], 100.0, 2);
         assert!(unseen.samples[1] > 2 && unseen.samples[2] == 1, "{unseen:?}");
-        assert_eq!(split([1.0, 1.0, 1.0], [3.0, 3.0, 3.0], 1.0, 5).samples, [5, 1, 1]);
-        let none = split([0.0; 3], [1.0; 3], 30.0, 2);
-        assert_eq!((none.samples, none.variance), ([10; 3], 0.0));
+        assert_eq!(split([1.0; 4], [3.0; 4], 1.0, 5).samples, [5, 1, 1, 1]);
+        let none = split([0.0; 4], [1.0; 4], 40.0, 2);
+        assert_eq!((none.samples, none.variance), ([10; 4], 0.0));
     }
 }

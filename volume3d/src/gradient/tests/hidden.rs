@@ -67,7 +67,14 @@ fn hidden_emitters_move_nothing_but_light() {
         sum(method.forward(scene, &change, &none).unwrap().gradient)
     };
     let edges = total(|seed| {
-        let method = EdgeSampling { samples: 24, primary: 96, secondary: 320, seed, allow_missing: vec![] };
+        let method = EdgeSampling {
+            samples: 24,
+            primary: 96,
+            secondary: 320,
+            bounces: 320,
+            seed,
+            allow_missing: vec![],
+        };
         sum(method.forward(&hidden, &change, &none).unwrap().gradient)
     });
     let differences = total(|seed| {

@@ -110,7 +110,8 @@ fn a_lens_is_the_mean_of_pinholes() {
     });
     compare("edge sampling", 256, &|scene, change, samples, seed| {
         let [primary, secondary] = [2 * samples; 2];
-        let method = EdgeSampling { samples, primary, secondary, seed, allow_missing: vec![] };
+        let method =
+            EdgeSampling { samples, primary, secondary, bounces: secondary, seed, allow_missing: vec![] };
         method.forward(scene, change, &none).unwrap().gradient
     });
     comparisons.finish();
@@ -140,7 +141,14 @@ fn a_lens_moves_and_zooms_with_its_camera() {
     };
     let edges = |scene: &Scene| {
         total(|seed| {
-            let method = EdgeSampling { samples: 4, primary: 64, secondary: 1, seed, allow_missing: vec![] };
+            let method = EdgeSampling {
+                samples: 4,
+                primary: 64,
+                secondary: 1,
+                bounces: 1,
+                seed,
+                allow_missing: vec![],
+            };
             weighted(&method.forward(scene, &change, &none).unwrap().gradient)
         })
     };
@@ -208,7 +216,8 @@ fn forward_and_reverse_are_transposes_through_a_lens() {
     });
     let (none, change) = (Progress::none(), random_tangent(&scene, 7));
     let (adjoint, active) = (random_adjoint(scene.size()), ActiveParameters::everything(&scene));
-    let method = EdgeSampling { samples: 4, primary: 4, secondary: 4, seed: 2, allow_missing: vec![] };
+    let method =
+        EdgeSampling { samples: 4, primary: 4, secondary: 4, bounces: 4, seed: 2, allow_missing: vec![] };
     let gradient = method.forward(&scene, &change, &none).unwrap().gradient;
     let forward: f64 = gradient.pixels.iter().zip(&adjoint.pixels).map(|(g, a)| g.dot(*a)).sum();
     let reverse = method.reverse(&scene, &adjoint, &active, &none).unwrap().by_parameter.dot(&change);

@@ -255,7 +255,8 @@ fn axes_that_turn_at_an_edge_are_a_jump() {
         })
     };
     let edges = total(|seed| {
-        let method = EdgeSampling { samples: 64, primary: 256, secondary: 1, seed, allow_missing: vec![] };
+        let method =
+            EdgeSampling { samples: 64, primary: 256, secondary: 1, bounces: 1, seed, allow_missing: vec![] };
         weighted(method.forward(&scene, &change, &none).unwrap().gradient)
     });
     let differences = total(|seed| {

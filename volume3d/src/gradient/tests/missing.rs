@@ -21,7 +21,7 @@ fn mirror() -> Bsdf {
 
 fn edges(samples: usize, seed: u64, missing: &[Missing]) -> EdgeSampling {
     let [primary, secondary] = [samples; 2];
-    EdgeSampling { samples, primary, secondary, seed, allow_missing: missing.to_vec() }
+    EdgeSampling { samples, primary, secondary, bounces: secondary, seed, allow_missing: missing.to_vec() }
 }
 
 /// What moves is followed where it is seen directly, to the bit as if there were no mirror, and stands still in the mirror.

@@ -157,7 +157,7 @@ fn errors_of_totals_are_the_scatter_over_seeds() {
     let warped =
         |seed| WarpedArea { samples: 16, seed, ..WarpedArea::default() }.forward(&scene, &white, &none);
     let edges = |seed| {
-        EdgeSampling { samples: 4, primary: 4, secondary: 4, seed, allow_missing: vec![] }
+        EdgeSampling { samples: 4, primary: 4, secondary: 4, bounces: 4, seed, allow_missing: vec![] }
             .forward(&scene, &moves, &none)
     };
     let check = |name: &str, differs: bool, run: &dyn Fn(u64) -> Result<GradientImage, GradientError>| {

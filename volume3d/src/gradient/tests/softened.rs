@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::gradient::Field;
-use crate::scene::Light;
+use crate::scene::{Environment, Light};
 
 /// A ground and a plate before it that the camera sees, under a block that emits, which hides a second one and the sun from parts of
 /// the ground.
@@ -37,14 +37,22 @@ fn softened_fields_follow_shadows_and_outlines_of_all_lights() {
         image.pixels.iter().enumerate().map(|(i, g)| *g * (1.0 + (i % 3) as f64)).collect()
     };
     let softened = |shadows: usize, warps: bool| {
-        let field = Field::Softened { film: 1.2, lobe: 0.5, softness: 0.4, silhouettes: 64, shadows };
+        let field =
+            Field::Softened { film: 1.2, lobe: 0.5, softness: 0.4, silhouettes: 64, shadows, bounces: 0 };
         total(|seed| {
             let method = WarpedArea { samples: 64, seed, field, warps, ..WarpedArea::default() };
             weighted(method.forward(&scene, &change, &none).unwrap().gradient)
         })
     };
     let edges = total(|seed| {
-        let method = EdgeSampling { samples: 32, primary: 64, secondary: 256, seed, allow_missing: vec![] };
+        let method = EdgeSampling {
+            samples: 32,
+            primary: 64,
+            secondary: 256,
+            bounces: 256,
+            seed,
+            allow_missing: vec![],
+        };
         weighted(method.forward(&scene, &change, &none).unwrap().gradient)
     });
     let mut comparisons = Comparisons::of("softened_fields_follow_shadows_and_outlines_of_all_lights");
@@ -80,11 +88,100 @@ fn softened_fields_leave_waterlines_to_curves() {
         })
     };
     let softened = |silhouettes: usize| {
-        run(Field::Softened { film: 1.2, lobe: 0.5, softness: 0.4, silhouettes, shadows: 0 })
+        run(Field::Softened { film: 1.2, lobe: 0.5, softness: 0.4, silhouettes, shadows: 0, bounces: 0 })
     };
     let exact = run(Field::default());
     let mut comparisons = Comparisons::of("softened_fields_leave_waterlines_to_curves");
     comparisons.add("softened".into(), softened(192), exact, 0.0, exact.0);
     comparisons.reject("silhouettes left out", softened(0), exact);
     comparisons.finish();
+}
+
+/// A ground with a wall beside it, under a sky and a faint lamp, with a block and a plate above it: what bounces see jumps at both, before
+/// the wall and before the sky.
+fn room() -> Scene {
+    let camera = Camera::look_at(DVec3::new(0.3, -2.6, 1.6), DVec3::new(0.1, 0.0, 0.2), DVec3::Z, 0.5);
+    let mut d = Description::new(camera, film(3, Filter::Tent { radius: 1.0 }));
+    d.integrator.max_depth = Some(3);
+    d.environment = Some(Environment::Constant { id: "sky".into(), radiance: DVec3::new(0.8, 1.0, 1.4) });
+    let paper = d.add_material(Material::diffuse("paper", DVec3::new(0.8, 0.7, 0.6)));
+    let red = d.add_material(Material::diffuse("red", DVec3::new(0.9, 0.3, 0.2)));
+    d.add_shape("ground", Mesh::rectangle().transformed(&at(0.0, 0.0, 0.0, 1.5)), paper);
+    let wall = at(-0.9, 0.0, 0.7, 0.9) * DAffine3::from_rotation_y(std::f64::consts::FRAC_PI_2);
+    d.add_shape("wall", Mesh::rectangle().transformed(&wall), red);
+    let turned = DAffine3::from_rotation_y(0.5) * DAffine3::from_rotation_x(-0.3);
+    d.add_shape("block", Mesh::cube().transformed(&(at(0.25, 0.1, 0.45, 0.2) * turned)), paper);
+    d.add_shape("plate", Mesh::rectangle().transformed(&(at(-0.4, 0.3, 0.6, 0.25) * turned)), red);
+    let lamp = at(0.9, -0.4, 1.5, 0.4) * DAffine3::from_rotation_y(-2.4);
+    d.add_emitter("lamp", Mesh::rectangle().transformed(&lamp), DVec3::ONE);
+    Scene::new(d).unwrap()
+}
+
+/// What bounces see, with samples of what the softened field leaves of it and without.
+#[test]
+fn softened_fields_follow_what_bounces_see() {
+    let (scene, none) = (room(), Progress::none());
+    let mut change = Tangent::still(&scene);
+    change.translate(&scene, 2, DVec3::new(0.1, 0.1, -0.6));
+    change.translate(&scene, 3, DVec3::new(0.2, -0.2, -0.8));
+    let weighted = |image: Image| -> Vec<DVec3> {
+        image.pixels.iter().enumerate().map(|(i, g)| *g * (1.0 + (i % 3) as f64)).collect()
+    };
+    let field = |softness: f64, bounces: usize| Field::Softened {
+        film: 1.2,
+        lobe: 0.5,
+        softness,
+        silhouettes: 32,
+        shadows: 32,
+        bounces,
+    };
+    let method = |softness: f64, bounces: usize, seed: u64| WarpedArea {
+        samples: 64,
+        seed,
+        field: field(softness, bounces),
+        ..WarpedArea::default()
+    };
+    let softened = |softness: f64| {
+        let run = |seed| method(softness, 96, seed).forward(&scene, &change, &none).unwrap().gradient;
+        total(|seed| weighted(run(seed)))
+    };
+    // The field of a method that samples the curves, in one that does not.
+    let left_out = total(|seed| {
+        let construction = method(f64::INFINITY, 1, seed).construction(&scene);
+        let without = method(f64::INFINITY, 0, seed);
+        weighted(without.image::<1, 6>(&scene, &change, construction, &none).unwrap().gradient)
+    });
+    let edges = total(|seed| {
+        let (primary, secondary, bounces) = (32, 64, 192);
+        let method =
+            EdgeSampling { samples: 16, primary, secondary, bounces, seed, ..EdgeSampling::default() };
+        weighted(method.forward(&scene, &change, &none).unwrap().gradient)
+    });
+    let mut comparisons = Comparisons::of("softened_fields_follow_what_bounces_see");
+    for softness in [1e-3, 0.4, f64::INFINITY] {
+        comparisons.add(format!("ε = {softness}"), softened(softness), edges, 0.0, edges.0);
+    }
+    comparisons.reject("what bounces see left out", left_out, edges);
+    comparisons.finish();
+}
+
+/// The transpose of the same, to rounding.
+#[test]
+fn softened_fields_of_bounces_are_transposed() {
+    let (scene, none) = (room(), Progress::none());
+    let mut change = Tangent::still(&scene);
+    change.rotate(&scene, 2, DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.4, 0.1, 0.3));
+    let field = Field::softened(8);
+    let method = WarpedArea { samples: 8, seed: 5, field, ..WarpedArea::default() };
+    let forward = method.forward(&scene, &change, &none).unwrap().gradient;
+    let adjoint = Image {
+        pixels: (0..forward.pixels.len()).map(|i| DVec3::new(1.0, 0.3, (i as f64).sin())).collect(),
+        ..forward.clone()
+    };
+    let mut active = ActiveParameters::nothing(&scene);
+    active.shapes[2] = true;
+    let gradient = method.reverse(&scene, &adjoint, &active, &none).unwrap().by_parameter;
+    let along: f64 = gradient.positions.iter().zip(&change.positions).map(|(g, v)| g.dot(*v)).sum();
+    let across: f64 = forward.pixels.iter().zip(&adjoint.pixels).map(|(g, a)| g.dot(*a)).sum();
+    assert!((along - across).abs() < 1e-9 * across.abs(), "{along} {across}");
 }

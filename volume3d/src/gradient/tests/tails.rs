@@ -76,11 +76,11 @@ fn gap() -> (Scene, Tangent) {
 fn scaled(method: &Method, factor: usize) -> Method {
     match method.clone() {
         Method::WarpedArea(m) => {
-            let Field::Softened { film, lobe, softness, silhouettes, shadows } = m.field else {
+            let Field::Softened { film, lobe, softness, silhouettes, shadows, .. } = m.field else {
                 panic!("the field is not softened")
             };
             let (silhouettes, shadows) = (factor * silhouettes, factor * shadows);
-            let field = Field::Softened { film, lobe, softness, silhouettes, shadows };
+            let field = Field::Softened { film, lobe, softness, silhouettes, shadows, bounces: 0 };
             let sign_changes = factor * m.sign_changes;
             Method::WarpedArea(WarpedArea { samples: factor * m.samples, sign_changes, field, ..m })
         }
@@ -88,6 +88,7 @@ fn scaled(method: &Method, factor: usize) -> Method {
             samples: factor * m.samples,
             primary: factor * m.primary,
             secondary: factor * m.secondary,
+            bounces: factor * m.secondary,
             ..m
         }),
     }

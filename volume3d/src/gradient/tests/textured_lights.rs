@@ -204,6 +204,7 @@ fn textured_lamps_and_their_motion_are_as_quadrature_has_them() {
                     samples,
                     primary: samples,
                     secondary: samples,
+                    bounces: samples,
                     seed,
                     allow_missing: vec![],
                 };
@@ -245,7 +246,14 @@ fn shadows_of_textured_lamps_move() {
         method.forward(&scene, &change, &none).unwrap().gradient.pixels
     });
     let edges = total(|seed| {
-        let method = EdgeSampling { samples: 64, primary: 64, secondary: 128, seed, allow_missing: vec![] };
+        let method = EdgeSampling {
+            samples: 64,
+            primary: 64,
+            secondary: 128,
+            bounces: 128,
+            seed,
+            allow_missing: vec![],
+        };
         method.forward(&scene, &change, &none).unwrap().gradient.pixels
     });
     for (method, found) in [("warped area", warped), ("edge sampling", edges)] {

@@ -23,14 +23,14 @@ pub enum Field {
     /// and its samples have heavy tails; this one's have a bound ~ 1/ε, and twice the largest velocity near by on curves.
     ///
     /// Directions towards lights are not warped: the edges of shadows and the outlines of emitters are sampled, with the speed at which
-    /// they pass the shading point. All other directions have the exact mean. Beside implicit surfaces all of the field is the exact
+    /// they pass the shading point. Within lobes the mean is softened as on the film, or exact. Beside implicit surfaces all of the field is the exact
     /// mean, and towards lights it is where an emitter has a texture, or something passes through one or lies on it.
     Softened {
         /// How far away edges count on the film, in pixels.
         film: f64,
         /// How far away they count on directions, in widths 1/√κ of the kernel.
         lobe: f64,
-        /// ε in pixels: 0.3 to 0.5.
+        /// ε in pixels: 0.3 to 0.5. Within lobes it is the same part of the reach.
         softness: f64,
         /// Samples of silhouettes on the film, a pixel on average. 0 leaves them out, which is **biased**.
         silhouettes: usize,
@@ -38,6 +38,9 @@ pub enum Field {
         /// faces with interpolated normals. With 0 none are, and the mean follows them exactly. An emitter of thousands of triangles has as
         /// many edges to draw from, most of which are no silhouettes.
         shadows: usize,
+        /// Samples of silhouettes as bounces see them, before surfaces that reflect and a constant environment, a pixel on average. With
+        /// 0 none are, and the mean within lobes is exact.
+        bounces: usize,
     },
     /// The velocities of what auxiliary rays hit (Bangaru, Li and Durand 2020). At a hit of an implicit surface that is the velocity of its
     /// level set, and the angle to its silhouette comes from its curvature along the ray,
@@ -63,7 +66,14 @@ impl Field {
     #[must_use]
     pub fn softened(samples: usize) -> Self {
         let part = |n: usize| samples.div_ceil(n).max(1);
-        Self::Softened { film: 1.2, lobe: 0.5, softness: 0.4, silhouettes: part(4), shadows: part(2) }
+        Self::Softened {
+            film: 1.2,
+            lobe: 0.5,
+            softness: 0.4,
+            silhouettes: part(4),
+            shadows: part(2),
+            bounces: part(8),
+        }
     }
 
     pub(super) fn check(&self) -> Result<(), GradientError> {

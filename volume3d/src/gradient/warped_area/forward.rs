@@ -7,9 +7,15 @@ use super::job::{Job, Place};
 use crate::gradient::auxiliary::Auxiliary;
 use crate::gradient::driver::{CellSink, finish, over_film, quantities};
 use crate::gradient::forward::Forward;
+use crate::gradient::groups::group;
 use crate::gradient::motion::Motion;
 use crate::gradient::{GradientImage, Progress, Stopped};
 use crate::path::Frame;
+
+/// What a sample takes that the film's warp moves, with the paths that tell its radiance, and what a warp at a bounce takes, each relative to a
+/// path: means over the scenes of figure 12.
+const WARPED_FILM: f64 = 8.5;
+const WARPED_BOUNCE: f64 = 0.4;
 
 /// What one sample adds: the row of the neighbourhood, the column, and the quantities.
 type Added<const K: usize> = (usize, usize, [f64; K]);
@@ -34,7 +40,7 @@ impl Job<'_> {
         };
         let cell = |worker: &mut Worker<'_, N, K>, (i, j), mut sink: CellSink<'_, K>| {
             let frame = film.moving_frame(&worker.calculus);
-            for sample in 0..self.method.samples {
+            for sample in 0..self.samples((i, j)) {
                 if sink.stopped() {
                     return;
                 }
@@ -48,8 +54,13 @@ impl Job<'_> {
             }
             *sink.rays = worker.calculus.auxiliary.as_ref().map_or(0, Auxiliary::rays);
         };
-        let sums = over_film(&film, self.method.samples, progress, begin, cell)?;
-        Ok(finish::<N, K>(&film, sums, self.method.samples))
+        let mut sums = over_film(&film, self.counted(), progress, begin, cell)?;
+        if let Some(largest) = &mut sums.largest {
+            let (columns, rows) = film.cells();
+            let cells = (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j)));
+            largest.among = cells.map(|cell| self.samples(cell)).sum();
+        }
+        Ok(finish::<N, K>(&film, sums, self.counted()))
     }
 
     fn add_sample<const N: usize, const K: usize>(
@@ -59,7 +70,12 @@ impl Job<'_> {
         place: Place,
         sink: &mut CellSink<'_, K>,
     ) {
+        let bounces =
+            |worker: &Worker<'_, N, K>| worker.calculus.auxiliary.as_ref().map_or(0, Auxiliary::bounces);
+        let before = bounces(worker);
         let sample = self.sample(&mut worker.calculus, frame, place);
+        let warps = (bounces(worker) - before) as f64;
+        *sink.work += WARPED_FILM * f64::from(u8::from(sample.warped)) + WARPED_BOUNCE * warps;
         self.for_each_pixel(place, &sample, |[b, x, _], value, integrand| {
             worker.added.push((b, x, quantities(value, integrand.map(|l| l.tangent))));
         });
@@ -90,10 +106,12 @@ impl Job<'_> {
     ) {
         let at = self.film.located(i, j, sample);
         if worker.added.iter().all(|(.., q)| q.iter().all(|q| q.is_finite())) {
-            let mut amount = 0.0;
-            for (b, x, q) in &worker.added {
+            let (mut amount, samples) = (0.0, self.samples((i, j)));
+            let (group, counts) = (group(sample, samples), self.counted() as f64 / samples as f64);
+            for (b, x, q) in &mut worker.added {
+                q.iter_mut().for_each(|q| *q *= counts);
                 amount += q[3..6].iter().map(|d| d.abs()).sum::<f64>();
-                sink.row_sums.add(sample, *b, *x, q);
+                sink.row_sums.add(group, *b, *x, q);
             }
             sink.contributed(at, amount);
         } else {

@@ -9,7 +9,7 @@ use crate::gradient::auxiliary::{Auxiliary, Construction};
 use crate::gradient::boundary::AlongWarp;
 use crate::gradient::differential::{Differential, FilmPoint};
 use crate::gradient::film::FilmPlane;
-use crate::gradient::groups::{numbers, split_numbers};
+use crate::gradient::groups::{GROUPS, numbers, split_numbers};
 use crate::gradient::jump_mean::SceneEdges;
 use crate::gradient::motion::MovingBounds;
 use crate::gradient::{AUXILIARY, EDGE, EDGE_AUXILIARY, GRADIENT_PATH, SPLIT};
@@ -48,6 +48,8 @@ pub(super) struct Sample<T> {
     radiance: Rgb<T>,
     /// The mean of what all paths find.
     mean_radiance: DVec3,
+    /// Whether the film's warp moves it.
+    pub(super) warped: bool,
 }
 
 /// A sample of an edge of box pixels: light, and a number whose derivative is V·ν.
@@ -71,6 +73,16 @@ impl Job<'_> {
         let Self { method, paths, construction, edges, .. } = self;
         let (warp, edges, seed) = (&method.warp, edges.as_ref(), method.seed);
         AlongWarp { paths, warp, construction: *construction, edges, seed }
+    }
+
+    /// How many samples a cell has.
+    pub(super) fn samples(&self, cell: (usize, usize)) -> usize {
+        self.method.allocation.as_ref().map_or(self.method.samples, |allocation| allocation.at(cell))
+    }
+
+    /// How many samples a cell is counted as: where they are spread unevenly, one of each group.
+    pub(super) fn counted(&self) -> usize {
+        if self.method.allocation.is_some() { GROUPS } else { self.method.samples }
     }
 
     /// Whether the edges of pixels are an integral of their own.
@@ -100,7 +112,7 @@ impl Job<'_> {
         let value = radiance.value();
         let warped = [point.at[0], point.at[1], point.jacobian].iter().any(|x| !x.is_still());
         let mean_radiance = if warped { self.mean_radiance(value, (origin, ray, hit), place) } else { value };
-        Sample { point, radiance, mean_radiance }
+        Sample { point, radiance, mean_radiance, warped }
     }
 
     /// Calls with every pixel a sample reaches, as [`FilmPlane::for_each_pixel`] does, with h L of one path and the
@@ -111,7 +123,7 @@ impl Job<'_> {
         sample: &Sample<T>,
         mut f: impl FnMut([usize; 3], DVec3, [T; 3]),
     ) {
-        let Sample { point, radiance: Rgb(radiance), mean_radiance } = sample;
+        let Sample { point, radiance: Rgb(radiance), mean_radiance, .. } = sample;
         let value = DVec3::from_array(radiance.map(Number::value));
         self.film.for_each_pixel(i, j, |_, b, x, y| {
             let weight = self.film.weight(point.at, x, y);
@@ -129,7 +141,7 @@ impl Job<'_> {
         sample: &Sample<T>,
         adjoint: &[DVec3],
     ) -> [(T, f64); 6] {
-        let Sample { point, radiance: Rgb(radiance), mean_radiance } = sample;
+        let Sample { point, radiance: Rgb(radiance), mean_radiance, .. } = sample;
         let [u, v] = point.at.map(Number::value);
         let at = [Dual::new(u, [1.0, 0.0]), Dual::new(v, [0.0, 1.0])];
         // Σ h (L − L₀)·adjoint and Σ h adjoint.
@@ -199,7 +211,7 @@ impl Job<'_> {
     }
 
     fn numbers(&self, (i, j, sample): Place, purpose: u64) -> Sequence {
-        numbers(self.method.seed, (i, j), sample, self.method.samples, purpose)
+        numbers(self.method.seed, (i, j), sample, self.samples((i, j)), purpose)
     }
 
     fn stream(&self, (i, j, sample): Place, purpose: u64) -> Stream {
@@ -226,7 +238,7 @@ impl Job<'_> {
         (origin, ray, hit): (DVec3, DVec3, Option<Hit>),
         (i, j, sample): Place,
     ) -> DVec3 {
-        let (seed, samples) = (self.method.seed, self.method.samples);
+        let (seed, samples) = (self.method.seed, self.samples((i, j)));
         let count = match hit.map(|h| h.surface) {
             Some(Surface::Implicit(_)) => SPLITTING_AT_IMPLICIT,
             _ => SPLITTING,

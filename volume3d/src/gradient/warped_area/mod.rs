@@ -13,21 +13,24 @@ mod shadows;
 
 use self::job::Job;
 pub use field::Field;
+use std::sync::Arc;
+
 use flatland::warp::{Debias, Warp};
 use glam::DVec3;
 pub(super) use shadows::are_curves as shadows_are_curves;
 
 use super::CONTROL_VARIATE;
 use super::accumulator::Sums;
+use super::allocation::Allocation;
 use super::auxiliary::Construction;
-use super::boundary::{AlongWarp, Effort, Gradients, Images, Kinds, Moving};
+use super::boundary::{Effort, Gradients, Images, Moving};
 use super::error::GradientError;
 use super::film::FilmPlane;
 use super::implicit_field::ImplicitField;
 use super::jump_mean::SceneEdges;
 use super::motion::Motion;
 use super::primal::primal;
-use super::progress::{Progress, Stopped};
+use super::progress::Progress;
 use super::result::{Gradient, GradientImage};
 use super::tangent::{ActiveParameters, Tangent};
 use super::unsupported::{left_out_of_active, left_out_of_tangent, supports_meshes_only, supports_no_media};
@@ -62,6 +65,8 @@ use crate::scene::Scene;
 pub struct WarpedArea {
     /// Samples a pixel.
     pub samples: usize,
+    /// How they are spread over the film, if not evenly; `samples` is then their mean, and no more than said.
+    pub allocation: Option<Arc<Allocation>>,
     /// Samples a pixel of the image that is subtracted as a control variate: ∫ ∇·(h V) du = 0, so radiance may
     /// be counted from any level that does not depend on the samples. 0 subtracts nothing.
     pub control_variate: usize,
@@ -88,6 +93,7 @@ impl Default for WarpedArea {
     fn default() -> Self {
         Self {
             samples: 16,
+            allocation: None,
             control_variate: 4,
             field: Field::default(),
             implicit: ImplicitField::default(),
@@ -163,42 +169,38 @@ impl WarpedArea {
     /// Of sign changes.
     fn effort(&self) -> Effort<'static> {
         let samples = self.sign_changes;
-        Effort { primary: samples, secondary: samples, seed: self.seed, levels: &[] }
+        Effort { primary: samples, secondary: samples, bounces: 0, seed: self.seed, levels: &[] }
     }
 
     /// Of what a softened field leaves.
     fn residual_effort<'l>(&self, levels: &'l [DVec3]) -> Effort<'l> {
-        let Field::Softened { silhouettes, shadows, .. } = self.field else {
+        let Field::Softened { silhouettes, shadows, bounces, .. } = self.field else {
             return Effort { levels, ..self.effort() };
         };
-        Effort { primary: silhouettes, secondary: shadows, seed: self.seed, levels }
-    }
-
-    /// How many kinds of curves are sampled, along the field.
-    pub(super) fn kinds_of_curves(&self, scene: &Scene, moving: &Moving) -> Result<Kinds, Stopped> {
-        let (paths, construction) = (&Paths::new(scene, self.kernels), self.construction(scene));
-        let along = AlongWarp { paths, warp: &self.warp, construction, edges: None, seed: self.seed };
-        let mut kinds = Kinds::default();
-        along.sign_changes(&mut kinds)?;
-        along.residual(moving, &mut kinds)?;
-        Ok(kinds)
+        Effort { primary: silhouettes, secondary: shadows, bounces, seed: self.seed, levels }
     }
 
     /// What the field is made of in a scene. Beside implicit surfaces, whose silhouettes are no curves to be sampled, means over jumps
     /// are exact; and so they are towards lights where shadows are no curves that can be sampled.
-    fn construction(&self, scene: &Scene) -> Construction {
+    pub(super) fn construction(&self, scene: &Scene) -> Construction {
         let implicit = self.implicit;
         let curves = scene.description.implicits.is_empty();
         match self.field {
-            Field::JumpMean { film, lobe } => {
-                Construction::JumpMean { film, lobe, softness: 0.0, sampled_shadows: false, implicit }
-            }
-            Field::Softened { film, lobe, softness, shadows, .. } => {
+            Field::JumpMean { film, lobe } => Construction::JumpMean {
+                film,
+                lobe,
+                softness: 0.0,
+                lobe_softness: 0.0,
+                sampled_shadows: false,
+                implicit,
+            },
+            Field::Softened { film, lobe, softness, shadows, bounces, .. } => {
                 let sampled_shadows = curves && shadows > 0 && shadows::are_curves(scene);
                 Construction::JumpMean {
                     film,
                     lobe,
                     softness: if curves { softness } else { 0.0 },
+                    lobe_softness: if curves && bounces > 0 { softness / film * lobe } else { 0.0 },
                     sampled_shadows,
                     implicit,
                 }
@@ -347,6 +349,9 @@ impl WarpedArea {
             samples => primal(&paths, samples, self.seed ^ CONTROL_VARIATE, progress)?.image.pixels,
         };
         let film = FilmPlane::new(scene);
+        if self.allocation.as_ref().is_some_and(|allocation| !allocation.fits(&film)) {
+            return Err(GradientError::Allocation);
+        }
         let by_jumps = matches!(construction, Construction::JumpMean { .. });
         let edges = (by_jumps && geometric && self.warps).then(|| SceneEdges::new(scene));
         Ok(Job { method: self, paths, film, control_variate, construction, edges })

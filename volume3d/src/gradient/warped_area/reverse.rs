@@ -40,7 +40,7 @@ impl Job<'_> {
         // What no pixel with an adjoint sees adds nothing.
         let counts = |i: &usize| self.film.reaches(*i, j, |pixel| pull.adjoint[pixel] != DVec3::ZERO);
         let cells = (0..columns).filter(counts);
-        for (i, sample) in cells.flat_map(|i| (0..self.method.samples).map(move |s| (i, s))) {
+        for (i, sample) in cells.flat_map(|i| (0..self.samples((i, j))).map(move |s| (i, s))) {
             if progress.stopped() {
                 return;
             }
@@ -82,7 +82,7 @@ impl Job<'_> {
         // What follows from these numbers is no part of the tape but for its derivatives.
         let partials = self.partials(place, &sample, adjoint).into_iter();
         let sum = partials.fold(Recorded::constant(0.0), |sum, (x, d)| sum + x.chain(x.value() * d, d));
-        (sum, 1.0 / self.method.samples as f64)
+        (sum, 1.0 / self.samples((place.0, place.1)) as f64)
     }
 
     /// The same of an edge of box pixels.
@@ -97,6 +97,6 @@ impl Job<'_> {
         self.for_each_side(place, &sample, |[_, x, y], light| {
             sum += adjoint[y * self.film.columns + x].dot(light);
         });
-        Some((sample.across, sum / self.method.samples as f64))
+        Some((sample.across, sum / self.samples((place.0, place.1)) as f64))
     }
 }

@@ -18,7 +18,7 @@ use super::horizon::{Beyond, Horizon};
 use super::inner_sign_changes::InnerSignChanges;
 use super::list::EdgeList;
 use super::primary::{Lines, Primary};
-use super::residual::{Outlines, Shadows, Silhouettes};
+use super::residual::{Bounces, Outlines, Shadows, Silhouettes};
 use super::secondary::{Light, Secondary};
 use super::sign_changes::FilmSignChanges;
 use super::{Moving, SIGN_CHANGE_AUXILIARY, Take, Term};
@@ -42,16 +42,21 @@ impl AlongWarp<'_> {
         moving: &Moving,
         taker: &mut impl Take,
     ) -> Result<(), Stopped> {
-        let Construction::JumpMean { softness, sampled_shadows, .. } = self.construction else {
+        let Construction::JumpMean { softness, lobe_softness, sampled_shadows, .. } = self.construction
+        else {
             return Ok(());
         };
-        if !(softness > 0.0 || sampled_shadows) || !moving.anything() {
+        if !(softness > 0.0 || lobe_softness > 0.0 || sampled_shadows) || !moving.anything() {
             return Ok(());
         }
         let list = EdgeList::new(self.paths.scene);
         if softness > 0.0 {
             let edges = Primary::new(self.paths, &list, moving, Lines::Silhouettes);
             taker.take(Term::Primary, &Silhouettes { warp: self, edges })?;
+        }
+        if lobe_softness > 0.0 {
+            let edges = Secondary::new(self.paths, &list, moving, Light::Bounces);
+            taker.take(Term::Bounce, &Bounces { warp: self, edges })?;
         }
         if sampled_shadows {
             let edges = Secondary::new(self.paths, &list, moving, Light::Shadows);

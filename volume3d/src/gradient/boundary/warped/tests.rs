@@ -120,7 +120,7 @@ const WIDE: Field = Field::JumpMean { film: 20.0, lobe: 4.0 };
 
 /// Shadows are sampled, and with them the horizons of faces, which are the shadows that these cast on themselves.
 const SOFTENED: Field =
-    Field::Softened { film: 1.2, lobe: 0.5, softness: 0.4, silhouettes: 64, shadows: 128 };
+    Field::Softened { film: 1.2, lobe: 0.5, softness: 0.4, silhouettes: 64, shadows: 128, bounces: 0 };
 
 #[test]
 fn sides_that_turn_are_found() {

@@ -188,8 +188,13 @@ fn seen(
         (HalfSpace { normal, point, slack: 6e-6 }, (normal, normal.dot(point)))
     });
     let front = plane.map(|p| p.0);
-    let view =
-        Seen { origin: EYE, planes: front.as_slice(), subject: Subject::Radiance(triangle), rounding: 6e-13 };
+    let view = Seen {
+        origin: EYE,
+        planes: front.as_slice(),
+        subject: Subject::Radiance(triangle),
+        left: None,
+        rounding: 6e-13,
+    };
     let sight = Sight { origin: EYE, from: None, plane: plane.map(|p| p.1), field, known: Known::Nothing };
     let (reach, mut trace) = (AngularSupport::new(0.1), no_trace());
     let mean = JumpMean::new(scene, tree, Silhouettes::All, &view, u, reach, &sight, &mut trace);

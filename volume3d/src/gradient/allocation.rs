@@ -1,0 +1,73 @@
+//! How samples of the area are spread over the film.
+
+use super::film::FilmPlane;
+use super::groups::{GROUPS, TILE};
+
+/// How many samples each square of 16 × 16 pixels has: more where they scatter.
+///
+/// With variances σ² of one sample that takes the time c, the least sum of squared errors in a time has n ∝ σ/√c (Neyman 1934). The mean is the
+/// derivative for any numbers that do not depend on the samples themselves: a [`Pilot`](super::Pilot) takes others to choose them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Allocation {
+    columns: usize,
+    /// By square, row by row: multiples of the number of groups that tell standard errors.
+    samples: Vec<u32>,
+}
+
+/// The part of all samples that is spread evenly: where a pilot of few has seen no variance there may be some.
+const EVEN: f64 = 0.25;
+
+impl Allocation {
+    /// What takes the time of `samples` samples in every pixel, and at least 8 in each, for the variances of pixels and costs of samples in
+    /// cells, row by row.
+    pub(super) fn new(film: &FilmPlane, samples: usize, variances: &[f64], costs: &[f64]) -> Self {
+        let (width, height) = film.cells();
+        let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
+        let mut sums = vec![0.0; columns * rows];
+        for (pixel, variance) in variances.iter().enumerate().filter(|(_, v)| v.is_finite()) {
+            let (i, j) = (pixel % film.columns + film.reach, pixel / film.columns + film.reach);
+            sums[j / TILE * columns + i / TILE] += variance;
+        }
+        let mut times = vec![0.0; columns * rows];
+        for (cell, cost) in costs.iter().enumerate() {
+            times[cell / width / TILE * columns + cell % width / TILE] += cost;
+        }
+        // σ/√c, for the time that even samples take.
+        let rates: Vec<f64> = sums.iter().zip(&times).map(|(v, c)| (v / c).sqrt()).collect();
+        let used: f64 = rates.iter().zip(&times).map(|(r, c)| r * c).sum();
+        let scale = times.iter().sum::<f64>() / used;
+        let samples = rates.iter().map(|rate| {
+            let share = if scale.is_finite() { EVEN + (1.0 - EVEN) * rate * scale } else { 1.0 };
+            let groups = (samples as f64 * share / GROUPS as f64).round().max(1.0);
+            (groups * GROUPS as f64).min(f64::from(u32::MAX)) as u32
+        });
+        Self { columns, samples: samples.collect() }
+    }
+
+    /// The mean over the cells of a film.
+    pub(super) fn mean(&self, film: &FilmPlane) -> f64 {
+        let (width, height) = film.cells();
+        let sum: usize = (0..width * height).map(|cell| self.at((cell % width, cell / width))).sum();
+        sum as f64 / (width * height) as f64
+    }
+
+    /// The samples of a cell.
+    pub(super) fn at(&self, (i, j): (usize, usize)) -> usize {
+        self.samples[j / TILE * self.columns + i / TILE] as usize
+    }
+
+    /// Whether it is for a film of this size.
+    pub(super) fn fits(&self, film: &FilmPlane) -> bool {
+        let (width, height) = film.cells();
+        self.columns == width.div_ceil(TILE) && self.samples.len() == self.columns * height.div_ceil(TILE)
+    }
+
+    /// What a variance of the mean becomes with these samples, which is that of `samples` samples everywhere.
+    pub(super) fn variance(&self, film: &FilmPlane, samples: usize, variances: &[f64]) -> f64 {
+        let of = |(pixel, variance): (usize, &f64)| {
+            let cell = (pixel % film.columns + film.reach, pixel / film.columns + film.reach);
+            variance * samples as f64 / self.at(cell) as f64
+        };
+        variances.iter().enumerate().filter(|(_, v)| v.is_finite()).map(of).sum()
+    }
+}
