@@ -55,11 +55,11 @@ pub enum Construction {
     /// takes that away.
     ///
     /// It costs a path from the far side of one jump for every surface of a path, and from both sides where the jump is not followed at
-    /// all: about twice the time of the exact mean.
+    /// all: half again to twice the time of the exact mean.
     Softened {
         /// R, as of the exact mean: 8.
         reach: f64,
-        /// ε, in the same unit: an eighth to a quarter of the reach. Of less little is gained, and with half of it and more the
+        /// ε, in the same unit: a tenth to a quarter of the reach. Of less little is gained, and with half of it and more the
         /// variance grows to that of edge sampling.
         softness: f64,
     },

@@ -2,7 +2,7 @@
 //!
 //! S(u) is the silhouettes before the line of the segment T that is seen at u, all of them where nothing is seen, and the
 //! ends of T. A silhouette is a vertex at which a shape ends or turns back, as seen from the origin. That keeps the lemma
-//! of [`JumpMean`](crate::warp::JumpMean): the segment that is seen changes at an end b of the nearer one, T. Either T is
+//! of [`JumpMean`]: the segment that is seen changes at an end b of the nearer one, T. Either T is
 //! joined at b to what is seen on the other side, and b is an end of both; or T hides that, T′, and b is a silhouette, and
 //! before the line of T′. Nothing is tested for visibility: hidden silhouettes may be in S, on one side only too, as they
 //! have no weight at b. Crossings and vertices that touch another segment need no care, as a [`World`] refuses
