@@ -23,7 +23,8 @@
 //!
 //! So a field need not follow every jump: those that it does not follow, sign changes of interpolated normals or the
 //! borders of emitters in space, are sampled as curves with what speed the field leaves them. In the plane
-//! [`BoundaryIntegral`](crate::estimator::BoundaryIntegral) samples the residual of any field.
+//! [`BoundaryIntegral`](crate::estimator::BoundaryIntegral) samples the residual of any field; along paths in flat worlds
+//! [`WarpedArea`](crate::estimator::transport::WarpedArea) samples that of softened means over jumps.
 
 use crate::warp::Vector;
 

@@ -49,6 +49,7 @@ fn reverse_is_the_transpose_of_forward() {
             ..Warp::default()
         }),
         Construction::JumpMean { reach: 8.0 },
+        Construction::Softened { reach: 8.0, softness: 2.0 },
         Construction::Harmonic,
         Construction::Direct,
         Construction::Followed { candidates: 4 },

@@ -215,6 +215,12 @@ impl CameraTangent {
         self.to_array().into_iter().zip(change.to_array()).map(|(a, b)| a * b).sum()
     }
 
+    /// Without the position, where it enters as the velocity of the origin.
+    #[must_use]
+    pub(crate) fn without_position(self) -> Self {
+        Self { position: DVec2::ZERO, ..self }
+    }
+
     /// The rates in order.
     #[must_use]
     pub fn to_array(&self) -> [f64; 4] {

@@ -5,6 +5,7 @@
 //! those whose film sees no jump (`Kind::Direct`), then all others. Seeds are fixed, and the false-alarm rate is that of the whole suite.
 
 mod constant;
+mod softened;
 mod terms;
 
 use std::sync::LazyLock;

@@ -8,6 +8,10 @@ pub enum Fault {
         /// The surface.
         surface: usize,
     },
+    /// Nothing of what a softened field leaves to the boundary.
+    NoResidual,
+    /// No residual on the side of a segment that ends, whether or not its ends are followed there.
+    OneSided,
     /// The densities of directions are differentiated along with the integrand.
     AttachedDensity,
 }

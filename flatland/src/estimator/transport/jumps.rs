@@ -1,10 +1,10 @@
-//! Vertices at which light jumps: how one is picked, and by how much.
+//! Vertices at which light jumps: how one is picked.
 
 use glam::DVec2;
 
 use crate::calculus::Vec2;
 use crate::random::{Stream, open01};
-use crate::transport::{Origin, Paths, Scattering, World, both_sides};
+use crate::transport::{Origin, Scattering, World};
 
 /// How a vertex is picked at a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -17,25 +17,27 @@ pub enum EdgeChoice {
 }
 
 impl EdgeChoice {
-    /// A vertex and its probability. The ends of the surface itself lie on its horizon, where nothing
+    /// A vertex of those that count and its probability. The ends of the surface itself lie on its horizon, where nothing
     /// is scattered.
     pub(super) fn pick(
         self,
         world: &World,
         origin: Origin,
         scattering: &Scattering<f64>,
+        counts: impl Fn(usize) -> bool,
         rng: &mut Stream,
     ) -> Option<(usize, f64)> {
         let own = origin.segment.map_or([usize::MAX; 2], |i| world.segments()[i].vertices);
         let count = world.vertex_count();
         if self == Self::Uniform {
             let picked = ((open01(rng) * count as f64) as usize).min(count - 1);
-            return (!own.contains(&picked)).then_some((picked, 1.0 / count as f64));
+            let is_possible = !own.contains(&picked) && counts(picked);
+            return is_possible.then_some((picked, 1.0 / count as f64));
         }
         let weight = |(v, p): (usize, DVec2)| {
             let d = p - origin.point;
             let value = || scattering.value(Vec2::constant(d.normalize()));
-            if own.contains(&v) { 0.0 } else { value() / d.length() }
+            if own.contains(&v) || !counts(v) { 0.0 } else { value() / d.length() }
         };
         let weights: Vec<f64> = world.vertices().enumerate().map(weight).collect();
         let sum: f64 = weights.iter().sum();
@@ -50,19 +52,4 @@ impl EdgeChoice {
         }
         picked
     }
-}
-
-/// L⁻ − L⁺ across the direction of a vertex: an unbiased estimate; `None` if it is hidden.
-pub(super) fn jump_radiance(
-    world: &World,
-    paths: &Paths,
-    origin: Origin,
-    vertex: usize,
-    rng: &mut Stream,
-) -> Option<(f64, u64)> {
-    let direction = (world.vertex(vertex) - origin.point).normalize();
-    let sides = both_sides(world, origin, vertex)?;
-    let [before, after] = sides.map(|seen| paths.still_radiance(world, origin, direction, seen, rng));
-    // One more ray found out that the vertex is visible.
-    Some((before.0 - after.0, before.1 + after.1 + 1))
 }

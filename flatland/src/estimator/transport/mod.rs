@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | [`WarpedArea`] of auxiliary rays | with debiasing; else consistent in their number | nothing |
 //! | [`WarpedArea`] of the mean over jumps | yes | a list of all vertices |
+//! | [`WarpedArea`] of the softened mean, with its residual | yes | a list of all vertices |
 //! | [`EdgeSampling`] | yes | a list of all vertices |
 //! | [`FiniteDifference`] | no: O(step²) | two worlds |
 //!
@@ -18,10 +19,12 @@
 mod driver;
 mod edge_sampling;
 mod fault;
+mod film_jumps;
 mod finite_difference;
 mod jumps;
 mod kernels;
 mod record;
+mod residual;
 mod streams;
 mod sweep;
 #[cfg(test)]
@@ -68,6 +71,12 @@ pub enum PathError {
     /// The rotation method was given no candidates to follow.
     #[error("at least one candidate to follow is needed")]
     NoCandidates,
+    /// The softness of a softened mean over jumps is negative or not a number.
+    #[error("the softness {softness} is negative or not a number")]
+    Softness {
+        /// The softness, in kernel widths.
+        softness: f64,
+    },
     /// No samples were asked for.
     #[error("at least one sample per pixel is needed")]
     NoSamples,

@@ -26,9 +26,17 @@ pub(super) struct Job<'a> {
     pub(super) paths: Paths,
     pub(super) construction: Construction,
     pub(super) kernels: Kernels,
-    /// Where jumps over the directions are sampled as such.
+    /// How jumps are sampled, where the field leaves any to the boundary.
     pub(super) edges: Option<EdgeChoice>,
     pub(super) fault: Option<Fault>,
+}
+
+impl Job<'_> {
+    /// κ at a surface, for the light of one emitting segment or for all scattered light.
+    pub(super) fn kappa<T>(&self, at: &Bounce<T>, emitter: Option<usize>) -> f64 {
+        let subtended = emitter.map(|segment| subtended(self.world, segment, at.origin.point));
+        self.kernels.surface(&at.still.material, subtended)
+    }
 }
 
 /// What the inputs of a tape are.
@@ -150,14 +158,13 @@ impl<'t> Calculus for Recorder<'_, 't> {
         direction: DVec2,
         emitter: Option<usize>,
     ) -> Warped<Recorded<'t>> {
-        let Job { world, active, construction, kernels, fault, .. } = *self.job;
-        let &Bounce { depth, origin, position, still, .. } = at;
+        let Job { active, construction, fault, .. } = *self.job;
+        let &Bounce { depth, origin, position, .. } = at;
         let is_skipped = matches!(fault, Some(Fault::NoWarpFrom { surface }) if depth >= surface);
         let is_warped = active.geometry && construction != Construction::Still && !is_skipped;
         let input = Input::Warp(self.warps.len());
         if is_warped {
-            let subtended = emitter.map(|segment| subtended(world, segment, origin.point));
-            let kappa = kernels.surface(&still.material, subtended);
+            let kappa = self.job.kappa(at, emitter);
             self.warps.push(WarpRecord { origin, position, direction, kappa });
         }
         let [x, y, jacobian] = self.inputs(is_warped, input, [direction.x, direction.y, 1.0]);

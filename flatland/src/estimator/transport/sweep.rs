@@ -10,11 +10,12 @@
 
 use glam::DVec2;
 
-use super::jumps::jump_radiance;
 use super::record::{Input, Job, Recorded, Recorder, Scratch, WarpRecord};
+use super::residual::{Left, left_around};
 use super::streams::Streams;
 use crate::calculus::{Adjoints, Number as _, Vec2};
 use crate::plane::MaterialPoint;
+use crate::transport::fields::FieldForm;
 use crate::transport::{Bounce, CameraTangent, Covector, Parameters, Paths, Terms};
 use crate::warp::LinearField as _;
 
@@ -91,6 +92,11 @@ impl<'a, 'b> Sweep<'a, 'b> {
         let Job { world, camera, construction, kernels, .. } = *self.job;
         let field = construction.over_film(world, camera, u, kernels.film, &mut self.streams.auxiliary);
         self.rays += field.rays;
+        self.film_form(&field, a, b);
+    }
+
+    /// The same of a form.
+    pub(super) fn film_form(&mut self, field: &FieldForm, a: f64, b: f64) {
         let mut by_camera = CameraTangent::default();
         field.scatter(a, b, |point, covector| {
             // A velocity relative to that of the camera.
@@ -128,30 +134,36 @@ impl<'a, 'b> Sweep<'a, 'b> {
         });
     }
 
-    /// f cos φ (L⁻ − L⁺) ψ̇ at one vertex, chosen at random, times `scale`.
+    /// f cos φ [L⁻ (ψ̇ − V⁻) − L⁺ (ψ̇ − V⁺)] at one vertex, chosen at random, times `scale`.
     fn jump(&mut self, at: &Bounce<Recorded<'_>>, scale: f64, earlier: &mut Adjoints<'_, Terms<f64>>) {
-        let Job { world, paths, edges, .. } = *self.job;
+        let Job { world, paths, edges, construction, .. } = *self.job;
+        let (job, rng) = (self.job, &mut self.streams.auxiliary);
+        let counts = |vertex| job.may_leave_around(at, vertex);
         let Some((corner, probability)) =
-            edges.and_then(|choice| choice.pick(world, at.origin, &at.still, &mut self.streams.auxiliary))
+            edges.and_then(|choice| choice.pick(world, at.origin, &at.still, counts, rng))
         else {
             return;
         };
         let towards = world.vertex(corner) - at.origin.point;
-        let value = at.still.value(Vec2::constant(towards.normalize()));
+        let direction = towards.normalize();
+        let value = at.still.value(Vec2::constant(direction));
         if value == 0.0 {
             return;
         }
         // Light was scattered depth + 1 times when it left this surface.
         let rest = Paths { bounces: paths.bounces - at.depth - 1, ..paths };
-        let Some((difference, rays)) =
-            jump_radiance(world, &rest, at.origin, corner, &mut self.streams.auxiliary)
-        else {
-            return;
-        };
+        let Some((left, rays)) = left_around(job, &rest, at, corner, rng) else { return };
         self.rays += rays;
-        let covector =
-            towards.perp() * (scale * value * difference / (probability * towards.length_squared()));
+        let factor = scale * value / probability;
+        let difference: f64 = left.iter().map(|side| side.light).sum();
+        let covector = towards.perp() * (factor * difference / towards.length_squared());
         self.emit_relative(&MaterialPoint::vertex(corner), at.position, covector, earlier);
+        for Left { light, seen, kappa } in left {
+            let field = construction.beside(world, at.origin, direction, kappa, seen.as_ref());
+            field.scatter(-factor * light, 0.0, |point, covector| {
+                self.emit_relative(point, at.position, covector, earlier);
+            });
+        }
     }
 
     /// Emits the covector of ẏ − ẋ in the secondary term: of a material point seen from x on the tape.

@@ -82,6 +82,28 @@ fn edges_and_areas_agree() {
     }
 }
 
+/// From the exact mean over jumps, with nothing left to the boundary, to edge sampling, with all of it.
+#[test]
+fn a_softened_mean_leads_from_the_exact_mean_to_edge_sampling() {
+    let world = world(glossy(), true);
+    let (camera, paths) = (camera(Filter::Box), Paths { bounces: 3, ..Paths::default() });
+    let softened = |softness| WarpedArea {
+        paths,
+        construction: Construction::Softened { reach: 8.0, softness },
+        ..WarpedArea::default()
+    };
+    let construction = Construction::JumpMean { reach: 8.0 };
+    let mean = WarpedArea { construction, ..softened(0.0) };
+    let edges = EdgeSampling { paths, ..EdgeSampling::default() };
+    for change in changes(&world) {
+        let run = |m: &dyn Method| m.forward(&world, &camera, &change).expect("valid").total();
+        assert_eq!(run(&softened(0.0)), run(&mean));
+        for (softened, edges) in run(&softened(f64::INFINITY)).into_iter().zip(run(&edges)) {
+            assert!((softened - edges).abs() < 1e-12 * (1.0 + edges.abs()), "{softened} {edges} {change:?}");
+        }
+    }
+}
+
 #[test]
 fn the_primal_is_the_same_with_and_without_a_gradient() {
     // A change of nothing but the environment's radiance by itself: the derivative is what of the
@@ -122,6 +144,8 @@ fn bad_parameters_are_named() {
     assert_eq!(run(WarpedArea { samples: 0, ..good }), PathError::NoSamples);
     let construction = Construction::Followed { candidates: 0 };
     assert_eq!(run(WarpedArea { construction, ..good }), PathError::NoCandidates);
+    let construction = Construction::Softened { reach: 8.0, softness: -1.0 };
+    assert_eq!(run(WarpedArea { construction, ..good }), PathError::Softness { softness: -1.0 });
     let kernels = Kernels { surface: f64::NAN, ..Kernels::default() };
     assert!(matches!(run(WarpedArea { kernels, ..good }), PathError::Warp(_)));
     let kernels = Kernels { relative: 0.0, ..Kernels::default() };

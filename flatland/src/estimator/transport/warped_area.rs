@@ -2,6 +2,8 @@
 
 use super::driver::{self, LinearMethod};
 use super::fault::Fault;
+use super::film_jumps::FilmJumps;
+use super::jumps::EdgeChoice;
 use super::kernels::Kernels;
 use super::record::{Job, Scratch};
 use super::streams::{CONTROL, Streams};
@@ -21,7 +23,10 @@ use crate::warp::{JumpMean, WarpError, Weighting};
 /// same field for the same integral: their weights are not differentiated, and would have to be if it
 /// were not the same.
 ///
-/// Unbiased with [`Construction::JumpMean`] and [`Construction::Harmonic`], and with [`Construction::Local`] and
+/// What a [softened](Construction::Softened) field leaves to the boundary is added by one sample of the vertices under the pixel's
+/// filter and by one at every surface, with the light of a path on every side of it that the field does not follow.
+///
+/// Unbiased with [`Construction::JumpMean`], [`Construction::Softened`] and [`Construction::Harmonic`], and with [`Construction::Local`] and
 /// [`Construction::Auxiliary`] if their warp is debiased and boundary-aware with pγ ≥ 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WarpedArea {
@@ -60,6 +65,7 @@ impl Method for WarpedArea {
             }
             Construction::Auxiliary(_) | Construction::Local(_) => "warped area",
             Construction::JumpMean { .. } => "mean over jumps",
+            Construction::Softened { .. } => "softened mean over jumps",
             Construction::Harmonic => "harmonic field",
             Construction::Direct => "direct field",
             Construction::Followed { .. } => "rotation",
@@ -80,6 +86,8 @@ impl Method for WarpedArea {
 pub(super) struct Pixel {
     index: usize,
     control: f64,
+    /// What the field leaves to the boundary.
+    jumps: FilmJumps,
 }
 
 /// Fixed film points of the control variate.
@@ -98,7 +106,12 @@ impl LinearMethod for WarpedArea {
                 Construction::Auxiliary(warp) | Construction::Local(warp) => warp.check(kappa)?,
                 Construction::Followed { candidates: 0 } => return Err(PathError::NoCandidates),
                 _ if !(kappa > 0.0 && kappa.is_finite()) => return Err(WarpError::Kappa { kappa }.into()),
-                Construction::JumpMean { reach } => JumpMean { reach: reach / kappa.sqrt() }.check()?,
+                Construction::Softened { softness, .. } if softness.is_nan() || *softness < 0.0 => {
+                    return Err(PathError::Softness { softness: *softness });
+                }
+                Construction::JumpMean { reach } | Construction::Softened { reach, .. } => {
+                    JumpMean { reach: reach / kappa.sqrt() }.check()?;
+                }
                 _ => {}
             }
         }
@@ -107,7 +120,9 @@ impl LinearMethod for WarpedArea {
 
     fn job<'a>(&self, world: &'a World, camera: &'a Camera, active: ActiveParameters) -> Job<'a> {
         let Self { samples, paths, construction, kernels, fault, seed } = *self;
-        Job { world, camera, active, samples, seed, paths, construction, kernels, edges: None, fault }
+        let leaves = matches!(construction, Construction::Softened { softness, .. } if softness > 0.0);
+        let edges = (leaves && fault != Some(Fault::NoResidual)).then(EdgeChoice::default);
+        Job { world, camera, active, samples, seed, paths, construction, kernels, edges, fault }
     }
 
     fn pixel(&self, job: &Job<'_>, pixel: usize) -> Pixel {
@@ -122,7 +137,7 @@ impl LinearMethod for WarpedArea {
                 sum += job.paths.film_radiance(job.world, job.camera, u, &mut rng).0;
             }
         }
-        Pixel { index: pixel, control: sum / CONTROLS as f64 }
+        Pixel { index: pixel, control: sum / CONTROLS as f64, jumps: FilmJumps::new(job, pixel) }
     }
 
     fn sample(&self, job: &Job<'_>, pixel: &Pixel, streams: &mut Streams, scratch: &mut Scratch) -> u64 {
@@ -130,6 +145,7 @@ impl LinearMethod for WarpedArea {
         if job.active.geometry && job.camera.film.filter == Filter::Box {
             pixel_end(&mut sweep, pixel);
         }
+        pixel.jumps.emit(&mut sweep, pixel.control);
         sweep.rays
     }
 }

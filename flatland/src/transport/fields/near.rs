@@ -2,27 +2,42 @@
 //!
 //! S(u) is the silhouettes before the line of the segment T that is seen at u, all of them where nothing is seen, and the
 //! ends of T. A silhouette is a vertex at which a shape ends or turns back, as seen from the origin. That keeps the lemma
-//! of [`JumpMean`](crate::warp::JumpMean): the segment that is seen changes at an end b of the nearer one, T. Either T is
+//! of [`JumpMean`]: the segment that is seen changes at an end b of the nearer one, T. Either T is
 //! joined at b to what is seen on the other side, and b is an end of both; or T hides that, T′, and b is a silhouette, and
 //! before the line of T′. Nothing is tested for visibility: hidden silhouettes may be in S, on one side only too, as they
 //! have no weight at b. Crossings and vertices that touch another segment need no care, as a [`World`] refuses
 //! both: b is strictly before the line of T′. A vertex that two segments share counts
 //! once.
 //!
+//! Softened, V falls short of the velocity of all jumps but the ends of T, and of those as well if they are not more than ε apart as
+//! seen from the origin. It is continuous where one segment is seen, and what is left where another is, which is at vertices that are
+//! seen, depends on the limits of V on both sides. At a vertex that two segments share which are both wider than ε, and which is no
+//! silhouette, nothing is left.
+//!
 //! The ends of the segment that the origin lies on are left out: they are on its horizon, where nothing is scattered.
 
 use glam::DVec2;
 
-use crate::plane::orient;
-use crate::transport::{Camera, Hit, Origin, Shape, World};
-use crate::warp::Jump;
+use super::form::FieldForm;
+use crate::plane::{MaterialPoint, orient};
+use crate::transport::{Camera, Hit, Origin, Shape, World, subtended};
+use crate::warp::{Jump, JumpMean};
 
-/// S(u), as numbers of vertices with their places.
+/// A mean over the jumps near by, exact or softened.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Near {
+    /// With its reach in the unit of the domain.
+    pub(super) mean: JumpMean,
+    /// ε, in the same unit.
+    pub(super) softness: f64,
+}
+
+/// S(u), as numbers of vertices with their places, and whether they are ends of what is seen.
 fn jumps<'a>(
     world: &'a World,
     origin: Origin,
     seen: Option<&Hit>,
-) -> impl Iterator<Item = (usize, DVec2)> + use<'a> {
+) -> impl Iterator<Item = (usize, DVec2, bool)> + use<'a> {
     let own = origin.segment.map_or([usize::MAX; 2], |i| world.segments()[i].vertices);
     let seen = seen.map(|hit| world.segments()[hit.segment]);
     let x = origin.point;
@@ -33,8 +48,9 @@ fn jumps<'a>(
     world.shapes().iter().enumerate().flat_map(move |(index, shape)| {
         let vertices = world.vertices_of(index).zip(shape.points()).enumerate();
         vertices.filter_map(move |(i, (vertex, &p))| {
-            let is_jump = is_end(vertex) || is_silhouette(shape, i, x) && is_before(p);
-            (is_jump && !own.contains(&vertex)).then_some((vertex, p))
+            let is_end = is_end(vertex);
+            let is_jump = is_end || is_silhouette(shape, i, x) && is_before(p);
+            (is_jump && !own.contains(&vertex)).then_some((vertex, p, is_end))
         })
     })
 }
@@ -48,34 +64,79 @@ fn is_silhouette(shape: &Shape, i: usize, x: DVec2) -> bool {
         return true;
     }
     let [before, after] = [if i == 0 { last } else { i - 1 }, if i == last { 0 } else { i + 1 }];
-    let [a, b] = [before, after].map(|k| orient(x, points[i], points[k]));
+    is_turn(x, points[i], [before, after].map(|k| points[k]))
+}
+
+/// Whether a shape turns back at p, between two others of its points, as seen from x.
+fn is_turn(x: DVec2, p: DVec2, beside: [DVec2; 2]) -> bool {
+    let [a, b] = beside.map(|q| orient(x, p, q));
     !(a < 0.0 && b > 0.0 || a > 0.0 && b < 0.0)
 }
 
-/// The offsets in radians from a direction, with the vertex and the covector of its angle's rate.
-pub(super) fn around<'a>(
-    world: &'a World,
-    origin: Origin,
-    direction: DVec2,
-    seen: Option<&Hit>,
-) -> impl Iterator<Item = Jump<f64, (usize, DVec2)>> + use<'a> {
-    jumps(world, origin, seen).map(move |(vertex, p)| {
-        let d = p - origin.point;
-        let offset = direction.perp_dot(d).atan2(direction.dot(d));
-        Jump { place: offset, moved_by: (vertex, d.perp() / d.length_squared()), softness: 0.0 }
-    })
+/// Whether a vertex is a silhouette as seen from x.
+pub(crate) fn is_silhouette_from(world: &World, vertex: usize, x: DVec2) -> bool {
+    let mut beside = world.segments_at(vertex).map(|i| {
+        let segment = &world.segments()[i];
+        if segment.vertices[0] == vertex { segment.end } else { segment.start }
+    });
+    match (beside.next(), beside.next()) {
+        (Some(a), Some(b)) => is_turn(x, world.vertex(vertex), [a, b]),
+        _ => true,
+    }
 }
 
-/// The offsets in pixels from a film coordinate, with the vertex, its film coordinate and its distance.
-pub(super) fn on_film<'a>(
-    world: &'a World,
-    camera: &'a Camera,
-    u: f64,
-    seen: Option<&Hit>,
-) -> impl Iterator<Item = Jump<f64, (usize, f64, f64)>> + use<'a> {
-    jumps(world, Origin::free(camera.position), seen).filter_map(move |(vertex, p)| {
-        let at = camera.project(p)?;
-        let moved_by = (vertex, at, p.distance(camera.position));
-        Some(Jump { place: at - u, moved_by, softness: 0.0 })
-    })
+impl Near {
+    /// Whether the ends of a segment are followed exactly where it is seen: if it is wider than ε.
+    pub(super) fn follows_ends_around(&self, world: &World, origin: Origin, segment: usize) -> bool {
+        subtended(world, segment, origin.point) > self.softness
+    }
+
+    /// The same on the film; behind the camera nothing ends.
+    pub(super) fn follows_ends_on_film(&self, world: &World, camera: &Camera, segment: usize) -> bool {
+        let [a, b] = world.segments()[segment].ends().map(|end| camera.project(end));
+        a.zip(b).map_or(f64::INFINITY, |(a, b)| (a - b).abs()) > self.softness
+    }
+
+    /// Over the directions around `origin`, at one in which it is known what is seen.
+    pub(super) fn around(
+        &self,
+        world: &World,
+        origin: Origin,
+        direction: DVec2,
+        seen: Option<&Hit>,
+    ) -> FieldForm {
+        let mut field = FieldForm::default();
+        let follows = seen.is_some_and(|hit| self.follows_ends_around(world, origin, hit.segment));
+        let near = jumps(world, origin, seen).map(|(vertex, p, is_end)| {
+            let d = p - origin.point;
+            let offset = direction.perp_dot(d).atan2(direction.dot(d));
+            let moved_by = (vertex, d.perp() / d.length_squared());
+            let softness = if is_end && follows { 0.0 } else { self.softness };
+            Jump { place: offset, moved_by, softness }
+        });
+        for term in self.mean.of_points(near).terms() {
+            let (vertex, rate) = term.hit;
+            field.push(MaterialPoint::vertex(vertex), rate, term.weight, term.divergence);
+        }
+        field
+    }
+
+    /// On the film, at a coordinate at which it is known what is seen.
+    pub(super) fn on_film(&self, world: &World, camera: &Camera, u: f64, seen: Option<&Hit>) -> FieldForm {
+        let mut field = FieldForm::default();
+        let follows = seen.is_some_and(|hit| self.follows_ends_on_film(world, camera, hit.segment));
+        let near = jumps(world, Origin::free(camera.position), seen).filter_map(|(vertex, p, is_end)| {
+            let at = camera.project(p)?;
+            let moved_by = (vertex, at, p.distance(camera.position));
+            let softness = if is_end && follows { 0.0 } else { self.softness };
+            Some(Jump { place: at - u, moved_by, softness })
+        });
+        for term in self.mean.of_points(near).terms() {
+            let (vertex, at, distance) = term.hit;
+            let (rate, by_camera) = camera.film_rate(at, distance);
+            field.push(MaterialPoint::vertex(vertex), rate, term.weight, term.divergence);
+            field.push_camera(&by_camera.without_position(), term.weight, term.divergence);
+        }
+        field
+    }
 }

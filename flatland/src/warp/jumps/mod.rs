@@ -56,7 +56,8 @@
 //! f including whatever was subtracted from it as a control variate. ε = 0 is the exact field, which leaves nothing; as ε grows
 //! beyond R the field vanishes, and with it everything is left to the boundary: edge sampling. A shape that is seen
 //! follows *its own* border exactly, as the velocities that meet there are those of one body; jumps of other shapes are softened where
-//! they pass before it. Then the residual is one-sided: V⁻ = v on the side of the shape that ends.
+//! they pass before it. Then the residual is one-sided: V⁻ = v on the side of the shape that ends. In flat worlds that is so for
+//! segments that are seen wider than ε; where one is seen from near its own line, its two ends are a gap as well, and are softened.
 //!
 //! # Which reach
 //!
