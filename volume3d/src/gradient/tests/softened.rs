@@ -97,10 +97,10 @@ fn softened_fields_leave_waterlines_to_curves() {
     comparisons.finish();
 }
 
-/// A ground with a wall beside it, under a sky and a faint lamp, with a block and a plate above it: what bounces see jumps at both, before
-/// the wall and before the sky.
+/// A ground with a wall beside it, under a sky and a faint lamp, with a block and a plate above what the camera sees of it: what bounces see
+/// jumps at both, before the wall and before the sky.
 fn room() -> Scene {
-    let camera = Camera::look_at(DVec3::new(0.3, -2.6, 1.6), DVec3::new(0.1, 0.0, 0.2), DVec3::Z, 0.5);
+    let camera = Camera::look_at(DVec3::new(0.0, -0.6, 0.45), DVec3::new(0.0, -0.1, 0.0), DVec3::Z, 0.6);
     let mut d = Description::new(camera, film(3, Filter::Tent { radius: 1.0 }));
     d.integrator.max_depth = Some(3);
     d.environment = Some(Environment::Constant { id: "sky".into(), radiance: DVec3::new(0.8, 1.0, 1.4) });
@@ -110,8 +110,8 @@ fn room() -> Scene {
     let wall = at(-0.9, 0.0, 0.7, 0.9) * DAffine3::from_rotation_y(std::f64::consts::FRAC_PI_2);
     d.add_shape("wall", Mesh::rectangle().transformed(&wall), red);
     let turned = DAffine3::from_rotation_y(0.5) * DAffine3::from_rotation_x(-0.3);
-    d.add_shape("block", Mesh::cube().transformed(&(at(0.25, 0.1, 0.45, 0.2) * turned)), paper);
-    d.add_shape("plate", Mesh::rectangle().transformed(&(at(-0.4, 0.3, 0.6, 0.25) * turned)), red);
+    d.add_shape("block", Mesh::cube().transformed(&(at(0.3, 0.1, 0.9, 0.2) * turned)), paper);
+    d.add_shape("plate", Mesh::rectangle().transformed(&(at(-0.3, -0.1, 0.75, 0.25) * turned)), red);
     let lamp = at(0.9, -0.4, 1.5, 0.4) * DAffine3::from_rotation_y(-2.4);
     d.add_emitter("lamp", Mesh::rectangle().transformed(&lamp), DVec3::ONE);
     Scene::new(d).unwrap()
