@@ -275,9 +275,6 @@ impl Estimator {
             {
                 let times = best.expected_squared_error / other.expected_squared_error;
                 text += &format!("; its squared error should be {times:.2} times that of {}", other.method);
-                if times > 1.0 {
-                    text += ", whose tails are heavier";
-                }
             }
             text.push('\n');
         }

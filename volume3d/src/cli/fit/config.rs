@@ -138,7 +138,7 @@ pub(super) struct GradientConfig {
 
 impl Default for GradientConfig {
     fn default() -> Self {
-        Self { method: "warped-area".to_owned(), spp: 16, image_spp: None }
+        Self { method: "auto".to_owned(), spp: 16, image_spp: None }
     }
 }
 

@@ -45,7 +45,7 @@ use super::{Outcome, Report};
 ///   silhouettes = 2                   # only pixels so near to a silhouette count; all, unless given
 ///   background = [0, 0, 0]            # under transparent pictures; a constant sky, unless given
 ///   loss = { kind = "multiscale", levels = 5 }     # the default; or l1, l2, relative with epsilon
-///   gradient = { method = "warped-area", spp = 16, image_spp = 16 }  # the default; "auto": a pilot chooses before the first step
+///   gradient = { method = "auto", spp = 16, image_spp = 16 }  # the default: a pilot chooses before the first step
 ///   schedule = { kind = "cosine", end = 0 }        # the default; or constant, exponential with end
 ///   parameter_mean = 0.95             # none, unless given: what is reported and written at the end is the mean of about so many last steps,
 ///                                     # 1/(1 − 0.95), for rates that do not end at 0

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, anyhow, bail};
 use volume3d::Image;
-use volume3d::gradient::{ActiveParameters, Gradient, GradientError, Progress};
+use volume3d::gradient::{ActiveParameters, Gradient, GradientError, Pilot, Progress, Survey};
 use volume3d::optimize::{
     Adam, Fit, GridSteps, LargeSteps, MaskTerm, Objective, Optimizer, Parameters, Penalty, Plan, Quantity,
 };
@@ -221,16 +221,28 @@ pub(super) fn reverse(
     }
 }
 
-/// The method of all steps. A pilot chooses by what the first view sees before the first step, so that a run that is gone on with
-/// has the same.
+/// Views that a pilot looks at, at most: evenly among all.
+const SURVEYED: usize = 8;
+
+/// The method of all steps. A pilot chooses by what views see before the first step, so that a run that is gone on with has the same.
 pub(super) fn chosen(config: &Config, fit: &Fit, scene: &mut Scene) -> anyhow::Result<(Estimator, String)> {
     let method = config.gradient.method()?;
     let estimator = MethodOptions::plain(method).estimator(config.gradient.spp, config.seed, None);
-    if method == Method::Automatic {
-        fit.objective().look(scene, 0)?;
+    if method != Method::Automatic {
+        return Ok((estimator, String::new()));
     }
     let active = fit.parameters().active(scene);
-    Ok(estimator.chosen(|pilot| pilot.for_active(scene, None, &active, &Bar::new(0, "pilot").progress()))?)
+    let views = fit.objective().views.len();
+    let surveyed = views.min(SURVEYED);
+    let bar = Bar::new(surveyed, "pilot");
+    let pilot = Pilot { samples: config.gradient.spp, seed: config.seed };
+    let mut surveys = vec![];
+    for k in 0..surveyed {
+        fit.objective().look(scene, k * views / surveyed)?;
+        surveys.push(pilot.survey(scene, None, &active, &silent())?);
+        bar.step();
+    }
+    Ok(estimator.chosen(|pilot| Ok(pilot.choice(&Survey::of_all(surveys))))?)
 }
 
 /// Samples a pixel that look for what a view depends on, at first and where that has found nothing.

@@ -1,0 +1,108 @@
+//! The bound of a softened field, tested in clutter and in a gap of 10⁻⁹.
+//!
+//! V is a mean with weights whose sum is at most 1: |V| ≤ v, the largest angular velocity of a jump within reach, softened or not. Where
+//! no kernel is exact, |∇K| ≤ K/ε and therefore |∇·V| ≤ 2 · 2v/ε. A border that is followed exactly prevails over N soft jumps, each of
+//! ∫ K ≤ π/ε, within about ε/N of itself, so that
+//!
+//! > |∇·V| ≤ (4 + N) v/ε.
+
+use flatland::random::{open01, stream};
+use flatland::sdf::{End, Trace};
+use flatland::warp::LinearField as _;
+use glam::{DAffine3, DQuat, DVec3};
+
+use super::{AngularSupport, HalfSpace, JumpMean, Known, SceneEdges, Sight, Silhouettes, Subject, View};
+use crate::geometry::Mesh;
+use crate::gradient::motion::Motion;
+use crate::gradient::{ImplicitField, Tangent};
+use crate::scene::{Camera, Description, Film, Filter, Material, Scene, Surface};
+
+const REACH: f64 = 0.05;
+
+/// Leaves before one another, each with a motion of its own, and two sheets that move apart, 10⁻⁹ from one another.
+fn clutter() -> (Scene, Vec<DVec3>) {
+    let camera = Camera::look_at(DVec3::ZERO, -DVec3::Z, DVec3::Y, 0.5);
+    let film = Film { width: 2, height: 2, crop: None, filter: Filter::Box };
+    let mut d = Description::new(camera, film);
+    let paper = d.add_material(Material::diffuse("paper", DVec3::splat(0.5)));
+    let mut rng = stream(11, &[]);
+    let mut number = || open01(&mut rng) - 0.5;
+    for k in 0..40 {
+        let turned = DQuat::from_xyzw(number(), number(), number(), number()).normalize();
+        let place = DVec3::new(0.6 * number(), 0.6 * number(), -3.0 + number());
+        let leaf = DAffine3::from_scale_rotation_translation(DVec3::splat(0.12), turned, place);
+        d.add_shape(&format!("leaf {k}"), Mesh::rectangle().transformed(&leaf), paper);
+    }
+    for (k, x) in [-0.3, 0.3 + 1e-9].into_iter().enumerate() {
+        let sheet = DAffine3::from_scale_rotation_translation(
+            DVec3::splat(0.3),
+            DQuat::IDENTITY,
+            DVec3::new(x, 0.0, -2.0),
+        );
+        d.add_shape(&format!("sheet {k}"), Mesh::rectangle().transformed(&sheet), paper);
+    }
+    // In the gap, and anywhere.
+    let gap = (0..200).map(|_| DVec3::new(1e-9 * number(), 0.3 * number(), -2.0).normalize());
+    let gap: Vec<DVec3> = gap.collect();
+    let anywhere = (0..4000).map(|_| DVec3::new(0.3 * number(), 0.3 * number(), -1.0).normalize());
+    let directions = anywhere.collect::<Vec<_>>().into_iter().chain(gap).collect();
+    (Scene::new(d).unwrap(), directions)
+}
+
+#[test]
+fn softened_fields_are_bounded() {
+    let (scene, directions) = clutter();
+    let mut change = Tangent::still(&scene);
+    let mut rng = stream(12, &[]);
+    for shape in 0..42 {
+        let mut number = || open01(&mut rng) - 0.5;
+        change.translate(&scene, shape, DVec3::new(number(), number(), number()));
+    }
+    let (motion, tree) = (Motion::new(&scene, &change), SceneEdges::new(&scene));
+    let mut trace = Trace { direction: DVec3::ZERO, points: vec![], end: End::Miss };
+    for part in [0.05, 0.3, 1.0] {
+        let softness = part * REACH;
+        // The largest |V|/v, and |∇·V| over its bound: softened, and exact.
+        let mut worst = [[0.0_f64; 2]; 2];
+        for &u in &directions {
+            let hit = scene.closest(DVec3::ZERO, u, None);
+            let triangle = hit.and_then(|hit| match hit.surface {
+                Surface::Triangle(triangle) => Some(triangle),
+                Surface::Implicit(_) => None,
+            });
+            let plane = triangle.map(|t| {
+                let t = tree.plane(t);
+                let (point, normal) = (scene.corners(t)[0], scene.face_normal(t));
+                let normal = if normal.dot(point) > 0.0 { -normal } else { normal };
+                HalfSpace { normal, point, slack: 1e-6 }
+            });
+            let (subject, planes) = (Subject::Radiance(triangle), plane.as_slice());
+            let view = View { origin: DVec3::ZERO, planes, subject, left: None, rounding: 1e-12 };
+            let field = ImplicitField::default();
+            let sight = Sight { origin: DVec3::ZERO, from: None, plane: None, field, known: Known::Nothing };
+            let exact = AngularSupport::new(REACH);
+            for (worst, reach) in worst.iter_mut().zip([exact.softened(softness), exact]) {
+                let all = Silhouettes::All;
+                let mean = JumpMean::new(&scene, &tree, all, &view, u, reach, &sight, &mut trace);
+                let Some(mean) = mean else { continue };
+                let (mut fastest, mut ends) = (0.0_f64, 0);
+                let found = mean.field(|seen| {
+                    let velocity = seen.angular(motion.velocity(&scene, &seen.followed));
+                    fastest = fastest.max(velocity.length());
+                    ends += 1;
+                    velocity
+                });
+                let bound = (4.0 + 0.5 * f64::from(ends)) * fastest / softness;
+                worst[0] = worst[0].max(found.value.length() / fastest);
+                worst[1] = worst[1].max(found.divergence.abs() / bound);
+            }
+        }
+        println!(
+            "ε = {part} R: |V| and |∇·V| over their bounds: softened {:?}, exact {:?}",
+            worst[0], worst[1]
+        );
+        assert!(worst.iter().all(|w| w[0] <= 1.0 + 1e-9), "{worst:?}");
+        assert!(worst[0][1] <= 1.0, "{worst:?}");
+        assert!(worst[1][1] > 1e5, "{worst:?}");
+    }
+}

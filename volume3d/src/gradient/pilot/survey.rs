@@ -1,0 +1,214 @@
+//! What a pilot sees of one view, or of several.
+
+use std::sync::Arc;
+
+use super::split::{PARTS, Split, split};
+use super::{Candidate, Choice, Method, Pilot};
+use crate::Image;
+use crate::gradient::film::FilmPlane;
+use crate::gradient::groups::GROUPS;
+use crate::gradient::result::Noise;
+use crate::gradient::{Allocation, EdgeSampling, Field, WarpedArea};
+use crate::scene::Scene;
+
+/// Costs of samples relative to that of a path of edge sampling: of a curve of every kind on the film, and of one that shading points see
+/// before lights, and before all else. Processor time on figure 12's five scenes of 128² pixels: means, of which single ones are
+/// a third to one and a half times as much. What samples of the area cost is counted.
+const SOFTENED_COSTS: [f64; PARTS - 1] = [4.3, 2.2, 2.5];
+const EDGE_COSTS: [f64; PARTS - 1] = [2.0, 1.3, 1.3];
+/// The cost of a sample of [`WarpedArea::default`].
+const EXACT_COST: f64 = 3.0;
+/// Many samples of the area are stratified, of which few show little: what they scatter is about this part of what few say (0.4 to 1.2).
+const STRATIFIED: f64 = 0.7;
+/// Samples of the area are spread unevenly if there are so many: twice as many as the least.
+const SPREAD: usize = 2 * GROUPS;
+/// Enough to tell what spreading them is worth.
+const MANY: usize = 1 << 16;
+/// The part of all samples that is the area's at least, and that where materials or lights change as well, of which curves know
+/// nothing; and at least one of each group that tells a standard error, if there are as many. The image that comes with a gradient
+/// has no other.
+const OF_AREA: usize = 8;
+const OF_AREA_IF_SMOOTH: usize = 2;
+
+/// What a pilot has seen of one view, or of several: [`Pilot::choice`] makes a choice of it.
+#[derive(Clone, Debug)]
+pub struct Survey {
+    /// Whether materials or lights change as well.
+    pub(super) smooth: bool,
+    pub(super) softened: Option<Seen>,
+    pub(super) edges: Option<Seen>,
+    pub(super) views: usize,
+}
+
+/// Of one method.
+#[derive(Clone, Debug)]
+pub(super) struct Seen {
+    method: Method,
+    /// Of one sample of each part, and its costs.
+    variances: [f64; PARTS],
+    costs: [f64; PARTS],
+    /// Of the film of one view, the variances of pixels and the costs of cells.
+    film: Option<(FilmPlane, Vec<f64>, Vec<f64>)>,
+}
+
+impl Seen {
+    /// From the noise of a trial with so many samples of the area and of curves; pixels count by the squares of weights.
+    pub(super) fn of(
+        scene: &Scene,
+        method: Method,
+        noise: &Noise,
+        (few, curves): (usize, usize),
+        weights: Option<&Image>,
+    ) -> Self {
+        let film = FilmPlane::new(scene);
+        let by_pixel = weighted(&noise.area, weights);
+        let by_cell: Vec<f64> = noise.work.iter().map(|work| 1.0 + work / few as f64).collect();
+        // Of one sample, spread as they will be.
+        let spread = Allocation::new(&film, MANY, &by_pixel, &by_cell);
+        let area = STRATIFIED * few as f64 * spread.variance(&film, MANY, &by_pixel);
+        let curve = |image| curves as f64 * weighted(image, weights).iter().sum::<f64>();
+        let [on_film, before_lights, before_all_else] = match method {
+            Method::WarpedArea(_) => SOFTENED_COSTS,
+            Method::EdgeSampling(_) => EDGE_COSTS,
+        };
+        let costs = [
+            by_cell.iter().sum::<f64>() / by_cell.len() as f64,
+            on_film * noise.kinds.on_film as f64,
+            before_lights * noise.kinds.before_lights as f64,
+            before_all_else * noise.kinds.before_all_else as f64,
+        ];
+        let variances =
+            [area, curve(&noise.film_curves), curve(&noise.shading_curves), curve(&noise.bounce_curves)];
+        Self { method, variances, costs, film: Some((film, by_pixel, by_cell)) }
+    }
+
+    /// With what was seen of other views, which makes the same split for all of them.
+    fn and(self, other: &Self) -> Self {
+        let both = |a: [f64; PARTS], b: [f64; PARTS]| std::array::from_fn(|i| a[i] + b[i]);
+        let (variances, costs) = (both(self.variances, other.variances), both(self.costs, other.costs));
+        Self { variances, costs, film: None, ..self }
+    }
+
+    /// Whether some of every part was seen.
+    fn is_whole(&self) -> bool {
+        (1..PARTS).all(|i| self.costs[i] == 0.0 || self.variances[i] > 0.0)
+    }
+
+    /// The best split of the time of `samples` samples of the default, for views that have been added.
+    fn candidate(&self, samples: usize, seed: u64, views: f64, smooth: bool) -> Candidate {
+        let part = if smooth { OF_AREA_IF_SMOOTH } else { OF_AREA };
+        let of_area = (samples / part).max(samples.min(GROUPS)).max(2);
+        let costs = self.costs.map(|cost| cost / views);
+        let mut split = split(self.variances, costs, EXACT_COST * samples as f64, of_area);
+        let mut allocation = None;
+        if let Some((film, by_pixel, by_cell)) = &self.film
+            && split.samples[0] >= SPREAD
+            && !smooth
+        {
+            let spread = Allocation::new(film, split.samples[0], by_pixel, by_cell);
+            split.samples[0] = spread.mean(film).round() as usize;
+            allocation = Some(Arc::new(spread));
+        }
+        self.with(&split, allocation, seed)
+    }
+
+    /// The method with the samples of a split.
+    fn with(&self, split: &Split, allocation: Option<Arc<Allocation>>, seed: u64) -> Candidate {
+        let [samples, film, shading, bounces] = split.samples;
+        let method = match &self.method {
+            Method::WarpedArea(method) => Method::WarpedArea(WarpedArea {
+                samples,
+                allocation,
+                // One number for both kinds.
+                sign_changes: (film + shading).div_ceil(2),
+                field: softened(film, shading, bounces),
+                seed,
+                ..method.clone()
+            }),
+            Method::EdgeSampling(method) => Method::EdgeSampling(EdgeSampling {
+                samples,
+                primary: film,
+                secondary: shading,
+                bounces,
+                seed,
+                ..method.clone()
+            }),
+        };
+        Candidate { method, expected_squared_error: split.variance, shares: split.shares }
+    }
+}
+
+impl Survey {
+    /// Of nothing that could be chosen.
+    pub(super) fn nothing() -> Self {
+        Self { smooth: false, softened: None, edges: None, views: 1 }
+    }
+
+    /// Of several views: one choice for all of them, by the sum of their errors.
+    ///
+    /// ```no_run
+    /// # use volume3d::{gradient::{ActiveParameters, Pilot, Progress, Survey}, scene::Scene};
+    /// # fn f(views: &[Scene], active: &ActiveParameters) -> Result<(), Box<dyn std::error::Error>> {
+    /// let pilot = Pilot { samples: 16, seed: 1 };
+    /// let see = |view| pilot.survey(view, None, active, &Progress::none());
+    /// let surveys = views.iter().map(see).collect::<Result<Vec<_>, _>>()?;
+    /// let method = pilot.choice(&Survey::of_all(surveys)).method;
+    /// # Ok(())
+    /// # }
+    /// ```
+    #[must_use]
+    pub fn of_all(surveys: impl IntoIterator<Item = Self>) -> Self {
+        let mut surveys = surveys.into_iter();
+        let Some(first) = surveys.next() else { return Self::nothing() };
+        let both = |a: Option<Seen>, b: Option<Seen>| a.zip(b).map(|(a, b)| a.and(&b));
+        surveys.fold(first, |a, b| Self {
+            smooth: a.smooth || b.smooth,
+            softened: both(a.softened, b.softened),
+            edges: both(a.edges, b.edges),
+            views: a.views + b.views,
+        })
+    }
+}
+
+impl Pilot {
+    /// The better method by a survey.
+    #[must_use]
+    pub fn choice(&self, survey: &Survey) -> Choice {
+        let Self { samples, seed } = *self;
+        let Some(softened) = &survey.softened else {
+            let exact = WarpedArea { samples, seed, ..WarpedArea::default() };
+            return Choice { method: Method::WarpedArea(exact), candidates: vec![] };
+        };
+        let candidate = |seen: &Seen| seen.candidate(samples, seed, survey.views as f64, survey.smooth);
+        let warped = candidate(softened);
+        let Some(edges) = &survey.edges else {
+            return Choice { method: warped.method.clone(), candidates: vec![warped] };
+        };
+        // In a large world, of which the film shows a small part, few edges are found by chance.
+        let seen = edges.is_whole();
+        let edges = candidate(edges);
+        let better = seen && edges.expected_squared_error < warped.expected_squared_error;
+        let candidates = if better { vec![edges, warped] } else { vec![warped, edges] };
+        Choice { method: candidates[0].method.clone(), candidates }
+    }
+}
+
+/// With the default's reach and softness.
+pub(super) fn softened(silhouettes: usize, shadows: usize, bounces: usize) -> Field {
+    match Field::softened(1) {
+        Field::Softened { film, lobe, softness, .. } => {
+            Field::Softened { film, lobe, softness, silhouettes, shadows, bounces }
+        }
+        other => other,
+    }
+}
+
+/// The sum of an image's channels by pixel, weighted by the squares of another's; 0 where it is not finite.
+fn weighted(variance: &Image, weights: Option<&Image>) -> Vec<f64> {
+    let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
+    let of = |(i, v): (usize, &glam::DVec3)| match weights {
+        Some(weights) => v.dot(weights.pixels[i] * weights.pixels[i]),
+        None => v.element_sum(),
+    };
+    variance.pixels.iter().enumerate().map(of).map(finite).collect()
+}
