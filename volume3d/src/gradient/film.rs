@@ -6,7 +6,7 @@ use flatland::calculus::{Number, Vec3};
 use glam::{DVec2, DVec3};
 
 use crate::gradient::{CameraTangent, NonFinite};
-use crate::path::{Calculus, Frame, Sequence};
+use crate::path::{Calculus, Draws, Frame};
 use crate::scene::{Camera, Filter, Lens, Scene};
 
 /// The image plane in pixels, x to the right and y down from the top left corner of the whole film.
@@ -74,7 +74,7 @@ impl FilmPlane {
     }
 
     /// The film as it is seen through a random point of the lens, if there is one.
-    pub(crate) fn through(&self, numbers: &mut Sequence) -> Self {
+    pub(crate) fn through(&self, numbers: &mut Draws<'_>) -> Self {
         let Some(Lens { radius, focus_distance }) = self.lens else { return *self };
         let [a, b] = numbers.pair();
         let (sin, cos) = (TAU * b).sin_cos();
@@ -83,6 +83,16 @@ impl FilmPlane {
         let offset = right * point.x + up * point.y;
         let origin = Vec3::constant(self.still.origin.value() - self.offset + offset);
         Self { still: Frame { origin, ..self.still }, offset, shear: point / focus_distance, ..*self }
+    }
+
+    /// A ray of the camera as it stands, through a film point and a random point of the lens, if there is one.
+    pub(crate) fn ray_through(&self, u: DVec2, numbers: &mut Draws<'_>) -> (DVec3, DVec3) {
+        if self.has_lens() {
+            let film = self.through(numbers);
+            (film.still.origin.value(), film.ray(u))
+        } else {
+            (self.still.origin.value(), self.ray(u))
+        }
     }
 
     /// The radius of the lens; 0 for a pinhole.
@@ -167,6 +177,37 @@ impl FilmPlane {
             for a in around.clone() {
                 if let (Some(x), Some(y)) = (self.pixel_column(i, a), self.pixel_row(j, b)) {
                     f(a, b, x, y);
+                }
+            }
+        }
+    }
+
+    /// Calls with every pixel in whose integral a point of the cell (i, j) has a weight: its row in the neighbourhood, its column
+    /// in the image, and the weight.
+    pub(crate) fn for_each_weight(
+        &self,
+        (i, j): (usize, usize),
+        u: DVec2,
+        mut f: impl FnMut(usize, usize, f64),
+    ) {
+        let width = 2 * self.reach + 1;
+        if self.is_box() || width > WIDEST_AT_ONCE {
+            self.for_each_pixel(i, j, |_, b, x, y| f(b, x, self.weight([u.x, u.y], x, y)));
+            return;
+        }
+        let along =
+            |x: f64, corner: f64, pixel: usize| weight(self.filter, x - (corner + (pixel as f64 + 0.5)));
+        let mut columns = [0.0; WIDEST_AT_ONCE];
+        for (a, column) in columns[..width].iter_mut().enumerate() {
+            *column = self.pixel_column(i, a).map_or(0.0, |x| along(u.x, self.corner.x, x));
+        }
+        for b in 0..width {
+            let row = self.pixel_row(j, b).map_or(0.0, |y| along(u.y, self.corner.y, y));
+            if row != 0.0 {
+                for (a, column) in columns[..width].iter().enumerate() {
+                    if *column != 0.0 {
+                        f(b, i + a - 2 * self.reach, column * row);
+                    }
                 }
             }
         }
@@ -339,6 +380,9 @@ impl FilmJacobian {
         self.0[0] * covector.x + self.0[1] * covector.y
     }
 }
+
+/// Filters over more pixels than this along an axis are rare.
+const WIDEST_AT_ONCE: usize = 9;
 
 /// Mitsuba 3 cuts its Gaussian off at this many standard deviations.
 const GAUSSIAN_CUT: f64 = 4.0;

@@ -29,7 +29,12 @@ impl<const K: usize> RowSums<K> {
 
     /// Adds a sample's quantities for the image's column x in row b of the neighbourhood.
     pub(crate) fn add(&mut self, sample: usize, b: usize, x: usize, quantities: &[f64; K]) {
-        let at = (b * self.columns + x) * self.groups + group(sample, self.samples);
+        self.add_to_group(group(sample, self.samples), b, x, quantities);
+    }
+
+    /// The same of a sample of a group.
+    pub(crate) fn add_to_group(&mut self, group: usize, b: usize, x: usize, quantities: &[f64; K]) {
+        let at = (b * self.columns + x) * self.groups + group;
         for (sum, quantity) in self.sums[at].iter_mut().zip(quantities) {
             *sum += quantity;
         }

@@ -1,6 +1,6 @@
 //! Which samples share random numbers, and which are independent.
 
-use crate::path::Sequence;
+use crate::path::{Draws, PreparedSequence, Sequence};
 
 /// The samples of a cell are this many groups. Samples within a group are stratified against one another; groups
 /// are independent, and their spread is the standard error.
@@ -49,6 +49,54 @@ pub(super) fn split_numbers(
     (path, paths): (usize, usize),
 ) -> Sequence {
     let size = group_size(samples);
-    let address = [(i / TILE) as u64, (j / TILE) as u64, (sample / size) as u64, purpose];
+    let address = address((i / TILE, j / TILE), sample / size, purpose);
     Sequence::new(seed, &address, (sample % size) * paths + path)
+}
+
+fn address((i, j): (usize, usize), group: usize, purpose: u64) -> [u64; 4] {
+    [i as u64, j as u64, group as u64, purpose]
+}
+
+/// The random numbers of all samples of a cell, those that cells share made once for them all.
+pub(super) struct CellNumbers {
+    seed: u64,
+    samples: usize,
+    purpose: u64,
+    /// How many pairs of a sample are made ahead of time.
+    depth: usize,
+    /// Whose they are.
+    tile: Option<(usize, usize)>,
+    groups: Vec<PreparedSequence>,
+}
+
+/// Most pairs that are kept: 16 MiB of them.
+const MOST_PREPARED: usize = 1 << 20;
+
+impl CellNumbers {
+    /// Of samples that draw about so many pairs each; it may be less or more.
+    pub(super) fn new(seed: u64, samples: usize, purpose: u64, pairs: usize) -> Self {
+        let depth = pairs.min(MOST_PREPARED / samples.max(1));
+        Self { seed, samples, purpose, depth, tile: None, groups: vec![] }
+    }
+
+    /// Makes those of a cell.
+    pub(super) fn prepare(&mut self, (i, j): (usize, usize)) {
+        let tile = (i / TILE, j / TILE);
+        if self.tile == Some(tile) {
+            return;
+        }
+        let &mut Self { seed, samples, purpose, depth, .. } = self;
+        let prepared =
+            |group| PreparedSequence::new(seed, &address(tile, group, purpose), group_size(samples), depth);
+        self.groups.clear();
+        self.groups.extend((0..groups(samples)).map(prepared));
+        self.tile = Some(tile);
+    }
+
+    /// The group of a sample, and what its [`numbers`] are in the cell that has been prepared, bit for bit.
+    pub(super) fn of(&self, sample: usize) -> (usize, Draws<'_>) {
+        let size = group_size(self.samples);
+        let group = sample / size;
+        (group, self.groups[group].sample(sample % size))
+    }
 }

@@ -4,13 +4,13 @@ use glam::DVec3;
 
 use super::driver::{CellSink, FilmSums, over_film};
 use super::film::FilmPlane;
-use super::groups::numbers;
+use super::groups::CellNumbers;
 use super::progress::Progress;
 use super::result::Rendering;
 use super::{PATH, Stopped};
 use crate::Image;
 use crate::path::{Kernels, Paths};
-use crate::scene::Scene;
+use crate::scene::{Hit, Scene};
 
 /// Camera rays of a cell that are traced at once, having one origin and a narrow cone: as many as a packet takes.
 const TOGETHER: usize = 16;
@@ -56,12 +56,13 @@ fn rendering(
 ) -> Result<Rendering, Stopped> {
     let film = FilmPlane::new(paths.scene);
     let before = paths.scene.trace_counts();
-    let cell = |(): &mut (), (i, j), sink: CellSink<'_, 3>| {
+    let row = || CellSampler::new(paths, &film, samples, seed);
+    let cell = |sampler: &mut CellSampler<'_>, (i, j), sink: CellSink<'_, 3>| {
         if film.reaches(i, j, &wanted) {
-            sample_cell(paths, &film, (i, j), samples, seed, sink);
+            sampler.sample((i, j), sink);
         }
     };
-    let sums = over_film(&film, samples, progress, || (), cell)?;
+    let sums = over_film(&film, samples, progress, row, cell)?;
     let lost_rays = sums.lost_rays(&film);
     let FilmSums { accumulator, non_finite, .. } = sums;
     let pixels = accumulator.mean.iter().map(|&m| DVec3::from_array(m)).collect();
@@ -77,48 +78,64 @@ fn rendering(
     })
 }
 
-fn sample_cell(
-    paths: &Paths<'_>,
-    film: &FilmPlane,
-    (i, j): (usize, usize),
+/// What cells are sampled with, one after the other.
+struct CellSampler<'p> {
+    paths: &'p Paths<'p>,
+    film: &'p FilmPlane,
     samples: usize,
-    seed: u64,
-    sink: CellSink<'_, 3>,
-) {
-    if !film.cell_counts(i, j) {
-        return;
+    numbers: CellNumbers,
+    hits: Vec<Option<Hit>>,
+}
+
+impl<'p> CellSampler<'p> {
+    fn new(paths: &'p Paths<'p>, film: &'p FilmPlane, samples: usize, seed: u64) -> Self {
+        // The film point, the point of the lens, and those of bounces.
+        let numbers = CellNumbers::new(seed, samples, PATH, 2 + paths.pairs());
+        Self { paths, film, samples, numbers, hits: vec![] }
     }
-    let origin = paths.scene.description.camera.origin;
-    let mut drawn = Vec::with_capacity(TOGETHER);
-    let (mut directions, mut hits) = (Vec::with_capacity(TOGETHER), Vec::with_capacity(TOGETHER));
-    for first in (0..samples).step_by(TOGETHER) {
-        if sink.stopped() {
+
+    fn sample(&mut self, (i, j): (usize, usize), sink: CellSink<'_, 3>) {
+        let &mut Self { paths, film, samples, .. } = self;
+        if !film.cell_counts(i, j) {
             return;
         }
-        drawn.clear();
-        drawn.extend((first..samples.min(first + TOGETHER)).map(|sample| {
-            let mut numbers = numbers(seed, (i, j), sample, samples, PATH);
-            let u = film.point(i, j, numbers.pair());
-            let film = film.through(&mut numbers);
-            (sample, u, film.still.origin.value(), film.ray(u), numbers)
-        }));
-        directions.clear();
-        if film.has_lens() {
-            hits.clear();
-            hits.extend(drawn.iter().map(|&(_, _, o, d, _)| paths.scene.closest(o, d, None)));
-        } else {
-            directions.extend(drawn.iter().map(|&(.., direction, _)| direction));
-            paths.scene.closest_bundle(origin, &directions, None, &mut hits);
-        }
-        for (&mut (sample, u, origin, direction, ref mut numbers), &hit) in drawn.iter_mut().zip(&hits) {
-            let radiance = paths.still_radiance(origin, direction, hit, 1, numbers);
-            if !radiance.is_finite() {
-                sink.non_finite.push(film.located(i, j, sample));
-                continue;
+        self.numbers.prepare((i, j));
+        let mut drawn = Vec::with_capacity(TOGETHER);
+        let mut directions = Vec::with_capacity(TOGETHER);
+        for first in (0..samples).step_by(TOGETHER) {
+            if sink.stopped() {
+                return;
             }
-            film.for_each_pixel(i, j, |_, b, x, y| {
-                sink.row_sums.add(sample, b, x, &(film.weight([u.x, u.y], x, y) * radiance).to_array());
-            });
+            drawn.clear();
+            directions.clear();
+            for sample in first..samples.min(first + TOGETHER) {
+                let (group, mut numbers) = self.numbers.of(sample);
+                let u = film.point(i, j, numbers.pair());
+                let (origin, direction) = film.ray_through(u, &mut numbers);
+                drawn.push((group, u, origin, numbers));
+                directions.push(direction);
+            }
+            if film.has_lens() {
+                self.hits.clear();
+                let rays = drawn.iter().zip(&directions);
+                self.hits.extend(rays.map(|((_, _, o, _), &d)| paths.scene.closest(*o, d, None)));
+            } else {
+                let origin = paths.scene.description.camera.origin;
+                paths.scene.closest_bundle(origin, &directions, None, &mut self.hits);
+            }
+            let arrivals = directions.iter().zip(&self.hits);
+            for (sample, ((group, u, origin, numbers), (&direction, &hit))) in
+                (first..).zip(drawn.iter_mut().zip(arrivals))
+            {
+                let radiance = paths.still_radiance(*origin, direction, hit, 1, numbers);
+                if !radiance.is_finite() {
+                    sink.non_finite.push(film.located(i, j, sample));
+                    continue;
+                }
+                film.for_each_weight((i, j), *u, |b, x, weight| {
+                    sink.row_sums.add_to_group(*group, b, x, &(weight * radiance).to_array());
+                });
+            }
         }
     }
 }

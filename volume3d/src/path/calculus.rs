@@ -99,6 +99,9 @@ pub(crate) trait Calculus {
     /// What is computed with.
     type Number: Number;
 
+    /// Whether directions may be warped: where none is, nobody makes kernels.
+    const WARPS: bool = true;
+
     /// A vertex's place.
     fn position(&self, index: u32) -> Vec3<Self::Number>;
 

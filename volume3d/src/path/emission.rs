@@ -10,6 +10,7 @@ use crate::scene::Scene;
 
 /// The radiance that a triangle of an emitting shape sends against a ray, in numbers: where the ray meets the triangle follows
 /// from the motion of both, and with it what a texture is there.
+#[inline]
 pub(super) fn emitted<C: Calculus>(
     scene: &Scene,
     calculus: &C,

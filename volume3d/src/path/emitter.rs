@@ -12,10 +12,19 @@ pub(super) struct Area {
     first_triangle: u32,
     /// Cumulated areas.
     cumulative: Vec<f64>,
+    faces: Vec<Face>,
     pub(super) centre: DVec3,
     pub(super) radius: f64,
     /// If it is flat.
     pub(super) border: Option<Border>,
+}
+
+/// A triangle of an emitting shape: a corner, the sides from there, and the unit normal of its front.
+#[derive(Clone, Copy, Debug)]
+struct Face {
+    corner: DVec3,
+    sides: [DVec3; 2],
+    normal: DVec3,
 }
 
 /// The border of a flat emitter.
@@ -58,12 +67,13 @@ impl Area {
     pub(super) fn new(scene: &Scene, shape: usize) -> Self {
         let [first, end] = [scene.first_triangle[shape], scene.first_triangle[shape + 1]];
         let mut sum = 0.0;
-        let mut cumulative = vec![];
+        let (mut cumulative, mut faces) = (vec![], vec![]);
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for triangle in first..end {
             let [a, b, c] = scene.corners(triangle);
             sum += 0.5 * (b - a).cross(c - a).length();
             cumulative.push(sum);
+            faces.push(Face { corner: a, sides: [b - a, c - a], normal: scene.face_normal(triangle) });
             for p in [a, b, c] {
                 (low, high) = (low.min(p), high.max(p));
             }
@@ -72,6 +82,7 @@ impl Area {
             shape: shape as u32,
             first_triangle: first,
             cumulative,
+            faces,
             centre: 0.5 * (low + high),
             radius: 0.5 * (high - low).length(),
             border: Border::new(scene, first as usize..end as usize),
@@ -79,22 +90,22 @@ impl Area {
     }
 
     /// The area of all triangles.
+    #[inline]
     pub(super) fn whole(&self) -> f64 {
         self.cumulative.last().copied().unwrap_or(0.0)
     }
 
     /// A point, uniform in area.
-    pub(super) fn sample(&self, scene: &Scene, [choice, a, b]: [f64; 3]) -> Spot {
+    #[inline]
+    pub(super) fn sample(&self, [choice, a, b]: [f64; 3]) -> Spot {
         let target = choice * self.whole();
         let i = self.cumulative.partition_point(|&c| c <= target).min(self.cumulative.len() - 1);
-        let triangle = self.first_triangle + i as u32;
-        let [p, q, r] = scene.corners(triangle);
-        let surface = Surface::Triangle(triangle);
+        let Face { corner, sides: [first, second], normal } = self.faces[i];
         let root = a.sqrt();
         Spot {
-            surface,
-            point: p + (q - p) * (root * (1.0 - b)) + (r - p) * (root * b),
-            normal: scene.face_normal(triangle),
+            surface: Surface::Triangle(self.first_triangle + i as u32),
+            point: corner + first * (root * (1.0 - b)) + second * (root * b),
+            normal,
         }
     }
 }

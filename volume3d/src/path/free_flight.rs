@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::sequence::Sequence;
+use super::sequence::Draws;
 use crate::scene::Medium;
 
 /// Where a path is scattered within a length of a medium, if it is, and what it carries from there, or from the length's
@@ -21,7 +21,7 @@ pub(super) fn free_flight(
     medium: &Medium,
     length: f64,
     throughput: DVec3,
-    samples: &mut Sequence,
+    samples: &mut Draws<'_>,
 ) -> (Option<f64>, DVec3) {
     if !medium.scatters() {
         return (None, throughput * medium.transmittance(length));
@@ -48,6 +48,7 @@ pub(super) fn free_flight(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::path::Sequence;
 
     /// Over many flights the mean of what is carried to the end is the transmittance, and that of what is scattered the part
     /// that was lost, times the albedo, by channel; and no sum of weights grows.

@@ -12,7 +12,7 @@ use super::escape::distant;
 use super::kernels::Kernels;
 use super::lights::{LightId, LightSample, Lights};
 use super::plain::Plain;
-use super::sequence::Sequence;
+use super::sequence::Draws;
 use super::surface::SurfacePoint;
 use crate::scene::{Environment, Hit, Light, Scene, Surface};
 
@@ -21,6 +21,12 @@ pub(super) const SURVIVAL: f64 = 0.95;
 
 /// The probability with which it lets a path go on that has only a derivative.
 const SURVIVAL_IN_THE_DARK: f64 = 0.5;
+
+/// A bounce draws numbers for a light and a direction, and one for roulette.
+const PAIRS_OF_BOUNCE: usize = 5;
+
+/// Few paths have more bounces than this.
+const LONGEST_PREPARED: usize = 3;
 
 /// Paths through a scene.
 #[derive(Clone, Debug)]
@@ -32,10 +38,11 @@ pub(crate) struct Paths<'s> {
     pub(super) distant: Vec<LightId>,
 }
 
-/// A shading point of a path, and what reflection depends on there.
-struct Vertex<'s, T> {
-    point: SurfacePoint<T>,
-    shading: Shading<'s, T>,
+/// A shading point of a path, and what reflection depends on there: by reference, as both are large.
+#[derive(Clone, Copy)]
+struct Vertex<'v, 's, T> {
+    point: &'v SurfacePoint<T>,
+    shading: &'v Shading<'s, T>,
 }
 
 /// Where a path goes on.
@@ -60,6 +67,12 @@ impl<'s> Paths<'s> {
         Self { scene, lights: Lights::new(scene), kernels, distant }
     }
 
+    /// How many pairs of random numbers a path draws at most; of one without a limit, the first of them.
+    pub(crate) fn pairs(&self) -> usize {
+        let vertices = self.scene.description.integrator.max_depth.unwrap_or(usize::MAX).saturating_sub(1);
+        PAIRS_OF_BOUNCE * vertices.min(LONGEST_PREPARED)
+    }
+
     /// One sample of the radiance that arrives from `hit` along the `depth`-th segment of a path; those of the camera are
     /// the first.
     pub(crate) fn radiance<C: Calculus>(
@@ -69,7 +82,7 @@ impl<'s> Paths<'s> {
         direction: Vec3<C::Number>,
         hit: Option<Hit>,
         mut depth: usize,
-        samples: &mut Sequence,
+        samples: &mut Draws<'_>,
     ) -> Rgb<C::Number> {
         let one = Rgb::constant(DVec3::ONE);
         let mut path = Scattered { origin, direction, throughput: one, compression: 1.0, hit };
@@ -87,14 +100,15 @@ impl<'s> Paths<'s> {
                 hit.surface,
                 hit.distance,
             );
-            let Some(shading) = point.shading(self.scene, calculus) else { break };
-            let vertex = Vertex { point, shading };
-            total = total + path.throughput * self.next_event(calculus, &vertex, samples);
+            let shading = point.shading(self.scene, calculus);
+            let Some(shading) = &shading else { break };
+            let vertex = Vertex { point: &point, shading };
+            total = total + path.throughput * self.next_event(calculus, vertex, samples);
             let Some(survival) = self.roulette(&path, depth, samples) else { break };
             path.throughput = path.throughput * C::Number::constant(survival);
             depth += 1;
             let goes_on = depth < limit;
-            match self.scatter(calculus, &vertex, &path, goes_on, &mut total, samples) {
+            match self.scatter(calculus, vertex, &path, goes_on, &mut total, samples) {
                 Some(next) => path = next,
                 None => break,
             }
@@ -103,6 +117,7 @@ impl<'s> Paths<'s> {
     }
 
     /// What is emitted at the end of a camera ray.
+    #[inline]
     fn seen<C: Calculus>(&self, calculus: &C, path: &Scattered<C::Number>) -> Rgb<C::Number> {
         match path.hit {
             Some(hit) => self
@@ -155,11 +170,12 @@ impl<'s> Paths<'s> {
     }
 
     /// Light that is reflected at a point directly from a light chosen there.
+    #[inline]
     fn next_event<C: Calculus>(
         &self,
         calculus: &mut C,
-        vertex: &Vertex<'_, C::Number>,
-        samples: &mut Sequence,
+        vertex: Vertex<'_, '_, C::Number>,
+        samples: &mut Draws<'_>,
     ) -> Rgb<C::Number> {
         let zero = Rgb::constant(DVec3::ZERO);
         let Vertex { point, shading } = vertex;
@@ -177,7 +193,8 @@ impl<'s> Paths<'s> {
         let border = border.map_or(zero, |b| {
             shading.evaluate(Vec3::constant(b.direction)) * Rgb::constant(b.light) * b.speed
         });
-        if !shading.receives(direction) || self.scene.shadowed(x, point.surface, direction, distance) {
+        let hidden = || self.scene.shadowed_before(x, point.surface, direction, distance, surface);
+        if !shading.receives(direction) || hidden() {
             return border + zero;
         }
         if delta {
@@ -194,17 +211,18 @@ impl<'s> Paths<'s> {
     ///
     /// Light that next-event estimation can choose is an integral of its own, with its own kernel, and both strategies see
     /// one field.
+    #[inline]
     fn light_along<C: Calculus>(
         &self,
         calculus: &mut C,
-        vertex: &Vertex<'_, C::Number>,
+        vertex: Vertex<'_, '_, C::Number>,
         (id, seen): (LightId, Option<Surface>),
         direction: DVec3,
         weight: f64,
     ) -> (Rgb<C::Number>, Rgb<C::Number>) {
         let Vertex { point, shading } = vertex;
         let x = point.position.value();
-        let kernel = self.kernels.of_light(self.scene, &self.lights, id, shading, x, seen);
+        let kernel = || self.kernels.of_light(self.scene, &self.lights, id, shading, x, seen);
         let warped = warp(calculus, vertex, direction, kernel);
         let emitted = match (id, seen) {
             (LightId::Shape(_), Some(Surface::Triangle(triangle))) => {
@@ -219,7 +237,7 @@ impl<'s> Paths<'s> {
     fn delta_light<C: Calculus>(
         &self,
         calculus: &C,
-        Vertex { point, shading }: &Vertex<'_, C::Number>,
+        Vertex { point, shading }: Vertex<'_, '_, C::Number>,
         towards: &LightSample,
     ) -> Rgb<C::Number> {
         let LightId::Light(index) = towards.id else { return Rgb::constant(DVec3::ZERO) };
@@ -247,7 +265,8 @@ impl<'s> Paths<'s> {
     }
 
     /// The survivor's weight, or the end.
-    fn roulette<T: Number>(&self, path: &Scattered<T>, depth: usize, samples: &mut Sequence) -> Option<f64> {
+    #[inline]
+    fn roulette<T: Number>(&self, path: &Scattered<T>, depth: usize, samples: &mut Draws<'_>) -> Option<f64> {
         if depth < self.scene.description.integrator.rr_depth {
             return Some(1.0);
         }
@@ -261,14 +280,15 @@ impl<'s> Paths<'s> {
 
     /// Follows one direction sampled from reflection: adds what it finds emitted, and returns where the path
     /// goes on, if it may.
+    #[inline]
     fn scatter<C: Calculus>(
         &self,
         calculus: &mut C,
-        vertex: &Vertex<'_, C::Number>,
+        vertex: Vertex<'_, '_, C::Number>,
         path: &Scattered<C::Number>,
         goes_on: bool,
         total: &mut Rgb<C::Number>,
-        samples: &mut Sequence,
+        samples: &mut Draws<'_>,
     ) -> Option<Scattered<C::Number>> {
         let Vertex { point, shading } = vertex;
         let (x, origin, throughput) = (point.position.value(), point.position, path.throughput);
@@ -284,14 +304,20 @@ impl<'s> Paths<'s> {
                 return (goes_on && hit.is_some()).then_some(next);
             }
         };
-        let hit = calculus.next_hit(self.scene, x, point.surface, sampled.direction);
+        let hit = if goes_on || self.lights.may_be_hit(x, sampled.direction) {
+            calculus.next_hit(self.scene, x, point.surface, sampled.direction)
+        } else if self.escapes_last(x, point.surface, sampled.direction) {
+            None
+        } else {
+            return None;
+        };
         self.emission(calculus, vertex, throughput, sampled, hit, total);
         let environment = matches!(self.scene.description.environment, Some(Environment::Constant { .. }));
         if if hit.is_some() { !goes_on } else { !environment } {
             return None;
         }
         let sees = if goes_on { VisibilityDomain::Radiance } else { VisibilityDomain::Distant };
-        let kernel = self.kernels.of_bounce(shading, sees, hit.map(|h| h.surface));
+        let kernel = || self.kernels.of_bounce(shading, sees, hit.map(|h| h.surface));
         let warped = warp(calculus, vertex, sampled.direction, kernel);
         let throughput = throughput * reflect(shading, &warped, 1.0 / sampled.density);
         if hit.is_none() {
@@ -302,11 +328,20 @@ impl<'s> Paths<'s> {
         Some(Scattered { origin, direction: warped.direction, throughput, compression, hit })
     }
 
+    /// Whether light comes from beyond the scene along the last ray of a path, which meets no emitter: what else it meets
+    /// counts for nothing.
+    #[inline]
+    fn escapes_last(&self, x: DVec3, from: Surface, direction: DVec3) -> bool {
+        let environment = matches!(self.scene.description.environment, Some(Environment::Constant { .. }));
+        (environment || !self.distant.is_empty()) && !self.scene.shadowed(x, from, direction, f64::INFINITY)
+    }
+
     /// What a sampled direction finds emitted, weighted against next-event estimation.
+    #[inline]
     fn emission<C: Calculus>(
         &self,
         calculus: &mut C,
-        vertex: &Vertex<'_, C::Number>,
+        vertex: Vertex<'_, '_, C::Number>,
         throughput: Rgb<C::Number>,
         Sampled { direction, density }: Sampled,
         hit: Option<Hit>,
@@ -334,19 +369,21 @@ impl<'s> Paths<'s> {
 
 /// The warp at a vertex. Where light passes the surface, jumps on its far side are followed by no field, and none is asked
 /// for.
+#[inline]
 fn warp<C: Calculus>(
     calculus: &mut C,
-    Vertex { point, shading }: &Vertex<'_, C::Number>,
+    Vertex { point, shading }: Vertex<'_, '_, C::Number>,
     direction: DVec3,
-    kernel: Kernel,
+    kernel: impl FnOnce() -> Kernel,
 ) -> Warped<C::Number> {
-    if shading.transmits() {
+    if !C::WARPS || shading.transmits() {
         return Warped { direction: Vec3::constant(direction), jacobian: C::Number::constant(1.0) };
     }
-    calculus.warp(point.position, point.surface, direction, kernel)
+    calculus.warp(point.position, point.surface, direction, kernel())
 }
 
 /// f cos θ of a warped direction, times the Jacobian and a weight.
+#[inline]
 fn reflect<T: Number>(shading: &Shading<'_, T>, warped: &Warped<T>, weight: f64) -> Rgb<T> {
     shading.evaluate(warped.direction) * (warped.jacobian * weight)
 }

@@ -19,7 +19,7 @@ use super::free_flight::free_flight;
 use super::integrator::{Paths, SURVIVAL};
 use super::lights::{LightId, LightSample};
 use super::plain::Plain;
-use super::sequence::Sequence;
+use super::sequence::Draws;
 use super::surface::SurfacePoint;
 use crate::optics::phase;
 use crate::scene::{Hit, Light, Scene, Surface};
@@ -101,7 +101,7 @@ impl<'s> Paths<'s> {
         origin: DVec3,
         direction: DVec3,
         hit: Option<Hit>,
-        samples: &mut Sequence,
+        samples: &mut Draws<'_>,
     ) -> DVec3 {
         let description = &self.scene.description;
         let mut leg = Leg {
@@ -137,7 +137,7 @@ impl<'s> Paths<'s> {
     }
 
     /// Goes straight until light is scattered, and looks beyond for all that emits on the way.
-    fn fly(&self, leg: &Leg, samples: &mut Sequence) -> Flight<'s> {
+    fn fly(&self, leg: &Leg, samples: &mut Draws<'_>) -> Flight<'s> {
         let (scene, direction) = (self.scene, leg.direction);
         let mut flight = Flight { seen: DVec3::ZERO, throughput: leg.throughput, end: None };
         // What the path would carry were it scattered nowhere.
@@ -212,7 +212,7 @@ impl<'s> Paths<'s> {
     }
 
     /// Light that is scattered at a point directly from a light chosen there.
-    fn next_event_through_media(&self, vertex: &Vertex<'_>, samples: &mut Sequence) -> DVec3 {
+    fn next_event_through_media(&self, vertex: &Vertex<'_>, samples: &mut Draws<'_>) -> DVec3 {
         let (choice, [a, b]) = (samples.one(), samples.pair());
         let x = vertex.position();
         let Some(towards) = self.lights.sample(self.scene, x, [choice, a, b]) else { return DVec3::ZERO };
@@ -284,7 +284,7 @@ impl<'s> Paths<'s> {
         vertex: &Vertex<'_>,
         throughput: DVec3,
         compression: f64,
-        samples: &mut Sequence,
+        samples: &mut Draws<'_>,
     ) -> Option<Leg> {
         let x = vertex.position();
         let (direction, factor, density, compression) = match vertex {

@@ -26,5 +26,5 @@ pub(crate) use integrator::Paths;
 pub use kernels::Kernels;
 pub(crate) use lights::LightId;
 pub(crate) use plain::Plain;
-pub(crate) use sequence::Sequence;
+pub(crate) use sequence::{Draws, PreparedSequence, Sequence};
 pub(crate) use surface::SurfacePoint;

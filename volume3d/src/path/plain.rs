@@ -16,6 +16,8 @@ pub(crate) struct Plain<'s> {
 impl Calculus for Plain<'_> {
     type Number = f64;
 
+    const WARPS: bool = false;
+
     fn position(&self, index: u32) -> Vec3<f64> {
         Vec3::constant(self.scene.positions[index as usize])
     }

@@ -11,32 +11,96 @@ use rand::Rng;
 /// its samples are in an order of their own, so that pairs are independent of one another. A last digital shift by
 /// random bits makes each single sample uniform exactly, whatever the quality of the hash: estimates are unbiased.
 #[derive(Clone, Debug)]
-pub(crate) struct Sequence {
+pub(crate) struct Draws<'p> {
+    /// What has been made ahead of time and is not drawn yet.
+    prepared: &'p [[f64; 2]],
     /// The bits of the sample's index, the last first.
     reversed: u32,
+    /// Of the pairs after those.
     rng: Stream,
 }
+
+/// Draws of which none has been made ahead of time.
+pub(crate) type Sequence = Draws<'static>;
 
 impl Sequence {
     /// The sample `index` of the sequence that belongs to `address`.
     pub(crate) fn new(seed: u64, address: &[u64], index: usize) -> Self {
-        Self { reversed: (index as u32).reverse_bits(), rng: stream(seed, address) }
+        Self { prepared: &[], reversed: reversed(index), rng: stream(seed, address) }
+    }
+}
+
+impl Draws<'_> {
+    /// The next two dimensions.
+    #[inline]
+    pub(crate) fn pair(&mut self) -> [f64; 2] {
+        match self.prepared.split_first() {
+            Some((&next, rest)) => {
+                self.prepared = rest;
+                next
+            }
+            None => self.made(),
+        }
     }
 
-    /// The next two dimensions.
-    pub(crate) fn pair(&mut self) -> [f64; 2] {
-        let keys = [self.rng.next_u64(), self.rng.next_u64()];
-        let index = scramble(self.reversed, keys[0] as u32);
+    fn made(&mut self) -> [f64; 2] {
+        Keys::draw(&mut self.rng).pair(self.reversed)
+    }
+
+    /// The next dimension.
+    #[inline]
+    pub(crate) fn one(&mut self) -> f64 {
+        self.pair()[0]
+    }
+}
+
+/// The first pairs of the samples of a sequence, for cells that share them.
+#[derive(Clone, Debug)]
+pub(crate) struct PreparedSequence {
+    /// One sample after the other.
+    pairs: Vec<[f64; 2]>,
+    depth: usize,
+    rng: Stream,
+}
+
+impl PreparedSequence {
+    /// So many samples of the sequence that belongs to `address`, so many pairs of each.
+    pub(crate) fn new(seed: u64, address: &[u64], samples: usize, depth: usize) -> Self {
+        let mut rng = stream(seed, address);
+        let keys: Vec<Keys> = (0..depth).map(|_| Keys::draw(&mut rng)).collect();
+        let of_sample = |index| keys.iter().map(move |keys| keys.pair(reversed(index)));
+        Self { pairs: (0..samples).flat_map(of_sample).collect(), depth, rng }
+    }
+
+    /// What [`Sequence::new`] is, bit for bit.
+    #[inline]
+    pub(crate) fn sample(&self, index: usize) -> Draws<'_> {
+        let prepared = &self.pairs[index * self.depth..(index + 1) * self.depth];
+        Draws { prepared, reversed: reversed(index), rng: self.rng.clone() }
+    }
+}
+
+fn reversed(index: usize) -> u32 {
+    (index as u32).reverse_bits()
+}
+
+/// What scrambles a pair, the same for all samples of a sequence.
+#[derive(Clone, Copy)]
+struct Keys([u64; 2]);
+
+impl Keys {
+    fn draw(rng: &mut Stream) -> Self {
+        Self([rng.next_u64(), rng.next_u64()])
+    }
+
+    fn pair(self, reversed: u32) -> [f64; 2] {
+        let Self(keys) = self;
+        let index = scramble(reversed, keys[0] as u32);
         // The first dimension is the index with its bits reversed.
         let x = scramble(index, (keys[0] >> 32) as u32) ^ (mix(keys[1]) >> 32) as u32;
         let y = scramble(second(index), keys[1] as u32) ^ mix(keys[0] ^ keys[1]) as u32;
         // Bits below the thirty-second are the same for all samples of a cell: no matter.
         [unit(x, keys[1] >> 32), unit(y, keys[0] >> 32)]
-    }
-
-    /// The next dimension.
-    pub(crate) fn one(&mut self) -> f64 {
-        self.pair()[0]
     }
 }
 
@@ -87,6 +151,18 @@ mod tests {
         };
         for index in (0..40).chain([0xDEAD_BEEF, 0x1234_5678, u32::MAX]) {
             assert_eq!(second(index).reverse_bits(), by_definition(index), "{index}");
+        }
+    }
+
+    /// Also of pairs after those that were prepared.
+    #[test]
+    fn prepared_pairs_are_those_that_are_drawn() {
+        let prepared = PreparedSequence::new(3, &[1, 2], 5, 4);
+        for index in 0..5 {
+            let (mut ahead, mut drawn) = (prepared.sample(index), Sequence::new(3, &[1, 2], index));
+            for _ in 0..7 {
+                assert_eq!(ahead.pair(), drawn.pair());
+            }
         }
     }
 

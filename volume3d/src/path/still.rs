@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::integrator::Paths;
 use super::plain::Plain;
-use super::sequence::Sequence;
+use super::sequence::Draws;
 use crate::scene::Hit;
 
 impl Paths<'_> {
@@ -17,7 +17,7 @@ impl Paths<'_> {
         direction: DVec3,
         hit: Option<Hit>,
         depth: usize,
-        samples: &mut Sequence,
+        samples: &mut Draws<'_>,
     ) -> DVec3 {
         if !self.scene.description.media.is_empty() {
             return self.radiance_through_media(origin, direction, hit, samples);

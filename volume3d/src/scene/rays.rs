@@ -81,10 +81,29 @@ impl Scene {
     /// Whether anything is in the way from x on a surface to what is at a distance.
     #[inline]
     pub(crate) fn shadowed(&self, x: DVec3, from: Surface, direction: DVec3, distance: f64) -> bool {
+        self.shadowed_before(x, from, direction, distance, None)
+    }
+
+    /// The same where what is at the distance is a point of a surface, of which no part is in the way.
+    #[inline]
+    pub(crate) fn shadowed_before(
+        &self,
+        x: DVec3,
+        from: Surface,
+        direction: DVec3,
+        distance: f64,
+        target: Option<Surface>,
+    ) -> bool {
         let (near, triangle) = self.start(Some(from));
         let far = self.short_of(distance);
-        self.accelerator.occluded(&Ray { origin: x, direction, near, far, from: triangle })
-            || self.closest_implicit(x, direction, Some(from), (near, far), None).is_some()
+        let target = match target {
+            Some(Surface::Triangle(target)) => Some(target),
+            Some(Surface::Implicit(_)) | None => None,
+        };
+        let ray = Ray { origin: x, direction, near, far, from: triangle };
+        self.accelerator.occluded_before(&ray, target)
+            || !self.description.implicits.is_empty()
+                && self.closest_implicit(x, direction, Some(from), (near, far), None).is_some()
     }
 
     /// The nearest hits of many rays from one origin, as [`closest`](Self::closest) finds them one by one.

@@ -142,6 +142,7 @@ impl Accelerator {
 
     /// The first hit of a ray.
     #[must_use]
+    #[inline]
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
         let mut closest = Closest::new(ray);
         self.traverse(ray, &mut closest);
@@ -151,7 +152,14 @@ impl Accelerator {
     /// Whether a ray hits anything.
     #[must_use]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        let mut any = Any { ray, found: false };
+        self.occluded_before(ray, None)
+    }
+
+    /// The same of a ray that ends before a triangle, which is never hit.
+    #[must_use]
+    #[inline]
+    pub fn occluded_before(&self, ray: &Ray, target: Option<u32>) -> bool {
+        let mut any = Any { ray, target, found: false };
         self.traverse(ray, &mut any);
         any.found
     }
@@ -247,10 +255,12 @@ struct Closest<'a> {
 }
 
 impl<'a> Closest<'a> {
+    #[inline]
     fn new(ray: &'a Ray) -> Self {
         Self { ray, depth: None, distance: ray.far, triangle: 0, crossing: None }
     }
 
+    #[inline]
     fn hit(&self) -> Option<Hit> {
         let crossing = self.crossing?;
         Some(Hit {
@@ -267,6 +277,11 @@ impl Collect for Closest<'_> {
     #[inline(always)]
     fn prepare(&mut self, depth: Depth) {
         self.depth = Some(depth);
+    }
+
+    #[inline(always)]
+    fn counts(&self, triangle: u32) -> bool {
+        self.ray.from != Some(triangle)
     }
 
     #[inline(always)]
@@ -288,6 +303,8 @@ impl Collect for Closest<'_> {
 /// Whether there is a hit.
 struct Any<'a> {
     ray: &'a Ray,
+    /// A triangle that does not count.
+    target: Option<u32>,
     found: bool,
 }
 
@@ -296,6 +313,11 @@ impl Collect for Any<'_> {
 
     #[inline(always)]
     fn prepare(&mut self, _: Depth) {}
+
+    #[inline(always)]
+    fn counts(&self, triangle: u32) -> bool {
+        self.ray.from != Some(triangle) && self.target != Some(triangle)
+    }
 
     #[inline(always)]
     fn take_any(&mut self) {

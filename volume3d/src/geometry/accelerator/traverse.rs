@@ -9,6 +9,9 @@ use crate::lanes::{Lanes, Row, Steps, Task, next};
 /// Links kept on the machine's stack: trees of up to 9 levels. Deeper ones take memory from the heap.
 pub(super) const PENDING: usize = 64;
 
+/// The same of trees of two levels: memory is cleared for every ray.
+const FEW_PENDING: usize = 16;
+
 /// A link to be followed and the depth at which the ray enters its box, as one number that sorts by depth: the
 /// bits of floats that are not negative sort like the floats.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -97,6 +100,8 @@ pub(super) trait Collect {
     const ANY: bool;
     /// Learns how distances along the ray become depths.
     fn prepare(&mut self, depth: Depth);
+    /// Whether a triangle may be hit.
+    fn counts(&self, triangle: u32) -> bool;
     /// Takes a hit of any triangle, if [`Collect::ANY`].
     fn take_any(&mut self);
     /// Takes a crossing of a triangle. The answer is a new limit of depth, if there is one.
@@ -119,11 +124,18 @@ impl<C: Collect> Task for Traversal<'_, C> {
         let Some(ray) = self.accelerator.frame.ray(self.ray, &shear) else { return };
         self.collect.prepare(ray.depth);
         let pending = self.accelerator.tree.pending;
-        if pending <= PENDING {
-            self.descend(lanes, &shear, &ray, &mut [Pending::ROOT; PENDING]);
+        let (mut few, mut some, mut many);
+        let entries: &mut [Pending] = if pending <= FEW_PENDING {
+            few = [Pending::ROOT; FEW_PENDING];
+            &mut few
+        } else if pending <= PENDING {
+            some = [Pending::ROOT; PENDING];
+            &mut some
         } else {
-            self.descend(lanes, &shear, &ray, &mut vec![Pending::ROOT; pending]);
-        }
+            many = vec![Pending::ROOT; pending];
+            &mut many
+        };
+        self.descend(lanes, &shear, &ray, entries);
     }
 }
 
@@ -158,7 +170,7 @@ impl<C: Collect> Traversal<'_, C> {
             if C::ANY && candidates != 0 {
                 let mut certain = triangles.certain(&filtered) & candidates;
                 while certain != 0 {
-                    if self.ray.from != Some(tree.triangles(link)[next(&mut certain)]) {
+                    if self.collect.counts(tree.triangles(link)[next(&mut certain)]) {
                         self.collect.take_any();
                         return;
                     }
@@ -168,7 +180,7 @@ impl<C: Collect> Traversal<'_, C> {
                 let lane = next(&mut candidates);
                 let triangle = tree.triangles(link)[lane];
                 // A ray that leaves a surface meets its own triangle first of all: no exact test of it.
-                if self.ray.from != Some(triangle)
+                if self.collect.counts(triangle)
                     && let Some(crossing) = shear.intersect(tree.corners(link, lane))
                     && let Some(closer) = self.collect.take(triangle, crossing)
                 {

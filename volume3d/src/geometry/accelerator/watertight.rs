@@ -36,6 +36,7 @@ pub(super) struct Crossing {
 
 impl Crossing {
     /// Weights of the three vertices, nonnegative, with sum 1 up to rounding.
+    #[inline]
     pub(super) fn barycentric(&self) -> [f64; 3] {
         let [u, v, w] = self.edges;
         let scale = 1.0 / (u + v + w);

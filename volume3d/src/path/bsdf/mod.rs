@@ -96,8 +96,18 @@ impl<T: Number> Mixed<'_, T> {
 
 impl<T: Number> Shading<'_, T> {
     /// f(ω) |cos θ|, but for ideal directions.
+    #[inline]
     pub(crate) fn evaluate(&self, direction: Vec3<T>) -> Rgb<T> {
         let cosine = self.normal.dot(direction);
+        if self.is_merely_diffuse() && cosine.value() > 0.0 {
+            return self.reflectance * (cosine * FRAC_1_PI);
+        }
+        self.evaluate_any(direction, cosine)
+    }
+
+    /// The same of any material.
+    #[inline(never)]
+    fn evaluate_any(&self, direction: Vec3<T>, cosine: T) -> Rgb<T> {
         if self.receives_none(cosine.value()) || self.hides(direction.value()) {
             return Rgb::constant(DVec3::ZERO);
         }
@@ -105,6 +115,17 @@ impl<T: Number> Shading<'_, T> {
             self.mixed(|shading| shading.evaluate_alone(direction, cosine), |value, weight| value * weight);
         let value = self.beneath.map_or(value, |own| value * self.shadowed_by_relief(own, direction));
         self.opacity.map_or(value, |opacity| value * opacity)
+    }
+
+    /// Whether it is all there, not mixed with another material and diffuse, as most surfaces are: what is asked of it most often
+    /// is answered at once then.
+    #[inline]
+    fn is_merely_diffuse(&self) -> bool {
+        matches!(self.bsdf, Bsdf::Diffuse { .. })
+            && !self.black
+            && self.blend.is_none()
+            && self.opacity.is_none()
+            && self.beneath.is_none()
     }
 
     /// (1 − w) a + w b of something of both parts of a mixture; of a single material, that of it.
@@ -174,6 +195,7 @@ impl<T: Number> Shading<'_, T> {
     }
 
     /// Whether light from a direction may be reflected or pass, as far as the side says.
+    #[inline]
     pub(crate) fn receives(&self, direction: DVec3) -> bool {
         !self.receives_none(self.normal.value().dot(direction))
     }
@@ -190,6 +212,7 @@ impl<T: Number> Shading<'_, T> {
     }
 
     /// By how much refraction into a direction compresses radiance, η²: what roulette must not take for loss.
+    #[inline]
     pub(crate) fn compression(&self, direction: DVec3) -> f64 {
         let eta = match self.bsdf {
             Bsdf::Dielectric(dielectric) => dielectric.eta,
@@ -224,8 +247,17 @@ impl<T: Number> Shading<'_, T> {
     }
 
     /// The density of smooth directions that [`sample`](Self::sample) returns.
+    #[inline]
     pub(crate) fn density(&self, direction: DVec3) -> f64 {
         let cosine = self.normal.value().dot(direction);
+        if self.is_merely_diffuse() && cosine > 0.0 {
+            return diffuse::density(cosine);
+        }
+        self.density_of_any(direction, cosine)
+    }
+
+    #[inline(never)]
+    fn density_of_any(&self, direction: DVec3, cosine: f64) -> f64 {
         if self.receives_none(cosine) {
             return 0.0;
         }
@@ -259,7 +291,16 @@ impl<T: Number> Shading<'_, T> {
     }
 
     /// A way on: an ideal one, or a direction roughly as [`evaluate`](Self::evaluate) is distributed.
-    pub(crate) fn sample(&self, [a, b, c]: [f64; 3]) -> Option<Bounce<T>> {
+    #[inline]
+    pub(crate) fn sample(&self, numbers: [f64; 3]) -> Option<Bounce<T>> {
+        if self.is_merely_diffuse() {
+            return self.smooth(self.above(diffuse::sample(numbers)));
+        }
+        self.sample_any(numbers)
+    }
+
+    #[inline(never)]
+    fn sample_any(&self, [a, b, c]: [f64; 3]) -> Option<Bounce<T>> {
         let mut choice = c;
         if let Some(opacity) = self.opacity {
             let part = opacity.value();
@@ -299,6 +340,7 @@ impl<T: Number> Shading<'_, T> {
     }
 
     /// A direction with the density of them all, if there is one.
+    #[inline]
     fn smooth(&self, direction: DVec3) -> Option<Bounce<T>> {
         let density = self.density(direction);
         let good = density > 0.0 && density.is_finite();
@@ -350,6 +392,7 @@ impl<T: Number> Shading<'_, T> {
     }
 
     /// A direction about the normal, given one about z.
+    #[inline]
     fn above(&self, local: DVec3) -> DVec3 {
         let n = self.normal.value();
         let (s, t) = n.any_orthonormal_pair();

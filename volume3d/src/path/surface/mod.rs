@@ -12,7 +12,7 @@ use super::bsdf::{Mixed, Numbers, Shading};
 use super::calculus::Calculus;
 use super::relief::Tilted;
 use super::texture::{lookup, luminance};
-use crate::scene::{Bsdf, Reflectance, Scene, Surface, Value};
+use crate::scene::{Bsdf, Reflectance, Relief, Scene, Surface, Value};
 
 /// The least roughness α that a texture gives: below, the lobe is narrower than directions can be told apart.
 const LEAST_ALPHA: f64 = 1e-4;
@@ -64,6 +64,7 @@ pub(super) fn texture_at<C: Calculus>(
 impl<T: Number> SurfacePoint<T> {
     /// Where the ray o + tω meets a surface, at about the given distance. All of it moves: the origin, the direction and the
     /// surface.
+    #[inline]
     pub(crate) fn new<C: Calculus<Number = T>>(
         scene: &Scene,
         calculus: &C,
@@ -72,22 +73,23 @@ impl<T: Number> SurfacePoint<T> {
         surface: Surface,
         distance: f64,
     ) -> Self {
-        let (moving, position) = match surface {
+        let viewer = -direction;
+        match surface {
             Surface::Triangle(index) => {
                 let triangle = MovingTriangle::new(scene, calculus, index);
-                let distance = triangle.distance(origin, direction);
-                (Moving::Triangle(triangle), origin + direction * distance)
+                let position = origin + direction * triangle.distance(origin, direction);
+                Self { surface, position, viewer, moving: Moving::Triangle(triangle) }
             }
             Surface::Implicit(index) => {
                 let near = origin + direction * T::constant(distance);
                 let (position, gradient) = calculus.level_set(index, near, direction.value());
-                (Moving::Implicit(MovingLevelSet { gradient }), position)
+                Self { surface, position, viewer, moving: Moving::Implicit(MovingLevelSet { gradient }) }
             }
-        };
-        Self { surface, position, viewer: -direction, moving }
+        }
     }
 
     /// What reflection depends on; `None` where the surface reflects nothing, whatever its parameters.
+    #[inline]
     pub(crate) fn shading<'s, C: Calculus<Number = T>>(
         &self,
         scene: &'s Scene,
@@ -101,9 +103,22 @@ impl<T: Number> SurfacePoint<T> {
             Some(back) if is_behind => (back, true),
             _ => (front, materials[front].two_sided),
         };
-        let Some(blend) = materials[index].blend else {
+        if materials[index].blend.is_none() {
             return self.shading_of(scene, calculus, (index, is_open, false), own);
-        };
+        }
+        self.mixed(scene, calculus, (index, is_open), own)
+    }
+
+    /// What a mixture of two materials reflects.
+    #[inline(never)]
+    fn mixed<'s, C: Calculus<Number = T>>(
+        &self,
+        scene: &'s Scene,
+        calculus: &C,
+        (index, is_open): (usize, bool),
+        own: Vec3<T>,
+    ) -> Option<Shading<'s, T>> {
+        let blend = scene.description.materials[index].blend?;
         let other = self.shading_of(scene, calculus, (blend.other, is_open, true), own)?;
         let weight = self.number(scene, calculus, blend.weight);
         let blend = Some(Box::new(Mixed { other, weight }));
@@ -112,6 +127,7 @@ impl<T: Number> SurfacePoint<T> {
     }
 
     /// A number of a material.
+    #[inline]
     fn number<C: Calculus<Number = T>>(&self, scene: &Scene, calculus: &C, value: Value) -> T {
         match value {
             Value::Constant(value) => T::constant(value),
@@ -121,6 +137,7 @@ impl<T: Number> SurfacePoint<T> {
 
     /// What one material reflects, without those it is mixed with, whether its back is open or not. `None` where that is nothing,
     /// unless it is a part of a mixture.
+    #[inline]
     fn shading_of<'s, C: Calculus<Number = T>>(
         &self,
         scene: &'s Scene,
@@ -139,12 +156,7 @@ impl<T: Number> SurfacePoint<T> {
         let on_side = |normal: Vec3<T>| if cosine < 0.0 { -normal } else { normal };
         let (mut normal, mut beneath) = (on_side(own), None);
         if let Some(relief) = &material.relief {
-            let tilted = self.tilted(scene, own).map_or(own, |t| t.normal(scene, calculus, relief));
-            // The back is the mirror image of the front.
-            let tilted = if cosine < 0.0 { tilted - own * (own.dot(tilted) * 2.0) } else { tilted };
-            // One that turns away from the viewer is turned about the surface's own.
-            let away = tilted.dot(self.viewer).value() <= 0.0;
-            let tilted = if away { normal * (normal.dot(tilted) * 2.0) - tilted } else { tilted };
+            let tilted = self.relieved(scene, calculus, relief, (own, normal));
             beneath = Some(normal);
             normal = tilted;
             black |= tilted.dot(self.viewer).value() <= 0.0;
@@ -159,7 +171,6 @@ impl<T: Number> SurfacePoint<T> {
             }
             Reflectance::Texture(texture) => self.texture(scene, calculus, *texture),
         };
-        let number = |value: Value| self.number(scene, calculus, value);
         let roughness = material.bsdf.roughness().map(|alpha| calculus.roughness(index, alpha));
         let roughness = match (roughness, material.roughness_texture) {
             (Some(alpha), Some(texture)) => {
@@ -168,22 +179,11 @@ impl<T: Number> SurfacePoint<T> {
             }
             (roughness, _) => roughness,
         };
-        let mut numbers = match &material.bsdf {
-            Bsdf::Principled(solid) => Some(Box::new(Numbers::Solid(solid.map(number)))),
-            Bsdf::PrincipledThin(thin) => Some(Box::new(Numbers::Thin(thin.map(number)))),
-            _ => None,
-        };
-        // Where it is the same everywhere it is a parameter.
-        let roughness = match (&mut numbers, roughness) {
-            (None, alpha) => alpha.unwrap_or(T::constant(0.0)),
-            (Some(numbers), given) => {
-                let at_point = match &mut **numbers {
-                    Numbers::Solid(solid) => &mut solid.roughness,
-                    Numbers::Thin(thin) => &mut thin.roughness,
-                };
-                *at_point = given.unwrap_or(*at_point);
-                *at_point
+        let (numbers, roughness) = match &material.bsdf {
+            Bsdf::Principled(_) | Bsdf::PrincipledThin(_) => {
+                self.principled(scene, calculus, &material.bsdf, roughness)
             }
+            _ => (None, roughness.unwrap_or(T::constant(0.0))),
         };
         let along = if material.bsdf.is_anisotropic() { self.along(scene, normal) } else { None };
         let opacity = material.opacity.as_ref().map(|opacity| {
@@ -209,6 +209,54 @@ impl<T: Number> SurfacePoint<T> {
         })
     }
 
+    /// The numbers of a principled model at the point, and its roughness there: that of all the surface, where it is given.
+    #[inline(never)]
+    fn principled<C: Calculus<Number = T>>(
+        &self,
+        scene: &Scene,
+        calculus: &C,
+        bsdf: &Bsdf,
+        roughness: Option<T>,
+    ) -> (Option<Box<Numbers<T>>>, T) {
+        let number = |value: Value| self.number(scene, calculus, value);
+        let mut numbers = match bsdf {
+            Bsdf::Principled(solid) => Some(Box::new(Numbers::Solid(solid.map(number)))),
+            Bsdf::PrincipledThin(thin) => Some(Box::new(Numbers::Thin(thin.map(number)))),
+            _ => None,
+        };
+        // Where it is the same everywhere it is a parameter.
+        let roughness = match (&mut numbers, roughness) {
+            (None, alpha) => alpha.unwrap_or(T::constant(0.0)),
+            (Some(numbers), given) => {
+                let at_point = match &mut **numbers {
+                    Numbers::Solid(solid) => &mut solid.roughness,
+                    Numbers::Thin(thin) => &mut thin.roughness,
+                };
+                *at_point = given.unwrap_or(*at_point);
+                *at_point
+            }
+        };
+        (numbers, roughness)
+    }
+
+    /// The normal that a relief tilts, of the viewer's side, given that of the front and the same on the viewer's side.
+    #[inline(never)]
+    fn relieved<C: Calculus<Number = T>>(
+        &self,
+        scene: &Scene,
+        calculus: &C,
+        relief: &Relief,
+        (own, normal): (Vec3<T>, Vec3<T>),
+    ) -> Vec3<T> {
+        let tilted = self.tilted(scene, own).map_or(own, |t| t.normal(scene, calculus, relief));
+        // The back is the mirror image of the front.
+        let behind = own.dot(self.viewer).value() < 0.0;
+        let tilted = if behind { tilted - own * (own.dot(tilted) * 2.0) } else { tilted };
+        // One that turns away from the viewer is turned about the surface's own.
+        let away = tilted.dot(self.viewer).value() <= 0.0;
+        if away { normal * (normal.dot(tilted) * 2.0) - tilted } else { tilted }
+    }
+
     /// The direction of the surface in which the first texture coordinate grows, made orthogonal to a normal.
     fn along(&self, scene: &Scene, normal: Vec3<T>) -> Option<Vec3<T>> {
         let Moving::Triangle(triangle) = &self.moving else { return None };
@@ -217,6 +265,7 @@ impl<T: Number> SurfacePoint<T> {
         (along.dot(along).value() > 0.0).then(|| along.normalized())
     }
 
+    #[inline(never)]
     fn texture<C: Calculus<Number = T>>(&self, scene: &Scene, calculus: &C, texture: usize) -> Rgb<T> {
         let [s, t] = self.uv(scene);
         let image = &scene.description.textures[texture];
@@ -231,6 +280,7 @@ impl<T: Number> SurfacePoint<T> {
     }
 
     /// The shading normal as it is interpolated, on whichever side.
+    #[inline]
     pub(crate) fn interpolated_normal<C: Calculus<Number = T>>(
         &self,
         scene: &Scene,
@@ -238,7 +288,7 @@ impl<T: Number> SurfacePoint<T> {
     ) -> Vec3<T> {
         match &self.moving {
             Moving::Triangle(triangle) => {
-                triangle.shading_normal(scene, calculus, triangle.coordinates(self.position))
+                triangle.shading_normal(scene, calculus, || triangle.coordinates(self.position))
             }
             Moving::Implicit(level_set) => level_set.normal(),
         }

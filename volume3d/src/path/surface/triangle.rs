@@ -25,18 +25,22 @@ pub(super) struct MovingTriangle<T> {
 }
 
 impl<T: Number> MovingTriangle<T> {
+    #[inline]
     pub(super) fn new<C: Calculus<Number = T>>(scene: &Scene, calculus: &C, index: u32) -> Self {
-        let corners = scene.triangles[index as usize].positions.map(|i| calculus.position(i));
+        let [a, b, c] = scene.triangles[index as usize].positions;
+        let corners = [calculus.position(a), calculus.position(b), calculus.position(c)];
         let cross = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         Self { index, corners, cross }
     }
 
     /// How far away the ray o + tω meets the plane: t = n·(p₀ − o)/(n·ω).
+    #[inline]
     pub(super) fn distance(&self, origin: Vec3<T>, direction: Vec3<T>) -> T {
         self.cross.dot(self.corners[0] - origin) / self.cross.dot(direction)
     }
 
     /// The weights of the corners at a point of the plane.
+    #[inline]
     pub(super) fn coordinates(&self, point: Vec3<T>) -> [T; 3] {
         let [a, b, c] = self.corners;
         let x = point - a;
@@ -47,15 +51,17 @@ impl<T: Number> MovingTriangle<T> {
     }
 
     /// The unit normal that shades, where corners have these weights: interpolated, or else its own.
+    #[inline]
     pub(super) fn shading_normal<C: Calculus<Number = T>>(
         &self,
         scene: &Scene,
         calculus: &C,
-        weights: [T; 3],
+        weights: impl FnOnce() -> [T; 3],
     ) -> Vec3<T> {
         let normals = self.indices(scene).normals;
         if normals[0] != NONE {
             let [a, b, c] = normals.map(|i| calculus.normal(i));
+            let weights = weights();
             let sum = a * weights[0] + b * weights[1] + c * weights[2];
             if sum.dot(sum).value() > 0.0 {
                 return sum.normalized();
