@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use flatland::calculus::{Number, Vec3};
 use glam::{DVec2, DVec3};
 
+use super::filter::{GAUSSIAN_CUT, weight};
 use crate::gradient::{CameraTangent, NonFinite};
 use crate::path::{Calculus, Draws, Frame};
 use crate::scene::{Camera, Filter, Lens, Scene};
@@ -384,9 +385,6 @@ impl FilmJacobian {
 /// Filters over more pixels than this along an axis are rare.
 const WIDEST_AT_ONCE: usize = 9;
 
-/// Mitsuba 3 cuts its Gaussian off at this many standard deviations.
-const GAUSSIAN_CUT: f64 = 4.0;
-
 fn focal_length(camera: &Camera, width: usize) -> f64 {
     0.5 * width as f64 / (0.5 * camera.field_of_view).tan()
 }
@@ -394,43 +392,4 @@ fn focal_length(camera: &Camera, width: usize) -> f64 {
 fn focal_rate(focal: f64, field_of_view: f64) -> f64 {
     // d(1/tan(φ/2))/dφ = −1/(2 sin²(φ/2)) = −1/(tan(φ/2) sin φ)
     -focal / field_of_view.sin()
-}
-
-/// The filter along one axis, with integral 1.
-fn weight<T: Number>(filter: Filter, x: T) -> T {
-    match filter {
-        Filter::Box => T::constant(1.0),
-        Filter::Tent { radius } => (T::constant(radius) - x.abs()).positive() * (1.0 / (radius * radius)),
-        Filter::Gaussian { deviation } => {
-            let floor = (-0.5 * GAUSSIAN_CUT * GAUSSIAN_CUT).exp();
-            let bell = (x.squared() * (-0.5 / (deviation * deviation))).exp();
-            (bell - T::constant(floor)).positive() * (1.0 / gaussian_integral(deviation, floor))
-        }
-    }
-}
-
-/// ∫ over ±4σ of e^{−x²/2σ²} − e^{−8}.
-fn gaussian_integral(deviation: f64, floor: f64) -> f64 {
-    let whole = (2.0 * std::f64::consts::PI).sqrt() * deviation * ERF_OF_CUT;
-    whole - 2.0 * GAUSSIAN_CUT * deviation * floor
-}
-
-/// erf(4/√2).
-const ERF_OF_CUT: f64 = 0.999_936_657_516_333_8;
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn filters_integrate_to_one() {
-        for filter in
-            [Filter::Tent { radius: 1.0 }, Filter::Tent { radius: 2.5 }, Filter::Gaussian { deviation: 0.5 }]
-        {
-            let n = 40_000;
-            let sum: f64 =
-                (0..n).map(|i| weight(filter, -5.0 + 10.0 * (f64::from(i) + 0.5) / f64::from(n))).sum();
-            assert!((sum * 10.0 / f64::from(n) - 1.0).abs() < 1e-7, "{filter:?}");
-        }
-    }
 }

@@ -51,6 +51,7 @@ mod edge_sampling;
 mod error;
 mod film;
 mod film_accumulator;
+mod filter;
 mod finite_difference;
 mod followed;
 mod forward;

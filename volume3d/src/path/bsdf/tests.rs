@@ -6,7 +6,8 @@ use flatland::random::{open01, stream};
 use std::f64::consts::{PI, TAU};
 
 use super::*;
-use crate::scene::{Dielectric, Reflectance, Roughness, Scattering, Value};
+use crate::optics::Coating;
+use crate::scene::{Dielectric, Principled, PrincipledThin, Reflectance, Roughness, Scattering, Value};
 
 /// Reflection models, those that light passes last.
 fn bsdfs() -> Vec<Bsdf> {
