@@ -17,6 +17,20 @@ pub struct Allocation {
 /// The part of all samples that is spread evenly: where a pilot of few has seen no variance there may be some.
 const EVEN: f64 = 0.25;
 
+/// Half of a square's own, and half of those around it: what few samples say of one square scatters much.
+fn smoothed(sums: &[f64], columns: usize) -> Vec<f64> {
+    let rows = sums.len() / columns;
+    let around = |t: usize| {
+        let (i, j) = (t % columns, t / columns);
+        let near = |k: usize, n: usize| k.saturating_sub(1)..(k + 2).min(n);
+        let all =
+            near(j, rows).flat_map(|y| near(i, columns).map(move |x| y * columns + x)).filter(|&s| s != t);
+        let (sum, count) = all.fold((0.0, 0), |(sum, count), s| (sum + sums[s], count + 1));
+        if count > 0 { sum / f64::from(count) } else { sums[t] }
+    };
+    (0..sums.len()).map(|t| 0.5 * (sums[t] + around(t))).collect()
+}
+
 impl Allocation {
     /// What takes the time of `samples` samples in every pixel, and at least 8 in each, for the variances of pixels and costs of samples in
     /// cells, row by row.
@@ -33,7 +47,9 @@ impl Allocation {
             times[cell / width / TILE * columns + cell % width / TILE] += cost;
         }
         // σ/√c, for the time that even samples take.
-        let rates: Vec<f64> = sums.iter().zip(&times).map(|(v, c)| (v / c).sqrt()).collect();
+        let rates =
+            |sums: &[f64]| -> Vec<f64> { sums.iter().zip(&times).map(|(v, c)| (v / c).sqrt()).collect() };
+        let rates = rates(&smoothed(&sums, columns));
         let used: f64 = rates.iter().zip(&times).map(|(r, c)| r * c).sum();
         let scale = times.iter().sum::<f64>() / used;
         let samples = rates.iter().map(|rate| {

@@ -56,7 +56,7 @@ pub(crate) struct Auxiliary<'s> {
     /// Whether film points come in no order, so that silhouettes near one are of no use for the next.
     pub(crate) scattered: bool,
     rays: u64,
-    bounces: u64,
+    work: u64,
     directions: Vec<DVec3>,
     hits: Vec<Option<Hit>>,
     near: Near,
@@ -127,7 +127,7 @@ impl<'s> Auxiliary<'s> {
             rng,
             scattered: false,
             rays: 0,
-            bounces: 0,
+            work: 0,
             directions: vec![],
             hits: vec![],
             near: Near { direction: DVec3::ZERO, margin: 0.0, edges: Listed::default() },
@@ -141,9 +141,9 @@ impl<'s> Auxiliary<'s> {
         self.rays
     }
 
-    /// How many warps have been made at bounces.
-    pub(crate) fn bounces(&self) -> u64 {
-        self.bounces
+    /// What means over jumps took: how many have been made, and pieces of edges in them.
+    pub(crate) fn work(&self) -> u64 {
+        self.work
     }
 
     /// The warp at direction ω as seen from x on a surface; nothing where nothing seen can move.
@@ -164,7 +164,7 @@ impl<'s> Auxiliary<'s> {
             let softness = if kernel.of_light { 0.0 } else { lobe_softness * width };
             let reach = AngularSupport::new(lobe * width).softened(softness);
             let mean = self.jump_mean_on_sphere(x, from, direction, kernel, reach, x_moves)?;
-            self.bounces += 1;
+            self.work += mean.work();
             return Some(DirectionWarp::JumpMean(mean));
         }
         if let Construction::Followed { candidates } = self.construction {
@@ -312,6 +312,7 @@ impl<'s> Auxiliary<'s> {
                 let from_one_place = !film.has_lens() && !self.scattered;
                 let mean =
                     self.jump_mean_on_film(origin, direction, reach, seen, camera_moves, from_one_place)?;
+                self.work += mean.work();
                 FilmField::JumpMean(mean, direction)
             }
             Construction::Followed { candidates } => {

@@ -88,6 +88,8 @@ pub(in crate::gradient) struct Estimate {
     pub(in crate::gradient) regions: Regions,
     /// Auxiliary rays.
     pub(in crate::gradient) rays: u64,
+    /// What means over jumps took, for a sample a pixel.
+    pub(in crate::gradient) work: f64,
     pub(in crate::gradient) non_finite: Vec<NonFinite>,
     /// The sample that adds most.
     pub(in crate::gradient) largest: Option<Contribution>,
@@ -98,6 +100,7 @@ pub(in crate::gradient) struct Estimate {
 struct Splats {
     amounts: Vec<(u32, DVec3)>,
     rays: u64,
+    work: u64,
     non_finite: Vec<NonFinite>,
     /// The sample that adds most.
     largest: Option<Contribution>,
@@ -150,7 +153,7 @@ impl<'s> Driver<'s> {
     ) -> Result<Estimate, Stopped> {
         let pixels = self.film.columns * self.film.rows;
         let mut moments = vec![Moments::<DVec3>::default(); pixels];
-        let (mut rays, mut non_finite, mut largest) = (0, vec![], None);
+        let (mut rays, mut work, mut non_finite, mut largest) = (0, 0, vec![], None);
         let mut sum = vec![DVec3::ZERO; pixels];
         let mut regions = RegionSums::new(self.film.columns, self.film.rows, GROUPS);
         let chunk = |number| self.forward_chunk(boundary, motion, number, progress);
@@ -159,6 +162,7 @@ impl<'s> Driver<'s> {
                 sum[pixel as usize] += amount;
             }
             rays += part.rays;
+            work += part.work;
             non_finite.extend(part.non_finite);
             Contribution::keep_larger(&mut largest, part.largest);
             let (group, chunk) = (number / self.chunks(), number % self.chunks());
@@ -179,7 +183,8 @@ impl<'s> Driver<'s> {
             largest.among = GROUPS * self.count;
         }
         let regions = regions.finish(GROUPS * self.count);
-        Ok(Estimate { mean, variance, regions, rays, non_finite, largest })
+        let work = work as f64 * self.scale();
+        Ok(Estimate { mean, variance, regions, rays, work, non_finite, largest })
     }
 
     fn forward_chunk(
@@ -202,6 +207,7 @@ impl<'s> Driver<'s> {
                 self.splat_into(&mut splats, &sample, address, rate);
             });
         }
+        splats.work = forward.auxiliary.as_ref().map_or(0, Auxiliary::work);
         splats.rays = forward.auxiliary.as_ref().map_or(0, Auxiliary::rays);
         splats
     }

@@ -61,11 +61,13 @@ impl Take for Images<'_> {
 
 fn add(image: &mut GradientImage, which: Term, estimate: Estimate) {
     let kinds = &mut image.noise.kinds;
-    *match which {
+    let kind = match which {
         Term::Primary => &mut kinds.on_film,
         Term::Secondary => &mut kinds.before_lights,
         Term::Bounce => &mut kinds.before_all_else,
-    } += 1;
+    };
+    kind.count += 1;
+    kind.work += estimate.work;
     let (terms, noise) = (image.terms.as_mut(), &mut image.noise);
     let (mut term, noise) = match which {
         Term::Primary => (terms.map(|t| &mut t.primary), &mut noise.film_curves),
@@ -107,10 +109,18 @@ impl Take for Gradients<'_> {
     }
 }
 
-/// How many kinds of curves were sampled of each term.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// The kinds of curves that were sampled of one term.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(in crate::gradient) struct Kind {
+    pub(in crate::gradient) count: usize,
+    /// What means over jumps took for one sample of each.
+    pub(in crate::gradient) work: f64,
+}
+
+/// Those of all terms.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(in crate::gradient) struct Kinds {
-    pub(in crate::gradient) on_film: usize,
-    pub(in crate::gradient) before_lights: usize,
-    pub(in crate::gradient) before_all_else: usize,
+    pub(in crate::gradient) on_film: Kind,
+    pub(in crate::gradient) before_lights: Kind,
+    pub(in crate::gradient) before_all_else: Kind,
 }

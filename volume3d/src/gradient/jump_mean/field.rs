@@ -200,6 +200,11 @@ impl JumpMean {
         Part { value, divergence: gradient * self.inverse - value * (self.slope + 2.0 * self.point) }
     }
 
+    /// One, and one for each piece.
+    pub(crate) fn work(&self) -> u64 {
+        1 + self.pieces.len() as u64
+    }
+
     /// Whether all coefficients are.
     pub(crate) fn is_finite(&self) -> bool {
         let is_finite = |part: Part| part.value.is_finite() && part.divergence.is_finite();

@@ -28,6 +28,7 @@ use glam::DVec3;
 use rand::Rng as _;
 
 pub use self::method::Method;
+pub(super) use self::survey::MEAN;
 pub use self::survey::Survey;
 use self::survey::{Seen, softened};
 use super::warped_area::shadows_are_curves;

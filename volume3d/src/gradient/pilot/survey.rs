@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::split::{PARTS, Split, split};
 use super::{Candidate, Choice, Method, Pilot};
 use crate::Image;
+use crate::gradient::boundary::Kind;
 use crate::gradient::film::FilmPlane;
 use crate::gradient::groups::GROUPS;
 use crate::gradient::result::Noise;
@@ -12,14 +13,16 @@ use crate::gradient::{Allocation, EdgeSampling, Field, WarpedArea};
 use crate::scene::Scene;
 
 /// Costs of samples relative to that of a path of edge sampling: of a curve of every kind on the film, and of one that shading points see
-/// before lights, and before all else. Processor time on figure 12's five scenes of 128² pixels: means, of which single ones are
-/// a third to one and a half times as much. What samples of the area cost is counted.
-const SOFTENED_COSTS: [f64; PARTS - 1] = [4.3, 2.2, 2.5];
-const EDGE_COSTS: [f64; PARTS - 1] = [2.0, 1.3, 1.3];
+/// before lights, and before all else; without the means over jumps, which are counted. Processor time on figure 12's five scenes of
+/// 128² pixels.
+const SOFTENED_COSTS: [f64; PARTS - 1] = [1.8, 2.2, 1.2];
+const EDGE_COSTS: [f64; PARTS - 1] = [2.0, 1.4, 1.3];
+/// What a mean over jumps costs, and each piece of an edge in it.
+pub(crate) const MEAN: f64 = 0.5;
 /// The cost of a sample of [`WarpedArea::default`].
-const EXACT_COST: f64 = 3.0;
+const EXACT_COST: f64 = 3.5;
 /// Many samples of the area are stratified, of which few show little: what they scatter is about this part of what few say (0.4 to 1.2).
-const STRATIFIED: f64 = 0.7;
+const STRATIFIED: f64 = 0.5;
 /// Samples of the area are spread unevenly if there are so many: twice as many as the least.
 const SPREAD: usize = 2 * GROUPS;
 /// Enough to tell what spreading them is worth.
@@ -66,6 +69,7 @@ impl Seen {
         // Of one sample, spread as they will be.
         let spread = Allocation::new(&film, MANY, &by_pixel, &by_cell);
         let area = STRATIFIED * few as f64 * spread.variance(&film, MANY, &by_pixel);
+        let curves_cost = |cost: f64, kind: &Kind| cost * kind.count as f64 + MEAN * kind.work;
         let curve = |image| curves as f64 * weighted(image, weights).iter().sum::<f64>();
         let [on_film, before_lights, before_all_else] = match method {
             Method::WarpedArea(_) => SOFTENED_COSTS,
@@ -73,9 +77,9 @@ impl Seen {
         };
         let costs = [
             by_cell.iter().sum::<f64>() / by_cell.len() as f64,
-            on_film * noise.kinds.on_film as f64,
-            before_lights * noise.kinds.before_lights as f64,
-            before_all_else * noise.kinds.before_all_else as f64,
+            curves_cost(on_film, &noise.kinds.on_film),
+            curves_cost(before_lights, &noise.kinds.before_lights),
+            curves_cost(before_all_else, &noise.kinds.before_all_else),
         ];
         let variances =
             [area, curve(&noise.film_curves), curve(&noise.shading_curves), curve(&noise.bounce_curves)];

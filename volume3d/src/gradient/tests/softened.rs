@@ -136,13 +136,13 @@ fn softened_fields_follow_what_bounces_see() {
         bounces,
     };
     let method = |softness: f64, bounces: usize, seed: u64| WarpedArea {
-        samples: 192,
+        samples: 512,
         seed,
         field: field(softness, bounces),
         ..WarpedArea::default()
     };
     let softened = |softness: f64| {
-        let run = |seed| method(softness, 2000, seed).forward(&scene, &change, &none).unwrap().gradient;
+        let run = |seed| method(softness, 12_000, seed).forward(&scene, &change, &none).unwrap().gradient;
         total(|seed| weighted(run(seed)))
     };
     // The field of a method that samples the curves, in one that does not.
@@ -152,7 +152,7 @@ fn softened_fields_follow_what_bounces_see() {
         weighted(without.image::<1, 6>(&scene, &change, construction, &none).unwrap().gradient)
     });
     let edges = total(|seed| {
-        let (primary, secondary, bounces) = (32, 64, 5000);
+        let (primary, secondary, bounces) = (32, 64, 15_000);
         let method =
             EdgeSampling { samples: 16, primary, secondary, bounces, seed, ..EdgeSampling::default() };
         weighted(method.forward(&scene, &change, &none).unwrap().gradient)

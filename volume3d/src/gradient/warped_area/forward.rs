@@ -9,13 +9,12 @@ use crate::gradient::driver::{CellSink, finish, over_film, quantities};
 use crate::gradient::forward::Forward;
 use crate::gradient::groups::group;
 use crate::gradient::motion::Motion;
+use crate::gradient::pilot::MEAN;
 use crate::gradient::{GradientImage, Progress, Stopped};
 use crate::path::Frame;
 
-/// What a sample takes that the film's warp moves, with the paths that tell its radiance, and what a warp at a bounce takes, each relative to a
-/// path: means over the scenes of figure 12.
-const WARPED_FILM: f64 = 8.5;
-const WARPED_BOUNCE: f64 = 0.4;
+/// What the paths take that tell the radiance which the film's warp carries, relative to one path.
+const SPLIT_PATHS: f64 = 7.0;
 
 /// What one sample adds: the row of the neighbourhood, the column, and the quantities.
 type Added<const K: usize> = (usize, usize, [f64; K]);
@@ -70,12 +69,11 @@ impl Job<'_> {
         place: Place,
         sink: &mut CellSink<'_, K>,
     ) {
-        let bounces =
-            |worker: &Worker<'_, N, K>| worker.calculus.auxiliary.as_ref().map_or(0, Auxiliary::bounces);
-        let before = bounces(worker);
+        let work = |worker: &Worker<'_, N, K>| worker.calculus.auxiliary.as_ref().map_or(0, Auxiliary::work);
+        let before = work(worker);
         let sample = self.sample(&mut worker.calculus, frame, place);
-        let warps = (bounces(worker) - before) as f64;
-        *sink.work += WARPED_FILM * f64::from(u8::from(sample.warped)) + WARPED_BOUNCE * warps;
+        let means = (work(worker) - before) as f64;
+        *sink.work += SPLIT_PATHS * f64::from(u8::from(sample.warped)) + MEAN * means;
         self.for_each_pixel(place, &sample, |[b, x, _], value, integrand| {
             worker.added.push((b, x, quantities(value, integrand.map(|l| l.tangent))));
         });
