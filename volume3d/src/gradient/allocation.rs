@@ -87,3 +87,82 @@ impl Allocation {
         variances.iter().enumerate().filter(|(_, v)| v.is_finite()).map(of).sum()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::DVec3;
+
+    use super::*;
+    use crate::Image;
+    use crate::geometry::Mesh;
+    use crate::gradient::tests::{Comparisons, at, film, total};
+    use crate::gradient::{ActiveParameters, Field, Progress, Tangent, WarpedArea};
+    use crate::scene::{Camera, Description, Filter, Scene};
+
+    /// A square that emits over four squares of samples, of which one has most.
+    fn scene() -> (Scene, Tangent, Arc<Allocation>) {
+        let camera = Camera::look_at(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, DVec3::Y, 0.8);
+        let mut d = Description::new(camera, film(24, Filter::Tent { radius: 1.0 }));
+        d.integrator.max_depth = Some(1);
+        d.add_emitter("square", Mesh::rectangle().transformed(&at(0.1, 0.2, 0.0, 0.6)), DVec3::ONE);
+        let scene = Scene::new(d).unwrap();
+        let mut change = Tangent::still(&scene);
+        change.translate(&scene, 0, DVec3::new(0.4, -0.7, 0.3));
+        let film = FilmPlane::new(&scene);
+        let variances: Vec<f64> =
+            (0..24 * 24).map(|i| if i % 24 < 12 && i < 24 * 12 { 9.0 } else { 0.1 }).collect();
+        let (width, height) = film.cells();
+        let allocation = Allocation::new(&film, 32, &variances, &vec![1.0; width * height]);
+        (scene, change, Arc::new(allocation))
+    }
+
+    #[test]
+    fn samples_follow_deviations() {
+        let (scene, _, allocation) = scene();
+        let film = FilmPlane::new(&scene);
+        assert!(allocation.samples[0] >= 2 * allocation.samples[3], "{allocation:?}");
+        assert!(allocation.samples.iter().all(|n| n % 8 == 0 && *n >= 8), "{allocation:?}");
+        assert!((allocation.mean(&film) / 32.0 - 1.0).abs() < 0.2, "{allocation:?}");
+        let even = Allocation::new(&film, 32, &[0.0; 24 * 24], &[1.0; 26 * 26]);
+        assert_eq!(even.samples, [32; 4]);
+        let other = Scene::new(Description::new(
+            scene.description().camera.clone(),
+            crate::gradient::tests::film(64, Filter::Tent { radius: 1.0 }),
+        ));
+        assert!(!allocation.fits(&FilmPlane::new(&other.unwrap())));
+    }
+
+    /// As many samples everywhere and an uneven spread are two estimates of one derivative, and reverse mode is the transpose of each.
+    #[test]
+    fn spread_samples_are_unbiased() {
+        let (scene, change, allocation) = scene();
+        let none = Progress::none();
+        let weighted = |image: Image| -> Vec<DVec3> {
+            image.pixels.iter().enumerate().map(|(i, g)| *g * (1.0 + (i % 24) as f64)).collect()
+        };
+        let run = |allocation: Option<Arc<Allocation>>, warps: bool| {
+            total(|seed| {
+                let allocation = allocation.clone();
+                let method = WarpedArea { samples: 32, allocation, seed, warps, ..WarpedArea::default() };
+                weighted(method.forward(&scene, &change, &none).unwrap().gradient)
+            })
+        };
+        let (even, spread) = (run(None, true), run(Some(allocation.clone()), true));
+        let mut comparisons = Comparisons::of("spread_samples_are_unbiased");
+        comparisons.add("spread".into(), spread, even, 0.0, even.0);
+        comparisons.reject("interior only", run(Some(allocation.clone()), false), even);
+        comparisons.finish();
+        let method =
+            WarpedArea { allocation: Some(allocation), field: Field::softened(8), ..WarpedArea::default() };
+        let forward = method.forward(&scene, &change, &none).unwrap().gradient;
+        let adjoint = Image::constant(24, 24, DVec3::new(1.0, 0.5, 0.25));
+        let mut active = ActiveParameters::nothing(&scene);
+        active.shapes[0] = true;
+        let gradient = method.reverse(&scene, &adjoint, &active, &none).unwrap().by_parameter;
+        let along: f64 = gradient.positions.iter().zip(&change.positions).map(|(g, v)| g.dot(*v)).sum();
+        let across: f64 = forward.pixels.iter().map(|g| g.dot(DVec3::new(1.0, 0.5, 0.25))).sum();
+        assert!((along - across).abs() < 1e-9 * across.abs(), "{along} {across}");
+    }
+}

@@ -89,7 +89,7 @@ pub(super) fn over_film<const K: usize, W>(
         let (mut worker, mut row_sums) = (begin(), RowSums::new(film, samples));
         let (mut non_finite, mut lost, mut largest, mut rays) = (vec![], vec![], None, 0);
         let mut work = vec![0.0; columns];
-        for i in 0..columns {
+        for (i, work) in work.iter_mut().enumerate() {
             if progress.stopped() {
                 break;
             }
@@ -97,7 +97,7 @@ pub(super) fn over_film<const K: usize, W>(
                 row_sums: &mut row_sums,
                 non_finite: &mut non_finite,
                 rays: &mut rays,
-                work: &mut work[i],
+                work,
                 largest: &mut largest,
                 progress,
             };

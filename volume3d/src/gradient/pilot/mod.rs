@@ -82,6 +82,7 @@ const PILOT: u64 = 0x70_696c_6f74;
 const PART: usize = 32;
 const PART_OF_AREA: usize = 16;
 const FEWEST: usize = 4;
+const FEWEST_CURVES: usize = 2;
 impl Pilot {
     /// The better method for the derivative along a change.
     ///
@@ -151,7 +152,8 @@ impl Pilot {
             return Ok(Survey::nothing());
         }
         let seed = stream(self.seed, &[PILOT, self.samples as u64]).next_u64();
-        let (few, curves) = ((self.samples / PART_OF_AREA).max(FEWEST), (self.samples / PART).max(1));
+        let (few, curves) =
+            ((self.samples / PART_OF_AREA).max(FEWEST), (self.samples / PART).max(FEWEST_CURVES));
         let trial = |method: Method| -> Result<Seen, GradientError> {
             let noise = method.forward(scene, change, progress)?.noise;
             Ok(Seen::of(scene, method, &noise, (few, curves), weights))

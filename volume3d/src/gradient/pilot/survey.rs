@@ -21,8 +21,8 @@ const EDGE_COSTS: [f64; PARTS - 1] = [2.0, 1.4, 1.3];
 pub(crate) const MEAN: f64 = 0.5;
 /// The cost of a sample of [`WarpedArea::default`].
 const EXACT_COST: f64 = 3.5;
-/// Many samples of the area are stratified, of which few show little: what they scatter is about this part of what few say (0.4 to 1.2).
-const STRATIFIED: f64 = 0.5;
+/// What samples of the area scatter falls by this power of their number, as more are stratified: measured from 4 to 90 of them, 0 to 0.35.
+const STRATIFIED: f64 = 0.2;
 /// Samples of the area are spread unevenly if there are so many: twice as many as the least.
 const SPREAD: usize = 2 * GROUPS;
 /// Enough to tell what spreading them is worth.
@@ -47,6 +47,8 @@ pub struct Survey {
 #[derive(Clone, Debug)]
 pub(super) struct Seen {
     method: Method,
+    /// How many samples of the area there were.
+    few: usize,
     /// Of one sample of each part, and its costs.
     variances: [f64; PARTS],
     costs: [f64; PARTS],
@@ -68,7 +70,7 @@ impl Seen {
         let by_cell: Vec<f64> = noise.work.iter().map(|work| 1.0 + work / few as f64).collect();
         // Of one sample, spread as they will be.
         let spread = Allocation::new(&film, MANY, &by_pixel, &by_cell);
-        let area = STRATIFIED * few as f64 * spread.variance(&film, MANY, &by_pixel);
+        let area = few as f64 * spread.variance(&film, MANY, &by_pixel);
         let curves_cost = |cost: f64, kind: &Kind| cost * kind.count as f64 + MEAN * kind.work;
         let curve = |image| curves as f64 * weighted(image, weights).iter().sum::<f64>();
         let [on_film, before_lights, before_all_else] = match method {
@@ -83,7 +85,7 @@ impl Seen {
         ];
         let variances =
             [area, curve(&noise.film_curves), curve(&noise.shading_curves), curve(&noise.bounce_curves)];
-        Self { method, variances, costs, film: Some((film, by_pixel, by_cell)) }
+        Self { method, few, variances, costs, film: Some((film, by_pixel, by_cell)) }
     }
 
     /// With what was seen of other views, which makes the same split for all of them.
@@ -103,7 +105,12 @@ impl Seen {
         let part = if smooth { OF_AREA_IF_SMOOTH } else { OF_AREA };
         let of_area = (samples / part).max(samples.min(GROUPS)).max(2);
         let costs = self.costs.map(|cost| cost / views);
-        let mut split = split(self.variances, costs, EXACT_COST * samples as f64, of_area);
+        let time = EXACT_COST * samples as f64;
+        // With as many samples of the area as are best if they were not stratified.
+        let [unstratified, ..] = split(self.variances, costs, time, of_area).samples;
+        let mut variances = self.variances;
+        variances[0] *= (self.few as f64 / unstratified as f64).min(1.0).powf(STRATIFIED);
+        let mut split = split(variances, costs, time, of_area);
         let mut allocation = None;
         if let Some((film, by_pixel, by_cell)) = &self.film
             && split.samples[0] >= SPREAD
