@@ -43,16 +43,9 @@ static PENUMBRAS: LazyLock<Vec<Known>> = LazyLock::new(|| {
     known.collect()
 });
 
-/// So many samples of the area, and of silhouettes and shadows, with a softness in pixels; a quarter as many of what bounces see as of shadows.
+/// So many samples of the area, and of silhouettes and shadows, with a softness in pixels.
 fn softened(samples: usize, softness: f64, silhouettes: usize, shadows: usize) -> WarpedArea {
-    let field = Field::Softened {
-        film: 1.2,
-        lobe: 0.5,
-        softness,
-        silhouettes,
-        shadows,
-        bounces: shadows.div_ceil(4),
-    };
+    let field = Field::Softened { film: 1.2, lobe: 0.5, softness, silhouettes, shadows, bounces: 0 };
     WarpedArea { samples, field, ..WarpedArea::default() }
 }
 

@@ -23,6 +23,9 @@ use crate::Sphere;
 use crate::path::{Kernel, Paths, VisibilityDomain};
 use crate::scene::{Hit, Surface};
 
+/// What a mean over jumps takes, and each piece of an edge in it, relative to a path.
+pub(crate) const MEAN: f64 = 0.5;
+
 /// Where the velocities that make a field come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Construction {

@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use super::Tangent;
-use super::boundary::Kinds;
 use super::contribution::Contribution;
 use super::non_finite::NonFinite;
 use super::regions::Regions;
@@ -38,6 +37,22 @@ pub struct Noise {
     pub(super) work: Vec<f64>,
     /// How many kinds of curves there were.
     pub(super) kinds: Kinds,
+}
+
+/// The kinds of curves that were sampled of one term.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Kind {
+    pub(super) count: usize,
+    /// What means over jumps took for one sample of each.
+    pub(super) work: f64,
+}
+
+/// Those of all terms.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Kinds {
+    pub(super) on_film: Kind,
+    pub(super) before_lights: Kind,
+    pub(super) before_all_else: Kind,
 }
 
 impl Noise {

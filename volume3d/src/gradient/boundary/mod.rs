@@ -39,7 +39,7 @@ use self::list::EdgeList;
 use self::primary::{Lines, Primary};
 use self::secondary::{Light, Secondary};
 use self::sign_changes::FilmSignChanges;
-pub(super) use self::sums::{Effort, Gradients, Images, Kind, Kinds};
+pub(super) use self::sums::{Effort, Gradients, Images};
 use super::motion::Motion;
 use super::{ActiveParameters, Stopped};
 use crate::path::{Kernels, Paths};

@@ -108,19 +108,3 @@ impl Take for Gradients<'_> {
         driver.reverse(boundary, self.adjoint, self.active, self.progress, self.sums)
     }
 }
-
-/// The kinds of curves that were sampled of one term.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(in crate::gradient) struct Kind {
-    pub(in crate::gradient) count: usize,
-    /// What means over jumps took for one sample of each.
-    pub(in crate::gradient) work: f64,
-}
-
-/// Those of all terms.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(in crate::gradient) struct Kinds {
-    pub(in crate::gradient) on_film: Kind,
-    pub(in crate::gradient) before_lights: Kind,
-    pub(in crate::gradient) before_all_else: Kind,
-}

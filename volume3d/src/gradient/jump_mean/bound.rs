@@ -13,7 +13,6 @@ use glam::{DAffine3, DQuat, DVec3};
 
 use super::{AngularSupport, HalfSpace, JumpMean, Known, SceneEdges, Sight, Silhouettes, Subject, View};
 use crate::geometry::Mesh;
-use crate::gradient::motion::Motion;
 use crate::gradient::{ImplicitField, Tangent};
 use crate::scene::{Camera, Description, Film, Filter, Material, Scene, Surface};
 
@@ -58,7 +57,7 @@ fn softened_fields_are_bounded() {
         let mut number = || open01(&mut rng) - 0.5;
         change.translate(&scene, shape, DVec3::new(number(), number(), number()));
     }
-    let (motion, tree) = (Motion::new(&scene, &change), SceneEdges::new(&scene));
+    let tree = SceneEdges::new(&scene);
     let mut trace = Trace { direction: DVec3::ZERO, points: vec![], end: End::Miss };
     for part in [0.05, 0.3, 1.0] {
         let softness = part * REACH;
@@ -87,7 +86,7 @@ fn softened_fields_are_bounded() {
                 let Some(mean) = mean else { continue };
                 let (mut fastest, mut ends) = (0.0_f64, 0);
                 let found = mean.field(|seen| {
-                    let velocity = seen.angular(motion.velocity(&scene, &seen.followed));
+                    let velocity = seen.angular(seen.followed.velocity(&scene, &change.positions));
                     fastest = fastest.max(velocity.length());
                     ends += 1;
                     velocity

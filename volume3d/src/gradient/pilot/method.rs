@@ -84,12 +84,12 @@ impl fmt::Display for Method {
         match self {
             Self::WarpedArea(WarpedArea {
                 samples,
-                field: Field::Softened { silhouettes, shadows, bounces, .. },
+                field: Field::Softened { silhouettes, shadows, .. },
                 ..
             }) => {
                 write!(
                     f,
-                    "warped area, softened: {samples} samples of the area, {silhouettes} of silhouettes, {shadows} of shadows, {bounces} of what bounces see a pixel"
+                    "warped area, softened: {samples} samples of the area, {silhouettes} of silhouettes, {shadows} of shadows a pixel"
                 )
             }
             Self::WarpedArea(method) => write!(f, "warped area: {} samples a pixel", method.samples),

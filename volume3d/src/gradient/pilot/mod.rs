@@ -4,8 +4,7 @@
 //! variance σᵢ²/nᵢ and takes the time cᵢ nᵢ. Of all splits that take a time T the least variance has nᵢ ∝ σᵢ/√cᵢ
 //! (Neyman 1934), and it is (Σ σᵢ √cᵢ)²/T. So two methods are compared by Σ σᵢ √cᵢ alone, each at its best split:
 //!
-//! - warped-area sampling with a [softened field](Field::Softened): area, silhouettes on the film, edges of shadows, silhouettes that
-//!   bounces see;
+//! - warped-area sampling with a [softened field](Field::Softened): area, silhouettes on the film, edges of shadows;
 //! - [edge sampling](EdgeSampling): paths, edges on the film, edges that shading points see before lights and before all else.
 //!
 //! The exact [mean over jumps](Field::JumpMean) is the first with ε = 0; at equal time it was never better where both were
@@ -28,7 +27,6 @@ use glam::DVec3;
 use rand::Rng as _;
 
 pub use self::method::Method;
-pub(super) use self::survey::MEAN;
 pub use self::survey::Survey;
 use self::survey::{Seen, softened};
 use super::warped_area::shadows_are_curves;
@@ -161,7 +159,7 @@ impl Pilot {
         let softened = Method::WarpedArea(WarpedArea {
             samples: few,
             sign_changes: curves,
-            field: softened(curves, curves, curves),
+            field: softened(curves, curves),
             seed,
             ..WarpedArea::default()
         });

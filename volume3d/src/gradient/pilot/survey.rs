@@ -5,20 +5,18 @@ use std::sync::Arc;
 use super::split::{PARTS, Split, split};
 use super::{Candidate, Choice, Method, Pilot};
 use crate::Image;
-use crate::gradient::boundary::Kind;
+use crate::gradient::auxiliary::MEAN;
 use crate::gradient::film::FilmPlane;
 use crate::gradient::groups::GROUPS;
-use crate::gradient::result::Noise;
+use crate::gradient::result::{Kind, Noise};
 use crate::gradient::{Allocation, EdgeSampling, Field, WarpedArea};
 use crate::scene::Scene;
 
 /// Costs of samples relative to that of a path of edge sampling: of a curve of every kind on the film, and of one that shading points see
 /// before lights, and before all else; without the means over jumps, which are counted. Processor time on figure 12's five scenes of
 /// 128² pixels.
-const SOFTENED_COSTS: [f64; PARTS - 1] = [1.8, 2.2, 1.2];
+const SOFTENED_COSTS: [f64; PARTS - 1] = [1.8, 2.2, 0.0];
 const EDGE_COSTS: [f64; PARTS - 1] = [2.0, 1.4, 1.3];
-/// What a mean over jumps costs, and each piece of an edge in it.
-pub(crate) const MEAN: f64 = 0.5;
 /// The cost of a sample of [`WarpedArea::default`].
 const EXACT_COST: f64 = 3.5;
 /// What samples of the area scatter falls by this power of their number, as more are stratified: measured from 4 to 90 of them, 0 to 0.35.
@@ -132,7 +130,7 @@ impl Seen {
                 allocation,
                 // One number for both kinds.
                 sign_changes: (film + shading).div_ceil(2),
-                field: softened(film, shading, bounces),
+                field: softened(film, shading),
                 seed,
                 ..method.clone()
             }),
@@ -204,11 +202,12 @@ impl Pilot {
     }
 }
 
-/// With the default's reach and softness.
-pub(super) fn softened(silhouettes: usize, shadows: usize, bounces: usize) -> Field {
+/// With the default's reach and softness, and exact within lobes: where a film shows a small part of a large world few silhouettes that bounces
+/// see are found by chance, and a pilot may see none of them.
+pub(super) fn softened(silhouettes: usize, shadows: usize) -> Field {
     match Field::softened(1) {
         Field::Softened { film, lobe, softness, .. } => {
-            Field::Softened { film, lobe, softness, silhouettes, shadows, bounces }
+            Field::Softened { film, lobe, softness, silhouettes, shadows, bounces: 0 }
         }
         other => other,
     }

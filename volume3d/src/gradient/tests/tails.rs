@@ -76,19 +76,22 @@ fn gap() -> (Scene, Tangent) {
 fn scaled(method: &Method, factor: usize) -> Method {
     match method.clone() {
         Method::WarpedArea(m) => {
-            let Field::Softened { film, lobe, softness, silhouettes, shadows, .. } = m.field else {
+            let Field::Softened { film, lobe, softness, silhouettes, shadows, bounces } = m.field else {
                 panic!("the field is not softened")
             };
             let (silhouettes, shadows) = (factor * silhouettes, factor * shadows);
-            let field = Field::Softened { film, lobe, softness, silhouettes, shadows, bounces: 0 };
+            let bounces = factor * bounces;
+            let field = Field::Softened { film, lobe, softness, silhouettes, shadows, bounces };
             let sign_changes = factor * m.sign_changes;
-            Method::WarpedArea(WarpedArea { samples: factor * m.samples, sign_changes, field, ..m })
+            // Spread evenly: an allocation has numbers of its own.
+            let (samples, allocation) = (factor * m.samples, None);
+            Method::WarpedArea(WarpedArea { samples, allocation, sign_changes, field, ..m })
         }
         Method::EdgeSampling(m) => Method::EdgeSampling(EdgeSampling {
             samples: factor * m.samples,
             primary: factor * m.primary,
             secondary: factor * m.secondary,
-            bounces: factor * m.secondary,
+            bounces: factor * m.bounces,
             ..m
         }),
     }

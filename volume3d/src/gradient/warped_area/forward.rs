@@ -4,12 +4,11 @@ use flatland::calculus::Dual;
 use glam::DVec3;
 
 use super::job::{Job, Place};
-use crate::gradient::auxiliary::Auxiliary;
+use crate::gradient::auxiliary::{Auxiliary, MEAN};
 use crate::gradient::driver::{CellSink, finish, over_film, quantities};
 use crate::gradient::forward::Forward;
 use crate::gradient::groups::group;
 use crate::gradient::motion::Motion;
-use crate::gradient::pilot::MEAN;
 use crate::gradient::{GradientImage, Progress, Stopped};
 use crate::path::Frame;
 
