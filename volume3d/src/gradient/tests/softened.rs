@@ -136,13 +136,13 @@ fn softened_fields_follow_what_bounces_see() {
         bounces,
     };
     let method = |softness: f64, bounces: usize, seed: u64| WarpedArea {
-        samples: 512,
+        samples: 1024,
         seed,
         field: field(softness, bounces),
         ..WarpedArea::default()
     };
     let softened = |softness: f64| {
-        let run = |seed| method(softness, 4000, seed).forward(&scene, &change, &none).unwrap().gradient;
+        let run = |seed| method(softness, 8000, seed).forward(&scene, &change, &none).unwrap().gradient;
         total(|seed| weighted(run(seed)))
     };
     // The field of a method that samples the curves, in one that does not.
