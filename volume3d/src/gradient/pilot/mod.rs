@@ -4,14 +4,14 @@
 //! variance σᵢ²/nᵢ and takes the time cᵢ nᵢ. Of all splits that take a time T the least variance has nᵢ ∝ σᵢ/√cᵢ
 //! (Neyman 1934), and it is (Σ σᵢ √cᵢ)²/T. So two methods are compared by Σ σᵢ √cᵢ alone, each at its best split:
 //!
-//! - warped-area sampling with a [softened field](Field::Softened): area, silhouettes on the film, edges of shadows;
+//! - warped-area sampling with a [softened field](super::Field::Softened): area, silhouettes on the film, edges of shadows;
 //! - [edge sampling](EdgeSampling): paths, edges on the film, edges that shading points see before lights and before all else.
 //!
-//! The exact [mean over jumps](Field::JumpMean) is the first with ε = 0; at equal time it was never better where both were
+//! The exact [mean over jumps](super::Field::JumpMean) is the first with ε = 0; at equal time it was never better where both were
 //! measured. It is what is left where a field cannot be softened, beside implicit surfaces, and there nothing is to be chosen.
 //!
 //! Samples of the area are spread over the film by the same rule, more of them in squares of 16 × 16 pixels where the pilot's scatter
-//! more: an [`Allocation`].
+//! more: an [`Allocation`](super::Allocation).
 //!
 //! The σᵢ are the pilot's, whose samples have a seed of their own and are not used again: what is chosen does not depend on what
 //! is then estimated, and is unbiased. The cᵢ are constants that were measured: the clock would choose anew in every run,
