@@ -8,6 +8,7 @@ use glam::{DVec2, DVec3};
 use super::Description;
 use super::adjacency::{Adjacency, Shading};
 use super::crossing::Crossings;
+use super::derived::Derived;
 use super::error::SceneError;
 use super::normals::VertexNormals;
 use super::trace_counts::Counters;
@@ -43,6 +44,7 @@ pub struct Scene {
     pub(super) extent: f64,
     /// Found when they are first asked for: an image needs none.
     pub(super) crossings: OnceLock<Crossings>,
+    pub(super) derived: Derived,
 }
 
 impl Scene {
@@ -119,6 +121,7 @@ impl Scene {
             trace_counters: Counters::default(),
             extent: 0.0,
             crossings: OnceLock::new(),
+            derived: Derived::default(),
         };
         scene.measure();
         scene

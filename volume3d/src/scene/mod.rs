@@ -8,6 +8,7 @@ mod check;
 mod check_media;
 mod crossing;
 mod crossing_shapes;
+mod derived;
 mod description;
 mod error;
 mod hit;

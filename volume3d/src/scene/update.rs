@@ -92,6 +92,7 @@ impl Scene {
         let shading = Shading { normals: &self.normals, uvs: &self.uvs, coordinates: &coordinates };
         let tables = super::triangle::Tables { positions: &self.positions, triangles: &self.triangles };
         self.adjacency.fit(tables, shading);
+        self.derived.clear();
     }
 
     /// Gives an implicit surface another form, place or material.

@@ -132,13 +132,13 @@ pub(super) fn each_boundary(scene: &Scene, moving: &Moving, taker: &mut impl Tak
         return Ok(());
     }
     let paths = Paths::new(scene, Kernels::default());
-    let list = EdgeList::new(scene);
-    taker.take(Term::Primary, &Primary::new(&paths, &list, moving, Lines::Jumps))?;
+    let list = &*scene.derived(EdgeList::new);
+    taker.take(Term::Primary, &Primary::new(&paths, list, moving, Lines::Jumps))?;
     taker.take(Term::Primary, &FilmSignChanges::new(&paths, moving))?;
     for (term, light) in [(Term::Secondary, Light::Emitted), (Term::Bounce, Light::Rest)] {
-        taker.take(term, &Secondary::new(&paths, &list, moving, light))?;
+        taker.take(term, &Secondary::new(&paths, list, moving, light))?;
     }
-    taker.take(Term::Secondary, &Emitters::new(&paths, &list, moving, Of::All))?;
+    taker.take(Term::Secondary, &Emitters::new(&paths, list, moving, Of::All))?;
     taker.take(Term::Secondary, &Horizon::new(&paths, moving, Beyond::All))?;
     taker.take(Term::Secondary, &InnerSignChanges::new(&paths, moving))
 }

@@ -1,5 +1,7 @@
 //! One sample of warped-area sampling, over numbers.
 
+use std::sync::Arc;
+
 use flatland::calculus::{Dual, Number, Rgb};
 use flatland::random::{Stream, stream};
 use glam::{DVec2, DVec3};
@@ -23,7 +25,7 @@ pub(super) struct Job<'s> {
     pub(super) film: FilmPlane,
     pub(super) control_variate: Vec<DVec3>,
     pub(super) construction: Construction,
-    pub(super) edges: Option<SceneEdges>,
+    pub(super) edges: Option<Arc<SceneEdges>>,
 }
 
 /// So many paths tell the radiance that the film's warp carries from one pixel to another, where it does. Only the first
@@ -64,14 +66,14 @@ impl Job<'_> {
         let method = self.method;
         method.warps.then(|| {
             let rng = stream(method.seed, &[AUXILIARY]);
-            Auxiliary::new(&self.paths, &method.warp, bounds, self.construction, self.edges.as_ref(), rng)
+            Auxiliary::new(&self.paths, &method.warp, bounds, self.construction, self.edges.as_deref(), rng)
         })
     }
 
     /// The warp along which boundary terms are counted.
     pub(super) fn along_warp(&self) -> AlongWarp<'_> {
         let Self { method, paths, construction, edges, .. } = self;
-        let (warp, edges, seed) = (&method.warp, edges.as_ref(), method.seed);
+        let (warp, edges, seed) = (&method.warp, edges.as_deref(), method.seed);
         AlongWarp { paths, warp, construction: *construction, edges, seed }
     }
 

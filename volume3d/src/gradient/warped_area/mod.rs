@@ -353,7 +353,7 @@ impl WarpedArea {
             return Err(GradientError::Allocation);
         }
         let by_jumps = matches!(construction, Construction::JumpMean { .. });
-        let edges = (by_jumps && geometric && self.warps).then(|| SceneEdges::new(scene));
+        let edges = (by_jumps && geometric && self.warps).then(|| scene.derived(SceneEdges::new));
         Ok(Job { method: self, paths, film, control_variate, construction, edges })
     }
 }

@@ -49,19 +49,19 @@ impl AlongWarp<'_> {
         if !(softness > 0.0 || lobe_softness > 0.0 || sampled_shadows) || !moving.anything() {
             return Ok(());
         }
-        let list = EdgeList::new(self.paths.scene);
+        let list = &*self.paths.scene.derived(EdgeList::new);
         if softness > 0.0 {
-            let edges = Primary::new(self.paths, &list, moving, Lines::Silhouettes);
+            let edges = Primary::new(self.paths, list, moving, Lines::Silhouettes);
             taker.take(Term::Primary, &Silhouettes { warp: self, edges })?;
         }
         if lobe_softness > 0.0 {
-            let edges = Secondary::new(self.paths, &list, moving, Light::Bounces);
+            let edges = Secondary::new(self.paths, list, moving, Light::Bounces);
             taker.take(Term::Bounce, &Bounces { warp: self, edges })?;
         }
         if sampled_shadows {
-            let edges = Secondary::new(self.paths, &list, moving, Light::Shadows);
+            let edges = Secondary::new(self.paths, list, moving, Light::Shadows);
             taker.take(Term::Secondary, &Shadows { warp: self, edges })?;
-            let edges = Emitters::new(self.paths, &list, moving, Of::Curved);
+            let edges = Emitters::new(self.paths, list, moving, Of::Curved);
             taker.take(Term::Secondary, &Outlines { warp: self, edges })?;
             // A face's own horizon stays where it is as a point slides over the face.
             taker.take(Term::Secondary, &Horizon::new(self.paths, moving, Beyond::Lights))?;
