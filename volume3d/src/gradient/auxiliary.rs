@@ -21,10 +21,15 @@ use super::rigid_motion::{Rigid, RigidMotion};
 use super::warps::{DirectionWarp, FilmField, FilmWarp};
 use crate::Sphere;
 use crate::path::{Kernel, Paths, VisibilityDomain};
-use crate::scene::{Hit, Surface};
+use crate::scene::{Hit, Surface, traced_by_this_thread};
 
-/// What a mean over jumps takes, and each piece of an edge in it, relative to a path.
-pub(crate) const MEAN: f64 = 0.5;
+/// What a mean over jumps takes, and each piece of an edge in it, relative to a ray.
+const MEAN: f64 = 1.0;
+
+/// What this thread has done so far, in rays: those it has traced, and means over jumps.
+pub(crate) fn work(auxiliary: Option<&Auxiliary<'_>>) -> f64 {
+    traced_by_this_thread() as f64 + MEAN * auxiliary.map_or(0.0, |auxiliary| auxiliary.work() as f64)
+}
 
 /// Where the velocities that make a field come from.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -65,7 +65,7 @@ mod tests {
         scene.set_camera(camera).expect("a camera");
         assert_eq!(scene.derived::<Corner>(|_| panic!("a camera moves no corner")).0, before);
         let moved: Vec<DVec3> = scene.positions.iter().map(|p| *p + DVec3::X).collect();
-        let mesh = scene.description.shapes[shape].mesh.with_positions(moved).expect("a mesh");
+        let mesh = scene.description.shapes[shape].mesh.clone().with_positions(moved).expect("a mesh");
         scene.set_meshes([(shape, mesh)]).expect("a moved scene");
         assert_eq!(corner(&scene), before + DVec3::X);
     }

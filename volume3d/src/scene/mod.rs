@@ -52,6 +52,6 @@ pub(crate) use rays::SHORT;
 pub(crate) use span::Span;
 pub use texture::{Texture, Wrap};
 pub use trace_counts::TraceCounts;
-pub(crate) use trace_counts::lost_by_this_thread;
+pub(crate) use trace_counts::{lost_by_this_thread, traced_by_this_thread};
 pub(crate) use triangle::{NONE, Triangle};
 pub use value::{Reflectance, Value};

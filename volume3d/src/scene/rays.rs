@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::build::Scene;
 use super::hit::{Hit, Surface};
+use super::trace_counts::count_traced;
 use crate::geometry::Ray;
 
 /// Distances below this part of the scene's coordinates are rounding: a ray that leaves a surface starts there.
@@ -30,6 +31,7 @@ impl Scene {
         from: Option<Surface>,
         clear: Option<u32>,
     ) -> Option<Hit> {
+        count_traced(1);
         let (near, triangle) = self.start(from);
         let ray = Ray { origin, direction, near, far: f64::INFINITY, from: triangle };
         let hit = self.accelerator.closest(&ray).map(Hit::from);
@@ -42,6 +44,7 @@ impl Scene {
 
     /// Whether a ray of the camera passes all meshes.
     pub(crate) fn passes_meshes(&self, origin: DVec3, direction: DVec3) -> bool {
+        count_traced(1);
         let ray = Ray { origin, direction, near: 0.0, far: f64::INFINITY, from: None };
         !self.accelerator.occluded(&ray)
     }
@@ -59,12 +62,14 @@ impl Scene {
 
     /// The nearest hit that is farther away than a distance.
     pub(crate) fn beyond(&self, origin: DVec3, direction: DVec3, near: f64) -> Option<Hit> {
+        count_traced(1);
         let ray = Ray { origin, direction, near, far: f64::INFINITY, from: None };
         self.or_implicit(self.accelerator.closest(&ray).map(Hit::from), origin, direction, None, near, None)
     }
 
     /// Whether anything is in the way between the distances `near` and `far`, the latter less rounding.
     pub(crate) fn blocked(&self, origin: DVec3, direction: DVec3, near: f64, far: f64) -> bool {
+        count_traced(1);
         let far = self.short_of(far);
         self.accelerator.occluded(&Ray { origin, direction, near, far, from: None })
             || self.closest_implicit(origin, direction, None, (near, far), None).is_some()
@@ -94,6 +99,7 @@ impl Scene {
         distance: f64,
         target: Option<Surface>,
     ) -> bool {
+        count_traced(1);
         let (near, triangle) = self.start(Some(from));
         let far = self.short_of(distance);
         let target = match target {
@@ -114,6 +120,7 @@ impl Scene {
         from: Option<Surface>,
         hits: &mut Vec<Option<Hit>>,
     ) {
+        count_traced(directions.len());
         let (near, triangle) = self.start(from);
         self.accelerator.closest_bundle(origin, directions, near, f64::INFINITY, triangle, hits);
         if !self.description.implicits.is_empty() {

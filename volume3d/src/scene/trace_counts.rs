@@ -1,4 +1,4 @@
-//! Counts of the rays at implicit surfaces that could not be followed.
+//! Counts of rays: of all, and of those at implicit surfaces that could not be followed.
 
 use std::cell::Cell;
 use std::ops::{AddAssign, Sub};
@@ -44,12 +44,25 @@ impl Sub for TraceCounts {
 thread_local! {
     /// Rays that this thread has lost, in any scene.
     static LOST: Cell<u64> = const { Cell::new(0) };
+    /// Rays that it has traced.
+    static TRACED: Cell<u64> = const { Cell::new(0) };
 }
 
 /// Rays that this thread has ever lost for steps or slopes: the difference between two times is what was lost between them, which tells where on the
 /// film it was.
 pub(crate) fn lost_by_this_thread() -> u64 {
     LOST.get()
+}
+
+/// Rays that this thread has ever traced through a scene: the difference between two times says how dear what it did between them was, the same on
+/// every machine.
+pub(crate) fn traced_by_this_thread() -> u64 {
+    TRACED.get()
+}
+
+#[inline]
+pub(super) fn count_traced(rays: usize) {
+    TRACED.set(TRACED.get() + rays as u64);
 }
 
 fn count_lost() {

@@ -6,7 +6,7 @@ use flatland::random::{Stream, stream};
 use glam::{DVec2, DVec3};
 
 use crate::gradient::accumulator::{Accumulator, Sums};
-use crate::gradient::auxiliary::Auxiliary;
+use crate::gradient::auxiliary::{Auxiliary, work};
 use crate::gradient::contribution::{Contribution, Source};
 use crate::gradient::differential::Differential;
 use crate::gradient::film::FilmPlane;
@@ -88,7 +88,7 @@ pub(in crate::gradient) struct Estimate {
     pub(in crate::gradient) regions: Regions,
     /// Auxiliary rays.
     pub(in crate::gradient) rays: u64,
-    /// What means over jumps took, for a sample a pixel.
+    /// What a sample took, in rays.
     pub(in crate::gradient) work: f64,
     pub(in crate::gradient) non_finite: Vec<NonFinite>,
     /// The sample that adds most.
@@ -100,7 +100,7 @@ pub(in crate::gradient) struct Estimate {
 struct Splats {
     amounts: Vec<(u32, DVec3)>,
     rays: u64,
-    work: u64,
+    work: f64,
     non_finite: Vec<NonFinite>,
     /// The sample that adds most.
     largest: Option<Contribution>,
@@ -153,7 +153,7 @@ impl<'s> Driver<'s> {
     ) -> Result<Estimate, Stopped> {
         let pixels = self.film.columns * self.film.rows;
         let mut moments = vec![Moments::<DVec3>::default(); pixels];
-        let (mut rays, mut work, mut non_finite, mut largest) = (0, 0, vec![], None);
+        let (mut rays, mut work, mut non_finite, mut largest) = (0, 0.0, vec![], None);
         let mut sum = vec![DVec3::ZERO; pixels];
         let mut regions = RegionSums::new(self.film.columns, self.film.rows, GROUPS);
         let chunk = |number| self.forward_chunk(boundary, motion, number, progress);
@@ -183,7 +183,7 @@ impl<'s> Driver<'s> {
             largest.among = GROUPS * self.count;
         }
         let regions = regions.finish(GROUPS * self.count);
-        let work = work as f64 * self.scale();
+        let work = work * self.scale();
         Ok(Estimate { mean, variance, regions, rays, work, non_finite, largest })
     }
 
@@ -198,6 +198,7 @@ impl<'s> Driver<'s> {
         let mut forward = Forward::<1> { scene: self.scene, motion, auxiliary };
         let frame = self.film.moving_frame(&forward);
         let mut splats = Splats::default();
+        let before = work(forward.auxiliary.as_ref());
         for address in self.addresses(number) {
             if progress.stopped() {
                 break;
@@ -207,7 +208,7 @@ impl<'s> Driver<'s> {
                 self.splat_into(&mut splats, &sample, address, rate);
             });
         }
-        splats.work = forward.auxiliary.as_ref().map_or(0, Auxiliary::work);
+        splats.work = work(forward.auxiliary.as_ref()) - before;
         splats.rays = forward.auxiliary.as_ref().map_or(0, Auxiliary::rays);
         splats
     }

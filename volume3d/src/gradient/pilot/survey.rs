@@ -5,22 +5,20 @@ use std::sync::Arc;
 use super::split::{PARTS, Split, split};
 use super::{Candidate, Choice, Method, Pilot};
 use crate::Image;
-use crate::gradient::auxiliary::MEAN;
 use crate::gradient::film::FilmPlane;
 use crate::gradient::groups::GROUPS;
 use crate::gradient::result::{Kind, Noise};
 use crate::gradient::{Allocation, EdgeSampling, Field, WarpedArea};
 use crate::scene::Scene;
 
-/// Costs of samples relative to that of a path of edge sampling: of a curve of every kind on the film, and of one that shading points see
-/// before lights, and before all else; without the means over jumps, which are counted. Processor time on figure 12's five scenes of
-/// 128² pixels.
-const SOFTENED_COSTS: [f64; PARTS - 1] = [1.8, 2.2, 0.0];
-const EDGE_COSTS: [f64; PARTS - 1] = [2.0, 1.4, 1.3];
-/// The cost of a sample of [`WarpedArea::default`].
-const EXACT_COST: f64 = 3.5;
-/// What samples of the area scatter falls by this power of their number, as more are stratified: measured from 4 to 90 of them, 0 to 0.35.
-const STRATIFIED: f64 = 0.2;
+/// What a sample of a curve takes beyond the rays and means over jumps that are counted, in rays. With it, samples of the area and of all
+/// curves take 0.30 to 0.48 µs a ray on figure 12's scenes, and those of curves before little geometry up to 0.68.
+const CURVE: f64 = 1.0;
+/// What a sample of [`WarpedArea::default`] takes, relative to one of a softened field, less the pilot: measured there, 1.4 to 2.0.
+const EXACT_COST: f64 = 1.5;
+/// The variance of one sample falls by this power of their number, as more are stratified: of the area, measured from 2 to 48 of
+/// them, by 0.05 to 0.29, and of curves on the film, from 2 to 32, by 0 to 0.27. That of curves seen from shading points stays.
+const STRATIFIED: f64 = 0.13;
 /// Samples of the area are spread unevenly if there are so many: twice as many as the least.
 const SPREAD: usize = 2 * GROUPS;
 /// Enough to tell what spreading them is worth.
@@ -45,8 +43,8 @@ pub struct Survey {
 #[derive(Clone, Debug)]
 pub(super) struct Seen {
     method: Method,
-    /// How many samples of the area there were.
-    few: usize,
+    /// How many samples of the area and of curves there were.
+    few: (usize, usize),
     /// Of one sample of each part, and its costs.
     variances: [f64; PARTS],
     costs: [f64; PARTS],
@@ -65,25 +63,21 @@ impl Seen {
     ) -> Self {
         let film = FilmPlane::new(scene);
         let by_pixel = weighted(&noise.area, weights);
-        let by_cell: Vec<f64> = noise.work.iter().map(|work| 1.0 + work / few as f64).collect();
+        // There is a ray at least; cells without a sample have none.
+        let by_cell: Vec<f64> = noise.work.iter().map(|work| (work / few as f64).max(1.0)).collect();
         // Of one sample, spread as they will be.
-        let spread = Allocation::new(&film, MANY, &by_pixel, &by_cell);
-        let area = few as f64 * spread.variance(&film, MANY, &by_pixel);
-        let curves_cost = |cost: f64, kind: &Kind| cost * kind.count as f64 + MEAN * kind.work;
+        let area = few as f64 * spread_variance(&film, &by_pixel, &by_cell);
+        let curves_cost = |kind: &Kind| CURVE * kind.count as f64 + kind.work;
         let curve = |image| curves as f64 * weighted(image, weights).iter().sum::<f64>();
-        let [on_film, before_lights, before_all_else] = match method {
-            Method::WarpedArea(_) => SOFTENED_COSTS,
-            Method::EdgeSampling(_) => EDGE_COSTS,
-        };
         let costs = [
             by_cell.iter().sum::<f64>() / by_cell.len() as f64,
-            curves_cost(on_film, &noise.kinds.on_film),
-            curves_cost(before_lights, &noise.kinds.before_lights),
-            curves_cost(before_all_else, &noise.kinds.before_all_else),
+            curves_cost(&noise.kinds.on_film),
+            curves_cost(&noise.kinds.before_lights),
+            curves_cost(&noise.kinds.before_all_else),
         ];
         let variances =
             [area, curve(&noise.film_curves), curve(&noise.shading_curves), curve(&noise.bounce_curves)];
-        Self { method, few, variances, costs, film: Some((film, by_pixel, by_cell)) }
+        Self { method, few: (few, curves), variances, costs, film: Some((film, by_pixel, by_cell)) }
     }
 
     /// With what was seen of other views, which makes the same split for all of them.
@@ -98,16 +92,17 @@ impl Seen {
         (1..PARTS).all(|i| self.costs[i] == 0.0 || self.variances[i] > 0.0)
     }
 
-    /// The best split of the time of `samples` samples of the default, for views that have been added.
-    fn candidate(&self, samples: usize, seed: u64, views: f64, smooth: bool) -> Candidate {
+    /// The best split of a time, in rays a pixel, for views that have been added; it is that of so many samples of the default.
+    fn candidate(&self, time: f64, samples: usize, seed: u64, views: f64, smooth: bool) -> Candidate {
         let part = if smooth { OF_AREA_IF_SMOOTH } else { OF_AREA };
         let of_area = (samples / part).max(samples.min(GROUPS)).max(2);
         let costs = self.costs.map(|cost| cost / views);
-        let time = EXACT_COST * samples as f64;
-        // With as many samples of the area as are best if they were not stratified.
-        let [unstratified, ..] = split(self.variances, costs, time, of_area).samples;
+        // With as many samples as are best if they were not stratified.
+        let [area, film, ..] = split(self.variances, costs, time, of_area).samples;
+        let stratified = |few: usize, many: usize| (few as f64 / many as f64).min(1.0).powf(STRATIFIED);
         let mut variances = self.variances;
-        variances[0] *= (self.few as f64 / unstratified as f64).min(1.0).powf(STRATIFIED);
+        variances[0] *= stratified(self.few.0, area);
+        variances[1] *= stratified(self.few.1, film);
         let mut split = split(variances, costs, time, of_area);
         let mut allocation = None;
         if let Some((film, by_pixel, by_cell)) = &self.film
@@ -188,7 +183,9 @@ impl Pilot {
             let exact = WarpedArea { samples, seed, ..WarpedArea::default() };
             return Choice { method: Method::WarpedArea(exact), candidates: vec![] };
         };
-        let candidate = |seen: &Seen| seen.candidate(samples, seed, survey.views as f64, survey.smooth);
+        let views = survey.views as f64;
+        let time = EXACT_COST * softened.costs[0] / views * samples as f64;
+        let candidate = |seen: &Seen| seen.candidate(time, samples, seed, views, survey.smooth);
         let warped = candidate(softened);
         let Some(edges) = &survey.edges else {
             return Choice { method: warped.method.clone(), candidates: vec![warped] };
@@ -211,6 +208,22 @@ pub(super) fn softened(silhouettes: usize, shadows: usize) -> Field {
         }
         other => other,
     }
+}
+
+/// The variance that pixels have if samples are spread over squares by them, and as many in all. Squares that are chosen by what a few
+/// samples scatter promise too much, up to twice, if the same samples tell what they gain: so rows of pixels tell it in turn, each
+/// two of what the others chose.
+fn spread_variance(film: &FilmPlane, by_pixel: &[f64], by_cell: &[f64]) -> f64 {
+    let part = |which: usize| -> Vec<f64> {
+        let of = |(i, v): (usize, &f64)| if i / film.columns / 2 % 2 == which { *v } else { 0.0 };
+        by_pixel.iter().enumerate().map(of).collect()
+    };
+    let parts = [part(0), part(1)];
+    let told = |which: usize| {
+        let spread = Allocation::new(film, MANY, &parts[1 - which], by_cell);
+        spread.variance(film, MANY, &parts[which])
+    };
+    told(0) + told(1)
 }
 
 /// The sum of an image's channels by pixel, weighted by the squares of another's; 0 where it is not finite.

@@ -4,16 +4,13 @@ use flatland::calculus::Dual;
 use glam::DVec3;
 
 use super::job::{Job, Place};
-use crate::gradient::auxiliary::{Auxiliary, MEAN};
+use crate::gradient::auxiliary::{Auxiliary, work};
 use crate::gradient::driver::{CellSink, finish, over_film, quantities};
 use crate::gradient::forward::Forward;
 use crate::gradient::groups::group;
 use crate::gradient::motion::Motion;
 use crate::gradient::{GradientImage, Progress, Stopped};
 use crate::path::Frame;
-
-/// What the paths take that tell the radiance which the film's warp carries, relative to one path.
-const SPLIT_PATHS: f64 = 7.0;
 
 /// What one sample adds: the row of the neighbourhood, the column, and the quantities.
 type Added<const K: usize> = (usize, usize, [f64; K]);
@@ -32,12 +29,14 @@ impl Job<'_> {
         progress: &Progress,
     ) -> Result<GradientImage, Stopped> {
         let (scene, film) = (self.paths.scene, self.film);
+        let work = |worker: &Worker<'_, N, K>| work(worker.calculus.auxiliary.as_ref());
         let begin = || {
             let auxiliary = self.auxiliary(&motion.bounds);
             Worker { calculus: Forward::<N> { scene, motion, auxiliary }, added: vec![] }
         };
         let cell = |worker: &mut Worker<'_, N, K>, (i, j), mut sink: CellSink<'_, K>| {
             let frame = film.moving_frame(&worker.calculus);
+            let before = work(worker);
             for sample in 0..self.samples((i, j)) {
                 if sink.stopped() {
                     return;
@@ -50,6 +49,7 @@ impl Job<'_> {
                     self.add_edge(worker, place, &mut sink);
                 }
             }
+            *sink.work = work(worker) - before;
             *sink.rays = worker.calculus.auxiliary.as_ref().map_or(0, Auxiliary::rays);
         };
         let mut sums = over_film(&film, self.counted(), progress, begin, cell)?;
@@ -68,11 +68,7 @@ impl Job<'_> {
         place: Place,
         sink: &mut CellSink<'_, K>,
     ) {
-        let work = |worker: &Worker<'_, N, K>| worker.calculus.auxiliary.as_ref().map_or(0, Auxiliary::work);
-        let before = work(worker);
         let sample = self.sample(&mut worker.calculus, frame, place);
-        let means = (work(worker) - before) as f64;
-        *sink.work += SPLIT_PATHS * f64::from(u8::from(sample.warped)) + MEAN * means;
         self.for_each_pixel(place, &sample, |[b, x, _], value, integrand| {
             worker.added.push((b, x, quantities(value, integrand.map(|l| l.tangent))));
         });

@@ -50,8 +50,6 @@ pub(super) struct Sample<T> {
     radiance: Rgb<T>,
     /// The mean of what all paths find.
     mean_radiance: DVec3,
-    /// Whether the film's warp moves it.
-    pub(super) warped: bool,
 }
 
 /// A sample of an edge of box pixels: light, and a number whose derivative is V·ν.
@@ -114,7 +112,7 @@ impl Job<'_> {
         let value = radiance.value();
         let warped = [point.at[0], point.at[1], point.jacobian].iter().any(|x| !x.is_still());
         let mean_radiance = if warped { self.mean_radiance(value, (origin, ray, hit), place) } else { value };
-        Sample { point, radiance, mean_radiance, warped }
+        Sample { point, radiance, mean_radiance }
     }
 
     /// Calls with every pixel a sample reaches, as [`FilmPlane::for_each_pixel`] does, with h L of one path and the
