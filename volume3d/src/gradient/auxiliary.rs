@@ -23,8 +23,9 @@ use crate::Sphere;
 use crate::path::{Kernel, Paths, VisibilityDomain};
 use crate::scene::{Hit, Surface, traced_by_this_thread};
 
-/// What a mean over jumps takes, and each piece of an edge in it, relative to a ray.
-const MEAN: f64 = 1.0;
+/// What a mean over jumps takes, and each piece of an edge in it, relative to a ray: with 1 softened fields took 1.0 to 1.6 times as long
+/// as a pilot thought in comparison with edge sampling, on figure 12's scenes, and with 2 it is 0.8 to 1.25 times.
+const MEAN: f64 = 2.0;
 
 /// What this thread has done so far, in rays: those it has traced, and means over jumps.
 pub(crate) fn work(auxiliary: Option<&Auxiliary<'_>>) -> f64 {

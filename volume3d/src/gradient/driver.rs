@@ -22,7 +22,7 @@ pub(super) struct FilmSums<const K: usize> {
     lost: Vec<((usize, usize), u64)>,
     /// The sample that contributes most to the derivative.
     pub(super) largest: Option<Contribution>,
-    /// What warps took in each cell.
+    /// What the samples of each cell took, in rays.
     work: Vec<f64>,
 }
 
@@ -49,7 +49,7 @@ pub(super) struct CellSink<'a, const K: usize> {
     pub(super) non_finite: &'a mut Vec<NonFinite>,
     /// Auxiliary rays of the row.
     pub(super) rays: &'a mut u64,
-    /// What warps took in the cell beyond its paths, in paths.
+    /// What the samples of the cell took, in rays.
     pub(super) work: &'a mut f64,
     largest: &'a mut Option<Contribution>,
     progress: &'a Progress,

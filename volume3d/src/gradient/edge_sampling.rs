@@ -144,7 +144,8 @@ impl EdgeSampling {
     }
 
     fn check(&self, geometric: bool) -> Result<(), GradientError> {
-        match [self.samples, self.primary, self.secondary].into_iter().find(|&s| s < 1 && geometric) {
+        let all = [self.samples, self.primary, self.secondary, self.bounces];
+        match all.into_iter().find(|&s| s < 1 && geometric) {
             Some(samples) => Err(GradientError::Samples { samples, least: 1 }),
             None => Ok(()),
         }

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use glam::DVec3;
 
 use super::film::FilmPlane;
-use super::groups::groups;
+use super::groups::{groups, parts, scatter_to_variance};
 use super::regions::RegionSums;
 
 /// What the samples of one row of cells add to the rows of pixels they reach: sums of K quantities, one for each
@@ -93,14 +93,13 @@ impl<const K: usize> FilmAccumulator<K> {
 
 /// The mean over n samples of the sums of groups, and the variance of that mean.
 fn statistics<const K: usize>(sums: &[[f64; K]], samples: usize) -> ([f64; K], [f64; K]) {
-    let (n, groups) = (samples as f64, sums.len() as f64);
     let (mut mean, mut variance) = ([0.0; K], [0.0; K]);
+    let factor = scatter_to_variance(samples);
     for k in 0..K {
         let sum: f64 = sums.iter().map(|s| s[k]).sum();
-        mean[k] = sum / n;
-        let spread: f64 = sums.iter().map(|s| (s[k] - sum / groups).powi(2)).sum();
-        // Of the sum of groups, then of the mean of samples. A last group that is smaller makes it too large.
-        variance[k] = if groups > 1.0 { spread * groups / (groups - 1.0) / (n * n) } else { f64::INFINITY };
+        mean[k] = sum / samples as f64;
+        let scatter: f64 = sums.iter().zip(parts(samples)).map(|(s, part)| (s[k] - sum * part).powi(2)).sum();
+        variance[k] = if factor.is_finite() { scatter * factor } else { f64::INFINITY };
     }
     (mean, variance)
 }

@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use super::groups::{parts, scatter_to_variance};
+
 /// The side of a block in pixels.
 const BLOCK: usize = 8;
 
@@ -95,10 +97,8 @@ impl RegionSums {
 
 /// The mean over samples of the sums of independent groups, and its standard error.
 fn statistics(sums: &[DVec3], samples: usize) -> (DVec3, DVec3) {
-    let (n, groups) = (samples as f64, sums.len() as f64);
-    let sum: DVec3 = sums.iter().sum();
-    let spread: DVec3 = sums.iter().map(|s| (*s - sum / groups).powf(2.0)).sum();
-    let error =
-        if groups > 1.0 { (spread * groups / (groups - 1.0)).map(f64::sqrt) / n } else { DVec3::INFINITY };
-    (sum / n, error)
+    let (sum, factor): (DVec3, f64) = (sums.iter().sum(), scatter_to_variance(samples));
+    let scatter: DVec3 = sums.iter().zip(parts(samples)).map(|(s, part)| (*s - sum * part).powf(2.0)).sum();
+    let error = if factor.is_finite() { (scatter * factor).map(f64::sqrt) } else { DVec3::INFINITY };
+    (sum / samples as f64, error)
 }

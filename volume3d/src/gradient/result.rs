@@ -33,9 +33,9 @@ pub struct Noise {
     pub shading_curves: Image,
     /// Of those before surfaces that reflect and a constant environment, which the others are not.
     pub bounce_curves: Image,
-    /// What warps took beyond the paths that carry derivatives, by cell, in paths.
+    /// What samples of the area took, by cell, in rays.
     pub(super) work: Vec<f64>,
-    /// How many kinds of curves there were.
+    /// How many kinds of curves there were, and what they took.
     pub(super) kinds: Kinds,
 }
 
@@ -43,7 +43,7 @@ pub struct Noise {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Kind {
     pub(super) count: usize,
-    /// What means over jumps took for one sample of each.
+    /// What one sample of each took, in rays.
     pub(super) work: f64,
 }
 

@@ -10,13 +10,13 @@
 //! The exact [mean over jumps](super::Field::JumpMean) is the first with ε = 0; at equal time it was never better where both were
 //! measured. It is what is left where a field cannot be softened, beside implicit surfaces, and there nothing is to be chosen.
 //!
-//! Samples of the area are spread over the film by the same rule, more of them in squares of 16 × 16 pixels where the pilot's scatter
-//! more: an [`Allocation`](super::Allocation).
+//! Samples of the area of warped-area sampling are spread over the film by the same rule, more of them in squares of pixels where the pilot's
+//! scatter more, if there are 16 or more, of one view, and only geometry changes: an [`Allocation`](super::Allocation).
 //!
 //! The σᵢ are the pilot's, whose samples have a seed of their own and are not used again: what is chosen does not depend on what
-//! is then estimated, and is unbiased. The cᵢ are constants that were measured: the clock would choose anew in every run,
-//! and the same seed has the same bits here, on any machine. A cost that is wrong by a factor of 2 makes a part's samples wrong by √2,
-//! and the variance larger by 3 % at most.
+//! is then estimated, and is unbiased. The cᵢ are counts of rays and of means over jumps, which tell processor time within a quarter: the clock
+//! would choose anew in every run, and the same seed has the same bits here, on any machine. A cost that is wrong by a factor of 2
+//! makes a part's samples wrong by √2, and the variance larger by 3 % at most.
 
 mod method;
 mod split;
@@ -47,7 +47,7 @@ use crate::scene::Scene;
 #[derive(Clone, Copy, Debug)]
 pub struct Pilot {
     /// What is chosen takes about the time of [`WarpedArea::default`] with so many samples a pixel. The pilot itself takes that of
-    /// about 5 of them, or of an eighth of them if that is more.
+    /// about 8 of them, or of an eighth of them if that is more.
     pub samples: usize,
     /// The seed of what is chosen; the pilot's own follows from it.
     pub seed: u64,
@@ -135,7 +135,7 @@ impl Pilot {
         self.look(scene, &change, adjoint, smooth, progress)
     }
 
-    fn look(
+    pub(super) fn look(
         &self,
         scene: &Scene,
         change: &Tangent,

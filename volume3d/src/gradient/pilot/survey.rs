@@ -5,14 +5,14 @@ use std::sync::Arc;
 use super::split::{PARTS, Split, split};
 use super::{Candidate, Choice, Method, Pilot};
 use crate::Image;
+use crate::gradient::allocation::{Allocation, side};
 use crate::gradient::film::FilmPlane;
 use crate::gradient::groups::GROUPS;
 use crate::gradient::result::{Kind, Noise};
-use crate::gradient::{Allocation, EdgeSampling, Field, WarpedArea};
+use crate::gradient::{EdgeSampling, Field, WarpedArea};
 use crate::scene::Scene;
 
-/// What a sample of a curve takes beyond the rays and means over jumps that are counted, in rays. With it, samples of the area and of all
-/// curves take 0.30 to 0.48 µs a ray on figure 12's scenes, and those of curves before little geometry up to 0.68.
+/// What a sample of a curve takes beyond the rays and means over jumps that are counted, in rays.
 const CURVE: f64 = 1.0;
 /// What a sample of [`WarpedArea::default`] takes, relative to one of a softened field, less the pilot: measured there, 1.4 to 2.0.
 const EXACT_COST: f64 = 1.5;
@@ -48,8 +48,20 @@ pub(super) struct Seen {
     /// Of one sample of each part, and its costs.
     variances: [f64; PARTS],
     costs: [f64; PARTS],
-    /// Of the film of one view, the variances of pixels and the costs of cells.
-    film: Option<(FilmPlane, Vec<f64>, Vec<f64>)>,
+    /// Of one view, if samples may be spread over its film.
+    film: Option<OnFilm>,
+}
+
+/// Where on the film samples of the area scatter, and what spreading them by it is worth.
+#[derive(Clone, Debug)]
+struct OnFilm {
+    plane: FilmPlane,
+    /// Of squares, in pixels.
+    side: usize,
+    /// Variances of pixels.
+    variances: Vec<f64>,
+    /// Costs of samples in cells.
+    costs: Vec<f64>,
 }
 
 impl Seen {
@@ -61,12 +73,10 @@ impl Seen {
         (few, curves): (usize, usize),
         weights: Option<&Image>,
     ) -> Self {
-        let film = FilmPlane::new(scene);
-        let by_pixel = weighted(&noise.area, weights);
+        let on_film = weighted(&noise.area, weights);
+        let area = few as f64 * on_film.iter().sum::<f64>();
         // There is a ray at least; cells without a sample have none.
         let by_cell: Vec<f64> = noise.work.iter().map(|work| (work / few as f64).max(1.0)).collect();
-        // Of one sample, spread as they will be.
-        let area = few as f64 * spread_variance(&film, &by_pixel, &by_cell);
         let curves_cost = |kind: &Kind| CURVE * kind.count as f64 + kind.work;
         let curve = |image| curves as f64 * weighted(image, weights).iter().sum::<f64>();
         let costs = [
@@ -77,7 +87,13 @@ impl Seen {
         ];
         let variances =
             [area, curve(&noise.film_curves), curve(&noise.shading_curves), curve(&noise.bounce_curves)];
-        Self { method, few: (few, curves), variances, costs, film: Some((film, by_pixel, by_cell)) }
+        let film = matches!(method, Method::WarpedArea(_)).then(|| OnFilm {
+            plane: FilmPlane::new(scene),
+            side: side(scene),
+            variances: on_film,
+            costs: by_cell,
+        });
+        Self { method, few: (few, curves), variances, costs, film }
     }
 
     /// With what was seen of other views, which makes the same split for all of them.
@@ -97,23 +113,26 @@ impl Seen {
         let part = if smooth { OF_AREA_IF_SMOOTH } else { OF_AREA };
         let of_area = (samples / part).max(samples.min(GROUPS)).max(2);
         let costs = self.costs.map(|cost| cost / views);
-        // With as many samples as are best if they were not stratified.
-        let [area, film, ..] = split(self.variances, costs, time, of_area).samples;
-        let stratified = |few: usize, many: usize| (few as f64 / many as f64).min(1.0).powf(STRATIFIED);
-        let mut variances = self.variances;
-        variances[0] *= stratified(self.few.0, area);
-        variances[1] *= stratified(self.few.1, film);
-        let mut split = split(variances, costs, time, of_area);
-        let mut allocation = None;
-        if let Some((film, by_pixel, by_cell)) = &self.film
-            && split.samples[0] >= SPREAD
-            && !smooth
-        {
-            let spread = Allocation::new(film, split.samples[0], by_pixel, by_cell);
-            split.samples[0] = spread.mean(film).round() as usize;
-            allocation = Some(Arc::new(spread));
+        let split = |variances: [f64; PARTS]| {
+            // With as many samples as are best if they were not stratified.
+            let [area, film, ..] = split(variances, costs, time, of_area).samples;
+            let stratified = |few: usize, many: usize| (few as f64 / many as f64).min(1.0).powf(STRATIFIED);
+            let mut variances = variances;
+            variances[0] *= stratified(self.few.0, area);
+            variances[1] *= stratified(self.few.1, film);
+            split(variances, costs, time, of_area)
+        };
+        if let Some(film) = self.film.as_ref().filter(|_| !smooth) {
+            let mut variances = self.variances;
+            variances[0] *= film.gain();
+            let mut split = split(variances);
+            if split.samples[0] >= SPREAD {
+                let spread = film.spread(split.samples[0], &film.variances);
+                split.samples[0] = spread.mean(&film.plane).round() as usize;
+                return self.with(&split, Some(Arc::new(spread)), seed);
+            }
         }
-        self.with(&split, allocation, seed)
+        self.with(&split(self.variances), None, seed)
     }
 
     /// The method with the samples of a split.
@@ -142,13 +161,35 @@ impl Seen {
     }
 }
 
+impl OnFilm {
+    /// Samples spread over squares by the variances of pixels.
+    fn spread(&self, samples: usize, variances: &[f64]) -> Allocation {
+        Allocation::new(&self.plane, self.side, samples, variances, &self.costs)
+    }
+
+    /// The factor by which the variance falls if samples are spread over squares, and take as long in all. Squares that are chosen by what a
+    /// few samples scatter promise too much, up to twice, if the same samples tell what they gain: so rows of pixels tell it in turn, each
+    /// two of what the others chose.
+    fn gain(&self) -> f64 {
+        let even: f64 = self.variances.iter().sum();
+        let half = |which: usize| -> Vec<f64> {
+            let of = |(i, v): (usize, &f64)| if i / self.plane.columns / 2 % 2 == which { *v } else { 0.0 };
+            self.variances.iter().enumerate().map(of).collect()
+        };
+        let halves = [half(0), half(1)];
+        let told =
+            |which: usize| self.spread(MANY, &halves[1 - which]).variance(&self.plane, MANY, &halves[which]);
+        if even > 0.0 { (told(0) + told(1)) / even } else { 1.0 }
+    }
+}
+
 impl Survey {
     /// Of nothing that could be chosen.
     pub(super) fn nothing() -> Self {
         Self { smooth: false, softened: None, edges: None, views: 1 }
     }
 
-    /// Of several views: one choice for all of them, by the sum of their errors.
+    /// Of several views, by pilots of as many samples: one choice for all of them, by the sum of their errors.
     ///
     /// ```no_run
     /// # use volume3d::{gradient::{ActiveParameters, Pilot, Progress, Survey}, scene::Scene};
@@ -175,7 +216,7 @@ impl Survey {
 }
 
 impl Pilot {
-    /// The better method by a survey.
+    /// The better method by a survey that a pilot of as many samples has made.
     #[must_use]
     pub fn choice(&self, survey: &Survey) -> Choice {
         let Self { samples, seed } = *self;
@@ -208,22 +249,6 @@ pub(super) fn softened(silhouettes: usize, shadows: usize) -> Field {
         }
         other => other,
     }
-}
-
-/// The variance that pixels have if samples are spread over squares by them, and as many in all. Squares that are chosen by what a few
-/// samples scatter promise too much, up to twice, if the same samples tell what they gain: so rows of pixels tell it in turn, each
-/// two of what the others chose.
-fn spread_variance(film: &FilmPlane, by_pixel: &[f64], by_cell: &[f64]) -> f64 {
-    let part = |which: usize| -> Vec<f64> {
-        let of = |(i, v): (usize, &f64)| if i / film.columns / 2 % 2 == which { *v } else { 0.0 };
-        by_pixel.iter().enumerate().map(of).collect()
-    };
-    let parts = [part(0), part(1)];
-    let told = |which: usize| {
-        let spread = Allocation::new(film, MANY, &parts[1 - which], by_cell);
-        spread.variance(film, MANY, &parts[which])
-    };
-    told(0) + told(1)
 }
 
 /// The sum of an image's channels by pixel, weighted by the squares of another's; 0 where it is not finite.

@@ -1,12 +1,12 @@
 //! What a pilot foresees, and what it chooses.
 
 use super::*;
-use crate::gradient::{Field, Method, Pilot};
+use crate::gradient::{Field, Method, Pilot, Survey};
 
 /// A ground under a lamp, with a shape above it.
-fn scene(mesh: Mesh) -> Scene {
+fn scene(size: usize, mesh: Mesh) -> Scene {
     let camera = Camera::look_at(DVec3::new(0.0, -3.0, 2.5), DVec3::new(0.0, 0.0, 0.3), DVec3::Z, 0.7);
-    let mut d = Description::new(camera, film(24, Filter::Tent { radius: 1.0 }));
+    let mut d = Description::new(camera, film(size, Filter::Tent { radius: 1.0 }));
     d.integrator.max_depth = Some(2);
     let paper = d.add_material(Material::diffuse("paper", DVec3::new(0.8, 0.7, 0.6)));
     d.add_shape("ground", Mesh::rectangle().transformed(&at(0.0, 0.0, 0.0, 2.0)), paper);
@@ -51,43 +51,87 @@ fn rough_ball() -> Mesh {
     Mesh::new(positions, triangles).unwrap().transformed(&at(0.0, 0.0, 0.7, 1.0))
 }
 
+/// The squared error of a method's image, from several.
+fn measured(method: &Method, scene: &Scene, change: &Tangent) -> f64 {
+    const RUNS: u64 = 12;
+    let run = |seed| method.with_seed(seed).forward(scene, change, &Progress::none()).unwrap().gradient;
+    let images: Vec<Image> = (0..RUNS).map(|r| run(100 + r)).collect();
+    let of_pixel = |i: usize| {
+        let mean = images.iter().map(|image| image.pixels[i]).sum::<DVec3>() / RUNS as f64;
+        images.iter().map(|image| (image.pixels[i] - mean).length_squared()).sum::<f64>() / (RUNS - 1) as f64
+    };
+    (0..images[0].pixels.len()).map(of_pixel).sum()
+}
+
 /// The noise of both candidates is about what the pilot foresees, and the one that errs less is chosen: edge sampling where there are few
-/// edges, the field where there are many.
+/// edges, the field where there are many. Of several views samples are not spread over the film, and of one they are.
 #[test]
 fn a_pilot_foresees_errors() {
-    const RUNS: u64 = 12;
     let none = Progress::none();
-    for (name, mesh, edges) in [("block", block(), true), ("rough ball", rough_ball(), false)] {
-        let scene = scene(mesh);
+    for (name, size, mesh, views, edges) in [
+        ("block", 24, block(), 1, Some(true)),
+        ("block on a large film", 64, block(), 1, None),
+        ("block in two views", 64, block(), 2, None),
+        ("rough ball", 24, rough_ball(), 1, Some(false)),
+    ] {
+        let scene = scene(size, mesh);
         let change = moved(&scene);
-        let choice = Pilot { samples: 64, seed: 3 }.for_change(&scene, &change, &none).unwrap();
-        assert_eq!(matches!(choice.method, Method::EdgeSampling(_)), edges, "{name}: {choice:?}");
+        let pilot = Pilot { samples: 64, seed: 3 };
+        let survey = pilot.look(&scene, &change, None, false, &none).unwrap();
+        let choice = pilot.choice(&Survey::of_all(vec![survey; views]));
         assert_eq!(choice.candidates.len(), 2);
-        let mut measured = vec![];
-        for candidate in &choice.candidates {
-            let run =
-                |seed| candidate.method.with_seed(seed).forward(&scene, &change, &none).unwrap().gradient;
-            let images: Vec<Image> = (0..RUNS).map(|r| run(100 + r)).collect();
-            let mut error = 0.0;
-            for i in 0..images[0].pixels.len() {
-                let mean = images.iter().map(|image| image.pixels[i]).sum::<DVec3>() / RUNS as f64;
-                error += images.iter().map(|image| (image.pixels[i] - mean).length_squared()).sum::<f64>();
+        if let Some(edges) = edges {
+            assert_eq!(matches!(choice.method, Method::EdgeSampling(_)), edges, "{name}: {choice:?}");
+        }
+        let errors = [0, 1].map(|i| {
+            let candidate = &choice.candidates[i];
+            if let Method::WarpedArea(warped) = &candidate.method {
+                assert_eq!(warped.allocation.is_some(), views == 1, "{name}");
             }
-            measured.push(error / (RUNS - 1) as f64);
-            let ratio = measured[measured.len() - 1] / candidate.expected_squared_error;
+            let error = views as f64 * measured(&candidate.method, &scene, &change);
+            let ratio = error / candidate.expected_squared_error;
             println!("{name}: {}: measured {ratio:.2} times what was expected", candidate.method);
             // Samples of the area are stratified, of which a pilot of two knows nothing.
             assert!((0.33..2.0).contains(&ratio), "{name}: {}: {ratio}", candidate.method);
-        }
-        println!("{name}: the choice errs {:.2} times as much as the other", measured[0] / measured[1]);
-        assert!(measured[0] < measured[1], "{name}: {measured:?}");
+            error
+        });
+        println!("{name}: the choice errs {:.2} times as much as the other", errors[0] / errors[1]);
+        assert!(edges.is_none() || errors[0] < errors[1], "{name}: {errors:?}");
+    }
+}
+
+/// Whatever the number of threads.
+#[test]
+fn a_pilot_chooses_alike_on_any_number_of_threads() {
+    let scene = scene(24, block());
+    let change = moved(&scene);
+    let choices = [1, 3].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let pilot = Pilot { samples: 48, seed: 5 };
+        let choice = pool.install(|| pilot.for_change(&scene, &change, &Progress::none())).unwrap();
+        format!("{choice:?}")
+    });
+    assert_eq!(choices[0], choices[1]);
+}
+
+/// Nothing of any kind of sample would leave a part of the derivative out.
+#[test]
+fn none_of_a_kind_is_refused() {
+    let scene = scene(8, block());
+    let change = moved(&scene);
+    for kind in 0..4 {
+        let mut method = EdgeSampling::default();
+        let EdgeSampling { samples, primary, secondary, bounces, .. } = &mut method;
+        *[samples, primary, secondary, bounces][kind] = 0;
+        let refused = method.forward(&scene, &change, &Progress::none());
+        assert!(matches!(refused, Err(GradientError::Samples { samples: 0, .. })), "{kind}: {refused:?}");
     }
 }
 
 /// In reverse the pilot looks where the adjoint does; and where nothing is to be chosen it is the exact mean.
 #[test]
 fn a_pilot_of_a_transpose() {
-    let scene = scene(block());
+    let scene = scene(24, block());
     let none = Progress::none();
     let (pilot, mut active) = (Pilot { samples: 32, seed: 1 }, ActiveParameters::nothing(&scene));
     active.lights = true;

@@ -29,14 +29,14 @@ impl Job<'_> {
         progress: &Progress,
     ) -> Result<GradientImage, Stopped> {
         let (scene, film) = (self.paths.scene, self.film);
-        let work = |worker: &Worker<'_, N, K>| work(worker.calculus.auxiliary.as_ref());
+        let done = |worker: &Worker<'_, N, K>| work(worker.calculus.auxiliary.as_ref());
         let begin = || {
             let auxiliary = self.auxiliary(&motion.bounds);
             Worker { calculus: Forward::<N> { scene, motion, auxiliary }, added: vec![] }
         };
         let cell = |worker: &mut Worker<'_, N, K>, (i, j), mut sink: CellSink<'_, K>| {
             let frame = film.moving_frame(&worker.calculus);
-            let before = work(worker);
+            let before = done(worker);
             for sample in 0..self.samples((i, j)) {
                 if sink.stopped() {
                     return;
@@ -49,7 +49,7 @@ impl Job<'_> {
                     self.add_edge(worker, place, &mut sink);
                 }
             }
-            *sink.work = work(worker) - before;
+            *sink.work = done(worker) - before;
             *sink.rays = worker.calculus.auxiliary.as_ref().map_or(0, Auxiliary::rays);
         };
         let mut sums = over_film(&film, self.counted(), progress, begin, cell)?;

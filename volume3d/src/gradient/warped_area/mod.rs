@@ -121,7 +121,8 @@ impl WarpedArea {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Tangent` if the change is of another scene, `Samples`, `Reach`, `ImplicitField` and `Warp` for parameters out of their range, and `Stopped`.
+    /// `Tangent` if the change is of another scene, `Samples`, `Reach`, `Softness`, `ImplicitField`,
+    /// `Allocation` and `Warp` for parameters out of their range, and `Stopped`.
     pub fn forward(
         &self,
         scene: &Scene,
@@ -136,7 +137,8 @@ impl WarpedArea {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Tangent` if the change is of another scene, `Samples`, `Reach`, `ImplicitField` and `Warp` for parameters out of their range, and `Stopped`.
+    /// `Tangent` if the change is of another scene, `Samples`, `Reach`, `Softness`, `ImplicitField`,
+    /// `Allocation` and `Warp` for parameters out of their range, and `Stopped`.
     pub fn forward_terms(
         &self,
         scene: &Scene,
@@ -154,8 +156,8 @@ impl WarpedArea {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` where geometry is active before ideal mirrors or under lights without extent,
-    /// `Adjoint` if the adjoint has not the film's size, `Samples`, `Reach`, `ImplicitField` and `Warp` for parameters out of their range, and
-    /// `Stopped`.
+    /// `Adjoint` if the adjoint has not the film's size, `Samples`, `Reach`, `Softness`, `ImplicitField`, `Allocation` and `Warp` for parameters out
+    /// of their range, and `Stopped`.
     pub fn reverse(
         &self,
         scene: &Scene,
