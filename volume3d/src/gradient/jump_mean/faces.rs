@@ -101,16 +101,12 @@ impl Faces {
     /// cone.
     pub(super) fn for_each(&self, edges: &[Edge], triangle: u32, cone: &Cone<'_>, mut f: impl FnMut(&Edge)) {
         let face = self.first[triangle as usize];
-        let mut take = |edge: &Edge| {
-            if !edge.is_silhouette(cone) {
-                f(edge);
-            }
-        };
         if let Ok(place) = self.large.binary_search_by_key(&face, |(f, _)| *f) {
-            self.large[place].1.visit(cone, take);
+            self.large[place].1.visit(cone, false, f);
             return;
         }
         let range = self.begin[face as usize] as usize..self.begin[face as usize + 1] as usize;
-        self.border[range].iter().for_each(|&i| take(&edges[i as usize]));
+        let border = self.border[range].iter().map(|&i| &edges[i as usize]);
+        border.filter(|edge| !edge.is_silhouette(cone)).for_each(&mut f);
     }
 }

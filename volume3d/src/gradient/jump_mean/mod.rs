@@ -82,6 +82,7 @@ mod bound;
 mod edge;
 mod faces;
 mod field;
+mod leaf;
 mod level_set;
 mod listed;
 mod node;

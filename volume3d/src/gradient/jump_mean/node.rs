@@ -53,10 +53,8 @@ pub(super) struct Node {
     axis: [Row; 3],
     cosine: Row,
     sine: Row,
-    /// A node, or the first edge of a leaf.
-    pub(super) first: [u32; WIDTH],
-    /// Edges of a leaf; 0 for a node.
-    pub(super) count: [u32; WIDTH],
+    /// Nodes, or leaves.
+    pub(super) child: [u32; WIDTH],
     children: u32,
 }
 
@@ -71,8 +69,7 @@ impl Node {
             axis: [row; 3],
             cosine: row,
             sine: row,
-            first: [0; WIDTH],
-            count: [0; WIDTH],
+            child: [0; WIDTH],
             children: 0,
         };
         for (lane, b) in bounds.enumerate() {

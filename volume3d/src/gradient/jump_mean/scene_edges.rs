@@ -42,12 +42,8 @@ impl SceneEdges {
     }
 
     /// Calls with every silhouette of the scene that may be within the cone, and before all its planes.
-    pub(crate) fn for_each(&self, cone: &Cone<'_>, mut f: impl FnMut(&Edge)) {
-        self.tree.visit(cone, |edge| {
-            if edge.is_silhouette(cone) {
-                f(edge);
-            }
-        });
+    pub(crate) fn for_each(&self, cone: &Cone<'_>, f: impl FnMut(&Edge)) {
+        self.tree.visit(cone, true, f);
     }
 }
 

@@ -5,22 +5,21 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::edge::{Cone, Edge};
+use super::leaf::{LEAF, Leaf};
 use super::node::{Bounds, Node, Query, WIDTH};
-use crate::lanes::Instructions;
+use crate::lanes::{Instructions, next};
 
 /// Edges in a hierarchy.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tree {
     nodes: Vec<Node>,
+    leaves: Vec<Leaf>,
     /// Those in the hierarchy, and after them those that are silhouettes from nowhere.
     edges: Vec<Edge>,
     /// One over the size of all edges' box.
     unit: f64,
     instructions: Instructions,
 }
-
-/// Edges in a leaf.
-const LEAF: usize = 4;
 
 impl Tree {
     /// Of edges, and of those that are silhouettes from nowhere, which are in its list only.
@@ -38,7 +37,8 @@ impl Tree {
     fn of(edges: Vec<Edge>, bounds: impl Fn(&[Edge]) -> Bounds + Copy) -> Self {
         let (low, high) = corners(edges.iter().flat_map(|e| e.places));
         let unit = 1.0 / (high - low).max_element();
-        let mut tree = Self { nodes: vec![], edges, unit, instructions: Instructions::detect() };
+        let mut tree =
+            Self { nodes: vec![], leaves: vec![], edges, unit, instructions: Instructions::detect() };
         if !tree.edges.is_empty() {
             tree.node(0..tree.edges.len(), bounds);
         }
@@ -51,14 +51,16 @@ impl Tree {
         let parts = self.split(range);
         self.nodes.push(Node::new(parts.iter().map(|part| bounds(&self.edges[part.clone()])), self.unit));
         for (lane, part) in parts.into_iter().enumerate() {
-            let (first, count) = if part.len() > LEAF {
-                (self.node(part, bounds), 0)
-            } else {
-                (part.start as u32, part.len() as u32)
-            };
-            (self.nodes[index].first[lane], self.nodes[index].count[lane]) = (first, count);
+            let child = if part.len() > LEAF { self.node(part, bounds) } else { self.leaf(part) };
+            self.nodes[index].child[lane] = child;
         }
         index as u32
+    }
+
+    /// Appends a leaf; returns its index, as that of no node.
+    fn leaf(&mut self, range: Range<usize>) -> u32 {
+        self.leaves.push(Leaf::new(&self.edges[range.clone()], range.start));
+        (self.leaves.len() - 1) as u32 | IS_LEAF
     }
 
     /// Up to eight parts of a range, each half of one before it.
@@ -80,8 +82,8 @@ impl Tree {
         &self.edges
     }
 
-    /// Calls with every edge that may count.
-    pub(super) fn visit(&self, cone: &Cone<'_>, mut f: impl FnMut(&Edge)) {
+    /// Calls with every edge that may count: of silhouettes, or of edges that are none.
+    pub(super) fn visit(&self, cone: &Cone<'_>, silhouettes: bool, mut f: impl FnMut(&Edge)) {
         if self.nodes.is_empty() {
             return;
         }
@@ -93,20 +95,24 @@ impl Tree {
             let node = &self.nodes[stack[height] as usize];
             let mut entered = query.entered(node, self.instructions);
             while entered != 0 {
-                let lane = entered.trailing_zeros() as usize;
-                entered &= entered - 1;
-                let (first, count) = (node.first[lane], node.count[lane]);
-                if count == 0 {
-                    stack[height] = first;
+                let child = node.child[next(&mut entered)];
+                if child & IS_LEAF == 0 {
+                    stack[height] = child;
                     height += 1;
                     continue;
                 }
-                let edges = &self.edges[first as usize..(first + count) as usize];
-                edges.iter().for_each(&mut f);
+                let leaf = &self.leaves[(child ^ IS_LEAF) as usize];
+                let mut entering = leaf.entering(cone, silhouettes, self.instructions);
+                while entering != 0 {
+                    f(&self.edges[leaf.first as usize + next(&mut entering)]);
+                }
             }
         }
     }
 }
+
+/// Tells leaves from nodes.
+const IS_LEAF: u32 = 1 << 31;
 
 /// Splitting 2³² edges in eight takes 11 steps, each of which leaves seven nodes behind.
 const DEPTH: usize = 96;
