@@ -155,6 +155,29 @@ impl<'s> Auxiliary<'s> {
         self.work
     }
 
+    /// Whether there may be a warp at direction ω as seen from x on a surface, if x stands still.
+    pub(crate) fn may_warp(&self, x: DVec3, direction: DVec3, kernel: &Kernel) -> bool {
+        match self.construction {
+            Construction::JumpMean { .. } => {
+                self.reach(kernel).is_some_and(|reach| self.moving.may_be_near(x, direction, reach))
+            }
+            Construction::Weighted | Construction::Followed { .. } => true,
+        }
+    }
+
+    /// How far away edges count in the mean over jumps; nothing if that is none.
+    fn reach(&self, kernel: &Kernel) -> Option<AngularSupport> {
+        let Construction::JumpMean { lobe, lobe_softness, sampled_shadows, .. } = self.construction else {
+            return None;
+        };
+        if sampled_shadows && kernel.of_light {
+            return None;
+        }
+        let width = 1.0 / kernel.kappa.sqrt();
+        let softness = if kernel.of_light { 0.0 } else { lobe_softness * width };
+        Some(AngularSupport::new(lobe * width).softened(softness))
+    }
+
     /// The warp at direction ω as seen from x on a surface; nothing where nothing seen can move.
     pub(crate) fn on_sphere(
         &mut self,
@@ -165,13 +188,8 @@ impl<'s> Auxiliary<'s> {
         x_moves: bool,
     ) -> Option<DirectionWarp> {
         let kappa = kernel.kappa;
-        if let Construction::JumpMean { lobe, lobe_softness, sampled_shadows, .. } = self.construction {
-            if sampled_shadows && kernel.of_light {
-                return None;
-            }
-            let width = 1.0 / kappa.sqrt();
-            let softness = if kernel.of_light { 0.0 } else { lobe_softness * width };
-            let reach = AngularSupport::new(lobe * width).softened(softness);
+        if let Construction::JumpMean { .. } = self.construction {
+            let reach = self.reach(&kernel)?;
             let mean = self.jump_mean_on_sphere(x, from, direction, kernel, reach, x_moves)?;
             self.work += mean.work();
             return Some(DirectionWarp::JumpMean(mean));

@@ -27,10 +27,17 @@ pub(super) fn border<C: Differential>(
     let way = border.place - x;
     let distance = way.length();
     let direction = way / distance;
-    if kernel.normal.dot(direction) <= 0.0 || scene.shadowed(x, from, direction, distance) {
+    if kernel.normal.dot(direction) <= 0.0 {
         return None;
     }
     let ends = border.ends.map(|i| calculus.position(i));
+    let moves = |p: Vec3<C::Number>| [p.x, p.y, p.z].iter().any(|x| !x.is_still());
+    if !moves(origin) && !ends.into_iter().any(moves) && !calculus.may_warp(x, direction, &kernel) {
+        return None;
+    }
+    if scene.shadowed(x, from, direction, distance) {
+        return None;
+    }
     let place = ends[0] + (ends[1] - ends[0]) * C::Number::constant(border.along);
     let material = (place - origin).normalized();
     let warped = calculus.warp(origin, from, direction, kernel);

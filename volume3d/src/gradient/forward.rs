@@ -99,6 +99,10 @@ impl<const N: usize> Differential for Forward<'_, N> {
         }
     }
 
+    fn may_warp(&self, x: DVec3, direction: DVec3, kernel: &Kernel) -> bool {
+        self.auxiliary.as_ref().is_some_and(|auxiliary| auxiliary.may_warp(x, direction, kernel))
+    }
+
     fn rng(&mut self) -> Option<&mut Stream> {
         self.auxiliary.as_mut().map(|a| &mut a.rng)
     }

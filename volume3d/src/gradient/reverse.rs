@@ -275,6 +275,10 @@ impl<'t> Differential for Reverse<'_, 't> {
         FilmPoint { at: [x, y], jacobian }
     }
 
+    fn may_warp(&self, x: DVec3, direction: DVec3, kernel: &Kernel) -> bool {
+        self.auxiliary.as_ref().is_some_and(|auxiliary| auxiliary.may_warp(x, direction, kernel))
+    }
+
     fn rng(&mut self) -> Option<&mut Stream> {
         self.auxiliary.as_mut().map(|a| &mut a.rng)
     }
