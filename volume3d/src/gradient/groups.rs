@@ -1,5 +1,7 @@
 //! Which samples share random numbers, and which are independent.
 
+use std::cell::OnceCell;
+
 use crate::path::{Draws, PreparedSequence, Sequence};
 
 /// The samples of a cell are this many groups. Samples within a group are stratified against one another; groups
@@ -46,26 +48,14 @@ pub(super) fn scatter_to_variance(samples: usize) -> f64 {
 /// The random numbers of a sample.
 pub(super) fn numbers(
     seed: u64,
-    cell: (usize, usize),
-    sample: usize,
-    samples: usize,
-    purpose: u64,
-) -> Sequence {
-    split_numbers(seed, cell, sample, samples, purpose, (0, 1))
-}
-
-/// The random numbers of one of several paths of a sample.
-pub(super) fn split_numbers(
-    seed: u64,
     (i, j): (usize, usize),
     sample: usize,
     samples: usize,
     purpose: u64,
-    (path, paths): (usize, usize),
 ) -> Sequence {
     let size = group_size(samples);
     let address = address((i / TILE, j / TILE), sample / size, purpose);
-    Sequence::new(seed, &address, (sample % size) * paths + path)
+    Sequence::new(seed, &address, sample % size)
 }
 
 fn address((i, j): (usize, usize), group: usize, purpose: u64) -> [u64; 4] {
@@ -75,44 +65,48 @@ fn address((i, j): (usize, usize), group: usize, purpose: u64) -> [u64; 4] {
 /// The random numbers of all samples of a cell, those that cells share made once for them all.
 pub(super) struct CellNumbers {
     seed: u64,
-    samples: usize,
     purpose: u64,
-    /// How many pairs of a sample are made ahead of time.
-    depth: usize,
-    /// Whose they are.
-    tile: Option<(usize, usize)>,
-    groups: Vec<PreparedSequence>,
+    /// Paths of a sample: all those of a group are stratified against one another.
+    paths: usize,
+    /// How many pairs of a path are made ahead of time, if they are not too many.
+    pairs: usize,
+    /// Whose they are, and of how many samples.
+    tile: Option<((usize, usize), usize)>,
+    /// Made when first asked for.
+    groups: Vec<OnceCell<PreparedSequence>>,
 }
 
 /// Most pairs that are kept: 16 MiB of them.
 const MOST_PREPARED: usize = 1 << 20;
 
 impl CellNumbers {
-    /// Of samples that draw about so many pairs each; it may be less or more.
-    pub(super) fn new(seed: u64, samples: usize, purpose: u64, pairs: usize) -> Self {
-        let depth = pairs.min(MOST_PREPARED / samples.max(1));
-        Self { seed, samples, purpose, depth, tile: None, groups: vec![] }
+    /// Of so many paths a sample that draw about so many pairs each; it may be less or more.
+    pub(super) fn new(seed: u64, purpose: u64, paths: usize, pairs: usize) -> Self {
+        Self { seed, purpose, paths, pairs, tile: None, groups: vec![] }
     }
 
-    /// Makes those of a cell.
-    pub(super) fn prepare(&mut self, (i, j): (usize, usize)) {
-        let tile = (i / TILE, j / TILE);
-        if self.tile == Some(tile) {
-            return;
+    /// Begins those of a cell with so many samples.
+    pub(super) fn prepare(&mut self, (i, j): (usize, usize), samples: usize) {
+        let tile = Some(((i / TILE, j / TILE), samples));
+        if self.tile != tile {
+            self.tile = tile;
+            self.groups.clear();
+            self.groups.resize_with(groups(samples), OnceCell::new);
         }
-        let &mut Self { seed, samples, purpose, depth, .. } = self;
-        let prepared =
-            |group| PreparedSequence::new(seed, &address(tile, group, purpose), group_size(samples), depth);
-        self.groups.clear();
-        self.groups.extend((0..groups(samples)).map(prepared));
-        self.tile = Some(tile);
     }
 
-    /// The group of a sample, and what its [`numbers`] are in the cell that has been prepared, bit for bit.
-    pub(super) fn of(&self, sample: usize) -> (usize, Draws<'_>) {
-        let size = group_size(self.samples);
+    /// The group of a sample, and the numbers of one of its paths in the cell that has been prepared; of the only one they are its
+    /// [`numbers`], bit for bit.
+    pub(super) fn of(&self, sample: usize, path: usize) -> (usize, Draws<'_>) {
+        let &Self { seed, purpose, paths, pairs, tile, .. } = self;
+        let (tile, samples) = tile.expect("a cell has been prepared");
+        let size = group_size(samples);
         let group = sample / size;
-        (group, self.groups[group].sample(sample % size))
+        let prepared = self.groups[group].get_or_init(|| {
+            let depth = pairs.min(MOST_PREPARED / (samples * paths));
+            PreparedSequence::new(seed, &address(tile, group, purpose), size * paths, depth)
+        });
+        (group, prepared.sample(sample % size * paths + path))
     }
 }
 

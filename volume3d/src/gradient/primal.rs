@@ -90,7 +90,7 @@ struct CellSampler<'p> {
 impl<'p> CellSampler<'p> {
     fn new(paths: &'p Paths<'p>, film: &'p FilmPlane, samples: usize, seed: u64) -> Self {
         // The film point, the point of the lens, and those of bounces.
-        let numbers = CellNumbers::new(seed, samples, PATH, 2 + paths.pairs());
+        let numbers = CellNumbers::new(seed, PATH, 1, 2 + paths.pairs());
         Self { paths, film, samples, numbers, hits: vec![] }
     }
 
@@ -99,7 +99,7 @@ impl<'p> CellSampler<'p> {
         if !film.cell_counts(i, j) {
             return;
         }
-        self.numbers.prepare((i, j));
+        self.numbers.prepare((i, j), samples);
         let mut drawn = Vec::with_capacity(TOGETHER);
         let mut directions = Vec::with_capacity(TOGETHER);
         for first in (0..samples).step_by(TOGETHER) {
@@ -109,7 +109,7 @@ impl<'p> CellSampler<'p> {
             drawn.clear();
             directions.clear();
             for sample in first..samples.min(first + TOGETHER) {
-                let (group, mut numbers) = self.numbers.of(sample);
+                let (group, mut numbers) = self.numbers.of(sample, 0);
                 let u = film.point(i, j, numbers.pair());
                 let (origin, direction) = film.ray_through(u, &mut numbers);
                 drawn.push((group, u, origin, numbers));

@@ -3,7 +3,7 @@
 use flatland::calculus::Dual;
 use glam::DVec3;
 
-use super::job::{Job, Place};
+use super::job::{Job, PathNumbers, Place};
 use crate::gradient::auxiliary::{Auxiliary, work};
 use crate::gradient::driver::{CellSink, finish, over_film, quantities};
 use crate::gradient::forward::Forward;
@@ -18,6 +18,7 @@ type Added<const K: usize> = (usize, usize, [f64; K]);
 /// What computes the cells of a row.
 struct Worker<'s, const N: usize, const K: usize> {
     calculus: Forward<'s, N>,
+    numbers: PathNumbers,
     added: Vec<Added<K>>,
 }
 
@@ -32,10 +33,12 @@ impl Job<'_> {
         let done = |worker: &Worker<'_, N, K>| work(worker.calculus.auxiliary.as_ref());
         let begin = || {
             let auxiliary = self.auxiliary(&motion.bounds);
-            Worker { calculus: Forward::<N> { scene, motion, auxiliary }, added: vec![] }
+            let calculus = Forward::<N> { scene, motion, auxiliary };
+            Worker { calculus, numbers: self.path_numbers(), added: vec![] }
         };
         let cell = |worker: &mut Worker<'_, N, K>, (i, j), mut sink: CellSink<'_, K>| {
             let frame = film.moving_frame(&worker.calculus);
+            worker.numbers.prepare((i, j), self.samples((i, j)));
             let before = done(worker);
             for sample in 0..self.samples((i, j)) {
                 if sink.stopped() {
@@ -68,7 +71,7 @@ impl Job<'_> {
         place: Place,
         sink: &mut CellSink<'_, K>,
     ) {
-        let sample = self.sample(&mut worker.calculus, frame, place);
+        let sample = self.sample(&mut worker.calculus, frame, place, &worker.numbers);
         self.for_each_pixel(place, &sample, |[b, x, _], value, integrand| {
             worker.added.push((b, x, quantities(value, integrand.map(|l| l.tangent))));
         });

@@ -11,7 +11,7 @@ use crate::gradient::auxiliary::{Auxiliary, Construction};
 use crate::gradient::boundary::AlongWarp;
 use crate::gradient::differential::{Differential, FilmPoint};
 use crate::gradient::film::FilmPlane;
-use crate::gradient::groups::{GROUPS, numbers, split_numbers};
+use crate::gradient::groups::{CellNumbers, GROUPS, numbers};
 use crate::gradient::jump_mean::SceneEdges;
 use crate::gradient::motion::MovingBounds;
 use crate::gradient::{AUXILIARY, EDGE, EDGE_AUXILIARY, GRADIENT_PATH, SPLIT};
@@ -42,6 +42,24 @@ const SPLITTING_AT_IMPLICIT: usize = 2;
 
 /// A cell of the film, and the number of a sample in it.
 pub(super) type Place = (usize, usize, usize);
+
+/// The random numbers of the samples of a cell.
+pub(super) struct PathNumbers {
+    /// Of the path that carries derivatives.
+    first: CellNumbers,
+    /// Of those that do not, and of as many as there are where an implicit surface is seen.
+    others: CellNumbers,
+    others_at_implicit: CellNumbers,
+}
+
+impl PathNumbers {
+    /// Begins those of a cell with so many samples.
+    pub(super) fn prepare(&mut self, cell: (usize, usize), samples: usize) {
+        for numbers in [&mut self.first, &mut self.others, &mut self.others_at_implicit] {
+            numbers.prepare(cell, samples);
+        }
+    }
+}
 
 /// A sample of the film: what each pixel it reaches integrates, but for the pixel's own weight and level.
 pub(super) struct Sample<T> {
@@ -75,6 +93,18 @@ impl Job<'_> {
         AlongWarp { paths, warp, construction: *construction, edges, seed }
     }
 
+    /// The random numbers of cells that are computed one after the other.
+    pub(super) fn path_numbers(&self) -> PathNumbers {
+        let (seed, pairs) = (self.method.seed, self.paths.pairs());
+        let others = |count| CellNumbers::new(seed, SPLIT, count - 1, pairs);
+        PathNumbers {
+            // The film point, the point of the lens, and those of bounces.
+            first: CellNumbers::new(seed, GRADIENT_PATH, 1, 2 + pairs),
+            others: others(SPLITTING),
+            others_at_implicit: others(SPLITTING_AT_IMPLICIT),
+        }
+    }
+
     /// How many samples a cell has.
     pub(super) fn samples(&self, cell: (usize, usize)) -> usize {
         self.method.allocation.as_ref().map_or(self.method.samples, |allocation| allocation.at(cell))
@@ -90,18 +120,20 @@ impl Job<'_> {
         self.film.is_box() && self.method.warps
     }
 
-    /// One sample of a cell. A lens is looked through at a point of its own, at which the camera has another frame.
+    /// One sample of a cell, with the numbers of that cell. A lens is looked through at a point of its own, at which the camera has another
+    /// frame.
     pub(super) fn sample<C: Differential>(
         &self,
         calculus: &mut C,
         frame: &Frame<C::Number>,
         place: Place,
+        path_numbers: &PathNumbers,
     ) -> Sample<C::Number> {
-        let (i, j, _) = place;
+        let (i, j, sample) = place;
         if let Some(rng) = calculus.rng() {
             *rng = self.stream(place, AUXILIARY);
         }
-        let mut numbers = self.numbers(place, GRADIENT_PATH);
+        let (_, mut numbers) = path_numbers.first.of(sample, 0);
         let u = self.film.point(i, j, numbers.pair());
         let film = self.film.through(&mut numbers);
         let frame = film.frame_through(calculus, frame);
@@ -111,7 +143,8 @@ impl Job<'_> {
         let radiance = self.paths.radiance(calculus, frame.origin, direction, hit, 1, &mut numbers);
         let value = radiance.value();
         let warped = [point.at[0], point.at[1], point.jacobian].iter().any(|x| !x.is_still());
-        let mean_radiance = if warped { self.mean_radiance(value, (origin, ray, hit), place) } else { value };
+        let mean_radiance =
+            if warped { self.mean_radiance(value, (origin, ray, hit), sample, path_numbers) } else { value };
         Sample { point, radiance, mean_radiance }
     }
 
@@ -236,16 +269,15 @@ impl Job<'_> {
         &self,
         first: DVec3,
         (origin, ray, hit): (DVec3, DVec3, Option<Hit>),
-        (i, j, sample): Place,
+        sample: usize,
+        path_numbers: &PathNumbers,
     ) -> DVec3 {
-        let (seed, samples) = (self.method.seed, self.samples((i, j)));
-        let count = match hit.map(|h| h.surface) {
-            Some(Surface::Implicit(_)) => SPLITTING_AT_IMPLICIT,
-            _ => SPLITTING,
+        let (count, others) = match hit.map(|h| h.surface) {
+            Some(Surface::Implicit(_)) => (SPLITTING_AT_IMPLICIT, &path_numbers.others_at_implicit),
+            _ => (SPLITTING, &path_numbers.others),
         };
         let light = (1..count).map(|other| {
-            let path = (other - 1, count - 1);
-            let mut numbers = split_numbers(seed, (i, j), sample, samples, SPLIT, path);
+            let (_, mut numbers) = others.of(sample, other - 1);
             self.paths.still_radiance(origin, ray, hit, 1, &mut numbers)
         });
         (first + light.sum::<DVec3>()) / count as f64

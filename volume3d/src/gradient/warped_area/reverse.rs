@@ -3,7 +3,7 @@
 use flatland::calculus::{Number, Tape};
 use glam::DVec3;
 
-use super::job::{Job, Place};
+use super::job::{Job, PathNumbers, Place};
 use crate::gradient::accumulator::{Accumulator, Sums};
 use crate::gradient::contribution::Source;
 use crate::gradient::motion::MovingBounds;
@@ -35,7 +35,7 @@ impl Job<'_> {
 
     fn reverse_row(&self, j: usize, pull: &Pull<'_>, progress: &Progress, part: &mut Accumulator) {
         let (mut tape, mut adjoints) = (Tape::new(), vec![]);
-        let mut auxiliary = self.auxiliary(&pull.bounds);
+        let (mut auxiliary, mut numbers) = (self.auxiliary(&pull.bounds), self.path_numbers());
         let (columns, _) = self.film.cells();
         // What no pixel with an adjoint sees adds nothing.
         let counts = |i: &usize| self.film.reaches(*i, j, |pixel| pull.adjoint[pixel] != DVec3::ZERO);
@@ -45,6 +45,7 @@ impl Job<'_> {
                 return;
             }
             let place = (i, j, sample);
+            numbers.prepare((i, j), self.samples((i, j)));
             let mut finite = true;
             let mut record = |edge: bool| {
                 tape.clear();
@@ -52,7 +53,7 @@ impl Job<'_> {
                 let output = if edge {
                     self.edge_output(&mut reverse, place, pull.adjoint)
                 } else {
-                    Some(self.output(&mut reverse, place, pull.adjoint))
+                    Some(self.output(&mut reverse, place, &numbers, pull.adjoint))
                 };
                 finite &= output.is_none_or(|o| reverse.sweep_if_finite(&[o], &mut adjoints, part));
             };
@@ -75,10 +76,11 @@ impl Job<'_> {
         &self,
         reverse: &mut Reverse<'_, 't>,
         place: Place,
+        numbers: &PathNumbers,
         adjoint: &[DVec3],
     ) -> (Recorded<'t>, f64) {
         let frame = self.film.moving_frame(reverse);
-        let sample = self.sample(reverse, &frame, place);
+        let sample = self.sample(reverse, &frame, place, numbers);
         // What follows from these numbers is no part of the tape but for its derivatives.
         let partials = self.partials(place, &sample, adjoint).into_iter();
         let sum = partials.fold(Recorded::constant(0.0), |sum, (x, d)| sum + x.chain(x.value() * d, d));
