@@ -4,13 +4,12 @@
 use flatland::calculus::{Number, Rgb, Vec3};
 use glam::DVec3;
 
-use super::beam::profile;
 use super::bsdf::{Bounce, Ideal, Sampled, Shading};
 use super::calculus::{Calculus, Kernel, VisibilityDomain, Warped};
 use super::emission::{emitted, radiance_at};
 use super::escape::distant;
 use super::kernels::Kernels;
-use super::lights::{LightId, LightSample, Lights};
+use super::lights::{LightId, Lights};
 use super::plain::Plain;
 use super::sequence::Draws;
 use super::surface::SurfacePoint;
@@ -40,19 +39,27 @@ pub(crate) struct Paths<'s> {
 
 /// A shading point of a path, and what reflection depends on there: by reference, as both are large.
 #[derive(Clone, Copy)]
-struct Vertex<'v, 's, T> {
-    point: &'v SurfacePoint<T>,
-    shading: &'v Shading<'s, T>,
+pub(super) struct Vertex<'v, 's, T> {
+    pub(super) point: &'v SurfacePoint<T>,
+    pub(super) shading: &'v Shading<'s, T>,
 }
 
 /// Where a path goes on.
-struct Scattered<T> {
+#[derive(Clone, Copy)]
+pub(super) struct Scattered<T> {
     origin: Vec3<T>,
     direction: Vec3<T>,
     throughput: Rgb<T>,
     /// By how much radiance has been compressed on the way, η²: roulette must not take it for loss.
     compression: f64,
     hit: Option<Hit>,
+}
+
+impl<T: Number> Scattered<T> {
+    /// Where a path begins.
+    pub(super) fn new(origin: Vec3<T>, direction: Vec3<T>, hit: Option<Hit>) -> Self {
+        Self { origin, direction, throughput: Rgb::constant(DVec3::ONE), compression: 1.0, hit }
+    }
 }
 
 impl<'s> Paths<'s> {
@@ -69,8 +76,7 @@ impl<'s> Paths<'s> {
 
     /// How many pairs of random numbers a path draws at most; of one without a limit, the first of them.
     pub(crate) fn pairs(&self) -> usize {
-        let vertices = self.scene.description.integrator.max_depth.unwrap_or(usize::MAX).saturating_sub(1);
-        PAIRS_OF_BOUNCE * vertices.min(LONGEST_PREPARED)
+        PAIRS_OF_BOUNCE * self.limit().saturating_sub(1).min(LONGEST_PREPARED)
     }
 
     /// One sample of the radiance that arrives from `hit` along the `depth`-th segment of a path; those of the camera are
@@ -81,39 +87,81 @@ impl<'s> Paths<'s> {
         origin: Vec3<C::Number>,
         direction: Vec3<C::Number>,
         hit: Option<Hit>,
-        mut depth: usize,
+        depth: usize,
         samples: &mut Draws<'_>,
     ) -> Rgb<C::Number> {
-        let one = Rgb::constant(DVec3::ONE);
-        let mut path = Scattered { origin, direction, throughput: one, compression: 1.0, hit };
-        let hides = depth == 1 && self.scene.description.hide_emitters;
-        let mut total = if hides { Rgb::constant(DVec3::ZERO) } else { self.seen(calculus, &path) };
-        let limit = self.scene.description.integrator.max_depth.unwrap_or(usize::MAX);
-        while let Some(hit) = path.hit
-            && depth < limit
-        {
-            let point = SurfacePoint::new(
-                self.scene,
-                calculus,
-                path.origin,
-                path.direction,
-                hit.surface,
-                hit.distance,
-            );
-            let shading = point.shading(self.scene, calculus);
-            let Some(shading) = &shading else { break };
-            let vertex = Vertex { point: &point, shading };
-            total = total + path.throughput * self.next_event(calculus, vertex, samples);
-            let Some(survival) = self.roulette(&path, depth, samples) else { break };
-            path.throughput = path.throughput * C::Number::constant(survival);
-            depth += 1;
-            let goes_on = depth < limit;
-            match self.scatter(calculus, vertex, &path, goes_on, &mut total, samples) {
-                Some(next) => path = next,
-                None => break,
-            }
-        }
+        let path = Scattered::new(origin, direction, hit);
+        let mut total = self.seen_first(calculus, &path, depth);
+        self.follow(calculus, path, depth, &mut total, samples);
         total
+    }
+
+    /// What is emitted at the end of the `depth`-th segment of a path.
+    #[inline]
+    pub(super) fn seen_first<C: Calculus>(
+        &self,
+        calculus: &C,
+        path: &Scattered<C::Number>,
+        depth: usize,
+    ) -> Rgb<C::Number> {
+        let hides = depth == 1 && self.scene.description.hide_emitters;
+        if hides { Rgb::constant(DVec3::ZERO) } else { self.seen(calculus, path) }
+    }
+
+    /// Adds what is reflected at all vertices of a path, of which the `depth`-th segment is known.
+    #[inline]
+    pub(super) fn follow<C: Calculus>(
+        &self,
+        calculus: &mut C,
+        mut path: Scattered<C::Number>,
+        mut depth: usize,
+        total: &mut Rgb<C::Number>,
+        samples: &mut Draws<'_>,
+    ) {
+        while let Some(point) = self.arrive(calculus, &path, depth)
+            && let Some(shading) = &point.shading(self.scene, calculus)
+            && let Some(next) =
+                self.reflect_at(calculus, Vertex { point: &point, shading }, &path, depth, total, samples)
+        {
+            path = next;
+            depth += 1;
+        }
+    }
+
+    /// The surface at the end of the `depth`-th segment, if it counts.
+    #[inline]
+    pub(super) fn arrive<C: Calculus>(
+        &self,
+        calculus: &C,
+        path: &Scattered<C::Number>,
+        depth: usize,
+    ) -> Option<SurfacePoint<C::Number>> {
+        let hit = path.hit.filter(|_| depth < self.limit())?;
+        let (origin, direction) = (path.origin, path.direction);
+        Some(SurfacePoint::new(self.scene, calculus, origin, direction, hit.surface, hit.distance))
+    }
+
+    /// Adds what is reflected at a vertex, and returns where the path goes on.
+    #[inline]
+    pub(super) fn reflect_at<C: Calculus>(
+        &self,
+        calculus: &mut C,
+        vertex: Vertex<'_, '_, C::Number>,
+        path: &Scattered<C::Number>,
+        depth: usize,
+        total: &mut Rgb<C::Number>,
+        samples: &mut Draws<'_>,
+    ) -> Option<Scattered<C::Number>> {
+        *total = *total + path.throughput * self.next_event(calculus, vertex, samples);
+        let survival = self.roulette(path, depth, samples)?;
+        let throughput = path.throughput * C::Number::constant(survival);
+        let goes_on = depth + 1 < self.limit();
+        self.scatter(calculus, vertex, &Scattered { throughput, ..*path }, goes_on, total, samples)
+    }
+
+    /// How many segments a path has at most.
+    fn limit(&self) -> usize {
+        self.scene.description.integrator.max_depth.unwrap_or(usize::MAX)
     }
 
     /// What is emitted at the end of a camera ray.
@@ -166,101 +214,6 @@ impl<'s> Paths<'s> {
         match &self.scene.description.environment {
             Some(Environment::Constant { radiance, .. }) => calculus.environment(*radiance),
             _ => Rgb::constant(DVec3::ZERO),
-        }
-    }
-
-    /// Light that is reflected at a point directly from a light chosen there.
-    #[inline]
-    fn next_event<C: Calculus>(
-        &self,
-        calculus: &mut C,
-        vertex: Vertex<'_, '_, C::Number>,
-        samples: &mut Draws<'_>,
-    ) -> Rgb<C::Number> {
-        let zero = Rgb::constant(DVec3::ZERO);
-        let Vertex { point, shading } = vertex;
-        let (choice, [a, b]) = (samples.one(), samples.pair());
-        let x = point.position.value();
-        let Some(towards) = self.lights.sample(self.scene, x, [choice, a, b]) else { return zero };
-        let LightSample { id, sampled: Sampled { direction, density }, distance, surface, delta } = towards;
-        let border = match id {
-            LightId::Shape(shape) if !shading.transmits() => {
-                let kernel = || self.kernels.of_light(self.scene, &self.lights, id, shading, x, None);
-                calculus.border(point.position, point.surface, shape, kernel)
-            }
-            _ => None,
-        };
-        let border = border.map_or(zero, |b| {
-            shading.evaluate(Vec3::constant(b.direction)) * Rgb::constant(b.light) * b.speed
-        });
-        let hidden = || self.scene.shadowed_before(x, point.surface, direction, distance, surface);
-        if !shading.receives(direction) || hidden() {
-            return border + zero;
-        }
-        if delta {
-            return border + self.delta_light(calculus, vertex, &towards);
-        }
-        let weight = density / (density + shading.density(direction));
-        let (reflected, emitted) =
-            self.light_along(calculus, vertex, (id, surface), direction, weight / density);
-        border + reflected * emitted
-    }
-
-    /// What is reflected of one light along a direction that has been sampled, in which a surface of it is seen or none:
-    /// f cos θ of the warped direction, with the Jacobian and a weight, and the radiance that comes from there.
-    ///
-    /// Light that next-event estimation can choose is an integral of its own, with its own kernel, and both strategies see
-    /// one field.
-    #[inline]
-    fn light_along<C: Calculus>(
-        &self,
-        calculus: &mut C,
-        vertex: Vertex<'_, '_, C::Number>,
-        (id, seen): (LightId, Option<Surface>),
-        direction: DVec3,
-        weight: f64,
-    ) -> (Rgb<C::Number>, Rgb<C::Number>) {
-        let Vertex { point, shading } = vertex;
-        let x = point.position.value();
-        let kernel = || self.kernels.of_light(self.scene, &self.lights, id, shading, x, seen);
-        let warped = warp(calculus, vertex, direction, kernel);
-        let emitted = match (id, seen) {
-            (LightId::Shape(_), Some(Surface::Triangle(triangle))) => {
-                emitted(self.scene, calculus, (point.position, warped.direction), triangle)
-            }
-            (id, _) => distant(self.scene, calculus, id, warped.direction),
-        };
-        (reflect(shading, &warped, weight), emitted)
-    }
-
-    /// Light from a point, or from one direction. Nothing is warped, and nothing may move that casts a shadow.
-    fn delta_light<C: Calculus>(
-        &self,
-        calculus: &C,
-        Vertex { point, shading }: Vertex<'_, '_, C::Number>,
-        towards: &LightSample,
-    ) -> Rgb<C::Number> {
-        let LightId::Light(index) = towards.id else { return Rgb::constant(DVec3::ZERO) };
-        let index = index as usize;
-        let weight = C::Number::constant(1.0 / towards.sampled.density);
-        match &self.scene.description.lights[index] {
-            Light::Directional { direction, irradiance, .. } => {
-                let direction = Vec3::turned(-*direction, calculus.pose(index));
-                shading.evaluate(direction) * calculus.intensity(index, *irradiance) * weight
-            }
-            light @ (Light::Point { position, .. }
-            | Light::Spot { position, .. }
-            | Light::Projector { position, .. }) => {
-                let place = Vec3::constant(*position);
-                let place = calculus.pose(index).map_or(place, |shift| place + shift);
-                let way = place - point.position;
-                let falloff = C::Number::constant(1.0) / way.dot(way);
-                let way = way.normalized();
-                shading.evaluate(way)
-                    * profile(self.scene, calculus, light, -way)
-                    * calculus.intensity(index, light.power())
-                    * (falloff * weight)
-            }
         }
     }
 
@@ -370,7 +323,7 @@ impl<'s> Paths<'s> {
 /// The warp at a vertex. Where light passes the surface, jumps on its far side are followed by no field, and none is asked
 /// for.
 #[inline]
-fn warp<C: Calculus>(
+pub(super) fn warp<C: Calculus>(
     calculus: &mut C,
     Vertex { point, shading }: Vertex<'_, '_, C::Number>,
     direction: DVec3,
@@ -384,6 +337,6 @@ fn warp<C: Calculus>(
 
 /// f cos θ of a warped direction, times the Jacobian and a weight.
 #[inline]
-fn reflect<T: Number>(shading: &Shading<'_, T>, warped: &Warped<T>, weight: f64) -> Rgb<T> {
+pub(super) fn reflect<T: Number>(shading: &Shading<'_, T>, warped: &Warped<T>, weight: f64) -> Rgb<T> {
     shading.evaluate(warped.direction) * (warped.jacobian * weight)
 }

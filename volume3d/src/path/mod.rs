@@ -12,6 +12,7 @@ mod kernels;
 mod lights;
 mod map;
 mod media;
+mod next_event;
 mod plain;
 mod relief;
 mod sequence;

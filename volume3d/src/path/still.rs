@@ -3,7 +3,7 @@
 use flatland::calculus::Vec3;
 use glam::DVec3;
 
-use super::integrator::Paths;
+use super::integrator::{Paths, Scattered, Vertex};
 use super::plain::Plain;
 use super::sequence::Draws;
 use crate::scene::Hit;
@@ -24,5 +24,36 @@ impl Paths<'_> {
         }
         let (origin, direction) = (Vec3::constant(origin), Vec3::constant(direction));
         self.radiance(&mut Plain { scene: self.scene }, origin, direction, hit, depth, samples).value()
+    }
+
+    /// The sum of what [`still_radiance`](Self::still_radiance) is along the first segment of several paths, bit for bit: what is at its end
+    /// is worked out once.
+    pub(crate) fn still_radiances<'d>(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        hit: Option<Hit>,
+        samples: impl Iterator<Item = Draws<'d>>,
+    ) -> DVec3 {
+        if !self.scene.description.media.is_empty() {
+            return samples.map(|mut s| self.radiance_through_media(origin, direction, hit, &mut s)).sum();
+        }
+        let calculus = &mut Plain { scene: self.scene };
+        let path = Scattered::new(Vec3::constant(origin), Vec3::constant(direction), hit);
+        let seen = self.seen_first(calculus, &path, 1);
+        let point = self.arrive(calculus, &path, 1);
+        let shading = point.as_ref().and_then(|point| point.shading(self.scene, calculus));
+        let vertex = point.as_ref().zip(shading.as_ref());
+        let one = |mut samples: Draws<'d>| {
+            let mut total = seen;
+            if let Some((point, shading)) = vertex
+                && let Some(next) =
+                    self.reflect_at(calculus, Vertex { point, shading }, &path, 1, &mut total, &mut samples)
+            {
+                self.follow(calculus, next, 2, &mut total, &mut samples);
+            }
+            total.value()
+        };
+        samples.map(one).sum()
     }
 }

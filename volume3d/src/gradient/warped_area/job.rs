@@ -276,10 +276,8 @@ impl Job<'_> {
             Some(Surface::Implicit(_)) => (SPLITTING_AT_IMPLICIT, &path_numbers.others_at_implicit),
             _ => (SPLITTING, &path_numbers.others),
         };
-        let light = (1..count).map(|other| {
-            let (_, mut numbers) = others.of(sample, other - 1);
-            self.paths.still_radiance(origin, ray, hit, 1, &mut numbers)
-        });
-        (first + light.sum::<DVec3>()) / count as f64
+        let numbers = (1..count).map(|other| others.of(sample, other - 1).1);
+        let light = self.paths.still_radiances(origin, ray, hit, numbers);
+        (first + light) / count as f64
     }
 }

@@ -1,0 +1,111 @@
+//! Light that is reflected directly from a light that is chosen.
+
+use flatland::calculus::{Number, Rgb, Vec3};
+use glam::DVec3;
+
+use super::beam::profile;
+use super::bsdf::Sampled;
+use super::calculus::Calculus;
+use super::emission::emitted;
+use super::escape::distant;
+use super::integrator::{Paths, Vertex, reflect, warp};
+use super::lights::{LightId, LightSample};
+use super::sequence::Draws;
+use crate::scene::{Light, Surface};
+
+impl Paths<'_> {
+    /// Light that is reflected at a point directly from a light chosen there.
+    #[inline]
+    pub(super) fn next_event<C: Calculus>(
+        &self,
+        calculus: &mut C,
+        vertex: Vertex<'_, '_, C::Number>,
+        samples: &mut Draws<'_>,
+    ) -> Rgb<C::Number> {
+        let zero = Rgb::constant(DVec3::ZERO);
+        let Vertex { point, shading } = vertex;
+        let (choice, [a, b]) = (samples.one(), samples.pair());
+        let x = point.position.value();
+        let Some(towards) = self.lights.sample(self.scene, x, [choice, a, b]) else { return zero };
+        let LightSample { id, sampled: Sampled { direction, density }, distance, surface, delta } = towards;
+        let border = match id {
+            LightId::Shape(shape) if !shading.transmits() => {
+                let kernel = || self.kernels.of_light(self.scene, &self.lights, id, shading, x, None);
+                calculus.border(point.position, point.surface, shape, kernel)
+            }
+            _ => None,
+        };
+        let border = border.map_or(zero, |b| {
+            shading.evaluate(Vec3::constant(b.direction)) * Rgb::constant(b.light) * b.speed
+        });
+        let hidden = || self.scene.shadowed_before(x, point.surface, direction, distance, surface);
+        if !shading.receives(direction) || hidden() {
+            return border + zero;
+        }
+        if delta {
+            return border + self.delta_light(calculus, vertex, &towards);
+        }
+        let weight = density / (density + shading.density(direction));
+        let (reflected, emitted) =
+            self.light_along(calculus, vertex, (id, surface), direction, weight / density);
+        border + reflected * emitted
+    }
+
+    /// What is reflected of one light along a direction that has been sampled, in which a surface of it is seen or none:
+    /// f cos θ of the warped direction, with the Jacobian and a weight, and the radiance that comes from there.
+    ///
+    /// Light that next-event estimation can choose is an integral of its own, with its own kernel, and both strategies see
+    /// one field.
+    #[inline]
+    pub(super) fn light_along<C: Calculus>(
+        &self,
+        calculus: &mut C,
+        vertex: Vertex<'_, '_, C::Number>,
+        (id, seen): (LightId, Option<Surface>),
+        direction: DVec3,
+        weight: f64,
+    ) -> (Rgb<C::Number>, Rgb<C::Number>) {
+        let Vertex { point, shading } = vertex;
+        let x = point.position.value();
+        let kernel = || self.kernels.of_light(self.scene, &self.lights, id, shading, x, seen);
+        let warped = warp(calculus, vertex, direction, kernel);
+        let emitted = match (id, seen) {
+            (LightId::Shape(_), Some(Surface::Triangle(triangle))) => {
+                emitted(self.scene, calculus, (point.position, warped.direction), triangle)
+            }
+            (id, _) => distant(self.scene, calculus, id, warped.direction),
+        };
+        (reflect(shading, &warped, weight), emitted)
+    }
+
+    /// Light from a point, or from one direction. Nothing is warped, and nothing may move that casts a shadow.
+    fn delta_light<C: Calculus>(
+        &self,
+        calculus: &C,
+        Vertex { point, shading }: Vertex<'_, '_, C::Number>,
+        towards: &LightSample,
+    ) -> Rgb<C::Number> {
+        let LightId::Light(index) = towards.id else { return Rgb::constant(DVec3::ZERO) };
+        let index = index as usize;
+        let weight = C::Number::constant(1.0 / towards.sampled.density);
+        match &self.scene.description.lights[index] {
+            Light::Directional { direction, irradiance, .. } => {
+                let direction = Vec3::turned(-*direction, calculus.pose(index));
+                shading.evaluate(direction) * calculus.intensity(index, *irradiance) * weight
+            }
+            light @ (Light::Point { position, .. }
+            | Light::Spot { position, .. }
+            | Light::Projector { position, .. }) => {
+                let place = Vec3::constant(*position);
+                let place = calculus.pose(index).map_or(place, |shift| place + shift);
+                let way = place - point.position;
+                let falloff = C::Number::constant(1.0) / way.dot(way);
+                let way = way.normalized();
+                shading.evaluate(way)
+                    * profile(self.scene, calculus, light, -way)
+                    * calculus.intensity(index, light.power())
+                    * (falloff * weight)
+            }
+        }
+    }
+}
