@@ -4,8 +4,6 @@ use std::any::{Any, TypeId};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::Scene;
-
 /// One value of each type.
 #[derive(Debug, Default)]
 pub(super) struct Derived(Mutex<HashMap<TypeId, Arc<dyn Any + Send + Sync>>>);
@@ -15,23 +13,20 @@ impl Derived {
     pub(super) fn clear(&mut self) {
         *self = Self::default();
     }
-}
 
-impl Scene {
-    /// The value of a type, which must follow from the positions, topology, normals and kinds of edges of meshes alone. A gradient by a pilot, views of one
-    /// scene, and runs of a given time ask several times: the edges of 81,920 triangles take 0.1 s.
-    pub(crate) fn derived<T: Any + Send + Sync>(&self, make: impl FnOnce(&Self) -> T) -> Arc<T> {
+    /// The value of a type, made if there is none.
+    pub(super) fn get<T: Any + Send + Sync>(&self, make: impl FnOnce() -> T) -> Arc<T> {
         let kind = TypeId::of::<T>();
         // A panic in the middle of an insertion cannot happen: nothing is made under the lock.
         let known = |values: &HashMap<TypeId, Arc<dyn Any + Send + Sync>>| {
             values.get(&kind).and_then(|value| Arc::clone(value).downcast::<T>().ok())
         };
-        let lock = || self.derived.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(value) = known(&lock()) {
             return value;
         }
         // Not under the lock: what is made may use other threads, which may ask as well.
-        let made = Arc::new(make(self));
+        let made = Arc::new(make());
         let mut values = lock();
         known(&values).unwrap_or_else(|| {
             values.insert(kind, made.clone());

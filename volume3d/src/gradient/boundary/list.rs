@@ -5,6 +5,7 @@ use std::collections::{HashMap, HashSet};
 use glam::DVec3;
 
 use crate::geometry::Edges;
+use crate::gradient::jump_mean::Faces;
 use crate::scene::FLAT as COPLANAR;
 use crate::scene::{Hit, Reflectance, Scene, Span, Surface, parts};
 
@@ -41,12 +42,14 @@ pub(super) struct Edge {
 pub(super) struct EdgeList {
     pub(super) edges: Vec<Edge>,
     faces: Vec<Face>,
+    /// For each triangle the first of those that continue it in its plane.
+    plane: Vec<u32>,
 }
 
 impl EdgeList {
     pub(super) fn new(scene: &Scene) -> Self {
         let places = places(scene);
-        let mut list = Self::default();
+        let mut list = Self { plane: Faces::grow(scene), ..Self::default() };
         let place = Curve::new(scene);
         let at_places = scene.triangles.iter().map(|t| t.positions.map(|i| places[i as usize]));
         for there in Edges::of(at_places).iter() {
@@ -175,7 +178,14 @@ impl EdgeList {
 
     /// Whether a surface is one of those that meet in an edge.
     pub(super) fn has(&self, edge: &Edge, surface: Surface) -> bool {
-        self.faces(edge).iter().any(|f| Surface::Triangle(f.triangle) == surface)
+        self.continues(self.faces(edge), surface)
+    }
+
+    /// Whether a surface is one of some triangles, or continues one in its plane: what is seen just aside of an edge may be the next
+    /// triangle of a narrow face, or of one that is seen almost edge-on.
+    fn continues(&self, faces: &[Face], surface: Surface) -> bool {
+        let Surface::Triangle(triangle) = surface else { return false };
+        faces.iter().any(|f| self.plane[f.triangle as usize] == self.plane[triangle as usize])
     }
 }
 
@@ -183,7 +193,7 @@ impl EdgeList {
     /// Whether a surface meets an edge of the same ends, be it another shape's.
     pub(super) fn has_there(&self, edge: &Edge, surface: Surface) -> bool {
         let range = edge.first_there as usize..(edge.first_there + edge.count_there) as usize;
-        self.faces[range].iter().any(|f| Surface::Triangle(f.triangle) == surface)
+        self.continues(&self.faces[range], surface)
     }
 }
 

@@ -16,6 +16,9 @@ use crate::path::{Frame, Paths, Sequence};
 /// The ray on either side of a projected edge leaves it by this many pixels.
 const ASIDE_PIXELS: f64 = 1e-6;
 
+/// A face at which one looks along its plane up to this angle, in radians, may be seen as less than a line.
+const EDGE_ON: f64 = 1e-4;
+
 /// The least contrast a crease is credited with: what is reflected there may jump for other reasons than its normal.
 const LEAST: f64 = 0.02;
 
@@ -91,7 +94,9 @@ impl<'a> Primary<'a> {
         let [a, b] = edge.span(self.paths.scene);
         let way = self.frame.origin.value() - a;
         let facing = [u, v].map(|u| u.cross(b - a).dot(way));
-        self.film.has_lens() || facing[0] * facing[1] <= 0.0
+        // Before a face that is narrower than rays go aside, its other edge stands for both.
+        let edge_on = facing.iter().any(|f| f.abs() <= EDGE_ON * a.distance(b) * way.length());
+        self.film.has_lens() || edge_on || facing[0] * facing[1] <= 0.0
     }
 
     /// Roughly how much an edge counts: its length on the film, times the contrast there. Across a crease the

@@ -23,7 +23,7 @@ const MANY: usize = 24;
 
 /// The faces of a scene.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Faces {
+pub(crate) struct Faces {
     /// The first triangle of each triangle's face.
     first: Vec<u32>,
     /// For each triangle that is the first of its face, where its border begins among `border`, and the end.
@@ -36,7 +36,7 @@ pub(super) struct Faces {
 
 impl Faces {
     /// For each triangle the first of its face.
-    pub(super) fn grow(scene: &Scene) -> Vec<u32> {
+    pub(crate) fn grow(scene: &Scene) -> Vec<u32> {
         let mut first = vec![NONE; scene.triangles.len()];
         let size = scene.positions.iter().fold(0.0_f64, |size, p| size.max(p.abs().max_element()));
         let normal = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).normalize_or_zero();

@@ -11,6 +11,7 @@ mod missing;
 mod mixtures;
 mod pilot;
 pub(crate) mod scenes;
+mod slivers;
 mod softened;
 mod tails;
 mod textured_lights;
