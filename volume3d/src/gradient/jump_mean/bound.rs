@@ -5,6 +5,8 @@
 //! ∫ K ≤ π/ε, within about ε/N of itself, so that
 //!
 //! > |∇·V| ≤ (4 + N) v/ε.
+//!
+//! One border: between two of the surface that is seen, w < ε apart, V turns from the one's velocity to the other's, and ∇·V ~ Δv/w.
 
 use flatland::random::{open01, stream};
 use flatland::sdf::{End, Trace};

@@ -21,7 +21,8 @@ pub enum Field {
     /// [`flatland::boundary`]): no bias for any softness, from the exact mean, ε = 0, to one that follows only the border of what is
     /// seen, ε = ∞. Where silhouettes of different velocities cross or pass close by one another, ∇·V of the exact mean has no bound,
     /// and its samples have heavy tails. This one's have a bound: with v the largest velocity of the N jumps within reach, |V| ≤ v and
-    /// |∇·V| ≤ (4 + N) v/ε, and curves have at most 2v.
+    /// |∇·V| ≤ (4 + N) v/ε, and curves have at most 2v. It does not hold within a face that is seen almost edge-on, less than ε wide, and opens as it moves:
+    /// edge sampling does not miss that.
     ///
     /// Directions towards lights are not warped: the edges of shadows and the outlines of emitters are sampled, with the speed at which
     /// they pass the shading point. Within lobes the mean is softened as on the film, or exact. Beside implicit surfaces all of the field is the exact
