@@ -25,8 +25,15 @@ const LEAST: f64 = 0.02;
 /// What a fold with smooth shading counts, of what a crease does.
 const SMOOTH: f64 = 0.5;
 
-/// What an edge counts whose middle is hidden, of what it counts otherwise: other parts of it may be seen.
-const HIDDEN: f64 = 0.1;
+/// Pieces of edges are at most so many pixels long, unless there are too many of one: each is seen or hidden for itself. Of whole edges that are seen in part,
+/// but not in the middle, pixels had most of the noise: 20 thin prisms that turn now have 0.3 to 0.4 of their film's variance, and 2,000 leaves half.
+const PIECE: f64 = 2.0;
+const MOST_PIECES: f64 = 64.0;
+
+/// What a piece counts whose middle is hidden, of what it counts otherwise, if it is short, and what is added if it is as long as pieces are: other parts
+/// of it may be seen.
+const HIDDEN: f64 = 0.05;
+const HIDDEN_IF_LONG: f64 = 0.25;
 
 /// The part of the way to an edge at which its own surface is no longer in the way.
 const NEARLY: f64 = 1e-6;
@@ -40,7 +47,7 @@ pub(super) enum Lines {
     Silhouettes,
 }
 
-/// An edge's part on the film.
+/// A piece of an edge on the film.
 #[derive(Clone, Copy, Debug)]
 struct Line {
     edge: u32,
@@ -75,7 +82,8 @@ impl<'a> Primary<'a> {
                 Lines::Silhouettes => primary.may_be_silhouette(edge),
             };
             if counts && list.may_jump(scene, edge) {
-                primary.lines.extend(primary.project(index as u32, edge));
+                let pieces = primary.project(index as u32, edge).map(|line| primary.pieces(line));
+                primary.lines.extend(pieces.into_iter().flatten());
             }
         }
         let mut weights: Vec<f64> = primary.lines.par_iter().map(|line| primary.weight(line)).collect();
@@ -128,7 +136,16 @@ impl<'a> Primary<'a> {
         let t = a.lerp(b, s).distance(origin);
         let direction = self.film.direction(&self.frame, [u.x, u.y]).value();
         let hidden = self.paths.scene.hidden_from_camera(origin, direction, t * (1.0 - NEARLY));
-        line.ends[0].distance(line.ends[1]) * contrast * if hidden { HIDDEN } else { 1.0 }
+        let length = line.ends[0].distance(line.ends[1]);
+        let seen = if hidden { HIDDEN + HIDDEN_IF_LONG * (length / PIECE).min(1.0) } else { 1.0 };
+        length * contrast * seen
+    }
+
+    /// The pieces of a line, each of which is seen or hidden for itself. What is hidden from one point of a lens is not from others.
+    fn pieces(&self, line: Line) -> impl Iterator<Item = Line> + use<> {
+        let length = line.ends[0].distance(line.ends[1]);
+        let count = if self.film.has_lens() { 1.0 } else { (length / PIECE).ceil().clamp(1.0, MOST_PIECES) };
+        (0..count as usize).map(move |i| line.part([i as f64 / count, (i + 1) as f64 / count]))
     }
 
     /// The part of an edge before the camera that is within the cells of the film, or that a lens may see there.
@@ -189,6 +206,14 @@ impl Line {
         let [z, y] = self.depth;
         let w = fraction * z / ((1.0 - fraction) * y + fraction * z);
         (self.ends[0].lerp(self.ends[1], fraction), self.along[0] + w * (self.along[1] - self.along[0]))
+    }
+
+    /// The piece between two fractions.
+    fn part(&self, fractions: [f64; 2]) -> Self {
+        let [(start, from), (end, to)] = fractions.map(|fraction| self.at(fraction));
+        let [z, y] = self.depth;
+        let depth = fractions.map(|fraction| z * y / ((1.0 - fraction) * y + fraction * z));
+        Self { ends: [start, end], along: [from, to], depth, ..*self }
     }
 }
 
@@ -299,5 +324,37 @@ impl Boundary for Primary<'_> {
         let speed = self.speed(calculus, frame, &point);
         let light = (before - behind) * point.scale;
         found(calculus, BoundarySample { at: point.at, light, level: 0.0, speed });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pieces lie on the line one after another, as far along the edge and as deep.
+    #[test]
+    fn pieces_make_a_line() {
+        let ends = [DVec2::new(1.0, 2.0), DVec2::new(4.0, -3.0)];
+        let line = Line { edge: 7, ends, along: [0.1, 0.8], depth: [2.0, 9.0] };
+        let pieces =
+            [[0.0, 0.25], [0.25, 0.7], [0.7, 1.0]].map(|fractions| (fractions, line.part(fractions)));
+        for pair in pieces.windows(2) {
+            let [(_, before), (_, behind)] = [&pair[0], &pair[1]];
+            assert_eq!(
+                (before.ends[1], before.along[1], before.depth[1]),
+                (behind.ends[0], behind.along[0], behind.depth[0])
+            );
+        }
+        for ([start, end], piece) in pieces {
+            assert_eq!(piece.edge, 7);
+            for fraction in [0.0, 0.3, 1.0] {
+                let (u, s) = piece.at(fraction);
+                let (whole_u, whole_s) = line.at(start + fraction * (end - start));
+                assert!(
+                    u.distance(whole_u) < 1e-14 && (s - whole_s).abs() < 1e-14,
+                    "{u} {whole_u}, {s} {whole_s}"
+                );
+            }
+        }
     }
 }

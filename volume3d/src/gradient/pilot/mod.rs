@@ -32,7 +32,7 @@ use self::survey::{Seen, softened};
 use super::warped_area::shadows_are_curves;
 use super::{ActiveParameters, EdgeSampling, GradientError, Progress, Tangent, WarpedArea};
 use crate::Image;
-use crate::scene::Scene;
+use crate::scene::{Bsdf, Scene};
 
 /// Chooses between unbiased methods, and splits their samples.
 ///
@@ -58,7 +58,7 @@ pub struct Pilot {
 pub struct Choice {
     /// The better of the candidates; edge sampling if it is expected to have less than 0.8 of the other's error, as few samples tell it.
     pub method: Method,
-    /// All of them, the chosen first; none if there was nothing to be chosen.
+    /// All of them, the chosen first; none if there was nothing to be chosen, and no edge sampling where a surface is not diffuse.
     pub candidates: Vec<Candidate>,
 }
 
@@ -83,6 +83,13 @@ const PART: usize = 64;
 const PART_OF_AREA: usize = 32;
 const FEWEST: usize = 2;
 const FEWEST_CURVES: usize = 1;
+
+/// Whether all surfaces reflect widely. Edges are drawn without regard to lobes: few of those that a narrow one reflects are found, and a pilot of few
+/// samples may see none. (A sphere before a conductor of roughness 0.025 had 400 times the squared error that the pilot expected of edge
+/// sampling, and 35 times that of warped-area sampling.)
+fn reflects_widely(scene: &Scene) -> bool {
+    scene.description.materials.iter().all(|material| matches!(material.bsdf, Bsdf::Diffuse { .. }))
+}
 
 impl Pilot {
     /// The better method for the derivative along a change.
@@ -175,7 +182,8 @@ impl Pilot {
             ..EdgeSampling::default()
         });
         let softened = Some(trial(softened)?);
-        let edges = if shadows_are_curves(scene) { Some(trial(edges)?) } else { None };
+        let edges =
+            if shadows_are_curves(scene) && reflects_widely(scene) { Some(trial(edges)?) } else { None };
         Ok(Survey { smooth, softened, edges, views: 1 })
     }
 

@@ -128,6 +128,24 @@ fn none_of_a_kind_is_refused() {
     }
 }
 
+/// Before a glossy surface edge sampling is not tried.
+#[test]
+fn glossy_surfaces_are_not_for_edge_sampling() {
+    let glossy = room(Filter::Box);
+    let mut description = glossy.description().clone();
+    description.materials[1].bsdf = description.materials[0].bsdf.clone();
+    let diffuse = Scene::new(description).unwrap();
+    let pilot = Pilot { samples: 16, seed: 1 };
+    let count = |scene: &Scene| {
+        let mut change = Tangent::still(scene);
+        change.translate(scene, 2, DVec3::X);
+        let choice = pilot.for_change(scene, &change, &Progress::none()).unwrap();
+        assert!(choice.candidates.iter().any(|c| matches!(c.method, Method::WarpedArea(_))));
+        choice.candidates.len()
+    };
+    assert_eq!([count(&diffuse), count(&glossy)], [2, 1]);
+}
+
 /// In reverse the pilot looks where the adjoint does; and where nothing is to be chosen it is the exact mean.
 #[test]
 fn a_pilot_of_a_transpose() {
