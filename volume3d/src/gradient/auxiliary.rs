@@ -1,5 +1,6 @@
 //! Warps at a point: from what auxiliary rays hit, or from the jumps near by.
 
+use std::cell::Cell;
 use std::f64::consts::FRAC_PI_2;
 
 use flatland::random::{Stream, open01};
@@ -69,6 +70,8 @@ pub(crate) struct Auxiliary<'s> {
     directions: Vec<DVec3>,
     hits: Vec<Option<Hit>>,
     near: Near,
+    /// Of the last kernels of lobes and of lights, by κ: those of one shading point are alike.
+    supports: [Cell<(f64, AngularSupport)>; 2],
     /// Memory for rays at implicit surfaces.
     trace: Trace<DVec3>,
     ahead: Ahead,
@@ -140,6 +143,7 @@ impl<'s> Auxiliary<'s> {
             directions: vec![],
             hits: vec![],
             near: Near { direction: DVec3::ZERO, margin: 0.0, edges: Listed::default() },
+            supports: [const { Cell::new((f64::NAN, AngularSupport::NONE)) }; 2],
             trace: Trace { direction: DVec3::ZERO, points: vec![], end: End::Miss },
             ahead: Ahead::nothing(),
         }
@@ -175,7 +179,13 @@ impl<'s> Auxiliary<'s> {
         }
         let width = 1.0 / kernel.kappa.sqrt();
         let softness = if kernel.of_light { 0.0 } else { lobe_softness * width };
-        Some(AngularSupport::new(lobe * width).softened(softness))
+        let last = &self.supports[usize::from(kernel.of_light)];
+        let (kappa, mut support) = last.get();
+        if kappa != kernel.kappa {
+            support = AngularSupport::new(lobe * width);
+            last.set((kernel.kappa, support));
+        }
+        Some(support.softened(softness))
     }
 
     /// The warp at direction ω as seen from x on a surface; nothing where nothing seen can move.

@@ -66,49 +66,55 @@ impl Motion<'_> {
     }
 }
 
-/// Boxes around everything that moves. A bundle that misses them all sees no motion, and need not be traced if
+/// Boxes and balls around everything that moves. A bundle that misses them all sees no motion, and need not be traced if
 /// its origin stands still.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MovingBounds {
-    boxes: Vec<(DVec3, DVec3)>,
+    places: Vec<Place>,
     /// Whether an implicit surface moves: its kernel ends where φ says, which may be anywhere.
     pub(super) implicit: bool,
 }
 
-/// More boxes than this are one box.
-const MOST_BOXES: usize = 8;
+/// Where something is that moves: in a box, and in a ball around the middle of the box.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    low: DVec3,
+    high: DVec3,
+    radius: f64,
+}
+
+/// More places than this are one.
+const MOST_PLACES: usize = 8;
+
+impl Place {
+    /// Of all points of some parts, if there are any.
+    fn around(parts: &[&[DVec3]]) -> Option<Self> {
+        let points = || parts.iter().flat_map(|part| part.iter().copied());
+        let (low, high) = (points().reduce(DVec3::min)?, points().reduce(DVec3::max)?);
+        // The tests' own rounding must not lose a ray.
+        let margin = 1e-9 * (high - low).max_element() + 1e-12 * high.abs().max(low.abs()).max_element();
+        let middle = 0.5 * (low + high);
+        let radius = points().map(|p| p.distance(middle)).fold(0.0, f64::max);
+        Some(Self { low: low - margin, high: high + margin, radius: radius + margin })
+    }
+}
 
 impl MovingBounds {
     /// Of the meshes that move, and whether an implicit surface does.
     pub(crate) fn new(scene: &Scene, moves: &[bool], implicit: bool) -> Self {
-        let mut boxes: Vec<(DVec3, DVec3)> = vec![];
-        for shape in (0..moves.len()).filter(|&s| moves[s]) {
-            let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-            for p in &scene.positions[scene.position_range(shape)] {
-                (low, high) = (low.min(*p), high.max(*p));
-            }
-            if low.x <= high.x {
-                // The slab test's own rounding must not lose a ray.
-                let margin =
-                    1e-9 * (high - low).max_element() + 1e-12 * high.abs().max(low.abs()).max_element();
-                boxes.push((low - margin, high + margin));
-            }
-        }
-        if boxes.len() > MOST_BOXES {
-            let all = boxes
-                .iter()
-                .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), b| (l.min(b.0), h.max(b.1)));
-            boxes = vec![all];
-        }
-        Self { boxes, implicit }
+        let shapes = (0..moves.len()).filter(|&s| moves[s]);
+        let parts: Vec<&[DVec3]> = shapes.map(|s| &scene.positions[scene.position_range(s)]).collect();
+        let together = if parts.len() > MOST_PLACES { parts.len() } else { 1 };
+        let places = parts.chunks(together).filter_map(Place::around).collect();
+        Self { places, implicit }
     }
 
     /// Whether anything that moves may be seen within the reach of a direction.
     pub(crate) fn may_be_near(&self, origin: DVec3, direction: DVec3, reach: AngularSupport) -> bool {
         self.implicit
-            || self.boxes.iter().any(|&(low, high)| {
+            || self.places.iter().any(|&Place { low, high, radius }| {
                 let way = 0.5 * (low + high) - origin;
-                let (distance, radius) = (way.length(), 0.5 * (high - low).length());
+                let distance = way.length();
                 if distance <= radius {
                     return true;
                 }
@@ -122,7 +128,7 @@ impl MovingBounds {
     pub(crate) fn may_be_hit(&self, origin: DVec3, direction: DVec3) -> bool {
         let inverse = direction.recip();
         self.implicit
-            || self.boxes.iter().any(|&(low, high)| {
+            || self.places.iter().any(|&Place { low, high, .. }| {
                 let (a, b) = ((low - origin) * inverse, (high - origin) * inverse);
                 // NaN arises where a ray runs within a face of the box: max and min then drop it.
                 let (near, far) = (a.min(b), a.max(b));

@@ -89,6 +89,11 @@ impl Lanes for V3 {
     }
 
     #[inline(always)]
+    fn sqrt(self, a: __m256) -> __m256 {
+        self.avx._mm256_sqrt_ps(a)
+    }
+
+    #[inline(always)]
     fn less_equal(self, a: __m256, b: __m256) -> u32 {
         self.avx._mm256_movemask_ps(self.avx._mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) as u32
     }

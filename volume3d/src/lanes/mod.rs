@@ -52,6 +52,7 @@ pub(crate) trait Lanes: Copy {
     fn min(self, a: Self::Float, b: Self::Float) -> Self::Float;
     fn max(self, a: Self::Float, b: Self::Float) -> Self::Float;
     fn abs(self, a: Self::Float) -> Self::Float;
+    fn sqrt(self, a: Self::Float) -> Self::Float;
     fn less_equal(self, a: Self::Float, b: Self::Float) -> u32;
 
     fn splat_double(self, value: f64) -> Self::Double;

@@ -77,6 +77,11 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    fn sqrt(self, a: Row) -> Row {
+        a.map(f32::sqrt)
+    }
+
+    #[inline(always)]
     fn less_equal(self, a: Row, b: Row) -> u32 {
         (0..8).map(|i| u32::from(a[i] <= b[i]) << i).sum()
     }

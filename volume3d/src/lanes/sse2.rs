@@ -87,6 +87,11 @@ impl Lanes for V1 {
     }
 
     #[inline(always)]
+    fn sqrt(self, a: Pair) -> Pair {
+        [self.sse._mm_sqrt_ps(a[0]), self.sse._mm_sqrt_ps(a[1])]
+    }
+
+    #[inline(always)]
     fn less_equal(self, a: Pair, b: Pair) -> u32 {
         let low = self.sse._mm_movemask_ps(self.sse._mm_cmple_ps(a[0], b[0])) as u32;
         let high = self.sse._mm_movemask_ps(self.sse._mm_cmple_ps(a[1], b[1])) as u32;

@@ -17,6 +17,9 @@ pub(crate) struct AngularSupport {
 }
 
 impl AngularSupport {
+    /// A cap without extent.
+    pub(crate) const NONE: Self = Self { angle: 0.0, cosine: 1.0, sine: 0.0, versine: 0.0, shrinkage: 0.0 };
+
     /// Of a cap with this angular radius, at most [`WIDEST`].
     pub(crate) fn new(angle: f64) -> Self {
         let angle = angle.min(WIDEST);

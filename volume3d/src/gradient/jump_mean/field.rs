@@ -82,9 +82,6 @@ struct Part {
     divergence: DVec3,
 }
 
-/// Pieces for which there is room at first.
-const ROOM: usize = 16;
-
 impl JumpMean {
     /// The field at u; nothing if no arc and no implicit surface is near.
     #[expect(
@@ -101,7 +98,8 @@ impl JumpMean {
         sight: &Sight,
         trace: &mut Trace<DVec3>,
     ) -> Option<Self> {
-        let mut pieces = Vec::with_capacity(ROOM);
+        // Most queries find none, and take no memory.
+        let mut pieces = vec![];
         let face = match view.subject {
             Subject::Radiance(Some(triangle)) => Some(tree.plane(triangle)),
             _ => None,

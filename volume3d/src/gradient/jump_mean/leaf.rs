@@ -6,7 +6,7 @@
 use glam::DVec3;
 
 use super::edge::{Cone, Edge, HalfSpace};
-use crate::lanes::{Half, Instructions, Lanes, Task, WIDTH};
+use crate::lanes::{Half, Lanes, WIDTH};
 
 /// Edges of a leaf.
 pub(super) const LEAF: usize = WIDTH / 2;
@@ -39,33 +39,18 @@ impl Leaf {
     }
 
     /// The edges that may enter a cone, before its planes, and are silhouettes from its origin, or those that are none: as bits.
-    pub(super) fn entering(&self, cone: &Cone<'_>, silhouettes: bool, instructions: Instructions) -> u32 {
-        instructions.run(Entering { leaf: self, cone, silhouettes })
-    }
-}
-
-struct Entering<'a> {
-    leaf: &'a Leaf,
-    cone: &'a Cone<'a>,
-    silhouettes: bool,
-}
-
-impl Task for Entering<'_> {
-    type Output = u32;
-
     #[inline(always)]
-    fn run<L: Lanes>(self, l: L) -> u32 {
-        let Self { leaf, cone, silhouettes } = self;
+    pub(super) fn entering<L: Lanes>(&self, l: L, cone: &Cone<'_>, silhouettes: bool) -> u32 {
         let zero = l.splat_double(0.0);
-        let places = [load(l, &leaf.places[0]), load(l, &leaf.places[1])];
+        let places = [load(l, &self.places[0]), load(l, &self.places[1])];
         let origin = splat(l, cone.origin);
         let way = sub(l, places[0], origin);
-        let (a, b) = (dot(l, load(l, &leaf.normals[0]), way), dot(l, load(l, &leaf.normals[1]), way));
+        let (a, b) = (dot(l, load(l, &self.normals[0]), way), dot(l, load(l, &self.normals[1]), way));
         let away = l.min_double(l.abs_double(a), l.abs_double(b));
         // Both faces show the same side.
         let alike =
             l.less_double(zero, l.mul_double(a, b)) & l.less_double(l.splat_double(cone.rounding), away);
-        let mut left = leaf.lanes & if silhouettes { !alike } else { alike };
+        let mut left = self.lanes & if silhouettes { !alike } else { alike };
         for plane in cone.planes {
             left &= is_before(l, plane, places[0]) | is_before(l, plane, places[1]);
         }
@@ -141,7 +126,19 @@ mod tests {
     use super::super::arc::{AngularSupport, Arc};
     use super::super::edge::Pole;
     use super::*;
+    use crate::lanes::{Instructions, Task};
     use crate::scene::{NONE, Span};
+
+    struct Entering<'a>(&'a Leaf, &'a Cone<'a>, bool);
+
+    impl Task for Entering<'_> {
+        type Output = u32;
+
+        #[inline(always)]
+        fn run<L: Lanes>(self, lanes: L) -> u32 {
+            self.0.entering(lanes, self.1, self.2)
+        }
+    }
 
     /// What is refused is no silhouette, or has no part before all planes, or its arc does not enter the cap.
     #[test]
@@ -172,7 +169,7 @@ mod tests {
             let reach = AngularSupport::new([1.1, 0.2, 0.01][trial / 3 % 3]);
             let cone = Cone { origin, axis, reach, planes: &planes[..trial % 3], rounding: 1e-13 };
             for silhouettes in [true, false] {
-                let entering = leaf.entering(&cone, silhouettes, Instructions::detect());
+                let entering = Instructions::detect().run(Entering(&leaf, &cone, silhouettes));
                 assert_eq!(entering >> edges.len(), 0);
                 for (lane, edge) in edges.iter().enumerate() {
                     let [a, b] = edge.places;

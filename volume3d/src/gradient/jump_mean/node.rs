@@ -1,17 +1,12 @@
 //! Nodes of the hierarchy of edges: eight boxes with cones of normals, refused in single precision.
 //!
 //! A node only ever decides what need not be looked at, with margins above its rounding. Lengths are in units of the
-//! scene, so that squares in single precision neither vanish nor overflow where it matters.
+//! hierarchy, from its middle, so that squares in single precision neither vanish nor overflow where it matters.
 
 use glam::DVec3;
 
 use super::edge::{Cone, Edge};
-use crate::lanes::{Instructions, Lanes, Task};
-
-/// Children of a node.
-pub(super) const WIDTH: usize = 8;
-
-type Row = [f32; WIDTH];
+use crate::lanes::{Lanes, Row, WIDTH};
 
 /// A box around edges, with a cone around the normals of their triangles.
 #[derive(Clone, Copy, Debug)]
@@ -19,9 +14,14 @@ pub(super) struct Bounds {
     centre: DVec3,
     /// Half the box's extent.
     half: DVec3,
+    /// No place is farther from the centre.
+    radius: f64,
     axis: DVec3,
     /// Sine of the cone's half angle; nothing if it is wider than a quarter turn, or a border is among the edges.
     sine: Option<f64>,
+    /// Heights along the axis over the centre: their middle, and half of what is between them.
+    level: f64,
+    thickness: f64,
 }
 
 impl Bounds {
@@ -34,51 +34,81 @@ impl Bounds {
         // A border's normals are zero, and so is its cosine.
         let cosine = normals().map(|n| n.dot(axis)).fold(1.0, f64::min);
         let sine = (cosine > MARGIN).then(|| (1.0 - cosine * cosine).max(0.0).sqrt());
-        Self { centre: 0.5 * (low + high), half: 0.5 * (high - low), axis, sine }
+        let (centre, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let radius = places().map(|p| p.distance(centre)).fold(0.0, f64::max);
+        let heights = || places().map(|p| axis.dot(p - centre));
+        let bottom = heights().fold(f64::INFINITY, f64::min);
+        let top = heights().fold(f64::NEG_INFINITY, f64::max);
+        let (level, thickness) = (0.5 * (bottom + top), 0.5 * (top - bottom));
+        Self { centre, half, radius, axis, sine, level, thickness }
     }
 
     /// The same without a cone: whether edges are silhouettes does not matter.
     pub(super) fn from_everywhere(edges: &[Edge]) -> Self {
-        Self { axis: DVec3::ZERO, sine: None, ..Self::around(edges) }
+        Self { sine: None, ..Self::around(edges) }
+    }
+}
+
+/// Where lengths in single precision are taken from, and one over their unit: the middle and the size of all edges' box.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Frame {
+    pub(super) middle: DVec3,
+    pub(super) unit: f64,
+}
+
+impl Frame {
+    /// A place in two numbers for each coordinate, of which the second is what the first has lost: 2⁻⁴⁸ of it is still missing.
+    fn place(&self, place: DVec3) -> [[f32; 2]; 3] {
+        ((place - self.middle) * self.unit).to_array().map(|x| {
+            let first = x as f32;
+            [first, (x - f64::from(first)) as f32]
+        })
     }
 }
 
 /// The bounds of eight children, and where these are.
 #[derive(Clone, Debug)]
 pub(super) struct Node {
-    /// In double precision, as what counts is how far away they are.
-    centre: [[f64; WIDTH]; 3],
+    /// What is twice as precise, as what counts is how far away they are.
+    centre: [[Row; 2]; 3],
     half: [Row; 3],
     radius: Row,
     axis: [Row; 3],
     cosine: Row,
     sine: Row,
+    level: Row,
+    thickness: Row,
     /// Nodes, or leaves.
     pub(super) child: [u32; WIDTH],
     children: u32,
 }
 
 impl Node {
-    /// `unit` is one over the size of the scene.
-    pub(super) fn new(bounds: impl Iterator<Item = Bounds>, unit: f64) -> Self {
+    pub(super) fn new(bounds: impl Iterator<Item = Bounds>, frame: &Frame) -> Self {
         let row = [0.0; WIDTH];
         let mut node = Self {
-            centre: [[0.0; WIDTH]; 3],
+            centre: [[row; 2]; 3],
             half: [row; 3],
             radius: row,
             axis: [row; 3],
             cosine: row,
             sine: row,
+            level: row,
+            thickness: row,
             child: [0; WIDTH],
             children: 0,
         };
+        let wider = 1.0 + 2.0 * MARGIN;
         for (lane, b) in bounds.enumerate() {
-            for k in 0..3 {
-                node.centre[k][lane] = b.centre[k];
-                node.half[k][lane] = (b.half[k] * unit) as f32;
+            for (k, [first, rest]) in frame.place(b.centre).into_iter().enumerate() {
+                node.centre[k][0][lane] = first;
+                node.centre[k][1][lane] = rest;
+                node.half[k][lane] = (b.half[k] * frame.unit * wider) as f32;
                 node.axis[k][lane] = b.axis[k] as f32;
             }
-            node.radius[lane] = (b.half.length() * unit) as f32;
+            node.radius[lane] = (b.radius * frame.unit * wider + LEAST_RADIUS) as f32;
+            node.level[lane] = (b.level * frame.unit) as f32;
+            node.thickness[lane] = (b.thickness * frame.unit) as f32;
             // With a right angle nothing is ever left out.
             let sine = b.sine.unwrap_or(1.0);
             (node.cosine[lane], node.sine[lane]) = ((1.0 - sine * sine).sqrt() as f32, sine as f32);
@@ -90,115 +120,145 @@ impl Node {
 
 /// A cone as nodes are compared with it.
 pub(super) struct Query {
-    origin: [f64; 3],
-    unit: f64,
+    origin: [[f32; 2]; 3],
     axis: [f32; 3],
     sine: f32,
     cosine: f32,
     /// Normals, and heights of the origin.
     planes: [([f32; 3], f32); PLANES],
     count: usize,
+    margin: f32,
 }
 
 /// The most planes that are compared: those left out refuse nothing.
 const PLANES: usize = 2;
 
 /// What rounding to single precision, and a few operations after it, may be off by, relative to the distance of the
-/// farthest point of a box.
+/// farthest point of a box: 33 units of rounding.
 const MARGIN: f64 = 2e-6;
 
+/// Boxes are at least as large: their margins are then above 10⁻¹⁴, which is what places in two numbers may be off by.
+const LEAST_RADIUS: f64 = 1e-8;
+
+/// Squares of this are far from overflow, and nothing is refused from farther away.
+const FARTHEST: f64 = 1e6;
+
+/// Numbers that are not above zero by so much do not refuse anything.
+const ABOVE: f32 = f32::MIN_POSITIVE;
+
 impl Query {
-    pub(super) fn new(cone: &Cone<'_>, unit: f64) -> Self {
+    pub(super) fn new(cone: &Cone<'_>, frame: &Frame) -> Self {
         let mut planes = [([0.0; 3], 0.0); PLANES];
         for (place, plane) in planes.iter_mut().zip(cone.planes) {
-            let height = unit * plane.height(cone.origin);
+            let height = frame.unit * plane.height(cone.origin);
             // Rounded up.
             let height = (height + MARGIN * height.abs()) as f32;
             *place = (single(plane.normal), height);
         }
         let reach = cone.reach;
+        let is_far = ((cone.origin - frame.middle) * frame.unit).abs().max_element() > FARTHEST;
         Self {
-            origin: cone.origin.to_array(),
-            unit,
+            origin: frame.place(cone.origin),
             axis: single(cone.axis),
             sine: reach.sine as f32,
             cosine: reach.cosine as f32,
             planes,
             count: cone.planes.len().min(PLANES),
+            margin: if is_far { f32::INFINITY } else { MARGIN as f32 },
         }
     }
 
-    /// The children that may have a silhouette within the cone and before its planes, as bits.
-    pub(super) fn entered(&self, node: &Node, instructions: Instructions) -> u32 {
-        instructions.run(Entered(self, node))
-    }
-
-    /// Written for the compiler to vectorise, for the instructions of the machine.
+    /// The children that may have an edge within the cone and before its planes that is a silhouette or may be one, as bits.
     #[inline(always)]
-    fn test(&self, node: &Node) -> u32 {
-        let margin = MARGIN as f32;
-        let mut way = [[0.0_f32; WIDTH]; 3];
-        for (k, way) in way.iter_mut().enumerate() {
-            for (way, centre) in way.iter_mut().zip(node.centre[k]) {
-                *way = ((centre - self.origin[k]) * self.unit) as f32;
-            }
+    pub(super) fn entered<L: Lanes>(&self, l: L, node: &Node) -> u32 {
+        let margin = l.splat(self.margin);
+        let axis = splat(l, self.axis);
+        let (sine, cosine) = (l.splat(self.sine), l.splat(self.cosine));
+        let above = l.splat(ABOVE);
+        let [x, y, z] = &node.half;
+        let half = [l.load(x), l.load(y), l.load(z)];
+        let radius = l.load(&node.radius);
+        let way = [self.way(l, node, 0), self.way(l, node, 1), self.way(l, node, 2)];
+        // What is along the cone's axis, and across.
+        let along = dot(l, axis, way);
+        let across = [
+            l.mul_sub_from(along, axis[0], way[0]),
+            l.mul_sub_from(along, axis[1], way[1]),
+            l.mul_sub_from(along, axis[2], way[2]),
+        ];
+        let apart = l.sqrt(dot(l, across, across));
+        // No less than how far the centre is.
+        let distance = l.add(l.abs(along), apart);
+        let slack = l.mul(margin, l.add(distance, radius));
+        // A plane that touches the cone on the side of the box, with a normal n = across cos R − axis sin R |across|. What is across is off by
+        // the rounding of the way, which turns n by that over |across|.
+        let leaning = l.mul(sine, apart);
+        let n = [
+            l.mul_sub(across[0], cosine, l.mul(axis[0], leaning)),
+            l.mul_sub(across[1], cosine, l.mul(axis[1], leaning)),
+            l.mul_sub(across[2], cosine, l.mul(axis[2], leaning)),
+        ];
+        let outside = l.sub(dot(l, n, way), dot(l, abs(l, n), half));
+        let outside = l.mul_sub_from(slack, l.add(apart, distance), outside);
+        let mut refused = l.less_equal(above, outside);
+        for (n, level) in &self.planes[..self.count] {
+            let n = splat(l, *n);
+            // Heights over the plane of the highest point, and of the origin.
+            let top = l.add(dot(l, n, way), dot(l, abs(l, n), half));
+            let top = l.add(l.add(top, l.splat(*level)), slack);
+            refused |= l.less_equal(top, l.splat(-ABOVE));
         }
-        let [x, y, z] = &way;
-        let [hx, hy, hz] = &node.half;
-        let mut distance = [0.0_f32; WIDTH];
-        // By how much a child is outside of something: it is left out if that is above zero.
-        let mut outside = [0.0_f32; WIDTH];
-        let [ax, ay, az] = self.axis;
-        for l in 0..WIDTH {
-            // A plane that touches the cone on the side of the box, with a normal n ∝ across cos R/|across| − axis sin R.
-            let along = x[l] * ax + y[l] * ay + z[l] * az;
-            let (vx, vy, vz) = (x[l] - along * ax, y[l] - along * ay, z[l] - along * az);
-            let apart = (vx * vx + vy * vy + vz * vz).sqrt() + f32::MIN_POSITIVE;
-            distance[l] = (x[l] * x[l] + y[l] * y[l] + z[l] * z[l]).sqrt();
-            let scale = self.cosine / apart;
-            let (nx, ny, nz) =
-                (vx * scale - ax * self.sine, vy * scale - ay * self.sine, vz * scale - az * self.sine);
-            let height = nx * x[l] + ny * y[l] + nz * z[l];
-            let support = hx[l] * nx.abs() + hy[l] * ny.abs() + hz[l] * nz.abs();
-            // What is across is off by the rounding of the way, which turns n by that over |across|.
-            let slack = margin * (distance[l] + node.radius[l]) * (1.0 + distance[l] / apart);
-            outside[l] = height - support * (1.0 + margin) - slack;
-        }
-        for ([nx, ny, nz], level) in &self.planes[..self.count] {
-            for l in 0..WIDTH {
-                let height = level + nx * x[l] + ny * y[l] + nz * z[l];
-                let support = hx[l] * nx.abs() + hy[l] * ny.abs() + hz[l] * nz.abs();
-                let behind = -height - support * (1.0 + margin) - margin * (distance[l] + node.radius[l]);
-                outside[l] = if behind > outside[l] { behind } else { outside[l] };
-            }
-        }
-        let [nx, ny, nz] = &node.axis;
-        let mut bits = [0_u32; WIDTH];
-        for l in 0..WIDTH {
-            // β, the half angle of the box's ball as seen from the origin, and θ, that of the cone of normals: every
-            // triangle shows its front, or every one its back, unless the angle of way and axis is within θ + β of a
-            // right one.
-            let sine = node.radius[l] * (1.0 + margin) / (distance[l] + f32::MIN_POSITIVE);
-            let cosine = (1.0 - sine * sine).max(0.0).sqrt();
-            let across = (x[l] * nx[l] + y[l] * ny[l] + z[l] * nz[l]).abs();
-            let limit = node.sine[l] * cosine + node.cosine[l] * sine + 4.0 * margin;
-            let within_quarter = node.cosine[l] * cosine > node.sine[l] * sine;
-            let one_sided = (sine < 1.0) & within_quarter & (across > limit * distance[l]);
-            bits[l] = if (outside[l] > 0.0) | one_sided { 0 } else { 1 << l };
-        }
-        bits.into_iter().fold(0, |all, bit| all | bit) & node.children
+        let [x, y, z] = &node.axis;
+        let normal = [l.load(x), l.load(y), l.load(z)];
+        let height = dot(l, normal, way);
+        // β, the half angle of the box's ball as seen from the origin, and θ, that of the cone of normals: every
+        // triangle shows its front, or every one its back, unless the angle of way and normal is within θ + β of a
+        // right one. All of it times the distance, of which the tangent to the ball is cos β.
+        let zero = l.splat(0.0);
+        let tangent = l.sqrt(l.max(l.mul_sub_from(radius, radius, dot(l, way, way)), zero));
+        let (narrow, wide) = (l.load(&node.cosine), l.load(&node.sine));
+        let limit = l.mul_add(l.mul(margin, l.splat(4.0)), distance, l.mul(narrow, radius));
+        let limit = l.mul_add(wide, tangent, limit);
+        let is_wide = l.less_equal(l.mul(narrow, tangent), l.mul(wide, radius));
+        refused |= l.less_equal(limit, l.abs(height)) & !is_wide;
+        // Along the normal, up or down, the cone rises as it goes on: as far away as a child is, it is above all of it. The last of it times
+        // the slope.
+        let slope = dot(l, axis, normal);
+        let up = l.abs(slope);
+        let flat = l.max(l.mul_sub_from(slope, slope, l.splat(1.0)), zero);
+        let steepness = l.sqrt(l.mul_add(margin, l.splat(4.0), flat));
+        let rise = l.mul_sub(up, cosine, l.mul(steepness, sine));
+        let nearest = l.max(l.sub(l.max(along, apart), radius), zero);
+        let thick = l.mul_add(slack, l.splat(2.0), l.load(&node.thickness));
+        let over = l.mul(up, l.mul_sub(rise, nearest, thick));
+        let over = l.mul_sub_from(slope, l.add(height, l.load(&node.level)), over);
+        refused |= l.less_equal(above, over) & l.less_equal(above, rise);
+        node.children & !refused
+    }
+
+    /// One coordinate of the ways to the centres.
+    #[inline(always)]
+    fn way<L: Lanes>(&self, l: L, node: &Node, k: usize) -> L::Float {
+        let ([first, rest], origin) = (&node.centre[k], self.origin[k]);
+        l.add(l.sub(l.load(first), l.splat(origin[0])), l.sub(l.load(rest), l.splat(origin[1])))
     }
 }
 
-struct Entered<'a>(&'a Query, &'a Node);
+type Vector<L> = [<L as Lanes>::Float; 3];
 
-impl Task for Entered<'_> {
-    type Output = u32;
+#[inline(always)]
+fn splat<L: Lanes>(l: L, [x, y, z]: [f32; 3]) -> Vector<L> {
+    [l.splat(x), l.splat(y), l.splat(z)]
+}
 
-    #[inline(always)]
-    fn run<L: Lanes>(self, _: L) -> u32 {
-        self.0.test(self.1)
-    }
+#[inline(always)]
+fn abs<L: Lanes>(l: L, [x, y, z]: Vector<L>) -> Vector<L> {
+    [l.abs(x), l.abs(y), l.abs(z)]
+}
+
+#[inline(always)]
+fn dot<L: Lanes>(l: L, a: Vector<L>, b: Vector<L>) -> L::Float {
+    l.mul_add(a[0], b[0], l.mul_add(a[1], b[1], l.mul(a[2], b[2])))
 }
 
 fn single(v: DVec3) -> [f32; 3] {
@@ -212,7 +272,19 @@ mod tests {
     use super::super::arc::AngularSupport;
     use super::super::edge::HalfSpace;
     use super::*;
+    use crate::lanes::{Instructions, Task};
     use crate::scene::{NONE, Span};
+
+    struct Entered<'a>(&'a Query, &'a Node);
+
+    impl Task for Entered<'_> {
+        type Output = u32;
+
+        #[inline(always)]
+        fn run<L: Lanes>(self, lanes: L) -> u32 {
+            self.0.entered(lanes, self.1)
+        }
+    }
 
     fn point(rng: &mut Stream) -> DVec3 {
         DVec3::from_array(std::array::from_fn(|_| 2.0 * open01(rng) - 1.0))
@@ -259,8 +331,8 @@ mod tests {
             for trial in 0..20_000 {
                 let spread = [None, Some(0.01), Some(0.5)][trial % 3];
                 let groups: Vec<Vec<Edge>> = (0..WIDTH).map(|_| edges(&mut rng, scale, spread)).collect();
-                let unit = 1.0 / (6.0 * scale);
-                let node = Node::new(groups.iter().map(|g| Bounds::around(g)), unit);
+                let frame = Frame { middle: scale * DVec3::ONE, unit: 1.0 / (6.0 * scale) };
+                let node = Node::new(groups.iter().map(|g| Bounds::around(g)), &frame);
                 // Near the edges now and then, also within their box.
                 let near = groups[0][0].places[0] + 0.01 * scale * point(&mut rng);
                 let origin = if trial % 2 == 0 { near } else { scale * 4.0 * point(&mut rng) };
@@ -278,7 +350,7 @@ mod tests {
                     planes: &[plane][..trial % 2],
                     rounding: 1e-13 * scale,
                 };
-                let entered = Query::new(&cone, unit).entered(&node, Instructions::detect());
+                let entered = Instructions::detect().run(Entered(&Query::new(&cone, &frame), &node));
                 for (lane, group) in groups.iter().enumerate() {
                     let needed = group.iter().any(|edge| counts(edge, &cone));
                     let kept = entered >> lane & 1 == 1;

@@ -6,8 +6,8 @@ use glam::DVec3;
 
 use super::edge::{Cone, Edge};
 use super::leaf::{LEAF, Leaf};
-use super::node::{Bounds, Node, Query, WIDTH};
-use crate::lanes::{Instructions, next};
+use super::node::{Bounds, Frame, Node, Query};
+use crate::lanes::{Instructions, Lanes, Task, WIDTH, next};
 
 /// Edges in a hierarchy.
 #[derive(Clone, Debug, Default)]
@@ -16,8 +16,7 @@ pub(crate) struct Tree {
     leaves: Vec<Leaf>,
     /// Those in the hierarchy, and after them those that are silhouettes from nowhere.
     edges: Vec<Edge>,
-    /// One over the size of all edges' box.
-    unit: f64,
+    frame: Frame,
     instructions: Instructions,
 }
 
@@ -36,9 +35,9 @@ impl Tree {
 
     fn of(edges: Vec<Edge>, bounds: impl Fn(&[Edge]) -> Bounds + Copy) -> Self {
         let (low, high) = corners(edges.iter().flat_map(|e| e.places));
-        let unit = 1.0 / (high - low).max_element();
+        let frame = Frame { middle: 0.5 * (low + high), unit: 1.0 / (high - low).max_element() };
         let mut tree =
-            Self { nodes: vec![], leaves: vec![], edges, unit, instructions: Instructions::detect() };
+            Self { nodes: vec![], leaves: vec![], edges, frame, instructions: Instructions::detect() };
         if !tree.edges.is_empty() {
             tree.node(0..tree.edges.len(), bounds);
         }
@@ -49,7 +48,9 @@ impl Tree {
     fn node(&mut self, range: Range<usize>, bounds: impl Fn(&[Edge]) -> Bounds + Copy) -> u32 {
         let index = self.nodes.len();
         let parts = self.split(range);
-        self.nodes.push(Node::new(parts.iter().map(|part| bounds(&self.edges[part.clone()])), self.unit));
+        let bounded = parts.iter().map(|part| bounds(&self.edges[part.clone()]));
+        let node = Node::new(bounded, &self.frame);
+        self.nodes.push(node);
         for (lane, part) in parts.into_iter().enumerate() {
             let child = if part.len() > LEAF { self.node(part, bounds) } else { self.leaf(part) };
             self.nodes[index].child[lane] = child;
@@ -87,27 +88,81 @@ impl Tree {
         if self.nodes.is_empty() {
             return;
         }
-        let query = Query::new(cone, self.unit);
-        let mut stack = [0_u32; DEPTH];
-        let mut height = 1;
-        while height > 0 {
-            height -= 1;
-            let node = &self.nodes[stack[height] as usize];
-            let mut entered = query.entered(node, self.instructions);
-            while entered != 0 {
-                let child = node.child[next(&mut entered)];
-                if child & IS_LEAF == 0 {
-                    stack[height] = child;
-                    height += 1;
-                    continue;
-                }
-                let leaf = &self.leaves[(child ^ IS_LEAF) as usize];
-                let mut entering = leaf.entering(cone, silhouettes, self.instructions);
+        let query = Query::new(cone, &self.frame);
+        let mut descent = Descent::from_root();
+        let step = Step { tree: self, cone, query: &query, silhouettes };
+        while self.instructions.run((step, &mut descent)) {
+            for &(first, mut entering) in &descent.found[..descent.count] {
                 while entering != 0 {
-                    f(&self.edges[leaf.first as usize + next(&mut entering)]);
+                    f(&self.edges[first as usize + next(&mut entering)]);
                 }
             }
         }
+    }
+}
+
+/// How far a query has come.
+struct Descent {
+    /// Nodes that are still to be gone down from, with their children that are entered, as bits.
+    stack: [(u32, u32); DEPTH],
+    height: usize,
+    /// Leaves with edges that may count: the place of the first of them among all edges, and bits.
+    found: [(u32, u32); WIDTH],
+    count: usize,
+    begun: bool,
+}
+
+impl Descent {
+    fn from_root() -> Self {
+        Self { stack: [(0, 0); DEPTH], height: 0, found: [(0, 0); WIDTH], count: 0, begun: false }
+    }
+}
+
+/// Goes on to the next node with leaves in which edges may count; whether there is one.
+#[derive(Clone, Copy)]
+struct Step<'a> {
+    tree: &'a Tree,
+    cone: &'a Cone<'a>,
+    query: &'a Query,
+    silhouettes: bool,
+}
+
+impl Task for (Step<'_>, &mut Descent) {
+    type Output = bool;
+
+    /// All children of a node are compared before one of them is gone down from, and none of that waits for what becomes of another.
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> bool {
+        let (Step { tree, cone, query, silhouettes }, descent) = self;
+        if !descent.begun {
+            descent.begun = true;
+            descent.stack[0] = (0, query.entered(lanes, &tree.nodes[0]));
+            descent.height = 1;
+        }
+        descent.count = 0;
+        while descent.count == 0 {
+            if descent.height == 0 {
+                return false;
+            }
+            descent.height -= 1;
+            let (node, mut entered) = descent.stack[descent.height];
+            let node = &tree.nodes[node as usize];
+            while entered != 0 {
+                let child = node.child[next(&mut entered)];
+                // No branch depends on what is found.
+                if child & IS_LEAF == 0 {
+                    let entered = query.entered(lanes, &tree.nodes[child as usize]);
+                    descent.stack[descent.height] = (child, entered);
+                    descent.height += usize::from(entered != 0);
+                } else {
+                    let leaf = &tree.leaves[(child ^ IS_LEAF) as usize];
+                    let entering = leaf.entering(lanes, cone, silhouettes);
+                    descent.found[descent.count] = (leaf.first, entering);
+                    descent.count += usize::from(entering != 0);
+                }
+            }
+        }
+        true
     }
 }
 

@@ -148,8 +148,8 @@ impl Job<'_> {
         Sample { point, radiance, mean_radiance }
     }
 
-    /// Calls with every pixel a sample reaches, as [`FilmPlane::for_each_pixel`] does, with h L of one path and the
-    /// integrand h J (L − L₀).
+    /// Calls with every pixel in which a sample has a weight, or may get one, as [`FilmPlane::for_each_pixel`] does, with h L of one path
+    /// and the integrand h J (L − L₀).
     pub(super) fn for_each_pixel<T: Number>(
         &self,
         (i, j, _): Place,
@@ -160,6 +160,9 @@ impl Job<'_> {
         let value = DVec3::from_array(radiance.map(Number::value));
         self.film.for_each_pixel(i, j, |_, b, x, y| {
             let weight = self.film.weight(point.at, x, y);
+            if weight.value() == 0.0 && weight.is_still() {
+                return;
+            }
             let (level, warped) = (self.control_variate(x, y), weight * point.jacobian);
             // The derivative of one path at the value of all.
             let above = |c: usize| radiance[c].chain(mean_radiance[c] - level[c], 1.0);
