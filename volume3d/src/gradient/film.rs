@@ -183,31 +183,37 @@ impl FilmPlane {
         }
     }
 
-    /// Calls with every pixel in whose integral a point of the cell (i, j) has a weight: its row in the neighbourhood, its column
-    /// in the image, and the weight.
-    pub(crate) fn for_each_weight(
+    /// Calls with every pixel in whose integral a point of the cell (i, j) has a weight, or gets one as it moves: its row in the
+    /// neighbourhood, its place (x, y) in the image, and the weight.
+    #[inline]
+    pub(crate) fn for_each_weight<T: Number>(
         &self,
         (i, j): (usize, usize),
-        u: DVec2,
-        mut f: impl FnMut(usize, usize, f64),
+        u: [T; 2],
+        mut f: impl FnMut([usize; 3], T),
     ) {
         let width = 2 * self.reach + 1;
         if self.is_box() || width > WIDEST_AT_ONCE {
-            self.for_each_pixel(i, j, |_, b, x, y| f(b, x, self.weight([u.x, u.y], x, y)));
+            self.for_each_pixel(i, j, |_, b, x, y| f([b, x, y], self.weight(u, x, y)));
             return;
         }
-        let along =
-            |x: f64, corner: f64, pixel: usize| weight(self.filter, x - (corner + (pixel as f64 + 0.5)));
-        let mut columns = [0.0; WIDEST_AT_ONCE];
+        let along = |x: T, corner: f64, pixel: usize| {
+            weight(self.filter, x - T::constant(corner + (pixel as f64 + 0.5)))
+        };
+        let counts = |weight: T| weight.value() != 0.0 || !weight.is_still();
+        let mut columns = [T::constant(0.0); WIDEST_AT_ONCE];
         for (a, column) in columns[..width].iter_mut().enumerate() {
-            *column = self.pixel_column(i, a).map_or(0.0, |x| along(u.x, self.corner.x, x));
+            if let Some(x) = self.pixel_column(i, a) {
+                *column = along(u[0], self.corner.x, x);
+            }
         }
         for b in 0..width {
-            let row = self.pixel_row(j, b).map_or(0.0, |y| along(u.y, self.corner.y, y));
-            if row != 0.0 {
-                for (a, column) in columns[..width].iter().enumerate() {
-                    if *column != 0.0 {
-                        f(b, i + a - 2 * self.reach, column * row);
+            let Some(y) = self.pixel_row(j, b) else { continue };
+            let row = along(u[1], self.corner.y, y);
+            if counts(row) {
+                for (a, &column) in columns[..width].iter().enumerate() {
+                    if counts(column) {
+                        f([b, i + a - 2 * self.reach, y], column * row);
                     }
                 }
             }

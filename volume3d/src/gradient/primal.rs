@@ -132,7 +132,7 @@ impl<'p> CellSampler<'p> {
                     sink.non_finite.push(film.located(i, j, sample));
                     continue;
                 }
-                film.for_each_weight((i, j), *u, |b, x, weight| {
+                film.for_each_weight((i, j), u.to_array(), |[b, x, _], weight| {
                     sink.row_sums.add(*group, b, x, &(weight * radiance).to_array());
                 });
             }

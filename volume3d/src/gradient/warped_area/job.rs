@@ -148,7 +148,7 @@ impl Job<'_> {
         Sample { point, radiance, mean_radiance }
     }
 
-    /// Calls with every pixel in which a sample has a weight, or may get one, as [`FilmPlane::for_each_pixel`] does, with h L of one path
+    /// Calls with every pixel in which a sample has a weight, or may get one, as [`FilmPlane::for_each_weight`] does, with h L of one path
     /// and the integrand h J (L − L₀).
     pub(super) fn for_each_pixel<T: Number>(
         &self,
@@ -158,11 +158,7 @@ impl Job<'_> {
     ) {
         let Sample { point, radiance: Rgb(radiance), mean_radiance, .. } = sample;
         let value = DVec3::from_array(radiance.map(Number::value));
-        self.film.for_each_pixel(i, j, |_, b, x, y| {
-            let weight = self.film.weight(point.at, x, y);
-            if weight.value() == 0.0 && weight.is_still() {
-                return;
-            }
+        self.film.for_each_weight((i, j), point.at, |[b, x, y], weight| {
             let (level, warped) = (self.control_variate(x, y), weight * point.jacobian);
             // The derivative of one path at the value of all.
             let above = |c: usize| radiance[c].chain(mean_radiance[c] - level[c], 1.0);
