@@ -58,7 +58,17 @@ pub(super) struct Scattered<T> {
 impl<T: Number> Scattered<T> {
     /// Where a path begins.
     pub(super) fn new(origin: Vec3<T>, direction: Vec3<T>, hit: Option<Hit>) -> Self {
-        Self { origin, direction, throughput: Rgb::constant(DVec3::ONE), compression: 1.0, hit }
+        Self::underway(origin, direction, Rgb::constant(DVec3::ONE), hit)
+    }
+
+    /// A path that has only been reflected so far.
+    pub(super) fn underway(
+        origin: Vec3<T>,
+        direction: Vec3<T>,
+        throughput: Rgb<T>,
+        hit: Option<Hit>,
+    ) -> Self {
+        Self { origin, direction, throughput, compression: 1.0, hit }
     }
 }
 
@@ -160,7 +170,7 @@ impl<'s> Paths<'s> {
     }
 
     /// How many segments a path has at most.
-    fn limit(&self) -> usize {
+    pub(super) fn limit(&self) -> usize {
         self.scene.description.integrator.max_depth.unwrap_or(usize::MAX)
     }
 
@@ -284,7 +294,7 @@ impl<'s> Paths<'s> {
     /// Whether light comes from beyond the scene along the last ray of a path, which meets no emitter: what else it meets
     /// counts for nothing.
     #[inline]
-    fn escapes_last(&self, x: DVec3, from: Surface, direction: DVec3) -> bool {
+    pub(super) fn escapes_last(&self, x: DVec3, from: Surface, direction: DVec3) -> bool {
         let environment = matches!(self.scene.description.environment, Some(Environment::Constant { .. }));
         (environment || !self.distant.is_empty()) && !self.scene.shadowed(x, from, direction, f64::INFINITY)
     }
