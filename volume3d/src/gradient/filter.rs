@@ -8,6 +8,7 @@ use crate::scene::Filter;
 pub(super) const GAUSSIAN_CUT: f64 = 4.0;
 
 /// The filter along one axis, with integral 1.
+#[inline]
 pub(super) fn weight<T: Number>(filter: Filter, x: T) -> T {
     match filter {
         Filter::Box => T::constant(1.0),

@@ -8,6 +8,8 @@ use super::super::PATH;
 use super::super::driver::CellSink;
 use super::super::film::FilmPlane;
 use super::super::groups::{CellNumbers, TILE, group_size, groups};
+use super::splat::Splat;
+use crate::lanes::Instructions;
 use crate::path::{Paths, Wave, WaveTables};
 use crate::scene::Hit;
 
@@ -30,6 +32,7 @@ pub(super) struct BlockSampler<'p> {
     samples: usize,
     numbers: CellNumbers,
     wave: Wave<'p>,
+    instructions: Instructions,
     camera: CameraRays,
     /// The samples of a group, those of a cell one after the other: film points within the cells, and radiances.
     places: Vec<[f64; 2]>,
@@ -56,7 +59,8 @@ impl<'p> BlockSampler<'p> {
         let numbers = CellNumbers::new(seed, PATH, 1, 1 + paths.pairs());
         let wave = Wave::new(paths, tables);
         let (places, radiances) = (vec![], vec![]);
-        Self { film, paths, samples, numbers, wave, camera: CameraRays::default(), places, radiances }
+        let (instructions, camera) = (Instructions::detect(), CameraRays::default());
+        Self { film, paths, samples, numbers, wave, instructions, camera, places, radiances }
     }
 
     /// Samples the block that begins with a cell, if one does.
@@ -142,6 +146,12 @@ impl<'p> BlockSampler<'p> {
     ) {
         for (i, radiances) in cells.zip(self.radiances.chunks(samples.len())) {
             if !wanted(i, j) {
+                continue;
+            }
+            let (near, finite) = (self.film.is_near(), radiances.iter().all(|radiance| radiance.is_finite()));
+            if near && finite {
+                let (film, places, row_sums) = (self.film, &self.places[..], &mut *sink.row_sums);
+                self.instructions.run(Splat { film, cell: (i, j), group, places, radiances, row_sums });
                 continue;
             }
             for ((sample, &within), &radiance) in samples.clone().zip(&self.places).zip(radiances) {

@@ -2,6 +2,7 @@
 
 mod block;
 mod cell;
+mod splat;
 
 use glam::DVec3;
 
