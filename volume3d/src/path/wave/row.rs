@@ -160,14 +160,18 @@ impl Shade<'_> {
     /// Positions, and normals on the viewer's side.
     #[inline(always)]
     fn meet(&mut self) {
-        let Arrival { corner, cross, own, two_sided, .. } = self.arrival;
+        // Copies, of which the compiler knows that nothing else is written to them.
+        let (origins, directions) = (*self.origin, *self.direction);
+        let Arrival { corner, cross, own, two_sided, .. } = *self.arrival;
+        let (mut positions, mut normals) = (Vectors::ZERO, Vectors::ZERO);
+        let mut reflects = [0.0; WIDTH];
         for lane in 0..WIDTH {
-            let (origin, direction) = (self.origin.at(lane), self.direction.at(lane));
+            let (origin, direction) = (origins.at(lane), directions.at(lane));
             let (cross, own) = (cross.at(lane), own.at(lane));
             let distance = dot(cross, difference(corner.at(lane), origin)) / dot(cross, direction);
             let way = scaled(direction, distance);
             let position = [origin[0] + way[0], origin[1] + way[1], origin[2] + way[2]];
-            self.vertices.position.set(lane, position);
+            positions.set(lane, position);
             let viewer = [-direction[0], -direction[1], -direction[2]];
             let cosine = dot(own, viewer);
             let turned = [-own[0], -own[1], -own[2]];
@@ -177,21 +181,26 @@ impl Shade<'_> {
                 if behind { turned[1] } else { own[1] },
                 if behind { turned[2] } else { own[2] },
             ];
-            self.vertices.normal.set(lane, normal);
+            normals.set(lane, normal);
             let dark = (cosine == 0.0) | (behind & (two_sided[lane] == 0.0));
             let finite = 0.0 * (position[0] + position[1] + position[2]);
-            self.vertices.reflects[lane] = if dark { finite } else { finite + 1.0 };
+            reflects[lane] = finite + if dark { 0.0 } else { 1.0 };
         }
+        (self.vertices.position, self.vertices.normal) = (positions, normals);
+        self.vertices.reflects = reflects;
     }
 
     /// Directions towards the light, and what is reflected of it.
     #[inline(always)]
     fn see_lamp(&mut self) {
         let Lamp { point, normal: front, radiance, probability, area } = *self.lamp;
-        let vertices = &mut *self.vertices;
+        let (positions, normals) = (self.vertices.position, self.vertices.normal);
+        let (reflectances, throughputs) = (self.arrival.reflectance, *self.throughput);
+        let (mut ways, mut lit) = (Vectors::ZERO, Vectors::ZERO);
+        let (mut distances, mut may_see) = ([0.0; WIDTH], [0.0; WIDTH]);
         for lane in 0..WIDTH {
-            let normal = vertices.normal.at(lane);
-            let way = difference(point, vertices.position.at(lane));
+            let normal = normals.at(lane);
+            let way = difference(point, positions.at(lane));
             let squared = dot(way, way);
             let distance = squared.sqrt();
             let towards = [way[0] / distance, way[1] / distance, way[2] / distance];
@@ -201,28 +210,32 @@ impl Shade<'_> {
             let density = alone * probability;
             let weight = density / (density + diffuse::density(cosine)) / density;
             let sees = (facing > 0.0) & (alone < f64::INFINITY) & (cosine > 0.0);
-            vertices.towards.set(lane, towards);
-            vertices.distance[lane] = distance;
-            vertices.may_see[lane] = if sees { 1.0 } else { 0.0 };
-            let reflected = scaled(self.arrival.reflectance.at(lane), cosine * FRAC_1_PI);
+            ways.set(lane, towards);
+            distances[lane] = distance;
+            may_see[lane] = if sees { 1.0 } else { 0.0 };
+            let reflected = scaled(reflectances.at(lane), cosine * FRAC_1_PI);
             let reflected = scaled(reflected, weight);
-            let throughput = self.throughput.at(lane);
-            let lit = [
+            let throughput = throughputs.at(lane);
+            let radiance = [
                 throughput[0] * (reflected[0] * radiance[0]),
                 throughput[1] * (reflected[1] * radiance[1]),
                 throughput[2] * (reflected[2] * radiance[2]),
             ];
-            vertices.lit.set(lane, lit);
+            lit.set(lane, radiance);
         }
+        (self.vertices.towards, self.vertices.lit) = (ways, lit);
+        (self.vertices.distance, self.vertices.may_see) = (distances, may_see);
     }
 
     /// Sampled directions, and the throughput behind them.
     #[inline(always)]
     fn scatter(&mut self) {
-        let vertices = &mut *self.vertices;
-        let local = self.local;
+        let (normals, local) = (self.vertices.normal, self.local);
+        let (reflectances, throughputs) = (self.arrival.reflectance, *self.throughput);
+        let (mut directions, mut behind) = (Vectors::ZERO, Vectors::ZERO);
+        let (mut densities, mut goes_on) = ([0.0; WIDTH], [0.0; WIDTH]);
         for lane in 0..WIDTH {
-            let [x, y, z] = vertices.normal.at(lane);
+            let [x, y, z] = normals.at(lane);
             // As in `DVec3::any_orthonormal_pair`.
             let sign = 1.0_f64.copysign(z);
             let a = -1.0 / (sign + z);
@@ -236,16 +249,18 @@ impl Shade<'_> {
             ];
             let cosine = dot([x, y, z], sampled);
             let density = diffuse::density(cosine);
-            vertices.sampled.set(lane, sampled);
-            vertices.density[lane] = density;
-            vertices.goes_on[lane] =
-                if (cosine > 0.0) & (density > 0.0) & (density < f64::INFINITY) { 1.0 } else { 0.0 };
-            let reflected = scaled(self.arrival.reflectance.at(lane), cosine * FRAC_1_PI);
+            directions.set(lane, sampled);
+            densities[lane] = density;
+            let good = (cosine > 0.0) & (density > 0.0) & (density < f64::INFINITY);
+            goes_on[lane] = if good { 1.0 } else { 0.0 };
+            let reflected = scaled(reflectances.at(lane), cosine * FRAC_1_PI);
             let reflected = scaled(reflected, 1.0 / density);
-            let throughput = self.throughput.at(lane);
-            let behind =
+            let throughput = throughputs.at(lane);
+            let throughput =
                 [throughput[0] * reflected[0], throughput[1] * reflected[1], throughput[2] * reflected[2]];
-            vertices.throughput.set(lane, behind);
+            behind.set(lane, throughput);
         }
+        (self.vertices.sampled, self.vertices.throughput) = (directions, behind);
+        (self.vertices.density, self.vertices.goes_on) = (densities, goes_on);
     }
 }
