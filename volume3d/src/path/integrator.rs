@@ -294,7 +294,7 @@ impl<'s> Paths<'s> {
     /// Whether light comes from beyond the scene along the last ray of a path, which meets no emitter: what else it meets
     /// counts for nothing.
     #[inline]
-    pub(super) fn escapes_last(&self, x: DVec3, from: Surface, direction: DVec3) -> bool {
+    fn escapes_last(&self, x: DVec3, from: Surface, direction: DVec3) -> bool {
         let environment = matches!(self.scene.description.environment, Some(Environment::Constant { .. }));
         (environment || !self.distant.is_empty()) && !self.scene.shadowed(x, from, direction, f64::INFINITY)
     }

@@ -19,11 +19,12 @@ use super::bsdf::diffuse;
 use super::integrator::{Paths, Scattered};
 use super::plain::Plain;
 use super::sequence::Draws;
+use crate::geometry::{Goal, Sheaf};
 use crate::lanes::{Instructions, WIDTH, next};
 use crate::scene::{Environment, Hit, Surface};
 
 /// Rows of lanes in a wave.
-const ROWS: usize = 2;
+const ROWS: usize = Sheaf::MOST / WIDTH;
 
 /// What waves look up, made once for all of them.
 #[derive(Clone, Debug)]
@@ -64,6 +65,8 @@ struct Row {
     throughput: Vectors,
     total: Vectors,
     hits: [Option<Hit>; WIDTH],
+    /// What is hit.
+    triangles: [u32; WIDTH],
     arrival: Arrival,
     vertices: Vertices,
 }
@@ -76,13 +79,10 @@ impl Row {
         throughput: Vectors::ZERO,
         total: Vectors::ZERO,
         hits: [None; WIDTH],
+        triangles: [0; WIDTH],
         arrival: Arrival::EMPTY,
         vertices: Vertices::EMPTY,
     };
-
-    fn surface(&self, lane: usize) -> Option<Surface> {
-        self.hits[lane].map(|hit| hit.surface)
-    }
 
     /// Adds radiance to what arrives along a path.
     fn add(&mut self, lane: usize, radiance: [f64; 3]) {
@@ -107,14 +107,17 @@ pub(crate) struct Wave<'p> {
     paths: &'p Paths<'p>,
     tables: &'p WaveTables,
     rows: Box<[Row; ROWS]>,
+    /// Rays that leave the vertices.
+    sheaf: Sheaf,
 }
 
 impl<'p> Wave<'p> {
     /// How many paths a wave has at most.
-    pub(crate) const MOST: usize = ROWS * WIDTH;
+    pub(crate) const MOST: usize = Sheaf::MOST;
 
     pub(crate) fn new(paths: &'p Paths<'p>, tables: &'p WaveTables) -> Self {
-        Self { paths, tables, rows: Box::new([Row::EMPTY; ROWS]) }
+        let sheaf = Sheaf { near: paths.scene.rounding(), ..Sheaf::EMPTY };
+        Self { paths, tables, rows: Box::new([Row::EMPTY; ROWS]), sheaf }
     }
 
     /// What [`Paths::still_radiance`] is of rays of the camera, which have one origin, with the same random numbers.
@@ -137,9 +140,12 @@ impl<'p> Wave<'p> {
                 if alone {
                     self.leave(row, self.rows[row].active, &shared);
                 } else if self.rows[row].active != 0 {
-                    self.step(row, &shared);
+                    self.shade(row, &shared);
                 }
             }
+            self.leave_vertices();
+            self.light(&shared);
+            self.bounce(&shared);
         }
         for (at, radiance) in radiances.iter_mut().enumerate() {
             *radiance = self.rows[at / WIDTH].total.of(at % WIDTH);
@@ -205,8 +211,8 @@ impl<'p> Wave<'p> {
         }
     }
 
-    /// From one vertex to the next.
-    fn step(&mut self, row: usize, shared: &Shared<'_>) {
+    /// Works out the next vertices of a row.
+    fn shade(&mut self, row: usize, shared: &Shared<'_>) {
         let others = self.arrive(row);
         self.leave(row, others, shared);
         let none = Lamp::NONE;
@@ -224,8 +230,6 @@ impl<'p> Wave<'p> {
         let (reflecting, odd) = (lanes_where(reflects, |x| x == 1.0), lanes_where(reflects, f64::is_nan));
         self.leave(row, odd & self.rows[row].active, shared);
         self.rows[row].active &= reflecting;
-        self.light(row, shared);
-        self.bounce(row, shared);
     }
 
     /// Looks up what paths of a row arrive at. Those that end there are taken out; returned are those that must go on
@@ -252,6 +256,7 @@ impl<'p> Wave<'p> {
                     continue;
                 }
             };
+            row.triangles[lane] = triangle;
             row.arrival.corner.set(lane, corner);
             row.arrival.cross.set(lane, cross);
             row.arrival.reflectance.set(lane, reflectance);
@@ -266,58 +271,105 @@ impl<'p> Wave<'p> {
         others
     }
 
-    /// Adds what is reflected of the light.
-    fn light(&mut self, row: usize, shared: &Shared<'_>) {
-        let Some((_, target)) = shared.lamp else { return };
-        let row = &mut self.rows[row];
-        let mut lanes = row.active & lanes_where(&row.vertices.may_see, |x| x == 1.0);
-        while lanes != 0 {
-            let lane = next(&mut lanes) % WIDTH;
-            let Some(from) = row.surface(lane) else { continue };
-            let (x, towards) = (row.vertices.position.of(lane), row.vertices.towards.of(lane));
-            let distance = row.vertices.distance[lane];
-            if !self.paths.scene.shadowed_before(x, from, towards, distance, Some(target)) {
-                row.add(lane, row.vertices.lit.at(lane));
+    /// Takes the vertices of all rows as origins of rays.
+    fn leave_vertices(&mut self) {
+        for (at, row) in self.rows.iter().enumerate() {
+            let lanes = at * WIDTH..(at + 1) * WIDTH;
+            for (all, own) in self.sheaf.origins.iter_mut().zip(&row.vertices.position.0) {
+                all[lanes.clone()].copy_from_slice(own);
             }
+            self.sheaf.from[lanes].copy_from_slice(&row.triangles);
+        }
+    }
+
+    /// Adds what is reflected of the light.
+    fn light(&mut self, shared: &Shared<'_>) {
+        let Some((lamp, Surface::Triangle(target))) = shared.lamp else { return };
+        let mut distances = [0.0; Self::MOST];
+        self.sheaf.members = 0;
+        for (at, row) in self.rows.iter().enumerate() {
+            let members = row.active & lanes_where(&row.vertices.may_see, |x| x == 1.0);
+            self.sheaf.members |= members << (at * WIDTH);
+            let lanes = at * WIDTH..(at + 1) * WIDTH;
+            for (all, own) in self.sheaf.directions.iter_mut().zip(&row.vertices.towards.0) {
+                all[lanes.clone()].copy_from_slice(own);
+            }
+            distances[lanes].copy_from_slice(&row.vertices.distance);
+        }
+        self.sheaf.far = distances.map(|distance| self.paths.scene.short_of(distance));
+        let end = Goal { point: DVec3::from_array(lamp.point), distances: &distances, target: Some(target) };
+        let mut lit = self.sheaf.members & !self.paths.scene.shadowed_towards(&self.sheaf, &end);
+        while lit != 0 {
+            let at = next(&mut lit) % Self::MOST;
+            let (row, lane) = (&mut self.rows[at / WIDTH], at % WIDTH);
+            row.add(lane, row.vertices.lit.at(lane));
         }
     }
 
     /// Follows the sampled directions.
-    fn bounce(&mut self, row: usize, shared: &Shared<'_>) {
+    fn bounce(&mut self, shared: &Shared<'_>) {
+        let (mut traced, mut escaping) = (0, 0);
+        let lights = &self.paths.lights;
+        for (at, row) in self.rows.iter_mut().enumerate() {
+            let mut sampled = row.active & lanes_where(&row.vertices.goes_on, |x| x == 1.0);
+            row.active = 0;
+            for (all, own) in self.sheaf.directions.iter_mut().zip(&row.vertices.sampled.0) {
+                all[at * WIDTH..(at + 1) * WIDTH].copy_from_slice(own);
+            }
+            if shared.goes_on {
+                traced |= sampled << (at * WIDTH);
+                continue;
+            }
+            while sampled != 0 {
+                let lane = next(&mut sampled) % WIDTH;
+                let (x, direction) = (row.vertices.position.of(lane), row.vertices.sampled.of(lane));
+                let kind = if lights.may_be_hit(x, direction) { &mut traced } else { &mut escaping };
+                *kind |= 1 << (at * WIDTH + lane);
+            }
+        }
+        self.sheaf.far = [f64::INFINITY; Self::MOST];
+        self.arrive_at_hits(traced, shared.goes_on);
+        if self.tables.environment.is_some() {
+            self.sheaf.members = escaping;
+            let mut free = escaping & !self.paths.scene.shadowed_sheaf(&self.sheaf);
+            while free != 0 {
+                self.escape(next(&mut free) % Self::MOST);
+            }
+        }
+    }
+
+    /// Follows some of the sampled directions to what is there.
+    fn arrive_at_hits(&mut self, mut traced: u32, goes_on: bool) {
         let (paths, scene) = (self.paths, self.paths.scene);
-        let row = &mut self.rows[row];
-        let mut lanes = row.active & lanes_where(&row.vertices.goes_on, |x| x == 1.0);
-        row.active = 0;
-        while lanes != 0 {
-            let lane = next(&mut lanes) % WIDTH;
-            let Some(from) = row.surface(lane) else { continue };
-            let (x, direction) = (row.vertices.position.of(lane), row.vertices.sampled.of(lane));
-            let hit = if shared.goes_on || paths.lights.may_be_hit(x, direction) {
-                scene.closest(x, direction, Some(from))
-            } else if paths.escapes_last(x, from, direction) {
-                None
-            } else {
+        let mut hits = [None; Self::MOST];
+        self.sheaf.members = traced;
+        scene.closest_sheaf(&self.sheaf, &mut hits);
+        while traced != 0 {
+            let at = next(&mut traced) % Self::MOST;
+            let Some(hit) = hits[at].map(Hit::from) else {
+                self.escape(at);
                 continue;
             };
-            let behind = row.vertices.throughput.at(lane);
-            match hit {
-                Some(hit) => {
-                    if scene.emitting(&hit, direction).is_some() {
-                        let found = paths.found(row, lane, &hit);
-                        row.add(lane, found);
-                    }
-                    row.active |= u32::from(shared.goes_on) << lane;
-                }
-                None => {
-                    let environment = self.tables.environment.unwrap_or(DVec3::ZERO);
-                    row.add(lane, [0, 1, 2].map(|c| behind[c] * environment[c]));
-                }
+            let (row, lane) = (&mut self.rows[at / WIDTH], at % WIDTH);
+            let direction = row.vertices.sampled.of(lane);
+            if scene.emitting(&hit, direction).is_some() {
+                let found = paths.found(row, lane, &hit);
+                row.add(lane, found);
             }
-            row.hits[lane] = hit;
-            row.origin.set(lane, x.to_array());
-            row.direction.set(lane, direction.to_array());
-            row.throughput.set(lane, behind);
+            row.active |= u32::from(goes_on) << lane;
+            row.hits[lane] = Some(hit);
+            row.origin.set(lane, row.vertices.position.at(lane));
+            row.direction.set(lane, row.vertices.sampled.at(lane));
+            row.throughput.set(lane, row.vertices.throughput.at(lane));
         }
+    }
+
+    /// Adds what comes from the environment along the sampled direction.
+    fn escape(&mut self, at: usize) {
+        let Some(environment) = self.tables.environment else { return };
+        let (row, lane) = (&mut self.rows[at / WIDTH], at % WIDTH);
+        let behind = row.vertices.throughput.at(lane);
+        row.add(lane, [0, 1, 2].map(|c| behind[c] * environment[c]));
     }
 }
 
