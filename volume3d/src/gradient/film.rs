@@ -220,6 +220,24 @@ impl FilmPlane {
         }
     }
 
+    /// Whether [`weights_near`](Self::weights_near) are all weights.
+    pub(crate) fn is_near(&self) -> bool {
+        !self.is_box() && 2 * self.reach + 1 == NEAR
+    }
+
+    /// The weights of a point of the cell (i, j) along columns and along rows of the neighbourhood: their products are those for its
+    /// pixels, but for some zeros those of [`for_each_weight`](Self::for_each_weight).
+    #[inline(always)]
+    pub(crate) fn weights_near(&self, (i, j): (usize, usize), u: DVec2) -> [[f64; NEAR]; 2] {
+        let (mut columns, mut rows) = ([0.0; NEAR], [0.0; NEAR]);
+        for a in 0..NEAR {
+            let [x, y] = [self.pixel_column(i, a), self.pixel_row(j, a)];
+            columns[a] = x.map_or(0.0, |x| weight(self.filter, u.x - (self.corner.x + (x as f64 + 0.5))));
+            rows[a] = y.map_or(0.0, |y| weight(self.filter, u.y - (self.corner.y + (y as f64 + 0.5))));
+        }
+        [columns, rows]
+    }
+
     /// Whether one of these pixels is reached by samples of a cell, or is beside one that is.
     pub(crate) fn reaches(&self, i: usize, j: usize, pixel: impl Fn(usize) -> bool) -> bool {
         let around = || 0..=2 * self.reach;
@@ -387,6 +405,9 @@ impl FilmJacobian {
         self.0[0] * covector.x + self.0[1] * covector.y
     }
 }
+
+/// Pixels along an axis whose integrals the samples of a cell are part of, under filters no wider than two pixels.
+pub(crate) const NEAR: usize = 3;
 
 /// Filters over more pixels than this along an axis are rare.
 const WIDEST_AT_ONCE: usize = 9;

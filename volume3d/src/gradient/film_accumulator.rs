@@ -29,10 +29,15 @@ impl<const K: usize> RowSums<K> {
 
     /// Adds the quantities of a sample of a group for the image's column x in row b of the neighbourhood.
     pub(crate) fn add(&mut self, group: usize, b: usize, x: usize, quantities: &[f64; K]) {
-        let at = (b * self.columns + x) * self.groups + group;
-        for (sum, quantity) in self.sums[at].iter_mut().zip(quantities) {
+        for (sum, quantity) in self.at(group, b, x).iter_mut().zip(quantities) {
             *sum += quantity;
         }
+    }
+
+    /// What has been added so far.
+    #[inline]
+    pub(crate) fn at(&mut self, group: usize, b: usize, x: usize) -> &mut [f64; K] {
+        &mut self.sums[(b * self.columns + x) * self.groups + group]
     }
 }
 

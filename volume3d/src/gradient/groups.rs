@@ -16,7 +16,8 @@ pub(super) const GROUPS: usize = 8;
 /// of the derivative of all pixels at once. The price is noise that is correlated within a square.
 pub(super) const TILE: usize = 16;
 
-fn group_size(samples: usize) -> usize {
+/// How many samples a group has; the last may have fewer.
+pub(super) fn group_size(samples: usize) -> usize {
     samples.div_ceil(GROUPS).max(1)
 }
 

@@ -58,7 +58,17 @@ pub(super) struct Scattered<T> {
 impl<T: Number> Scattered<T> {
     /// Where a path begins.
     pub(super) fn new(origin: Vec3<T>, direction: Vec3<T>, hit: Option<Hit>) -> Self {
-        Self { origin, direction, throughput: Rgb::constant(DVec3::ONE), compression: 1.0, hit }
+        Self::underway(origin, direction, Rgb::constant(DVec3::ONE), hit)
+    }
+
+    /// A path that has only been reflected so far.
+    pub(super) fn underway(
+        origin: Vec3<T>,
+        direction: Vec3<T>,
+        throughput: Rgb<T>,
+        hit: Option<Hit>,
+    ) -> Self {
+        Self { origin, direction, throughput, compression: 1.0, hit }
     }
 }
 
@@ -160,7 +170,7 @@ impl<'s> Paths<'s> {
     }
 
     /// How many segments a path has at most.
-    fn limit(&self) -> usize {
+    pub(super) fn limit(&self) -> usize {
         self.scene.description.integrator.max_depth.unwrap_or(usize::MAX)
     }
 

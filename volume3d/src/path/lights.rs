@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::bsdf::Sampled;
 use super::calculus::VisibilityDomain;
-use super::emitter::{Area, BorderPoint};
+use super::emitter::{Area, BorderPoint, Spot};
 use super::map::{MapSampler, luminance};
 use crate::scene::{Environment, Hit, Light, Scene, Surface};
 
@@ -67,6 +67,14 @@ impl Around {
 
 /// The part of squared lengths that is allowed to spheres around emitters for all rounding, of which there is 10⁻¹⁴.
 const ROUNDING: f64 = 1e-9;
+
+/// A point of a shape that emits.
+pub(super) struct Place {
+    pub(super) spot: Spot,
+    /// The probability of the shape, and all its area.
+    pub(super) probability: f64,
+    pub(super) area: f64,
+}
 
 /// A sample of a light: a direction towards it with its density, and how far away it is.
 #[derive(Clone, Copy, Debug)]
@@ -144,9 +152,9 @@ impl Lights {
         self.areas.iter().find(|a| a.shape == shape)
     }
 
-    /// A direction from x towards some light; `None` if there is no light, or it shows x its back.
+    /// Some light, and a number for its points.
     #[inline]
-    pub(crate) fn sample(&self, scene: &Scene, x: DVec3, [choice, a, b]: [f64; 3]) -> Option<LightSample> {
+    fn choose(&self, choice: f64) -> Option<(&Entry, f64)> {
         let mut rest = choice;
         let last = self.entries.len().checked_sub(1)?;
         let mut chosen = last;
@@ -157,9 +165,24 @@ impl Lights {
             }
             rest -= entry.probability;
         }
-        let Entry { id, probability } = self.entries[chosen];
+        let entry = &self.entries[chosen];
         // What is left of the choice is uniform again.
-        let again = (rest / probability).clamp(0.0, 1.0 - f64::EPSILON);
+        Some((entry, (rest / entry.probability).clamp(0.0, 1.0 - f64::EPSILON)))
+    }
+
+    /// The point of some shape that [`sample`](Self::sample) chooses, wherever it is seen from; `None` if there is none, or
+    /// another kind of light is chosen.
+    pub(super) fn place(&self, [choice, a, b]: [f64; 3]) -> Option<Place> {
+        let (&Entry { id, probability }, again) = self.choose(choice)?;
+        let LightId::Shape(shape) = id else { return None };
+        let area = self.area(shape)?;
+        Some(Place { spot: area.sample([again, a, b]), probability, area: area.whole() })
+    }
+
+    /// A direction from x towards some light; `None` if there is no light, or it shows x its back.
+    #[inline]
+    pub(crate) fn sample(&self, scene: &Scene, x: DVec3, [choice, a, b]: [f64; 3]) -> Option<LightSample> {
+        let (&Entry { id, probability }, again) = self.choose(choice)?;
         let towards = |direction, density: f64, distance, delta| LightSample {
             id,
             sampled: Sampled { direction, density: density * probability },

@@ -19,6 +19,7 @@ mod sequence;
 mod still;
 mod surface;
 mod texture;
+mod wave;
 
 pub(crate) use bsdf::{Bounce, Shading};
 pub(crate) use calculus::{BorderSample, Calculus, CameraMotion, Frame, Kernel, VisibilityDomain, Warped};
@@ -29,3 +30,4 @@ pub(crate) use lights::LightId;
 pub(crate) use plain::Plain;
 pub(crate) use sequence::{Draws, PreparedSequence, Sequence};
 pub(crate) use surface::SurfacePoint;
+pub(crate) use wave::{Wave, WaveTables};

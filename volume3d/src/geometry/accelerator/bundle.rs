@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use super::frame::Fan;
-use super::packet::{Limits, PACKET, Packet, PacketTraversal};
-use super::watertight::{Shears, longest_axis};
+use super::fan::Fan;
+use super::packet::{Limits, Packet, PacketTraversal};
+use super::watertight::{PACKET, Shears, longest_axis};
 use super::{Accelerator, Hit, Ray};
 use crate::lanes::{Lanes, Task, next};
 

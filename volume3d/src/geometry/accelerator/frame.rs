@@ -8,7 +8,7 @@
 use glam::DVec3;
 
 use super::Ray;
-use super::watertight::{Shear, Shears, larger, smaller};
+use super::watertight::{Shear, larger, smaller};
 
 /// Rounding unit of single precision.
 pub(super) const UNIT: f64 = 1.0 / 16_777_216.0;
@@ -27,11 +27,11 @@ pub(super) const VERTEX_ERROR: f64 = 23.0 * UNIT;
 
 /// What the doubles before the filter are off by, relative to the ray's distance from the scene's
 /// centre: a handful of roundings of 2⁻⁵³ (centring, scaling, advancing, and the exact test's own).
-const DOUBLE_ERROR: f64 = 1.0 / 1_125_899_906_842_624.0;
+pub(super) const DOUBLE_ERROR: f64 = 1.0 / 1_125_899_906_842_624.0;
 
 /// Smallest slope used for a box: over a depth of 2 a ray of slope 0 strays 2⁻³⁹ from itself, within
 /// the slack of [`PLANE_ERROR`], and no reciprocal is infinite.
-const SMALLEST_SLOPE: f64 = 1.0 / 1_099_511_627_776.0;
+pub(super) const SMALLEST_SLOPE: f64 = 1.0 / 1_099_511_627_776.0;
 
 /// Between this and its reciprocal the scale leaves products of two areas in double precision finite and, unless they
 /// are far smaller than any error, above zero.
@@ -46,12 +46,12 @@ const MARGIN: f64 = UNIT;
 /// The map p ↦ scale (p − centre), with scale a power of two.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
-    centre: DVec3,
-    scale: f64,
+    pub(super) centre: DVec3,
+    pub(super) scale: f64,
     /// Half extents of the scene, at most 1.
-    half: DVec3,
+    pub(super) half: DVec3,
     /// Whether the scale is moderate: see [`LARGEST_SCALE`].
-    moderate: bool,
+    pub(super) moderate: bool,
 }
 
 /// A ray in the frame, for the filters.
@@ -83,17 +83,12 @@ pub(super) struct FrameRay {
 /// From distances along a ray to depths in the frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Depth {
-    scale: f64,
-    start: f64,
-    slack: f64,
+    pub(super) scale: f64,
+    pub(super) start: f64,
+    pub(super) slack: f64,
 }
 
 impl Depth {
-    #[inline(always)]
-    pub(super) fn scale(self) -> f64 {
-        self.scale
-    }
-
     #[inline(always)]
     fn exact(self, distance: f64) -> f64 {
         distance * self.scale - self.start
@@ -135,6 +130,17 @@ impl Frame {
 
     pub(super) fn place(&self, p: DVec3) -> DVec3 {
         self.scale * (p - self.centre)
+    }
+
+    /// The same of one coordinate of some points.
+    #[inline(always)]
+    pub(super) fn placed<const N: usize>(&self, axis: usize, places: &[f64; N]) -> [f64; N] {
+        let centre = self.centre.to_array()[axis];
+        let mut placed = *places;
+        for place in &mut placed {
+            *place = self.scale * (*place - centre);
+        }
+        placed
     }
 
     /// The piece of a ray where it can meet the scene, or `None`.
@@ -204,139 +210,4 @@ impl Frame {
 #[inline(always)]
 fn steep(slope: f64) -> f64 {
     if slope.abs() < SMALLEST_SLOPE { SMALLEST_SLOPE.copysign(slope) } else { slope }
-}
-
-/// Rays with one origin, one longest axis and sign, for the filters.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Fan {
-    /// The two axes across, in the order of the permutation.
-    pub(super) axes: [FanAxis; 2],
-    /// The longest axis, and whether the rays point down it.
-    pub(super) along: usize,
-    pub(super) backward: bool,
-    /// Origin plus and minus the error of a plane.
-    pub(super) origin_high: [f32; 3],
-    pub(super) origin_low: [f32; 3],
-    /// Where the middle ray enters the scene, axes permuted.
-    pub(super) vertex_origin: [f32; 3],
-    /// Its place along the longest axis, from the origin.
-    pub(super) start: f64,
-    /// F: the farthest that rays get from the middle one within the scene.
-    pub(super) footprint: f32,
-    /// Error of a coordinate sheared along the middle ray.
-    pub(super) vertex_error: f32,
-    scale: f64,
-    slack: f64,
-}
-
-/// The slopes of a fan along one axis.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct FanAxis {
-    pub(super) axis: usize,
-    /// The middle, and half the width.
-    pub(super) slope: f64,
-    pub(super) spread: f32,
-    /// Whether slopes against depth, of which the reciprocals of the least and the greatest follow, are negative
-    /// or of both signs.
-    pub(super) negative: bool,
-    pub(super) straddles: bool,
-    pub(super) inverse: [f32; 2],
-}
-
-/// Error of a vertex sheared along the middle ray: as [`VERTEX_ERROR`] with the origin below 2, off by 2 u, and
-/// differences to it of at most 3. x and z are off by (2 + 3 + 2 + 3) u, s z by (10 + 3 + 3) u at the most, and
-/// the last difference, at most 6, by 6 u: 32 u.
-const FAN_VERTEX_ERROR: f64 = 33.0 * UNIT;
-
-/// Origins farther than this from the scene's centre send rays one by one: boxes are met from the fan's
-/// origin itself, with an error in proportion to its distance.
-const FARTHEST_FAN: f64 = 256.0;
-
-/// Fans wider than this send rays one by one: the bound F ≤ 1 of the packets' filter, with room for rounding.
-const WIDEST_FAN: f64 = 0.9;
-
-impl Fan {
-    /// The fan of rays; `None` if it is wider than `widest`, or too wide for packets.
-    #[inline(always)]
-    pub(super) fn new(frame: &Frame, origin: DVec3, shears: &Shears, widest: f64) -> Option<Self> {
-        let [least, greatest] = shears.extremes();
-        let backward = shears.rows[0].inverse[0] < 0.0;
-        let sign = if backward { -1.0 } else { 1.0 };
-        let [_, _, along] = shears.axes;
-        let axes = [0, 1].map(|i| FanAxis::new(shears.axes[i], sign, least[i], greatest[i]));
-
-        let origin = frame.place(origin);
-        let reach = origin.abs().max_element();
-        let error = DOUBLE_ERROR * (1.0 + reach);
-        let start = (-frame.half[along] - sign * origin[along]).max(0.0);
-        let mut entry = origin;
-        entry[along] += sign * start;
-        for FanAxis { axis, slope, .. } in axes {
-            entry[axis] += sign * slope * start;
-        }
-        let spread = axes[0].spread.max(axes[1].spread);
-        let footprint = f64::from(spread) * (start + 2.5);
-        if !(reach <= FARTHEST_FAN && footprint <= WIDEST_FAN.min(widest) && entry.abs().max_element() <= 2.0)
-        {
-            return None;
-        }
-        let margin = 5.0 * UNIT * (1.0 + reach) + error;
-        let [x, y] = axes.map(|axis| entry[axis.axis] as f32);
-        Some(Self {
-            axes,
-            along,
-            backward,
-            origin_high: (origin + margin).as_vec3().to_array(),
-            origin_low: (origin - margin).as_vec3().to_array(),
-            vertex_origin: [x, y, entry[along] as f32],
-            start: sign * start,
-            footprint: footprint as f32,
-            vertex_error: (FAN_VERTEX_ERROR + 4.0 * error) as f32,
-            scale: frame.scale,
-            slack: UNIT * UNIT + 4.0 * error,
-        })
-    }
-
-    /// Depths of a ray of the fan with 1/d_z = `inverse`, from where the middle one enters the scene.
-    #[inline(always)]
-    pub(super) fn depth(&self, inverse: f64) -> Depth {
-        self.depth_of_scale(self.scale / inverse.abs())
-    }
-
-    /// The same from [`Depth::scale`].
-    #[inline(always)]
-    pub(super) fn depth_of_scale(&self, scale: f64) -> Depth {
-        Depth { scale, start: self.start.abs(), slack: self.slack }
-    }
-
-    /// The same depth from the fan's origin, rounded up.
-    #[inline(always)]
-    pub(super) fn whole_depth(&self, depth: f32) -> f32 {
-        let depth = f64::from(depth) + self.start.abs();
-        (depth + depth.abs() * (2.0 * UNIT)) as f32
-    }
-}
-
-impl FanAxis {
-    #[inline(always)]
-    fn new(axis: usize, sign: f64, least: f64, greatest: f64) -> Self {
-        let slope = 0.5 * (least + greatest);
-        // Rounded up: differences to the middle are rounded to single precision.
-        let spread = ((0.5 * (greatest - least)) * (1.0 + 4.0 * UNIT) + f64::from(f32::MIN_POSITIVE)) as f32;
-        let (least, greatest) = if sign < 0.0 { (-greatest, -least) } else { (least, greatest) };
-        let straddles = least < SMALLEST_SLOPE && greatest > -SMALLEST_SLOPE;
-        let ends = if straddles {
-            [least.min(-SMALLEST_SLOPE), greatest.max(SMALLEST_SLOPE)]
-        } else {
-            [least, greatest]
-        };
-        Self {
-            axis,
-            slope,
-            spread,
-            negative: !straddles && least < 0.0,
-            straddles,
-            inverse: [(1.0 / ends[0]) as f32, (1.0 / ends[1]) as f32],
-        }
-    }
 }

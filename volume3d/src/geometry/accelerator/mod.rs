@@ -13,9 +13,14 @@
 mod build;
 mod bundle;
 mod collapse;
+mod fan;
+mod fan_filter;
 mod frame;
+mod gather;
 mod overlap;
 mod packet;
+mod sheaf;
+mod sweep;
 #[cfg(test)]
 mod tests;
 mod traverse;
@@ -28,6 +33,7 @@ use frame::{Depth, Frame};
 use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
 use robust::{Coord, orient2d};
+pub use sheaf::{Goal, Sheaf};
 use traverse::{Collect, Traversal};
 use tree::Tree;
 use watertight::Crossing;

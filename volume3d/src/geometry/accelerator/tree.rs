@@ -118,6 +118,8 @@ pub(super) struct Tree {
     positions: Vec<[f64; 3]>,
     /// Root of the mean of half the surface of leaves.
     pub(super) leaf_size: f64,
+    /// The median of the same root of leaves: a few large ones do not count.
+    pub(super) typical_leaf: f64,
     /// Most links a traversal keeps for later.
     pub(super) pending: usize,
 }
@@ -134,7 +136,16 @@ impl Tree {
 
     fn empty() -> Self {
         let (nodes, leaves, triangles, vertices) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Self { nodes, leaves, triangles, vertices, positions: Vec::new(), leaf_size: 0.0, pending: 0 }
+        Self {
+            nodes,
+            leaves,
+            triangles,
+            vertices,
+            positions: Vec::new(),
+            leaf_size: 0.0,
+            typical_leaf: 0.0,
+            pending: 0,
+        }
     }
 
     /// Makes all boxes and grids those of the mesh's positions. Returns the cost of the hierarchy: the surface of all boxes
@@ -152,6 +163,7 @@ impl Tree {
             leaves.map(|(place, leaf)| leaf.fit(&positions[VERTICES * place..], frame)).collect();
         // Children come after their parents.
         let (mut inner, mut outer, mut count) = (0.0, 0.0, 0_u32);
+        let mut areas = Vec::with_capacity(boxes.len());
         for index in (0..self.nodes.len()).rev() {
             for lane in 0..WIDTH {
                 let link = self.nodes[index].children[lane];
@@ -164,12 +176,17 @@ impl Tree {
                 if link.is_leaf() {
                     outer += f64::from(bounds.area());
                     count += 1;
+                    areas.push(bounds.area());
                 } else {
                     inner += f64::from(bounds.area());
                 }
             }
         }
         self.leaf_size = (outer / f64::from(count.max(1))).sqrt();
+        let middle = areas.len() / 2;
+        if middle < areas.len() {
+            self.typical_leaf = f64::from(*areas.select_nth_unstable_by(middle, f32::total_cmp).1).sqrt();
+        }
         let root = f64::from(self.nodes[0].hull().area());
         if root > 0.0 { (inner + f64::from(LEAF_COST) * outer) / root } else { 0.0 }
     }

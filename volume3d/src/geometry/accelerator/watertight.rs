@@ -176,6 +176,9 @@ pub(super) struct Shears {
 /// Rows of a packet.
 pub(super) const ROWS: usize = 2;
 
+/// Rays of a packet.
+pub(super) const PACKET: usize = ROWS * WIDTH;
+
 /// [`Shear::slopes`] of a row of rays.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ShearRow {
@@ -219,6 +222,26 @@ impl Shears {
         Self { axes, origin: permuted(origin, axes), rows, members }
     }
 
+    /// The same of directions by coordinate. No origin is common to them.
+    #[inline(always)]
+    pub(super) fn of_lanes(directions: &[[f64; PACKET]; 3], members: u32, along: usize) -> Self {
+        let axes = PERMUTATIONS[along];
+        let first = members.trailing_zeros() as usize % PACKET;
+        let [x, y, z] = axes.map(|axis| &directions[axis]);
+        let mut rows = [ShearRow { x: [0.0; WIDTH], y: [0.0; WIDTH], inverse: [0.0; WIDTH] }; ROWS];
+        for (index, row) in rows.iter_mut().enumerate() {
+            for lane in 0..WIDTH {
+                let at = index * WIDTH + lane;
+                let member = members >> at & 1 == 1;
+                let inverse = 1.0 / if member { z[at] } else { z[first] };
+                row.x[lane] = if member { x[at] } else { x[first] } * inverse;
+                row.y[lane] = if member { y[at] } else { y[first] } * inverse;
+                row.inverse[lane] = inverse;
+            }
+        }
+        Self { axes, origin: [0.0; 3], rows, members }
+    }
+
     /// Whether all directions are finite and have slopes.
     #[inline(always)]
     pub(super) fn are_finite(&self) -> bool {
@@ -231,6 +254,18 @@ impl Shears {
         finite
     }
 
+    /// Slopes of all rays along the first axis.
+    #[inline(always)]
+    pub(super) fn x(&self) -> [f64; PACKET] {
+        joined(&self.rows[0].x, &self.rows[1].x)
+    }
+
+    /// The same along the second.
+    #[inline(always)]
+    pub(super) fn y(&self) -> [f64; PACKET] {
+        joined(&self.rows[0].y, &self.rows[1].y)
+    }
+
     /// The least and the greatest slopes.
     #[inline(always)]
     pub(super) fn extremes(&self) -> [[f64; 2]; 2] {
@@ -238,6 +273,14 @@ impl Shears {
         let [x, y] = [extremes(&low.x, &high.x), extremes(&low.y, &high.y)];
         [[x[0], y[0]], [x[1], y[1]]]
     }
+}
+
+#[inline(always)]
+fn joined(low: &[f64; WIDTH], high: &[f64; WIDTH]) -> [f64; PACKET] {
+    let mut all = [0.0; PACKET];
+    all[..WIDTH].copy_from_slice(low);
+    all[WIDTH..].copy_from_slice(high);
+    all
 }
 
 /// The least and the greatest of two rows, by halves: for the compiler to vectorise.

@@ -10,14 +10,14 @@ use glam::DVec3;
 const DEFENSIVE: f64 = 0.1;
 
 /// The density of [`sample`] at a cosine above 0.
-#[inline]
-pub(super) fn density(cosine: f64) -> f64 {
+#[inline(always)]
+pub(in crate::path) fn density(cosine: f64) -> f64 {
     (1.0 - DEFENSIVE) * cosine * FRAC_1_PI + DEFENSIVE / TAU
 }
 
 /// A direction about z.
 #[inline]
-pub(super) fn sample([a, b, c]: [f64; 3]) -> DVec3 {
+pub(in crate::path) fn sample([a, b, c]: [f64; 3]) -> DVec3 {
     let z = if c < DEFENSIVE { a } else { a.sqrt() };
     let (sin, cos) = (TAU * b).sin_cos();
     let r = (1.0 - z * z).max(0.0).sqrt();

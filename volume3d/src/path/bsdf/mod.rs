@@ -1,7 +1,7 @@
 //! Reflection and transmission at one point: values with derivatives, and sampling by value alone. One file a material.
 
 mod dielectric;
-mod diffuse;
+pub(super) mod diffuse;
 mod facets;
 mod plastic;
 mod principled;

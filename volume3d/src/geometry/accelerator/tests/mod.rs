@@ -3,4 +3,5 @@
 mod exact;
 mod meshes;
 mod refit;
+mod sheaf;
 mod watertight;

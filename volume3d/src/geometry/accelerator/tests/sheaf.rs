@@ -1,0 +1,118 @@
+//! Sheaves of rays meet what each ray meets alone.
+
+use flatland::random::{Stream, stream};
+use glam::DVec3;
+use rand::Rng as _;
+
+use super::super::{Accelerator, Goal, Ray, Sheaf};
+
+fn number(rng: &mut Stream) -> f64 {
+    (rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+fn point(rng: &mut Stream) -> DVec3 {
+    DVec3::new(number(rng), number(rng), number(rng)) * 2.0 - 1.0
+}
+
+/// Small triangles above a large square, and a square above them.
+fn scene(rng: &mut Stream, triangles: u32, size: f64) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+    let mut positions = vec![];
+    for height in [-1.0, 1.5] {
+        positions.extend(
+            [[-4.0, -4.0], [4.0, -4.0], [-4.0, 4.0], [4.0, 4.0]].map(|[x, z]| DVec3::new(x, height, z)),
+        );
+    }
+    let mut faces = vec![[0, 1, 2], [1, 3, 2], [4, 5, 6], [5, 7, 6]];
+    for _ in 0..triangles {
+        let (centre, first) = (point(rng), positions.len() as u32);
+        positions.extend((0..3).map(|_| centre + size * point(rng)));
+        faces.push([first, first + 1, first + 2]);
+    }
+    (positions, faces)
+}
+
+/// Of rays that leave the lower square close to one another.
+#[test]
+fn sheaves_meet_what_their_rays_meet() {
+    let mut rng = stream(5, &[]);
+    for (triangles, size) in [(0, 0.1), (20, 0.5), (400, 0.1), (3000, 0.05)] {
+        let (positions, faces) = scene(&mut rng, triangles, size);
+        let accelerator = Accelerator::build(&positions, &faces);
+        let (mut occluded, mut checked) = (0, 0);
+        for round in 0..300 {
+            let width = [0.02, 0.2, 1.0][round % 3];
+            let corner = DVec3::new(2.0 * number(&mut rng) - 1.0, -1.0, 2.0 * number(&mut rng) - 1.0);
+            let end = DVec3::new(2.0 * number(&mut rng) - 1.0, 1.5, 2.0 * number(&mut rng) - 1.0);
+            let common =
+                DVec3::new(number(&mut rng) - 0.5, number(&mut rng), number(&mut rng) - 0.5).normalize();
+            let mut rays =
+                [Ray { origin: DVec3::ZERO, direction: DVec3::X, near: 1e-12, far: 0.0, from: None };
+                    Sheaf::MOST];
+            let mut distances = [0.0; Sheaf::MOST];
+            for (ray, distance) in rays.iter_mut().zip(&mut distances) {
+                let origin = corner + width * DVec3::new(number(&mut rng), 0.0, number(&mut rng));
+                let from = accelerator.closest(&Ray {
+                    origin: origin + DVec3::Y * 1e-3,
+                    direction: -DVec3::Y,
+                    near: 0.0,
+                    far: 1.0,
+                    from: None,
+                });
+                *distance = origin.distance(end);
+                *ray = Ray {
+                    origin,
+                    direction: (end - origin) / *distance,
+                    from: from.map(|hit| hit.triangle),
+                    far: *distance * (1.0 - 1e-10),
+                    ..*ray
+                };
+            }
+            let sheaf = |rays: &[Ray; Sheaf::MOST]| {
+                let mut sheaf = Sheaf { near: 1e-12, members: 0xFFFF & !(1 << (round % 16)), ..Sheaf::EMPTY };
+                for (at, ray) in rays.iter().enumerate() {
+                    for axis in 0..3 {
+                        sheaf.origins[axis][at] = ray.origin[axis];
+                        sheaf.directions[axis][at] = ray.direction[axis];
+                    }
+                    sheaf.far[at] = ray.far;
+                    sheaf.from[at] = ray.from.unwrap_or(u32::MAX);
+                }
+                sheaf
+            };
+            let of = |sheaf: &Sheaf, test: &dyn Fn(usize) -> bool| {
+                (0..Sheaf::MOST)
+                    .filter(|&at| sheaf.members >> at & 1 == 1 && test(at))
+                    .fold(0, |m, at| m | 1 << at)
+            };
+            let target = Some(2 + u32::from(round % 2 == 0));
+            let towards = sheaf(&rays);
+            let found =
+                accelerator.occluded_towards(&towards, &Goal { point: end, distances: &distances, target });
+            assert_eq!(
+                found,
+                of(&towards, &|at| accelerator.occluded_before(&rays[at], target)),
+                "{triangles} {round}"
+            );
+            occluded += found.count_ones();
+            checked += towards.members.count_ones();
+            let alike = rays.map(|ray| Ray { direction: common, far: f64::INFINITY, ..ray });
+            let parallel = sheaf(&alike);
+            assert_eq!(
+                accelerator.occluded_sheaf(&parallel),
+                of(&parallel, &|at| accelerator.occluded(&alike[at])),
+                "{triangles} {round}"
+            );
+            let mut hits = [None; Sheaf::MOST];
+            accelerator.closest_sheaf(&parallel, &mut hits);
+            for (at, hit) in hits.iter().enumerate() {
+                let alone =
+                    if parallel.members >> at & 1 == 1 { accelerator.closest(&alike[at]) } else { None };
+                assert_eq!(*hit, alone, "{triangles} {round} {at}");
+            }
+        }
+        assert!(
+            triangles < 100 || (occluded > checked / 50 && occluded < checked),
+            "{occluded} of {checked}"
+        );
+    }
+}

@@ -1,0 +1,169 @@
+//! The samples of neighbouring cells side by side.
+
+use std::ops::Range;
+
+use glam::{DVec2, DVec3};
+
+use super::super::PATH;
+use super::super::driver::CellSink;
+use super::super::film::FilmPlane;
+use super::super::groups::{CellNumbers, TILE, group_size, groups};
+use super::splat::Splat;
+use crate::lanes::Instructions;
+use crate::path::{Paths, Wave, WaveTables};
+use crate::scene::Hit;
+
+/// Camera rays of a cell that are traced at once, having one origin and a narrow cone: as many as a packet takes.
+const TOGETHER: usize = 16;
+
+/// Cells of a block, all of one square that shares random numbers.
+const CELLS: usize = if TILE < Wave::MOST { TILE } else { Wave::MOST };
+
+/// Samples of a group that a block keeps; if a group has more, blocks are of fewer cells.
+const MOST_KEPT: usize = 1 << 16;
+
+/// What blocks are sampled with, one after the other.
+///
+/// What a pixel is, bit for bit, does not depend on it: every group of a pixel adds up the samples of one cell after the
+/// other.
+pub(super) struct BlockSampler<'p> {
+    film: &'p FilmPlane,
+    paths: &'p Paths<'p>,
+    samples: usize,
+    numbers: CellNumbers,
+    wave: Wave<'p>,
+    instructions: Instructions,
+    camera: CameraRays,
+    /// The samples of a group, those of a cell one after the other: film points within the cells, and radiances.
+    places: Vec<[f64; 2]>,
+    radiances: Vec<DVec3>,
+}
+
+/// Some samples of all cells of a block, those of a cell one after the other.
+#[derive(Default)]
+struct CameraRays {
+    directions: Vec<DVec3>,
+    hits: Vec<Option<Hit>>,
+    of_cell: Vec<Option<Hit>>,
+}
+
+impl<'p> BlockSampler<'p> {
+    pub(super) fn new(
+        paths: &'p Paths<'p>,
+        tables: &'p WaveTables,
+        film: &'p FilmPlane,
+        samples: usize,
+        seed: u64,
+    ) -> Self {
+        // The film point, and the numbers of bounces.
+        let numbers = CellNumbers::new(seed, PATH, 1, 1 + paths.pairs());
+        let wave = Wave::new(paths, tables);
+        let (places, radiances) = (vec![], vec![]);
+        let (instructions, camera) = (Instructions::detect(), CameraRays::default());
+        Self { film, paths, samples, numbers, wave, instructions, camera, places, radiances }
+    }
+
+    /// Samples the block that begins with a cell, if one does.
+    pub(super) fn sample(
+        &mut self,
+        (i, j): (usize, usize),
+        wanted: &impl Fn(usize, usize) -> bool,
+        mut sink: CellSink<'_, 3>,
+    ) {
+        let size = group_size(self.samples);
+        let cells = (MOST_KEPT / size).clamp(1, CELLS).next_power_of_two();
+        if !i.is_multiple_of(cells) {
+            return;
+        }
+        let (columns, _) = self.film.cells();
+        let mut among = (i..columns.min(i + cells)).filter(|&i| wanted(i, j));
+        let Some(first) = among.next() else { return };
+        let cells = first..among.last().unwrap_or(first) + 1;
+        self.numbers.prepare((i, j), self.samples);
+        let before = sink.non_finite.len();
+        for group in 0..groups(self.samples) {
+            let samples = group * size..self.samples.min((group + 1) * size);
+            if self.trace(cells.clone(), j, samples.clone(), &sink) {
+                self.add(cells.clone(), j, group, samples, wanted, &mut sink);
+            }
+        }
+        sink.non_finite[before..].sort_by_key(|at| (at.column, at.sample));
+    }
+
+    /// Traces the samples of a group, unless it is told to end.
+    fn trace(
+        &mut self,
+        cells: Range<usize>,
+        j: usize,
+        samples: Range<usize>,
+        sink: &CellSink<'_, 3>,
+    ) -> bool {
+        let (count, width) = (samples.len(), cells.len());
+        self.places.clear();
+        self.radiances.resize(width * count, DVec3::ZERO);
+        let scene = self.paths.scene;
+        let origin = scene.description.camera.origin;
+        for first in samples.clone().step_by(TOGETHER) {
+            if sink.stopped() {
+                return false;
+            }
+            let some = first..samples.end.min(first + TOGETHER);
+            self.places.extend(some.clone().map(|sample| self.numbers.of(sample, 0).1.pair()));
+            let places = &self.places[first - samples.start..];
+            let CameraRays { directions, hits, of_cell } = &mut self.camera;
+            directions.clear();
+            hits.clear();
+            for i in cells.clone() {
+                let of_last = directions.len();
+                directions.extend(places.iter().map(|&within| self.film.ray(self.film.point(i, j, within))));
+                scene.closest_bundle(origin, &directions[of_last..], None, of_cell);
+                hits.extend_from_slice(of_cell);
+            }
+            let mut of_sample = [DVec3::ZERO; CELLS];
+            for (at, sample) in some.clone().enumerate() {
+                let (_, mut numbers) = self.numbers.of(sample, 0);
+                numbers.pair();
+                let rays =
+                    (0..width).map(|cell| cell * some.len() + at).map(|ray| (directions[ray], hits[ray]));
+                self.wave.radiances(origin, rays, numbers, &mut of_sample[..width]);
+                for (cell, &radiance) in of_sample[..width].iter().enumerate() {
+                    self.radiances[cell * count + sample - samples.start] = radiance;
+                }
+            }
+        }
+        true
+    }
+
+    /// Adds the samples of a group to the sums of the row.
+    fn add(
+        &self,
+        cells: Range<usize>,
+        j: usize,
+        group: usize,
+        samples: Range<usize>,
+        wanted: &impl Fn(usize, usize) -> bool,
+        sink: &mut CellSink<'_, 3>,
+    ) {
+        for (i, radiances) in cells.zip(self.radiances.chunks(samples.len())) {
+            if !wanted(i, j) {
+                continue;
+            }
+            let (near, finite) = (self.film.is_near(), radiances.iter().all(|radiance| radiance.is_finite()));
+            if near && finite {
+                let (film, places, row_sums) = (self.film, &self.places[..], &mut *sink.row_sums);
+                self.instructions.run(Splat { film, cell: (i, j), group, places, radiances, row_sums });
+                continue;
+            }
+            for ((sample, &within), &radiance) in samples.clone().zip(&self.places).zip(radiances) {
+                if !radiance.is_finite() {
+                    sink.non_finite.push(self.film.located(i, j, sample));
+                    continue;
+                }
+                let u: DVec2 = self.film.point(i, j, within);
+                self.film.for_each_weight((i, j), u.to_array(), |[b, x, _], weight| {
+                    sink.row_sums.add(group, b, x, &(weight * radiance).to_array());
+                });
+            }
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! The samples of one cell after the other.
+
+use super::super::PATH;
+use super::super::driver::CellSink;
+use super::super::film::FilmPlane;
+use super::super::groups::CellNumbers;
+use crate::path::Paths;
+use crate::scene::Hit;
+
+/// Camera rays of a cell that are traced at once, having one origin and a narrow cone: as many as a packet takes.
+const TOGETHER: usize = 16;
+
+/// What cells are sampled with, one after the other.
+pub(super) struct CellSampler<'p> {
+    paths: &'p Paths<'p>,
+    film: &'p FilmPlane,
+    samples: usize,
+    numbers: CellNumbers,
+    hits: Vec<Option<Hit>>,
+}
+
+impl<'p> CellSampler<'p> {
+    pub(super) fn new(paths: &'p Paths<'p>, film: &'p FilmPlane, samples: usize, seed: u64) -> Self {
+        // The film point, the point of the lens, and those of bounces.
+        let numbers = CellNumbers::new(seed, PATH, 1, 2 + paths.pairs());
+        Self { paths, film, samples, numbers, hits: vec![] }
+    }
+
+    pub(super) fn sample(&mut self, (i, j): (usize, usize), sink: CellSink<'_, 3>) {
+        let &mut Self { paths, film, samples, .. } = self;
+        self.numbers.prepare((i, j), samples);
+        let mut drawn = Vec::with_capacity(TOGETHER);
+        let mut directions = Vec::with_capacity(TOGETHER);
+        for first in (0..samples).step_by(TOGETHER) {
+            if sink.stopped() {
+                return;
+            }
+            drawn.clear();
+            directions.clear();
+            for sample in first..samples.min(first + TOGETHER) {
+                let (group, mut numbers) = self.numbers.of(sample, 0);
+                let u = film.point(i, j, numbers.pair());
+                let (origin, direction) = film.ray_through(u, &mut numbers);
+                drawn.push((group, u, origin, numbers));
+                directions.push(direction);
+            }
+            if film.has_lens() {
+                self.hits.clear();
+                let rays = drawn.iter().zip(&directions);
+                self.hits.extend(rays.map(|((_, _, o, _), &d)| paths.scene.closest(*o, d, None)));
+            } else {
+                let origin = paths.scene.description.camera.origin;
+                paths.scene.closest_bundle(origin, &directions, None, &mut self.hits);
+            }
+            let arrivals = directions.iter().zip(&self.hits);
+            for (sample, ((group, u, origin, numbers), (&direction, &hit))) in
+                (first..).zip(drawn.iter_mut().zip(arrivals))
+            {
+                let radiance = paths.still_radiance(*origin, direction, hit, 1, numbers);
+                if !radiance.is_finite() {
+                    sink.non_finite.push(film.located(i, j, sample));
+                    continue;
+                }
+                film.for_each_weight((i, j), u.to_array(), |[b, x, _], weight| {
+                    sink.row_sums.add(*group, b, x, &(weight * radiance).to_array());
+                });
+            }
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! What the samples of a cell add to the pixels around it.
+
+use glam::DVec3;
+
+use super::super::film::{FilmPlane, NEAR};
+use super::super::film_accumulator::RowSums;
+use crate::lanes::{Lanes, Task};
+
+/// Samples of a group in a cell, for a filter that reaches one cell around a pixel at most.
+pub(super) struct Splat<'a> {
+    pub(super) film: &'a FilmPlane,
+    pub(super) cell: (usize, usize),
+    pub(super) group: usize,
+    /// Places in the cell.
+    pub(super) places: &'a [[f64; 2]],
+    /// All finite.
+    pub(super) radiances: &'a [DVec3],
+    pub(super) row_sums: &'a mut RowSums<3>,
+}
+
+impl Task for Splat<'_> {
+    type Output = ();
+
+    /// The sums are kept at hand meanwhile; to each of them samples are added in the order in which they come.
+    #[inline(always)]
+    fn run<L: Lanes>(self, _: L) {
+        let Self { film, cell: (i, j), group, places, radiances, row_sums } = self;
+        let mut sums = [[[0.0; 4]; NEAR]; NEAR];
+        for (b, sums) in sums.iter_mut().enumerate() {
+            for (a, sum) in sums.iter_mut().enumerate() {
+                if let Some(x) = film.pixel_column(i, a) {
+                    sum[..3].copy_from_slice(row_sums.at(group, b, x));
+                }
+            }
+        }
+        for (&within, radiance) in places.iter().zip(radiances) {
+            let [columns, rows] = film.weights_near((i, j), film.point(i, j, within));
+            let radiance = [radiance.x, radiance.y, radiance.z, 0.0];
+            for b in 0..NEAR {
+                for a in 0..NEAR {
+                    let weight = columns[a] * rows[b];
+                    for c in 0..4 {
+                        sums[b][a][c] += weight * radiance[c];
+                    }
+                }
+            }
+        }
+        for (b, sums) in sums.iter().enumerate() {
+            for (a, sum) in sums.iter().enumerate() {
+                if let Some(x) = film.pixel_column(i, a) {
+                    row_sums.at(group, b, x).copy_from_slice(&sum[..3]);
+                }
+            }
+        }
+    }
+}

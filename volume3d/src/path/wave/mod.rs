@@ -1,0 +1,395 @@
+//! Paths of neighbouring cells, side by side.
+//!
+//! Cells of a square share their random numbers, so that the paths of one sample see one point of a light and take one
+//! direction about their normals: what is random is worked out once for all of them. The arithmetic at their vertices is
+//! that of [`Paths::still_radiance`] in lanes, bit for bit. What is not plain leaves the wave, and is followed alone from
+//! there.
+
+mod faces;
+mod row;
+
+use std::f64::consts::FRAC_1_PI;
+
+use flatland::calculus::{Rgb, Vec3};
+use glam::DVec3;
+
+use self::faces::{Face, Faces, Finish, smooth_normal};
+use self::row::{Arrival, Lamp, Shade, Vectors, Vertices, lanes_where};
+use super::bsdf::diffuse;
+use super::integrator::{Paths, Scattered};
+use super::plain::Plain;
+use super::sequence::Draws;
+use crate::geometry::{Goal, Sheaf};
+use crate::lanes::{Instructions, WIDTH, next};
+use crate::scene::{Environment, Hit, Surface};
+
+/// Rows of lanes in a wave.
+const ROWS: usize = Sheaf::MOST / WIDTH;
+
+/// What waves look up, made once for all of them.
+#[derive(Clone, Debug)]
+pub(crate) struct WaveTables {
+    faces: Faces,
+    /// Of an environment that is the same in all directions, and what a camera ray sees of it.
+    environment: Option<DVec3>,
+    instructions: Instructions,
+}
+
+impl WaveTables {
+    /// Of a scene whose paths may go side by side: in empty space, between meshes, and lit by shapes and by a constant
+    /// environment alone.
+    pub(crate) fn new(paths: &Paths<'_>) -> Option<Self> {
+        let description = &paths.scene.description;
+        let environment = match &description.environment {
+            None => None,
+            Some(Environment::Constant { radiance, .. }) => Some(*radiance),
+            Some(Environment::Map { .. }) => return None,
+        };
+        let is_plain = description.media.is_empty()
+            && description.implicits.is_empty()
+            && description.lights.is_empty()
+            && description.shapes.iter().all(|s| s.radiance.is_none() || s.radiance_texture.is_none());
+        let faces = is_plain.then(|| Faces::new(paths.scene))?;
+        let any = faces.finishes.iter().any(|finish| matches!(finish, Finish::Matt { .. }));
+        any.then(|| Self { faces, environment, instructions: Instructions::detect() })
+    }
+}
+
+/// The state of eight paths.
+#[derive(Clone, Copy, Debug)]
+struct Row {
+    /// Lanes that are under way, as bits: those have a hit.
+    active: u32,
+    origin: Vectors,
+    direction: Vectors,
+    throughput: Vectors,
+    total: Vectors,
+    hits: [Option<Hit>; WIDTH],
+    /// What is hit.
+    triangles: [u32; WIDTH],
+    arrival: Arrival,
+    vertices: Vertices,
+}
+
+impl Row {
+    const EMPTY: Self = Self {
+        active: 0,
+        origin: Vectors::ZERO,
+        direction: Vectors::ZERO,
+        throughput: Vectors::ZERO,
+        total: Vectors::ZERO,
+        hits: [None; WIDTH],
+        triangles: [0; WIDTH],
+        arrival: Arrival::EMPTY,
+        vertices: Vertices::EMPTY,
+    };
+
+    /// Adds radiance to what arrives along a path.
+    fn add(&mut self, lane: usize, radiance: [f64; 3]) {
+        let total = self.total.at(lane);
+        self.total.set(lane, [0, 1, 2].map(|c| total[c] + radiance[c]));
+    }
+}
+
+/// What a sample of all cells shares at a vertex.
+struct Shared<'d> {
+    /// The random numbers of the sample before those of the vertex.
+    draws: Draws<'d>,
+    lamp: Option<(Lamp, Surface)>,
+    /// The direction that is sampled, about z.
+    local: DVec3,
+    depth: usize,
+    goes_on: bool,
+}
+
+/// Paths under way.
+pub(crate) struct Wave<'p> {
+    paths: &'p Paths<'p>,
+    tables: &'p WaveTables,
+    rows: Box<[Row; ROWS]>,
+    /// Rays that leave the vertices.
+    sheaf: Sheaf,
+}
+
+impl<'p> Wave<'p> {
+    /// How many paths a wave has at most.
+    pub(crate) const MOST: usize = Sheaf::MOST;
+
+    pub(crate) fn new(paths: &'p Paths<'p>, tables: &'p WaveTables) -> Self {
+        let sheaf = Sheaf { near: paths.scene.rounding(), ..Sheaf::EMPTY };
+        Self { paths, tables, rows: Box::new([Row::EMPTY; ROWS]), sheaf }
+    }
+
+    /// What [`Paths::still_radiance`] is of rays of the camera, which have one origin, with the same random numbers.
+    pub(crate) fn radiances(
+        &mut self,
+        origin: DVec3,
+        rays: impl Iterator<Item = (DVec3, Option<Hit>)>,
+        mut draws: Draws<'_>,
+        radiances: &mut [DVec3],
+    ) {
+        self.begin(origin, rays);
+        let limit = self.paths.limit();
+        for depth in 1..limit {
+            if self.rows.iter().all(|row| row.active == 0) {
+                break;
+            }
+            let alone = depth >= self.paths.scene.description.integrator.rr_depth;
+            let shared = self.share(&mut draws, depth, depth + 1 < limit);
+            for row in 0..ROWS {
+                if alone {
+                    self.leave(row, self.rows[row].active, &shared);
+                } else if self.rows[row].active != 0 {
+                    self.shade(row, &shared);
+                }
+            }
+            self.leave_vertices();
+            self.light(&shared);
+            self.bounce(&shared);
+        }
+        for (at, radiance) in radiances.iter_mut().enumerate() {
+            *radiance = self.rows[at / WIDTH].total.of(at % WIDTH);
+        }
+    }
+
+    /// What is seen first.
+    fn begin(&mut self, origin: DVec3, rays: impl Iterator<Item = (DVec3, Option<Hit>)>) {
+        let scene = self.paths.scene;
+        let hides = scene.description.hide_emitters;
+        for row in self.rows.iter_mut() {
+            row.active = 0;
+        }
+        for (at, (direction, hit)) in rays.enumerate() {
+            let (row, lane) = (&mut self.rows[at / WIDTH], at % WIDTH);
+            row.origin.set(lane, origin.to_array());
+            row.direction.set(lane, direction.to_array());
+            row.throughput.set(lane, [1.0; 3]);
+            row.hits[lane] = hit;
+            let seen = match hit {
+                _ if hides => None,
+                Some(hit) => scene.emitting(&hit, direction).map(|_| self.paths.radiance_of(hit.surface)),
+                None => self.tables.environment,
+            };
+            row.total.set(lane, seen.unwrap_or(DVec3::ZERO).to_array());
+            row.active |= u32::from(hit.is_some()) << lane;
+        }
+    }
+
+    /// What all paths share at their next vertex.
+    fn share<'d>(&self, draws: &mut Draws<'d>, depth: usize, goes_on: bool) -> Shared<'d> {
+        let before = draws.clone();
+        let (choice, [a, b]) = (draws.one(), draws.pair());
+        let lamp = self.paths.lights.place([choice, a, b]).map(|place| {
+            let spot = &place.spot;
+            let lamp = Lamp {
+                point: spot.point.to_array(),
+                normal: spot.normal.to_array(),
+                radiance: self.paths.radiance_of(spot.surface).to_array(),
+                probability: place.probability,
+                area: place.area,
+            };
+            (lamp, spot.surface)
+        });
+        let (c, [a, b]) = (draws.one(), draws.pair());
+        Shared { draws: before, lamp, local: diffuse::sample([a, b, c]), depth, goes_on }
+    }
+
+    /// Follows paths alone from where they are.
+    fn leave(&mut self, row: usize, mut lanes: u32, shared: &Shared<'_>) {
+        let row = &mut self.rows[row];
+        row.active &= !lanes;
+        while lanes != 0 {
+            let lane = next(&mut lanes);
+            let (origin, direction) =
+                (Vec3::constant(row.origin.of(lane)), Vec3::constant(row.direction.of(lane)));
+            let throughput = Rgb(row.throughput.at(lane));
+            let path = Scattered::underway(origin, direction, throughput, row.hits[lane]);
+            let mut total = Rgb(row.total.at(lane));
+            let calculus = &mut Plain { scene: self.paths.scene };
+            self.paths.follow(calculus, path, shared.depth, &mut total, &mut shared.draws.clone());
+            row.total.set(lane, total.0);
+        }
+    }
+
+    /// Works out the next vertices of a row.
+    fn shade(&mut self, row: usize, shared: &Shared<'_>) {
+        let others = self.arrive(row);
+        self.leave(row, others, shared);
+        let none = Lamp::NONE;
+        let Row { origin, direction, throughput, arrival, vertices, .. } = &mut self.rows[row];
+        self.tables.instructions.run(Shade {
+            origin,
+            direction,
+            throughput,
+            arrival,
+            lamp: shared.lamp.as_ref().map_or(&none, |(lamp, _)| lamp),
+            local: shared.local,
+            vertices,
+        });
+        let reflects = &self.rows[row].vertices.reflects;
+        let (reflecting, odd) = (lanes_where(reflects, |x| x == 1.0), lanes_where(reflects, f64::is_nan));
+        self.leave(row, odd & self.rows[row].active, shared);
+        self.rows[row].active &= reflecting;
+    }
+
+    /// Looks up what paths of a row arrive at. Those that end there are taken out; returned are those that must go on
+    /// alone.
+    fn arrive(&mut self, row: usize) -> u32 {
+        let Faces { faces, finishes } = &self.tables.faces;
+        let row = &mut self.rows[row];
+        let (mut lanes, mut others) = (row.active, 0);
+        while lanes != 0 {
+            let lane = next(&mut lanes) % WIDTH;
+            let Some(hit @ Hit { surface: Surface::Triangle(triangle), .. }) = row.hits[lane] else {
+                others |= 1 << lane;
+                continue;
+            };
+            let &Face { corner, cross, normal, shape, is_smooth } = &faces[triangle as usize];
+            let (reflectance, two_sided) = match &finishes[shape as usize] {
+                Finish::Matt { reflectance, two_sided } => (*reflectance, *two_sided),
+                Finish::Black => {
+                    row.active &= !(1 << lane);
+                    continue;
+                }
+                Finish::Other => {
+                    others |= 1 << lane;
+                    continue;
+                }
+            };
+            row.triangles[lane] = triangle;
+            row.arrival.corner.set(lane, corner);
+            row.arrival.cross.set(lane, cross);
+            row.arrival.reflectance.set(lane, reflectance);
+            row.arrival.two_sided[lane] = f64::from(u8::from(two_sided));
+            let own = if is_smooth {
+                smooth_normal(self.paths.scene, row.origin.of(lane), row.direction.of(lane), &hit).to_array()
+            } else {
+                normal
+            };
+            row.arrival.own.set(lane, own);
+        }
+        others
+    }
+
+    /// Takes the vertices of all rows as origins of rays.
+    fn leave_vertices(&mut self) {
+        for (at, row) in self.rows.iter().enumerate() {
+            let lanes = at * WIDTH..(at + 1) * WIDTH;
+            for (all, own) in self.sheaf.origins.iter_mut().zip(&row.vertices.position.0) {
+                all[lanes.clone()].copy_from_slice(own);
+            }
+            self.sheaf.from[lanes].copy_from_slice(&row.triangles);
+        }
+    }
+
+    /// Adds what is reflected of the light.
+    fn light(&mut self, shared: &Shared<'_>) {
+        let Some((lamp, Surface::Triangle(target))) = shared.lamp else { return };
+        let mut distances = [0.0; Self::MOST];
+        self.sheaf.members = 0;
+        for (at, row) in self.rows.iter().enumerate() {
+            let members = row.active & lanes_where(&row.vertices.may_see, |x| x == 1.0);
+            self.sheaf.members |= members << (at * WIDTH);
+            let lanes = at * WIDTH..(at + 1) * WIDTH;
+            for (all, own) in self.sheaf.directions.iter_mut().zip(&row.vertices.towards.0) {
+                all[lanes.clone()].copy_from_slice(own);
+            }
+            distances[lanes].copy_from_slice(&row.vertices.distance);
+        }
+        self.sheaf.far = distances.map(|distance| self.paths.scene.short_of(distance));
+        let end = Goal { point: DVec3::from_array(lamp.point), distances: &distances, target: Some(target) };
+        let mut lit = self.sheaf.members & !self.paths.scene.shadowed_towards(&self.sheaf, &end);
+        while lit != 0 {
+            let at = next(&mut lit) % Self::MOST;
+            let (row, lane) = (&mut self.rows[at / WIDTH], at % WIDTH);
+            row.add(lane, row.vertices.lit.at(lane));
+        }
+    }
+
+    /// Follows the sampled directions.
+    fn bounce(&mut self, shared: &Shared<'_>) {
+        let (mut traced, mut escaping) = (0, 0);
+        let lights = &self.paths.lights;
+        for (at, row) in self.rows.iter_mut().enumerate() {
+            let mut sampled = row.active & lanes_where(&row.vertices.goes_on, |x| x == 1.0);
+            row.active = 0;
+            for (all, own) in self.sheaf.directions.iter_mut().zip(&row.vertices.sampled.0) {
+                all[at * WIDTH..(at + 1) * WIDTH].copy_from_slice(own);
+            }
+            if shared.goes_on {
+                traced |= sampled << (at * WIDTH);
+                continue;
+            }
+            while sampled != 0 {
+                let lane = next(&mut sampled) % WIDTH;
+                let (x, direction) = (row.vertices.position.of(lane), row.vertices.sampled.of(lane));
+                let kind = if lights.may_be_hit(x, direction) { &mut traced } else { &mut escaping };
+                *kind |= 1 << (at * WIDTH + lane);
+            }
+        }
+        self.sheaf.far = [f64::INFINITY; Self::MOST];
+        self.arrive_at_hits(traced, shared.goes_on);
+        if self.tables.environment.is_some() {
+            self.sheaf.members = escaping;
+            let mut free = escaping & !self.paths.scene.shadowed_sheaf(&self.sheaf);
+            while free != 0 {
+                self.escape(next(&mut free) % Self::MOST);
+            }
+        }
+    }
+
+    /// Follows some of the sampled directions to what is there.
+    fn arrive_at_hits(&mut self, mut traced: u32, goes_on: bool) {
+        let (paths, scene) = (self.paths, self.paths.scene);
+        let mut hits = [None; Self::MOST];
+        self.sheaf.members = traced;
+        scene.closest_sheaf(&self.sheaf, &mut hits);
+        while traced != 0 {
+            let at = next(&mut traced) % Self::MOST;
+            let Some(hit) = hits[at].map(Hit::from) else {
+                self.escape(at);
+                continue;
+            };
+            let (row, lane) = (&mut self.rows[at / WIDTH], at % WIDTH);
+            let direction = row.vertices.sampled.of(lane);
+            if scene.emitting(&hit, direction).is_some() {
+                let found = paths.found(row, lane, &hit);
+                row.add(lane, found);
+            }
+            row.active |= u32::from(goes_on) << lane;
+            row.hits[lane] = Some(hit);
+            row.origin.set(lane, row.vertices.position.at(lane));
+            row.direction.set(lane, row.vertices.sampled.at(lane));
+            row.throughput.set(lane, row.vertices.throughput.at(lane));
+        }
+    }
+
+    /// Adds what comes from the environment along the sampled direction.
+    fn escape(&mut self, at: usize) {
+        let Some(environment) = self.tables.environment else { return };
+        let (row, lane) = (&mut self.rows[at / WIDTH], at % WIDTH);
+        let behind = row.vertices.throughput.at(lane);
+        row.add(lane, [0, 1, 2].map(|c| behind[c] * environment[c]));
+    }
+}
+
+impl Paths<'_> {
+    /// The radiance of a shape that has no texture of it.
+    fn radiance_of(&self, surface: Surface) -> DVec3 {
+        let shape = self.scene.shape_of(surface) as usize;
+        self.scene.description.shapes[shape].radiance.unwrap_or(DVec3::ZERO)
+    }
+
+    /// What the sampled direction of a lane finds emitted, weighted against next-event estimation.
+    fn found(&self, row: &Row, lane: usize, hit: &Hit) -> [f64; 3] {
+        let Row { arrival, vertices, .. } = row;
+        let direction = vertices.sampled.of(lane);
+        let shape = self.scene.shape_of(hit.surface);
+        let other = self.lights.density_of_hit(self.scene, shape, hit, direction);
+        let weight = 1.0 / (vertices.density[lane] + other);
+        let cosine = vertices.normal.of(lane).dot(direction) * FRAC_1_PI;
+        let (throughput, reflectance) = (row.throughput.at(lane), arrival.reflectance.at(lane));
+        let radiance = self.radiance_of(hit.surface);
+        [0, 1, 2].map(|c| throughput[c] * (reflectance[c] * cosine * weight) * radiance[c])
+    }
+}
