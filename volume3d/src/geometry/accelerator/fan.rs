@@ -51,7 +51,7 @@ pub(super) struct FanAxis {
     pub(super) inverse: [f32; 2],
 }
 
-/// Error of a vertex sheared along the middle ray: as [`VERTEX_ERROR`] with the origin below 2, off by 2 u, and
+/// Error of a vertex sheared along the middle ray: as that of one ray with the origin below 2, off by 2 u, and
 /// differences to it of at most 3. x and z are off by (2 + 3 + 2 + 3) u, s z by (10 + 3 + 3) u at the most, and
 /// the last difference, at most 6, by 6 u: 32 u.
 const FAN_VERTEX_ERROR: f64 = 33.0 * UNIT;
