@@ -17,13 +17,13 @@ const CURVE: f64 = 1.0;
 /// What a sample of [`WarpedArea::default`] takes, relative to one of a softened field, less the pilot: measured there, 1.4 to 2.0.
 const EXACT_COST: f64 = 1.5;
 /// The variance of one sample falls by this power of their number, as more are stratified, of each part: of softened fields measured, on figure
-/// 12's scenes, by 0.03 to 0.30 of the area from 2 to 48 of them, and from 1 to 64 by 0.15 to 0.42 of silhouettes and 0.03 to 0.18 of shadows;
+/// 12's scenes, by 0.03 to 0.30 of the area from 2 to 48 of them, and from 1 to 64 by 0.23 to 0.34 of silhouettes and 0.03 to 0.18 of shadows;
 const OF_SOFTENED: [f64; PARTS] = [0.15, 0.30, 0.10, 0.0];
-/// and of edge sampling by 0 to 0.5, 0.02 to 0.13 and 0.02 to 0.06.
-const OF_EDGES: [f64; PARTS] = [0.10, 0.08, 0.04, 0.0];
-/// Edge sampling is chosen if its expected error is below this part of the other. Few samples tell their ratio within 20 to 50 %; where it is about 1,
-/// softened fields were measured to be at most 1.2 times worse, and edge sampling up to 10 times.
-const CLEARLY: f64 = 0.8;
+/// and of edge sampling by 0 to 0.5, 0 to 0.28 and 0.02 to 0.06.
+const OF_EDGES: [f64; PARTS] = [0.10, 0.15, 0.04, 0.0];
+/// Edge sampling is chosen if its expected error is below this part of the other. Few samples tell their ratio within 10 to 30 %, and not what is rare;
+/// where it is about 1 softened fields were measured to be at most 1.3 times worse, and edge sampling up to 10 times.
+const CLEARLY: f64 = 0.75;
 /// Samples of the area are spread unevenly if there are so many: twice as many as the least.
 const SPREAD: usize = 2 * GROUPS;
 /// Enough to tell what spreading them is worth.
