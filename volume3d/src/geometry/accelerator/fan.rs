@@ -63,7 +63,7 @@ const FARTHEST_FAN: f64 = 256.0;
 /// Greatest depth of the scene from where rays enter it, and more.
 const DEEPEST: f64 = 2.5;
 
-/// Fans wider than this send rays one by one: the bound F ≤ 1 of the packets' filter, with room for rounding.
+/// Fans wider than this send rays one by one: |δ ζ| is below 1, which the error bounds of the filter of triangles count on, with room for rounding.
 const WIDEST_FAN: f64 = 0.9;
 
 impl Fan {
@@ -91,6 +91,10 @@ impl Fan {
             depths[at] = distances[at] / shears.rows[at / WIDTH].inverse[at % WIDTH].abs();
         }
         let deepest = frame.scale * bounds(&depths, members)[1];
+        // The rounding of directions and distances grows with them.
+        if !(deepest <= FARTHEST_FAN) {
+            return Err(f64::INFINITY);
+        }
         let [x, y] = [bounds(&shears.x(), members), bounds(&shears.y(), members)];
         let extremes = [[x[0], y[0]], [x[1], y[1]]];
         Self::of_extremes(frame, end, shears.axes, extremes, backward, (deepest, widest))
@@ -289,8 +293,9 @@ fn bounds(numbers: &[f64; PACKET], members: u32) -> [f64; 2] {
     for at in 0..PACKET {
         let member = members >> at & 1 == 1;
         let (low, high) = (&mut least[at % 4], &mut greatest[at % 4]);
-        *low = smaller(*low, if member { numbers[at] } else { f64::INFINITY });
-        *high = larger(*high, if member { numbers[at] } else { f64::NEG_INFINITY });
+        // In this order what is not a number does not count.
+        *low = smaller(if member { numbers[at] } else { f64::INFINITY }, *low);
+        *high = larger(if member { numbers[at] } else { f64::NEG_INFINITY }, *high);
     }
     let [a, b, c, d] = least;
     let [e, f, g, h] = greatest;

@@ -23,7 +23,8 @@ use crate::lanes::{Lanes, Row, Steps, WIDTH};
 /// beyond this, the ray is within the triangle of computed vertices, and coordinates are as small.
 const EDGE_SHARE: f32 = 2.0;
 
-/// The terms of second order, over e²: 2 · 1.5², and 1.5 for each of 8 coordinates computed too small by e.
+/// The terms of second order, over e²: 2 · 1.5², and 1.5 for each of 8 coordinates computed too small by e, and for an extent in depth that is: 1.44 e at the widths
+/// there are.
 const EDGE_FLOOR: f32 = 20.0;
 
 /// What roundings add to it, over (m + F)² with m the greatest |x| + |y| of a vertex and F the greatest |δ ζ|: the

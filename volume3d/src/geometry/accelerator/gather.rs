@@ -35,6 +35,7 @@ impl Accelerator {
 
     /// The first hits of rays, where there are any. Fast where many of them have one direction.
     pub fn closest_sheaf(&self, sheaf: &Sheaf, hits: &mut [Option<Hit>; PACKET]) {
+        *hits = [None; PACKET];
         self.gather::<false>(sheaf, None, hits);
     }
 
@@ -92,7 +93,10 @@ impl<const ANY: bool> Gather<'_, ANY> {
         let (mut occluded, mut rest, mut width) = (0, members, PACKET as u32);
         let few = accelerator.tree.leaves.len() <= MOST_LEAVES && members.count_ones() >= FEWEST;
         let shears = Shears::of_lanes(&sheaf.directions, members, along);
-        let together = few && shears.are_finite();
+        // Backwards, what is beyond the end is not seen; and fans begin where their rays do.
+        let ends = |at: usize| end.is_none_or(|end| sheaf.far[at] <= end.distances[at]);
+        let within = sheaf.near >= 0.0 && (0..PACKET).all(|at| members >> at & 1 == 0 || ends(at));
+        let together = few && within && shears.are_finite();
         while together && rest != 0 && width >= FEWEST {
             for part in 0..PACKET as u32 / width {
                 let some = rest & (((1 << width) - 1) << (part * width));

@@ -18,7 +18,7 @@ pub struct Sheaf {
     pub origins: [[f64; PACKET]; 3],
     /// By coordinate, of unit length.
     pub directions: [[f64; PACKET]; 3],
-    /// Hits are farther than this.
+    /// Hits are farther than this; if it is negative, rays are traced alone.
     pub near: f64,
     /// Hits are nearer than this; may be infinite.
     pub far: [f64; PACKET],
@@ -94,7 +94,7 @@ impl Sheaf {
 pub struct Goal<'a> {
     /// The point.
     pub point: DVec3,
-    /// How far it is from their origins.
+    /// How far it is from their origins; rays that go on beyond it are traced alone.
     pub distances: &'a [f64; PACKET],
     /// A triangle there, which is never hit.
     pub target: Option<u32>,

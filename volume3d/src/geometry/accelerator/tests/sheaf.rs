@@ -31,6 +31,68 @@ fn scene(rng: &mut Stream, triangles: u32, size: f64) -> (Vec<DVec3>, Vec<[u32; 
     (positions, faces)
 }
 
+/// The sheaf of some of sixteen rays with one near end.
+fn side_by_side(rays: &[Ray; Sheaf::MOST], members: u32) -> Sheaf {
+    let mut sheaf = Sheaf { near: rays[0].near, members, ..Sheaf::EMPTY };
+    for (at, ray) in rays.iter().enumerate() {
+        for axis in 0..3 {
+            sheaf.origins[axis][at] = ray.origin[axis];
+            sheaf.directions[axis][at] = ray.direction[axis];
+        }
+        sheaf.far[at] = ray.far;
+        sheaf.from[at] = ray.from.unwrap_or(u32::MAX);
+    }
+    sheaf
+}
+
+/// Rays of one direction from above the lower square, but for what is not a number, begins before the origin, or goes on beyond the end.
+#[test]
+fn what_no_fan_can_trace_goes_alone() {
+    let (positions, faces) = scene(&mut stream(6, &[]), 0, 0.1);
+    let accelerator = Accelerator::build(&positions, &faces);
+    let rays = |origin: DVec3, direction: DVec3, near: f64, far: f64| {
+        let ray = |at: usize| Ray {
+            origin: origin + DVec3::X * (0.01 * at as f64),
+            direction,
+            near,
+            far,
+            from: None,
+        };
+        std::array::from_fn::<_, { Sheaf::MOST }, _>(ray)
+    };
+    let check = |rays: &[Ray; Sheaf::MOST], hit: bool| {
+        let sheaf = side_by_side(rays, 0xFFFF);
+        let alone = rays.map(|ray| accelerator.closest(&ray));
+        // Whatever was there before.
+        let mut hits = [accelerator.closest(&rays[1]); Sheaf::MOST];
+        accelerator.closest_sheaf(&sheaf, &mut hits);
+        assert_eq!(hits, alone);
+        assert_eq!(
+            accelerator.occluded_sheaf(&sheaf),
+            (0..16).fold(0, |m, at| m | u32::from(alone[at].is_some()) << at)
+        );
+        assert_eq!(alone[1].is_some(), hit);
+    };
+    let inside = DVec3::new(0.1, 0.0, 0.2);
+    for at in 0..Sheaf::MOST {
+        let mut some = rays(inside, DVec3::Y, 0.0, f64::INFINITY);
+        some[at].origin.x = if at == 1 { 0.1 } else { f64::NAN };
+        check(&some, true);
+    }
+    check(&rays(inside, DVec3::Y, -10.0, 0.0), true);
+    check(&rays(inside, DVec3::Y, 0.0, 1.0), false);
+    for (far, away) in [(f64::INFINITY, 0.0), (3e14, 1e14)] {
+        let end = inside + DVec3::Y;
+        let some = rays(inside - DVec3::Y * away, DVec3::Y, 0.0, far)
+            .map(|ray| Ray { direction: (end - ray.origin).normalize(), ..ray });
+        let distances = some.map(|ray| ray.origin.distance(end));
+        let goal = Goal { point: end, distances: &distances, target: None };
+        let alone = (0..16).fold(0, |m, at| m | u32::from(accelerator.occluded(&some[at])) << at);
+        assert_eq!(accelerator.occluded_towards(&side_by_side(&some, 0xFFFF), &goal), alone);
+        assert_eq!(alone, 0xFFFF);
+    }
+}
+
 /// Of rays that leave the lower square close to one another.
 #[test]
 fn sheaves_meet_what_their_rays_meet() {
@@ -67,18 +129,7 @@ fn sheaves_meet_what_their_rays_meet() {
                     ..*ray
                 };
             }
-            let sheaf = |rays: &[Ray; Sheaf::MOST]| {
-                let mut sheaf = Sheaf { near: 1e-12, members: 0xFFFF & !(1 << (round % 16)), ..Sheaf::EMPTY };
-                for (at, ray) in rays.iter().enumerate() {
-                    for axis in 0..3 {
-                        sheaf.origins[axis][at] = ray.origin[axis];
-                        sheaf.directions[axis][at] = ray.direction[axis];
-                    }
-                    sheaf.far[at] = ray.far;
-                    sheaf.from[at] = ray.from.unwrap_or(u32::MAX);
-                }
-                sheaf
-            };
+            let sheaf = |rays: &[Ray; Sheaf::MOST]| side_by_side(rays, 0xFFFF & !(1 << (round % 16)));
             let of = |sheaf: &Sheaf, test: &dyn Fn(usize) -> bool| {
                 (0..Sheaf::MOST)
                     .filter(|&at| sheaf.members >> at & 1 == 1 && test(at))
