@@ -56,7 +56,7 @@ pub struct Pilot {
 /// What a pilot chose, and why.
 #[derive(Clone, Debug)]
 pub struct Choice {
-    /// The better of the candidates; edge sampling if it is expected to have less than three quarters of the other's error, as few samples tell it.
+    /// The better of the candidates; edge sampling if it is expected to have clearly less error, by a quarter in a pilot of the fewest samples.
     pub method: Method,
     /// All of them, the chosen first; none if there was nothing to be chosen, and no edge sampling where a surface is not diffuse.
     pub candidates: Vec<Candidate>,
