@@ -92,7 +92,7 @@ impl Fan {
         }
         let deepest = frame.scale * bounds(&depths, members)[1];
         // The rounding of directions and distances grows with them.
-        if !(deepest <= FARTHEST_FAN) {
+        if deepest.is_nan() || deepest > FARTHEST_FAN {
             return Err(f64::INFINITY);
         }
         let [x, y] = [bounds(&shears.x(), members), bounds(&shears.y(), members)];
