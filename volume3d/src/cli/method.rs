@@ -270,11 +270,14 @@ impl Estimator {
         let mut text = String::new();
         if let [best, ..] = &candidates[..] {
             text = format!("a pilot chose {}", best.method);
-            if let [_, other, ..] = &candidates[..]
-                && other.expected_squared_error > 0.0
-            {
-                let times = best.expected_squared_error / other.expected_squared_error;
-                text += &format!("; its squared error should be {times:.2} times that of {}", other.method);
+            match &candidates[..] {
+                [_, other, ..] if other.expected_squared_error > 0.0 => {
+                    let times = best.expected_squared_error / other.expected_squared_error;
+                    text +=
+                        &format!("; its squared error should be {times:.2} times that of {}", other.method);
+                }
+                [_] => text += "; edge sampling was no candidate: it is one where all materials are diffuse",
+                _ => {}
             }
             text.push('\n');
         }

@@ -147,17 +147,27 @@ fn every_method() {
 #[test]
 fn a_pilot_chooses() {
     let place = Place::new();
+    let scene = std::fs::read_to_string(place.path("scene.xml")).unwrap();
+    let diffuse = scene.replace(
+        r#"<bsdf type="roughconductor"><float name="alpha" value="0.4"/></bsdf>"#,
+        r#"<bsdf type="diffuse"/>"#,
+    );
+    assert_ne!(diffuse, scene);
+    std::fs::write(place.path("diffuse.xml"), diffuse).unwrap();
     place.succeed("render scene.xml -o adjoint.exr --spp 4");
     for what in ["--move sheet:translate:1,0,0", "--adjoint adjoint.exr --wrt sheet.vertex_positions"] {
-        let run = |name: &str, options: &str| {
-            let text = place.succeed(&format!("gradient scene.xml --spp 16 {what} -o {name} {options}"));
-            (text.lines().find(|l| l.starts_with("a pilot chose ")).map(str::to_owned), place.bytes(name))
-        };
-        let first = run("a.npy", "");
-        assert!(first.0.as_ref().is_some_and(|line| line.contains("times that of")), "{first:?}");
-        assert_eq!(first, run("b.npy", "--threads 1"));
-        assert_ne!(first.1, run("c.npy", "--seed 1").1);
-        assert_eq!(run("d.npy", "--method edge").0, None);
+        for (scene, words) in [("scene", "edge sampling was no candidate"), ("diffuse", "times that of")] {
+            let run = |name: &str, options: &str| {
+                let text =
+                    place.succeed(&format!("gradient {scene}.xml --spp 16 {what} -o {name} {options}"));
+                (text.lines().find(|l| l.starts_with("a pilot chose ")).map(str::to_owned), place.bytes(name))
+            };
+            let first = run("a.npy", "");
+            assert!(first.0.as_ref().is_some_and(|line| line.contains(words)), "{:?}", first.0);
+            assert_eq!(first, run("b.npy", "--threads 1"));
+            assert_ne!(first.1, run("c.npy", "--seed 1").1);
+            assert_eq!(run("d.npy", "--method edge").0, None);
+        }
     }
     // Nothing is to be chosen.
     let text = place.succeed("gradient scene.xml --move lamp:radiance:1,1,1 -o a.npy");
