@@ -276,7 +276,9 @@ impl Estimator {
                     text +=
                         &format!("; its squared error should be {times:.2} times that of {}", other.method);
                 }
-                [_] => text += "; edge sampling was no candidate: it is one where all materials are diffuse",
+                [_] => {
+                    text += "; edge sampling was no candidate: it is one where all materials are diffuse and nothing touches a light"
+                }
                 _ => {}
             }
             text.push('\n');
