@@ -347,8 +347,14 @@ impl<'s> Auxiliary<'s> {
                 let reach = AngularSupport::new(radius).softened(softness);
                 let direction = ray(u);
                 let from_one_place = !film.has_lens() && !self.scattered;
-                let mean =
-                    self.jump_mean_on_film(origin, direction, reach, seen, camera_moves, from_one_place)?;
+                let mean = self.jump_mean_on_film(
+                    origin,
+                    direction,
+                    (reach, softness),
+                    seen,
+                    camera_moves,
+                    from_one_place,
+                )?;
                 self.work += mean.work();
                 FilmField::JumpMean(mean, direction)
             }
@@ -394,7 +400,7 @@ impl<'s> Auxiliary<'s> {
         &mut self,
         origin: DVec3,
         direction: DVec3,
-        reach: AngularSupport,
+        (reach, softness): (AngularSupport, f64),
         seen: Option<Surface>,
         camera_moves: bool,
         from_one_place: bool,
@@ -409,9 +415,10 @@ impl<'s> Auxiliary<'s> {
             self.gather(origin, direction, reach)?;
         }
         let (scene, tree) = (self.paths.scene, self.edges?);
-        let triangle = triangle(seen);
+        let triangle = seen.and_then(Surface::triangle);
         let front = triangle.map(|t| self.front(tree.plane(t), origin));
-        let subject = Subject::Radiance(triangle);
+        let followed = triangle.filter(|&t| softness == 0.0 || !tree.is_narrow(t, origin, softness));
+        let subject = Subject::Radiance(followed);
         let rounding = self.paths.scene.rounding();
         let view = View { origin, planes: front.as_slice(), subject, left: None, rounding };
         let field = self.implicit_field();
@@ -464,7 +471,7 @@ impl<'s> Auxiliary<'s> {
         let (subject, plane, end) = match kernel.domain {
             VisibilityDomain::Distant => (Subject::Cover, None, None),
             VisibilityDomain::Radiance => {
-                let triangle = triangle(kernel.surface);
+                let triangle = kernel.surface.and_then(Surface::triangle);
                 let front = triangle.map(|t| self.front(tree.plane(t), x));
                 (Subject::Radiance(triangle), front, triangle.map(|t| self.plane_of(t)))
             }
@@ -478,7 +485,7 @@ impl<'s> Auxiliary<'s> {
         };
         let planes = [horizon, plane.unwrap_or(horizon)];
         let planes = &planes[..1 + usize::from(plane.is_some())];
-        let left = triangle(Some(from)).map(|t| tree.plane(t));
+        let left = from.triangle().map(|t| tree.plane(t));
         let view = View { origin: x, planes, subject, left, rounding: self.paths.scene.rounding() };
         let known = self.ahead.of(x, direction);
         let sight = Sight { origin: x, from: Some(from), plane: end, field: self.implicit_field(), known };
@@ -563,14 +570,6 @@ impl<'s> Auxiliary<'s> {
         self.paths.scene.closest_bundle(origin, &self.directions, from, &mut self.hits);
         true
     }
-}
-
-/// The triangle that is seen: jumps within a face are those of meshes.
-fn triangle(seen: Option<Surface>) -> Option<u32> {
-    seen.and_then(|surface| match surface {
-        Surface::Triangle(triangle) => Some(triangle),
-        Surface::Implicit(_) => None,
-    })
 }
 
 /// The nearest jump to a ray that leaves the scene.

@@ -16,6 +16,16 @@ pub(crate) enum Surface {
     Implicit(u32),
 }
 
+impl Surface {
+    /// The triangle, if it is one.
+    pub(crate) fn triangle(self) -> Option<u32> {
+        match self {
+            Self::Triangle(triangle) => Some(triangle),
+            Self::Implicit(_) => None,
+        }
+    }
+}
+
 /// Where a ray meets the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Hit {

@@ -126,6 +126,18 @@ impl EdgeList {
         &self.faces[edge.first as usize..(edge.first + edge.count) as usize]
     }
 
+    /// The triangles that meet in an edge, by their numbers.
+    pub(super) fn triangles(&self, edge: &Edge) -> impl Iterator<Item = u32> {
+        self.faces(edge).iter().map(|face| face.triangle)
+    }
+
+    /// Whether an edge bounds faces, and is not between two triangles of one.
+    pub(super) fn bounds_faces(&self, edge: &Edge) -> bool {
+        let mut planes = self.triangles(edge).map(|t| self.plane[t as usize]);
+        let first = planes.next();
+        edge.jump || planes.any(|plane| Some(plane) != first)
+    }
+
     /// Whether what is seen can jump at an edge: not where two coplanar triangles continue one another.
     ///
     /// At a fold with smooth shading it does as well: a light may be above the horizon of one face and below that of

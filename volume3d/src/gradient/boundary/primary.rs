@@ -11,6 +11,7 @@ use super::table::Table;
 use super::{Moving, PRIMARY_EDGE, STILL};
 use crate::gradient::differential::Differential;
 use crate::gradient::film::FilmPlane;
+use crate::gradient::jump_mean::SceneEdges;
 use crate::path::{Frame, Paths, Sequence};
 
 /// The ray on either side of a projected edge leaves it by this many pixels.
@@ -39,12 +40,13 @@ const HIDDEN_IF_LONG: f64 = 0.25;
 const NEARLY: f64 = 1e-6;
 
 /// Which edges are sampled.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Lines {
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Lines<'a> {
     /// Those of what moves at which what is seen may jump.
     Jumps,
-    /// Silhouettes, borders and crossings, those at rest as well: what a softened field follows in part moves against them.
-    Silhouettes,
+    /// What a field of a softness in pixels does not follow, or in part: silhouettes, borders and crossings, and all borders of narrow faces;
+    /// those at rest as well, as the field moves against them.
+    Left { edges: &'a SceneEdges, softness: f64 },
 }
 
 /// A piece of an edge on the film.
@@ -65,23 +67,27 @@ pub(super) struct Primary<'a> {
     film: FilmPlane,
     frame: Frame<f64>,
     list: &'a EdgeList,
+    which: Lines<'a>,
     lines: Vec<Line>,
     table: Table,
 }
 
 impl<'a> Primary<'a> {
-    pub(super) fn new(paths: &'a Paths<'a>, list: &'a EdgeList, moving: &Moving, lines: Lines) -> Self {
+    pub(super) fn new(paths: &'a Paths<'a>, list: &'a EdgeList, moving: &Moving, which: Lines<'a>) -> Self {
         let scene = paths.scene;
         let film = FilmPlane::new(scene);
         let mut primary =
-            Self { paths, film, frame: film.still, list, lines: vec![], table: Table::default() };
+            Self { paths, film, frame: film.still, list, which, lines: vec![], table: Table::default() };
         let moves = |edge: &Edge| moving.camera || moving.has_any(edge.shapes);
         for (index, edge) in list.edges.iter().enumerate() {
-            let counts = match lines {
-                Lines::Jumps => moves(edge),
-                Lines::Silhouettes => primary.may_be_silhouette(edge),
+            let counts = match which {
+                Lines::Jumps => moves(edge) && list.may_jump(scene, edge),
+                Lines::Left { .. } => {
+                    primary.may_be_silhouette(edge) && list.may_jump(scene, edge)
+                        || primary.bounds_narrow(edge)
+                }
             };
-            if counts && list.may_jump(scene, edge) {
+            if counts {
                 let pieces = primary.project(index as u32, edge).map(|line| primary.pieces(line));
                 primary.lines.extend(pieces.into_iter().flatten());
             }
@@ -107,6 +113,18 @@ impl<'a> Primary<'a> {
         self.film.has_lens() || edge_on || facing[0] * facing[1] <= 0.0
     }
 
+    /// Whether an edge bounds a face that a softened field does not follow as it is seen.
+    fn bounds_narrow(&self, edge: &Edge) -> bool {
+        let narrow = |t| self.is_narrow(&self.film, t);
+        // Through a lens each point sees others as narrow.
+        self.list.bounds_faces(edge) && (self.film.has_lens() || self.list.triangles(edge).any(narrow))
+    }
+
+    fn is_narrow(&self, film: &FilmPlane, triangle: u32) -> bool {
+        let Lines::Left { edges, softness } = self.which else { return false };
+        edges.is_narrow(triangle, film.still.origin.value(), softness * film.pixel_angle())
+    }
+
     /// Roughly how much an edge counts: its length on the film, times the contrast there. Across a crease the
     /// radiance changes as much as the normal turns; across a silhouette, and at a seam of texture coordinates within a
     /// plane, by all of it.
@@ -121,7 +139,11 @@ impl<'a> Primary<'a> {
                 let crease = if edge.jump { 1.0 } else { SMOOTH };
                 let is_silhouette = facing[0] * facing[1] <= 0.0;
                 let is_seam = edge.jump && self.list.is_flat(scene, edge);
-                if is_silhouette || is_seam { 1.0 } else { crease * (u - v).length().clamp(LEAST, 1.0) }
+                if is_silhouette || is_seam || self.bounds_narrow(edge) {
+                    1.0
+                } else {
+                    crease * (u - v).length().clamp(LEAST, 1.0)
+                }
             }
             None => 1.0,
         };
@@ -299,8 +321,10 @@ impl Primary<'_> {
     }
 
     /// Whether a softened field follows an edge exactly on one side of it.
-    pub(super) fn owns(&self, EdgePoint { edge, sides, .. }: &EdgePoint<'_>, side: usize) -> bool {
-        self.list.owns(edge, sides.hits[side])
+    pub(super) fn owns(&self, EdgePoint { edge, film, sides, .. }: &EdgePoint<'_>, side: usize) -> bool {
+        let hit = sides.hits[side];
+        let narrow = |t| self.is_narrow(film, t);
+        self.list.owns(edge, hit) && !hit.and_then(|hit| hit.surface.triangle()).is_some_and(narrow)
     }
 }
 

@@ -72,15 +72,17 @@
 //! ε, and those of the border of T (its *owner*) and of seams stay exact. Then V = v on the side of a silhouette whose surface ends there, at
 //! creases and at seams from both sides, and V ≠ v on the other side of silhouettes and at crossings, which leaves a
 //! [residual](crate::gradient::boundary) there and nowhere else.
-//! With v the largest angular velocity of the N jumps within reach, |V| ≤ v and |∇·V| ≤ (4 + N) v/ε, whatever gaps and crossings there are, but within a
-//! face that is seen less than ε wide and whose borders move by Δv against one another, as one that opens when it turns: Δv over its width. Elsewhere
-//! a sample of the area adds at most (|∇h| + h (4 + N)/ε) v |L − L₀| to a pixel, and one of a curve that is left 2 v h |L − L₀| over its
-//! density. (The test `bound` has both sides; the exact mean's divergence is 10⁵ times as large and more there.)
+//! With v the largest angular velocity of the N jumps within reach, |V| ≤ v and |∇·V| ≤ (4 + N) v/ε, whatever gaps and crossings there are, and 2v/w
+//! more within a face that is seen w wide, whose borders move against one another where it opens. So a face is *narrow* if w is less than a 200th
+//! of ε, and its own borders, seams included, are left to the residual: |∇·V| ≤ (404 + N) v/ε everywhere. Elsewhere a sample of the area adds at most
+//! (|∇h| + h |∇·V|/v) v |L − L₀| to a pixel, and one of a curve that is left 2 v h |L − L₀| over its density. (The test `bound` has both sides; the
+//! exact mean's divergence is 10⁵ times as large and more there.)
 
 mod arc;
 #[cfg(test)]
 mod bound;
 mod edge;
+mod extent;
 mod faces;
 mod field;
 mod leaf;

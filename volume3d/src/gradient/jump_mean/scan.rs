@@ -144,11 +144,7 @@ fn scene(kind: &Kind) -> Scene {
 }
 
 fn seen(scene: &Scene, direction: DVec3) -> Option<u32> {
-    let hit = scene.closest(DVec3::ZERO, direction, None);
-    match hit?.surface {
-        Surface::Triangle(triangle) => Some(triangle),
-        Surface::Implicit(_) => None,
-    }
+    scene.closest(DVec3::ZERO, direction, None)?.surface.triangle()
 }
 
 /// V as it is for camera rays.

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::edge::{Cone, Edge};
+use super::extent::Extents;
 use super::faces::Faces;
 use super::tree::Tree;
 use crate::geometry::Edges;
@@ -13,14 +14,15 @@ use crate::scene::{NONE, Scene, Span};
 pub(crate) struct SceneEdges {
     tree: Tree,
     faces: Faces,
+    extents: Extents,
 }
 
 impl SceneEdges {
     /// Of a scene's edges and crossings.
     pub(crate) fn new(scene: &Scene) -> Self {
         let faces = Faces::grow(scene);
-        let edges = edges(scene, &faces);
-        Self::assemble(edges, faces)
+        let (edges, extents) = (edges(scene, &faces), Extents::new(scene, &faces));
+        Self { extents, ..Self::assemble(edges, faces) }
     }
 
     /// Of edges, and the first triangle of each triangle's face.
@@ -28,12 +30,18 @@ impl SceneEdges {
         let (edges, flat): (Vec<Edge>, Vec<Edge>) = edges.into_iter().partition(|e| !is_flat(e.normals));
         let tree = Tree::new(edges, flat);
         let faces = Faces::new(faces, tree.edges());
-        Self { tree, faces }
+        Self { tree, faces, extents: Extents::default() }
     }
 
     /// The triangle whose plane is that of a triangle's face.
     pub(crate) fn plane(&self, triangle: u32) -> u32 {
         self.faces.plane(triangle)
+    }
+
+    /// Whether a triangle's face is seen from a place as hardly wider than a line, for a softness in radians: then a softened field does not
+    /// follow its border.
+    pub(crate) fn is_narrow(&self, triangle: u32, origin: DVec3, softness: f64) -> bool {
+        self.extents.is_narrow(self.plane(triangle), origin, softness)
     }
 
     /// Calls with every edge of the border of a triangle's face that is no silhouette and may be within the cone.

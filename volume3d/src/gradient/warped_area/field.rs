@@ -18,11 +18,11 @@ pub enum Field {
         lobe: f64,
     },
     /// The same mean, softened, with samples of the curves for what it leaves to them (the residual theorem,
-    /// [`flatland::boundary`]): no bias for any softness, from the exact mean, ε = 0, to one that follows only the border of what is
-    /// seen, ε = ∞. Where silhouettes of different velocities cross or pass close by one another, ∇·V of the exact mean has no bound,
+    /// [`flatland::boundary`]): no bias for any softness, from the exact mean, ε = 0, to none at all on the film,
+    /// ε = ∞. Where silhouettes of different velocities cross or pass close by one another, ∇·V of the exact mean has no bound,
     /// and its samples have heavy tails. This one's have a bound: with v the largest velocity of the N jumps within reach, |V| ≤ v and
-    /// |∇·V| ≤ (4 + N) v/ε, and curves have at most 2v. It does not hold within a face that is seen almost edge-on, less than ε wide, and opens as it moves:
-    /// edge sampling does not miss that.
+    /// |∇·V| ≤ (4 + N) v/ε, and curves have at most 2v. The borders of a face that is seen w wide, which it follows, may move against one another, as
+    /// where a face that is seen almost edge-on opens: that is 2v/w more, at most 400 v/ε, as those of narrower faces are left to curves.
     ///
     /// Directions towards lights are not warped: the edges of shadows and the outlines of emitters are sampled, with the speed at which
     /// they pass the shading point. Within lobes the mean is softened as on the film, or exact. Beside implicit surfaces all of the field is the exact

@@ -50,8 +50,10 @@ impl AlongWarp<'_> {
             return Ok(());
         }
         let list = &*self.paths.scene.derived(EdgeList::new);
-        if softness > 0.0 {
-            let edges = Primary::new(self.paths, list, moving, Lines::Silhouettes);
+        if let Some(edges) = self.edges
+            && softness > 0.0
+        {
+            let edges = Primary::new(self.paths, list, moving, Lines::Left { edges, softness });
             taker.take(Term::Primary, &Silhouettes { warp: self, edges })?;
         }
         if lobe_softness > 0.0 {
