@@ -417,10 +417,10 @@ impl<'s> Auxiliary<'s> {
         let (scene, tree) = (self.paths.scene, self.edges?);
         let triangle = seen.and_then(Surface::triangle);
         let front = triangle.map(|t| self.front(tree.plane(t), origin));
-        let followed = triangle.filter(|&t| softness == 0.0 || !tree.is_narrow(t, origin, softness));
-        let subject = Subject::Radiance(followed);
+        let border_softness = triangle.map_or(0.0, |t| tree.border_softness(t, origin, softness));
+        let subject = Subject::Radiance(triangle);
         let rounding = self.paths.scene.rounding();
-        let view = View { origin, planes: front.as_slice(), subject, left: None, rounding };
+        let view = View { origin, planes: front.as_slice(), subject, left: None, border_softness, rounding };
         let field = self.implicit_field();
         let known = if triangle.is_none() { self.ahead.of(origin, direction) } else { Known::Nothing };
         let sight = Sight { origin, from: None, plane: triangle.map(|t| self.plane_of(t)), field, known };
@@ -486,7 +486,8 @@ impl<'s> Auxiliary<'s> {
         let planes = [horizon, plane.unwrap_or(horizon)];
         let planes = &planes[..1 + usize::from(plane.is_some())];
         let left = from.triangle().map(|t| tree.plane(t));
-        let view = View { origin: x, planes, subject, left, rounding: self.paths.scene.rounding() };
+        let rounding = self.paths.scene.rounding();
+        let view = View { origin: x, planes, subject, left, border_softness: 0.0, rounding };
         let known = self.ahead.of(x, direction);
         let sight = Sight { origin: x, from: Some(from), plane: end, field: self.implicit_field(), known };
         let trace = &mut self.trace;

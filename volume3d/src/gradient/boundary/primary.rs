@@ -23,6 +23,9 @@ const EDGE_ON: f64 = 1e-4;
 /// The least contrast a crease is credited with: what is reflected there may jump for other reasons than its normal.
 const LEAST: f64 = 0.02;
 
+/// The same where it bounds a narrow face: a softened field leaves part of its motion, whatever its contrast.
+const LEAST_OF_NARROW: f64 = 0.25;
+
 /// What a fold with smooth shading counts, of what a crease does.
 const SMOOTH: f64 = 0.5;
 
@@ -44,7 +47,7 @@ const NEARLY: f64 = 1e-6;
 pub(super) enum Lines<'a> {
     /// Those of what moves at which what is seen may jump.
     Jumps,
-    /// What a field of a softness in pixels does not follow, or in part: silhouettes, borders and crossings, and all borders of narrow faces;
+    /// What a field of a softness in pixels follows in part: silhouettes, borders and crossings, and all borders of narrow faces;
     /// those at rest as well, as the field moves against them.
     Left { edges: &'a SceneEdges, softness: f64 },
 }
@@ -113,7 +116,7 @@ impl<'a> Primary<'a> {
         self.film.has_lens() || edge_on || facing[0] * facing[1] <= 0.0
     }
 
-    /// Whether an edge bounds a face that a softened field does not follow as it is seen.
+    /// Whether an edge bounds a face that is so narrow, as it is seen, that a softened field follows its border in part.
     fn bounds_narrow(&self, edge: &Edge) -> bool {
         let narrow = |t| self.is_narrow(&self.film, t);
         // Through a lens each point sees others as narrow.
@@ -122,7 +125,7 @@ impl<'a> Primary<'a> {
 
     fn is_narrow(&self, film: &FilmPlane, triangle: u32) -> bool {
         let Lines::Left { edges, softness } = self.which else { return false };
-        edges.is_narrow(triangle, film.still.origin.value(), softness * film.pixel_angle())
+        edges.border_softness(triangle, film.still.origin.value(), softness * film.pixel_angle()) > 0.0
     }
 
     /// Roughly how much an edge counts: its length on the film, times the contrast there. Across a crease the
@@ -139,11 +142,8 @@ impl<'a> Primary<'a> {
                 let crease = if edge.jump { 1.0 } else { SMOOTH };
                 let is_silhouette = facing[0] * facing[1] <= 0.0;
                 let is_seam = edge.jump && self.list.is_flat(scene, edge);
-                if is_silhouette || is_seam || self.bounds_narrow(edge) {
-                    1.0
-                } else {
-                    crease * (u - v).length().clamp(LEAST, 1.0)
-                }
+                let least = if self.bounds_narrow(edge) { LEAST_OF_NARROW } else { LEAST };
+                if is_silhouette || is_seam { 1.0 } else { crease * (u - v).length().clamp(least, 1.0) }
             }
             None => 1.0,
         };

@@ -32,11 +32,6 @@ impl AngularSupport {
         let half = 0.5 * softness * softness;
         Self { shrinkage: if half.is_finite() { half / (1.0 + half) } else { 1.0 }, ..self }
     }
-
-    /// The same with exact kernels.
-    pub(crate) fn exact(self) -> Self {
-        Self { shrinkage: 0.0, ..self }
-    }
 }
 
 /// Caps must stay smaller than half a sphere, or an arc might enter one twice.

@@ -46,6 +46,8 @@ pub(crate) struct View<'p> {
     pub(crate) subject: Subject,
     /// The face that the viewer is on, which it sees as its horizon.
     pub(crate) left: Option<u32>,
+    /// The softness with which a softened field follows the border of what is seen, in radians.
+    pub(crate) border_softness: f64,
     /// A viewer this near to a plane is within it.
     pub(crate) rounding: f64,
 }
@@ -106,10 +108,10 @@ impl JumpMean {
         };
         let followed = if reach.shrinkage > 0.0 { [face, view.left] } else { [None; 2] };
         let mut add = |edge: &Edge, pole: Pole, seam: bool| {
-            // What is seen follows its own border exactly, whatever passes before it, and so does what it is seen from; and where there is
-            // no jump, both sides must agree.
-            let exact = seam || followed.into_iter().flatten().any(|face| edge.owners.contains(&face));
-            let reach = if exact { reach.exact() } else { reach };
+            // What is seen follows its own border exactly, unless that is narrow, whatever passes before it, and so does what it is seen
+            // from; and where there is no jump, both sides must agree.
+            let border = seam || followed.into_iter().flatten().any(|face| edge.owners.contains(&face));
+            let reach = if border { reach.softened(view.border_softness) } else { reach };
             if let Some(piece) = piece(edge, pole, view, u, reach) {
                 pieces.push(Piece { seam, ..piece });
             }

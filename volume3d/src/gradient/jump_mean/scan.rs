@@ -167,6 +167,7 @@ fn field(
         planes: plane.as_slice(),
         subject: Subject::Radiance(triangle),
         left: None,
+        border_softness: 0.0,
         rounding: 6e-13,
     };
     let sight = Sight {

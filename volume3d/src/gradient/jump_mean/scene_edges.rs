@@ -38,10 +38,10 @@ impl SceneEdges {
         self.faces.plane(triangle)
     }
 
-    /// Whether a triangle's face is seen from a place as hardly wider than a line, for a softness in radians: then a softened field does not
-    /// follow its border.
-    pub(crate) fn is_narrow(&self, triangle: u32, origin: DVec3, softness: f64) -> bool {
-        self.extents.is_narrow(self.plane(triangle), origin, softness)
+    /// The softness with which a softened field follows the border of a triangle's face as it is seen from a place, for that of other jumps, in
+    /// radians: 0 unless it is hardly wider than a line.
+    pub(crate) fn border_softness(&self, triangle: u32, origin: DVec3, softness: f64) -> f64 {
+        self.extents.border_softness(self.plane(triangle), origin, softness)
     }
 
     /// Calls with every edge of the border of a triangle's face that is no silhouette and may be within the cone.

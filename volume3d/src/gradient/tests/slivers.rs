@@ -81,7 +81,7 @@ fn slivers_are_no_gaps() {
 }
 
 /// A deep face opens as it moves: its borders move by Δv against one another, and between them ∇·V of a field that follows both is Δv over
-/// the width, which few samples find. A softened field leaves such borders to the curves.
+/// the width, which few samples find. A softened field leaves such borders to curves, in part.
 #[test]
 fn slivers_that_open_are_left_to_curves() {
     for angle in [1e-2, 1e-3, 1e-4, 1e-5] {

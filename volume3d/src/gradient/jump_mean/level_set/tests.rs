@@ -193,6 +193,7 @@ fn seen(
         planes: front.as_slice(),
         subject: Subject::Radiance(triangle),
         left: None,
+        border_softness: 0.0,
         rounding: 6e-13,
     };
     let sight = Sight { origin: EYE, from: None, plane: plane.map(|p| p.1), field, known: Known::Nothing };
