@@ -59,9 +59,9 @@ fn clutter() -> (Scene, Vec<(DVec3, f64)>) {
     let mut directions: Vec<(DVec3, f64)> = gap.map(|direction| (direction, 4.0)).collect();
     let anywhere = (0..4000).map(|_| DVec3::new(0.3 * number(), 0.3 * number(), -1.0).normalize());
     directions.extend(anywhere.map(|direction| (direction, 4.0)));
-    for k in 0..EDGE_ON.len() {
+    for (k, angle) in EDGE_ON.into_iter().enumerate() {
         let on_face = (0..200).map(|_| {
-            let (x, y) = (3.0 * EDGE_ON[k], 0.7 + 0.1 * k as f64 + 0.03 * number());
+            let (x, y) = (3.0 * angle, 0.7 + 0.1 * k as f64 + 0.03 * number());
             DVec3::new(x, y, -3.0 + 0.98 * number()).normalize()
         });
         directions.extend(on_face.map(|direction| (direction, 204.0)));
