@@ -70,12 +70,17 @@ pub(crate) struct Auxiliary<'s> {
     directions: Vec<DVec3>,
     hits: Vec<Option<Hit>>,
     near: Near,
-    /// Of the last kernels of lobes and of lights, by κ: those of one shading point are alike.
-    supports: [Cell<(f64, AngularSupport)>; 2],
+    /// Caps that were made last, within lobes, towards lights and on the film: those of one shading point are alike.
+    supports: [Cell<AngularSupport>; 3],
     /// Memory for rays at implicit surfaces.
     trace: Trace<DVec3>,
     ahead: Ahead,
 }
+
+/// Places of the caps that were made last.
+const WITHIN_LOBE: usize = 0;
+const TOWARDS_LIGHT: usize = 1;
+const ON_FILM: usize = 2;
 
 /// The ray that was looked along last, and what was found of it at implicit surfaces.
 #[derive(Debug)]
@@ -143,7 +148,7 @@ impl<'s> Auxiliary<'s> {
             directions: vec![],
             hits: vec![],
             near: Near { direction: DVec3::ZERO, margin: 0.0, edges: Listed::default() },
-            supports: [const { Cell::new((f64::NAN, AngularSupport::NONE)) }; 2],
+            supports: [const { Cell::new(AngularSupport::NONE) }; 3],
             trace: Trace { direction: DVec3::ZERO, points: vec![], end: End::Miss },
             ahead: Ahead::nothing(),
         }
@@ -169,23 +174,32 @@ impl<'s> Auxiliary<'s> {
         }
     }
 
+    /// Whether there may be a warp towards a light that is chosen.
+    pub(crate) fn warps_light(&self) -> bool {
+        !matches!(self.construction, Construction::JumpMean { sampled_shadows: true, .. })
+    }
+
     /// How far away edges count in the mean over jumps; nothing if that is none.
     fn reach(&self, kernel: &Kernel) -> Option<AngularSupport> {
-        let Construction::JumpMean { lobe, lobe_softness, sampled_shadows, .. } = self.construction else {
+        let Construction::JumpMean { lobe, lobe_softness, .. } = self.construction else {
             return None;
         };
-        if sampled_shadows && kernel.of_light {
+        if kernel.of_light && !self.warps_light() {
             return None;
         }
         let width = 1.0 / kernel.kappa.sqrt();
         let softness = if kernel.of_light { 0.0 } else { lobe_softness * width };
-        let last = &self.supports[usize::from(kernel.of_light)];
-        let (kappa, mut support) = last.get();
-        if kappa != kernel.kappa {
-            support = AngularSupport::new(lobe * width);
-            last.set((kernel.kappa, support));
+        let place = if kernel.of_light { TOWARDS_LIGHT } else { WITHIN_LOBE };
+        Some(self.support(place, lobe * width).softened(softness))
+    }
+
+    /// A cap with an angular radius, which is likely the last one there was for what it is for.
+    fn support(&self, place: usize, angle: f64) -> AngularSupport {
+        let last = &self.supports[place];
+        if last.get().angle != angle.min(WIDEST) {
+            last.set(AngularSupport::new(angle));
         }
-        Some(support.softened(softness))
+        last.get()
     }
 
     /// The warp at direction ω as seen from x on a surface; nothing where nothing seen can move.
@@ -344,7 +358,7 @@ impl<'s> Auxiliary<'s> {
         let field = match self.construction {
             Construction::JumpMean { film: radius, softness, .. } => {
                 let [radius, softness] = [radius, softness].map(|pixels| pixels * film.pixel_angle());
-                let reach = AngularSupport::new(radius).softened(softness);
+                let reach = self.support(ON_FILM, radius).softened(softness);
                 let direction = ray(u);
                 let from_one_place = !film.has_lens() && !self.scattered;
                 let mean = self.jump_mean_on_film(

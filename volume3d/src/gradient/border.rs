@@ -22,6 +22,12 @@ pub(super) fn border<C: Differential>(
 ) -> Option<BorderSample<C::Number>> {
     let scene = paths.scene;
     let border = paths.lights.border_point(scene, shape, open01(calculus.rng()?))?;
+    let ends = border.ends.map(|i| calculus.position(i));
+    let moves = |p: Vec3<C::Number>| [p.x, p.y, p.z].iter().any(|x| !x.is_still());
+    let moves = moves(origin) || ends.into_iter().any(moves);
+    if !moves && !calculus.warps_light() {
+        return None;
+    }
     let kernel = kernel();
     let x = origin.value();
     let way = border.place - x;
@@ -30,9 +36,7 @@ pub(super) fn border<C: Differential>(
     if kernel.normal.dot(direction) <= 0.0 {
         return None;
     }
-    let ends = border.ends.map(|i| calculus.position(i));
-    let moves = |p: Vec3<C::Number>| [p.x, p.y, p.z].iter().any(|x| !x.is_still());
-    if !moves(origin) && !ends.into_iter().any(moves) && !calculus.may_warp(x, direction, &kernel) {
+    if !moves && !calculus.may_warp(x, direction, &kernel) {
         return None;
     }
     if scene.shadowed(x, from, direction, distance) {

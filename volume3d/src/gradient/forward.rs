@@ -215,6 +215,10 @@ impl<const N: usize> Calculus for Forward<'_, N> {
         Some(sample)
     }
 
+    fn warps_light(&self) -> bool {
+        self.auxiliary.as_ref().is_some_and(Auxiliary::warps_light)
+    }
+
     fn warp(
         &mut self,
         origin: Vec3<Dual<N>>,
@@ -222,7 +226,7 @@ impl<const N: usize> Calculus for Forward<'_, N> {
         direction: DVec3,
         kernel: Kernel,
     ) -> Warped<Dual<N>> {
-        let still = Warped { direction: Vec3::constant(direction), jacobian: Dual::constant(1.0) };
+        let still = Warped::still(direction);
         let rates: [DVec3; N] = std::array::from_fn(|l| lane(origin, l));
         let moves = rates.iter().any(|r| *r != DVec3::ZERO);
         let Some(auxiliary) = &mut self.auxiliary else { return still };

@@ -386,6 +386,10 @@ impl<'t> Calculus for Reverse<'_, 't> {
         border(self, paths, origin, from, shape, kernel)
     }
 
+    fn warps_light(&self) -> bool {
+        self.auxiliary.as_ref().is_some_and(|auxiliary| auxiliary.warps_light())
+    }
+
     fn warp(
         &mut self,
         origin: Vec3<Recorded<'t>>,
@@ -393,7 +397,7 @@ impl<'t> Calculus for Reverse<'_, 't> {
         direction: DVec3,
         kernel: Kernel,
     ) -> Warped<Recorded<'t>> {
-        let constant = || Warped { direction: Vec3::constant(direction), jacobian: Recorded::constant(1.0) };
+        let constant = || Warped::still(direction);
         let Some(auxiliary) = &mut self.auxiliary else { return constant() };
         let moves = [origin.x, origin.y, origin.z].iter().any(|x| !x.is_still());
         let warp = auxiliary.on_sphere(origin.value(), from, direction, kernel, moves);

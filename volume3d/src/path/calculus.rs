@@ -31,6 +31,14 @@ pub(crate) struct Warped<T> {
     pub(crate) jacobian: T,
 }
 
+impl<T: Number> Warped<T> {
+    /// Without a warp.
+    #[inline]
+    pub(crate) fn still(direction: DVec3) -> Self {
+        Self { direction: Vec3::constant(direction), jacobian: T::constant(1.0) }
+    }
+}
+
 /// A point of a jump as seen from a shading point. What is reflected of `light` from there, times `speed`, is added to
 /// what arrives: it has no value, and the derivative of a boundary term.
 #[derive(Clone, Copy, Debug)]
@@ -163,6 +171,11 @@ pub(crate) trait Calculus {
         shape: u32,
         kernel: impl FnOnce() -> Kernel,
     ) -> Option<BorderSample<Self::Number>>;
+
+    /// Whether directions towards lights that are chosen may be warped: where none is, nobody makes kernels of lights.
+    fn warps_light(&self) -> bool {
+        Self::WARPS
+    }
 
     /// The warp at direction ω as seen from `origin` on surface `from`.
     fn warp(

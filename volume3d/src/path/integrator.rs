@@ -340,7 +340,7 @@ pub(super) fn warp<C: Calculus>(
     kernel: impl FnOnce() -> Kernel,
 ) -> Warped<C::Number> {
     if !C::WARPS || shading.transmits() {
-        return Warped { direction: Vec3::constant(direction), jacobian: C::Number::constant(1.0) };
+        return Warped::still(direction);
     }
     calculus.warp(point.position, point.surface, direction, kernel())
 }

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::beam::profile;
 use super::bsdf::Sampled;
-use super::calculus::Calculus;
+use super::calculus::{Calculus, Warped};
 use super::emission::emitted;
 use super::escape::distant;
 use super::integrator::{Paths, Vertex, reflect, warp};
@@ -67,8 +67,12 @@ impl Paths<'_> {
     ) -> (Rgb<C::Number>, Rgb<C::Number>) {
         let Vertex { point, shading } = vertex;
         let x = point.position.value();
-        let kernel = || self.kernels.of_light(self.scene, &self.lights, id, shading, x, seen);
-        let warped = warp(calculus, vertex, direction, kernel);
+        let warped = if calculus.warps_light() {
+            let kernel = || self.kernels.of_light(self.scene, &self.lights, id, shading, x, seen);
+            warp(calculus, vertex, direction, kernel)
+        } else {
+            Warped::still(direction)
+        };
         let emitted = match (id, seen) {
             (LightId::Shape(_), Some(Surface::Triangle(triangle))) => {
                 emitted(self.scene, calculus, (point.position, warped.direction), triangle)

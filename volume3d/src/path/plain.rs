@@ -82,6 +82,6 @@ impl Calculus for Plain<'_> {
     }
 
     fn warp(&mut self, _: Vec3<f64>, _: Surface, direction: DVec3, _: Kernel) -> Warped<f64> {
-        Warped { direction: Vec3::constant(direction), jacobian: 1.0 }
+        Warped::still(direction)
     }
 }

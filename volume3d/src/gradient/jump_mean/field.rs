@@ -129,7 +129,7 @@ impl JumpMean {
                     add(edge, Pole::new(edge.places, origin), false);
                 }
             }),
-            Silhouettes::Listed(list) => list.for_each(u, reach.sine, |edge, pole| add(edge, pole, false)),
+            Silhouettes::Listed(list) => list.for_each(&cone, |edge, pole| add(edge, pole, false)),
         }
         yield_to_jumps(&mut pieces, reach);
         let near = sight.near(scene, u, floor(reach), trace);

@@ -14,7 +14,7 @@ pub(super) const LEAF: usize = WIDTH / 2;
 /// By how much rounding may move the sine of an angle to a great circle, and the cosine of one to a point.
 const MARGIN: f64 = 1e-14;
 
-type Row = [Half; 3];
+pub(super) type Row = [Half; 3];
 
 /// Up to four edges.
 #[derive(Clone, Debug)]
@@ -63,19 +63,31 @@ impl Leaf {
         let across = dot(l, axis, pole);
         let reach = l.splat_double((cone.reach.sine + MARGIN).powi(2));
         left &= !l.less_double(l.mul_double(reach, dot(l, pole, pole)), l.mul_double(across, across));
-        // Unless its nearest point is between the ends, the arc comes no nearer than one of these.
-        let along = cross(l, pole, axis);
-        let last = sub(l, places[1], origin);
-        let between = l.less_double(dot(l, along, way), zero) & l.less_double(zero, dot(l, along, last));
-        left & (between | !(is_out(l, cone, axis, way) & is_out(l, cone, axis, last)))
+        left & comes_near(l, cone, pole, way, sub(l, places[1], origin))
     }
 }
 
-type Vector<L> = [<L as Lanes>::Double; 3];
+/// Whether arcs may enter a cone, given ways to their ends and vectors along their poles: unless its nearest point is between the ends, an
+/// arc comes no nearer than one of these.
+#[inline(always)]
+pub(super) fn comes_near<L: Lanes>(
+    l: L,
+    cone: &Cone<'_>,
+    pole: Vector<L>,
+    first: Vector<L>,
+    last: Vector<L>,
+) -> u32 {
+    let (axis, zero) = (splat(l, cone.axis), l.splat_double(0.0));
+    let along = cross(l, pole, axis);
+    let between = l.less_double(dot(l, along, first), zero) & l.less_double(zero, dot(l, along, last));
+    between | !(is_out(l, cone, axis, first) & is_out(l, cone, axis, last))
+}
+
+pub(super) type Vector<L> = [<L as Lanes>::Double; 3];
 
 /// Whether points are before a plane.
 #[inline(always)]
-fn is_before<L: Lanes>(l: L, plane: &HalfSpace, place: Vector<L>) -> u32 {
+pub(super) fn is_before<L: Lanes>(l: L, plane: &HalfSpace, place: Vector<L>) -> u32 {
     let height = dot(l, splat(l, plane.normal), sub(l, place, splat(l, plane.point)));
     l.less_double(l.splat_double(0.0), l.add_double(height, l.splat_double(plane.slack)))
 }
@@ -89,22 +101,22 @@ fn is_out<L: Lanes>(l: L, cone: &Cone<'_>, axis: Vector<L>, way: Vector<L>) -> u
 }
 
 #[inline(always)]
-fn load<L: Lanes>(l: L, [x, y, z]: &Row) -> Vector<L> {
+pub(super) fn load<L: Lanes>(l: L, [x, y, z]: &Row) -> Vector<L> {
     [l.load_double(x), l.load_double(y), l.load_double(z)]
 }
 
 #[inline(always)]
-fn splat<L: Lanes>(l: L, v: DVec3) -> Vector<L> {
+pub(super) fn splat<L: Lanes>(l: L, v: DVec3) -> Vector<L> {
     [l.splat_double(v.x), l.splat_double(v.y), l.splat_double(v.z)]
 }
 
 #[inline(always)]
-fn sub<L: Lanes>(l: L, a: Vector<L>, b: Vector<L>) -> Vector<L> {
+pub(super) fn sub<L: Lanes>(l: L, a: Vector<L>, b: Vector<L>) -> Vector<L> {
     [l.sub_double(a[0], b[0]), l.sub_double(a[1], b[1]), l.sub_double(a[2], b[2])]
 }
 
 #[inline(always)]
-fn dot<L: Lanes>(l: L, a: Vector<L>, b: Vector<L>) -> L::Double {
+pub(super) fn dot<L: Lanes>(l: L, a: Vector<L>, b: Vector<L>) -> L::Double {
     let two = l.add_double(l.mul_double(a[0], b[0]), l.mul_double(a[1], b[1]));
     l.add_double(two, l.mul_double(a[2], b[2]))
 }

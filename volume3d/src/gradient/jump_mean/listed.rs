@@ -1,64 +1,87 @@
-//! Silhouettes that are looked up once for many directions, and refused by their great circles many at a time.
+//! Silhouettes that are looked up once for many directions, and refused four at a time.
 
 use glam::DVec3;
 
-use super::edge::{Edge, Pole};
-use crate::lanes::{Half, Instructions, Lanes, Task, WIDTH};
+use super::edge::{Cone, Edge, Pole};
+use super::leaf::{Row, comes_near, dot, is_before, load, splat, sub};
+use crate::lanes::{Instructions, Lanes, Task, WIDTH};
 
-/// Numbers of a group.
+/// Silhouettes of a group.
 const GROUP: usize = WIDTH / 2;
-/// Groups that are looked at together: one bit a pole.
+/// Groups that are looked at together: one bit a silhouette.
 const TOGETHER: usize = u64::BITS as usize / GROUP;
 
 /// Silhouettes from one place, with the poles of their great circles.
 #[derive(Debug, Default)]
 pub(crate) struct Listed {
     edges: Vec<Edge>,
-    /// Components of the poles, four by four; NaN where there are no more.
-    poles: Vec<[Half; 3]>,
+    groups: Vec<Group>,
     instructions: Instructions,
+}
+
+/// What refuses four silhouettes.
+#[derive(Debug)]
+struct Group {
+    /// NaN where there are no more.
+    poles: Row,
+    places: [Row; 2],
+}
+
+impl Group {
+    const NONE: Self = Self { poles: [[f64::NAN; GROUP]; 3], places: [[[0.0; GROUP]; 3]; 2] };
+
+    fn set(&mut self, lane: usize, pole: DVec3, places: [DVec3; 2]) {
+        let [first, last] = &mut self.places;
+        for (rows, vector) in [(&mut self.poles, pole), (first, places[0]), (last, places[1])] {
+            for (row, component) in rows.iter_mut().zip(vector.to_array()) {
+                row[lane] = component;
+            }
+        }
+    }
+
+    fn pole(&self, lane: usize) -> Pole {
+        Pole(DVec3::from_array(self.poles.map(|row| row[lane])))
+    }
 }
 
 impl Listed {
     /// None.
     pub(crate) fn clear(&mut self) {
         self.edges.clear();
-        self.poles.clear();
+        self.groups.clear();
     }
 
     /// One more, as seen from a place.
     pub(crate) fn push(&mut self, edge: &Edge, origin: DVec3) {
         let lane = self.edges.len() % GROUP;
         if lane == 0 {
-            self.poles.push([[f64::NAN; GROUP]; 3]);
+            self.groups.push(Group::NONE);
         }
         let Pole(pole) = Pole::new(edge.places, origin);
-        for (row, component) in self.poles.iter_mut().rev().take(1).flatten().zip(pole.to_array()) {
-            row[lane] = component;
+        if let Some(group) = self.groups.last_mut() {
+            group.set(lane, pole, edge.places);
         }
         self.edges.push(*edge);
     }
 
-    /// Calls with every silhouette whose great circle is within an angle of u.
-    pub(super) fn for_each(&self, u: DVec3, sine: f64, mut f: impl FnMut(&Edge, Pole)) {
-        let groups = self.poles.chunks(TOGETHER);
+    /// Calls with every silhouette that may enter a cone from the place it is seen from, and be before all its planes there.
+    pub(super) fn for_each(&self, cone: &Cone<'_>, mut f: impl FnMut(&Edge, Pole)) {
+        let groups = self.groups.chunks(TOGETHER);
         for (groups, edges) in groups.zip(self.edges.chunks(TOGETHER * GROUP)) {
-            let mut near = self.instructions.run(Near { groups, u, sine });
+            let mut near = self.instructions.run(Near { groups, cone });
             while near != 0 {
                 let index = near.trailing_zeros() as usize;
                 near &= near - 1;
-                let pole = groups[index / GROUP].map(|row| row[index % GROUP]);
-                f(&edges[index], Pole(DVec3::from_array(pole)));
+                f(&edges[index], groups[index / GROUP].pole(index % GROUP));
             }
         }
     }
 }
 
-/// |u·p| < sin R, of up to 64 poles: one bit each.
+/// Which of up to 64 silhouettes may count: one bit each.
 struct Near<'a> {
-    groups: &'a [[Half; 3]],
-    u: DVec3,
-    sine: f64,
+    groups: &'a [Group],
+    cone: &'a Cone<'a>,
 }
 
 impl Task for Near<'_> {
@@ -66,19 +89,23 @@ impl Task for Near<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> u64 {
-        let (x, y, z) =
-            (lanes.splat_double(self.u.x), lanes.splat_double(self.u.y), lanes.splat_double(self.u.z));
-        let sine = lanes.splat_double(self.sine);
+        let Self { groups, cone } = self;
+        let (axis, origin) = (splat(lanes, cone.axis), splat(lanes, cone.origin));
+        let sine = lanes.splat_double(cone.reach.sine);
         let mut near = 0;
-        let mut first = 0;
-        for [px, py, pz] in self.groups {
-            let across = lanes.add_double(
-                lanes.mul_double(x, lanes.load_double(px)),
-                lanes.mul_double(y, lanes.load_double(py)),
-            );
-            let across = lanes.add_double(across, lanes.mul_double(z, lanes.load_double(pz)));
-            near |= u64::from(lanes.less_double(lanes.abs_double(across), sine)) << first;
-            first += GROUP;
+        for (group, first) in groups.iter().zip((0..).step_by(GROUP)) {
+            let pole = load(lanes, &group.poles);
+            // |u·p| < sin R: most end here.
+            let mut left = lanes.less_double(lanes.abs_double(dot(lanes, axis, pole)), sine);
+            if left != 0 {
+                let places = [load(lanes, &group.places[0]), load(lanes, &group.places[1])];
+                for plane in cone.planes {
+                    left &= is_before(lanes, plane, places[0]) | is_before(lanes, plane, places[1]);
+                }
+                let [first, last] = [sub(lanes, places[0], origin), sub(lanes, places[1], origin)];
+                left &= comes_near(lanes, cone, pole, first, last);
+            }
+            near |= u64::from(left) << first;
         }
         near
     }
@@ -88,16 +115,20 @@ impl Task for Near<'_> {
 mod tests {
     use flatland::random::{open01, stream};
 
+    use super::super::arc::{AngularSupport, Arc};
+    use super::super::edge::HalfSpace;
     use super::*;
     use crate::scene::{NONE, Span};
 
-    /// Those near, in their order, and no other; an edge seen end-on has no great circle.
+    /// Those that count, in their order, and no other: their arcs enter the cone, and a part of them is before its planes. An edge seen end-on
+    /// has no great circle.
     #[test]
-    fn those_near_are_found_in_order() {
+    fn those_that_count_are_found_in_order() {
         let mut rng = stream(4, &[]);
         let mut point = || DVec3::from_array([(); 3].map(|()| 2.0 * open01(&mut rng) - 1.0));
         let origin = point();
-        for count in [0, 1, 4, 63, 64, 65, 200] {
+        let (mut kept, mut refused) = (0, 0);
+        for count in [0, 1, 4, 63, 64, 65, 2000] {
             let mut listed = Listed::default();
             let edge = |index: u32, places| Edge {
                 span: Span::Edge([index; 2]),
@@ -112,15 +143,30 @@ mod tests {
                 edge.places = [origin, origin + DVec3::X];
             }
             edges.iter().for_each(|edge| listed.push(edge, origin));
-            let (u, sine) = (point().normalize(), 0.3);
-            let mut found = vec![];
-            listed.for_each(u, sine, |edge, Pole(pole)| {
-                assert!(u.dot(pole).abs() < sine);
-                found.push(edge.span);
-            });
-            let is_near = |e: &&Edge| u.dot(Pole::new(e.places, origin).0).abs() < sine;
-            let expected: Vec<Span> = edges.iter().filter(is_near).map(|e| e.span).collect();
-            assert_eq!(found, expected, "{count}");
+            for planes in [0, 1] {
+                let (axis, reach) = (point().normalize(), AngularSupport::new(0.3));
+                let plane = [HalfSpace { normal: point().normalize(), point: point(), slack: 0.01 }];
+                let cone = Cone { origin, axis, reach, planes: &plane[..planes], rounding: 0.0 };
+                let mut found = vec![];
+                listed.for_each(&cone, |edge, pole| {
+                    assert_eq!(pole.0, Pole::new(edge.places, origin).0);
+                    found.push(edge.span);
+                });
+                let counts = |edge: &&Edge| {
+                    let ends = edge.places.map(|end| (end - origin).normalize());
+                    let Pole(pole) = Pole::new(edge.places, origin);
+                    let is_before = |plane: &HalfSpace| edge.places.iter().any(|&p| plane.height(p) > 0.0);
+                    let is_near = axis.dot(pole).abs() < reach.sine;
+                    is_near
+                        && Arc { ends, pole }.moments(axis, reach).is_some()
+                        && cone.planes.iter().all(is_before)
+                };
+                let expected: Vec<Span> = edges.iter().filter(counts).map(|e| e.span).collect();
+                assert_eq!(found, expected, "{count}");
+                kept += found.len();
+                refused += edges.len() - found.len();
+            }
         }
+        assert!(kept > 300 && refused > 1000, "{kept} {refused}");
     }
 }

@@ -159,12 +159,28 @@ impl Task for (Step<'_>, &mut Descent) {
                     let entering = leaf.entering(lanes, cone, silhouettes);
                     descent.found[descent.count] = (leaf.first, entering);
                     descent.count += usize::from(entering != 0);
+                    let mut ahead = entering;
+                    while ahead != 0 {
+                        fetch(lanes, &tree.edges[leaf.first as usize + next(&mut ahead)]);
+                    }
                 }
             }
         }
         true
     }
 }
+
+/// Asks for something ahead of time.
+#[inline(always)]
+fn fetch<L: Lanes, T>(lanes: L, what: &T) {
+    let start = std::ptr::from_ref(what).cast::<i8>();
+    for line in 0..size_of::<T>().div_ceil(LINE) {
+        lanes.prefetch(start.wrapping_add(LINE * line));
+    }
+}
+
+/// What a cache line holds, in bytes.
+const LINE: usize = 64;
 
 /// Tells leaves from nodes.
 const IS_LEAF: u32 = 1 << 31;

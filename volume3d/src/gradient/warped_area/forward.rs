@@ -71,7 +71,7 @@ impl Job<'_> {
         place: Place,
         sink: &mut CellSink<'_, K>,
     ) {
-        let sample = self.sample(&mut worker.calculus, frame, place, &worker.numbers);
+        let sample = self.sample(&mut worker.calculus, frame, place, &mut worker.numbers);
         self.for_each_pixel(place, &sample, |[b, x, _], value, integrand| {
             worker.added.push((b, x, quantities(value, integrand.map(|l| l.tangent))));
         });

@@ -7,6 +7,7 @@ use flatland::random::{Stream, stream};
 use glam::{DVec2, DVec3};
 
 use super::WarpedArea;
+use super::camera_rays::CameraRays;
 use crate::gradient::auxiliary::{Auxiliary, Construction};
 use crate::gradient::boundary::AlongWarp;
 use crate::gradient::differential::{Differential, FilmPoint};
@@ -43,13 +44,14 @@ const SPLITTING_AT_IMPLICIT: usize = 2;
 /// A cell of the film, and the number of a sample in it.
 pub(super) type Place = (usize, usize, usize);
 
-/// The random numbers of the samples of a cell.
+/// The random numbers of the samples of a cell, and what the camera sees at them.
 pub(super) struct PathNumbers {
     /// Of the path that carries derivatives.
     first: CellNumbers,
     /// Of those that do not, and of as many as there are where an implicit surface is seen.
     others: CellNumbers,
     others_at_implicit: CellNumbers,
+    rays: CameraRays,
 }
 
 impl PathNumbers {
@@ -102,6 +104,7 @@ impl Job<'_> {
             first: CellNumbers::new(seed, GRADIENT_PATH, 1, 2 + pairs),
             others: others(SPLITTING),
             others_at_implicit: others(SPLITTING_AT_IMPLICIT),
+            rays: CameraRays::default(),
         }
     }
 
@@ -127,17 +130,23 @@ impl Job<'_> {
         calculus: &mut C,
         frame: &Frame<C::Number>,
         place: Place,
-        path_numbers: &PathNumbers,
+        path_numbers: &mut PathNumbers,
     ) -> Sample<C::Number> {
         let (i, j, sample) = place;
         if let Some(rng) = calculus.rng() {
             *rng = self.stream(place, AUXILIARY);
         }
-        let (_, mut numbers) = path_numbers.first.of(sample, 0);
+        let PathNumbers { first, rays, .. } = path_numbers;
+        let (_, mut numbers) = first.of(sample, 0);
         let u = self.film.point(i, j, numbers.pair());
         let film = self.film.through(&mut numbers);
         let frame = film.frame_through(calculus, frame);
-        let (origin, ray, hit) = self.look(calculus, &film, u);
+        let (origin, ray, hit) = if self.looks_from_one_place() {
+            let (ray, hit) = rays.of(self, place, first);
+            (film.still.origin.value(), ray, hit)
+        } else {
+            self.look(calculus, &film, u)
+        };
         let point = calculus.film_warp(&film, u, hit.map(|h| h.surface));
         let direction = film.direction(&frame, point.at);
         let radiance = self.paths.radiance(calculus, frame.origin, direction, hit, 1, &mut numbers);
@@ -248,6 +257,11 @@ impl Job<'_> {
 
     fn stream(&self, (i, j, sample): Place, purpose: u64) -> Stream {
         stream(self.method.seed, &[i as u64, j as u64, sample as u64, purpose])
+    }
+
+    /// Whether all rays of the camera have one origin, and end at meshes.
+    fn looks_from_one_place(&self) -> bool {
+        !self.film.has_lens() && self.paths.scene.description.implicits.is_empty()
     }
 
     /// The still ray through a film point: its origin, its direction and what it hits.

@@ -5,6 +5,7 @@
 //! which a surface turns its other side to the viewer, V is any continuous field, and ∮ Δf (v − V)·ν over these curves
 //! is added, by samples of edge sampling.
 
+mod camera_rays;
 mod field;
 mod forward;
 mod job;

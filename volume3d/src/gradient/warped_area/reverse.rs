@@ -53,7 +53,7 @@ impl Job<'_> {
                 let output = if edge {
                     self.edge_output(&mut reverse, place, pull.adjoint)
                 } else {
-                    Some(self.output(&mut reverse, place, &numbers, pull.adjoint))
+                    Some(self.output(&mut reverse, place, &mut numbers, pull.adjoint))
                 };
                 finite &= output.is_none_or(|o| reverse.sweep_if_finite(&[o], &mut adjoints, part));
             };
@@ -76,7 +76,7 @@ impl Job<'_> {
         &self,
         reverse: &mut Reverse<'_, 't>,
         place: Place,
-        numbers: &PathNumbers,
+        numbers: &mut PathNumbers,
         adjoint: &[DVec3],
     ) -> (Recorded<'t>, f64) {
         let frame = self.film.moving_frame(reverse);
