@@ -277,7 +277,7 @@ impl Estimator {
                         &format!("; its squared error should be {times:.2} times that of {}", other.method);
                 }
                 [_] => {
-                    text += "; edge sampling was no candidate: it is one where all materials are diffuse and nothing touches a light"
+                    text += "; edge sampling was no candidate: it is one where all materials are diffuse and nothing touches a light";
                 }
                 _ => {}
             }
