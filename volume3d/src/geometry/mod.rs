@@ -7,7 +7,7 @@ mod meeting;
 mod mesh;
 mod proximity;
 
-pub use accelerator::{Accelerator, Goal, Hit, Ray, Sheaf};
+pub use accelerator::{Accelerator, Goal, Hit, Ray, Shadows, Sheaf};
 pub use curved::TOLERANCE;
 pub use edges::{Edges, HalfEdge};
 pub(crate) use meeting::{End, Meeting, in_contact, meeting};

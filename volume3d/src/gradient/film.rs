@@ -293,6 +293,7 @@ impl FilmPlane {
     }
 
     /// The same of the camera as it stands.
+    #[inline]
     pub(crate) fn ray(&self, u: DVec2) -> DVec3 {
         self.direction(&self.still, [u.x, u.y]).value()
     }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::build::Scene;
 use super::hit::{Hit, Surface};
 use super::trace_counts::count_traced;
-use crate::geometry::{self, Goal, Ray, Sheaf};
+use crate::geometry::{self, Ray, Shadows, Sheaf};
 
 /// Distances below this part of the scene's coordinates are rounding: a ray that leaves a surface starts there.
 /// The hit is recomputed in double precision, whose own error is a hundred times less.
@@ -112,16 +112,10 @@ impl Scene {
                 && self.closest_implicit(x, direction, Some(from), (near, far), None).is_some()
     }
 
-    /// Which rays meet a mesh that all end at one point, as bits: as [`shadowed_before`](Self::shadowed_before) finds them one by one.
-    pub(crate) fn shadowed_towards(&self, sheaf: &Sheaf, end: &Goal<'_>) -> u32 {
-        count_traced(sheaf.members.count_ones() as usize);
-        self.accelerator.occluded_towards(sheaf, end)
-    }
-
-    /// Which rays meet a mesh, as bits: as [`shadowed`](Self::shadowed) finds them one by one.
-    pub(crate) fn shadowed_sheaf(&self, sheaf: &Sheaf) -> u32 {
-        count_traced(sheaf.members.count_ones() as usize);
-        self.accelerator.occluded_sheaf(sheaf)
+    /// Which rays meet a mesh, as bits: as [`shadowed_before`](Self::shadowed_before) finds them one by one.
+    pub(crate) fn shadowed_sheaves(&self, shadows: &[Shadows<'_>; 2]) -> [u32; 2] {
+        count_traced(shadows.iter().map(|shadows| shadows.sheaf.members.count_ones() as usize).sum());
+        self.accelerator.occluded_sheaves(shadows)
     }
 
     /// The nearest hits of meshes, where there are any: as [`closest`](Self::closest) finds them one by one.

@@ -57,6 +57,8 @@ pub(super) struct Frame {
 /// A ray in the frame, for the filters.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FrameRay {
+    /// Indices of the axes that become x, y and z.
+    pub(super) axes: [usize; 3],
     /// Whether the direction is negative, by axis.
     pub(super) negative: [bool; 3],
     /// By axis, depths of the near and the far planes through 0, moved forth and back by the error of a plane: a plane
@@ -77,7 +79,22 @@ pub(super) struct FrameRay {
     pub(super) far: f32,
     /// The same narrowed; empty if the exact test may overflow or underflow.
     pub(super) within: [f32; 2],
+}
+
+/// The same with the axes in their order, and how distances become depths.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Entry {
+    /// Whether the ray can meet the scene at all.
+    pub(super) meets: bool,
     pub(super) depth: Depth,
+    pub(super) zero: [[f32; 2]; 3],
+    pub(super) inverse: [f32; 3],
+    pub(super) place: [f32; 3],
+    pub(super) slopes: [f32; 3],
+    pub(super) vertex_error: f32,
+    pub(super) near: f32,
+    pub(super) far: f32,
+    pub(super) within: [f32; 2],
 }
 
 /// From distances along a ray to depths in the frame.
@@ -145,64 +162,89 @@ impl Frame {
 
     /// The piece of a ray where it can meet the scene, or `None`.
     #[inline(always)]
-    pub(super) fn ray(&self, ray: &Ray, shear: &Shear) -> Option<FrameRay> {
-        let [_, _, along] = shear.slopes;
-        let [x, y, z] = shear.axes;
-        // Of length 1 along the longest axis, up to a rounding.
-        let direction = (ray.direction * along.abs()).to_array();
-        let origin = self.place(ray.origin);
-        let reach = origin.abs().max_element();
+    pub(super) fn ray(&self, ray: &Ray, shear: &Shear) -> Option<(FrameRay, Depth)> {
+        let (origin, direction) = (ray.origin.to_array(), ray.direction.to_array());
+        let entry = self.entry(origin, direction, (ray.near, ray.far));
+        let frame_ray = FrameRay::new(&entry, shear.axes, shear.slopes[2].is_sign_negative());
+        entry.meets.then_some((frame_ray, entry.depth))
+    }
+
+    /// Where a ray of finite origin and direction can meet the scene. Without branches: rays side by side are one loop.
+    #[inline(always)]
+    pub(super) fn entry(&self, origin: [f64; 3], direction: [f64; 3], (near, far): (f64, f64)) -> Entry {
+        let (centre, half) = (self.centre.to_array(), self.half.to_array());
+        let longest = larger(larger(direction[0].abs(), direction[1].abs()), direction[2].abs());
+        // To a length of 1 along the longest axis, up to a rounding; the scale is a power of two, by which nothing is rounded.
+        let shorten = 1.0 / longest;
+        let scale = self.scale * longest;
+        let (mut places, mut slopes) = ([0.0; 3], [0.0; 3]);
+        for axis in 0..3 {
+            places[axis] = self.scale * (origin[axis] - centre[axis]);
+            slopes[axis] = direction[axis] * shorten;
+        }
+        let reach = larger(larger(places[0].abs(), places[1].abs()), places[2].abs());
         let error = DOUBLE_ERROR * (1.0 + reach);
-        let scale = self.scale / along.abs();
 
         // Where the line is inside the bounds.
-        let origin = origin.to_array();
-        let half = self.half.to_array();
         let around = MARGIN + error + reach * SMALLEST_SLOPE;
         let mut inverse = [0.0; 3];
-        let mut enter = ray.near * scale - error;
-        let mut leave = ray.far * scale + error;
+        let mut enter = near * scale - error;
+        let mut leave = far * scale + error;
         for axis in 0..3 {
-            inverse[axis] = 1.0 / steep(direction[axis]);
+            inverse[axis] = 1.0 / steep(slopes[axis]);
             let wide = half[axis] + around;
-            let (a, b) = ((-wide - origin[axis]) * inverse[axis], (wide - origin[axis]) * inverse[axis]);
+            let (a, b) = ((-wide - places[axis]) * inverse[axis], (wide - places[axis]) * inverse[axis]);
             enter = larger(enter, smaller(a, b));
             leave = smaller(leave, larger(a, b));
-        }
-        if !(enter <= leave && ray.near < ray.far) {
-            return None;
         }
 
         let depth = Depth { scale, start: enter, slack: UNIT * UNIT + 4.0 * error };
         // The slack of depths is within the margin, so that boxes count from depth 0.
         let margin = PLANE_ERROR + 8.0 * error;
-        let mut local = [0.0; 3];
-        let mut zero = [[0.0; 2]; 3];
-        let mut negative = [false; 3];
-        let mut rounded = [0.0; 3];
-        for axis in 0..3 {
-            let start = origin[axis] + enter * direction[axis];
-            local[axis] = start as f32;
-            rounded[axis] = inverse[axis] as f32;
-            negative[axis] = inverse[axis] < 0.0;
-            let inverse = f64::from(rounded[axis]);
-            let margin = margin * inverse.abs();
-            zero[axis] = [(start * inverse + margin) as f32, (start * inverse - margin) as f32];
-        }
-        let sign = 1.0_f64.copysign(along);
-        Some(FrameRay {
-            negative,
-            zero,
-            inverse: rounded,
-            vertex_origin: [local[x], local[y], local[z]],
-            forward: sign as f32,
-            slopes: [(sign * shear.slopes[0]) as f32, (sign * shear.slopes[1]) as f32],
-            vertex_error: (VERTEX_ERROR + 4.0 * error) as f32,
-            near: depth.below(ray.near),
-            far: depth.above(ray.far),
-            within: if self.moderate { [depth.above(ray.near), depth.below(ray.far)] } else { NOWHERE },
+        let mut entry = Entry {
+            meets: (enter <= leave) & (near < far),
             depth,
-        })
+            zero: [[0.0; 2]; 3],
+            inverse: [0.0; 3],
+            place: [0.0; 3],
+            slopes: [0.0; 3],
+            vertex_error: (VERTEX_ERROR + 4.0 * error) as f32,
+            near: depth.below(near),
+            far: depth.above(far),
+            within: if self.moderate { [depth.above(near), depth.below(far)] } else { NOWHERE },
+        };
+        for axis in 0..3 {
+            let start = places[axis] + enter * slopes[axis];
+            entry.place[axis] = start as f32;
+            entry.slopes[axis] = slopes[axis] as f32;
+            entry.inverse[axis] = inverse[axis] as f32;
+            let inverse = f64::from(entry.inverse[axis]);
+            let margin = margin * inverse.abs();
+            entry.zero[axis] = [(start * inverse + margin) as f32, (start * inverse - margin) as f32];
+        }
+        entry
+    }
+}
+
+impl FrameRay {
+    /// Of an entry, with permuted axes, given whether the ray points down the longest one.
+    #[inline(always)]
+    pub(super) fn new(entry: &Entry, axes: [usize; 3], backward: bool) -> Self {
+        let &Entry { zero, inverse, place, slopes, vertex_error, near, far, within, .. } = entry;
+        let [x, y, z] = axes;
+        Self {
+            axes,
+            negative: [inverse[0] < 0.0, inverse[1] < 0.0, inverse[2] < 0.0],
+            zero,
+            inverse,
+            vertex_origin: [place[x], place[y], place[z]],
+            forward: if backward { -1.0 } else { 1.0 },
+            slopes: [slopes[x], slopes[y]],
+            vertex_error,
+            near,
+            far,
+            within,
+        }
     }
 }
 

@@ -1,8 +1,10 @@
-//! Sheaves, divided into narrow fans that go through the tree at once.
+//! Sheaves, divided into narrow fans that go through the tree at once. Rays of no fan go in a stream, or alone.
 
 use super::fan::Fan;
 use super::sheaf::{Goal, Sheaf};
+use super::stream::{SHEAVES, Shadows};
 use super::sweep::{Found, Sweep};
+use super::tree::Tree;
 use super::watertight::{PACKET, Shears, longest_axis};
 use super::{Accelerator, Hit};
 use crate::lanes::{Lanes, Task, next};
@@ -13,30 +15,45 @@ const WIDEST: f64 = 2.0;
 /// Fans that are so many times as wide as that are not worth dividing.
 const HOPELESS: f64 = 3.0;
 
-/// With more leaves than this, rays go alone. Measured with rows of sixteen pixels of 128: with 640 leaves fans are faster by a
-/// third, with 10,000 slower by a tenth.
+/// A tree with more leaves than this is large: rows of sixteen pixels of 128 are many leaves wide where they meet it. Measured
+/// with such rows: with 640 leaves narrow fans are faster than single rays by a third, with 10,000 slower by a tenth.
 const MOST_LEAVES: usize = 4096;
+
+/// Nodes and leaves after which a fan through a large tree is given up: most fans that leave a large triangle meet
+/// fewer.
+const PATIENCE: u32 = 12;
 
 /// Fewer rays than this are faster alone.
 const FEWEST: u32 = 3;
 
-impl Accelerator {
-    /// Which rays hit anything that all end at one point, or short of it, as bits.
-    #[must_use]
-    pub fn occluded_towards(&self, sheaf: &Sheaf, end: &Goal<'_>) -> u32 {
-        self.gather::<true>(sheaf, Some(end), &mut [])
+impl Tree {
+    /// Whether only fans that meet little of it are worth their while.
+    #[inline(always)]
+    fn is_large(&self) -> bool {
+        self.leaves.len() > MOST_LEAVES
     }
+}
 
-    /// Which rays hit anything, as bits. Fast where many of them have one direction.
+impl Accelerator {
+    /// Which rays hit anything, as bits. Fast where many of them end at one point or have one direction.
     #[must_use]
-    pub fn occluded_sheaf(&self, sheaf: &Sheaf) -> u32 {
-        self.gather::<true>(sheaf, None, &mut [])
+    pub fn occluded_sheaves(&self, shadows: &[Shadows<'_>; SHEAVES]) -> [u32; SHEAVES] {
+        let (mut occluded, mut rest) = ([0; SHEAVES], [0; SHEAVES]);
+        for (at, &Shadows { sheaf, end }) in shadows.iter().enumerate() {
+            Parts { occluded: occluded[at], rest: rest[at] } = self.gather::<true>(sheaf, end, &mut []);
+        }
+        let others = self.occluded_stream(shadows, rest);
+        [0, 1].map(|at| occluded[at] | others[at])
     }
 
     /// The first hits of rays, where there are any. Fast where many of them have one direction.
     pub fn closest_sheaf(&self, sheaf: &Sheaf, hits: &mut [Option<Hit>; PACKET]) {
         *hits = [None; PACKET];
-        self.gather::<false>(sheaf, None, hits);
+        let mut rest = self.gather::<false>(sheaf, None, hits).rest;
+        while rest != 0 {
+            let at = next(&mut rest) % PACKET;
+            hits[at] = self.closest(&sheaf.ray(at));
+        }
     }
 
     #[inline(always)]
@@ -45,9 +62,9 @@ impl Accelerator {
         sheaf: &Sheaf,
         end: Option<&Goal<'_>>,
         hits: &mut [Option<Hit>],
-    ) -> u32 {
+    ) -> Parts {
         if self.tree.leaves.is_empty() || sheaf.members == 0 {
-            return 0;
+            return Parts { occluded: 0, rest: 0 };
         }
         self.instructions.run(Gather::<ANY> { accelerator: self, sheaf, end, hits })
     }
@@ -62,12 +79,15 @@ struct Gather<'a, const ANY: bool> {
 }
 
 impl<const ANY: bool> Task for Gather<'_, ANY> {
-    type Output = u32;
+    type Output = Parts;
 
     #[inline(always)]
-    fn run<L: Lanes>(mut self, lanes: L) -> u32 {
+    fn run<L: Lanes>(mut self, lanes: L) -> Parts {
         let mut rest = self.sheaf.members;
-        let mut occluded = 0;
+        let mut all = Parts { occluded: 0, rest: 0 };
+        if self.accelerator.tree.is_large() && !(ANY && self.leave_one_triangle()) {
+            return Parts { rest, ..all };
+        }
         while rest != 0 {
             let direction = self.sheaf.direction(rest.trailing_zeros() as usize % PACKET);
             let along = longest_axis(direction);
@@ -79,31 +99,61 @@ impl<const ANY: bool> Task for Gather<'_, ANY> {
             // Not even itself: what is not a number is met by nothing.
             let some = if some == 0 { rest & rest.wrapping_neg() } else { some };
             rest &= !some;
-            occluded |= self.parts(lanes, some, along);
+            let parts = self.parts(lanes, some, along);
+            all.occluded |= parts.occluded;
+            all.rest |= parts.rest;
         }
-        occluded
+        all
     }
 }
 
+/// What becomes of some rays.
+struct Parts {
+    /// Those that hit anything, if that is asked, as bits.
+    occluded: u32,
+    /// Those that no fan has decided.
+    rest: u32,
+}
+
 impl<const ANY: bool> Gather<'_, ANY> {
-    /// Rays of a fan: all of them, or those of halves, or of quarters, or one by one.
+    /// Whether half of the rays or more leave the triangle that the first of them leaves: it is large against their distances.
     #[inline(always)]
-    fn parts<L: Lanes>(&mut self, lanes: L, members: u32, along: usize) -> u32 {
+    fn leave_one_triangle(&self) -> bool {
+        let Sheaf { from, members, .. } = self.sheaf;
+        let first = from[members.trailing_zeros() as usize % PACKET];
+        let mut same = 0;
+        for (at, &own) in from.iter().enumerate() {
+            same |= u32::from(own == first) << at;
+        }
+        2 * (same & members).count_ones() >= members.count_ones()
+    }
+
+    /// Rays of a fan: all of them, or those of halves, or of quarters. Through a large tree, all of them in a fan of any width, which is
+    /// given up if it takes long.
+    #[inline(always)]
+    fn parts<L: Lanes>(&mut self, lanes: L, members: u32, along: usize) -> Parts {
         let Self { accelerator, sheaf, end, .. } = *self;
         let (mut occluded, mut rest, mut width) = (0, members, PACKET as u32);
-        let few = accelerator.tree.leaves.len() <= MOST_LEAVES && members.count_ones() >= FEWEST;
+        if members.count_ones() < FEWEST {
+            return Parts { occluded, rest };
+        }
+        let (widest, patience, least) = if accelerator.tree.is_large() {
+            (f64::INFINITY, PATIENCE, PACKET as u32)
+        } else {
+            (WIDEST * accelerator.tree.typical_leaf, u32::MAX, FEWEST)
+        };
         let shears = Shears::of_lanes(&sheaf.directions, members, along);
         // Backwards, what is beyond the end is not seen; and fans begin where their rays do.
         let ends = |at: usize| end.is_none_or(|end| sheaf.far[at] <= end.distances[at]);
         let within = sheaf.near >= 0.0 && (0..PACKET).all(|at| members >> at & 1 == 0 || ends(at));
-        let together = few && within && shears.are_finite();
-        while together && rest != 0 && width >= FEWEST {
+        let together = within && shears.are_finite();
+        while together && rest != 0 && width >= least {
             for part in 0..PACKET as u32 / width {
                 let some = rest & (((1 << width) - 1) << (part * width));
                 if some.count_ones() < FEWEST {
                     continue;
                 }
-                let fan = match self.fan(&shears, some) {
+                let fan = match self.fan(&shears, some, widest) {
                     Ok(fan) => fan,
                     Err(excess) if excess > HOPELESS => {
                         width = 0;
@@ -111,9 +161,9 @@ impl<const ANY: bool> Gather<'_, ANY> {
                     }
                     Err(_) => continue,
                 };
-                rest &= !some;
                 let found = Found::new(&accelerator.frame, sheaf, end, &fan, (&shears, some));
-                let found = Sweep::<ANY> { accelerator, sheaf, end, fan: &fan, found }.run(lanes);
+                let found = Sweep::<ANY> { accelerator, sheaf, end, fan: &fan, patience, found }.run(lanes);
+                rest &= !some | found.undecided;
                 if ANY {
                     occluded |= found.occluded;
                 } else {
@@ -122,25 +172,14 @@ impl<const ANY: bool> Gather<'_, ANY> {
             }
             width /= 2;
         }
-        while rest != 0 {
-            let at = next(&mut rest) % PACKET;
-            let ray = sheaf.ray(at);
-            if ANY {
-                let alone = accelerator.occluded_before(&ray, end.and_then(|end| end.target));
-                occluded |= u32::from(alone) << at;
-            } else {
-                self.hits[at] = accelerator.closest(&ray);
-            }
-        }
-        occluded
+        Parts { occluded, rest }
     }
 
     /// The fan of some rays if it is narrow, or else how many times as wide as that it is.
     #[inline(always)]
-    fn fan(&self, shears: &Shears, members: u32) -> Result<Fan, f64> {
+    fn fan(&self, shears: &Shears, members: u32, widest: f64) -> Result<Fan, f64> {
         let Self { accelerator, sheaf, end, .. } = self;
         let frame = &accelerator.frame;
-        let widest = WIDEST * accelerator.tree.typical_leaf;
         match end {
             // Backwards, with the same slopes.
             Some(end) => Fan::backwards(frame, (end.point, end.distances), (shears, members), widest),

@@ -121,8 +121,8 @@ impl<C: Collect> Task for Traversal<'_, C> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
         let Some(shear) = Shear::new(self.ray.origin, self.ray.direction) else { return };
-        let Some(ray) = self.accelerator.frame.ray(self.ray, &shear) else { return };
-        self.collect.prepare(ray.depth);
+        let Some((ray, depth)) = self.accelerator.frame.ray(self.ray, &shear) else { return };
+        self.collect.prepare(depth);
         let pending = self.accelerator.tree.pending;
         let (mut few, mut some, mut many);
         let entries: &mut [Pending] = if pending <= FEW_PENDING {
@@ -144,7 +144,7 @@ impl<C: Collect> Traversal<'_, C> {
     fn descend<L: Lanes>(self, lanes: L, shear: &Shear, ray: &FrameRay, entries: &mut [Pending]) {
         let tree = &self.accelerator.tree;
         let boxes = BoxTest::new(lanes, ray);
-        let triangles = TriangleTest::new(lanes, shear, ray);
+        let triangles = TriangleTest::new(lanes, ray);
         let mut limit = ray.far;
         let mut stack = Stack::new(entries);
         let mut link = Link::ROOT;
@@ -197,7 +197,7 @@ impl<C: Collect> Traversal<'_, C> {
 }
 
 /// A ray against eight boxes: slabs, with the error bounds in the depths of zero (see the frame).
-struct BoxTest<L: Lanes> {
+pub(super) struct BoxTest<L: Lanes> {
     lanes: L,
     negative: [bool; 3],
     /// By axis, of the near plane and of the far plane.
@@ -209,7 +209,7 @@ struct BoxTest<L: Lanes> {
 
 impl<L: Lanes> BoxTest<L> {
     #[inline(always)]
-    fn new(lanes: L, ray: &FrameRay) -> Self {
+    pub(super) fn new(lanes: L, ray: &FrameRay) -> Self {
         let mut zero = [[lanes.splat(0.0); 2]; 3];
         let mut inverse = [lanes.splat(0.0); 3];
         for axis in 0..3 {
@@ -221,7 +221,7 @@ impl<L: Lanes> BoxTest<L> {
 
     /// The boxes entered no deeper than `limit`, and the depths where.
     #[inline(always)]
-    fn entered(&self, node: &Node, limit: f32) -> (u32, Row) {
+    pub(super) fn entered(&self, node: &Node, limit: f32) -> (u32, Row) {
         let lanes = self.lanes;
         let mut enter = self.near;
         let mut leave = lanes.splat(limit);
@@ -238,7 +238,7 @@ impl<L: Lanes> BoxTest<L> {
 }
 
 /// A ray against eight triangles: keeps all that the exact test would accept, and few others.
-struct TriangleTest<L: Lanes> {
+pub(super) struct TriangleTest<L: Lanes> {
     lanes: L,
     axes: [usize; 3],
     /// 1 or −1, from the last axis to depth.
@@ -255,9 +255,9 @@ struct TriangleTest<L: Lanes> {
 
 /// What the filter finds of eight triangles.
 #[derive(Clone, Copy)]
-struct Filtered<L: Lanes> {
+pub(super) struct Filtered<L: Lanes> {
     /// Those that the exact test may accept, as bits.
-    candidates: u32,
+    pub(super) candidates: u32,
     /// Of the edge functions, and their error.
     least: L::Float,
     greatest: L::Float,
@@ -279,11 +279,11 @@ const EDGE_FLOOR: f32 = 12.0;
 
 impl<L: Lanes> TriangleTest<L> {
     #[inline(always)]
-    fn new(lanes: L, shear: &Shear, ray: &FrameRay) -> Self {
+    pub(super) fn new(lanes: L, ray: &FrameRay) -> Self {
         let [x, y, z] = ray.vertex_origin;
         Self {
             lanes,
-            axes: shear.axes,
+            axes: ray.axes,
             forward: lanes.splat(ray.forward),
             origin: [lanes.splat(x), lanes.splat(y), lanes.splat(z)],
             slopes: [lanes.splat(ray.slopes[0]), lanes.splat(ray.slopes[1])],
@@ -294,7 +294,7 @@ impl<L: Lanes> TriangleTest<L> {
     }
 
     #[inline(always)]
-    fn filtered(&self, leaf: &Leaf, limit: f32) -> Filtered<L> {
+    pub(super) fn filtered(&self, leaf: &Leaf, limit: f32) -> Filtered<L> {
         let lanes = self.lanes;
         let [a, b, c] = &leaf.vertices;
         let grid = Grid::new(lanes, leaf, self.axes, self.origin);
@@ -322,7 +322,7 @@ impl<L: Lanes> TriangleTest<L> {
     /// The triangles that the exact test accepts for certain, with a distance within the ray: those whose edge
     /// functions differ from zero by more than their error, and that lie within the interval with all three vertices.
     #[inline(always)]
-    fn certain(&self, filtered: &Filtered<L>) -> u32 {
+    pub(super) fn certain(&self, filtered: &Filtered<L>) -> u32 {
         let lanes = self.lanes;
         let Filtered { least, greatest, slack, first, last, .. } = *filtered;
         let inside =

@@ -73,7 +73,7 @@ fn exact_edge(c: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// The axes that become x, y and z, by the longest one.
-const PERMUTATIONS: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+pub(super) const PERMUTATIONS: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
 /// Without branches, which would be unpredictable.
 #[inline(always)]

@@ -5,10 +5,9 @@
 //! that of [`Paths::still_radiance`] in lanes, bit for bit. What is not plain leaves the wave, and is followed alone from
 //! there.
 
+mod emitted;
 mod faces;
 mod row;
-
-use std::f64::consts::FRAC_1_PI;
 
 use flatland::calculus::{Rgb, Vec3};
 use glam::DVec3;
@@ -19,7 +18,7 @@ use super::bsdf::diffuse;
 use super::integrator::{Paths, Scattered};
 use super::plain::Plain;
 use super::sequence::Draws;
-use crate::geometry::{Goal, Sheaf};
+use crate::geometry::{Goal, Shadows, Sheaf};
 use crate::lanes::{Instructions, WIDTH, next};
 use crate::scene::{Environment, Hit, Surface};
 
@@ -107,8 +106,11 @@ pub(crate) struct Wave<'p> {
     paths: &'p Paths<'p>,
     tables: &'p WaveTables,
     rows: Box<[Row; ROWS]>,
-    /// Rays that leave the vertices.
-    sheaf: Sheaf,
+    /// Rays from the vertices towards a light, and in sampled directions.
+    towards: Sheaf,
+    onwards: Sheaf,
+    /// How far the light is.
+    distances: [f64; Sheaf::MOST],
 }
 
 impl<'p> Wave<'p> {
@@ -117,7 +119,8 @@ impl<'p> Wave<'p> {
 
     pub(crate) fn new(paths: &'p Paths<'p>, tables: &'p WaveTables) -> Self {
         let sheaf = Sheaf { near: paths.scene.rounding(), ..Sheaf::EMPTY };
-        Self { paths, tables, rows: Box::new([Row::EMPTY; ROWS]), sheaf }
+        let rows = Box::new([Row::EMPTY; ROWS]);
+        Self { paths, tables, rows, towards: sheaf, onwards: sheaf, distances: [0.0; Sheaf::MOST] }
     }
 
     /// What [`Paths::still_radiance`] is of rays of the camera, which have one origin, with the same random numbers.
@@ -144,8 +147,10 @@ impl<'p> Wave<'p> {
                 }
             }
             self.leave_vertices();
+            self.aim(&shared);
+            let traced = self.scatter(&shared);
             self.light(&shared);
-            self.bounce(&shared);
+            self.arrive_at_hits(traced, shared.goes_on);
         }
         for (at, radiance) in radiances.iter_mut().enumerate() {
             *radiance = self.rows[at / WIDTH].total.of(at % WIDTH);
@@ -275,45 +280,42 @@ impl<'p> Wave<'p> {
     fn leave_vertices(&mut self) {
         for (at, row) in self.rows.iter().enumerate() {
             let lanes = at * WIDTH..(at + 1) * WIDTH;
-            for (all, own) in self.sheaf.origins.iter_mut().zip(&row.vertices.position.0) {
-                all[lanes.clone()].copy_from_slice(own);
+            for sheaf in [&mut self.towards, &mut self.onwards] {
+                for (all, own) in sheaf.origins.iter_mut().zip(&row.vertices.position.0) {
+                    all[lanes.clone()].copy_from_slice(own);
+                }
+                sheaf.from[lanes.clone()].copy_from_slice(&row.triangles);
             }
-            self.sheaf.from[lanes].copy_from_slice(&row.triangles);
         }
     }
 
-    /// Adds what is reflected of the light.
-    fn light(&mut self, shared: &Shared<'_>) {
-        let Some((lamp, Surface::Triangle(target))) = shared.lamp else { return };
-        let mut distances = [0.0; Self::MOST];
-        self.sheaf.members = 0;
+    /// Points rays at the light.
+    fn aim(&mut self, shared: &Shared<'_>) {
+        self.towards.members = 0;
+        if !matches!(shared.lamp, Some((_, Surface::Triangle(_)))) {
+            return;
+        }
         for (at, row) in self.rows.iter().enumerate() {
             let members = row.active & lanes_where(&row.vertices.may_see, |x| x == 1.0);
-            self.sheaf.members |= members << (at * WIDTH);
+            self.towards.members |= members << (at * WIDTH);
             let lanes = at * WIDTH..(at + 1) * WIDTH;
-            for (all, own) in self.sheaf.directions.iter_mut().zip(&row.vertices.towards.0) {
+            for (all, own) in self.towards.directions.iter_mut().zip(&row.vertices.towards.0) {
                 all[lanes.clone()].copy_from_slice(own);
             }
-            distances[lanes].copy_from_slice(&row.vertices.distance);
+            self.distances[lanes].copy_from_slice(&row.vertices.distance);
         }
-        self.sheaf.far = distances.map(|distance| self.paths.scene.short_of(distance));
-        let end = Goal { point: DVec3::from_array(lamp.point), distances: &distances, target: Some(target) };
-        let mut lit = self.sheaf.members & !self.paths.scene.shadowed_towards(&self.sheaf, &end);
-        while lit != 0 {
-            let at = next(&mut lit) % Self::MOST;
-            let (row, lane) = (&mut self.rows[at / WIDTH], at % WIDTH);
-            row.add(lane, row.vertices.lit.at(lane));
-        }
+        self.towards.far = self.distances.map(|distance| self.paths.scene.short_of(distance));
     }
 
-    /// Follows the sampled directions.
-    fn bounce(&mut self, shared: &Shared<'_>) {
+    /// Points rays in the sampled directions. Returned are those whose first hits matter; of the others only whether they
+    /// reach the environment does.
+    fn scatter(&mut self, shared: &Shared<'_>) -> u32 {
         let (mut traced, mut escaping) = (0, 0);
         let lights = &self.paths.lights;
         for (at, row) in self.rows.iter_mut().enumerate() {
             let mut sampled = row.active & lanes_where(&row.vertices.goes_on, |x| x == 1.0);
             row.active = 0;
-            for (all, own) in self.sheaf.directions.iter_mut().zip(&row.vertices.sampled.0) {
+            for (all, own) in self.onwards.directions.iter_mut().zip(&row.vertices.sampled.0) {
                 all[at * WIDTH..(at + 1) * WIDTH].copy_from_slice(own);
             }
             if shared.goes_on {
@@ -327,14 +329,32 @@ impl<'p> Wave<'p> {
                 *kind |= 1 << (at * WIDTH + lane);
             }
         }
-        self.sheaf.far = [f64::INFINITY; Self::MOST];
-        self.arrive_at_hits(traced, shared.goes_on);
-        if self.tables.environment.is_some() {
-            self.sheaf.members = escaping;
-            let mut free = escaping & !self.paths.scene.shadowed_sheaf(&self.sheaf);
-            while free != 0 {
-                self.escape(next(&mut free) % Self::MOST);
+        self.onwards.far = [f64::INFINITY; Self::MOST];
+        self.onwards.members = if self.tables.environment.is_some() { escaping } else { 0 };
+        traced
+    }
+
+    /// Adds what is reflected of the light, and what comes from the environment where nothing else is asked.
+    fn light(&mut self, shared: &Shared<'_>) {
+        let goal = match shared.lamp {
+            Some((lamp, Surface::Triangle(target))) => {
+                let (point, distances) = (DVec3::from_array(lamp.point), &self.distances);
+                Some(Goal { point, distances, target: Some(target) })
             }
+            _ => None,
+        };
+        let towards = Shadows { sheaf: &self.towards, end: goal.as_ref() };
+        let onwards = Shadows { sheaf: &self.onwards, end: None };
+        let [dark, hidden] = self.paths.scene.shadowed_sheaves(&[towards, onwards]);
+        let mut lit = self.towards.members & !dark;
+        while lit != 0 {
+            let at = next(&mut lit) % Self::MOST;
+            let (row, lane) = (&mut self.rows[at / WIDTH], at % WIDTH);
+            row.add(lane, row.vertices.lit.at(lane));
+        }
+        let mut free = self.onwards.members & !hidden;
+        while free != 0 {
+            self.escape(next(&mut free) % Self::MOST);
         }
     }
 
@@ -342,8 +362,8 @@ impl<'p> Wave<'p> {
     fn arrive_at_hits(&mut self, mut traced: u32, goes_on: bool) {
         let (paths, scene) = (self.paths, self.paths.scene);
         let mut hits = [None; Self::MOST];
-        self.sheaf.members = traced;
-        scene.closest_sheaf(&self.sheaf, &mut hits);
+        self.onwards.members = traced;
+        scene.closest_sheaf(&self.onwards, &mut hits);
         while traced != 0 {
             let at = next(&mut traced) % Self::MOST;
             let Some(hit) = hits[at].map(Hit::from) else {
@@ -370,26 +390,5 @@ impl<'p> Wave<'p> {
         let (row, lane) = (&mut self.rows[at / WIDTH], at % WIDTH);
         let behind = row.vertices.throughput.at(lane);
         row.add(lane, [0, 1, 2].map(|c| behind[c] * environment[c]));
-    }
-}
-
-impl Paths<'_> {
-    /// The radiance of a shape that has no texture of it.
-    fn radiance_of(&self, surface: Surface) -> DVec3 {
-        let shape = self.scene.shape_of(surface) as usize;
-        self.scene.description.shapes[shape].radiance.unwrap_or(DVec3::ZERO)
-    }
-
-    /// What the sampled direction of a lane finds emitted, weighted against next-event estimation.
-    fn found(&self, row: &Row, lane: usize, hit: &Hit) -> [f64; 3] {
-        let Row { arrival, vertices, .. } = row;
-        let direction = vertices.sampled.of(lane);
-        let shape = self.scene.shape_of(hit.surface);
-        let other = self.lights.density_of_hit(self.scene, shape, hit, direction);
-        let weight = 1.0 / (vertices.density[lane] + other);
-        let cosine = vertices.normal.of(lane).dot(direction) * FRAC_1_PI;
-        let (throughput, reflectance) = (row.throughput.at(lane), arrival.reflectance.at(lane));
-        let radiance = self.radiance_of(hit.surface);
-        [0, 1, 2].map(|c| throughput[c] * (reflectance[c] * cosine * weight) * radiance[c])
     }
 }

@@ -1,0 +1,107 @@
+//! The rays of a sheaf in the frame, worked out side by side.
+//!
+//! Every number is that of a single ray, from the same operations in the same order: the error bounds are those of the frame.
+
+use glam::DVec3;
+
+use super::frame::{Frame, FrameRay};
+use super::sheaf::Sheaf;
+use super::watertight::{PACKET, PERMUTATIONS, longest_axis};
+
+/// A number of every ray.
+type Numbers = [f32; PACKET];
+
+/// What [`Frame::ray`] gives of every ray, bit for bit.
+#[derive(Clone, Copy)]
+pub(super) struct FrameRays {
+    /// By axis and side.
+    zero: [[Numbers; 2]; 3],
+    inverse: [Numbers; 3],
+    place: [Numbers; 3],
+    slopes: [Numbers; 3],
+    vertex_error: Numbers,
+    near: Numbers,
+    far: Numbers,
+    within: [Numbers; 2],
+    /// The rays that can meet the scene, as bits.
+    pub(super) meeting: u32,
+    /// Those whose origin and slopes are finite: of others nothing here means anything.
+    pub(super) finite: u32,
+}
+
+impl FrameRays {
+    /// Without any ray.
+    pub(super) const NONE: Self = Self {
+        zero: [[[0.0; PACKET]; 2]; 3],
+        inverse: [[0.0; PACKET]; 3],
+        place: [[0.0; PACKET]; 3],
+        slopes: [[0.0; PACKET]; 3],
+        vertex_error: [0.0; PACKET],
+        near: [0.0; PACKET],
+        far: [0.0; PACKET],
+        within: [[0.0; PACKET]; 2],
+        meeting: 0,
+        finite: 0,
+    };
+
+    /// Takes the rays of a sheaf instead.
+    #[inline(always)]
+    pub(super) fn fill(&mut self, frame: &Frame, sheaf: &Sheaf) {
+        let Self { zero, inverse, place, slopes, vertex_error, near, far, within, .. } = self;
+        let (mut meets, mut odd) = ([0.0; PACKET], [0.0; PACKET]);
+        // Copies, of which the compiler knows that nothing else is written to them.
+        let (frame, origins, directions, ends) = (*frame, sheaf.origins, sheaf.directions, sheaf.far);
+        for at in 0..PACKET {
+            let origin = [origins[0][at], origins[1][at], origins[2][at]];
+            let direction = [directions[0][at], directions[1][at], directions[2][at]];
+            let entry = frame.entry(origin, direction, (sheaf.near, ends[at]));
+            for axis in 0..3 {
+                zero[axis][0][at] = entry.zero[axis][0];
+                zero[axis][1][at] = entry.zero[axis][1];
+                inverse[axis][at] = entry.inverse[axis];
+                place[axis][at] = entry.place[axis];
+                slopes[axis][at] = entry.slopes[axis];
+            }
+            vertex_error[at] = entry.vertex_error;
+            near[at] = entry.near;
+            far[at] = entry.far;
+            within[0][at] = entry.within[0];
+            within[1][at] = entry.within[1];
+            meets[at] = if entry.meets { 1.0 } else { 0.0 };
+            let sum = (origin[0] + origin[1] + origin[2]) as f32;
+            odd[at] = 0.0 * (sum + entry.slopes[0] + entry.slopes[1] + entry.slopes[2]);
+        }
+        (self.meeting, self.finite) = (0, 0);
+        for at in 0..PACKET {
+            self.meeting |= u32::from(meets[at] == 1.0) << at;
+            self.finite |= u32::from(odd[at] == 0.0) << at;
+        }
+    }
+
+    /// One of them, given its direction.
+    #[inline(always)]
+    pub(super) fn ray(&self, at: usize, direction: DVec3) -> FrameRay {
+        let axes = PERMUTATIONS[longest_axis(direction)];
+        let [x, y, z] = axes;
+        let mut zero = [[0.0; 2]; 3];
+        let (mut inverse, mut negative) = ([0.0; 3], [false; 3]);
+        for axis in 0..3 {
+            zero[axis] = [self.zero[axis][0][at], self.zero[axis][1][at]];
+            inverse[axis] = self.inverse[axis][at];
+            negative[axis] = inverse[axis] < 0.0;
+        }
+        FrameRay {
+            axes,
+            negative,
+            zero,
+            inverse,
+            vertex_origin: [self.place[x][at], self.place[y][at], self.place[z][at]],
+            forward: if direction.to_array()[z] < 0.0 { -1.0 } else { 1.0 },
+            slopes: [self.slopes[x][at], self.slopes[y][at]],
+            vertex_error: self.vertex_error[at],
+            near: self.near[at],
+            far: self.far[at],
+            within: [self.within[0][at], self.within[1][at]],
+        }
+    }
+}

@@ -1,0 +1,30 @@
+//! What shapes emit, as paths of a wave meet it.
+
+use std::f64::consts::FRAC_1_PI;
+
+use glam::DVec3;
+
+use super::Row;
+use crate::path::integrator::Paths;
+use crate::scene::{Hit, Surface};
+
+impl Paths<'_> {
+    /// The radiance of a shape that has no texture of it.
+    pub(super) fn radiance_of(&self, surface: Surface) -> DVec3 {
+        let shape = self.scene.shape_of(surface) as usize;
+        self.scene.description.shapes[shape].radiance.unwrap_or(DVec3::ZERO)
+    }
+
+    /// What the sampled direction of a lane finds emitted, weighted against next-event estimation.
+    pub(super) fn found(&self, row: &Row, lane: usize, hit: &Hit) -> [f64; 3] {
+        let Row { arrival, vertices, .. } = row;
+        let direction = vertices.sampled.of(lane);
+        let shape = self.scene.shape_of(hit.surface);
+        let other = self.lights.density_of_hit(self.scene, shape, hit, direction);
+        let weight = 1.0 / (vertices.density[lane] + other);
+        let cosine = vertices.normal.of(lane).dot(direction) * FRAC_1_PI;
+        let (throughput, reflectance) = (row.throughput.at(lane), arrival.reflectance.at(lane));
+        let radiance = self.radiance_of(hit.surface);
+        [0, 1, 2].map(|c| throughput[c] * (reflectance[c] * cosine * weight) * radiance[c])
+    }
+}
