@@ -4,7 +4,6 @@ use super::fan::Fan;
 use super::sheaf::{Goal, Sheaf};
 use super::stream::{SHEAVES, Shadows};
 use super::sweep::{Found, Sweep};
-use super::tree::Tree;
 use super::watertight::{PACKET, Shears, longest_axis};
 use super::{Accelerator, Hit};
 use crate::lanes::{Lanes, Task, next};
@@ -15,24 +14,12 @@ const WIDEST: f64 = 2.0;
 /// Fans that are so many times as wide as that are not worth dividing.
 const HOPELESS: f64 = 3.0;
 
-/// A tree with more leaves than this is large: rows of sixteen pixels of 128 are many leaves wide where they meet it. Measured
-/// with such rows: with 640 leaves narrow fans are faster than single rays by a third, with 10,000 slower by a tenth.
+/// With more leaves than this, rays go in a stream. Measured with rows of sixteen pixels of 128: with 640 leaves fans are faster than single
+/// rays by a third, with 10,000 slower by a tenth.
 const MOST_LEAVES: usize = 4096;
-
-/// Nodes and leaves after which a fan through a large tree is given up: most fans that leave a large triangle meet
-/// fewer.
-const PATIENCE: u32 = 12;
 
 /// Fewer rays than this are faster alone.
 const FEWEST: u32 = 3;
-
-impl Tree {
-    /// Whether only fans that meet little of it are worth their while.
-    #[inline(always)]
-    fn is_large(&self) -> bool {
-        self.leaves.len() > MOST_LEAVES
-    }
-}
 
 impl Accelerator {
     /// Which rays hit anything, as bits. Fast where many of them end at one point or have one direction.
@@ -85,7 +72,7 @@ impl<const ANY: bool> Task for Gather<'_, ANY> {
     fn run<L: Lanes>(mut self, lanes: L) -> Parts {
         let mut rest = self.sheaf.members;
         let mut all = Parts { occluded: 0, rest: 0 };
-        if self.accelerator.tree.is_large() && !(ANY && self.leave_one_triangle()) {
+        if self.accelerator.tree.leaves.len() > MOST_LEAVES {
             return Parts { rest, ..all };
         }
         while rest != 0 {
@@ -116,20 +103,7 @@ struct Parts {
 }
 
 impl<const ANY: bool> Gather<'_, ANY> {
-    /// Whether half of the rays or more leave the triangle that the first of them leaves: it is large against their distances.
-    #[inline(always)]
-    fn leave_one_triangle(&self) -> bool {
-        let Sheaf { from, members, .. } = self.sheaf;
-        let first = from[members.trailing_zeros() as usize % PACKET];
-        let mut same = 0;
-        for (at, &own) in from.iter().enumerate() {
-            same |= u32::from(own == first) << at;
-        }
-        2 * (same & members).count_ones() >= members.count_ones()
-    }
-
-    /// Rays of a fan: all of them, or those of halves, or of quarters. Through a large tree, all of them in a fan of any width, which is
-    /// given up if it takes long.
+    /// Rays of a fan: all of them, or those of halves, or of quarters.
     #[inline(always)]
     fn parts<L: Lanes>(&mut self, lanes: L, members: u32, along: usize) -> Parts {
         let Self { accelerator, sheaf, end, .. } = *self;
@@ -137,23 +111,18 @@ impl<const ANY: bool> Gather<'_, ANY> {
         if members.count_ones() < FEWEST {
             return Parts { occluded, rest };
         }
-        let (widest, patience, least) = if accelerator.tree.is_large() {
-            (f64::INFINITY, PATIENCE, PACKET as u32)
-        } else {
-            (WIDEST * accelerator.tree.typical_leaf, u32::MAX, FEWEST)
-        };
         let shears = Shears::of_lanes(&sheaf.directions, members, along);
         // Backwards, what is beyond the end is not seen; and fans begin where their rays do.
         let ends = |at: usize| end.is_none_or(|end| sheaf.far[at] <= end.distances[at]);
         let within = sheaf.near >= 0.0 && (0..PACKET).all(|at| members >> at & 1 == 0 || ends(at));
         let together = within && shears.are_finite();
-        while together && rest != 0 && width >= least {
+        while together && rest != 0 && width >= FEWEST {
             for part in 0..PACKET as u32 / width {
                 let some = rest & (((1 << width) - 1) << (part * width));
                 if some.count_ones() < FEWEST {
                     continue;
                 }
-                let fan = match self.fan(&shears, some, widest) {
+                let fan = match self.fan(&shears, some) {
                     Ok(fan) => fan,
                     Err(excess) if excess > HOPELESS => {
                         width = 0;
@@ -162,8 +131,8 @@ impl<const ANY: bool> Gather<'_, ANY> {
                     Err(_) => continue,
                 };
                 let found = Found::new(&accelerator.frame, sheaf, end, &fan, (&shears, some));
-                let found = Sweep::<ANY> { accelerator, sheaf, end, fan: &fan, patience, found }.run(lanes);
-                rest &= !some | found.undecided;
+                let found = Sweep::<ANY> { accelerator, sheaf, end, fan: &fan, found }.run(lanes);
+                rest &= !some;
                 if ANY {
                     occluded |= found.occluded;
                 } else {
@@ -177,9 +146,10 @@ impl<const ANY: bool> Gather<'_, ANY> {
 
     /// The fan of some rays if it is narrow, or else how many times as wide as that it is.
     #[inline(always)]
-    fn fan(&self, shears: &Shears, members: u32, widest: f64) -> Result<Fan, f64> {
+    fn fan(&self, shears: &Shears, members: u32) -> Result<Fan, f64> {
         let Self { accelerator, sheaf, end, .. } = self;
         let frame = &accelerator.frame;
+        let widest = WIDEST * accelerator.tree.typical_leaf;
         match end {
             // Backwards, with the same slopes.
             Some(end) => Fan::backwards(frame, (end.point, end.distances), (shears, members), widest),

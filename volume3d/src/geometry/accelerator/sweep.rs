@@ -24,8 +24,6 @@ pub(super) struct Found {
     /// Rays that something is in the way of, and those that may have another hit, as bits.
     pub(super) occluded: u32,
     open: u32,
-    /// Rays that may still hit something, as the fan was given up.
-    pub(super) undecided: u32,
     /// The first hits, of rays that have one.
     distance: [f64; PACKET],
     triangle: [u32; PACKET],
@@ -48,7 +46,6 @@ impl Found {
             depths: [Depth { scale: 0.0, start: 0.0, slack: 0.0 }; PACKET],
             occluded: 0,
             open: members,
-            undecided: 0,
             distance: sheaf.far,
             triangle: [0; PACKET],
             edges: [[0.0; 3]; PACKET],
@@ -130,8 +127,6 @@ pub(super) struct Sweep<'a, const ANY: bool> {
     pub(super) sheaf: &'a Sheaf,
     pub(super) end: Option<&'a Goal<'a>>,
     pub(super) fan: &'a Fan,
-    /// The fan is given up if it meets more nodes and leaves than this.
-    pub(super) patience: u32,
     pub(super) found: Found,
 }
 
@@ -155,7 +150,7 @@ impl<const ANY: bool> Sweep<'_, ANY> {
         let mut limit = self.fan.whole_depth(self.found.greatest_limit());
         let mut stack = Stack::new(entries);
         let mut link = Link::ROOT;
-        for _ in 0..self.patience {
+        loop {
             if !link.is_leaf() {
                 let node = &tree.nodes[link.index()];
                 let (mask, depths) = boxes.entered(node, limit);
@@ -199,7 +194,6 @@ impl<const ANY: bool> Sweep<'_, ANY> {
             let Some(pending) = stack.pop(limit) else { return };
             link = pending;
         }
-        self.found.undecided = self.found.open;
     }
 
     /// The rays that never hit a triangle, as they leave it or end on it, as bits.
