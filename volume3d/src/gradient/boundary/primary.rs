@@ -85,6 +85,10 @@ impl<'a> Primary<'a> {
         for (index, edge) in list.edges.iter().enumerate() {
             let counts = match which {
                 Lines::Jumps => moves(edge) && list.may_jump(scene, edge),
+                // Each point of a lens sees other silhouettes, and other faces as narrow.
+                Lines::Left { .. } if film.has_lens() => {
+                    list.may_jump(scene, edge) || list.bounds_faces(edge)
+                }
                 Lines::Left { .. } => {
                     primary.may_be_silhouette(edge) && list.may_jump(scene, edge)
                         || primary.bounds_narrow(edge)
@@ -101,8 +105,7 @@ impl<'a> Primary<'a> {
         primary
     }
 
-    /// Whether the camera may see an edge as a silhouette: all borders, crossings and what they run along, and through a lens, of
-    /// which each point has silhouettes of its own, every edge.
+    /// Whether the middle of the lens may see an edge as a silhouette: all borders, crossings and what they run along.
     fn may_be_silhouette(&self, edge: &Edge) -> bool {
         if edge.crossed {
             return true;
@@ -113,14 +116,13 @@ impl<'a> Primary<'a> {
         let facing = [u, v].map(|u| u.cross(b - a).dot(way));
         // Before a face that is narrower than rays go aside, its other edge stands for both.
         let edge_on = facing.iter().any(|f| f.abs() <= EDGE_ON * a.distance(b) * way.length());
-        self.film.has_lens() || edge_on || facing[0] * facing[1] <= 0.0
+        edge_on || facing[0] * facing[1] <= 0.0
     }
 
-    /// Whether an edge bounds a face that is so narrow, as it is seen, that a softened field follows its border in part.
+    /// Whether an edge bounds a face that is so narrow, as it is seen from the middle of the lens, that a softened field follows its border in
+    /// part.
     fn bounds_narrow(&self, edge: &Edge) -> bool {
-        let narrow = |t| self.is_narrow(&self.film, t);
-        // Through a lens each point sees others as narrow.
-        self.list.bounds_faces(edge) && (self.film.has_lens() || self.list.triangles(edge).any(narrow))
+        self.list.bounds_faces(edge) && self.list.triangles(edge).any(|t| self.is_narrow(&self.film, t))
     }
 
     fn is_narrow(&self, film: &FilmPlane, triangle: u32) -> bool {
