@@ -4,10 +4,9 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::job::Job;
 use crate::gradient::film::FilmPlane;
 use crate::gradient::groups::CellNumbers;
-use crate::scene::Hit;
+use crate::scene::{Hit, Scene};
 
 /// So many rays go through the hierarchy together.
 const TOGETHER: usize = 16;
@@ -22,21 +21,22 @@ pub(super) struct CameraRays {
 }
 
 impl CameraRays {
-    /// The ray of a sample of a cell, given the numbers of its paths, and its hit: those that it has alone, bit for bit.
+    /// The ray of one of so many samples of a cell, given the numbers of its paths, and its hit: those that it has alone, bit for bit.
     pub(super) fn of(
         &mut self,
-        job: &Job<'_>,
+        scene: &Scene,
+        film: &FilmPlane,
         (i, j, sample): (usize, usize, usize),
+        samples: usize,
         numbers: &CellNumbers,
     ) -> (DVec3, Option<Hit>) {
         if self.cell != (i, j) || !self.samples.contains(&sample) {
-            let FilmPlane { still, .. } = job.film;
             self.cell = (i, j);
-            self.samples = sample..job.samples((i, j)).min(sample + TOGETHER);
-            let point = |sample| job.film.point(i, j, numbers.of(sample, 0).1.pair());
+            self.samples = sample..samples.min(sample + TOGETHER);
+            let point = |sample| film.point(i, j, numbers.of(sample, 0).1.pair());
             self.directions.clear();
-            self.directions.extend(self.samples.clone().map(|sample| job.film.ray(point(sample))));
-            job.paths.scene.closest_bundle(still.origin.value(), &self.directions, None, &mut self.hits);
+            self.directions.extend(self.samples.clone().map(|sample| film.ray(point(sample))));
+            scene.closest_bundle(film.still.origin.value(), &self.directions, None, &mut self.hits);
         }
         let place = sample - self.samples.start;
         (self.directions[place], self.hits[place])
@@ -46,29 +46,26 @@ impl CameraRays {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gradient::auxiliary::Construction;
     use crate::gradient::tests::scenes::square;
-    use crate::gradient::{Progress, WarpedArea};
     use crate::scene::Filter;
 
     /// Of more samples than go together, cell after cell, and again those of a cell before.
     #[test]
     fn rays_of_a_cell_are_those_one_by_one() {
         let scene = square(Filter::Tent { radius: 1.0 });
-        let method = WarpedArea { samples: TOGETHER + 5, control_variate: 0, ..WarpedArea::default() };
-        let job = method.job(&scene, Construction::Weighted, false, &Progress::none()).unwrap();
+        let (film, samples) = (FilmPlane::new(&scene), TOGETHER + 5);
         let mut numbers = CellNumbers::new(3, 1, 1, 2);
         let mut rays = CameraRays::default();
         let (mut met, mut missed) = (0, 0);
-        let (columns, rows) = job.film.cells();
+        let (columns, rows) = film.cells();
         let cells = (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j)));
         for (i, j) in cells.chain([(0, 0), (1, 1)]) {
-            numbers.prepare((i, j), method.samples);
-            for sample in 0..method.samples {
-                let u = job.film.point(i, j, numbers.of(sample, 0).1.pair());
-                let direction = job.film.ray(u);
-                let alone = scene.closest(job.film.still.origin.value(), direction, None);
-                let (ray, hit) = rays.of(&job, (i, j, sample), &numbers);
+            numbers.prepare((i, j), samples);
+            for sample in 0..samples {
+                let u = film.point(i, j, numbers.of(sample, 0).1.pair());
+                let direction = film.ray(u);
+                let alone = scene.closest(film.still.origin.value(), direction, None);
+                let (ray, hit) = rays.of(&scene, &film, (i, j, sample), samples, &numbers);
                 assert_eq!(ray, direction);
                 let distance = |hit: Option<Hit>| hit.map(|h| (h.surface, h.distance.to_bits()));
                 assert_eq!(distance(hit), distance(alone));

@@ -142,7 +142,7 @@ impl Job<'_> {
         let film = self.film.through(&mut numbers);
         let frame = film.frame_through(calculus, frame);
         let (origin, ray, hit) = if self.looks_from_one_place() {
-            let (ray, hit) = rays.of(self, place, first);
+            let (ray, hit) = rays.of(self.paths.scene, &self.film, place, self.samples((i, j)), first);
             (film.still.origin.value(), ray, hit)
         } else {
             self.look(calculus, &film, u)
