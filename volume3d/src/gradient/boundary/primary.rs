@@ -322,11 +322,19 @@ impl Primary<'_> {
         x * normal.x + y * normal.y
     }
 
-    /// Whether a softened field follows an edge exactly on one side of it.
-    pub(super) fn owns(&self, EdgePoint { edge, film, sides, .. }: &EdgePoint<'_>, side: usize) -> bool {
+    /// The part of one over the density that counts on one side of an edge; none where a softened field follows the edge exactly there.
+    ///
+    /// Where edges of two surfaces coincide, that of another may not be among those that are sampled, unless it bounds a narrow face. So the
+    /// border of a narrow face has all of what is left on the face, and the other edge has none of it.
+    pub(super) fn scale_on(&self, point: &EdgePoint<'_>, side: usize) -> Option<f64> {
+        let EdgePoint { edge, film, sides, scale, .. } = point;
         let hit = sides.hits[side];
-        let narrow = |t| self.is_narrow(film, t);
-        self.list.owns(edge, hit) && !hit.and_then(|hit| hit.surface.triangle()).is_some_and(narrow)
+        let narrow = hit.and_then(|hit| hit.surface.triangle()).is_some_and(|t| self.is_narrow(film, t));
+        match (narrow, sides.other) {
+            (false, _) if self.list.owns(edge, hit) => None,
+            (true, Some(other)) => (other != side).then_some(scale / sides.share),
+            _ => Some(*scale),
+        }
     }
 }
 

@@ -118,9 +118,7 @@ impl Boundary for Silhouettes<'_> {
     ) {
         let Some(point) = self.edges.draw(address) else { return };
         for (side, sign) in [(0, 1.0), (1, -1.0)] {
-            if self.edges.owns(&point, side) {
-                continue;
-            }
+            let Some(scale) = self.edges.scale_on(&point, side) else { continue };
             let seen = point.sides.hits[side].map(|hit| hit.surface);
             let [x, y] = calculus.film_warp(&point.film, point.at, seen).at;
             let field = x * point.normal.x + y * point.normal.y;
@@ -128,7 +126,7 @@ impl Boundary for Silhouettes<'_> {
             if speed.is_still() {
                 continue;
             }
-            let level = sign * point.scale;
+            let level = sign * scale;
             let light = self.edges.radiance(&point, side) * level;
             found(calculus, BoundarySample { at: point.at, light, level, speed });
         }

@@ -19,6 +19,8 @@ pub(super) struct Sides {
     pub(super) hits: [Option<Hit>; 2],
     /// 1/2 where the edges of two surfaces coincide, as between wall and floor: each finds the whole jump.
     pub(super) share: f64,
+    /// The side, if there is one alone, of another surface whose edge coincides with this one.
+    pub(super) other: Option<usize>,
 }
 
 /// Looks past an edge's point at distance t on both sides; `None` where the edge is hidden.
@@ -34,15 +36,17 @@ pub(super) fn look_past(
     let owns = hits.map(|h| h.is_some_and(|h| list.has(edge, h.surface)));
     let touches =
         |h: Hit| (h.distance - t).abs() < TOUCH * t && is_between(scene, origin, directions, h.surface);
-    let doubled = match owns {
+    let coincides = |side: usize| hits[side].is_some_and(|h| list.has_there(edge, h.surface) || touches(h));
+    let (doubled, other) = match owns {
         [false, false] => return None,
         // A crossing may run along an edge of one of its triangles.
-        [true, true] => edge.is_crossing() && hits.into_iter().flatten().any(touches),
-        [true, false] => hits[1].is_some_and(|h| list.has_there(edge, h.surface) || touches(h)),
-        [false, true] => hits[0].is_some_and(|h| list.has_there(edge, h.surface) || touches(h)),
+        [true, true] => (edge.is_crossing() && hits.into_iter().flatten().any(touches), None),
+        [true, false] => (coincides(1), Some(1)),
+        [false, true] => (coincides(0), Some(0)),
     };
-    let doubled = doubled || !edge.is_crossing() && cross_between(scene, origin, directions, hits);
-    Some(Sides { hits, share: if doubled { 0.5 } else { 1.0 } })
+    let crossed = !edge.is_crossing() && cross_between(scene, origin, directions, hits);
+    let other = other.filter(|_| doubled && !crossed && !edge.is_crossing());
+    Some(Sides { hits, share: if doubled || crossed { 0.5 } else { 1.0 }, other })
 }
 
 /// Whether a crossing of two triangles is seen between two directions, in which they are hit.
