@@ -74,7 +74,8 @@
 //! [residual](crate::gradient::boundary) there and nowhere else.
 //! With v the largest angular velocity of the N jumps within reach, |V| ≤ v and |∇·V| ≤ (4 + N) v/ε, whatever gaps and crossings there are, and 2v/w
 //! more within a face that is seen w wide, whose borders move against one another where it opens. So a face is *narrow* if w is less than a hundredth
-//! of ε, and kernels of its own borders, seams included, stop growing at ε/40, which adds to the residual there: |∇·V| ≤ (204 + N) v/ε everywhere. A sample of the area adds at most
+//! of ε, and kernels of its own borders, seams included, stop growing at ε/40, which adds to the residual there: |∇·V| ≤ (204 + N) v/ε. That is for faces as wide everywhere as
+//! their area over their length: where one has a spike whose sides move against one another, it is 2v over the width of that. A sample of the area adds at most
 //! (|∇h| + h |∇·V|/v) v |L − L₀| to a pixel, and one of a curve that is left 2 v h |L − L₀| over its density. (The test `bound` has both sides; the
 //! exact mean's divergence is 10⁵ times as large and more there.)
 

@@ -1,6 +1,7 @@
 //! The simplest scenes with known answers.
 
 mod camera;
+mod coincident;
 pub(crate) mod comparisons;
 mod exact;
 mod hidden;
