@@ -71,8 +71,17 @@ pub(super) struct CellNumbers {
     paths: usize,
     /// How many pairs of a path are made ahead of time, if they are not too many.
     pairs: usize,
-    /// Whose they are, and of how many samples.
-    tile: Option<((usize, usize), usize)>,
+    keeps_row: bool,
+    samples: usize,
+    /// Some squares of one row, in no order.
+    tiles: Vec<TileNumbers>,
+    /// The place among them of the one that has been prepared.
+    current: usize,
+}
+
+/// The random numbers of a square of cells.
+struct TileNumbers {
+    place: (usize, usize),
     /// Made when first asked for.
     groups: Vec<OnceCell<PreparedSequence>>,
 }
@@ -83,29 +92,56 @@ const MOST_PREPARED: usize = 1 << 20;
 impl CellNumbers {
     /// Of so many paths a sample that draw about so many pairs each; it may be less or more.
     pub(super) fn new(seed: u64, purpose: u64, paths: usize, pairs: usize) -> Self {
-        Self { seed, purpose, paths, pairs, tile: None, groups: vec![] }
+        Self { seed, purpose, paths, pairs, keeps_row: false, samples: 0, tiles: vec![], current: 0 }
+    }
+
+    /// The same for whom takes cells row by row: squares are kept until the rows have passed them.
+    pub(super) fn keeping_row(self) -> Self {
+        Self { keeps_row: true, ..self }
     }
 
     /// Begins those of a cell with so many samples.
     pub(super) fn prepare(&mut self, (i, j): (usize, usize), samples: usize) {
-        let tile = Some(((i / TILE, j / TILE), samples));
-        if self.tile != tile {
-            self.tile = tile;
-            self.groups.clear();
-            self.groups.resize_with(groups(samples), OnceCell::new);
+        let place = (i / TILE, j / TILE);
+        let is_of_row = |tile: &TileNumbers| tile.place.1 == place.1;
+        if !(self.samples == samples && self.tiles.first().is_some_and(is_of_row)) {
+            self.tiles.clear();
         }
+        self.samples = samples;
+        if self.tiles.get(self.current).is_some_and(|tile| tile.place == place) {
+            return;
+        }
+        let known = self.tiles.iter().position(|tile| tile.place == place);
+        self.current = known.unwrap_or_else(|| {
+            // Where not all are kept, it is the first ones: the oldest is the one that is asked for next.
+            self.tiles.truncate(self.most_kept() - 1);
+            let mut groups = vec![];
+            groups.resize_with(self::groups(samples), OnceCell::new);
+            self.tiles.push(TileNumbers { place, groups });
+            self.tiles.len() - 1
+        });
+    }
+
+    /// How many pairs of a path are made ahead of time.
+    fn depth(&self) -> usize {
+        self.pairs.min(MOST_PREPARED / (self.samples * self.paths))
+    }
+
+    /// How many squares are kept.
+    fn most_kept(&self) -> usize {
+        let pairs = self.samples * self.paths * self.depth();
+        if self.keeps_row { (MOST_PREPARED / pairs.max(1)).max(1) } else { 1 }
     }
 
     /// The group of a sample, and the numbers of one of its paths in the cell that has been prepared; of the only one they are its
     /// [`numbers`], bit for bit.
     pub(super) fn of(&self, sample: usize, path: usize) -> (usize, Draws<'_>) {
-        let &Self { seed, purpose, paths, pairs, tile, .. } = self;
-        let (tile, samples) = tile.expect("a cell has been prepared");
+        let &Self { seed, purpose, paths, samples, .. } = self;
+        let tile = self.tiles.get(self.current).expect("a cell has been prepared");
         let size = group_size(samples);
         let group = sample / size;
-        let prepared = self.groups[group].get_or_init(|| {
-            let depth = pairs.min(MOST_PREPARED / (samples * paths));
-            PreparedSequence::new(seed, &address(tile, group, purpose), size * paths, depth)
+        let prepared = tile.groups[group].get_or_init(|| {
+            PreparedSequence::new(seed, &address(tile.place, group, purpose), size * paths, self.depth())
         });
         (group, prepared.sample(sample % size * paths + path))
     }
@@ -116,6 +152,22 @@ mod tests {
     use rand::Rng as _;
 
     use super::*;
+
+    /// Whatever is kept, and however few: many samples leave room for two squares.
+    #[test]
+    fn kept_numbers_are_those_of_the_cell() {
+        let mut kept = CellNumbers::new(3, 1, 1, 2).keeping_row();
+        for samples in [3, MOST_PREPARED / 5, 3] {
+            for (i, j) in (0..3).flat_map(|j| (0..4).map(move |i| (i * TILE, j * TILE / 2))) {
+                kept.prepare((i, j), samples);
+                let (_, mut own) = kept.of(samples - 1, 0);
+                let mut expected = numbers(3, (i, j), samples - 1, samples, 1);
+                for _ in 0..3 {
+                    assert_eq!(own.pair(), expected.pair());
+                }
+            }
+        }
+    }
 
     /// Of means of independent numbers, whatever their number: as often as not a last group is smaller.
     #[test]

@@ -56,7 +56,7 @@ impl<'p> BlockSampler<'p> {
         seed: u64,
     ) -> Self {
         // The film point, and the numbers of bounces.
-        let numbers = CellNumbers::new(seed, PATH, 1, 1 + paths.pairs());
+        let numbers = CellNumbers::new(seed, PATH, 1, 1 + paths.pairs()).keeping_row();
         let wave = Wave::new(paths, tables);
         let (places, radiances) = (vec![], vec![]);
         let (instructions, camera) = (Instructions::detect(), CameraRays::default());

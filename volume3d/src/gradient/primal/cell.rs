@@ -22,7 +22,7 @@ pub(super) struct CellSampler<'p> {
 impl<'p> CellSampler<'p> {
     pub(super) fn new(paths: &'p Paths<'p>, film: &'p FilmPlane, samples: usize, seed: u64) -> Self {
         // The film point, the point of the lens, and those of bounces.
-        let numbers = CellNumbers::new(seed, PATH, 1, 2 + paths.pairs());
+        let numbers = CellNumbers::new(seed, PATH, 1, 2 + paths.pairs()).keeping_row();
         Self { paths, film, samples, numbers, hits: vec![] }
     }
 

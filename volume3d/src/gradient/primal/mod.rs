@@ -2,12 +2,14 @@
 
 mod block;
 mod cell;
+mod pool;
 mod splat;
 
 use glam::DVec3;
 
 use self::block::BlockSampler;
 use self::cell::CellSampler;
+use self::pool::{Pool, Taken};
 use super::Stopped;
 use super::driver::{CellSink, FilmSums, over_film};
 use super::film::FilmPlane;
@@ -62,15 +64,17 @@ fn rendering(
     let wanted = |i, j| film.cell_counts(i, j) && film.reaches(i, j, &wanted);
     let sums = match &tables {
         Some(tables) => {
-            let row = || BlockSampler::new(paths, tables, &film, samples, seed);
-            let cell = |sampler: &mut BlockSampler<'_>, at, sink: CellSink<'_, 3>| {
+            let samplers = Pool::new(|| BlockSampler::new(paths, tables, &film, samples, seed));
+            let row = || samplers.take();
+            let cell = |sampler: &mut Taken<'_, BlockSampler<'_>>, at, sink: CellSink<'_, 3>| {
                 sampler.sample(at, &wanted, sink);
             };
             over_film(&film, samples, progress, row, cell)?
         }
         None => {
-            let row = || CellSampler::new(paths, &film, samples, seed);
-            let cell = |sampler: &mut CellSampler<'_>, (i, j), sink: CellSink<'_, 3>| {
+            let samplers = Pool::new(|| CellSampler::new(paths, &film, samples, seed));
+            let row = || samplers.take();
+            let cell = |sampler: &mut Taken<'_, CellSampler<'_>>, (i, j), sink: CellSink<'_, 3>| {
                 if wanted(i, j) {
                     sampler.sample((i, j), sink);
                 }
