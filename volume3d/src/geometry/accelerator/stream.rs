@@ -5,10 +5,11 @@
 //! certain is decided by the filters of single rays, and the rest by the exact test.
 
 use super::Accelerator;
+use super::frame::FrameRay;
 use super::frame_rays::FrameRays;
 use super::sheaf::{Goal, Sheaf};
 use super::traverse::{BoxTest, PENDING, TriangleTest};
-use super::tree::{Link, Node};
+use super::tree::Link;
 use super::watertight::{PACKET, Shear};
 use crate::lanes::{Lanes, Task, WIDTH, next};
 
@@ -32,8 +33,9 @@ impl Shadows<'_> {
 /// Sheaves of a stream.
 pub(super) const SHEAVES: usize = 2;
 
-/// Rows of rays of a stream.
-const ROWS: usize = SHEAVES * PACKET / WIDTH;
+/// Rays of a stream, and rows of them.
+const RAYS: usize = SHEAVES * PACKET;
+const ROWS: usize = RAYS / WIDTH;
 
 /// With fewer rays than this, each goes alone.
 const FEWEST: u32 = 3;
@@ -86,16 +88,24 @@ impl Task for Start<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> Self::Output {
         let Self { accelerator, shadows, members } = self;
-        let mut rays = [FrameRays::NONE; SHEAVES];
+        let mut stream = Stream { accelerator, shadows, rays: [FrameRay::NONE; RAYS], occluded: 0 };
+        let mut side_by_side = FrameRays::NONE;
         let (mut alone, mut traced) = ([0; SHEAVES], 0);
         for at in 0..SHEAVES {
-            if members[at] != 0 {
-                rays[at].fill(&accelerator.frame, shadows[at].sheaf);
-                alone[at] = members[at] & !rays[at].finite;
-                traced |= (members[at] & rays[at].finite & rays[at].meeting) << (at * PACKET);
+            if members[at] == 0 {
+                continue;
+            }
+            let sheaf = shadows[at].sheaf;
+            side_by_side.fill(&accelerator.frame, sheaf);
+            alone[at] = members[at] & !side_by_side.finite;
+            let some = members[at] & side_by_side.finite & side_by_side.meeting;
+            traced |= some << (at * PACKET);
+            let mut left = some;
+            while left != 0 {
+                let ray = next(&mut left) % PACKET;
+                stream.rays[at * PACKET + ray] = side_by_side.ray(ray, sheaf.direction(ray));
             }
         }
-        let mut stream = Stream { accelerator, shadows, rays, occluded: 0 };
         let pending = accelerator.tree.pending;
         if pending <= PENDING {
             stream.descend(lanes, traced, &mut [Waiting::NONE; PENDING]);
@@ -114,7 +124,7 @@ impl Task for Start<'_> {
 struct Stream<'a> {
     accelerator: &'a Accelerator,
     shadows: &'a [Shadows<'a>; SHEAVES],
-    rays: [FrameRays; SHEAVES],
+    rays: [FrameRay; RAYS],
     /// The rays that hit something, as bits.
     occluded: u32,
 }
@@ -137,24 +147,24 @@ impl Stream<'_> {
                 continue;
             }
             let node = &tree.nodes[link.index()];
-            let mut entered = [0; ROWS];
-            let mut any = 0;
-            for (row, entered) in entered.iter_mut().enumerate() {
-                let mut rays = rays >> (row * WIDTH) & ((1 << WIDTH) - 1);
-                while rays != 0 {
-                    let lane = next(&mut rays) % WIDTH;
-                    let children = self.entered(lanes, node, row * WIDTH + lane);
-                    any |= children;
-                    *entered |= u64::from(children) << (WIDTH * lane);
-                }
+            // By ray, the children that it enters.
+            let mut entered = [[0_u8; WIDTH]; ROWS];
+            let (mut any, mut left) = (0, rays);
+            while left != 0 {
+                let place = next(&mut left) % RAYS;
+                let ray = &self.rays[place];
+                let (children, _) = BoxTest::new(lanes, ray).entered(node, ray.far);
+                any |= children;
+                entered[place / WIDTH][place % WIDTH] = children as u8;
             }
-            for entered in &mut entered {
-                *entered = transposed(*entered);
+            let mut by_child = [0; ROWS];
+            for (by_child, entered) in by_child.iter_mut().zip(&entered) {
+                *by_child = transposed(u64::from_le_bytes(*entered));
             }
             while any != 0 {
                 let child = next(&mut any) % WIDTH;
                 let mut rays = 0;
-                for (row, entering) in entered.iter().enumerate() {
+                for (row, entering) in by_child.iter().enumerate() {
                     rays |= u32::from((entering >> (WIDTH * child)) as u8) << (row * WIDTH);
                 }
                 let link = node.children[child];
@@ -163,14 +173,6 @@ impl Stream<'_> {
                 height += 1;
             }
         }
-    }
-
-    /// The children of a node that a ray enters, as bits.
-    #[inline(always)]
-    fn entered<L: Lanes>(&self, lanes: L, node: &Node, place: usize) -> u32 {
-        let (sheaf, at) = (place / PACKET % SHEAVES, place % PACKET);
-        let ray = self.rays[sheaf].ray(at, self.shadows[sheaf].sheaf.direction(at));
-        BoxTest::new(lanes, &ray).entered(node, ray.far).0
     }
 
     /// Takes note of the rays that hit a triangle of a leaf.
@@ -182,33 +184,43 @@ impl Stream<'_> {
         while rays != 0 {
             let bit = next(&mut rays);
             let (shadows, at) = (&self.shadows[bit / PACKET % SHEAVES], bit % PACKET);
-            let ray = self.rays[bit / PACKET % SHEAVES].ray(at, shadows.sheaf.direction(at));
-            let test = TriangleTest::new(lanes, &ray);
+            let ray = &self.rays[bit % RAYS];
+            let test = TriangleTest::new(lanes, ray);
             let filtered = test.filtered(leaf, ray.far);
-            let mut candidates = filtered.candidates & link.mask();
-            if candidates == 0 {
-                continue;
-            }
-            let certain = test.certain(&filtered);
-            while candidates != 0 {
-                let lane = next(&mut candidates);
-                let triangle = triangles[lane];
-                let counts = shadows.sheaf.from[at] != triangle && shadows.target() != Some(triangle);
-                if counts && (certain >> lane & 1 == 1 || self.crosses(shadows.sheaf, at, link, lane)) {
-                    self.occluded |= 1 << bit;
-                    break;
-                }
+            // Most candidates are the triangle that a ray leaves: taken out before anything branches on them.
+            let left_out = [shadows.sheaf.from[at], shadows.target().unwrap_or(u32::MAX)];
+            let candidates = filtered.candidates & link.mask() & but(lanes, triangles, left_out);
+            if candidates != 0 {
+                let certain = test.certain(&filtered) & candidates;
+                let hit = certain != 0 || self.crosses(shadows.sheaf, at, link, candidates);
+                self.occluded |= u32::from(hit) << bit;
             }
         }
     }
 
-    /// The exact test of a ray with a triangle of a leaf.
+    /// The exact test of a ray with some triangles of a leaf: whether it hits one of them.
     #[inline(always)]
-    fn crosses(&self, sheaf: &Sheaf, at: usize, leaf: Link, lane: usize) -> bool {
+    fn crosses(&self, sheaf: &Sheaf, at: usize, leaf: Link, mut lanes: u32) -> bool {
         let Some(shear) = Shear::new(sheaf.origin(at), sheaf.direction(at)) else { return false };
-        let crossing = shear.intersect(self.accelerator.tree.corners(leaf, lane));
-        crossing.is_some_and(|crossing| sheaf.near < crossing.distance && crossing.distance < sheaf.far[at])
+        while lanes != 0 {
+            let corners = self.accelerator.tree.corners(leaf, next(&mut lanes));
+            let within = |x: f64| sheaf.near < x && x < sheaf.far[at];
+            if shear.intersect(corners).is_some_and(|crossing| within(crossing.distance)) {
+                return true;
+            }
+        }
+        false
     }
+}
+
+/// All triangles but two, as bits. Without branches: the lanes are compared side by side.
+#[inline(always)]
+fn but<L: Lanes>(lanes: L, triangles: &[u32; WIDTH], [a, b]: [u32; 2]) -> u32 {
+    let mut others = [0.0; WIDTH];
+    for (other, &triangle) in others.iter_mut().zip(triangles) {
+        *other = if (triangle == a) | (triangle == b) { 0.0 } else { 1.0 };
+    }
+    lanes.less_equal(lanes.splat(1.0), lanes.load(&others))
 }
 
 /// Bit j of byte i becomes bit i of byte j.
