@@ -5,7 +5,7 @@ use std::arch::x86_64::{__m256, __m256d, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0};
 use pulp::NullaryFnOnce;
 use pulp::x86::V3;
 
-use super::{Half, Lanes, Row, Steps, Task};
+use super::{Half, Lanes, Row, Steps, Task, WIDTH};
 
 /// A task whose code is generated for AVX2.
 pub(super) struct Vectorized<T>(pub(super) V3, pub(super) T);
@@ -97,6 +97,19 @@ impl Lanes for V3 {
     fn less_equal(self, a: __m256, b: __m256) -> u32 {
         self.avx._mm256_movemask_ps(self.avx._mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) as u32
     }
+
+    #[inline(always)]
+    fn by_bit(self, bytes: &[u8; 4 * WIDTH]) -> [u32; WIDTH] {
+        let mut bytes = pulp::cast(*bytes);
+        let mut numbers = [0; WIDTH];
+        // The highest bit of each byte, and then the next one.
+        for number in numbers.iter_mut().rev() {
+            *number = self.avx2._mm256_movemask_epi8(bytes) as u32;
+            bytes = self.avx2._mm256_add_epi8(bytes, bytes);
+        }
+        numbers
+    }
+
     #[inline(always)]
     fn splat_double(self, value: f64) -> __m256d {
         self.avx._mm256_set1_pd(value)

@@ -55,6 +55,8 @@ pub(crate) trait Lanes: Copy {
     fn sqrt(self, a: Self::Float) -> Self::Float;
     fn less_equal(self, a: Self::Float, b: Self::Float) -> u32;
 
+    /// By bit, the bytes in which it is set: bit j of byte i becomes bit i of number j.
+    fn by_bit(self, bytes: &[u8; 4 * WIDTH]) -> [u32; WIDTH];
     fn splat_double(self, value: f64) -> Self::Double;
     fn load_double(self, half: &Half) -> Self::Double;
     fn store_double(self, a: Self::Double) -> Half;
@@ -126,4 +128,33 @@ pub(crate) fn next(mask: &mut u32) -> usize {
     let lane = mask.trailing_zeros() as usize;
     *mask &= *mask - 1;
     lane
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct ByBit<'a>(&'a [u8; 4 * WIDTH]);
+
+    impl Task for ByBit<'_> {
+        type Output = [u32; WIDTH];
+
+        fn run<L: Lanes>(self, lanes: L) -> [u32; WIDTH] {
+            lanes.by_bit(self.0)
+        }
+    }
+
+    #[test]
+    fn every_bit_finds_its_place() {
+        let mut all = vec![Instructions::Portable, Instructions::detect()];
+        #[cfg(target_arch = "x86_64")]
+        all.extend(V1::try_new().map(Instructions::Sse2));
+        for (i, j) in (0..4 * WIDTH).flat_map(|i| (0..WIDTH).map(move |j| (i, j))) {
+            let (mut bytes, mut expected) = ([0; 4 * WIDTH], [0; WIDTH]);
+            (bytes[i], expected[j]) = (1 << j, 1 << i);
+            for instructions in &all {
+                assert_eq!(instructions.run(ByBit(&bytes)), expected, "{instructions:?}");
+            }
+        }
+    }
 }

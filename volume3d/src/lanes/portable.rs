@@ -2,7 +2,7 @@
 
 use std::array::from_fn;
 
-use super::{Half, Lanes, Row, Steps};
+use super::{Half, Lanes, Row, Steps, WIDTH};
 
 #[derive(Clone, Copy)]
 pub(super) struct Portable;
@@ -85,6 +85,18 @@ impl Lanes for Portable {
     fn less_equal(self, a: Row, b: Row) -> u32 {
         (0..8).map(|i| u32::from(a[i] <= b[i]) << i).sum()
     }
+
+    #[inline(always)]
+    fn by_bit(self, bytes: &[u8; 4 * WIDTH]) -> [u32; WIDTH] {
+        let mut numbers = [0; WIDTH];
+        for (j, number) in numbers.iter_mut().enumerate() {
+            for (i, byte) in bytes.iter().enumerate() {
+                *number |= u32::from(byte >> j & 1) << i;
+            }
+        }
+        numbers
+    }
+
     #[inline(always)]
     fn splat_double(self, value: f64) -> Half {
         [value; 4]

@@ -1,10 +1,10 @@
 //! Eight lanes in two 128-bit registers: what every x86-64 machine has.
 
-use std::arch::x86_64::{__m128, __m128d, _MM_HINT_T0};
+use std::arch::x86_64::{__m128, __m128d, __m128i, _MM_HINT_T0};
 
 use pulp::x86::V1;
 
-use super::{Half, Lanes, Row, Steps};
+use super::{Half, Lanes, Row, Steps, WIDTH};
 
 /// The low four lanes and the high four.
 type Pair = [__m128; 2];
@@ -97,6 +97,21 @@ impl Lanes for V1 {
         let high = self.sse._mm_movemask_ps(self.sse._mm_cmple_ps(a[1], b[1])) as u32;
         low | high << 4
     }
+
+    #[inline(always)]
+    fn by_bit(self, bytes: &[u8; 4 * WIDTH]) -> [u32; WIDTH] {
+        let [mut low, mut high]: [__m128i; 2] = pulp::cast(*bytes);
+        let mut numbers = [0; WIDTH];
+        // The highest bit of each byte, and then the next one.
+        for number in numbers.iter_mut().rev() {
+            let [a, b] = [self.sse2._mm_movemask_epi8(low), self.sse2._mm_movemask_epi8(high)];
+            *number = (a | b << 16) as u32;
+            low = self.sse2._mm_add_epi8(low, low);
+            high = self.sse2._mm_add_epi8(high, high);
+        }
+        numbers
+    }
+
     #[inline(always)]
     fn splat_double(self, value: f64) -> PairDouble {
         [self.sse2._mm_set1_pd(value); 2]

@@ -33,9 +33,8 @@ impl Shadows<'_> {
 /// Sheaves of a stream.
 pub(super) const SHEAVES: usize = 2;
 
-/// Rays of a stream, and rows of them.
+/// Rays of a stream.
 const RAYS: usize = SHEAVES * PACKET;
-const ROWS: usize = RAYS / WIDTH;
 
 /// With fewer rays than this, each goes alone.
 const FEWEST: u32 = 3;
@@ -148,28 +147,21 @@ impl Stream<'_> {
             }
             let node = &tree.nodes[link.index()];
             // By ray, the children that it enters.
-            let mut entered = [[0_u8; WIDTH]; ROWS];
+            let mut entered = [0; RAYS];
             let (mut any, mut left) = (0, rays);
             while left != 0 {
                 let place = next(&mut left) % RAYS;
                 let ray = &self.rays[place];
                 let (children, _) = BoxTest::new(lanes, ray).entered(node, ray.far);
                 any |= children;
-                entered[place / WIDTH][place % WIDTH] = children as u8;
+                entered[place] = children as u8;
             }
-            let mut by_child = [0; ROWS];
-            for (by_child, entered) in by_child.iter_mut().zip(&entered) {
-                *by_child = transposed(u64::from_le_bytes(*entered));
-            }
+            let by_child = lanes.by_bit(&entered);
             while any != 0 {
                 let child = next(&mut any) % WIDTH;
-                let mut rays = 0;
-                for (row, entering) in by_child.iter().enumerate() {
-                    rays |= u32::from((entering >> (WIDTH * child)) as u8) << (row * WIDTH);
-                }
                 let link = node.children[child];
                 tree.prefetch(lanes, link);
-                waiting[height] = Waiting { link, rays };
+                waiting[height] = Waiting { link, rays: by_child[child] };
                 height += 1;
             }
         }
@@ -221,31 +213,4 @@ fn but<L: Lanes>(lanes: L, triangles: &[u32; WIDTH], [a, b]: [u32; 2]) -> u32 {
         *other = if (triangle == a) | (triangle == b) { 0.0 } else { 1.0 };
     }
     lanes.less_equal(lanes.splat(1.0), lanes.load(&others))
-}
-
-/// Bit j of byte i becomes bit i of byte j.
-#[inline(always)]
-const fn transposed(bits: u64) -> u64 {
-    let bits = exchanged(bits, 0x00AA_00AA_00AA_00AA, 7);
-    let bits = exchanged(bits, 0x0000_CCCC_0000_CCCC, 14);
-    exchanged(bits, 0x0000_0000_F0F0_F0F0, 28)
-}
-
-/// Exchanges the bits of a mask with those so many places above them.
-#[inline(always)]
-const fn exchanged(bits: u64, mask: u64, shift: u32) -> u64 {
-    let differing = (bits ^ bits >> shift) & mask;
-    bits ^ differing ^ differing << shift
-}
-
-#[cfg(test)]
-mod tests {
-    use super::transposed;
-
-    #[test]
-    fn every_bit_finds_its_place() {
-        for (i, j) in (0..8).flat_map(|i| (0..8).map(move |j| (i, j))) {
-            assert_eq!(transposed(1 << (8 * i + j)), 1 << (8 * j + i));
-        }
-    }
 }
