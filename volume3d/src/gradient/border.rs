@@ -21,13 +21,14 @@ pub(super) fn border<C: Differential>(
     kernel: impl FnOnce() -> Kernel,
 ) -> Option<BorderSample<C::Number>> {
     let scene = paths.scene;
-    let border = paths.lights.border_point(scene, shape, open01(calculus.rng()?))?;
-    let ends = border.ends.map(|i| calculus.position(i));
+    let xi = open01(calculus.rng()?);
+    let ends = paths.lights.border_ends(scene, shape, xi)?.map(|i| calculus.position(i));
     let moves = |p: Vec3<C::Number>| [p.x, p.y, p.z].iter().any(|x| !x.is_still());
     let moves = moves(origin) || ends.into_iter().any(moves);
     if !moves && !calculus.warps_light() {
         return None;
     }
+    let border = paths.lights.border_point(scene, shape, xi)?;
     let kernel = kernel();
     let x = origin.value();
     let way = border.place - x;

@@ -49,8 +49,8 @@ pub(super) struct CellSink<'a, const K: usize> {
     pub(super) non_finite: &'a mut Vec<NonFinite>,
     /// Auxiliary rays of the row.
     pub(super) rays: &'a mut u64,
-    /// What the samples of the cell took, in rays.
-    pub(super) work: &'a mut f64,
+    /// What the samples of each cell of the row took, in rays.
+    pub(super) work: &'a mut [f64],
     largest: &'a mut Option<Contribution>,
     progress: &'a Progress,
 }
@@ -89,7 +89,7 @@ pub(super) fn over_film<const K: usize, W>(
         let (mut worker, mut row_sums) = (begin(), RowSums::new(film, samples));
         let (mut non_finite, mut lost, mut largest, mut rays) = (vec![], vec![], None, 0);
         let mut work = vec![0.0; columns];
-        for (i, work) in work.iter_mut().enumerate() {
+        for i in 0..columns {
             if progress.stopped() {
                 break;
             }
@@ -97,7 +97,7 @@ pub(super) fn over_film<const K: usize, W>(
                 row_sums: &mut row_sums,
                 non_finite: &mut non_finite,
                 rays: &mut rays,
-                work,
+                work: &mut work,
                 largest: &mut largest,
                 progress,
             };

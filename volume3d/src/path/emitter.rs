@@ -42,8 +42,7 @@ pub(super) struct Border {
 /// A point on the border of a flat emitter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BorderPoint {
-    /// The ends of the edge, and the part of the way from the first to the second.
-    pub(crate) ends: [u32; 2],
+    /// The part of the way from the first end of the edge to the second.
     pub(crate) along: f64,
     /// Points of the edge and a point inside.
     pub(crate) place: DVec3,
@@ -156,11 +155,24 @@ impl Border {
         Some(Self { normal, offset, edges, cumulative })
     }
 
-    /// A point, uniform in length.
-    pub(super) fn point(&self, scene: &Scene, xi: f64) -> Option<BorderPoint> {
+    /// How long all of it is, how far along a point is, and the edge on which that is.
+    fn place(&self, xi: f64) -> Option<(f64, f64, usize)> {
         let whole = *self.cumulative.last()?;
         let target = xi * whole;
         let i = self.cumulative.partition_point(|&c| c <= target).min(self.edges.len() - 1);
+        Some((whole, target, i))
+    }
+
+    /// The ends of the edge on which a point is.
+    pub(super) fn ends(&self, scene: &Scene, xi: f64) -> Option<[u32; 2]> {
+        let (.., i) = self.place(xi)?;
+        let [a, b, _] = corners_from(scene, self.edges[i]);
+        Some([a, b])
+    }
+
+    /// A point, uniform in length.
+    pub(super) fn point(&self, scene: &Scene, xi: f64) -> Option<BorderPoint> {
+        let (whole, target, i) = self.place(xi)?;
         let side = self.edges[i];
         let [a, b, c] = corners_from(scene, side);
         let [p, q, inside] = [a, b, c].map(|k| scene.positions[k as usize]);
@@ -168,8 +180,8 @@ impl Border {
         let edge = (q - p).try_normalize()?;
         let mut weights = [1.0 - along, along, 0.0];
         weights.rotate_right(side.corner as usize);
-        let (ends, place, triangle) = ([a, b], p + along * (q - p), side.triangle);
-        Some(BorderPoint { ends, along, place, edge, inside, triangle, weights, whole })
+        let (place, triangle) = (p + along * (q - p), side.triangle);
+        Some(BorderPoint { along, place, edge, inside, triangle, weights, whole })
     }
 }
 

@@ -284,6 +284,11 @@ impl Lights {
         matches!(self.entries.as_slice(), [Entry { id: LightId::Shape(only), .. }] if *only == shape)
     }
 
+    /// The ends of the edge on which [`border_point`](Self::border_point) is.
+    pub(crate) fn border_ends(&self, scene: &Scene, shape: u32, xi: f64) -> Option<[u32; 2]> {
+        self.area(shape)?.border.as_ref()?.ends(scene, xi)
+    }
+
     /// A point on the border of a flat emitter, uniform in length; nothing for others.
     pub(crate) fn border_point(&self, scene: &Scene, shape: u32, xi: f64) -> Option<BorderPoint> {
         self.area(shape)?.border.as_ref()?.point(scene, xi)

@@ -3,14 +3,15 @@
 use flatland::calculus::Dual;
 use glam::DVec3;
 
-use super::job::{Job, PathNumbers, Place};
+use super::job::{EdgeSample, Job, PathNumbers, Place, SPLITTING, Sample};
+use super::others::Others;
 use crate::gradient::auxiliary::{Auxiliary, work};
 use crate::gradient::driver::{CellSink, finish, over_film, quantities};
 use crate::gradient::forward::Forward;
-use crate::gradient::groups::group;
+use crate::gradient::groups::{TILE, group};
 use crate::gradient::motion::Motion;
 use crate::gradient::{GradientImage, Progress, Stopped};
-use crate::path::Frame;
+use crate::path::{Frame, WaveTables};
 
 /// What one sample adds: the row of the neighbourhood, the column, and the quantities.
 type Added<const K: usize> = (usize, usize, [f64; K]);
@@ -19,8 +20,21 @@ type Added<const K: usize> = (usize, usize, [f64; K]);
 struct Worker<'s, const N: usize, const K: usize> {
     calculus: Forward<'s, N>,
     numbers: PathNumbers,
+    /// Where paths may go side by side.
+    others: Option<Others<'s>>,
+    /// Samples that have not been added yet, in their order.
+    kept: Vec<(Place, Kept<N>)>,
     added: Vec<Added<K>>,
 }
+
+/// A sample of a cell, or of an edge of one.
+enum Kept<const N: usize> {
+    Cell(Sample<Dual<N>>),
+    Edge(EdgeSample<Dual<N>>),
+}
+
+/// No more samples than this are kept: half a megabyte to one.
+const MOST_KEPT: usize = 1 << 12;
 
 impl Job<'_> {
     /// The derivative of every pixel, but for the boundary terms that go with the warp.
@@ -30,29 +44,39 @@ impl Job<'_> {
         progress: &Progress,
     ) -> Result<GradientImage, Stopped> {
         let (scene, film) = (self.paths.scene, self.film);
+        let splits = self.method.warps && motion.change.is_geometric() && !film.has_lens();
+        let tables = if splits { WaveTables::new(&self.paths) } else { None };
         let done = |worker: &Worker<'_, N, K>| work(worker.calculus.auxiliary.as_ref());
         let begin = || {
             let auxiliary = self.auxiliary(&motion.bounds);
             let calculus = Forward::<N> { scene, motion, auxiliary };
-            Worker { calculus, numbers: self.path_numbers(), added: vec![] }
+            let others = tables.as_ref().map(|tables| Others::new(&self.paths, tables));
+            Worker { calculus, numbers: self.path_numbers(), others, kept: vec![], added: vec![] }
         };
         let cell = |worker: &mut Worker<'_, N, K>, (i, j), mut sink: CellSink<'_, K>| {
             let frame = film.moving_frame(&worker.calculus);
             worker.numbers.prepare((i, j), self.samples((i, j)));
-            let before = done(worker);
             for sample in 0..self.samples((i, j)) {
                 if sink.stopped() {
                     return;
                 }
-                let place = (i, j, sample);
+                let (place, before) = ((i, j, sample), done(worker));
                 if film.cell_counts(i, j) {
-                    self.add_sample(worker, &frame, place, &mut sink);
+                    self.take_sample(worker, &frame, place);
                 }
                 if self.has_edges() {
-                    self.add_edge(worker, place, &mut sink);
+                    let edge = self.edge_sample(&mut worker.calculus, place);
+                    worker.kept.extend(edge.map(|edge| (place, Kept::Edge(edge))));
+                }
+                sink.work[i] += done(worker) - before;
+                if worker.kept.len() >= MOST_KEPT {
+                    self.add_kept(worker, &mut sink);
                 }
             }
-            *sink.work = done(worker) - before;
+            let (columns, _) = film.cells();
+            if worker.others.is_none() || (i + 1).is_multiple_of(TILE) || i + 1 == columns {
+                self.add_kept(worker, &mut sink);
+            }
             *sink.rays = worker.calculus.auxiliary.as_ref().map_or(0, Auxiliary::rays);
         };
         let mut sums = over_film(&film, self.counted(), progress, begin, cell)?;
@@ -64,47 +88,62 @@ impl Job<'_> {
         Ok(finish::<N, K>(&film, sums, self.counted()))
     }
 
-    fn add_sample<const N: usize, const K: usize>(
+    /// Keeps a sample of a cell, of which other paths may be followed later.
+    fn take_sample<const N: usize, const K: usize>(
         &self,
         worker: &mut Worker<'_, N, K>,
         frame: &Frame<Dual<N>>,
         place: Place,
-        sink: &mut CellSink<'_, K>,
     ) {
-        let sample = self.sample(&mut worker.calculus, frame, place, &mut worker.numbers);
-        self.for_each_pixel(place, &sample, |[b, x, _], value, integrand| {
-            worker.added.push((b, x, quantities(value, integrand.map(|l| l.tangent))));
-        });
-        self.keep(worker, place, sink);
+        let Worker { calculus, numbers, others, kept, .. } = worker;
+        let (mut sample, split) = self.first_path(calculus, frame, place, numbers);
+        match (split, others) {
+            (None, _) => {}
+            (Some((_, direction, hit)), Some(others)) => {
+                others.wait(kept.len(), place, self.samples((place.0, place.1)), (direction, hit));
+            }
+            (Some(ray), None) => self.add_others(&mut sample, ray, place, numbers),
+        }
+        kept.push((place, Kept::Cell(sample)));
     }
 
-    fn add_edge<const N: usize, const K: usize>(
+    /// Adds all samples that have been kept.
+    fn add_kept<const N: usize, const K: usize>(
         &self,
         worker: &mut Worker<'_, N, K>,
-        place: Place,
         sink: &mut CellSink<'_, K>,
     ) {
-        if let Some(sample) = self.edge_sample(&mut worker.calculus, place) {
-            self.for_each_side(place, &sample, |[b, x, _], light| {
-                let moved = light.to_array().map(|l| (sample.across * l).tangent);
-                worker.added.push((b, x, quantities(DVec3::ZERO, moved)));
+        let Worker { numbers, others, kept, added, .. } = worker;
+        if let Some(others) = others {
+            others.follow(&mut numbers.others, |index, light, column, traced| {
+                if let (_, Kept::Cell(sample)) = &mut kept[index] {
+                    sample.add_others(light, SPLITTING);
+                }
+                sink.work[column] += traced as f64;
             });
-            self.keep(worker, place, sink);
+        }
+        for (place, kept) in kept.drain(..) {
+            match kept {
+                Kept::Cell(sample) => self.for_each_pixel(place, &sample, |[b, x, _], value, integrand| {
+                    added.push((b, x, quantities(value, integrand.map(|l| l.tangent))));
+                }),
+                Kept::Edge(sample) => self.for_each_side(place, &sample, |[b, x, _], light| {
+                    let moved = light.to_array().map(|l| (sample.across * l).tangent);
+                    added.push((b, x, quantities(DVec3::ZERO, moved)));
+                }),
+            }
+            self.add(added, place, sink);
+            added.clear();
         }
     }
 
     /// Adds what a sample has found, if all of it is finite.
-    fn keep<const N: usize, const K: usize>(
-        &self,
-        worker: &mut Worker<'_, N, K>,
-        (i, j, sample): Place,
-        sink: &mut CellSink<'_, K>,
-    ) {
+    fn add<const K: usize>(&self, added: &mut [Added<K>], (i, j, sample): Place, sink: &mut CellSink<'_, K>) {
         let at = self.film.located(i, j, sample);
-        if worker.added.iter().all(|(.., q)| q.iter().all(|q| q.is_finite())) {
+        if added.iter().all(|(.., q)| q.iter().all(|q| q.is_finite())) {
             let (mut amount, samples) = (0.0, self.samples((i, j)));
             let (group, counts) = (group(sample, samples), self.counted() as f64 / samples as f64);
-            for (b, x, q) in &mut worker.added {
+            for (b, x, q) in added {
                 q.iter_mut().for_each(|q| *q *= counts);
                 amount += q[3..6].iter().map(|d| d.abs()).sum::<f64>();
                 sink.row_sums.add(group, *b, *x, q);
@@ -113,6 +152,5 @@ impl Job<'_> {
         } else {
             sink.non_finite.push(at);
         }
-        worker.added.clear();
     }
 }

@@ -35,7 +35,7 @@ pub(super) struct Job<'s> {
 /// Relative variance × processor seconds with 1, 4, 8 and 16 of them (forward, 8 samples a pixel, tent filter, one thread):
 /// .077, .054, .052, .060 for a sphere that moves over a plane; .22, .20, .22, .25 for 20 thin prisms that turn; .58, .44,
 /// .45, .45 for a block in a closed box with four bounces; 1.14, 1.07, 1.10, 1.32 for 2,000 leaves that turn.
-const SPLITTING: usize = 8;
+pub(super) const SPLITTING: usize = 8;
 
 /// As many where the camera sees an implicit surface, at which paths take longer: variance × seconds with 1, 2, 4 and 8 were 807, 788, 859 and
 /// 986 for a bunny's 64-cell grid before a constant sky.
@@ -49,7 +49,7 @@ pub(super) struct PathNumbers {
     /// Of the path that carries derivatives.
     first: CellNumbers,
     /// Of those that do not, and of as many as there are where an implicit surface is seen.
-    others: CellNumbers,
+    pub(super) others: CellNumbers,
     others_at_implicit: CellNumbers,
     rays: CameraRays,
 }
@@ -70,6 +70,16 @@ pub(super) struct Sample<T> {
     radiance: Rgb<T>,
     /// The mean of what all paths find.
     mean_radiance: DVec3,
+}
+
+/// A ray of the camera as it stands: its origin, its direction and what it hits.
+pub(super) type Ray = (DVec3, DVec3, Option<Hit>);
+
+impl<T: Number> Sample<T> {
+    /// Adds what all paths find but the one which carries derivatives.
+    pub(super) fn add_others(&mut self, light: DVec3, count: usize) {
+        self.mean_radiance = (self.radiance.value() + light) / count as f64;
+    }
 }
 
 /// A sample of an edge of box pixels: light, and a number whose derivative is V·ν.
@@ -123,8 +133,7 @@ impl Job<'_> {
         self.film.is_box() && self.method.warps
     }
 
-    /// One sample of a cell, with the numbers of that cell. A lens is looked through at a point of its own, at which the camera has another
-    /// frame.
+    /// One sample of a cell, with the numbers of that cell.
     pub(super) fn sample<C: Differential>(
         &self,
         calculus: &mut C,
@@ -132,6 +141,22 @@ impl Job<'_> {
         place: Place,
         path_numbers: &mut PathNumbers,
     ) -> Sample<C::Number> {
+        let (mut sample, split) = self.first_path(calculus, frame, place, path_numbers);
+        if let Some(ray) = split {
+            self.add_others(&mut sample, ray, place, path_numbers);
+        }
+        sample
+    }
+
+    /// The same with the one path that carries derivatives, and the ray of the others that are to follow, if there are others. A lens is looked
+    /// through at a point of its own, at which the camera has another frame.
+    pub(super) fn first_path<C: Differential>(
+        &self,
+        calculus: &mut C,
+        frame: &Frame<C::Number>,
+        place: Place,
+        path_numbers: &mut PathNumbers,
+    ) -> (Sample<C::Number>, Option<Ray>) {
         let (i, j, sample) = place;
         if let Some(rng) = calculus.rng() {
             *rng = self.stream(place, AUXILIARY);
@@ -150,11 +175,9 @@ impl Job<'_> {
         let point = calculus.film_warp(&film, u, hit.map(|h| h.surface));
         let direction = film.direction(&frame, point.at);
         let radiance = self.paths.radiance(calculus, frame.origin, direction, hit, 1, &mut numbers);
-        let value = radiance.value();
         let warped = [point.at[0], point.at[1], point.jacobian].iter().any(|x| !x.is_still());
-        let mean_radiance =
-            if warped { self.mean_radiance(value, (origin, ray, hit), sample, path_numbers) } else { value };
-        Sample { point, radiance, mean_radiance }
+        let mean_radiance = radiance.value();
+        (Sample { point, radiance, mean_radiance }, warped.then_some((origin, ray, hit)))
     }
 
     /// Calls with every pixel in which a sample has a weight, or may get one, as [`FilmPlane::for_each_weight`] does, with h L of one path
@@ -264,33 +287,27 @@ impl Job<'_> {
         !self.film.has_lens() && self.paths.scene.description.implicits.is_empty()
     }
 
-    /// The still ray through a film point: its origin, its direction and what it hits.
-    fn look<C: Differential>(
-        &self,
-        calculus: &mut C,
-        film: &FilmPlane,
-        u: DVec2,
-    ) -> (DVec3, DVec3, Option<Hit>) {
+    /// The still ray through a film point.
+    fn look<C: Differential>(&self, calculus: &mut C, film: &FilmPlane, u: DVec2) -> Ray {
         let (origin, ray) = (film.still.origin.value(), film.ray(u));
         (origin, ray, calculus.look(self.paths.scene, origin, ray))
     }
 
-    /// The mean of all paths along a ray to a hit, of which one has found `first`.
+    /// Follows the other paths along the ray of a sample.
     ///
     /// The noise of the light in a point is a large part of that of (h ∇·V + V·∇h) L, and costs little to lower.
-    fn mean_radiance(
+    pub(super) fn add_others<T: Number>(
         &self,
-        first: DVec3,
-        (origin, ray, hit): (DVec3, DVec3, Option<Hit>),
-        sample: usize,
+        sample: &mut Sample<T>,
+        (origin, ray, hit): Ray,
+        (.., number): Place,
         path_numbers: &PathNumbers,
-    ) -> DVec3 {
+    ) {
         let (count, others) = match hit.map(|h| h.surface) {
             Some(Surface::Implicit(_)) => (SPLITTING_AT_IMPLICIT, &path_numbers.others_at_implicit),
             _ => (SPLITTING, &path_numbers.others),
         };
-        let numbers = (1..count).map(|other| others.of(sample, other - 1).1);
-        let light = self.paths.still_radiances(origin, ray, hit, numbers);
-        (first + light) / count as f64
+        let numbers = (1..count).map(|other| others.of(number, other - 1).1);
+        sample.add_others(self.paths.still_radiances(origin, ray, hit, numbers), count);
     }
 }

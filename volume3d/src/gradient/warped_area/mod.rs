@@ -9,6 +9,7 @@ mod camera_rays;
 mod field;
 mod forward;
 mod job;
+mod others;
 mod reverse;
 mod shadows;
 

@@ -8,51 +8,24 @@
 mod emitted;
 mod faces;
 mod row;
+mod tables;
 
 use flatland::calculus::{Rgb, Vec3};
 use glam::DVec3;
 
 use self::faces::{Face, Faces, Finish, smooth_normal};
 use self::row::{Arrival, Lamp, Shade, Vectors, Vertices, lanes_where};
+pub(crate) use self::tables::WaveTables;
 use super::bsdf::diffuse;
 use super::integrator::{Paths, Scattered};
 use super::plain::Plain;
 use super::sequence::Draws;
 use crate::geometry::{Goal, Shadows, Sheaf};
-use crate::lanes::{Instructions, WIDTH, next};
-use crate::scene::{Environment, Hit, Surface};
+use crate::lanes::{WIDTH, next};
+use crate::scene::{Hit, Surface, traced_by_this_thread};
 
 /// Rows of lanes in a wave.
 const ROWS: usize = Sheaf::MOST / WIDTH;
-
-/// What waves look up, made once for all of them.
-#[derive(Clone, Debug)]
-pub(crate) struct WaveTables {
-    faces: Faces,
-    /// Of an environment that is the same in all directions, and what a camera ray sees of it.
-    environment: Option<DVec3>,
-    instructions: Instructions,
-}
-
-impl WaveTables {
-    /// Of a scene whose paths may go side by side: in empty space, between meshes, and lit by shapes and by a constant
-    /// environment alone.
-    pub(crate) fn new(paths: &Paths<'_>) -> Option<Self> {
-        let description = &paths.scene.description;
-        let environment = match &description.environment {
-            None => None,
-            Some(Environment::Constant { radiance, .. }) => Some(*radiance),
-            Some(Environment::Map { .. }) => return None,
-        };
-        let is_plain = description.media.is_empty()
-            && description.implicits.is_empty()
-            && description.lights.is_empty()
-            && description.shapes.iter().all(|s| s.radiance.is_none() || s.radiance_texture.is_none());
-        let faces = is_plain.then(|| Faces::new(paths.scene))?;
-        let any = faces.finishes.iter().any(|finish| matches!(finish, Finish::Matt { .. }));
-        any.then(|| Self { faces, environment, instructions: Instructions::detect() })
-    }
-}
 
 /// The state of eight paths.
 #[derive(Clone, Copy, Debug)]
@@ -111,6 +84,8 @@ pub(crate) struct Wave<'p> {
     onwards: Sheaf,
     /// How far the light is.
     distances: [f64; Sheaf::MOST],
+    /// Rays that each path has traced.
+    traced: [u64; Sheaf::MOST],
 }
 
 impl<'p> Wave<'p> {
@@ -120,7 +95,19 @@ impl<'p> Wave<'p> {
     pub(crate) fn new(paths: &'p Paths<'p>, tables: &'p WaveTables) -> Self {
         let sheaf = Sheaf { near: paths.scene.rounding(), ..Sheaf::EMPTY };
         let rows = Box::new([Row::EMPTY; ROWS]);
-        Self { paths, tables, rows, towards: sheaf, onwards: sheaf, distances: [0.0; Sheaf::MOST] }
+        let (distances, traced) = ([0.0; Sheaf::MOST], [0; Sheaf::MOST]);
+        Self { paths, tables, rows, towards: sheaf, onwards: sheaf, distances, traced }
+    }
+
+    /// How many rays each of the last paths has traced, that of the camera not among them.
+    pub(crate) fn traced(&self) -> &[u64] {
+        &self.traced
+    }
+
+    fn count_traced(&mut self, members: u32) {
+        for (at, traced) in self.traced.iter_mut().enumerate() {
+            *traced += u64::from(members >> at & 1);
+        }
     }
 
     /// What [`Paths::still_radiance`] is of rays of the camera, which have one origin, with the same random numbers.
@@ -161,6 +148,7 @@ impl<'p> Wave<'p> {
     fn begin(&mut self, origin: DVec3, rays: impl Iterator<Item = (DVec3, Option<Hit>)>) {
         let scene = self.paths.scene;
         let hides = scene.description.hide_emitters;
+        self.traced = [0; Self::MOST];
         for row in self.rows.iter_mut() {
             row.active = 0;
         }
@@ -200,8 +188,8 @@ impl<'p> Wave<'p> {
     }
 
     /// Follows paths alone from where they are.
-    fn leave(&mut self, row: usize, mut lanes: u32, shared: &Shared<'_>) {
-        let row = &mut self.rows[row];
+    fn leave(&mut self, at: usize, mut lanes: u32, shared: &Shared<'_>) {
+        let row = &mut self.rows[at];
         row.active &= !lanes;
         while lanes != 0 {
             let lane = next(&mut lanes);
@@ -211,7 +199,9 @@ impl<'p> Wave<'p> {
             let path = Scattered::underway(origin, direction, throughput, row.hits[lane]);
             let mut total = Rgb(row.total.at(lane));
             let calculus = &mut Plain { scene: self.paths.scene };
+            let before = traced_by_this_thread();
             self.paths.follow(calculus, path, shared.depth, &mut total, &mut shared.draws.clone());
+            self.traced[at * WIDTH + lane] += traced_by_this_thread() - before;
             row.total.set(lane, total.0);
         }
     }
@@ -346,6 +336,8 @@ impl<'p> Wave<'p> {
         let towards = Shadows { sheaf: &self.towards, end: goal.as_ref() };
         let onwards = Shadows { sheaf: &self.onwards, end: None };
         let [dark, hidden] = self.paths.scene.shadowed_sheaves(&[towards, onwards]);
+        self.count_traced(self.towards.members);
+        self.count_traced(self.onwards.members);
         let mut lit = self.towards.members & !dark;
         while lit != 0 {
             let at = next(&mut lit) % Self::MOST;
@@ -364,6 +356,7 @@ impl<'p> Wave<'p> {
         let mut hits = [None; Self::MOST];
         self.onwards.members = traced;
         scene.closest_sheaf(&self.onwards, &mut hits);
+        self.count_traced(traced);
         while traced != 0 {
             let at = next(&mut traced) % Self::MOST;
             let Some(hit) = hits[at].map(Hit::from) else {

@@ -1,0 +1,140 @@
+//! The paths of split samples that carry no derivatives, those of neighbouring cells side by side.
+//!
+//! Cells of a square share their random numbers, so that such paths go together as those of an image do.
+
+use glam::DVec3;
+
+use super::job::{Place, SPLITTING};
+use crate::gradient::groups::CellNumbers;
+use crate::path::{Paths, Wave, WaveTables};
+use crate::scene::{Hit, traced_by_this_thread};
+
+/// With fewer samples than this, the paths of each go alone.
+const FEWEST: usize = 4;
+
+/// Split samples of some cells of one square.
+pub(super) struct Others<'p> {
+    paths: &'p Paths<'p>,
+    origin: DVec3,
+    wave: Wave<'p>,
+    waiting: Vec<Waiting>,
+}
+
+/// A sample whose other paths have not been followed yet.
+struct Waiting {
+    /// Whose it is.
+    index: usize,
+    place: Place,
+    /// How many samples its cell has.
+    samples: usize,
+    direction: DVec3,
+    hit: Option<Hit>,
+}
+
+impl Waiting {
+    /// What paths have in common that draw the same numbers.
+    fn key(&self) -> (usize, usize) {
+        (self.samples, self.place.2)
+    }
+}
+
+impl<'p> Others<'p> {
+    pub(super) fn new(paths: &'p Paths<'p>, tables: &'p WaveTables) -> Self {
+        let origin = paths.scene.description.camera.origin;
+        Self { paths, origin, wave: Wave::new(paths, tables), waiting: vec![] }
+    }
+
+    /// Lets one of so many samples of a cell wait, with the direction of its ray and what that hits.
+    pub(super) fn wait(
+        &mut self,
+        index: usize,
+        place: Place,
+        samples: usize,
+        (direction, hit): (DVec3, Option<Hit>),
+    ) {
+        self.waiting.push(Waiting { index, place, samples, direction, hit });
+    }
+
+    /// Follows all that wait. Calls with whose they are, the light that they find together, the column of the cell and
+    /// how many rays were traced.
+    pub(super) fn follow(
+        &mut self,
+        numbers: &mut CellNumbers,
+        mut found: impl FnMut(usize, DVec3, usize, u64),
+    ) {
+        let Self { paths, origin, wave, waiting } = self;
+        waiting.sort_by_key(Waiting::key);
+        let alike = waiting.chunk_by(|a, b| a.key() == b.key());
+        for together in alike.flat_map(|alike| alike.chunks(Wave::MOST)) {
+            let &Waiting { place: (i, j, sample), samples, .. } = &together[0];
+            numbers.prepare((i, j), samples);
+            if together.len() < FEWEST {
+                for one in together {
+                    let before = traced_by_this_thread();
+                    let draws = (0..SPLITTING - 1).map(|other| numbers.of(sample, other).1);
+                    let light = paths.still_radiances(*origin, one.direction, one.hit, draws);
+                    found(one.index, light, one.place.0, traced_by_this_thread() - before);
+                }
+                continue;
+            }
+            let (mut light, mut traced) = ([DVec3::ZERO; Wave::MOST], [0; Wave::MOST]);
+            for other in 0..SPLITTING - 1 {
+                let mut radiances = [DVec3::ZERO; Wave::MOST];
+                let rays = together.iter().map(|one| (one.direction, one.hit));
+                let (_, draws) = numbers.of(sample, other);
+                wave.radiances(*origin, rays, draws, &mut radiances[..together.len()]);
+                light.iter_mut().zip(radiances).for_each(|(light, radiance)| *light += radiance);
+                traced.iter_mut().zip(wave.traced()).for_each(|(traced, more)| *traced += more);
+            }
+            for (at, one) in together.iter().enumerate() {
+                found(one.index, light[at], one.place.0, traced[at]);
+            }
+        }
+        waiting.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gradient::film::FilmPlane;
+    use crate::gradient::tests::scenes::room;
+    use crate::path::Kernels;
+    use crate::scene::Filter;
+
+    /// Bit for bit, and with as many rays: of few samples and of many, in cells that have not the same number of them.
+    #[test]
+    fn paths_side_by_side_find_what_they_find_alone() {
+        let scene = room(Filter::Tent { radius: 1.0 });
+        let (paths, film) = (Paths::new(&scene, Kernels::default()), FilmPlane::new(&scene));
+        let tables = WaveTables::new(&paths).expect("the scene is plain");
+        let mut numbers = CellNumbers::new(3, 1, SPLITTING - 1, paths.pairs());
+        let mut others = Others::new(&paths, &tables);
+        let origin = film.still.origin.value();
+        let (mut expected, mut lit) = (vec![], 0);
+        let (columns, rows) = film.cells();
+        for (i, j) in (0..rows / 2).flat_map(|j| (0..columns).map(move |i| (i, j))) {
+            let samples = if i % 7 == 0 { 3 } else { 4 };
+            numbers.prepare((i, j), samples);
+            for sample in 0..samples {
+                let direction = film.ray(film.point(i, j, [0.3, 0.6]));
+                let hit = scene.closest(origin, direction, None);
+                let before = traced_by_this_thread();
+                let draws = (0..SPLITTING - 1).map(|other| numbers.of(sample, other).1);
+                let light = paths.still_radiances(origin, direction, hit, draws);
+                others.wait(expected.len(), (i, j, sample), samples, (direction, hit));
+                expected.push((light, i, traced_by_this_thread() - before));
+                lit += usize::from(hit.is_some() && light != DVec3::ZERO);
+            }
+            // A row is within one square.
+            if i + 1 == columns {
+                let mut found = vec![None; expected.len()];
+                others.follow(&mut numbers, |index, light, column, traced| {
+                    found[index] = Some((light, column, traced));
+                });
+                assert_eq!(found, expected.drain(..).map(Some).collect::<Vec<_>>());
+            }
+        }
+        assert!(lit > 30, "{lit}");
+    }
+}
