@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use flatland::calculus::{Number, Vec3};
 use glam::{DVec2, DVec3};
 
-use super::filter::{GAUSSIAN_CUT, weight};
+use super::filter::{GAUSSIAN_CUT, weight, weights};
 use crate::gradient::{CameraTangent, NonFinite};
 use crate::path::{Calculus, Draws, Frame};
 use crate::scene::{Camera, Filter, Lens, Scene};
@@ -225,15 +225,23 @@ impl FilmPlane {
         !self.is_box() && 2 * self.reach + 1 == NEAR
     }
 
-    /// The weights of a point of the cell (i, j) along columns and along rows of the neighbourhood: their products are those for its
-    /// pixels, but for some zeros those of [`for_each_weight`](Self::for_each_weight).
+    /// The weights of points of the cell (i, j) side by side, along columns and along rows of the neighbourhood: their products are those
+    /// for its pixels, but for some zeros those of [`for_each_weight`](Self::for_each_weight).
     #[inline(always)]
-    pub(crate) fn weights_near(&self, (i, j): (usize, usize), u: DVec2) -> [[f64; NEAR]; 2] {
-        let (mut columns, mut rows) = ([0.0; NEAR], [0.0; NEAR]);
+    pub(crate) fn weights_near<const N: usize>(
+        &self,
+        (i, j): (usize, usize),
+        within: &[[f64; 2]; N],
+    ) -> [[[f64; N]; NEAR]; 2] {
+        let points = within.map(|within| self.point(i, j, within));
+        let (mut columns, mut rows) = ([[0.0; N]; NEAR], [[0.0; N]; NEAR]);
         for a in 0..NEAR {
-            let [x, y] = [self.pixel_column(i, a), self.pixel_row(j, a)];
-            columns[a] = x.map_or(0.0, |x| weight(self.filter, u.x - (self.corner.x + (x as f64 + 0.5))));
-            rows[a] = y.map_or(0.0, |y| weight(self.filter, u.y - (self.corner.y + (y as f64 + 0.5))));
+            if let Some(x) = self.pixel_column(i, a) {
+                columns[a] = weights(self.filter, &points.map(|u| u.x - (self.corner.x + (x as f64 + 0.5))));
+            }
+            if let Some(y) = self.pixel_row(j, a) {
+                rows[a] = weights(self.filter, &points.map(|u| u.y - (self.corner.y + (y as f64 + 0.5))));
+            }
         }
         [columns, rows]
     }

@@ -21,6 +21,17 @@ pub(super) fn weight<T: Number>(filter: Filter, x: T) -> T {
     }
 }
 
+/// The same of points side by side.
+#[inline(always)]
+pub(super) fn weights<const N: usize>(filter: Filter, x: &[f64; N]) -> [f64; N] {
+    // The filter is known before the loop, which has no branch.
+    match filter {
+        Filter::Box => [1.0; N],
+        Filter::Tent { radius } => x.map(|x| weight(Filter::Tent { radius }, x)),
+        Filter::Gaussian { deviation } => x.map(|x| weight(Filter::Gaussian { deviation }, x)),
+    }
+}
+
 /// ∫ over ±4σ of e^{−x²/2σ²} − e^{−8}.
 fn gaussian_integral(deviation: f64, floor: f64) -> f64 {
     let whole = (2.0 * std::f64::consts::PI).sqrt() * deviation * ERF_OF_CUT;

@@ -6,6 +6,9 @@ use super::super::film::{FilmPlane, NEAR};
 use super::super::film_accumulator::RowSums;
 use crate::lanes::{Lanes, Task};
 
+/// Samples whose weights are worked out side by side.
+const TOGETHER: usize = 8;
+
 /// Samples of a group in a cell, for a filter that reaches one cell around a pixel at most.
 pub(super) struct Splat<'a> {
     pub(super) film: &'a FilmPlane,
@@ -33,14 +36,18 @@ impl Task for Splat<'_> {
                 }
             }
         }
-        for (&within, radiance) in places.iter().zip(radiances) {
-            let [columns, rows] = film.weights_near((i, j), film.point(i, j, within));
-            let radiance = [radiance.x, radiance.y, radiance.z, 0.0];
-            for b in 0..NEAR {
-                for a in 0..NEAR {
-                    let weight = columns[a] * rows[b];
-                    for c in 0..4 {
-                        sums[b][a][c] += weight * radiance[c];
+        for (places, radiances) in places.chunks(TOGETHER).zip(radiances.chunks(TOGETHER)) {
+            let mut within = [[0.0; 2]; TOGETHER];
+            within[..places.len()].copy_from_slice(places);
+            let [columns, rows] = film.weights_near((i, j), &within);
+            for (at, radiance) in radiances.iter().enumerate() {
+                let radiance = [radiance.x, radiance.y, radiance.z, 0.0];
+                for b in 0..NEAR {
+                    for a in 0..NEAR {
+                        let weight = columns[a][at % TOGETHER] * rows[b][at % TOGETHER];
+                        for c in 0..4 {
+                            sums[b][a][c] += weight * radiance[c];
+                        }
                     }
                 }
             }
