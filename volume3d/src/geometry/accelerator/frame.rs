@@ -227,21 +227,6 @@ impl Frame {
 }
 
 impl FrameRay {
-    /// The place of none.
-    pub(super) const NONE: Self = Self {
-        axes: [0, 1, 2],
-        negative: [false; 3],
-        zero: [[0.0; 2]; 3],
-        inverse: [0.0; 3],
-        forward: 1.0,
-        vertex_origin: [0.0; 3],
-        slopes: [0.0; 2],
-        vertex_error: 0.0,
-        near: 0.0,
-        far: 0.0,
-        within: [0.0; 2],
-    };
-
     /// Of an entry, with permuted axes, given whether the ray points down the longest one.
     #[inline(always)]
     pub(super) fn new(entry: &Entry, axes: [usize; 3], backward: bool) -> Self {

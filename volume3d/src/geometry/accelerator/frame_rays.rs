@@ -2,11 +2,9 @@
 //!
 //! Every number is that of a single ray, from the same operations in the same order: the error bounds are those of the frame.
 
-use glam::DVec3;
-
-use super::frame::{Frame, FrameRay};
+use super::frame::Frame;
 use super::sheaf::Sheaf;
-use super::watertight::{PACKET, PERMUTATIONS, longest_axis};
+use super::watertight::{PACKET, larger};
 
 /// A number of every ray.
 type Numbers = [f32; PACKET];
@@ -14,15 +12,19 @@ type Numbers = [f32; PACKET];
 /// What [`Frame::ray`] gives of every ray, bit for bit.
 #[derive(Clone, Copy)]
 pub(super) struct FrameRays {
+    /// The longest axis, as an index.
+    pub(super) along: [u8; PACKET],
+    /// By axis, whether the direction is negative.
+    pub(super) negative: [[u8; PACKET]; 3],
     /// By axis and side.
-    zero: [[Numbers; 2]; 3],
-    inverse: [Numbers; 3],
-    place: [Numbers; 3],
-    slopes: [Numbers; 3],
-    vertex_error: Numbers,
-    near: Numbers,
-    far: Numbers,
-    within: [Numbers; 2],
+    pub(super) zero: [[Numbers; 2]; 3],
+    pub(super) inverse: [Numbers; 3],
+    pub(super) place: [Numbers; 3],
+    pub(super) slopes: [Numbers; 3],
+    pub(super) vertex_error: Numbers,
+    pub(super) near: Numbers,
+    pub(super) far: Numbers,
+    pub(super) within: [Numbers; 2],
     /// The rays that can meet the scene, as bits.
     pub(super) meeting: u32,
     /// Those whose origin and slopes are finite: of others nothing here means anything.
@@ -32,6 +34,8 @@ pub(super) struct FrameRays {
 impl FrameRays {
     /// Without any ray.
     pub(super) const NONE: Self = Self {
+        along: [0; PACKET],
+        negative: [[0; PACKET]; 3],
         zero: [[[0.0; PACKET]; 2]; 3],
         inverse: [[0.0; PACKET]; 3],
         place: [[0.0; PACKET]; 3],
@@ -47,7 +51,7 @@ impl FrameRays {
     /// Takes the rays of a sheaf instead.
     #[inline(always)]
     pub(super) fn fill(&mut self, frame: &Frame, sheaf: &Sheaf) {
-        let Self { zero, inverse, place, slopes, vertex_error, near, far, within, .. } = self;
+        let Self { along, negative, zero, inverse, place, slopes, vertex_error, near, far, within, .. } = self;
         let (mut meets, mut odd) = ([0.0; PACKET], [0.0; PACKET]);
         // Copies, of which the compiler knows that nothing else is written to them.
         let (frame, origins, directions, ends) = (*frame, sheaf.origins, sheaf.directions, sheaf.far);
@@ -71,37 +75,17 @@ impl FrameRays {
             let sum = (origin[0] + origin[1] + origin[2]) as f32;
             odd[at] = 0.0 * (sum + entry.slopes[0] + entry.slopes[1] + entry.slopes[2]);
         }
+        for at in 0..PACKET {
+            let [x, y, z] = [0, 1, 2].map(|axis| directions[axis][at].abs());
+            along[at] = if z > larger(x, y) { 2 } else { u8::from(y > x) };
+            for axis in 0..3 {
+                negative[axis][at] = u8::from(inverse[axis][at] < 0.0);
+            }
+        }
         (self.meeting, self.finite) = (0, 0);
         for at in 0..PACKET {
             self.meeting |= u32::from(meets[at] == 1.0) << at;
             self.finite |= u32::from(odd[at] == 0.0) << at;
-        }
-    }
-
-    /// One of them, given its direction.
-    #[inline(always)]
-    pub(super) fn ray(&self, at: usize, direction: DVec3) -> FrameRay {
-        let axes = PERMUTATIONS[longest_axis(direction)];
-        let [x, y, z] = axes;
-        let mut zero = [[0.0; 2]; 3];
-        let (mut inverse, mut negative) = ([0.0; 3], [false; 3]);
-        for axis in 0..3 {
-            zero[axis] = [self.zero[axis][0][at], self.zero[axis][1][at]];
-            inverse[axis] = self.inverse[axis][at];
-            negative[axis] = inverse[axis] < 0.0;
-        }
-        FrameRay {
-            axes,
-            negative,
-            zero,
-            inverse,
-            vertex_origin: [self.place[x][at], self.place[y][at], self.place[z][at]],
-            forward: if direction.to_array()[z] < 0.0 { -1.0 } else { 1.0 },
-            slopes: [self.slopes[x][at], self.slopes[y][at]],
-            vertex_error: self.vertex_error[at],
-            near: self.near[at],
-            far: self.far[at],
-            within: [self.within[0][at], self.within[1][at]],
         }
     }
 }

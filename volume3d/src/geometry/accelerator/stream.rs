@@ -5,7 +5,6 @@
 //! certain is decided by the filters of single rays, and the rest by the exact test.
 
 use super::Accelerator;
-use super::frame::FrameRay;
 use super::frame_rays::FrameRays;
 use super::sheaf::{Goal, Sheaf};
 use super::traverse::{BoxTest, PENDING, TriangleTest};
@@ -87,23 +86,16 @@ impl Task for Start<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> Self::Output {
         let Self { accelerator, shadows, members } = self;
-        let mut stream = Stream { accelerator, shadows, rays: [FrameRay::NONE; RAYS], occluded: 0 };
-        let mut side_by_side = FrameRays::NONE;
+        let mut stream = Stream { accelerator, shadows, rays: [FrameRays::NONE; SHEAVES], occluded: 0 };
         let (mut alone, mut traced) = ([0; SHEAVES], 0);
         for at in 0..SHEAVES {
             if members[at] == 0 {
                 continue;
             }
-            let sheaf = shadows[at].sheaf;
-            side_by_side.fill(&accelerator.frame, sheaf);
-            alone[at] = members[at] & !side_by_side.finite;
-            let some = members[at] & side_by_side.finite & side_by_side.meeting;
-            traced |= some << (at * PACKET);
-            let mut left = some;
-            while left != 0 {
-                let ray = next(&mut left) % PACKET;
-                stream.rays[at * PACKET + ray] = side_by_side.ray(ray, sheaf.direction(ray));
-            }
+            let rays = &mut stream.rays[at];
+            rays.fill(&accelerator.frame, shadows[at].sheaf);
+            alone[at] = members[at] & !rays.finite;
+            traced |= (members[at] & rays.finite & rays.meeting) << (at * PACKET);
         }
         let pending = accelerator.tree.pending;
         if pending <= PENDING {
@@ -123,7 +115,7 @@ impl Task for Start<'_> {
 struct Stream<'a> {
     accelerator: &'a Accelerator,
     shadows: &'a [Shadows<'a>; SHEAVES],
-    rays: [FrameRay; RAYS],
+    rays: [FrameRays; SHEAVES],
     /// The rays that hit something, as bits.
     occluded: u32,
 }
@@ -151,8 +143,8 @@ impl Stream<'_> {
             let (mut any, mut left) = (0, rays);
             while left != 0 {
                 let place = next(&mut left) % RAYS;
-                let ray = &self.rays[place];
-                let (children, _) = BoxTest::new(lanes, ray).entered(node, ray.far);
+                let (rays, at) = (&self.rays[place / PACKET], place % PACKET);
+                let (children, _) = BoxTest::beside(lanes, rays, at).entered(node, rays.far[at]);
                 any |= children;
                 entered[place] = children as u8;
             }
@@ -176,9 +168,9 @@ impl Stream<'_> {
         while rays != 0 {
             let bit = next(&mut rays);
             let (shadows, at) = (&self.shadows[bit / PACKET % SHEAVES], bit % PACKET);
-            let ray = &self.rays[bit % RAYS];
-            let test = TriangleTest::new(lanes, ray);
-            let filtered = test.filtered(leaf, ray.far);
+            let rays = &self.rays[bit / PACKET % SHEAVES];
+            let test = TriangleTest::beside(lanes, rays, at);
+            let filtered = test.filtered(leaf, rays.far[at]);
             // Most candidates are the triangle that a ray leaves: taken out before anything branches on them.
             let left_out = [shadows.sheaf.from[at], shadows.target().unwrap_or(u32::MAX)];
             let candidates = filtered.candidates & link.mask() & but(lanes, triangles, left_out);

@@ -1,8 +1,9 @@
 //! Single rays through the hierarchy: eight boxes, then eight triangles at a time.
 
 use super::frame::{Depth, FrameRay};
+use super::frame_rays::FrameRays;
 use super::tree::{Leaf, Link, Node, Tree};
-use super::watertight::{Crossing, Shear};
+use super::watertight::{Crossing, PERMUTATIONS, Shear};
 use super::{Accelerator, Ray};
 use crate::lanes::{Lanes, Row, Steps, Task, next};
 
@@ -219,6 +220,20 @@ impl<L: Lanes> BoxTest<L> {
         Self { lanes, negative: ray.negative, zero, inverse, near: lanes.splat(0.0) }
     }
 
+    /// The same of a ray beside others.
+    #[inline(always)]
+    pub(super) fn beside(lanes: L, rays: &FrameRays, at: usize) -> Self {
+        let mut zero = [[lanes.splat(0.0); 2]; 3];
+        let mut inverse = [lanes.splat(0.0); 3];
+        let mut negative = [false; 3];
+        for axis in 0..3 {
+            zero[axis] = [lanes.splat(rays.zero[axis][0][at]), lanes.splat(rays.zero[axis][1][at])];
+            inverse[axis] = lanes.splat(rays.inverse[axis][at]);
+            negative[axis] = rays.negative[axis][at] != 0;
+        }
+        Self { lanes, negative, zero, inverse, near: lanes.splat(0.0) }
+    }
+
     /// The boxes entered no deeper than `limit`, and the depths where.
     #[inline(always)]
     pub(super) fn entered(&self, node: &Node, limit: f32) -> (u32, Row) {
@@ -290,6 +305,24 @@ impl<L: Lanes> TriangleTest<L> {
             near: lanes.splat(ray.near),
             within: [lanes.splat(ray.within[0]), lanes.splat(ray.within[1])],
             error: ray.vertex_error,
+        }
+    }
+
+    /// The same of a ray beside others.
+    #[inline(always)]
+    pub(super) fn beside(lanes: L, rays: &FrameRays, at: usize) -> Self {
+        let axes = PERMUTATIONS[usize::from(rays.along[at]) % 3];
+        let [x, y, z] = axes;
+        let backward = rays.negative[z][at] != 0;
+        Self {
+            lanes,
+            axes,
+            forward: lanes.splat(if backward { -1.0 } else { 1.0 }),
+            origin: axes.map(|axis| lanes.splat(rays.place[axis][at])),
+            slopes: [lanes.splat(rays.slopes[x][at]), lanes.splat(rays.slopes[y][at])],
+            near: lanes.splat(rays.near[at]),
+            within: rays.within.map(|depth| lanes.splat(depth[at])),
+            error: rays.vertex_error[at],
         }
     }
 
