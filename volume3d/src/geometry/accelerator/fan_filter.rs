@@ -10,7 +10,7 @@
 
 use super::fan::{Fan, FanAxis};
 use super::frame::UNIT;
-use super::traverse::{Grid, edge, size};
+use super::ray_filter::{Grid, edge, size};
 use super::tree::{Leaf, Node};
 use super::watertight::{PACKET, ShearRow};
 use crate::lanes::{Lanes, Row, Steps, WIDTH};

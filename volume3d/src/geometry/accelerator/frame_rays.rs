@@ -51,7 +51,8 @@ impl FrameRays {
     /// Takes the rays of a sheaf instead.
     #[inline(always)]
     pub(super) fn fill(&mut self, frame: &Frame, sheaf: &Sheaf) {
-        let Self { along, negative, zero, inverse, place, slopes, vertex_error, near, far, within, .. } = self;
+        let Self { along, negative, zero, inverse, place, slopes, vertex_error, near, far, within, .. } =
+            self;
         let (mut meets, mut odd) = ([0.0; PACKET], [0.0; PACKET]);
         // Copies, of which the compiler knows that nothing else is written to them.
         let (frame, origins, directions, ends) = (*frame, sheaf.origins, sheaf.directions, sheaf.far);

@@ -20,6 +20,7 @@ mod frame_rays;
 mod gather;
 mod overlap;
 mod packet;
+mod ray_filter;
 mod sheaf;
 mod stream;
 mod sweep;

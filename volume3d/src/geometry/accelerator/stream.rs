@@ -6,8 +6,9 @@
 
 use super::Accelerator;
 use super::frame_rays::FrameRays;
+use super::ray_filter::{BoxTest, TriangleTest};
 use super::sheaf::{Goal, Sheaf};
-use super::traverse::{BoxTest, PENDING, TriangleTest};
+use super::traverse::PENDING;
 use super::tree::Link;
 use super::watertight::{PACKET, Shear};
 use crate::lanes::{Lanes, Task, WIDTH, next};

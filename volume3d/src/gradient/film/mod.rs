@@ -1,11 +1,14 @@
-//! The film: where samples fall, what they weigh, and how points of space move on it.
+//! The film: where samples fall, and how points of space move on it.
+
+mod weights;
 
 use std::f64::consts::TAU;
 
 use flatland::calculus::{Number, Vec3};
 use glam::{DVec2, DVec3};
 
-use super::filter::{GAUSSIAN_CUT, weight, weights};
+pub(crate) use self::weights::NEAR;
+use super::filter::GAUSSIAN_CUT;
 use crate::gradient::{CameraTangent, NonFinite};
 use crate::path::{Calculus, Draws, Frame};
 use crate::scene::{Camera, Filter, Lens, Scene};
@@ -170,105 +173,10 @@ impl FilmPlane {
         (j + b).checked_sub(2 * self.reach).filter(|&y| y < self.rows)
     }
 
-    /// Calls with every pixel that a sample of the cell (i, j) reaches: its place (a, b) in the neighbourhood
-    /// and (x, y) in the image.
-    pub(crate) fn for_each_pixel(&self, i: usize, j: usize, mut f: impl FnMut(usize, usize, usize, usize)) {
-        let around = if self.is_box() { 1..=1 } else { 0..=2 * self.reach };
-        for b in around.clone() {
-            for a in around.clone() {
-                if let (Some(x), Some(y)) = (self.pixel_column(i, a), self.pixel_row(j, b)) {
-                    f(a, b, x, y);
-                }
-            }
-        }
-    }
-
-    /// Calls with every pixel in whose integral a point of the cell (i, j) has a weight, or gets one as it moves: its row in the
-    /// neighbourhood, its place (x, y) in the image, and the weight.
-    #[inline]
-    pub(crate) fn for_each_weight<T: Number>(
-        &self,
-        (i, j): (usize, usize),
-        u: [T; 2],
-        mut f: impl FnMut([usize; 3], T),
-    ) {
-        let width = 2 * self.reach + 1;
-        if self.is_box() || width > WIDEST_AT_ONCE {
-            self.for_each_pixel(i, j, |_, b, x, y| f([b, x, y], self.weight(u, x, y)));
-            return;
-        }
-        let along = |x: T, corner: f64, pixel: usize| {
-            weight(self.filter, x - T::constant(corner + (pixel as f64 + 0.5)))
-        };
-        let counts = |weight: T| weight.value() != 0.0 || !weight.is_still();
-        let mut columns = [T::constant(0.0); WIDEST_AT_ONCE];
-        for (a, column) in columns[..width].iter_mut().enumerate() {
-            if let Some(x) = self.pixel_column(i, a) {
-                *column = along(u[0], self.corner.x, x);
-            }
-        }
-        for b in 0..width {
-            let Some(y) = self.pixel_row(j, b) else { continue };
-            let row = along(u[1], self.corner.y, y);
-            if counts(row) {
-                for (a, &column) in columns[..width].iter().enumerate() {
-                    if counts(column) {
-                        f([b, i + a - 2 * self.reach, y], column * row);
-                    }
-                }
-            }
-        }
-    }
-
-    /// Whether [`weights_near`](Self::weights_near) are all weights.
-    pub(crate) fn is_near(&self) -> bool {
-        !self.is_box() && 2 * self.reach + 1 == NEAR
-    }
-
-    /// The weights of points of the cell (i, j) side by side, along columns and along rows of the neighbourhood: their products are those
-    /// for its pixels, but for some zeros those of [`for_each_weight`](Self::for_each_weight).
-    #[inline(always)]
-    pub(crate) fn weights_near<const N: usize>(
-        &self,
-        (i, j): (usize, usize),
-        within: &[[f64; 2]; N],
-    ) -> [[[f64; N]; NEAR]; 2] {
-        let points = within.map(|within| self.point(i, j, within));
-        let (mut columns, mut rows) = ([[0.0; N]; NEAR], [[0.0; N]; NEAR]);
-        for a in 0..NEAR {
-            if let Some(x) = self.pixel_column(i, a) {
-                columns[a] = weights(self.filter, &points.map(|u| u.x - (self.corner.x + (x as f64 + 0.5))));
-            }
-            if let Some(y) = self.pixel_row(j, a) {
-                rows[a] = weights(self.filter, &points.map(|u| u.y - (self.corner.y + (y as f64 + 0.5))));
-            }
-        }
-        [columns, rows]
-    }
-
-    /// Whether one of these pixels is reached by samples of a cell, or is beside one that is.
-    pub(crate) fn reaches(&self, i: usize, j: usize, pixel: impl Fn(usize) -> bool) -> bool {
-        let around = || 0..=2 * self.reach;
-        let rows = around().filter_map(|b| self.pixel_row(j, b));
-        rows.flat_map(|y| around().filter_map(move |a| Some(y * self.columns + self.pixel_column(i, a)?)))
-            .any(pixel)
-    }
-
     /// Where a sample is that was not finite.
     pub(crate) fn located(&self, i: usize, j: usize, sample: usize) -> NonFinite {
         let reach = self.reach as isize;
         NonFinite { column: i as isize - reach, row: j as isize - reach, sample }
-    }
-
-    /// The weight h of a point for the pixel (i, j) of the image.
-    pub(crate) fn weight<T: Number>(&self, [x, y]: [T; 2], i: usize, j: usize) -> T {
-        let centre = self.corner + DVec2::new(i as f64 + 0.5, j as f64 + 0.5);
-        let at = |x: T, c: f64| weight(self.filter, x - T::constant(c));
-        match self.filter {
-            // Samples of a pixel are those of its cell; its edge is an integral of its own.
-            Filter::Box => T::constant(1.0),
-            _ => at(x, centre.x) * at(y, centre.y),
-        }
     }
 
     /// The frame of the camera in numbers.
@@ -414,12 +322,6 @@ impl FilmJacobian {
         self.0[0] * covector.x + self.0[1] * covector.y
     }
 }
-
-/// Pixels along an axis whose integrals the samples of a cell are part of, under filters no wider than two pixels.
-pub(crate) const NEAR: usize = 3;
-
-/// Filters over more pixels than this along an axis are rare.
-const WIDEST_AT_ONCE: usize = 9;
 
 fn focal_length(camera: &Camera, width: usize) -> f64 {
     0.5 * width as f64 / (0.5 * camera.field_of_view).tan()

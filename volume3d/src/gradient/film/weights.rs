@@ -1,0 +1,151 @@
+//! What samples of a cell weigh for the pixels around it.
+
+use flatland::calculus::Number;
+use glam::DVec2;
+
+use super::super::filter::{weight, weights};
+use super::FilmPlane;
+use crate::scene::Filter;
+
+/// Pixels along an axis whose integrals the samples of a cell are part of, under filters no wider than two pixels.
+pub(crate) const NEAR: usize = 3;
+
+/// Filters over more pixels than this along an axis are rare.
+const WIDEST_AT_ONCE: usize = 9;
+
+impl FilmPlane {
+    /// Calls with every pixel that a sample of the cell (i, j) reaches: its place (a, b) in the neighbourhood
+    /// and (x, y) in the image.
+    pub(crate) fn for_each_pixel(&self, i: usize, j: usize, mut f: impl FnMut(usize, usize, usize, usize)) {
+        let around = if self.is_box() { 1..=1 } else { 0..=2 * self.reach };
+        for b in around.clone() {
+            for a in around.clone() {
+                if let (Some(x), Some(y)) = (self.pixel_column(i, a), self.pixel_row(j, b)) {
+                    f(a, b, x, y);
+                }
+            }
+        }
+    }
+
+    /// Calls with every pixel in whose integral a point of the cell (i, j) has a weight, or gets one as it moves: its row in the
+    /// neighbourhood, its place (x, y) in the image, and the weight.
+    #[inline]
+    pub(crate) fn for_each_weight<T: Number>(
+        &self,
+        (i, j): (usize, usize),
+        u: [T; 2],
+        mut f: impl FnMut([usize; 3], T),
+    ) {
+        let width = 2 * self.reach + 1;
+        if self.is_box() || width > WIDEST_AT_ONCE {
+            self.for_each_pixel(i, j, |_, b, x, y| f([b, x, y], self.weight(u, x, y)));
+            return;
+        }
+        let along = |x: T, corner: f64, pixel: usize| {
+            weight(self.filter, x - T::constant(corner + (pixel as f64 + 0.5)))
+        };
+        let counts = |weight: T| weight.value() != 0.0 || !weight.is_still();
+        let mut columns = [T::constant(0.0); WIDEST_AT_ONCE];
+        for (a, column) in columns[..width].iter_mut().enumerate() {
+            if let Some(x) = self.pixel_column(i, a) {
+                *column = along(u[0], self.corner.x, x);
+            }
+        }
+        for b in 0..width {
+            let Some(y) = self.pixel_row(j, b) else { continue };
+            let row = along(u[1], self.corner.y, y);
+            if counts(row) {
+                for (a, &column) in columns[..width].iter().enumerate() {
+                    if counts(column) {
+                        f([b, i + a - 2 * self.reach, y], column * row);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether [`weights_near`](Self::weights_near) are all weights.
+    pub(crate) fn is_near(&self) -> bool {
+        !self.is_box() && 2 * self.reach + 1 == NEAR
+    }
+
+    /// The weights of points of the cell (i, j) side by side, along columns and along rows of the neighbourhood: their products are those
+    /// for its pixels, but for some zeros those of [`for_each_weight`](Self::for_each_weight).
+    #[inline(always)]
+    pub(crate) fn weights_near<const N: usize>(
+        &self,
+        (i, j): (usize, usize),
+        within: &[[f64; 2]; N],
+    ) -> [[[f64; N]; NEAR]; 2] {
+        let points = within.map(|within| self.point(i, j, within));
+        let (mut columns, mut rows) = ([[0.0; N]; NEAR], [[0.0; N]; NEAR]);
+        for a in 0..NEAR {
+            if let Some(x) = self.pixel_column(i, a) {
+                columns[a] = weights(self.filter, &points.map(|u| u.x - (self.corner.x + (x as f64 + 0.5))));
+            }
+            if let Some(y) = self.pixel_row(j, a) {
+                rows[a] = weights(self.filter, &points.map(|u| u.y - (self.corner.y + (y as f64 + 0.5))));
+            }
+        }
+        [columns, rows]
+    }
+
+    /// Whether one of these pixels is reached by samples of a cell, or is beside one that is.
+    pub(crate) fn reaches(&self, i: usize, j: usize, pixel: impl Fn(usize) -> bool) -> bool {
+        let around = || 0..=2 * self.reach;
+        let rows = around().filter_map(|b| self.pixel_row(j, b));
+        rows.flat_map(|y| around().filter_map(move |a| Some(y * self.columns + self.pixel_column(i, a)?)))
+            .any(pixel)
+    }
+
+    /// The weight h of a point for the pixel (i, j) of the image.
+    pub(crate) fn weight<T: Number>(&self, [x, y]: [T; 2], i: usize, j: usize) -> T {
+        let centre = self.corner + DVec2::new(i as f64 + 0.5, j as f64 + 0.5);
+        let at = |x: T, c: f64| weight(self.filter, x - T::constant(c));
+        match self.filter {
+            // Samples of a pixel are those of its cell; its edge is an integral of its own.
+            Filter::Box => T::constant(1.0),
+            _ => at(x, centre.x) * at(y, centre.y),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::gradient::tests::film;
+    use crate::scene::{Camera, Description, Scene};
+
+    /// In every cell of a small film, at its border and in the middle, bit for bit.
+    #[test]
+    fn weights_side_by_side_are_those_one_by_one() {
+        let places = [[0.0, 0.0], [0.1, 0.9], [0.5, 0.5], [0.7, 0.2]];
+        for filter in
+            [Filter::Tent { radius: 1.0 }, Filter::Tent { radius: 0.7 }, Filter::Gaussian { deviation: 0.3 }]
+        {
+            let camera = Camera::look_at(DVec3::Z, DVec3::ZERO, DVec3::Y, 0.8);
+            let scene = Scene::new(Description::new(camera, film(5, filter))).unwrap();
+            let film = FilmPlane::new(&scene);
+            assert!(film.is_near());
+            let (columns, rows) = film.cells();
+            let mut count = 0;
+            for (i, j) in (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j))) {
+                let [by_column, by_row] = film.weights_near((i, j), &places);
+                for (at, &within) in places.iter().enumerate() {
+                    let mut near = [[0.0; NEAR]; NEAR];
+                    film.for_each_weight((i, j), film.point(i, j, within).to_array(), |[b, x, _], weight| {
+                        near[b][x + 2 * film.reach - i] = weight;
+                        count += usize::from(weight > 0.0);
+                    });
+                    for (b, row) in near.iter().enumerate() {
+                        let all = by_column.map(|column| column[at] * by_row[b][at]);
+                        assert_eq!(all, *row, "{filter:?} {i} {j} {at}");
+                    }
+                }
+            }
+            assert!(count > 4 * 25, "{count}");
+        }
+    }
+}
