@@ -88,7 +88,9 @@
 //! Where surfaces cover one another in one plane, as a lamp drawn exactly on a ceiling, rounding decides which is seen:
 //! they may slide over one another, but where they part no derivative exists, and
 //! [`scene::Scene::parted_shapes`] tells. The same holds where jumps of different velocities coincide along a whole
-//! curve: the two one-sided derivatives differ, and what is found is one of them or between them.
+//! curve: the two one-sided derivatives differ, and what is found is one of them or between them. So it is with a slab that
+//! slides over a table from where their sides are flush: [`scene::Scene::parted_edges`] tells of edges that lie upon one
+//! another in space. Those that are seen upon one another from one place only are not told of.
 //!
 //! What moves in an ideal mirror, behind a surface that light passes or a mask opens, before a bump or normal map, or under
 //! a light in one point or one direction, has no unbiased estimate by any warp here: if a shape or the camera moves in a

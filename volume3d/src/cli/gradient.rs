@@ -9,7 +9,6 @@ use volume3d::Image;
 use volume3d::gradient::Regions;
 
 use super::budget::{Budget, Pilot, percent};
-use super::lint::{APART, PART, covering, passing_through};
 use super::method::MethodOptions;
 use super::missing::left_out;
 use super::movement::{Moves, change};
@@ -18,7 +17,7 @@ use super::parameter::Name;
 use super::session::{Bar, RunOptions, SceneOptions, geometric, located, lost_with_picture, stop_if_asked};
 use super::spp::check_error_exists;
 use super::summary::{INTERIOR, outlier, root_mean_square, totals};
-use super::{Outcome, Report, reverse, usage};
+use super::{Outcome, Report, contact, reverse, usage};
 
 /// Differentiates an image along a change (--move), or a loss by parameters (--adjoint with --wrt).
 ///
@@ -248,12 +247,9 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
         text += INTERIOR;
     }
     text += &result.outlier().map(|largest| outlier(largest, result.largest_share())).unwrap_or_default();
-    for parted in scene.parted_shapes(&change.positions) {
-        text += &format!("WARNING: {}; {APART}\n", covering(scene.description(), &parted));
-    }
-    let warps = change.is_geometric() && !options.method.is_finite_difference();
-    for crossing in scene.implicit_crossings().iter().filter(|_| warps) {
-        text += &format!("WARNING: {}; {PART}\n", passing_through(scene.description(), crossing));
+    text += &contact::parted(scene, &change.positions);
+    if change.is_geometric() && !options.method.is_finite_difference() {
+        text += &contact::through_implicits(scene);
     }
     text += &totals(&result.regions);
     for output in &outputs.gradient {

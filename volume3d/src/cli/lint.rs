@@ -3,8 +3,9 @@
 use std::fmt::Write as _;
 
 use clap::Args;
-use volume3d::scene::{CrossedBy, Description, ImplicitCrossing, Light, Material, Overlap, Scene, Shape};
+use volume3d::scene::{Description, Light, Material, Overlap, Scene, Shape};
 
+use super::contact::{APART, PART, covering, passing_through};
 use super::mesh_faults::MeshFaults;
 use super::session::SceneOptions;
 use super::{Outcome, Report};
@@ -141,35 +142,4 @@ fn faults(shape: &Shape, found: &mut Vec<Finding>) {
 
 fn covered(d: &Description, overlap: &Overlap) -> Finding {
     Finding { grave: true, what: covering(d, overlap), advice: APART }
-}
-
-/// What to do about what passes through an implicit surface.
-pub(super) const PART: &str =
-    "part them, or make them one: both as meshes, whose crossings are followed, or as one function";
-
-/// Something that passes through an implicit surface.
-pub(super) fn passing_through(d: &Description, crossing: &ImplicitCrossing) -> String {
-    let ImplicitCrossing { implicit, with, at } = crossing;
-    let (kind, other) = match *with {
-        CrossedBy::Mesh(mesh) => ("shape", &d.shapes[mesh].id),
-        CrossedBy::Implicit(other) => ("implicit surface", &d.implicits[other].id),
-    };
-    let id = &d.implicits[*implicit].id;
-    format!(
-        "{kind} `{other}` passes through implicit surface `{id}`, near {at:.3}: the curve in which they meet is followed by no field"
-    )
-}
-
-/// What to do about surfaces that cover one another.
-pub(super) const APART: &str = "move one of them a little";
-
-/// Surfaces that cover one another in one plane.
-pub(super) fn covering(d: &Description, overlap: &Overlap) -> String {
-    let [a, b] = overlap.shapes.map(|s| &d.shapes[s].id);
-    let [i, j] = overlap.example;
-    let pairs = if overlap.pairs == 1 { "1 pair".to_owned() } else { format!("{} pairs", overlap.pairs) };
-    format!(
-        "shapes `{a}` and `{b}` cover the same part of a plane ({pairs} of triangles, such as {i} and {j}): rounding \
-         decides which is seen, and no derivative exists by what parts them"
-    )
 }

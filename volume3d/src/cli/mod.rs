@@ -3,6 +3,7 @@
 mod budget;
 mod check;
 mod comparison;
+mod contact;
 mod extent;
 mod fit;
 mod gradient;
@@ -29,6 +30,7 @@ use anyhow::anyhow;
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 use volume3d::gradient::{GradientError, Stopped};
+use volume3d::optimize::ObjectiveError;
 
 /// Renders Mitsuba 3 scenes and differentiates the images with respect to geometry, camera, lights and materials,
 /// without bias: by warped-area sampling or edge sampling, between which a pilot of few samples chooses by default. The field of
@@ -126,17 +128,26 @@ fn fail(error: &anyhow::Error) -> ExitCode {
         let _ = usage.print();
         return ExitCode::from(2);
     }
-    let gradient = error.downcast_ref::<GradientError>();
     if let Some(interrupted) = error.downcast_ref::<fit::Interrupted>() {
         let _ = writeln!(std::io::stderr(), "{}", printable(&interrupted.to_string()));
         return ExitCode::from(INTERRUPTED);
     }
-    if error.is::<Stopped>() || matches!(gradient, Some(GradientError::Stopped(_))) {
+    if is_stop(error) {
         let _ = writeln!(std::io::stderr(), "stopped; nothing was written");
         return ExitCode::from(INTERRUPTED);
     }
     let _ = writeln!(std::io::stderr(), "error: {}", printable(&error.to_string()));
     ExitCode::FAILURE
+}
+
+/// Whether an error is an answer to Ctrl-C.
+fn is_stop(error: &anyhow::Error) -> bool {
+    let gradient = error.downcast_ref::<ObjectiveError>().and_then(|e| match e {
+        ObjectiveError::Gradient(e) => Some(e),
+        _ => None,
+    });
+    let gradient = gradient.or(error.downcast_ref());
+    error.is::<Stopped>() || matches!(gradient, Some(GradientError::Stopped(_)))
 }
 
 /// A text without what a terminal obeys: control characters of a file that is quoted become escapes.

@@ -8,17 +8,16 @@ use volume3d::Image;
 use volume3d::gradient::Gradient;
 use volume3d::io::{Precision, read_exr, read_npy, write_npy};
 use volume3d::optimize::Parameters;
-use volume3d::scene::{Overlap, Scene};
+use volume3d::scene::Scene;
 
 use super::budget::{Budget, Pilot, percent};
-use super::lint::{APART, covering};
 use super::method::MethodOptions;
 use super::missing::left_out;
 use super::output::{check_array, check_distinct};
 use super::parameter::{Name, arrays};
 use super::session::{Bar, RunOptions, SceneOptions, located as located_samples, lost, stop_if_asked};
 use super::summary::{INTERIOR, outlier};
-use super::{Outcome, Report};
+use super::{Outcome, Report, contact};
 
 /// The options of `volume3d gradient` that reverse mode heeds.
 pub(super) struct Request<'o> {
@@ -94,9 +93,9 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
         }
         text += &format!("wrote {}, shape {:?}, norm {size:.3e}\n", path.display(), array.shape);
     }
-    let moves = |o: &Overlap| o.shapes.iter().any(|&s| active.shapes[s]);
-    for parted in scene.overlapping_shapes().iter().filter(|o| moves(o)) {
-        text += &format!("WARNING: {}; {APART}\n", covering(scene.description(), parted));
+    text += &contact::in_contact(scene, |shape| active.shapes[shape]);
+    if active.is_geometric() {
+        text += &contact::through_implicits(scene);
     }
     Ok(Report { text, outcome: Outcome::Good })
 }

@@ -82,17 +82,27 @@ pub(crate) fn meeting(triangles: &[[DVec3; 3]; 2]) -> Meeting {
     best.1.map_or(Meeting::Apart, Meeting::Through)
 }
 
-/// Corners are in a plane if they are no farther from it than this part of the largest coordinate: a few roundings.
-const ROUNDING: f64 = 1e-14;
+/// Corners are in a plane, or on a line, if they are no farther from it than this part of the largest coordinate: a few
+/// roundings.
+pub(crate) const ROUNDING: f64 = 1e-14;
 
-/// Whether two triangles cover a common area of one plane, as far as rounded transforms can tell.
-pub(crate) fn in_contact(triangles: &[[DVec3; 3]; 2]) -> bool {
-    let size = triangles.as_flattened().iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
-    let near = |of: &[DVec3; 3], [a, b, c]: &[DVec3; 3]| {
-        let normal = (b - a).cross(c - a).normalize_or_zero();
-        normal != DVec3::ZERO && of.iter().all(|p| normal.dot(p - a).abs() <= ROUNDING * size)
+/// Whether two triangles cover a common area of one plane, as far as rounded transforms can tell: their planes differ by
+/// no more than rounding, and the area is wider.
+pub(crate) fn in_contact([s, t]: &[[DVec3; 3]; 2]) -> bool {
+    let size = [s, t].into_iter().flatten().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+    let rounding = ROUNDING * size;
+    let normal = |[a, b, c]: &[DVec3; 3]| (*b - *a).cross(*c - *a).normalize_or_zero();
+    let near = |of: &[DVec3; 3], plane: &[DVec3; 3]| {
+        let normal = normal(plane);
+        normal != DVec3::ZERO && of.iter().all(|p| normal.dot(p - plane[0]).abs() <= rounding)
     };
-    near(&triangles[0], &triangles[1]) && near(&triangles[1], &triangles[0]) && overlap(triangles)
+    let separates = |s: &[DVec3; 3], t: &[DVec3; 3]| {
+        (0..3).any(|k| {
+            let inward = normal(s).cross(s[(k + 1) % 3] - s[k]).normalize_or_zero();
+            t.iter().all(|p| inward.dot(p - s[k]) <= rounding)
+        })
+    };
+    near(s, t) && near(t, s) && !separates(s, t) && !separates(t, s)
 }
 
 /// On which sides of a triangle's plane the corners of another are, times a common factor. A corner of both is in

@@ -2,6 +2,7 @@
 
 mod accelerator;
 mod curved;
+mod edge_contact;
 mod edges;
 mod meeting;
 mod mesh;
@@ -9,6 +10,7 @@ mod proximity;
 
 pub use accelerator::{Accelerator, Goal, Hit, Ray, Shadows, Sheaf};
 pub use curved::TOLERANCE;
+pub(crate) use edge_contact::{Stretch, common_stretches};
 pub use edges::{Edges, HalfEdge};
 pub(crate) use meeting::{End, Meeting, in_contact, meeting};
 pub use mesh::{Attribute, Mesh, MeshError, Normals};

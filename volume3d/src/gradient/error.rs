@@ -1,4 +1,4 @@
-//! Why a gradient cannot be taken.
+//! Why a gradient cannot be taken, or an image.
 
 use flatland::sdf::fields::FieldError;
 use flatland::warp::WarpError;
@@ -7,7 +7,7 @@ use super::progress::Stopped;
 use super::unsupported::Unsupported;
 use crate::scene::SceneError;
 
-/// Why there is no gradient.
+/// Why there is no gradient, or no image.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GradientError {

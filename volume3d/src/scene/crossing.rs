@@ -26,6 +26,7 @@ use flatland::calculus::{Number, Vec3};
 use glam::DVec3;
 
 use super::adjacency::Adjacency;
+use super::edge_contact::EdgeContact;
 use super::triangle::{Tables, Triangle};
 use crate::geometry::{Accelerator, End, Meeting, in_contact, meeting};
 
@@ -55,6 +56,7 @@ pub(crate) struct Crossings {
     of_triangle: Vec<u32>,
     /// Pairs of triangles that cover parts of one plane.
     overlaps: Vec<[u32; 2]>,
+    contacts: Vec<EdgeContact>,
 }
 
 /// What a pair of triangles gives.
@@ -62,6 +64,7 @@ pub(crate) struct Crossings {
 enum Found {
     Crossing(Crossing),
     Overlap([u32; 2]),
+    Contact(EdgeContact),
 }
 
 impl Crossings {
@@ -70,10 +73,12 @@ impl Crossings {
         let corners: Vec<[u32; 3]> = tables.triangles.iter().map(|t| t.positions).collect();
         let mut found = accelerator.each_pair(tables.positions, &corners, |s, t, found| {
             found.extend(Found::of(tables, adjacency, s, t));
+            found.extend(EdgeContact::of(tables, adjacency, [s, t]).into_iter().map(Found::Contact));
         });
         let key = |f: &Found| match f {
             Found::Crossing(c) => c.triangles,
             Found::Overlap(pair) => *pair,
+            Found::Contact(c) => c.triangles,
         };
         found.sort_by_key(key);
         let mut crossings = Self::default();
@@ -81,6 +86,7 @@ impl Crossings {
             match one {
                 Found::Crossing(crossing) => crossings.all.push(crossing),
                 Found::Overlap(pair) => crossings.overlaps.push(pair),
+                Found::Contact(contact) => crossings.contacts.push(contact),
             }
         }
         crossings.index(tables.triangles.len());
@@ -113,6 +119,11 @@ impl Crossings {
         &self.overlaps
     }
 
+    /// Edges that lie upon one another.
+    pub(super) fn contacts(&self) -> &[EdgeContact] {
+        &self.contacts
+    }
+
     pub(crate) fn get(&self, index: u32) -> &Crossing {
         &self.all[index as usize]
     }
@@ -143,7 +154,7 @@ impl Found {
         }
         match meeting(&corners) {
             Meeting::Apart => None,
-            Meeting::Overlap => Some(Self::Overlap(pair)),
+            Meeting::Overlap => (own == other).then_some(Self::Overlap(pair)),
             Meeting::Through(ends) => Crossing::new(pair, &corners, ends, None).map(Self::Crossing),
             Meeting::Along { which, edge } => {
                 let other = adjacency.continued(pair[which], edge)?;

@@ -1,4 +1,4 @@
-//! Which shapes pass through one another, and which cover one another.
+//! Which shapes pass through one another, cover one another, or have edges upon one another.
 
 use std::collections::BTreeMap;
 
@@ -16,8 +16,8 @@ pub struct CrossingCount {
     pub segments: usize,
 }
 
-/// Two shapes, or one with itself, of which triangles cover parts of one plane. Which of them is seen there is for
-/// rounding to decide, and how the image changes as they part has no answer.
+/// Two shapes, or one with itself, of which triangles cover parts of one plane, or have edges that lie upon one another.
+/// Which of them is seen there is for rounding to decide, and how the image changes as they part has no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Overlap {
     /// The shapes, by their indices.
@@ -58,19 +58,40 @@ impl Scene {
             let triangles = pair.map(|t| self.triangles[t as usize].positions);
             let [plane, other] = triangles.map(|t| t.map(|i| self.positions[i as usize]));
             let normal = (plane[1] - plane[0]).cross(plane[2] - plane[0]).normalize_or_zero();
-            let [under, over] = triangles.map(|t| t.map(|i| normal.dot(velocities[i as usize])));
+            let [under, over] = triangles.map(|t| t.map(|i| velocities[i as usize]));
             (0..3).any(|k| {
                 let weights = barycentric(&plane, other[k]);
-                let below: f64 = (0..3).map(|i| weights[i] * under[i]).sum();
-                let size = over[k].abs() + (0..3).map(|i| (weights[i] * under[i]).abs()).sum::<f64>();
-                (over[k] - below).abs() > 1e-9 * size
+                let below: DVec3 = (0..3).map(|i| weights[i] * under[i]).sum();
+                let size =
+                    over[k].length() + (0..3).map(|i| weights[i].abs() * under[i].length()).sum::<f64>();
+                normal.dot(over[k] - below).abs() > 1e-9 * size
             })
         })
     }
 
+    /// The pairs of shapes, or of parts of one, of which edges lie upon one another along a stretch without being one:
+    /// borders, folds and creases.
+    #[must_use]
+    pub fn coinciding_edges(&self) -> Vec<Overlap> {
+        self.by_shapes(self.crossings().contacts().iter().map(|c| c.triangles))
+    }
+
+    /// Those that a motion of positions parts: what is seen there is one edge before and two afterwards, on one side of the
+    /// motion as on the other, and where both are seen no derivative exists. Edges that slide along themselves do not part.
+    #[must_use]
+    pub fn parted_edges(&self, velocities: &[DVec3]) -> Vec<Overlap> {
+        let parted = self.crossings().contacts().iter().filter(|c| c.is_parted(self.tables(), velocities));
+        self.by_shapes(parted.map(|c| c.triangles))
+    }
+
     fn overlaps(&self, counts: impl Fn([u32; 2]) -> bool) -> Vec<Overlap> {
+        self.by_shapes(self.crossings().overlaps().iter().copied().filter(|pair| counts(*pair)))
+    }
+
+    /// Pairs of triangles, counted by their shapes.
+    fn by_shapes(&self, pairs: impl Iterator<Item = [u32; 2]>) -> Vec<Overlap> {
         let mut overlaps = BTreeMap::<[u32; 2], Overlap>::new();
-        for &pair in self.crossings().overlaps().iter().filter(|pair| counts(**pair)) {
+        for pair in pairs {
             let shapes = pair.map(|t| self.triangles[t as usize].shape);
             let local = |k: usize| (pair[k] - self.first_triangle[shapes[k] as usize]) as usize;
             let none =

@@ -10,6 +10,7 @@ mod crossing;
 mod crossing_shapes;
 mod derived;
 mod description;
+mod edge_contact;
 mod error;
 mod hit;
 mod implicit;

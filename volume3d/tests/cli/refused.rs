@@ -89,6 +89,38 @@ fn what_no_warp_sees_is_refused_by_name() {
     assert!(place.succeed("info scene.xml").contains("light `bulb` has no extent"));
 }
 
+/// A slab whose front is flush with that of the table on which it slides.
+#[test]
+fn motions_without_a_derivative_are_warned_of() {
+    let block = |id: &str, half: &str, centre: &str| {
+        format!(
+            "<shape type='cube' id='{id}'><transform name='to_world'><scale value='{half}'/><translate value='{centre}'/>\
+             </transform><ref id='plain'/></shape>"
+        )
+    };
+    let place =
+        Place::with(&(block("table", ".5,.1,.3", "0,-.5,.3") + &block("slab", ".2,.1,.1", "0,-.3,.5")));
+    let moved = |along: &str| {
+        place.succeed(&format!(
+            "gradient scene.xml --move slab:translate:{along} --method edge --spp 1 -o a.exr"
+        ))
+    };
+    let edges = "edges of shapes `table` and `slab` lie upon one another (1 pair of triangles, such as ";
+    let planes = "WARNING: shapes `table` and `slab` cover the same part of a plane";
+    assert!(!moved("1,0,0").contains("WARNING: "));
+    assert!(moved("0,0,1").contains(edges));
+    let lifted = moved("0,1,0");
+    assert!(lifted.contains(planes) && !lifted.contains("edges of"), "{lifted}");
+
+    place.write_adjoint(vec![DVec3::ONE; 64]);
+    let reverse = |wrt: &str| {
+        let line = "gradient scene.xml --adjoint adj.exr --method edge --spp 1 -o a.npy";
+        place.succeed(&format!("{line} --wrt {wrt}"))
+    };
+    assert!(reverse("slab.vertex_positions").contains(planes));
+    assert!(!reverse("sheet.vertex_positions").contains("WARNING: "));
+}
+
 #[test]
 fn what_cannot_be_held_is_refused_and_nothing_is_sent_to_the_terminal() {
     let place = Place::new();

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use anyhow::anyhow;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use volume3d::gradient::{GradientError, Stopped};
+use volume3d::gradient::GradientError;
 use volume3d::optimize::{Fit, FitError, ObjectiveError, Record, Times};
 use volume3d::scene::Scene;
 
@@ -21,7 +21,7 @@ use self::folder::Folder;
 use self::problem::{Problem, reverse};
 use super::method::Estimator;
 use super::session::{Threads, lost, silent};
-use super::{Outcome, Report};
+use super::{Outcome, Report, is_stop};
 
 /// Fits parameters of a scene to pictures.
 ///
@@ -144,6 +144,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     fit.apply(&mut scene)?;
     let mut text = chosen;
     if is_new {
+        eprint!("{}", problem::contacts(&fit, &scene));
         problem::check_views(&config, &fit, &mut scene).map_err(interrupted(&fit, &config))?;
         folder.begin(&fit, &mut scene).map_err(interrupted(&fit, &config))?;
     } else {
@@ -182,7 +183,7 @@ fn steps(
         fit.step(scene, &estimate, &silent()).map_err(|error| {
             bar.finish_and_clear();
             let (done, place) = (fit.steps_taken(), folder.state_path());
-            if is_stop(&error) {
+            if is_stopped(&error) {
                 return anyhow!(Interrupted { done, steps: config.steps });
             }
             anyhow!(
@@ -205,19 +206,14 @@ fn steps(
     Ok(())
 }
 
-fn is_stop(error: &FitError) -> bool {
+fn is_stopped(error: &FitError) -> bool {
     matches!(error, FitError::Objective(ObjectiveError::Gradient(GradientError::Stopped(_))))
 }
 
 /// What Ctrl-C is reported as, once there is a folder: all that was found is kept, or found again.
 fn interrupted(fit: &Fit, config: &config::Config) -> impl Fn(anyhow::Error) -> anyhow::Error {
     let (done, steps) = (fit.steps_taken(), config.steps);
-    move |error| {
-        let of_objective = error.downcast_ref::<ObjectiveError>();
-        let stopped = matches!(of_objective, Some(ObjectiveError::Gradient(GradientError::Stopped(_))))
-            || matches!(error.downcast_ref::<GradientError>(), Some(GradientError::Stopped(_)));
-        if stopped || error.is::<Stopped>() { anyhow!(Interrupted { done, steps }) } else { error }
-    }
+    move |error| if is_stop(&error) { anyhow!(Interrupted { done, steps }) } else { error }
 }
 
 /// Samples of all images and gradients of so many steps.

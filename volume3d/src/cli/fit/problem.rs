@@ -11,6 +11,7 @@ use volume3d::optimize::{
 use volume3d::scene::Scene;
 use volume3d::sdf::{Baked, Grid, Guided};
 
+use super::super::contact;
 use super::super::method::{Estimator, Method, MethodOptions};
 use super::super::session::{Bar, Loaded, silent};
 use super::config::{Config, MasksConfig, ParameterConfig, RegularizerConfig, definitions, parse};
@@ -243,6 +244,13 @@ pub(super) fn chosen(config: &Config, fit: &Fit, scene: &mut Scene) -> anyhow::R
         bar.step();
     }
     Ok(estimator.chosen(|pilot| Ok(pilot.choice(&Survey::of_all(surveys))))?)
+}
+
+/// Warnings of motions that have no derivative, or that nothing follows, as the scene is at first.
+pub(super) fn contacts(fit: &Fit, scene: &Scene) -> String {
+    let active = fit.parameters().active(scene);
+    let implicit = active.is_geometric().then(|| contact::through_implicits(scene));
+    contact::in_contact(scene, |shape| active.shapes[shape]) + &implicit.unwrap_or_default()
 }
 
 /// Samples a pixel that look for what a view depends on, at first and where that has found nothing.

@@ -12,6 +12,7 @@ use volume3d::io::{load_image, load_image_over};
 use volume3d::optimize::View;
 use volume3d::scene::{Camera, Environment, Film, Scene};
 
+use super::super::is_stop;
 use super::super::session::{Bar, Loaded, check_size, located, lost, silent};
 use super::config::{Config, DtuConfig, ViewConfig, definitions};
 
@@ -46,9 +47,7 @@ pub(super) fn views(config: &Config, scene: &Scene) -> anyhow::Result<(Vec<View>
             (None, Some(reference)) => {
                 let samples = config.reference.as_ref().map_or(1, |r| r.spp);
                 let target = rendered(&mut reference.scene, camera.as_ref(), film, samples, seed(config, i));
-                target.map_err(|e| {
-                    if e.is::<volume3d::gradient::Stopped>() { e } else { anyhow!("view `{name}`: {e}") }
-                })?
+                target.map_err(|e| if is_stop(&e) { e } else { anyhow!("view `{name}`: {e}") })?
             }
             (None, None) => bail!("view `{name}` has no target"),
         };

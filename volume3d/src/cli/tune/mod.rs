@@ -24,12 +24,11 @@ use self::settings::settings;
 use self::statistics::Measure;
 use self::study::{Outcome as Fate, Reference, Study, all_samples};
 use super::comparison::TOLERATED;
-use super::lint::{APART, covering};
 use super::movement::{Moves, change};
 use super::output::{check_distinct, check_file};
 use super::session::{RunOptions, SceneOptions, stop_if_asked};
 use super::spp::samples;
-use super::{Outcome, Report, usage};
+use super::{Outcome, Report, contact, usage};
 
 /// Measures bias, noise and time of every method on a scene, and names the setting for a time or an error.
 ///
@@ -159,9 +158,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     text += &table::legend(&reference);
     text += &filters;
     text += &table::warnings(&settings, &outcomes, &reference);
-    for parted in scene.parted_shapes(&change.positions) {
-        text += &format!("WARNING: {}; {APART}\n", covering(scene.description(), &parted));
-    }
+    text += &contact::parted(scene, &change.positions);
     for target in options.targets() {
         text += &advice(&tuned, target, &options.scene, &options.moves.moves);
     }

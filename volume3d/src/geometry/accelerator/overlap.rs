@@ -1,4 +1,5 @@
-//! Pairs of triangles whose boxes meet: the hierarchy queried with itself.
+//! Pairs of triangles whose boxes meet, or miss one another by the rounding of what put their surfaces together: the
+//! hierarchy queried with itself.
 
 use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
@@ -6,6 +7,7 @@ use rayon::prelude::*;
 use super::build::Bounds;
 use super::tree::{Link, Node, Tree};
 use super::{Accelerator, Mesh};
+use crate::geometry::meeting::ROUNDING;
 use crate::lanes::WIDTH;
 
 /// A leaf and its box.
@@ -16,8 +18,8 @@ struct Place {
 }
 
 impl Accelerator {
-    /// What `visit` finds in all pairs of triangles whose boxes meet, each pair once with the lower index first. The order
-    /// depends on the hierarchy alone, not on the number of threads.
+    /// What `visit` finds in all pairs of triangles whose boxes meet to rounding, each pair once with the lower index first.
+    /// The order depends on the hierarchy alone, not on the number of threads.
     ///
     /// `positions` and `triangles` must be those that the hierarchy was built over.
     pub(crate) fn each_pair<T: Send>(
@@ -27,7 +29,9 @@ impl Accelerator {
         visit: impl Fn(u32, u32, &mut Vec<T>) + Sync,
     ) -> Vec<T> {
         let mesh = Mesh { positions, triangles };
-        let places = self.tree.places();
+        let (lower, upper) = self.bounds;
+        let rounding = ROUNDING * self.frame.scale * lower.abs().max(upper.abs()).max_element();
+        let places = self.tree.places(rounding as f32 + f32::EPSILON);
         let found: Vec<Vec<T>> = places
             .par_iter()
             .map_init(Vec::new, |stack, place| {
@@ -49,7 +53,9 @@ impl Accelerator {
         };
         let bounds = |t: u32| {
             let [a, b, c] = mesh.corners(t);
-            (a.min(b).min(c), a.max(b).max(c))
+            let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+            let rounding = ROUNDING * low.abs().max(high.abs()).max_element();
+            (low - rounding, high + rounding)
         };
         for (i, s) in members(leaf).enumerate() {
             let (low, high) = bounds(s);
@@ -65,13 +71,14 @@ impl Accelerator {
 }
 
 impl Tree {
-    /// All leaves with their boxes, in the order of the hierarchy.
-    fn places(&self) -> Vec<Place> {
+    /// All leaves with their boxes, widened, in the order of the hierarchy.
+    fn places(&self, by: f32) -> Vec<Place> {
         let mut places = vec![];
         for node in &self.nodes {
             for (lane, leaf) in node.children.into_iter().enumerate() {
                 let bounds = node.bounds(lane);
                 if leaf.is_leaf() && bounds.lower.cmple(bounds.upper).all() {
+                    let bounds = Bounds { lower: bounds.lower - by, upper: bounds.upper + by };
                     places.push(Place { leaf, bounds });
                 }
             }

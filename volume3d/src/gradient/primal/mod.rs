@@ -10,7 +10,7 @@ use glam::DVec3;
 use self::block::BlockSampler;
 use self::cell::CellSampler;
 use self::pool::{Pool, Taken};
-use super::Stopped;
+use super::GradientError;
 use super::driver::{CellSink, FilmSums, over_film};
 use super::film::FilmPlane;
 use super::progress::Progress;
@@ -25,8 +25,13 @@ use crate::scene::Scene;
 /// seed, so that an adjoint image may be computed from this one; see [the module](crate::gradient).
 ///
 /// # Errors
-/// [`Stopped`] if `progress` asked for an end.
-pub fn render(scene: &Scene, samples: usize, seed: u64, progress: &Progress) -> Result<Rendering, Stopped> {
+/// [`GradientError::Samples`] if there are none, and [`GradientError::Stopped`] if `progress` asked for an end.
+pub fn render(
+    scene: &Scene,
+    samples: usize,
+    seed: u64,
+    progress: &Progress,
+) -> Result<Rendering, GradientError> {
     render_pixels(scene, samples, seed, |_| true, progress)
 }
 
@@ -37,7 +42,7 @@ pub(crate) fn render_pixels(
     seed: u64,
     wanted: impl Fn(usize) -> bool + Sync,
     progress: &Progress,
-) -> Result<Rendering, Stopped> {
+) -> Result<Rendering, GradientError> {
     let paths = Paths::new(scene, Kernels::default());
     rendering(&paths, samples, seed, wanted, progress)
 }
@@ -47,7 +52,7 @@ pub(super) fn primal(
     samples: usize,
     seed: u64,
     progress: &Progress,
-) -> Result<Rendering, Stopped> {
+) -> Result<Rendering, GradientError> {
     rendering(paths, samples, seed, |_| true, progress)
 }
 
@@ -57,7 +62,10 @@ fn rendering(
     seed: u64,
     wanted: impl Fn(usize) -> bool + Sync,
     progress: &Progress,
-) -> Result<Rendering, Stopped> {
+) -> Result<Rendering, GradientError> {
+    if samples == 0 {
+        return Err(GradientError::Samples { samples, least: 1 });
+    }
     let film = FilmPlane::new(paths.scene);
     let before = paths.scene.trace_counts();
     let tables = if film.has_lens() { None } else { WaveTables::new(paths) };

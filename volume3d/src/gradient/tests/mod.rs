@@ -211,6 +211,14 @@ fn a_closed_white_box_glows_as_the_series_says() {
     }
 }
 
+#[test]
+fn an_image_without_samples_is_refused() {
+    let camera = Camera::look_at(DVec3::Z, DVec3::ZERO, DVec3::Y, 1.2);
+    let scene = Scene::new(Description::new(camera, film(4, Filter::Box))).unwrap();
+    let error = render(&scene, 0, 0, &Progress::none()).unwrap_err();
+    assert_eq!(error, GradientError::Samples { samples: 0, least: 1 });
+}
+
 /// Behind a black wall a path has no value, but the derivative by that wall's reflectance: the light that arrives there, and
 /// with it that of all walls that lit it. Russian roulette, which goes by the value, must not end it.
 #[test]

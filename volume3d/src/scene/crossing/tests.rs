@@ -157,6 +157,47 @@ fn contact_is_known_to_the_rounding_of_transforms() {
     }
 }
 
+/// A slab on a table of which one side is flush with the slab's: it slides along that side, and not across it. A place that
+/// is no binary fraction, and a turn, leave both together to rounding.
+#[test]
+fn flush_sides_are_told_when_they_part_and_not_when_they_slide() {
+    let turn = DAffine3::from_quat(DQuat::from_scaled_axis(DVec3::new(0.3, -1.1, 0.7)));
+    let block = |half: DVec3, centre: DVec3, turn: DAffine3| {
+        Mesh::cube()
+            .transformed(&(turn * DAffine3::from_scale_rotation_translation(half, DQuat::IDENTITY, centre)))
+    };
+    for turn in [DAffine3::IDENTITY, turn] {
+        let scene = scene(vec![
+            block(DVec3::new(1.0, 0.1, 0.5), DVec3::new(0.0, 0.1, 0.0), turn),
+            // Its bottom at 0.2 and its front at 0.5, but for rounding.
+            block(DVec3::new(0.3, 0.05, 0.1), DVec3::new(0.2, 0.25, 0.4), turn),
+            Mesh::cube().transformed(&DAffine3::from_translation(9.0 * DVec3::X)),
+        ]);
+        let moved = |v: DVec3| -> Vec<DVec3> {
+            let own = scene.position_range(1);
+            let rate = turn.transform_vector3(v);
+            (0..scene.positions.len()).map(|i| if own.contains(&i) { rate } else { DVec3::ZERO }).collect()
+        };
+        let parted = |v: DVec3| -> Vec<[usize; 2]> {
+            scene.parted_edges(&moved(v)).iter().map(|o| o.shapes).collect()
+        };
+        assert_eq!(scene.coinciding_edges().iter().map(|o| o.shapes).collect::<Vec<_>>(), [[0, 1]]);
+        assert_eq!(parted(DVec3::Z), [[0, 1]]);
+        assert_eq!(parted(DVec3::Y), [[0, 1]]);
+        assert_eq!(parted(DVec3::X), <[[usize; 2]; 0]>::default(), "it slides along the side");
+        let slides = |v: DVec3| scene.parted_shapes(&moved(v)).is_empty();
+        assert!(slides(DVec3::Z) && slides(DVec3::X) && !slides(DVec3::Y));
+    }
+}
+
+#[test]
+fn meshes_with_no_edges_upon_one_another_have_none() {
+    let floor = Mesh::rectangle().transformed(&DAffine3::from_scale(DVec3::splat(3.0)));
+    let box_on_it = Mesh::cube().transformed(&DAffine3::from_translation(DVec3::Z));
+    let scene = scene(vec![floor, box_on_it, Mesh::sphere()]);
+    assert!(scene.coinciding_edges().is_empty());
+}
+
 /// A surface that goes on below another passes through it in the edge that lies in it.
 #[test]
 fn a_surface_passes_through_along_its_own_edge() {

@@ -1,0 +1,82 @@
+//! What is said of surfaces and edges that lie upon one another, whose parting has no derivative, and of what passes
+//! through implicit surfaces, which is not followed.
+
+use glam::DVec3;
+use volume3d::scene::{CrossedBy, Description, ImplicitCrossing, Overlap, Scene};
+
+/// What to do about what lies upon one another.
+pub(super) const APART: &str = "move one of them a little";
+
+/// Warnings of what a motion of positions parts, a line each.
+pub(super) fn parted(scene: &Scene, velocities: &[DVec3]) -> String {
+    warnings(scene.description(), &scene.parted_shapes(velocities), scene.parted_edges(velocities))
+}
+
+/// Warnings of what shapes may be parted from, a line each.
+pub(super) fn in_contact(scene: &Scene, moves: impl Fn(usize) -> bool) -> String {
+    let moving = |mut overlaps: Vec<Overlap>| {
+        overlaps.retain(|o| o.shapes.iter().any(|s| moves(*s)));
+        overlaps
+    };
+    let (planes, edges) = (moving(scene.overlapping_shapes()), moving(scene.coinciding_edges()));
+    warnings(scene.description(), &planes, edges)
+}
+
+/// Warnings of what passes through implicit surfaces, a line each.
+pub(super) fn through_implicits(scene: &Scene) -> String {
+    let all = scene.implicit_crossings();
+    all.iter().map(|c| format!("WARNING: {}; {PART}\n", passing_through(scene.description(), c))).collect()
+}
+
+/// Where planes part, so do their edges: that is told once.
+fn warnings(d: &Description, planes: &[Overlap], mut edges: Vec<Overlap>) -> String {
+    edges.retain(|e| planes.iter().all(|p| p.shapes != e.shapes));
+    let all = planes.iter().map(|p| covering(d, p)).chain(edges.iter().map(|e| coinciding(d, e)));
+    all.map(|what| format!("WARNING: {what}; {APART}\n")).collect()
+}
+
+/// Surfaces that cover one another in one plane.
+pub(super) fn covering(d: &Description, overlap: &Overlap) -> String {
+    format!(
+        "{} cover the same part of a plane ({}): rounding decides which is seen, and no derivative exists by what parts \
+         them",
+        shapes(d, overlap),
+        pairs(overlap)
+    )
+}
+
+/// Edges that lie upon one another.
+fn coinciding(d: &Description, overlap: &Overlap) -> String {
+    format!(
+        "edges of {} lie upon one another ({}): where both are seen, no derivative exists by what parts them",
+        shapes(d, overlap),
+        pairs(overlap)
+    )
+}
+
+fn shapes(d: &Description, overlap: &Overlap) -> String {
+    let [a, b] = overlap.shapes.map(|s| &d.shapes[s].id);
+    if a == b { format!("parts of shape `{a}`") } else { format!("shapes `{a}` and `{b}`") }
+}
+
+fn pairs(Overlap { pairs, example: [i, j], .. }: &Overlap) -> String {
+    let count = if *pairs == 1 { "1 pair".to_owned() } else { format!("{pairs} pairs") };
+    format!("{count} of triangles, such as {i} and {j}")
+}
+
+/// What to do about what passes through an implicit surface.
+pub(super) const PART: &str =
+    "part them, or make them one: both as meshes, whose crossings are followed, or as one function";
+
+/// Something that passes through an implicit surface.
+pub(super) fn passing_through(d: &Description, crossing: &ImplicitCrossing) -> String {
+    let ImplicitCrossing { implicit, with, at } = crossing;
+    let (kind, other) = match *with {
+        CrossedBy::Mesh(mesh) => ("shape", &d.shapes[mesh].id),
+        CrossedBy::Implicit(other) => ("implicit surface", &d.implicits[other].id),
+    };
+    let id = &d.implicits[*implicit].id;
+    format!(
+        "{kind} `{other}` passes through implicit surface `{id}`, near {at:.3}: the curve in which they meet is followed by no field"
+    )
+}

@@ -1,0 +1,92 @@
+//! Edges of triangles that lie upon one another.
+
+use glam::DVec3;
+
+use super::meeting::ROUNDING;
+
+/// A stretch that edges of two triangles have in common.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Stretch {
+    /// Edge k of each of both, from corner k to corner k + 1.
+    pub(crate) edges: [usize; 2],
+    /// How far along each edge both ends of the stretch are: `along[i]` on that of triangle i.
+    pub(crate) along: [[f64; 2]; 2],
+}
+
+/// All stretches, as far as rounded transforms can tell.
+pub(crate) fn common_stretches(triangles: &[[DVec3; 3]; 2]) -> impl Iterator<Item = Stretch> {
+    let size = triangles.as_flattened().iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+    let edge = |i: usize, k: usize| [triangles[i][k], triangles[i][(k + 1) % 3]];
+    let pairs = (0..3).flat_map(|k| (0..3).map(move |l| [k, l]));
+    pairs.filter_map(move |edges| {
+        let along = common_stretch(edge(0, edges[0]), edge(1, edges[1]), ROUNDING * size)?;
+        Some(Stretch { edges, along })
+    })
+}
+
+/// The ends of what two segments have in common, as parts of the way along each; nothing if that is no more than a point.
+fn common_stretch([p, q]: [DVec3; 2], [a, b]: [DVec3; 2], rounding: f64) -> Option<[[f64; 2]; 2]> {
+    let (length, other) = (p.distance(q), a.distance(b));
+    if length <= rounding || other <= rounding {
+        return None;
+    }
+    let direction = (q - p) / length;
+    let off = |x: DVec3| (x - p).cross(direction).length();
+    if off(a) > rounding || off(b) > rounding {
+        return None;
+    }
+    let [s, t] = [a, b].map(|x| (x - p).dot(direction));
+    let (low, high) = (s.min(t).max(0.0), s.max(t).min(length));
+    let ends = [low, high];
+    (high - low > rounding).then(|| [ends.map(|x| x / length), ends.map(|x| (x - s) / (t - s))])
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DQuat;
+
+    use super::*;
+
+    /// Two triangles on either side of the line y = z = 0, and of which edge 0 lies on it.
+    fn on_a_line(x: f64, length: f64) -> [[DVec3; 3]; 2] {
+        let triangle = |x: f64, length: f64, z: f64| {
+            [DVec3::X * x, DVec3::X * (x + length), DVec3::new(x, 1.0, z)].map(|p| p + DVec3::Z)
+        };
+        [triangle(0.0, 2.0, 0.3), triangle(x, length, -1.0)]
+    }
+
+    #[test]
+    fn ends_are_at_one_place_of_both_edges() {
+        let turn = DQuat::from_scaled_axis(DVec3::new(0.3, -1.1, 0.7));
+        for (x, length, expected) in [
+            (0.5, 1.0, Some([[0.25, 0.75], [0.0, 1.0]])),
+            (1.5, -1.0, Some([[0.25, 0.75], [1.0, 0.0]])),
+            (1.5, 4.0, Some([[0.75, 1.0], [0.0, 0.125]])),
+            (2.0, 1.0, None),
+            (-1.0, 1.0, None),
+        ] {
+            let triangles = on_a_line(x, length);
+            let found: Vec<Stretch> = common_stretches(&triangles).collect();
+            assert_eq!(found.first().map(|s| s.along), expected, "{x} {length}");
+            for triangles in [triangles, triangles.map(|t| t.map(|p| turn * (0.1 * p)))] {
+                let found: Vec<Stretch> = common_stretches(&triangles).collect();
+                assert_eq!(found.len(), usize::from(expected.is_some()), "{x} {length}");
+                for Stretch { edges, along } in found {
+                    assert_eq!(edges, [0, 0]);
+                    let place = |i: usize, end: usize| triangles[i][0].lerp(triangles[i][1], along[i][end]);
+                    assert!((0..2).all(|end| place(0, end).distance(place(1, end)) < 1e-15));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn edges_beside_or_across_one_another_have_no_stretch_in_common() {
+        let [own, other] = on_a_line(0.5, 1.0);
+        let beside = other.map(|p| p + 1e-12 * DVec3::Y);
+        let across = other.map(|p| DQuat::from_rotation_z(1e-12) * p);
+        for other in [beside, across] {
+            assert_eq!(common_stretches(&[own, other]).count(), 0);
+        }
+    }
+}
