@@ -1,22 +1,27 @@
 //! A fit: steps down the gradient of an objective, which can be left off and gone on with.
 
+mod error;
 #[cfg(test)]
 mod implicit_tests;
 mod mean;
+mod optimizer;
+mod record;
+mod resume;
 mod surface;
 #[cfg(test)]
 mod tests;
 
-use std::borrow::Cow;
 use std::ops::Range;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use flatland::random::stream;
 use rand::Rng as _;
 use serde::{Deserialize, Serialize};
 
+pub use self::error::FitError;
+pub use self::optimizer::Optimizer;
+pub use self::record::{Record, Times};
 use super::adam::Adam;
-use super::grid_steps::GridSteps;
 use super::large_steps::LargeSteps;
 use super::objective::{Evaluation, MaskTerm, Objective, ObjectiveError, Reverse};
 use super::parameters::Parameters;
@@ -24,7 +29,7 @@ use super::schedule::Schedule;
 use crate::Image;
 use crate::gradient::Progress;
 use crate::scene::{ImplicitSurface, Scene, SceneError};
-use crate::sdf::{BakeError, Grid, RedistanceError};
+use crate::sdf::Grid;
 
 /// How long a fit goes on, and what it looks at.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,85 +58,6 @@ pub struct State {
     mean: Vec<f64>,
 }
 
-/// How one group of parameters is moved.
-#[derive(Clone, Debug)]
-pub struct Optimizer {
-    /// The sizes of steps; its `rate` is that of the first step.
-    pub adam: Adam,
-    /// For vertex positions, what keeps steps smooth: then Adam should be [`uniform`](Adam::uniform).
-    pub large_steps: Option<LargeSteps>,
-    /// For the nodes of a grid of distances, what keeps steps smooth, and them distances. For a network on a grid, when that becomes
-    /// finer.
-    pub grid: Option<GridSteps>,
-    /// Derivatives beyond ± this are cut down to it before all else, as the code of Vicini et al. (2022) does. It tames few large ones,
-    /// and biases the gradient: how many were cut is in [`Record::clamped`]. `None` cuts none.
-    pub clamp: Option<f64>,
-}
-
-impl From<Adam> for Optimizer {
-    fn from(adam: Adam) -> Self {
-        Self { adam, large_steps: None, grid: None, clamp: None }
-    }
-}
-
-impl Optimizer {
-    /// A step down a gradient; of the nodes of a grid, if it is one.
-    fn step(&self, adam: &mut Adam, gradient: &[f64], grid: Option<&Grid>) -> Vec<f64> {
-        match (&self.large_steps, &self.grid, grid) {
-            (Some(large), ..) => large.solve(&adam.step(&large.solve(gradient))),
-            (None, Some(steps), Some(grid)) if steps.smoothing > 0.0 => {
-                let size = grid.size();
-                steps.solve(size, &adam.step(&steps.solve(size, gradient)))
-            }
-            _ => adam.step(gradient),
-        }
-    }
-
-    /// A gradient with its derivatives within bounds, and how many were not.
-    fn clamped<'g>(&self, gradient: &'g [f64]) -> (Cow<'g, [f64]>, usize) {
-        let Some(clamp) = self.clamp else { return (gradient.into(), 0) };
-        let cut = gradient.iter().filter(|g| g.abs() > clamp).count();
-        (gradient.iter().map(|g| g.clamp(-clamp, clamp)).collect(), cut)
-    }
-
-    /// What rates are multiplied by after so many steps: as grids become finer, in units of their cells they stay.
-    fn fineness(&self, steps: u64) -> f64 {
-        self.grid.as_ref().map_or(1.0, |grid| 0.5_f64.powi(grid.refinements(steps) as i32))
-    }
-}
-
-/// What one step found.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Record {
-    /// The mean loss over the step's views, before the step.
-    pub loss: f64,
-    /// The sum of the penalties.
-    pub penalty: f64,
-    /// What the rates were multiplied by.
-    pub factor: f64,
-    /// The length of the gradient by each group of parameters.
-    pub norms: Vec<f64>,
-    /// How steady it has been, see [`Adam::signal`].
-    pub signals: Vec<f64>,
-    /// Samples that were not finite, and are left out.
-    pub non_finite: usize,
-    /// Derivatives that were [cut](Optimizer::clamp).
-    pub clamped: usize,
-}
-
-/// Where the time of the steps went.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Times {
-    /// Bringing the scene up to date.
-    pub update: Duration,
-    /// Rendering images.
-    pub image: Duration,
-    /// Estimating gradients.
-    pub gradient: Duration,
-    /// Regularisers, preconditioning and the optimiser.
-    pub optimizer: Duration,
-}
-
 /// Parameters of a scene on their way to a minimum.
 #[derive(Clone, Debug)]
 pub struct Fit {
@@ -143,65 +69,6 @@ pub struct Fit {
     averaged: Option<f64>,
     state: State,
     times: Times,
-}
-
-/// Why a fit does not go on. Its state is that before the step.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum FitError {
-    /// The objective has no value or no derivative.
-    #[error(transparent)]
-    Objective(#[from] ObjectiveError),
-    /// A step led to values that are none.
-    #[error("{0}; try a smaller rate, or bounds")]
-    Scene(#[from] SceneError),
-    /// A derivative is not a number.
-    #[error("the gradient by `{parameter}` is not finite")]
-    NotFinite {
-        /// The name of the parameter.
-        parameter: String,
-    },
-    /// What is for the nodes of a grid is asked of something else.
-    #[error(
-        "`{parameter}` is not the nodes of a grid of distances, which alone have smooth steps of that kind, and can be made distances again; \
-         finer become they, and networks on grids"
-    )]
-    NoGrid {
-        /// The name of the parameter.
-        parameter: String,
-    },
-    /// What is for a network is asked of the nodes of a grid.
-    #[error("`{parameter}` is the nodes of a grid, not a network, which alone is traced itself in the end")]
-    NoNetwork {
-        /// The name of the parameter.
-        parameter: String,
-    },
-    /// The nodes of a grid have no surface any more.
-    #[error("`{parameter}`: {error}; try a smaller rate")]
-    Grid {
-        /// The name of the parameter.
-        parameter: String,
-        /// What is wrong.
-        error: RedistanceError,
-    },
-    /// A network has no surface on a finer grid.
-    #[error("`{parameter}`: {error}; try more cells at first, or a smaller rate")]
-    Bake {
-        /// The name of the parameter.
-        parameter: String,
-        /// What is wrong.
-        error: BakeError,
-    },
-    /// The loss has become far larger than it was.
-    #[error(
-        "the fit diverges: the loss is {loss:.3e}, and was {first:.3e} at first; try smaller rates, or more samples"
-    )]
-    Diverges {
-        /// Now.
-        loss: f64,
-        /// In the first step.
-        first: f64,
-    },
 }
 
 /// A loss so many times that of the first step ends a fit.
@@ -239,7 +106,7 @@ impl Fit {
 
     /// The same with a mean of the parameters, x̄ ← β x̄ + (1 − β) x after each step, which is then its [`result`](Self::result); the plain mean
     /// of all steps while these are fewer than 1/(1 − β), so that the start does not count. For rates that do not fall to 0: 0.95 averages over about
-    /// 20 steps, as the code of Vicini et al. (2022) does. No step depends on it. Where a [grid](GridSteps::refine) becomes finer it begins
+    /// 20 steps, as the code of Vicini et al. (2022) does. No step depends on it. Where a [grid](super::GridSteps::refine) becomes finer it begins
     /// anew.
     ///
     /// # Panics
@@ -251,66 +118,6 @@ impl Fit {
         self.averaged = Some(decay);
         self.state.mean.clone_from(&self.state.x);
         self
-    }
-
-    /// The same, gone on with from another state, with the optimisers as they were then. Grids of the scene become as fine as they were.
-    ///
-    /// # Errors
-    /// Nothing but the reason why it is none of this fit's.
-    pub fn resumed(self, state: State, scene: &mut Scene) -> Result<Self, &'static str> {
-        if state.records.len() as u64 > self.plan.steps {
-            return Err("it is of a longer fit");
-        }
-        // Nothing is made finer for a state that does not fit in the end.
-        let counts: Vec<usize> = (0..self.optimizers.len()).map(|i| self.numbers(i, &state, scene)).collect();
-        let other = "it is of other parameters";
-        let same = |(adam, count): (&Adam, &usize)| adam.len().is_none_or(|len| len == *count);
-        let fits = state.adams.len() == counts.len() && state.adams.iter().zip(&counts).all(same);
-        if state.x.len() != counts.iter().sum::<usize>() || !fits {
-            return Err(other);
-        }
-        let of_mean = if self.averaged.is_some() { state.x.len() } else { 0 };
-        if state.mean.len() != of_mean {
-            return Err("it is of a fit with another mean of its parameters");
-        }
-        let (mut parameters, mut x) = (self.parameters, self.state.x);
-        for (i, optimizer) in self.optimizers.iter().enumerate() {
-            let Some(steps) = &optimizer.grid else { continue };
-            for _ in 0..steps.refinements(state.records.len() as u64) {
-                let none = "it has no grid";
-                let finer = surface::finer(&parameters.groups()[i], scene).ok_or(none)?;
-                (parameters, x) = surface::replace(parameters, &x, i, finer, scene).map_err(|_| none)?;
-            }
-        }
-        if state.x.len() != x.len() {
-            return Err(other);
-        }
-        for (i, optimizer) in self.optimizers.iter().enumerate() {
-            let finishes = |steps: &GridSteps| steps.is_finishing(state.records.len() as u64);
-            if !optimizer.grid.as_ref().is_some_and(finishes) {
-                continue;
-            }
-            let none = "its network has no surface";
-            parameters.apply(&state.x, scene).map_err(|_| none)?;
-            if let Some(network) = surface::itself(&parameters.groups()[i], scene) {
-                (parameters, _) =
-                    surface::replace(parameters, &state.x, i, network, scene).map_err(|_| none)?;
-            }
-        }
-        Ok(Self { state, parameters, ..self })
-    }
-
-    /// How many numbers a group of parameters is in a state: grids have become finer by then.
-    fn numbers(&self, group: usize, state: &State, scene: &Scene) -> usize {
-        let (steps, own) = (&self.optimizers[group].grid, &self.parameters.groups()[group]);
-        match (steps, surface::grid(own, scene)) {
-            (Some(steps), Some(grid)) => {
-                let times = steps.refinements(state.records.len() as u64) as u32;
-                let finer = |n: usize| (n - 1).saturating_mul(2usize.saturating_pow(times)).saturating_add(1);
-                grid.size().map(finer).into_iter().fold(1, usize::saturating_mul)
-            }
-            _ => own.range.len(),
-        }
     }
 
     /// Where it is.

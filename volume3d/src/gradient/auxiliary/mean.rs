@@ -1,0 +1,164 @@
+//! Means over the jumps near a direction.
+
+use std::f64::consts::FRAC_PI_2;
+
+use glam::DVec3;
+
+use super::{Auxiliary, Construction};
+use crate::gradient::jump_mean::{
+    AngularSupport, Cone, HalfSpace, JumpMean, Known, Listed, Sight, Silhouettes, Subject, View, WIDEST,
+};
+use crate::path::{Kernel, VisibilityDomain};
+use crate::scene::Surface;
+
+/// Places of the caps that were made last.
+const WITHIN_LOBE: usize = 0;
+const TOWARDS_LIGHT: usize = 1;
+pub(super) const ON_FILM: usize = 2;
+
+/// The silhouettes that the camera sees near a direction, as they were last looked up.
+#[derive(Debug, Default)]
+pub(super) struct Near {
+    direction: DVec3,
+    /// By how much a direction may differ, as a chord.
+    margin: f64,
+    edges: Listed,
+}
+
+impl Auxiliary<'_> {
+    /// How far away edges count in the mean over jumps; nothing if that is none.
+    pub(super) fn reach(&self, kernel: &Kernel) -> Option<AngularSupport> {
+        let Construction::JumpMean { lobe, lobe_softness, .. } = self.construction else {
+            return None;
+        };
+        if kernel.of_light && !self.warps_light() {
+            return None;
+        }
+        let width = 1.0 / kernel.kappa.sqrt();
+        let softness = if kernel.of_light { 0.0 } else { lobe_softness * width };
+        let place = if kernel.of_light { TOWARDS_LIGHT } else { WITHIN_LOBE };
+        Some(self.support(place, lobe * width).softened(softness))
+    }
+
+    /// A cap with an angular radius, which is likely the last one there was for what it is for.
+    pub(super) fn support(&self, place: usize, angle: f64) -> AngularSupport {
+        let last = &self.supports[place];
+        if last.get().angle != angle.min(WIDEST) {
+            last.set(AngularSupport::new(angle));
+        }
+        last.get()
+    }
+
+    pub(super) fn jump_mean_on_film(
+        &mut self,
+        origin: DVec3,
+        direction: DVec3,
+        (reach, softness): (AngularSupport, f64),
+        seen: Option<Surface>,
+        camera_moves: bool,
+        from_one_place: bool,
+    ) -> Option<JumpMean> {
+        if !camera_moves && !self.moving.may_be_near(origin, direction, reach) {
+            return None;
+        }
+        if !from_one_place {
+            // No two samples look from the same point of a lens, or at the same pixel.
+            self.near.margin = -1.0;
+        } else {
+            self.gather(origin, direction, reach)?;
+        }
+        let (scene, tree) = (self.paths.scene, self.edges?);
+        let triangle = seen.and_then(Surface::triangle);
+        let front = triangle.map(|t| self.front(tree.plane(t), origin));
+        let border_softness = triangle.map_or(0.0, |t| tree.border_softness(t, origin, softness));
+        let subject = Subject::Radiance(triangle);
+        let rounding = self.paths.scene.rounding();
+        let view = View { origin, planes: front.as_slice(), subject, left: None, border_softness, rounding };
+        let field = self.implicit_field();
+        let known = if triangle.is_none() { self.ahead.of(origin, direction) } else { Known::Nothing };
+        let sight = Sight { origin, from: None, plane: triangle.map(|t| self.plane_of(t)), field, known };
+        let silhouettes =
+            if from_one_place { Silhouettes::Listed(&self.near.edges) } else { Silhouettes::All };
+        JumpMean::new(scene, tree, silhouettes, &view, direction, reach, &sight, &mut self.trace)
+    }
+
+    /// Samples of one pixel look along nearly one direction: silhouettes around it are looked up once for them all.
+    fn gather(&mut self, origin: DVec3, direction: DVec3, reach: AngularSupport) -> Option<()> {
+        let tree = self.edges?;
+        let moved = (direction - self.near.direction).length();
+        // Angles are at most π/2 times their chords, of which these are small.
+        if moved > self.near.margin {
+            let margin = 2.0 * reach.versine.sqrt();
+            // A cap that would be too wide is looked up for each direction.
+            let margin = if reach.angle + FRAC_PI_2 * margin > WIDEST { 0.0 } else { margin };
+            let wide = AngularSupport::new(reach.angle + FRAC_PI_2 * margin);
+            let cone = Cone {
+                origin,
+                axis: direction,
+                reach: wide,
+                planes: &[],
+                rounding: self.paths.scene.rounding(),
+            };
+            self.near.edges.clear();
+            tree.for_each(&cone, |edge| self.near.edges.push(edge, origin));
+            (self.near.direction, self.near.margin) = (direction, margin);
+        }
+        Some(())
+    }
+
+    pub(super) fn jump_mean_on_sphere(
+        &mut self,
+        x: DVec3,
+        from: Surface,
+        direction: DVec3,
+        kernel: Kernel,
+        reach: AngularSupport,
+        x_moves: bool,
+    ) -> Option<JumpMean> {
+        if !x_moves && !self.moving.may_be_near(x, direction, reach) {
+            return None;
+        }
+        // What lies in the plane of the horizon is not above it.
+        let horizon = HalfSpace { normal: kernel.normal, point: x, slack: -self.paths.scene.rounding() };
+        let (scene, tree) = (self.paths.scene, self.edges?);
+        let (subject, plane, end) = match kernel.domain {
+            VisibilityDomain::Distant => (Subject::Cover, None, None),
+            VisibilityDomain::Radiance => {
+                let triangle = kernel.surface.and_then(Surface::triangle);
+                let front = triangle.map(|t| self.front(tree.plane(t), x));
+                (Subject::Radiance(triangle), front, triangle.map(|t| self.plane_of(t)))
+            }
+            VisibilityDomain::BeforePlane { normal, offset, shape } => {
+                // Hardly more than rounding: the border of the light's own back, a little behind it, moves with it, and
+                // a field that followed it would have to turn between it and what hides the border.
+                let slack = 1e4 * self.paths.scene.rounding();
+                let plane = HalfSpace { normal, point: offset * normal, slack };
+                (Subject::CoverOf(shape), Some(plane), Some((normal, offset)))
+            }
+        };
+        let planes = [horizon, plane.unwrap_or(horizon)];
+        let planes = &planes[..1 + usize::from(plane.is_some())];
+        let left = from.triangle().map(|t| tree.plane(t));
+        let rounding = self.paths.scene.rounding();
+        let view = View { origin: x, planes, subject, left, border_softness: 0.0, rounding };
+        let known = self.ahead.of(x, direction);
+        let sight = Sight { origin: x, from: Some(from), plane: end, field: self.implicit_field(), known };
+        let trace = &mut self.trace;
+        JumpMean::new(scene, tree, Silhouettes::All, &view, direction, reach, &sight, trace)
+    }
+
+    /// The side of a triangle's plane on which the viewer is.
+    fn front(&self, triangle: u32, viewer: DVec3) -> HalfSpace {
+        let [point, ..] = self.paths.scene.corners(triangle);
+        let normal = self.upward(Surface::Triangle(triangle), point, viewer - point);
+        // What touches a plane counts as before it, and what does so by the rounding of meshes in single precision as well:
+        // 10⁻⁶ of the scene. Edges that are behind the plane are hidden, and do no harm.
+        HalfSpace { normal, point, slack: 1e7 * self.paths.scene.rounding() }
+    }
+
+    /// The plane {y: n·y = d} of a triangle.
+    fn plane_of(&self, triangle: u32) -> (DVec3, f64) {
+        let normal = self.paths.scene.face_normal(triangle);
+        (normal, normal.dot(self.paths.scene.corners(triangle)[0]))
+    }
+}

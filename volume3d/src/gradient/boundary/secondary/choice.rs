@@ -1,0 +1,184 @@
+//! Which edges are drawn, and in which directions through their points.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::super::STILL;
+use super::super::list::Edge;
+use super::super::table::Table;
+use super::super::wedge::{Aimed, Wedge};
+use super::{Light, Secondary};
+use crate::path::{LightId, Sequence};
+use crate::scene::Surface;
+
+/// Directions to lights that tell how often an edge is a silhouette before one.
+const PILOTS: usize = 16;
+
+/// What a fold with smooth shading counts, of what a crease does.
+const SMOOTH: f64 = 0.05;
+
+/// An edge that was never one in so many trials may still be.
+const LEAST: f64 = 0.05;
+
+/// A direction through a point of an edge.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Drawn {
+    pub(super) direction: DVec3,
+    /// Per solid angle.
+    pub(super) density: f64,
+    pub(super) aim: Option<Aim>,
+}
+
+/// The light that a direction was drawn for, and the only surface of it that counts, if it is one of them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Aim {
+    pub(super) id: LightId,
+    pub(super) surface: Option<Surface>,
+    pub(super) distance: f64,
+}
+
+impl Secondary<'_> {
+    pub(super) fn weights(&self) -> Table {
+        let scene = self.sensor.paths.scene;
+        let weigh = |edge: &Edge| {
+            let [a, b] = edge.span(scene);
+            a.distance(b)
+                * match self.light {
+                    Light::Emitted | Light::Shadows => self.silhouette_rate(edge),
+                    Light::Rest | Light::Bounces if self.list.may_jump(scene, edge) => self.solid_angle(edge),
+                    Light::Rest | Light::Bounces => 0.0,
+                }
+        };
+        let mut weights: Vec<f64> = self.list.edges.par_iter().map(weigh).collect();
+        self.moving.limit_still(&mut weights, STILL, |e| self.moving.has_any(self.list.edges[e].shapes));
+        Table::new(weights)
+    }
+
+    /// Roughly the solid angle of lights before which the edge is a silhouette, or how often it is one, if that cannot
+    /// be told; 0 only where it never is.
+    fn silhouette_rate(&self, edge: &Edge) -> f64 {
+        let paths = self.sensor.paths;
+        let scene = paths.scene;
+        let emits = |s: u32| scene.description.shapes[s as usize].radiance.is_some();
+        if self.light == Light::Emitted && edge.shapes.into_iter().any(emits) || edge.is_crossing() {
+            // Those of emitters are sampled from the camera, and at other crossings no emission jumps.
+            return 0.0;
+        }
+        if self.light == Light::Shadows && paths.lights.is_the_only(edge.shapes[0]) {
+            return 0.0;
+        }
+        let [a, b] = edge.span(scene);
+        if let Some(targets) = &self.targets {
+            return match self.wedge(edge) {
+                Some(wedge) => targets.solid_angle(scene, &wedge, [a, b]),
+                None if self.list.is_flat(scene, edge) => 0.0,
+                None => targets.reach(scene, [a, b]),
+            };
+        }
+        let middle = a.midpoint(b);
+        let mut count = 0;
+        for i in 0..PILOTS {
+            // Additive recurrences of the roots of x⁴ = x + 1.
+            let numbers = [0.819_172_5, 0.671_043_6, 0.549_700_5].map(|g| (0.5 + g * i as f64).fract());
+            let Some(towards) = paths.lights.sample(scene, middle, numbers) else { continue };
+            let normal = towards.sampled.direction.cross(b - a);
+            let sides = self.list.occupied(scene, edge, normal);
+            count += usize::from(sides[0] != sides[1]);
+        }
+        let rate = count as f64 / PILOTS as f64;
+        if rate > 0.0 || self.may_be_silhouette(edge) { rate.max(LEAST) } else { 0.0 }
+    }
+
+    /// Whether an edge of two triangles may be a silhouette before a light: whether some light is not on the
+    /// same sides of both their planes throughout.
+    fn may_be_silhouette(&self, edge: &Edge) -> bool {
+        let scene = self.sensor.paths.scene;
+        let Some(spheres) = self.sensor.paths.lights.spheres() else { return true };
+        let Some([u, v]) = self.list.limits(scene, edge) else { return true };
+        let [a, b] = edge.span(scene);
+        let e = (b - a).normalize_or_zero();
+        spheres.iter().any(|&(centre, radius)| {
+            let [f, g] = [u, v].map(|u| u.cross(e).dot(centre - a));
+            f.abs() <= radius || g.abs() <= radius || f * g < 0.0
+        })
+    }
+
+    /// Roughly the solid angle in which what is seen jumps at an edge, times the contrast there.
+    fn solid_angle(&self, edge: &Edge) -> f64 {
+        if edge.is_crossing() && self.longest == 1 {
+            // A constant environment does not jump.
+            return 0.0;
+        }
+        let (anywhere, wedge) = (self.share_anywhere(edge), self.wedge(edge));
+        let crease = if edge.jump { 1.0 } else { SMOOTH };
+        match wedge {
+            None => 4.0 * PI,
+            Some(w) if anywhere == 0.0 => 4.0 * w.angle,
+            Some(w) => 4.0 * w.angle + 4.0 * PI * crease * w.angle.clamp(LEAST, 1.0),
+        }
+    }
+
+    /// The part of directions that are drawn from the whole sphere; the others are those of the wedge.
+    ///
+    /// Emission jumps at silhouettes only, and so does a constant environment; what surfaces reflect jumps at all
+    /// folds, of which a softened field leaves the silhouettes.
+    fn share_anywhere(&self, edge: &Edge) -> f64 {
+        match self.wedge(edge) {
+            None => 1.0,
+            Some(_) if self.longest > 1 && self.light == Light::Rest => 0.5,
+            Some(_) => 0.0,
+        }
+    }
+
+    /// The directions in which an edge of two triangles is a silhouette; `None` where every direction counts.
+    fn wedge(&self, edge: &Edge) -> Option<Wedge> {
+        // A fold through which something passes is a crossing as well.
+        if self.light == Light::Bounces && edge.crossed {
+            return None;
+        }
+        Wedge::of(self.sensor.paths.scene, self.list, edge)
+    }
+
+    /// A direction from a point of an edge towards the light.
+    pub(super) fn draw(&self, edge: &Edge, point: DVec3, numbers: &mut Sequence) -> Option<Drawn> {
+        let paths = self.sensor.paths;
+        let (c, [a, b]) = (numbers.one(), numbers.pair());
+        if self.light.is_emission() {
+            if let (Some(targets), Some(wedge)) = (&self.targets, self.wedge(edge)) {
+                let aimed = targets.draw(paths.scene, &wedge, edge.span(paths.scene), point, [c, a, b])?;
+                let Aimed { direction, distance, density, surface, id } = aimed;
+                return Some(Drawn {
+                    direction,
+                    density,
+                    aim: Some(Aim { id, surface: Some(surface), distance }),
+                });
+            }
+            let towards = paths.lights.sample(paths.scene, point, [c, a, b])?;
+            let (direction, density) = (towards.sampled.direction, towards.sampled.density);
+            let aim = Aim { id: towards.id, surface: None, distance: towards.distance };
+            return Some(Drawn { direction, density, aim: Some(aim) });
+        }
+        let [p, q] = edge.span(paths.scene);
+        let e = (q - p).normalize_or_zero();
+        let z = 2.0 * a - 1.0;
+        let radius = (1.0 - z * z).sqrt();
+        let (wedge, anywhere) = (self.wedge(edge), self.share_anywhere(edge));
+        let (s, t) = e.any_orthonormal_pair();
+        let (u, v, turn) = match &wedge {
+            // What is left of the choice takes one of the two opposite parts.
+            Some(w) if c >= anywhere => {
+                let opposite = (c - anywhere) / (1.0 - anywhere) < 0.5;
+                (w.u, w.up, w.angle * b + if opposite { PI } else { 0.0 })
+            }
+            _ => (s, t, TAU * b),
+        };
+        let (sin, cos) = turn.sin_cos();
+        let direction = z * e + radius * (cos * u + sin * v);
+        let in_wedge =
+            wedge.as_ref().filter(|w| w.holds(direction)).map_or(0.0, |w| (1.0 - anywhere) / (4.0 * w.angle));
+        Some(Drawn { direction, density: in_wedge + anywhere / (4.0 * PI), aim: None })
+            .filter(|drawn| drawn.density > 0.0)
+    }
+}
