@@ -27,11 +27,11 @@ pub struct EdgeSampling {
     pub samples: usize,
     /// Samples of each kind of jump on the film, a pixel on average: edges, and sign changes of shading normals.
     pub primary: usize,
-    /// Samples of each kind of jump seen from shading points, a pixel on average: edges before lights, borders of emitters, horizons,
-    /// and sign changes of shading normals.
+    /// Samples of each kind of jump seen from shading points, a pixel on average: edges before lights, borders of emitters as first points
+    /// see them, horizons, and sign changes of shading normals.
     pub secondary: usize,
-    /// Samples of edges before all else, before surfaces that reflect and a constant environment, as shading points see them, a pixel on
-    /// average.
+    /// Samples of edges before all else, before surfaces that reflect and a constant environment, as shading points see them, and of
+    /// borders of emitters as points see them after a bounce, a pixel on average.
     pub bounces: usize,
     /// The seed of everything random.
     pub seed: u64,

@@ -3,6 +3,10 @@
 //! At a shading point x the boundary term is ∮ f cos θ ΔL (v·ν) dl with v·ν dl = (ω × e)·(ẋ_B − ẋ)/t² ds, in the
 //! notation of [`secondary`](super::secondary). There are few such edges, and light comes from the edge itself: here
 //! paths are traced from the camera.
+//!
+//! In a direction that is held still a point after a bounce slides by 1/cos of the angle at which it is met: from the camera the mean
+//! square of that diverges beside contact. Of edge sampling these points are traced from the emitter's edge
+//! ([`reflected_outlines`](super::reflected_outlines)), and the first points alone from the camera.
 
 use flatland::calculus::Vec3;
 use glam::DVec3;
@@ -49,7 +53,14 @@ pub(super) struct Seen {
 }
 
 impl<'a> Emitters<'a> {
-    pub(super) fn new(paths: &'a Paths<'a>, list: &'a EdgeList, moving: &'a Moving, of: Of) -> Self {
+    /// As paths of at most `longest` segments see them.
+    pub(super) fn new(
+        paths: &'a Paths<'a>,
+        list: &'a EdgeList,
+        moving: &'a Moving,
+        of: Of,
+        longest: usize,
+    ) -> Self {
         let scene = paths.scene;
         let limit = scene.description.integrator.max_depth.unwrap_or(usize::MAX);
         let emits = |shape: u32| match of {
@@ -68,7 +79,7 @@ impl<'a> Emitters<'a> {
             let flat = !edge.jump && list.limits(scene, edge).is_some_and(|[u, v]| u == v);
             if flat { 0.0 } else { a.distance(b) }
         }));
-        let walk = Walk::new(Sensor::new(paths), moving, limit.saturating_sub(1));
+        let walk = Walk::new(Sensor::new(paths), moving, longest.min(limit.saturating_sub(1)));
         Self { walk, list, moving, edges, table, of }
     }
 

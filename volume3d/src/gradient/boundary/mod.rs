@@ -14,6 +14,7 @@ mod horizon;
 mod inner_sign_changes;
 mod list;
 mod primary;
+mod reflected_outlines;
 mod residual;
 mod secondary;
 mod sensor;
@@ -37,6 +38,7 @@ use self::horizon::{Beyond, Horizon};
 use self::inner_sign_changes::InnerSignChanges;
 use self::list::EdgeList;
 use self::primary::{Lines, Primary};
+use self::reflected_outlines::ReflectedOutlines;
 use self::secondary::{Light, Secondary};
 use self::sign_changes::FilmSignChanges;
 pub(super) use self::sums::{Effort, Gradients, Images};
@@ -57,10 +59,11 @@ const SIGN_CHANGE: u64 = 23;
 const INNER_SIGN_CHANGE: u64 = 24;
 const BEFORE_SIGN_CHANGE: u64 = 25;
 const SIGN_CHANGE_AUXILIARY: u64 = 26;
+const OUTLINE: u64 = 27;
 
-/// What stands still is at most this part of all samples of jumps seen from shading points, where other things move:
-/// it counts only where the shading point moves.
-const STILL: f64 = 0.2;
+/// For a sample of a jump that moves there is at most this of what stands still, where something moves: that counts only where the
+/// shading point moves. Fewer would be rare and large.
+const STILL: f64 = 0.5;
 
 /// What moves, or is active: the shapes, and the camera.
 #[derive(Clone, Debug)]
@@ -117,7 +120,8 @@ impl Moving {
 pub(super) enum Term {
     Primary,
     Secondary,
-    /// Of the secondary term, what surfaces reflect and a constant environment: it has samples of its own.
+    /// Of the secondary term, what surfaces reflect, a constant environment, and outlines of emitters after a bounce: it has samples of
+    /// its own.
     Bounce,
 }
 
@@ -138,7 +142,8 @@ pub(super) fn each_boundary(scene: &Scene, moving: &Moving, taker: &mut impl Tak
     for (term, light) in [(Term::Secondary, Light::Emitted), (Term::Bounce, Light::Rest)] {
         taker.take(term, &Secondary::new(&paths, list, moving, light))?;
     }
-    taker.take(Term::Secondary, &Emitters::new(&paths, list, moving, Of::All))?;
+    taker.take(Term::Secondary, &Emitters::new(&paths, list, moving, Of::All, 1))?;
+    taker.take(Term::Bounce, &ReflectedOutlines::new(&paths, list, moving))?;
     taker.take(Term::Secondary, &Horizon::new(&paths, moving, Beyond::All))?;
     taker.take(Term::Secondary, &InnerSignChanges::new(&paths, moving))
 }

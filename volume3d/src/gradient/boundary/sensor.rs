@@ -20,6 +20,11 @@ pub(super) struct Vertex {
 /// reflects may arrive from below the face.
 const BELOW: f64 = 0.1;
 
+/// The part of backward directions that are uniform; of the others the density goes with the cosine. A path's point that moves is seen
+/// to slide by 1/cos θ in the direction it is looked at from the point before: by the cosine alone the mean of 1/cos²θ diverges beside
+/// contact.
+const UNIFORM: f64 = 0.5;
+
 /// Backward paths are continued with no more than this probability where there is no limit to their length.
 const SURVIVAL: f64 = 0.95;
 
@@ -155,7 +160,7 @@ impl<'a> Sensor<'a> {
         let scene = self.paths.scene;
         let face = self.paths.scene.normal_of(vertex.surface, vertex.position);
         let face = if face.dot(towards) < 0.0 { -face } else { face };
-        let (side, [a, b]) = (numbers.one(), numbers.pair());
+        let ([side, kind], [a, b]) = (numbers.pair(), numbers.pair());
         let bends = scene.has_shading_normals(vertex.surface);
         let (normal, share) = match bends {
             false => (face, 1.0),
@@ -164,10 +169,12 @@ impl<'a> Sensor<'a> {
         };
         let (s, t) = normal.any_orthonormal_pair();
         let (sin, cos) = (TAU * b).sin_cos();
-        let direction = a.sqrt() * (cos * s + sin * t) + (1.0 - a).sqrt() * normal;
+        let cosine = if kind < UNIFORM { a } else { (1.0 - a).sqrt() };
+        let direction = (1.0 - cosine * cosine).sqrt() * (cos * s + sin * t) + cosine * normal;
         let hit = scene.closest(vertex.position, direction, Some(vertex.surface))?;
         let next = Vertex { position: vertex.position + direction * hit.distance, surface: hit.surface };
-        let factor = self.reflection(next.position, vertex, towards) / (FRAC_1_PI * share);
+        let density = share * FRAC_1_PI * (0.5 * UNIFORM + (1.0 - UNIFORM) * cosine);
+        let factor = self.reflection(next.position, vertex, towards) * (cosine / density);
         Some((next, factor))
     }
 

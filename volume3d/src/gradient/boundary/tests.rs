@@ -121,6 +121,64 @@ fn surfaces_turn_their_other_side_to_one_another() {
     comparisons.finish();
 }
 
+/// A floor that lamps below a ceiling light from there alone, or nearly.
+fn below_a_ceiling(lamps: &[Mesh]) -> Scene {
+    let camera = Camera::look_at(DVec3::new(0.8, -0.2, 2.5), DVec3::new(0.4, -1.0, 0.0), DVec3::Y, 1.0);
+    let mut d = Description::new(camera, film(6, Filter::Tent { radius: 1.0 }));
+    d.integrator = Integrator { max_depth: Some(3), rr_depth: 5 };
+    let white = d.add_material(Material::diffuse("white", DVec3::new(0.8, 0.7, 0.6)));
+    d.add_shape("floor", Mesh::rectangle().transformed(&(at(0.0, -1.0, 0.0, 2.0) * down())), white);
+    d.add_shape("ceiling", Mesh::rectangle().transformed(&(at(0.0, 1.0, 0.0, 2.0) * up())), white);
+    for (name, lamp) in ["lamp", "other lamp"].into_iter().zip(lamps) {
+        d.add_emitter(name, lamp.clone(), DVec3::splat(5.0));
+    }
+    Scene::new(d).unwrap()
+}
+
+/// Outlines of lamps as a ceiling sees them, traced from the lamp, against what paths from the camera see after a bounce: of a lamp
+/// that is its own image in its centre, of one that is not, of a closed one, and of two, of which one may hide the other.
+#[test]
+fn outlines_of_emitters_are_seen_after_a_bounce() {
+    let plate = |x: f64, size: f64| Mesh::rectangle().transformed(&(at(x, 0.2, 0.0, size) * down()));
+    let corners = [[-1.4, 0.2, -0.4], [-0.7, 0.2, 0.5], [-0.5, 0.2, -0.3]].map(DVec3::from);
+    let kinds = [
+        ("a rectangle", vec![plate(-0.9, 0.4)]),
+        ("a triangle", vec![Mesh::new(corners.to_vec(), vec![[0, 1, 2]]).unwrap()]),
+        ("a cube", vec![Mesh::cube().transformed(&at(-0.9, 0.2, 0.0, 0.3))]),
+        ("two rectangles", vec![plate(-0.9, 0.4), plate(-0.3, 0.1)]),
+    ];
+    let mut comparisons = Comparisons::of("edge_sampling::outlines_of_emitters_are_seen_after_a_bounce");
+    for (name, lamps) in kinds {
+        let scene = below_a_ceiling(&lamps);
+        let mut change = Tangent::still(&scene);
+        change.scale(&scene, 2, DVec3::new(-0.9, 0.2, 0.0), 1.0);
+        change.translate(&scene, 2, DVec3::new(0.1, 0.05, -0.1));
+        let (motion, list) = (Motion::new(&scene, &change), EdgeList::new(&scene));
+        let (paths, moving) = (Paths::new(&scene, Kernels::default()), Moving::of(&scene, &motion));
+        let driver = |seed| {
+            EdgeSampling { bounces: 512, seed, ..EdgeSampling::default() }
+                .effort()
+                .driver(&scene, Term::Bounce)
+        };
+        let none = Progress::none();
+        let from_camera = |seed, longest| {
+            let emitters = Emitters::new(&paths, &list, &moving, Of::All, longest);
+            driver(50 + seed).forward(&emitters, &motion, &none).unwrap().mean
+        };
+        let outlines = ReflectedOutlines::new(&paths, &list, &moving);
+        let found = total(|seed| driver(seed).forward(&outlines, &motion, &none).unwrap().mean);
+        // First points have the same random numbers.
+        let reference = total(|seed| {
+            let (both, first) = (from_camera(seed, 2), from_camera(seed, 1));
+            both.into_iter().zip(first).map(|(both, first)| both - first).collect()
+        });
+        comparisons.add(name.to_owned(), found, reference, 0.0, reference.0);
+        let first = total(|seed| from_camera(seed, 1));
+        comparisons.reject(&format!("{name}, first points"), first, reference);
+    }
+    comparisons.finish();
+}
+
 /// Sums of light that overflow are left out and reported, forwards and backwards.
 #[test]
 fn samples_that_are_not_finite_are_reported() {

@@ -25,7 +25,7 @@ pub enum Field {
     /// where a face that is seen almost edge-on opens: that is 2v/w more, at most 200 v/ε, as those of narrower faces are softened, too. (Width is
     /// area over length: a spike of a wide face has no such bound.)
     /// That is the field's part. What a path meets after a bounce moves at a speed that grows with 1/cos of the angle of incidence, by this field
-    /// as by every method here.
+    /// as by all that trace from the camera; [edge sampling](crate::gradient::EdgeSampling) traces such points backwards.
     ///
     /// Directions towards lights are not warped: the edges of shadows and the outlines of emitters are sampled, with the speed at which
     /// they pass the shading point. Within lobes the mean is softened as on the film, or exact. Beside implicit surfaces all of the field is the exact

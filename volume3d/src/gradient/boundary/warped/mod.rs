@@ -63,7 +63,7 @@ impl AlongWarp<'_> {
         if sampled_shadows {
             let edges = Secondary::new(self.paths, list, moving, Light::Shadows);
             taker.take(Term::Secondary, &Shadows { warp: self, edges })?;
-            let edges = Emitters::new(self.paths, list, moving, Of::Curved);
+            let edges = Emitters::new(self.paths, list, moving, Of::Curved, usize::MAX);
             taker.take(Term::Secondary, &Outlines { warp: self, edges })?;
             // A face's own horizon stays where it is as a point slides over the face.
             taker.take(Term::Secondary, &Horizon::new(self.paths, moving, Beyond::Lights))?;
