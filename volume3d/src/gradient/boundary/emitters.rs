@@ -124,7 +124,7 @@ impl<'a> Emitters<'a> {
             Of::Curved => paths.lit(LightId::Shape(edge.shapes[0]), hit, direction),
         });
         // Each emitter's own light is found by its own edges alone.
-        let share = if self.of == Of::Curved { 1.0 } else { sides.share };
+        let share = if self.of == Of::Curved { 1.0 } else { sides.share_of_emission(scene) };
         let density = chosen.probability / length * distance * distance;
         let light = reflected * (before - behind) * subpath.weight * (share / density);
         if light == DVec3::ZERO {

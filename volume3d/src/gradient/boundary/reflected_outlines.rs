@@ -184,7 +184,7 @@ impl<'a> ReflectedOutlines<'a> {
         for view in [Some(view), opposite].into_iter().flatten() {
             let Some(sides) = view.sides else { continue };
             let [before, behind] = sides.hits.map(|hit| paths.lit_by_all(hit, view.direction));
-            let light = (before - behind) * (sides.share * view.measure / density);
+            let light = (before - behind) * (sides.share_of_emission(scene) * view.measure / density);
             if light == DVec3::ZERO {
                 continue;
             }

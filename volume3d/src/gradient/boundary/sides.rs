@@ -23,6 +23,19 @@ pub(super) struct Sides {
     pub(super) other: Option<usize>,
 }
 
+impl Sides {
+    /// The part of a jump of emission that an emitter's edge finds: all of it where the edge that coincides with it is of what does not
+    /// emit, as that of a frame, whose edges nobody samples for it.
+    pub(super) fn share_of_emission(&self, scene: &Scene) -> f64 {
+        let emits =
+            |hit: Hit| scene.description.shapes[scene.shape_of(hit.surface) as usize].radiance.is_some();
+        match self.other.map(|side| self.hits[side]) {
+            Some(Some(hit)) if !emits(hit) => 1.0,
+            _ => self.share,
+        }
+    }
+}
+
 /// Looks past an edge's point at distance t on both sides; `None` where the edge is hidden.
 pub(super) fn look_past(
     scene: &Scene,

@@ -179,6 +179,34 @@ fn outlines_of_emitters_are_seen_after_a_bounce() {
     comparisons.finish();
 }
 
+/// A dark frame whose edge is the lamp's takes nothing of what the lamp's outline does, where both move.
+#[test]
+fn a_frame_leaves_the_outline_to_its_lamp() {
+    let lamp = Mesh::rectangle().transformed(&(at(-0.2, 0.2, 0.0, 0.4) * up()));
+    let frame = Mesh::rectangle().transformed(&(at(0.6, 0.2, 0.0, 0.4) * up()));
+    let outlines = |framed: bool| {
+        let mut d = below_a_ceiling(std::slice::from_ref(&lamp)).description().clone();
+        if framed {
+            d.add_shape("frame", frame.clone(), 0);
+        }
+        let scene = Scene::new(d).unwrap();
+        let mut change = Tangent::still(&scene);
+        for shape in 2..scene.description().shapes.len() {
+            change.translate(&scene, shape, DVec3::new(0.0, -1.0, 0.0));
+        }
+        let (motion, list) = (Motion::new(&scene, &change), EdgeList::new(&scene));
+        let (paths, moving) = (Paths::new(&scene, Kernels::default()), Moving::of(&scene, &motion));
+        let emitters = Emitters::new(&paths, &list, &moving, Of::All, 1);
+        let method = EdgeSampling { secondary: 16384, ..EdgeSampling::default() };
+        let driver = method.effort().driver(&scene, Term::Secondary);
+        driver.forward(&emitters, &motion, &Progress::none()).unwrap().mean.iter().sum::<DVec3>().x
+    };
+    let [framed, alone] = [true, false].map(outlines);
+    println!("{framed} framed, {alone} alone");
+    // Half of the lamp's outline on one side of four would be 12 %.
+    assert!((framed / alone - 1.0).abs() < 0.05, "{framed} {alone}");
+}
+
 /// Sums of light that overflow are left out and reported, forwards and backwards.
 #[test]
 fn samples_that_are_not_finite_are_reported() {
