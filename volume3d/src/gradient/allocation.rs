@@ -1,8 +1,7 @@
 //! How samples of the area are spread over the film.
 
 use super::film::FilmPlane;
-use super::groups::{GROUPS, TILE};
-use crate::scene::Scene;
+use super::groups::GROUPS;
 
 /// How many samples each square of pixels has: more where they scatter.
 ///
@@ -17,18 +16,13 @@ pub struct Allocation {
     samples: Vec<u32>,
 }
 
-/// Squares of so many pixels a side where light is reflected once.
+/// Squares of so many pixels a side.
 ///
 /// With 16, 8 and 4 of them the relative variance of 40 samples was .0043, .0032, .0032 for a sphere that moves over a plane; .0083, .0074, .0063 for
 /// 20 thin prisms that turn; .092, .092, .088 for 2,000 leaves that turn; .0207, .0193, .0199 for a bumpy sphere that turns. But .044, .048, .062
 /// for a block in a closed box with four bounces: what paths scatter there is large, cells whose samples share
-/// [numbers](super::groups) have it in common, and it only drops out of their differences if they have as many samples.
-const SMALL: usize = 4;
-
-/// How many pixels a side squares of a scene have.
-pub(super) fn side(scene: &Scene) -> usize {
-    if scene.description.integrator.max_depth.is_some_and(|depth| depth <= 2) { SMALL } else { TILE }
-}
+/// [numbers](super::groups) have it in common, and it only drops out of their differences if they have as many samples. There a pilot spreads none.
+pub(super) const SIDE: usize = 4;
 
 /// The part of all samples that is spread evenly: where a pilot of few has seen no variance there may be some.
 const EVEN: f64 = 0.25;
@@ -131,7 +125,7 @@ mod tests {
     use crate::geometry::Mesh;
     use crate::gradient::tests::{Comparisons, at, film, total};
     use crate::gradient::{ActiveParameters, Field, Progress, Tangent, WarpedArea};
-    use crate::scene::{Camera, Description, Filter};
+    use crate::scene::{Camera, Description, Filter, Scene};
 
     /// A square that emits, with most samples in one corner of the film.
     fn scene(side: usize, samples: usize) -> (Scene, Tangent, Arc<Allocation>) {

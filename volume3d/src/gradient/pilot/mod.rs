@@ -11,7 +11,7 @@
 //! measured. It is what is left where a field cannot be softened, beside implicit surfaces, and there nothing is to be chosen.
 //!
 //! Samples of the area of warped-area sampling are spread over the film by the same rule, more of them in squares of pixels where the pilot's
-//! scatter more, if there are 16 or more, of one view, and only geometry changes: an [`Allocation`](super::Allocation).
+//! scatter more, if there are 16 or more, of one view, only geometry changes, and light is reflected only once: an [`Allocation`](super::Allocation).
 //!
 //! The σᵢ are the pilot's, whose samples have a seed of their own and are not used again: what is chosen does not depend on what
 //! is then estimated, and is unbiased. The cᵢ are counts of rays and of means over jumps, which tell processor time within a quarter: the clock

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::split::{PARTS, Split, split};
 use super::{Candidate, Choice, FEWEST, Method, Pilot};
 use crate::Image;
-use crate::gradient::allocation::{Allocation, side};
+use crate::gradient::allocation::{Allocation, SIDE};
 use crate::gradient::film::FilmPlane;
 use crate::gradient::groups::GROUPS;
 use crate::gradient::result::{Kind, Noise};
@@ -19,6 +19,8 @@ const EXACT_COST: f64 = 1.5;
 /// The variance of one sample falls by this power of their number, as more are stratified, of each part: of softened fields measured, on figure
 /// 12's scenes, by 0.03 to 0.30 of the area from 2 to 48 of them, and from 1 to 64 by 0.23 to 0.34 of silhouettes and 0.03 to 0.18 of shadows;
 const OF_SOFTENED: [f64; PARTS] = [0.15, 0.30, 0.10, 0.0];
+/// of paths that are reflected more than once the area's hardly does: in a closed box from 2 to 64 of them by 0.04;
+const OF_DEEP_SOFTENED: [f64; PARTS] = [0.05, 0.30, 0.10, 0.0];
 /// and of edge sampling by 0 to 0.5, 0 to 0.28 and 0.02 to 0.06.
 const OF_EDGES: [f64; PARTS] = [0.10, 0.15, 0.04, 0.0];
 /// No more is promised than what was measured.
@@ -56,6 +58,8 @@ pub(super) struct Seen {
     /// Of one sample of each part, and its costs.
     variances: [f64; PARTS],
     costs: [f64; PARTS],
+    /// By which powers of their numbers variances fall.
+    powers: [f64; PARTS],
     /// Of one view, if samples may be spread over its film.
     film: Option<OnFilm>,
 }
@@ -64,8 +68,6 @@ pub(super) struct Seen {
 #[derive(Clone, Debug)]
 struct OnFilm {
     plane: FilmPlane,
-    /// Of squares, in pixels.
-    side: usize,
     /// Variances of pixels.
     variances: Vec<f64>,
     /// Costs of samples in cells.
@@ -95,13 +97,19 @@ impl Seen {
         ];
         let variances =
             [area, curve(&noise.film_curves), curve(&noise.shading_curves), curve(&noise.bounce_curves)];
-        let film = matches!(method, Method::WarpedArea(_)).then(|| OnFilm {
+        let is_deep = scene.description.integrator.max_depth.is_none_or(|depth| depth > 2);
+        let powers = match method {
+            Method::WarpedArea(_) if is_deep => OF_DEEP_SOFTENED,
+            Method::WarpedArea(_) => OF_SOFTENED,
+            Method::EdgeSampling(_) => OF_EDGES,
+        };
+        // What deep paths scatter is everywhere: in a closed box samples that were spread gained nothing, of the third they promised.
+        let film = (matches!(method, Method::WarpedArea(_)) && !is_deep).then(|| OnFilm {
             plane: FilmPlane::new(scene),
-            side: side(scene),
             variances: on_film,
             costs: by_cell,
         });
-        Self { method, few: (few, curves), variances, costs, film }
+        Self { method, few: (few, curves), variances, costs, powers, film }
     }
 
     /// With what was seen of other views, which makes the same split for all of them.
@@ -125,8 +133,8 @@ impl Seen {
             // With as many samples as are best if they were not stratified.
             let many = split(variances, costs, time, of_area).samples;
             let few = |part: usize| if part == 0 { self.few.0 } else { self.few.1 };
-            let power = if matches!(self.method, Method::WarpedArea(_)) { OF_SOFTENED } else { OF_EDGES };
-            let stratified = |i: usize| (few(i) as f64 / many[i] as f64).clamp(MEASURED, 1.0).powf(power[i]);
+            let stratified =
+                |i: usize| (few(i) as f64 / many[i] as f64).clamp(MEASURED, 1.0).powf(self.powers[i]);
             let variances = std::array::from_fn(|i| variances[i] * stratified(i));
             split(variances, costs, time, of_area)
         };
@@ -172,7 +180,7 @@ impl Seen {
 impl OnFilm {
     /// Samples spread over squares by the variances of pixels.
     fn spread(&self, samples: usize, variances: &[f64]) -> Allocation {
-        Allocation::new(&self.plane, self.side, samples, variances, &self.costs)
+        Allocation::new(&self.plane, SIDE, samples, variances, &self.costs)
     }
 
     /// The factor by which the variance falls if samples are spread over squares, and take as long in all. Squares that are chosen by what a
