@@ -244,11 +244,6 @@ impl Crossing {
         good.then_some(Self { triangles, places, weights, normals, duals, along, continued })
     }
 
-    /// The normal of the first triangle.
-    pub(crate) fn normal(&self) -> DVec3 {
-        self.normals[0]
-    }
-
     /// The shapes of both triangles, the lower first.
     pub(crate) fn shapes(&self, triangles: &[Triangle]) -> [u32; 2] {
         let [s, t] = self.triangles.map(|t| triangles[t as usize].shape);

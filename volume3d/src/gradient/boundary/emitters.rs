@@ -74,10 +74,8 @@ impl<'a> Emitters<'a> {
             .collect();
         let table = Table::new(edges.iter().map(|&i| {
             let [a, b] = list.edges[i as usize].span(scene);
-            // The inner edges of a flat lamp are never silhouettes, and only its texture may jump there.
-            let edge = &list.edges[i as usize];
-            let flat = !edge.jump && list.limits(scene, edge).is_some_and(|[u, v]| u == v);
-            if flat { 0.0 } else { a.distance(b) }
+            // At the inner edges of a flat lamp only its texture may jump, or what passes through it there, which has an edge of its own.
+            if list.may_jump(scene, &list.edges[i as usize]) { a.distance(b) } else { 0.0 }
         }));
         let walk = Walk::new(Sensor::new(paths), moving, longest.min(limit.saturating_sub(1)));
         Self { walk, list, moving, edges, table, of }

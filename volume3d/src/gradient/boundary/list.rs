@@ -89,29 +89,28 @@ impl EdgeList {
     fn add_crossings(&mut self, scene: &Scene) {
         let mut along = HashSet::new();
         for (index, crossing) in (0..).zip(scene.crossings().all()) {
-            let folded = |t: u32| {
-                let [a, b, c] = scene.corners(t);
-                (b - a).cross(c - a).normalize_or_zero().distance(crossing.normal()) > COPLANAR
-            };
-            if let Some(other) = crossing.continued.filter(|&t| folded(t)) {
+            let [own, _] = crossing.triangles;
+            if let Some(other) = crossing.continued.filter(|&other| are_folded(scene, own, other)) {
                 // It is an edge of the list already, and finds the same jump.
-                along.insert(in_order(crossing.triangles[0], other));
+                along.insert(in_order(own, other));
                 continue;
             }
             let first = self.faces.len() as u32;
+            let face =
+                |triangle: u32| Face { triangle, opposite: scene.triangles[triangle as usize].positions[0] };
+            // Along an edge within a plane both of its triangles are seen to meet the other surface.
+            self.faces.extend(crossing.triangles.into_iter().chain(crossing.continued).map(face));
+            let count = self.faces.len() as u32 - first;
             self.edges.push(Edge {
                 span: Span::Crossing(index),
                 shapes: crossing.shapes(&scene.triangles),
                 jump: true,
                 crossed: true,
                 first,
-                count: 2,
+                count,
                 first_there: first,
-                count_there: 2,
+                count_there: count,
             });
-            let face =
-                |triangle: u32| Face { triangle, opposite: scene.triangles[triangle as usize].positions[0] };
-            self.faces.extend(crossing.triangles.map(face));
         }
         let crossed = |edge: &Edge| match self.faces(edge) {
             [f, g] => along.contains(&in_order(f.triangle, g.triangle)),
@@ -209,6 +208,15 @@ impl EdgeList {
     }
 }
 
+/// Whether triangles that continue one another are not in one plane.
+pub(super) fn are_folded(scene: &Scene, s: u32, t: u32) -> bool {
+    let normal = |t: u32| {
+        let [a, b, c] = scene.corners(t);
+        (b - a).cross(c - a).normalize_or_zero()
+    };
+    normal(s).distance(normal(t)) > COPLANAR
+}
+
 /// A pair of triangles, the smaller first.
 fn in_order(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
@@ -261,6 +269,11 @@ impl Edge {
     /// these two that jumps.
     pub(super) fn is_crossing(&self) -> bool {
         matches!(self.span, Span::Crossing(_))
+    }
+
+    /// Whether it is a crossing along an edge within a plane, which it may leave as it moves: it finds all of the jump there.
+    pub(super) fn runs_along_an_edge(&self, scene: &Scene) -> bool {
+        matches!(self.span, Span::Crossing(index) if scene.crossings().get(index).continued.is_some())
     }
 }
 

@@ -208,8 +208,8 @@ fn directions(paths: &Paths<'_>, list: &EdgeList, edge: &Edge) -> Directions {
     let alone = !edge.is_crossing() && paths.lights.is_flat(shape) && paths.lights.is_the_only(shape);
     match (list.triangles(edge).next(), Wedge::of(scene, list, edge)) {
         (Some(triangle), None) if alone => Directions::Front(scene.face_normal(triangle)),
-        // A texture may jump wherever a seam is seen.
-        (_, Some(wedge)) if !(textured && edge.jump) => Directions::Wedge(wedge),
+        // A texture may jump wherever a seam is seen, and so may what is seen where something stands in a fold.
+        (_, Some(wedge)) if !(textured && edge.jump || edge.crossed) => Directions::Wedge(wedge),
         _ => Directions::All,
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::list::{Edge, EdgeList};
+use super::list::{Edge, EdgeList, are_folded};
 use crate::scene::{Hit, Scene, Surface};
 
 /// The ray on either side of an edge leaves it by this angle, in radians. What it hits stands for the limit at
@@ -52,27 +52,55 @@ pub(super) fn look_past(
     let coincides = |side: usize| hits[side].is_some_and(|h| list.has_there(edge, h.surface) || touches(h));
     let (doubled, other) = match owns {
         [false, false] => return None,
-        // A crossing may run along an edge of one of its triangles.
-        [true, true] => (edge.is_crossing() && hits.into_iter().flatten().any(touches), None),
+        // A crossing may run along an edge of another triangle.
+        [true, true] => {
+            let shares = edge.is_crossing() && !edge.runs_along_an_edge(scene);
+            (shares && hits.into_iter().flatten().any(touches), None)
+        }
         [true, false] => (coincides(1), Some(1)),
         [false, true] => (coincides(0), Some(0)),
     };
-    let crossed = !edge.is_crossing() && cross_between(scene, origin, directions, hits);
+    let between = if edge.is_crossing() { None } else { cross_between(scene, origin, directions, hits) };
+    if between == Some(Between::OwnEdge) {
+        return None;
+    }
+    let crossed = between.is_some();
     let other = other.filter(|_| doubled && !crossed && !edge.is_crossing());
     Some(Sides { hits, share: if doubled || crossed { 0.5 } else { 1.0 }, other })
 }
 
-/// Whether a crossing of two triangles is seen between two directions, in which they are hit.
-fn cross_between(scene: &Scene, origin: DVec3, [before, behind]: [DVec3; 2], hits: [Option<Hit>; 2]) -> bool {
-    let [Some(a), Some(b)] = hits else { return false };
-    let [Surface::Triangle(first), Surface::Triangle(second)] = [a.surface, b.surface] else { return false };
+/// A crossing in the list that is seen between two directions, in which its triangles are hit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Between {
+    /// It runs along an edge within a plane of one of the two, and finds all of the jump: it may leave this edge as it moves.
+    OwnEdge,
+    Other,
+}
+
+fn cross_between(
+    scene: &Scene,
+    origin: DVec3,
+    [before, behind]: [DVec3; 2],
+    hits: [Option<Hit>; 2],
+) -> Option<Between> {
+    let [Some(a), Some(b)] = hits else { return None };
+    let [Surface::Triangle(first), Surface::Triangle(second)] = [a.surface, b.surface] else { return None };
     let crossings = scene.crossings();
-    crossings.of(first).iter().map(|&i| crossings.get(i)).any(|crossing| {
+    [first, second].iter().flat_map(|&t| crossings.of(t)).map(|&i| crossings.get(i)).find_map(|crossing| {
         let [p, q] = crossing.places.map(|p| p - origin);
         let plane = p.cross(q);
-        crossing.continued.is_none()
-            && crossing.triangles.contains(&second)
-            && plane.dot(before) * plane.dot(behind) <= 0.0
+        let [own, through] = crossing.triangles;
+        let meet = |t: u32| [[t, through], [through, t]].contains(&[first, second]);
+        let meets = meet(own) || crossing.continued.is_some_and(meet);
+        if !meets || plane.dot(before) * plane.dot(behind) > 0.0 {
+            return None;
+        }
+        match crossing.continued {
+            None => Some(Between::Other),
+            // The edge stands for the crossing.
+            Some(other) if are_folded(scene, own, other) => None,
+            Some(_) => Some(Between::OwnEdge),
+        }
     })
 }
 
@@ -85,4 +113,73 @@ fn is_between(scene: &Scene, origin: DVec3, [before, behind]: [DVec3; 2], surfac
         let plane = p[k].cross(p[(k + 1) % 3]);
         scene.adjacency.jumps(triangle, k) && plane.dot(before) * plane.dot(behind) <= 0.0
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DAffine2, DVec2, DVec3};
+
+    use super::*;
+    use crate::geometry::{Attribute, Mesh};
+    use crate::gradient::tests::film;
+    use crate::scene::{Camera, Description, Filter, Material, Reflectance, Texture, Wrap};
+
+    /// A floor of two triangles, bent along x = z = 0, where its texture may have a seam, and a wall that stands in this line.
+    fn wall_in_a_fold(bend: f64, seam: bool) -> Scene {
+        let camera = Camera::look_at(DVec3::new(0.5, 0.0, 2.0), DVec3::ZERO, DVec3::Y, 0.5);
+        let mut d = Description::new(camera, film(2, Filter::Box));
+        let texels = [0.2, 0.5, 0.7, 0.9].map(DVec3::splat).to_vec();
+        let (id, wrap) = ("slide".to_owned(), Wrap::Clamp);
+        d.add_texture(Texture { id, width: 2, height: 2, texels, wrap, to_uv: DAffine2::IDENTITY });
+        let mut paper = Material::diffuse("paper", DVec3::ONE);
+        *paper.bsdf.reflectance_mut() = Reflectance::Texture(0);
+        let paper = d.add_material(paper);
+        let corners = [[0.0, -1.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, -bend], [-1.0, 0.0, -bend]];
+        let uvs = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, -1.0], [0.1, 0.9], [0.6, 0.3]].map(DVec2::from);
+        let of_second = if seam { [4, 3, 5] } else { [1, 3, 0] };
+        let floor = Mesh::new(corners.map(DVec3::from).to_vec(), vec![[0, 2, 1], [1, 3, 0]])
+            .and_then(|mesh| {
+                let triangles = vec![[0, 2, 1], of_second];
+                mesh.with_uvs(Attribute { values: uvs.to_vec(), triangles })
+            })
+            .unwrap();
+        d.add_shape("floor", floor, paper);
+        let corners =
+            [[0.0, -0.5, -0.5], [0.0, 0.5, -0.5], [0.0, 0.5, 0.7], [0.0, -0.5, 0.7]].map(DVec3::from);
+        let wall = Mesh::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]).unwrap();
+        let white = d.add_material(Material::diffuse("white", DVec3::ONE));
+        d.add_shape("wall", wall, white);
+        Scene::new(d).unwrap()
+    }
+
+    /// The shares of all edges at a point of the line, as it is seen from one side of the wall.
+    fn counted(scene: &Scene, x: f64) -> f64 {
+        let list = EdgeList::new(scene);
+        let (eye, place) = (DVec3::new(x, 0.1, 1.0), DVec3::new(0.0, 0.1, 0.0));
+        let way = (place - eye).normalize();
+        let across = ASIDE * way.cross(DVec3::Y).normalize();
+        let directions = [-1.0, 1.0].map(|s| (way + s * across).normalize());
+        let runs_there = |edge: &&Edge| {
+            let [a, b] = edge.span(scene);
+            [a, b].iter().all(|p| p.x.hypot(p.z) < 1e-12) && (a.y - place.y) * (b.y - place.y) < 0.0
+        };
+        let share = |edge: &Edge| {
+            let sides = look_past(scene, &list, edge, (eye, None), directions, eye.distance(place));
+            sides.map_or(0.0, |sides| sides.share)
+        };
+        let edges = list.edges.iter().filter(runs_there).filter(|edge| list.may_jump(scene, edge));
+        edges.map(share).sum()
+    }
+
+    #[test]
+    fn what_passes_through_a_fold_is_counted_once() {
+        for bend in [0.0, 1e-13, 1e-9, 1e-6, 1e-3] {
+            for seam in [false, true] {
+                let scene = wall_in_a_fold(bend, seam);
+                for x in [-0.5, 0.5] {
+                    assert_eq!(counted(&scene, x), 1.0, "bend {bend}, seam {seam}, seen from {x}");
+                }
+            }
+        }
+    }
 }

@@ -136,23 +136,38 @@ fn below_a_ceiling(lamps: &[Mesh]) -> Scene {
 }
 
 /// Outlines of lamps as a ceiling sees them, traced from the lamp, against what paths from the camera see after a bounce: of a lamp
-/// that is its own image in its centre, of one that is not, of a closed one, and of two, of which one may hide the other.
+/// that is its own image in its centre, of one that is not, of a closed one, of two, of which one may hide the other, and of one in which
+/// something stands.
 #[test]
 fn outlines_of_emitters_are_seen_after_a_bounce() {
     let plate = |x: f64, size: f64| Mesh::rectangle().transformed(&(at(x, 0.2, 0.0, size) * down()));
     let corners = [[-1.4, 0.2, -0.4], [-0.7, 0.2, 0.5], [-0.5, 0.2, -0.3]].map(DVec3::from);
+    // Emission jumps at the fold in which it stands, though no silhouette is seen there.
+    let fin = Mesh::new(
+        [[-0.75, 0.25, -0.5], [-0.25, 0.75, -0.5], [-0.25, 0.75, 0.5], [-0.75, 0.25, 0.5]]
+            .map(DVec3::from)
+            .to_vec(),
+        vec![[0, 1, 2], [0, 2, 3]],
+    )
+    .unwrap();
     let kinds = [
-        ("a rectangle", vec![plate(-0.9, 0.4)]),
-        ("a triangle", vec![Mesh::new(corners.to_vec(), vec![[0, 1, 2]]).unwrap()]),
-        ("a cube", vec![Mesh::cube().transformed(&at(-0.9, 0.2, 0.0, 0.3))]),
-        ("two rectangles", vec![plate(-0.9, 0.4), plate(-0.3, 0.1)]),
+        ("a rectangle", vec![plate(-0.9, 0.4)], None),
+        ("a triangle", vec![Mesh::new(corners.to_vec(), vec![[0, 1, 2]]).unwrap()], None),
+        ("a cube", vec![Mesh::cube().transformed(&at(-0.9, 0.2, 0.0, 0.3))], None),
+        ("two rectangles", vec![plate(-0.9, 0.4), plate(-0.3, 0.1)], None),
+        ("a cube with a fin", vec![Mesh::cube().transformed(&at(-0.75, 0.25, 0.0, 0.25))], Some(fin)),
     ];
     let mut comparisons = Comparisons::of("edge_sampling::outlines_of_emitters_are_seen_after_a_bounce");
-    for (name, lamps) in kinds {
-        let scene = below_a_ceiling(&lamps);
+    for (name, lamps, fin) in kinds {
+        let mut d = below_a_ceiling(&lamps).description().clone();
+        let black = d.add_material(Material::diffuse("black", DVec3::ZERO));
+        let moved = [Some(2), fin.map(|fin| d.add_shape("fin", fin, black))];
+        let scene = Scene::new(d).unwrap();
         let mut change = Tangent::still(&scene);
-        change.scale(&scene, 2, DVec3::new(-0.9, 0.2, 0.0), 1.0);
-        change.translate(&scene, 2, DVec3::new(0.1, 0.05, -0.1));
+        for shape in moved.into_iter().flatten() {
+            change.scale(&scene, shape, DVec3::new(-0.9, 0.2, 0.0), 1.0);
+            change.translate(&scene, shape, DVec3::new(0.1, 0.05, -0.1));
+        }
         let (motion, list) = (Motion::new(&scene, &change), EdgeList::new(&scene));
         let (paths, moving) = (Paths::new(&scene, Kernels::default()), Moving::of(&scene, &motion));
         let driver = |seed| {
