@@ -93,11 +93,11 @@ pub(crate) const METHODS: &[Method] = &[
             method.forward(task.scene, task.change, progress)
         },
     ),
-    // The time of the pilot counts.
+    // The time of the pilot counts, which is that of 8 samples however few are asked for.
     Method::new(
         ["automatic", "what a pilot chooses", "pilot’s choice"],
         Palette::OCHRE,
-        12,
+        40,
         |task, progress| {
             let pilot = Pilot { samples: task.samples, seed: task.seed };
             let choice = pilot.for_change(task.scene, task.change, progress)?;

@@ -7,8 +7,10 @@ use clap::Args;
 use flatland::random::stream;
 use rand::Rng as _;
 use volume3d::Image;
+use volume3d::gradient::{Pilot as Chooser, Survey};
 use volume3d::scene::Scene;
 
+use super::session::Clock;
 use super::spp::{MAX_SAMPLES, samples};
 
 /// `--spp`, `--time` and `--error`.
@@ -17,8 +19,8 @@ pub(super) struct Budget {
     /// Samples a pixel; the scene's sample_count unless given.
     #[arg(long, value_name = "N", value_parser = samples, conflicts_with_all = ["time", "error"])]
     spp: Option<usize>,
-    /// About how long to go on, as 30s, 5m or 1h: a short pilot measures how long a sample takes. With --error whichever
-    /// is reached first. The same seed then has other samples on another machine.
+    /// About how long to go on, as 30s, 5m or 1h, and rather less: a short pilot measures how long a sample takes. With --error whichever
+    /// is reached first. The same seed then has other samples on another machine; with the --spp that is printed it has the same.
     #[arg(long, value_name = "T", value_parser = duration)]
     time: Option<Duration>,
     /// How exact the gradient is to be: the root mean square of its error as a part of that of the gradient itself, 0.02 for
@@ -46,6 +48,8 @@ pub(super) struct Plan {
 /// Samples of the first pilot. Each has four times as many as the one before. With fewer a method that splits them has one of some
 /// parts, however few it should have.
 const FIRST: usize = 16;
+/// Where time is short.
+const FIRST_BY_TIME: usize = 2;
 /// A pilot of more says nothing that a user would wait for.
 const MOST: usize = 1 << 14;
 /// A relative error below this is told well enough to be scaled.
@@ -90,6 +94,46 @@ impl Pilot {
 }
 
 impl Budget {
+    /// Whether the number of samples is yet to be found.
+    pub(super) fn is_open(&self) -> bool {
+        self.time.is_some() || self.error.is_some()
+    }
+
+    /// The number of samples that fit into --time, if it is given alone, by the time that a pilot's survey takes, and the last survey. One of
+    /// more samples tells it better, and is needed anyway where many fit.
+    pub(super) fn plan_by_survey(
+        &self,
+        seed: u64,
+        mut survey: impl FnMut(&Chooser, &Clock) -> anyhow::Result<Survey>,
+    ) -> anyhow::Result<Option<(Plan, Survey)>> {
+        let Some(time) = self.time.filter(|_| self.error.is_none()) else { return Ok(None) };
+        let (start, of) = (Instant::now(), |samples| Chooser { samples, seed });
+        let mut fit = FIRST;
+        for round in 0.. {
+            let (begin, clock) = (start.elapsed().as_secs_f64(), Clock::default());
+            let survey = survey(&of(fit), &clock)?;
+            let (end, samples) = (start.elapsed().as_secs_f64(), clock.seconds());
+            // What comes before samples is done once more.
+            let left = time.as_secs_f64() - end - (end - begin - samples);
+            let fits = |count: usize| Some(survey.relative_time(&of(count))? * samples <= left);
+            let mut too_many = MAX_SAMPLES + 1;
+            fit = 2;
+            while fit + 1 < too_many {
+                let middle = fit.midpoint(too_many);
+                let Some(fits) = fits(middle) else { return Ok(None) };
+                *(if fits { &mut fit } else { &mut too_many }) = middle;
+            }
+            if round > 0 || survey.is_that_of(&of(fit)) {
+                let text = format!(
+                    "{} took {end:.2} s: {fit} spp\n",
+                    if round > 0 { "two pilots" } else { "a pilot" }
+                );
+                return Ok(Some((Plan { samples: fit, text, foreseen: None }, survey)));
+            }
+        }
+        unreachable!("there are two rounds")
+    }
+
     /// The number of samples, from as many pilots as are needed: each is given its samples and a seed of its own.
     pub(super) fn plan(
         &self,
@@ -97,11 +141,11 @@ impl Budget {
         seed: u64,
         mut pilot: impl FnMut(usize, u64) -> anyhow::Result<Pilot>,
     ) -> anyhow::Result<Plan> {
-        if self.time.is_none() && self.error.is_none() {
+        if !self.is_open() {
             let samples = self.spp.unwrap_or(scene.description().samples);
             return Ok(Plan { samples, text: String::new(), foreseen: None });
         }
-        let (start, mut samples) = (Instant::now(), FIRST);
+        let (start, mut samples) = (Instant::now(), if self.time.is_some() { FIRST_BY_TIME } else { FIRST });
         let mut before: Option<(usize, f64)> = None;
         for round in 0.. {
             let found = pilot(samples, stream(seed, &[PILOT, round]).next_u64())?;
@@ -118,7 +162,7 @@ impl Budget {
             let own = (found.seconds - each * samples as f64).max(0.0);
             let by_time = time.map(|time| (time - spent - own) / each);
             // The next pilot would take too long.
-            let is_late = time.is_some_and(|time| 5.0 * spent > if few == 0 { 2.0 } else { SHARE } * time);
+            let is_late = time.is_some_and(|time| 5.0 * spent > SHARE * time);
             before = Some((samples, found.seconds));
             let wanted = match (by_error, by_time) {
                 (Some(error), Some(time)) if is_late || error < time => Some(error.min(time)),

@@ -6,7 +6,7 @@ use std::time::Instant;
 use clap::Args;
 use clap::error::ErrorKind;
 use volume3d::Image;
-use volume3d::gradient::Regions;
+use volume3d::gradient::{self, Regions, Survey};
 
 use super::budget::{Budget, Pilot, percent};
 use super::method::MethodOptions;
@@ -14,7 +14,9 @@ use super::missing::left_out;
 use super::movement::{Moves, change};
 use super::output::{Output, Pixels, check_distinct};
 use super::parameter::Name;
-use super::session::{Bar, RunOptions, SceneOptions, geometric, located, lost_with_picture, stop_if_asked};
+use super::session::{
+    Bar, Clock, RunOptions, SceneOptions, geometric, located, lost_with_picture, stop_if_asked,
+};
 use super::spp::check_error_exists;
 use super::summary::{INTERIOR, outlier, root_mean_square, totals};
 use super::{Outcome, Report, contact, reverse, usage};
@@ -205,23 +207,41 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     let scene = &loaded.scene;
     let change = change(scene, &options.moves.moves)?;
     let terms = outputs.terms.is_some();
-    let run = |samples, seed, what| {
+    let survey = |pilot: &gradient::Pilot, clock: &_| {
+        pilot.survey_along(scene, &change, &Bar::new(0, "pilot").timed(clock))
+    };
+    let run = |samples, seed, what, seen: Option<&Survey>| {
         let start = Instant::now();
         let estimator = options.method.estimator(samples, seed, options.step);
         let (estimator, chosen) =
-            estimator.chosen(|p| p.for_change(scene, &change, &Bar::new(0, "pilot").progress()))?;
+            estimator.chosen(|pilot| match seen.filter(|seen| seen.is_that_of(pilot)) {
+                Some(seen) => Ok(pilot.choice(seen)),
+                None => Ok(pilot.choice(&survey(pilot, &Clock::default())?)),
+            })?;
         let result = estimator.forward(scene, &change, terms, &Bar::new(0, what).progress())?;
         stop_if_asked()?;
         anyhow::Ok((result, start.elapsed().as_secs_f64(), chosen))
     };
-    let plan = options.budget.plan(scene, options.run.seed, |samples, seed| {
-        let (result, seconds, _) = run(samples, seed, "pilot")?;
-        Ok(Pilot::of_image(seconds, &result.gradient, &result.standard_error))
-    })?;
+    let seed = options.run.seed;
+    let by_survey = if options.method.is_automatic() {
+        options.budget.plan_by_survey(seed, |pilot, clock| Ok(survey(pilot, clock)?))?
+    } else {
+        None
+    };
+    let (plan, seen) = match by_survey {
+        Some((plan, seen)) => (plan, Some(seen)),
+        None => {
+            let plan = options.budget.plan(scene, seed, |samples, seed| {
+                let (result, seconds, _) = run(samples, seed, "pilot", None)?;
+                Ok(Pilot::of_image(seconds, &result.gradient, &result.standard_error))
+            })?;
+            (plan, None)
+        }
+    };
     let samples = plan.samples;
     check_error_exists(options.standard_error.as_ref().or(options.block_errors.as_ref()), samples)?;
 
-    let (result, seconds, chosen) = run(samples, options.run.seed, "gradient")?;
+    let (result, seconds, chosen) = run(samples, seed, "gradient", seen.as_ref())?;
 
     let (width, height) = result.gradient.size();
     let mut text = plan.text + &chosen;
@@ -232,7 +252,7 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
         root_mean_square(&result.gradient),
         root_mean_square(&result.standard_error),
     );
-    if plan.foreseen.is_some() {
+    if options.budget.is_open() {
         let reached = Pilot::of_image(seconds, &result.gradient, &result.standard_error).relative();
         text += &format!("its error is {} of the gradient\n", percent(reached));
     }

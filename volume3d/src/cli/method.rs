@@ -130,6 +130,11 @@ impl MethodOptions {
         }
     }
 
+    /// Whether a pilot chooses the method.
+    pub(super) fn is_automatic(&self) -> bool {
+        self.method() == Method::Automatic && !self.is_finite_difference()
+    }
+
     fn method(&self) -> Method {
         let warped = self.asks_for_rays() || self.field.is_some() || self.asks_for_implicit_field();
         self.method.unwrap_or(match () {

@@ -11,7 +11,7 @@ use volume3d::optimize::Parameters;
 use volume3d::scene::Scene;
 
 use super::budget::{Budget, Pilot, percent};
-use super::method::MethodOptions;
+use super::method::{Estimator, MethodOptions};
 use super::missing::left_out;
 use super::output::{check_array, check_distinct};
 use super::parameter::{Name, arrays};
@@ -48,14 +48,14 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     let parameters = Parameters::new(scene, request.parameters)?;
     let active = parameters.active(scene);
 
-    let run = |samples, seed, what| {
-        let start = Instant::now();
+    let choose = |samples, seed| {
         let estimator = request.method.estimator(samples, seed, None);
-        let (estimator, chosen) = estimator
-            .chosen(|p| p.for_active(scene, Some(&adjoint), &active, &Bar::new(0, "pilot").progress()))?;
+        estimator.chosen(|p| p.for_active(scene, Some(&adjoint), &active, &Bar::new(0, "pilot").progress()))
+    };
+    let run = |estimator: &Estimator, what| {
         let gradient = estimator.reverse(scene, &adjoint, &active, &Bar::new(0, what).progress())?;
         stop_if_asked()?;
-        anyhow::Ok((gradient, start.elapsed().as_secs_f64(), chosen))
+        anyhow::Ok(gradient)
     };
     let numbers = |gradient: &Gradient| -> Vec<f64> {
         let arrays = arrays(&parameters, scene, &gradient.by_parameter);
@@ -63,14 +63,19 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     };
     // Runs whose spread tells the noise of one of them.
     let plan = request.budget.plan(scene, request.run.seed, |samples, seed| {
-        let runs =
-            (0..RUNS).map(|index| run(samples, seed ^ index, "pilot")).collect::<anyhow::Result<Vec<_>>>()?;
-        let seconds = runs.iter().map(|(_, seconds, _)| seconds).sum::<f64>() / RUNS as f64;
-        let runs: Vec<Vec<f64>> = runs.iter().map(|(gradient, ..)| numbers(gradient)).collect();
+        let start = Instant::now();
+        let (estimator, _) = choose(samples, seed)?;
+        let chosen = start.elapsed().as_secs_f64();
+        let runs = (0..RUNS)
+            .map(|index| Ok(numbers(&run(&estimator.reseeded(seed ^ index), "pilot")?)))
+            .collect::<anyhow::Result<Vec<_>>>()?;
+        let seconds = chosen + (start.elapsed().as_secs_f64() - chosen) / RUNS as f64;
         Ok(Pilot::of_runs(seconds, &runs))
     })?;
-    let samples = plan.samples;
-    let (gradient, seconds, chosen) = run(samples, request.run.seed, "reverse")?;
+    let (samples, start) = (plan.samples, Instant::now());
+    let (estimator, chosen) = choose(samples, request.run.seed)?;
+    let gradient = run(&estimator, "reverse")?;
+    let seconds = start.elapsed().as_secs_f64();
 
     let mut text = plan.text + &chosen;
     text += &format!("{} × {} pixels, {samples} spp, {seconds:.2} s\n", adjoint.width, adjoint.height);

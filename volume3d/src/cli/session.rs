@@ -4,7 +4,8 @@ use std::cell::RefCell;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, anyhow, bail};
 use clap::Args;
@@ -210,12 +211,23 @@ impl Bar {
 
     /// Follows one computation through all its stages.
     pub(super) fn progress(&self) -> Progress {
+        self.timed(&Clock::default())
+    }
+
+    /// The same, and tells how long the stages take.
+    pub(super) fn timed(&self, clock: &Clock) -> Progress {
         let (start, step) = (self.0.clone(), self.0.clone());
+        let (started, stepped) = (clock.clone(), clock.clone());
         let begin = move |steps: usize| {
+            started.begin();
             start.reset();
             start.set_length(steps as u64);
         };
-        Progress::new(begin, move || step.inc(1)).until(&STOP)
+        let advance = move || {
+            stepped.step();
+            step.inc(1);
+        };
+        Progress::new(begin, advance).until(&STOP)
     }
 
     pub(super) fn step(&self) {
@@ -240,6 +252,42 @@ impl Bar {
 impl Drop for Bar {
     fn drop(&mut self) {
         self.0.finish_and_clear();
+    }
+}
+
+/// How long the stages of a computation take, without what prepares them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Clock(Arc<Mutex<Stages>>);
+
+#[derive(Debug, Default)]
+struct Stages {
+    /// Of those before.
+    whole: Duration,
+    /// When the last one began, and its last step ended.
+    last: Option<(Instant, Instant)>,
+}
+
+impl Clock {
+    fn begin(&self) {
+        let (now, mut stages) = (Instant::now(), self.0.lock().unwrap_or_else(PoisonError::into_inner));
+        stages.whole = stages.sum();
+        stages.last = Some((now, now));
+    }
+
+    fn step(&self) {
+        if let Some((_, end)) = &mut self.0.lock().unwrap_or_else(PoisonError::into_inner).last {
+            *end = Instant::now();
+        }
+    }
+
+    pub(super) fn seconds(&self) -> f64 {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).sum().as_secs_f64()
+    }
+}
+
+impl Stages {
+    fn sum(&self) -> Duration {
+        self.whole + self.last.map_or(Duration::ZERO, |(begin, end)| end.saturating_duration_since(begin))
     }
 }
 

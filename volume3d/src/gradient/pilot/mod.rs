@@ -102,8 +102,20 @@ impl Pilot {
         change: &Tangent,
         progress: &Progress,
     ) -> Result<Choice, GradientError> {
-        let smooth = change.is_more_than_geometric();
-        Ok(self.choice(&self.look(scene, change, None, smooth, progress)?))
+        Ok(self.choice(&self.survey_along(scene, change, progress)?))
+    }
+
+    /// What it sees of a derivative along a change, for [`choice`](Self::choice).
+    ///
+    /// # Errors
+    /// Those of [`WarpedArea::forward`].
+    pub fn survey_along(
+        &self,
+        scene: &Scene,
+        change: &Tangent,
+        progress: &Progress,
+    ) -> Result<Survey, GradientError> {
+        self.look(scene, change, None, change.is_more_than_geometric(), progress)
     }
 
     /// The better method for the transpose. As a stand-in for all parameters the pilot moves every active shape and the
@@ -159,9 +171,7 @@ impl Pilot {
         if !change.is_geometric() || !scene.description.implicits.is_empty() {
             return Ok(Survey::nothing());
         }
-        let seed = stream(self.seed, &[PILOT, self.samples as u64]).next_u64();
-        let (few, curves) =
-            ((self.samples / PART_OF_AREA).max(FEWEST), (self.samples / PART).max(FEWEST_CURVES));
+        let (seed, (few, curves)) = (self.own_seed(), self.few());
         let trial = |method: Method| -> Result<Seen, GradientError> {
             let noise = method.forward(scene, change, progress)?.noise;
             Ok(Seen::of(scene, method, &noise, (few, curves), weights))
@@ -184,7 +194,17 @@ impl Pilot {
         let softened = Some(trial(softened)?);
         let edges =
             if shadows_are_curves(scene) && reflects_widely(scene) { Some(trial(edges)?) } else { None };
-        Ok(Survey { smooth, softened, edges, views: 1 })
+        Ok(Survey { smooth, softened, edges, views: 1, seed })
+    }
+
+    /// How many samples of the area and of curves it takes itself.
+    fn few(&self) -> (usize, usize) {
+        ((self.samples / PART_OF_AREA).max(FEWEST), (self.samples / PART).max(FEWEST_CURVES))
+    }
+
+    /// Of its samples: the same for all numbers of samples of which it sees as much.
+    fn own_seed(&self) -> u64 {
+        stream(self.seed, &[PILOT, self.few().0 as u64]).next_u64()
     }
 
     /// A motion of all that is active: shapes and camera move and turn, each in a direction of its own, at a speed of its size or distance.

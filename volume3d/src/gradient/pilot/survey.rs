@@ -47,6 +47,8 @@ pub struct Survey {
     pub(super) softened: Option<Seen>,
     pub(super) edges: Option<Seen>,
     pub(super) views: usize,
+    /// Of the pilot's samples.
+    pub(super) seed: u64,
 }
 
 /// Of one method.
@@ -117,6 +119,12 @@ impl Seen {
         let both = |a: [f64; PARTS], b: [f64; PARTS]| std::array::from_fn(|i| a[i] + b[i]);
         let (variances, costs) = (both(self.variances, other.variances), both(self.costs, other.costs));
         Self { variances, costs, film: None, ..self }
+    }
+
+    /// The cost of what was seen.
+    fn spent(&self) -> f64 {
+        let (area, curves) = self.few;
+        area as f64 * self.costs[0] + curves as f64 * self.costs[1..].iter().sum::<f64>()
     }
 
     /// Whether some of every part was seen.
@@ -202,7 +210,23 @@ impl OnFilm {
 impl Survey {
     /// Of nothing that could be chosen.
     pub(super) fn nothing() -> Self {
-        Self { smooth: false, softened: None, edges: None, views: 1 }
+        Self { smooth: false, softened: None, edges: None, views: 1, seed: 0 }
+    }
+
+    /// Whether a pilot would see just this again.
+    #[must_use]
+    pub fn is_that_of(&self, pilot: &Pilot) -> bool {
+        self.softened.is_some() && self.seed == pilot.own_seed()
+    }
+
+    /// How long a pilot and what it chooses should take, relative to this survey, by the counts that the pilot splits samples by; without its
+    /// survey if that is this one. `None` if nothing was seen.
+    #[must_use]
+    pub fn relative_time(&self, pilot: &Pilot) -> Option<f64> {
+        let softened = self.softened.as_ref()?;
+        let spent = softened.spent() + self.edges.as_ref().map_or(0.0, Seen::spent);
+        let again = if self.is_that_of(pilot) { 0.0 } else { pilot.few().0 as f64 / softened.few.0 as f64 };
+        Some(again + EXACT_COST * softened.costs[0] * pilot.samples as f64 / spent)
     }
 
     /// Of several views, by pilots of as many samples: one choice for all of them, by the sum of their errors.
@@ -227,6 +251,7 @@ impl Survey {
             softened: both(a.softened, b.softened),
             edges: both(a.edges, b.edges),
             views: a.views + b.views,
+            seed: a.seed,
         })
     }
 }
