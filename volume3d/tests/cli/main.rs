@@ -74,10 +74,22 @@ fn an_error_or_a_time_decides_how_many_samples() {
     assert_eq!(place.bytes("a.npy"), place.bytes("c.npy"));
     let text = place.succeed(&format!("{forward} d.npy --error 1e-9 --time 0.2s"));
     assert!(text.contains(" spp, "), "{text}");
+    for time in ["0.05s", "2s"] {
+        let text = place.succeed(&format!("{forward} t.npy --time {time}"));
+        assert!(text.contains("pilot") && text.contains(" s: ") && text.contains("its error is "), "{text}");
+        place.succeed(&format!("{forward} s.npy --spp {}", samples(&text)));
+        assert_eq!(place.bytes("t.npy"), place.bytes("s.npy"), "{text}");
+    }
+    for method in ["edge", "warped-area"] {
+        let text = place.succeed(&format!("{forward} t.npy --method {method} --time 0.5s"));
+        assert!(text.contains("a pilot of ") && text.contains("its error is "), "{text}");
+    }
     let reverse = "gradient scene.xml --adjoint adjoint.exr --wrt sheet.vertex_positions -o e.npy";
     place.succeed("render scene.xml -o adjoint.exr --spp 4");
-    let text = place.succeed(&format!("{reverse} --error 0.5"));
-    assert!(text.contains("of the gradient, by the pilot"), "{text}");
+    for budget in ["--error 0.5", "--time 1s"] {
+        let text = place.succeed(&format!("{reverse} {budget}"));
+        assert!(text.contains("of the gradient, by the pilot"), "{text}");
+    }
     // What never changes has no noise.
     place.succeed("gradient scene.xml --move lamp:radiance:0,0,0 -o f.npy --error 0.01");
 }

@@ -68,15 +68,15 @@ fn measured(method: &Method, scene: &Scene, change: &Tangent) -> f64 {
 #[test]
 fn a_pilot_foresees_errors() {
     let none = Progress::none();
-    for (name, size, mesh, views, edges) in [
-        ("block", 24, block(), 1, Some(true)),
-        ("block on a large film", 64, block(), 1, None),
-        ("block in two views", 64, block(), 2, None),
-        ("rough ball", 24, rough_ball(), 1, Some(false)),
+    for (name, size, samples, mesh, views, edges) in [
+        ("block", 24, 64, block(), 1, Some(true)),
+        ("block on a large film", 64, 64, block(), 1, None),
+        ("block in two views", 64, 64, block(), 2, None),
+        ("rough ball", 48, 16, rough_ball(), 1, Some(false)),
     ] {
         let scene = scene(size, mesh);
         let change = moved(&scene);
-        let pilot = Pilot { samples: 64, seed: 3 };
+        let pilot = Pilot { samples, seed: 3 };
         let survey = pilot.look(&scene, &change, None, false, &none).unwrap();
         let choice = pilot.choice(&Survey::of_all(vec![survey; views]));
         assert_eq!(choice.candidates.len(), 2);
@@ -86,7 +86,7 @@ fn a_pilot_foresees_errors() {
         let errors = [0, 1].map(|i| {
             let candidate = &choice.candidates[i];
             if let Method::WarpedArea(warped) = &candidate.method {
-                assert_eq!(warped.allocation.is_some(), views == 1, "{name}");
+                assert_eq!(warped.allocation.is_some(), views == 1 && warped.samples >= 16, "{name}");
             }
             let error = views as f64 * measured(&candidate.method, &scene, &change);
             let ratio = error / candidate.expected_squared_error;
