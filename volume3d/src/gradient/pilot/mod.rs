@@ -56,7 +56,8 @@ pub struct Pilot {
 /// What a pilot chose, and why.
 #[derive(Clone, Debug)]
 pub struct Choice {
-    /// The better of the candidates; edge sampling if it is expected to have clearly less error, by a quarter in a pilot of the fewest samples.
+    /// The better of the candidates; edge sampling if it is expected to have clearly less error, by a quarter in a pilot of the fewest samples, or
+    /// less at all where light is reflected more than once.
     pub method: Method,
     /// All of them, the chosen first; none if there was nothing to be chosen, and no edge sampling where a surface is not diffuse.
     pub candidates: Vec<Candidate>,
