@@ -185,6 +185,15 @@ impl<T: Number> Add for Rgb<T> {
     }
 }
 
+impl<T: Number> Sub for Rgb<T> {
+    type Output = Self;
+
+    #[inline]
+    fn sub(self, other: Self) -> Self {
+        Self(std::array::from_fn(|i| self.0[i] - other.0[i]))
+    }
+}
+
 impl<T: Number> Mul for Rgb<T> {
     type Output = Self;
 

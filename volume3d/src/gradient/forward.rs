@@ -219,6 +219,10 @@ impl<const N: usize> Calculus for Forward<'_, N> {
         self.auxiliary.as_ref().is_some_and(Auxiliary::warps_light)
     }
 
+    fn levels_bounces(&self) -> bool {
+        self.auxiliary.as_ref().is_some_and(Auxiliary::levels_bounces)
+    }
+
     fn warp(
         &mut self,
         origin: Vec3<Dual<N>>,

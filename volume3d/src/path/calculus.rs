@@ -37,6 +37,13 @@ impl<T: Number> Warped<T> {
     pub(crate) fn still(direction: DVec3) -> Self {
         Self { direction: Vec3::constant(direction), jacobian: T::constant(1.0) }
     }
+
+    /// Whether nothing changes with it.
+    #[inline]
+    pub(crate) fn is_still(&self) -> bool {
+        let Vec3 { x, y, z } = self.direction;
+        [x, y, z, self.jacobian].iter().all(|number| number.is_still())
+    }
 }
 
 /// A point of a jump as seen from a shading point. What is reflected of `light` from there, times `speed`, is added to
@@ -175,6 +182,11 @@ pub(crate) trait Calculus {
     /// Whether directions towards lights that are chosen may be warped: where none is, nobody makes kernels of lights.
     fn warps_light(&self) -> bool {
         Self::WARPS
+    }
+
+    /// Whether ∫ ∇·(V f) dω = 0 over the directions in which a bounce goes, so that any level may be taken from the radiance it is counted with.
+    fn levels_bounces(&self) -> bool {
+        false
     }
 
     /// The warp at direction ω as seen from `origin` on surface `from`.

@@ -267,9 +267,10 @@ impl<'s> Paths<'s> {
                 return (goes_on && hit.is_some()).then_some(next);
             }
         };
-        let hit = if goes_on || self.lights.may_be_hit(x, sampled.direction) {
-            calculus.next_hit(self.scene, x, point.surface, sampled.direction)
-        } else if self.escapes_last(x, point.surface, sampled.direction) {
+        let Sampled { direction, density } = sampled;
+        let hit = if goes_on || self.lights.may_be_hit(x, direction) {
+            calculus.next_hit(self.scene, x, point.surface, direction)
+        } else if self.escapes_last(x, point.surface, direction) {
             None
         } else {
             return None;
@@ -279,16 +280,39 @@ impl<'s> Paths<'s> {
         if if hit.is_some() { !goes_on } else { !environment } {
             return None;
         }
-        let sees = if goes_on { VisibilityDomain::Radiance } else { VisibilityDomain::Distant };
-        let kernel = || self.kernels.of_bounce(shading, sees, hit.map(|h| h.surface));
-        let warped = warp(calculus, vertex, sampled.direction, kernel);
-        let throughput = throughput * reflect(shading, &warped, 1.0 / sampled.density);
+        // The last bounce sees what is dark as well, and all silhouettes behind that: with a level its fields would take longer and scatter more.
+        let level = self.level(calculus).filter(|_| goes_on);
+        let still = Warped::still(direction);
+        let warped = if hit.is_none() && level.is_some() {
+            still
+        } else {
+            let sees = if goes_on { VisibilityDomain::Radiance } else { VisibilityDomain::Distant };
+            let kernel = || self.kernels.of_bounce(shading, sees, hit.map(|h| h.surface));
+            warp(calculus, vertex, direction, kernel)
+        };
+        let reflected = throughput * reflect(shading, &warped, 1.0 / density);
         if hit.is_none() {
-            *total = *total + throughput * self.constant_environment(calculus);
+            *total = *total + reflected * self.constant_environment(calculus);
             return None;
         }
-        let compression = path.compression * shading.compression(sampled.direction);
-        Some(Scattered { origin, direction: warped.direction, throughput, compression, hit })
+        if let Some(level) = level.filter(|_| !warped.is_still()) {
+            let unwarped = throughput * reflect(shading, &still, 1.0 / density);
+            *total = *total + (unwarped - reflected) * Rgb::constant(level);
+        }
+        let compression = path.compression * shading.compression(direction);
+        Some(Scattered { origin, direction: warped.direction, throughput: reflected, compression, hit })
+    }
+
+    /// The radiance E of a constant environment, if ∇·(V f) is counted times L − E alone at bounces: the integral of it over all directions is 0,
+    /// as V is continuous where f is not 0. What escapes takes no field then, and where light arrives from almost everywhere there is little noise.
+    ///
+    /// > ∂ ∫ f L dω = ∫ ∂f L + f ∂L + (L − E) ∇·(V f) dω
+    #[inline]
+    fn level<C: Calculus>(&self, calculus: &C) -> Option<DVec3> {
+        match self.scene.description.environment {
+            Some(Environment::Constant { radiance, .. }) if calculus.levels_bounces() => Some(radiance),
+            _ => None,
+        }
     }
 
     /// Whether light comes from beyond the scene along the last ray of a path, which meets no emitter: what else it meets

@@ -87,7 +87,7 @@ impl Study {
             .map(|run| Ok(estimate(best, &task(many, &[12, index, 99, run]))?.gradient.pixels))
             .collect::<anyhow::Result<Vec<_>>>()?;
         let reference = Reference::of_runs(reference);
-        let runs = context.spend(6, 24);
+        let runs = context.spend(4, 24);
         let mut entries = vec![];
         for (number, method) in METHODS.iter().enumerate() {
             let (mut gradients, mut non_finite) = (vec![], 0);

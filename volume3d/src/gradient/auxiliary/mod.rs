@@ -129,6 +129,11 @@ impl<'s> Auxiliary<'s> {
         !matches!(self.construction, Construction::JumpMean { sampled_shadows: true, .. })
     }
 
+    /// Whether the field within lobes is continuous everywhere: the mean over jumps, unless it is softened, which leaves residuals.
+    pub(crate) fn levels_bounces(&self) -> bool {
+        matches!(self.construction, Construction::JumpMean { lobe_softness: 0.0, .. })
+    }
+
     /// The warp at direction ω as seen from x on a surface; nothing where nothing seen can move.
     pub(crate) fn on_sphere(
         &mut self,

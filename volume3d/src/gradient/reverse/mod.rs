@@ -289,6 +289,10 @@ impl<'t> Calculus for Reverse<'_, 't> {
         self.auxiliary.as_ref().is_some_and(|auxiliary| auxiliary.warps_light())
     }
 
+    fn levels_bounces(&self) -> bool {
+        self.auxiliary.as_ref().is_some_and(|auxiliary| auxiliary.levels_bounces())
+    }
+
     fn warp(
         &mut self,
         origin: Vec3<Recorded<'t>>,
