@@ -7,11 +7,6 @@ use super::differential::Differential;
 use crate::path::{BorderSample, Kernel, LightId, Paths, radiance_at};
 use crate::scene::Surface;
 
-/// So many samples look at the border: it scatters less than what is within, and takes as long. Relative variance × processor seconds with 1, 1/2 and 1/4
-/// of them (exact field, forward, 32 or 64 samples a pixel, tent filter, one thread, two seeds): .35 to .37, .34 to .36 and .45 to .55 for a block in a
-/// closed box; .52 to .64, .36 to .52 and .33 to .41 for 2,000 leaves that turn.
-const PART: f64 = 0.5;
-
 /// ∮ f L (v_b − V)·ν over the border of a flat emitter as seen from `origin` on surface `from`: its motion beyond that of
 /// the warp, which need not know it. With it, silhouettes of what hides the emitter are all that the warp must follow, and
 /// its kernel may be as wide as the emitter.
@@ -26,11 +21,7 @@ pub(super) fn border<C: Differential>(
     kernel: impl FnOnce() -> Kernel,
 ) -> Option<BorderSample<C::Number>> {
     let scene = paths.scene;
-    let rng = calculus.rng()?;
-    if open01(rng) >= PART {
-        return None;
-    }
-    let xi = open01(rng);
+    let xi = open01(calculus.rng()?);
     let ends = paths.lights.border_ends(scene, shape, xi)?.map(|i| calculus.position(i));
     let moves = |p: Vec3<C::Number>| [p.x, p.y, p.z].iter().any(|x| !x.is_still());
     let moves = moves(origin) || ends.into_iter().any(moves);
@@ -67,7 +58,7 @@ pub(super) fn border<C: Differential>(
         return None;
     }
     let length = tangent.length() / distance * border.whole;
-    let weight = length / (PART * paths.lights.probability(LightId::Shape(shape)));
+    let weight = length / paths.lights.probability(LightId::Shape(shape));
     let radiance = radiance_at(scene, border.triangle, border.weights);
     Some(BorderSample { direction, light: radiance * weight, speed })
 }
