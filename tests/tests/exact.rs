@@ -97,12 +97,12 @@ fn run(cases: u32, kinds: Vec<Kind>) {
 
 #[test]
 fn generic_scenes() {
-    run(pick(100, 400), vec![Kind::Generic]);
+    run(pick(100, 250), vec![Kind::Generic]);
 }
 
 #[test]
 fn degenerate_scenes() {
-    run(pick(200, 800), Kind::ALL[1..].to_vec());
+    run(pick(200, 500), Kind::ALL[1..].to_vec());
 }
 
 #[test]

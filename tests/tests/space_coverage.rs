@@ -20,7 +20,7 @@ use volume3d::gradient::{EdgeSampling, Field, WarpedArea};
 
 /// Scenes of each kind.
 fn per_kind() -> u64 {
-    pick(4, 14)
+    pick(4, 10)
 }
 
 /// Nothing degenerate about them.
@@ -155,7 +155,7 @@ fn no_run_carries_the_spread() {
     };
     let runs =
         |k: &Known| -> Vec<f64> { (0..64).map(|seed| k.sample(&WarpedArea { seed, ..warped() })).collect() };
-    let found = median(GENERIC.iter().step_by(pick(6, 2)).map(|k| largest_share(&runs(k))).collect());
+    let found = median(GENERIC.iter().step_by(pick(6, 4)).map(|k| largest_share(&runs(k))).collect());
     // The control: u^-½, whose variance is just infinite, and 1/u, which has no mean.
     let heavy = |power: f64| {
         let one =
@@ -184,7 +184,7 @@ fn the_direct_field_is_unbiased_where_nothing_passes_before_anything() {
 
 #[test]
 fn controls_are_rejected() {
-    let some = &coverage(&CoverageKind::GENERIC, pick(2, 16))[..];
+    let some = &coverage(&CoverageKind::GENERIC, pick(2, 8))[..];
     reject("sign flipped", some, |k, half| k.estimate(half, &warped()).scaled(-1.0));
     let still = WarpedArea { warps: false, ..warped() };
     reject("interior only", some, |k, half| k.estimate(half, &still));

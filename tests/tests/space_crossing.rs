@@ -15,9 +15,9 @@ use tests::space::worlds::{CrossingMoving, LitCrossingKind, LitCrossingMoving};
 use volume3d::gradient::{EdgeSampling, Field, WarpedArea};
 
 /// The crossing rests in the world; a plate moves before it, or the camera moves.
-static AT_REST: LazyLock<Vec<Known>> = LazyLock::new(|| coverage(&CrossingMoving::AT_REST, pick(4, 14)));
+static AT_REST: LazyLock<Vec<Known>> = LazyLock::new(|| coverage(&CrossingMoving::AT_REST, pick(4, 10)));
 /// The crossing moves.
-static MOVING: LazyLock<Vec<Known>> = LazyLock::new(|| coverage(&CrossingMoving::MOVING, pick(2, 6)));
+static MOVING: LazyLock<Vec<Known>> = LazyLock::new(|| coverage(&CrossingMoving::MOVING, pick(2, 4)));
 /// Where the camera moves, alone or with everything. These the multilevel rays resolve: where a plate
 /// slides before others at rest their errors have heavy tails, and no affordable number of samples would
 /// show 15 % of bias.

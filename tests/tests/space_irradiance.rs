@@ -50,7 +50,7 @@ const MOVING: [IrradianceMoving; 4] = [
 ];
 
 /// Receivers as small as a pixel, under up to four occluders.
-static POINTS: LazyLock<Vec<Known>> = LazyLock::new(|| points(&IrradianceKind::GENERIC, pick(24, 72)));
+static POINTS: LazyLock<Vec<Known>> = LazyLock::new(|| points(&IrradianceKind::GENERIC, pick(24, 48)));
 
 /// The pixel's field of view: what it sees of the ground is a sixth of the ground's size, and 1/200 of the
 /// distance of everything else.
@@ -157,7 +157,7 @@ fn pixels_with_penumbras() {
         k.estimate(half, &WarpedArea { samples: pick(1, 4) * SAMPLES, ..warped() })
     });
     judge(&mut power, "edge sampling", &PENUMBRAS, &PENUMBRA_MOTIONS, |k, half| {
-        k.estimate(half, &edges(pick(1, 6) * SAMPLES))
+        k.estimate(half, &edges(pick(1, 5) * SAMPLES))
     });
 }
 
@@ -173,10 +173,10 @@ fn receivers() {
 fn degenerate_kinds() {
     let mut power = Power::of("space_irradiance::degenerate_kinds");
     for kind in IrradianceKind::DEGENERATE {
-        // Most tiny emitters are hidden, or moved by nothing: it takes a hundred scenes, and long runs to tell a zero.
+        // Most tiny emitters are hidden, or moved by nothing: it takes many scenes, and long runs to tell a zero.
         let (count, times) = match kind {
-            IrradianceKind::TinyEmitter => (pick(0, 108), 24),
-            _ => (pick(12, 36), 1),
+            IrradianceKind::TinyEmitter => (pick(0, 72), 12),
+            _ => (12, 1),
         };
         if count == 0 {
             continue;

@@ -41,9 +41,9 @@ const KINDS: [Kind; 11] = [
     Kind::FilledHole,
 ];
 
-static KNOWN: LazyLock<Vec<Known>> = LazyLock::new(|| known(&KINDS, pick(10, 16)));
+static KNOWN: LazyLock<Vec<Known>> = LazyLock::new(|| known(&KINDS, pick(10, 12)));
 /// Some of them, for fields that take long.
-static HALF: LazyLock<Vec<Known>> = LazyLock::new(|| known(&KINDS, pick(5, 16)));
+static HALF: LazyLock<Vec<Known>> = LazyLock::new(|| known(&KINDS, pick(5, 12)));
 /// Some of them, for what is far off.
 static SOME: LazyLock<Vec<Known>> = LazyLock::new(|| known(&KINDS, pick(2, 6)));
 
@@ -113,8 +113,7 @@ fn warped_area_with_other_warps() {
     let mut power = Power::of("unbiased::warped_area_with_other_warps");
     let points = [AuxiliaryPoints::Stratified, AuxiliaryPoints::Independent];
     for &points in &points[..pick(1, 2)] {
-        let samples = pick(SAMPLES / 2, SAMPLES);
-        let method = WarpedArea { samples, ..warped(Warp { points, ..Warp::default() }) };
+        let method = WarpedArea { samples: SAMPLES / 2, ..warped(Warp { points, ..Warp::default() }) };
         accept(&mut power, &format!("warped area, {points:?}"), &method);
     }
     if thorough() {
@@ -163,10 +162,10 @@ fn edge_sampling() {
 #[test]
 fn softened_mean_over_jumps() {
     let mut power = Power::of("unbiased::softened_mean_over_jumps");
-    let scenes = known(&DISTINCT, pick(10, 20));
+    let scenes = known(&DISTINCT, 10);
     let softened = |softness| {
         let construction = Construction::Softened { reach: 1.2, softness };
-        WarpedArea { samples: pick(SAMPLES, 2 * SAMPLES), ..warped(construction) }
+        WarpedArea { samples: SAMPLES / 2, ..warped(construction) }
     };
     for softness in [1e-3, 0.1, 0.4, f64::INFINITY] {
         let v = Verdict::of(&scenes, |k, seed| k.run(seed, &softened(softness)));
@@ -241,7 +240,7 @@ impl WarpField<Plane> for Still {
 fn any_continuous_field_with_its_residual() {
     let mut power = Power::of("unbiased::any_continuous_field_with_its_residual");
     // Edge sampling takes no scenes whose visible edges coincide.
-    let some = known(&[Kind::Generic, Kind::TJunction, Kind::SharedVertex, Kind::Touching], pick(12, 24));
+    let some = known(&[Kind::Generic, Kind::TJunction, Kind::SharedVertex, Kind::Touching], pick(12, 16));
     let area = |k: &Known, seed| {
         with_field(k, |_, scene, v, film| {
             AreaIntegral { samples: 3 * SAMPLES, ..integral(seed) }.forward(scene, v, film, &Affine)

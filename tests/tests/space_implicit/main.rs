@@ -82,7 +82,7 @@ fn accept(test: &'static str, cases: Vec<Moving>, effort: usize, method: fn(usiz
 #[test]
 fn implicit_surfaces_are_followed() {
     let cases = vec![scenes::silhouette(), scenes::ring(), scenes::union(), scenes::camera()];
-    accept("space_implicit::implicit_surfaces_are_followed", cases, pick(128, 192), samples);
+    accept("space_implicit::implicit_surfaces_are_followed", cases, 128, samples);
 }
 
 #[test]
@@ -97,7 +97,7 @@ fn so_they_are_among_meshes() {
         scenes::grid(),
     ];
     cases.extend(pick(None, Some(scenes::over_a_floor(4))));
-    accept("space_implicit::so_they_are_among_meshes", cases, pick(128, 192), samples);
+    accept("space_implicit::so_they_are_among_meshes", cases, pick(128, 160), samples);
 }
 
 /// By the field of Bangaru et al. (2022): before the sky, over a floor that it shades, shading itself, and behind a mesh.
@@ -105,7 +105,7 @@ fn so_they_are_among_meshes() {
 fn all_points_follow_them_as_well() {
     let behind = Moving { effort: 12, ..scenes::behind_a_mesh() };
     let cases = vec![scenes::silhouette(), scenes::over_a_floor(2), scenes::union(), behind];
-    accept("space_implicit::all_points_follow_them_as_well", cases, pick(128, 192), all_points);
+    accept("space_implicit::all_points_follow_them_as_well", cases, 128, all_points);
 }
 
 /// By auxiliary rays: before the sky, seen by a camera that moves, and in shadows of meshes and of one another.
@@ -113,7 +113,7 @@ fn all_points_follow_them_as_well() {
 fn auxiliary_rays_follow_them_too() {
     let balls = Moving { effort: 2, ..scenes::two_balls() };
     let cases = vec![scenes::silhouette(), scenes::camera(), scenes::mesh_over_a_ball(), balls];
-    accept("space_implicit::auxiliary_rays_follow_them_too", cases, pick(128, 192), rays);
+    accept("space_implicit::auxiliary_rays_follow_them_too", cases, 128, rays);
 }
 
 /// What must be rejected: no warp at all, a grid whose ∇φ jumps between its cells, and auxiliary rays that do not know how near the

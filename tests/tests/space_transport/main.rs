@@ -202,7 +202,7 @@ fn a_smooth_sphere() {
         change.scale(scene, 1, DVec3::new(0.05, 0.7, -0.2), 0.5);
         change.translate(scene, 1, DVec3::new(0.2, 0.1, 0.1));
     };
-    compare(&mut power, known(d, grow, "a sphere in view"), 4.5e-2, [3, 2, 1], FILM);
+    compare(&mut power, known(d, grow, "a sphere in view"), 4.5e-2, [6, 4, 2], FILM);
 }
 
 /// A cube with normals as a ball's, which turns its other side to the camera and to the floor far from any edge.

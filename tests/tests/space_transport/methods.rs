@@ -4,7 +4,6 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use tests::comparison::{Comparison, Estimate};
-use tests::effort::pick;
 use tests::power::Power;
 use tests::space::campaign::{Known, student, warped};
 use volume3d::gradient::{EdgeSampling, FiniteDifference, GradientImage, Progress, WarpedArea};
@@ -61,7 +60,7 @@ fn terms(k: &Known, runs: u64, method: Method) -> Vec<[f64; 3]> {
 /// degrees of freedom.
 pub(crate) fn compare(power: &mut Power, k: Known, step: f64, times: [u64; 3], controls: &[Control]) {
     let k = k.focused(1024);
-    let [difference_runs, edge_runs, warped_runs] = times.map(|times| 96 * pick(1, 3) * times);
+    let [difference_runs, edge_runs, warped_runs] = times.map(|times| 96 * times);
     let start = Instant::now();
     let narrowest = FiniteDifference { samples: 176, step, seed: 9000 };
     let (mut reference, mut slack) = k.differences::<3>(narrowest, difference_runs);

@@ -200,7 +200,7 @@ fn parameters_that_are_not_geometry() {
             ahead.iter().zip(behind).map(|(a, b)| (*a - b) / (2.0 * step)).collect::<Vec<DVec3>>()
         };
         let k = Known { weights: directed(&difference(2048, 400)), ..k };
-        let runs = times * PARAMETER_RUNS * pick(1, 3);
+        let runs = times * PARAMETER_RUNS * pick(1, 2);
         let all =
             |run: &(dyn Fn(u64) -> f64 + Sync)| -> Vec<f64> { (0..runs).into_par_iter().map(run).collect() };
         let reference = Estimate::of(all(&|seed| k.weighted(&difference(128, 500 + seed))));

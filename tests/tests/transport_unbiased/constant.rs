@@ -22,7 +22,7 @@ fn what_is_known_by_an_argument() {
     for bounces in [1, 2] {
         let paths = Paths { bounces, ..Paths::default() };
         let filters = [Filter::Tent, Filter::Box];
-        for constant in constants(&filters[..pick(1, 2)], bounces).into_iter().step_by(pick(2, 1)) {
+        for constant in constants(&filters[..pick(1, 2)], bounces).into_iter().step_by(pick(2, 3)) {
             let Case { world, camera, change, label } = &constant.case;
             let image: f64 =
                 paths.image(world, camera, SAMPLES, 4).expect("valid").iter().map(|p| p[0]).sum();

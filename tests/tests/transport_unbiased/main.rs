@@ -127,8 +127,7 @@ fn standard_errors_settle() {
             let [once, twice] = [1, 2].map(|times| method(k, times * SAMPLES).standard_error.powi(2));
             2.0 * twice / once
         };
-        let moving: Vec<&Known> =
-            ONCE.iter().filter(|k| k.case.change.is_geometric()).step_by(pick(3, 1)).collect();
+        let moving: Vec<&Known> = ONCE.iter().filter(|k| k.case.change.is_geometric()).step_by(3).collect();
         let within = moving.iter().filter(|k| (0.5..2.0).contains(&ratio(k))).count();
         println!("{name}: {within} of {} standard errors settle", moving.len());
         within as f64 / moving.len() as f64
