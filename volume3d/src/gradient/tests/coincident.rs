@@ -58,7 +58,7 @@ fn edges_that_coincide_with_those_of_narrow_faces_are_sampled() {
         let edges = total(|seed| {
             let method = EdgeSampling {
                 samples: 8,
-                primary: 2048,
+                primary: 256,
                 secondary: 1,
                 bounces: 1,
                 seed,
@@ -67,7 +67,7 @@ fn edges_that_coincide_with_those_of_narrow_faces_are_sampled() {
             rows(method.forward(&scene, &change, &none).unwrap().gradient)
         });
         let name = format!("{narrow} wide, ε = {softness}, ridge of {length}");
-        comparisons.add(name, softened(2048), edges, 0.0, edges.0);
+        comparisons.add(name, softened(256), edges, 0.0, edges.0);
         comparisons.reject("curves left out", softened(0), edges);
     }
     comparisons.finish();

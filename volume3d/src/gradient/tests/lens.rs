@@ -108,7 +108,7 @@ fn a_lens_is_the_mean_of_pinholes() {
         let method = WarpedArea { samples, seed, ..WarpedArea::default() };
         method.forward(scene, change, &none).unwrap().gradient
     });
-    compare("edge sampling", 256, &|scene, change, samples, seed| {
+    compare("edge sampling", 128, &|scene, change, samples, seed| {
         let [primary, secondary] = [2 * samples; 2];
         let method =
             EdgeSampling { samples, primary, secondary, bounces: secondary, seed, allow_missing: vec![] };

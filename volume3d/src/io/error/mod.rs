@@ -20,7 +20,7 @@ pub use network::NetworkProblem;
 pub use scene::SceneProblem;
 
 /// Where in a file.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Place {
     /// The file.
     pub path: PathBuf,
@@ -29,7 +29,7 @@ pub struct Place {
 }
 
 /// Where in a file whose name is known.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum At {
     /// Nowhere in particular.
     Whole,

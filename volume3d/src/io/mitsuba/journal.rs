@@ -1,13 +1,14 @@
 //! What is told about a scene besides what it holds: notes of how it was read, and all that is refused.
 
 use std::cell::RefCell;
+use std::collections::HashSet;
 use std::fmt;
 
 use super::element::Element;
 use crate::io::{Error, Place};
 
 /// Something about a scene that was read in another way than it may have been meant, and how.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Note {
     /// The element.
     pub place: Place,
@@ -30,6 +31,9 @@ pub(super) struct Journal {
     pub(super) is_lenient: bool,
     notes: RefCell<Vec<Note>>,
     problems: RefCell<Vec<Error>>,
+    /// The same for looking up: there may be as many as elements.
+    noted: RefCell<HashSet<Note>>,
+    refused: RefCell<HashSet<String>>,
 }
 
 impl Journal {
@@ -47,19 +51,16 @@ impl Journal {
     }
 
     fn push(&self, note: Note) {
-        let mut notes = self.notes.borrow_mut();
-        if !notes.contains(&note) {
-            notes.push(note);
+        if self.noted.borrow_mut().insert(note.clone()) {
+            self.notes.borrow_mut().push(note);
         }
     }
 
     /// A refusal that does not keep the rest from being looked at.
     pub(super) fn refuse(&self, error: Error) {
-        let mut problems = self.problems.borrow_mut();
         // The same material may be asked for by many shapes.
-        let text = error.to_string();
-        if problems.iter().all(|known| known.to_string() != text) {
-            problems.push(error);
+        if self.refused.borrow_mut().insert(error.to_string()) {
+            self.problems.borrow_mut().push(error);
         }
     }
 
