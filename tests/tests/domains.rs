@@ -120,7 +120,7 @@ fn compared((found, exact): (Estimate, f64)) -> Comparison {
 #[test]
 fn unbiased_on_circle_and_sphere() {
     let mut power = Power::of("domains::unbiased_on_circle_and_sphere");
-    let samples = pick(1 << 17, 1 << 19);
+    let samples = pick(1 << 17, 1 << 18);
     for points in [AuxiliaryPoints::Antithetic, AuxiliaryPoints::Independent, AuxiliaryPoints::Stratified] {
         let warp = Warp { points, ..Warp::default() };
         for kappa in [2.0, 5.0, 100.0] {
