@@ -47,7 +47,7 @@ impl Tree {
     /// Appends a node of some edges, and all below it; returns its index.
     fn node(&mut self, range: Range<usize>, bounds: impl Fn(&[Edge]) -> Bounds + Copy) -> u32 {
         let index = self.nodes.len();
-        let parts = self.split(range);
+        let parts = self.split(range, bounds);
         let bounded = parts.iter().map(|part| bounds(&self.edges[part.clone()]));
         let node = Node::new(bounded, &self.frame);
         self.nodes.push(node);
@@ -64,14 +64,15 @@ impl Tree {
         (self.leaves.len() - 1) as u32 | IS_LEAF
     }
 
-    /// Up to eight parts of a range, each half of one before it.
-    fn split(&mut self, range: Range<usize>) -> Vec<Range<usize>> {
+    /// Up to eight parts of a range, each about half of one before it.
+    fn split(&mut self, range: Range<usize>, bounds: impl Fn(&[Edge]) -> Bounds) -> Vec<Range<usize>> {
         let mut parts = vec![range];
         while parts.len() < WIDTH {
             let largest = (0..parts.len()).max_by_key(|&i| parts[i].len()).filter(|&i| parts[i].len() > LEAF);
             let Some(largest) = largest else { break };
             let part = parts[largest].clone();
-            let middle = part.start + halve(&mut self.edges[part.clone()]);
+            let middle = part.start
+                + halve(&mut self.edges[part.clone()], |edges| bounds(edges).likelihood(self.frame.unit));
             parts[largest] = part.start..middle;
             parts.insert(largest + 1, middle..part.end);
         }
@@ -188,13 +189,22 @@ const IS_LEAF: u32 = 1 << 31;
 /// Splitting 2³² edges in eight takes 11 steps, each of which leaves seven nodes behind.
 const DEPTH: usize = 96;
 
-/// Reorders edges by the middle of their boxes' longest side, and returns where the second half begins.
-fn halve(edges: &mut [Edge]) -> usize {
-    let (low, high) = corners(edges.iter().map(|e| e.places[0] + e.places[1]));
-    let axis = (high - low).max_position();
-    let middle = edges.len() / 2;
-    let key = |e: &Edge| (e.places[0] + e.places[1])[axis];
-    edges.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)));
+/// Reorders edges along an axis of their places or of their normals, that which makes both halves the least likely to be entered, and returns
+/// where the second half begins: in whole leaves.
+fn halve(edges: &mut [Edge], likelihood: impl Fn(&[Edge]) -> f64) -> usize {
+    let middle = (edges.len() / 2).next_multiple_of(LEAF);
+    let key = |e: &Edge, axis: usize| match axis {
+        0..3 => (e.places[0] + e.places[1])[axis],
+        _ => (e.normals[0] + e.normals[1])[axis - 3],
+    };
+    let mut part = |axis: usize| {
+        edges.select_nth_unstable_by(middle, |a, b| key(a, axis).total_cmp(&key(b, axis)));
+        let (first, second) = edges.split_at(middle);
+        [first, second].map(|half| half.len() as f64 * likelihood(half)).iter().sum::<f64>()
+    };
+    let costs = [0, 1, 2, 3, 4, 5].map(&mut part);
+    let axis = (0..costs.len()).min_by(|&a, &b| costs[a].total_cmp(&costs[b])).unwrap_or(0);
+    part(axis);
     middle
 }
 
