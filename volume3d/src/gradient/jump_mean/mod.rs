@@ -90,6 +90,7 @@ mod leaf;
 mod level_set;
 mod listed;
 mod node;
+mod parts;
 #[cfg(test)]
 mod scan;
 mod scene_edges;

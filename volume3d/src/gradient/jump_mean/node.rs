@@ -43,23 +43,11 @@ impl Bounds {
         Self { centre, half, radius, axis, sine, level, thickness }
     }
 
-    /// How likely a query enters, up to a factor, with lengths in a unit: as the box's surface lets it come near, and as some viewer sees a
-    /// front and a back, who is most often a [`DISTANCE`] away.
-    pub(super) fn likelihood(&self, unit: f64) -> f64 {
-        let DVec3 { x, y, z } = self.half * unit;
-        let turned = self.sine.unwrap_or(1.0) + self.radius * unit / DISTANCE;
-        (x * y + y * z + z * x) * turned.min(1.0)
-    }
-
     /// The same without a cone: whether edges are silhouettes does not matter.
     pub(super) fn from_everywhere(edges: &[Edge]) -> Self {
         Self { sine: None, ..Self::around(edges) }
     }
 }
-
-/// From how far away edges are looked for, as a part of all that there is. With .0125 to .25 a query enters 16.6 to 16.7 nodes and 8.4 leaves on
-/// a blob of 122,888 edges; it was 23.7 and 10.8 where parts were halved along the longest side.
-const DISTANCE: f64 = 0.05;
 
 /// Where lengths in single precision are taken from, and one over their unit: the middle and the size of all edges' box.
 #[derive(Clone, Copy, Debug, Default)]

@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::edge::{Cone, Edge};
 use super::leaf::{LEAF, Leaf};
 use super::node::{Bounds, Frame, Node, Query};
+use super::parts::{halve, kinds};
 use crate::lanes::{Instructions, Lanes, Task, WIDTH, next};
 
 /// Edges in a hierarchy.
@@ -38,21 +39,22 @@ impl Tree {
         let frame = Frame { middle: 0.5 * (low + high), unit: 1.0 / (high - low).max_element() };
         let mut tree =
             Self { nodes: vec![], leaves: vec![], edges, frame, instructions: Instructions::detect() };
-        if !tree.edges.is_empty() {
-            tree.node(0..tree.edges.len(), bounds);
+        let parts = kinds(&mut tree.edges, frame.unit);
+        if !parts.is_empty() {
+            tree.node(parts, bounds);
         }
         tree
     }
 
-    /// Appends a node of some edges, and all below it; returns its index.
-    fn node(&mut self, range: Range<usize>, bounds: impl Fn(&[Edge]) -> Bounds + Copy) -> u32 {
+    /// Appends a node of some edges, in parts, and all below it; returns its index.
+    fn node(&mut self, parts: Vec<Range<usize>>, bounds: impl Fn(&[Edge]) -> Bounds + Copy) -> u32 {
         let index = self.nodes.len();
-        let parts = self.split(range, bounds);
+        let parts = self.split(parts);
         let bounded = parts.iter().map(|part| bounds(&self.edges[part.clone()]));
         let node = Node::new(bounded, &self.frame);
         self.nodes.push(node);
         for (lane, part) in parts.into_iter().enumerate() {
-            let child = if part.len() > LEAF { self.node(part, bounds) } else { self.leaf(part) };
+            let child = if part.len() > LEAF { self.node(vec![part], bounds) } else { self.leaf(part) };
             self.nodes[index].child[lane] = child;
         }
         index as u32
@@ -64,15 +66,13 @@ impl Tree {
         (self.leaves.len() - 1) as u32 | IS_LEAF
     }
 
-    /// Up to eight parts of a range, each about half of one before it.
-    fn split(&mut self, range: Range<usize>, bounds: impl Fn(&[Edge]) -> Bounds) -> Vec<Range<usize>> {
-        let mut parts = vec![range];
+    /// The same in up to eight parts, each half of one before it.
+    fn split(&mut self, mut parts: Vec<Range<usize>>) -> Vec<Range<usize>> {
         while parts.len() < WIDTH {
             let largest = (0..parts.len()).max_by_key(|&i| parts[i].len()).filter(|&i| parts[i].len() > LEAF);
             let Some(largest) = largest else { break };
             let part = parts[largest].clone();
-            let middle = part.start
-                + halve(&mut self.edges[part.clone()], |edges| bounds(edges).likelihood(self.frame.unit));
+            let middle = part.start + halve(&mut self.edges[part.clone()], self.frame.unit);
             parts[largest] = part.start..middle;
             parts.insert(largest + 1, middle..part.end);
         }
@@ -188,25 +188,6 @@ const IS_LEAF: u32 = 1 << 31;
 
 /// Splitting 2³² edges in eight takes 11 steps, each of which leaves seven nodes behind.
 const DEPTH: usize = 96;
-
-/// Reorders edges along an axis of their places or of their normals, that which makes both halves the least likely to be entered, and returns
-/// where the second half begins: in whole leaves.
-fn halve(edges: &mut [Edge], likelihood: impl Fn(&[Edge]) -> f64) -> usize {
-    let middle = (edges.len() / 2).next_multiple_of(LEAF);
-    let key = |e: &Edge, axis: usize| match axis {
-        0..3 => (e.places[0] + e.places[1])[axis],
-        _ => (e.normals[0] + e.normals[1])[axis - 3],
-    };
-    let mut part = |axis: usize| {
-        edges.select_nth_unstable_by(middle, |a, b| key(a, axis).total_cmp(&key(b, axis)));
-        let (first, second) = edges.split_at(middle);
-        [first, second].map(|half| half.len() as f64 * likelihood(half)).iter().sum::<f64>()
-    };
-    let costs = [0, 1, 2, 3, 4, 5].map(&mut part);
-    let axis = (0..costs.len()).min_by(|&a, &b| costs[a].total_cmp(&costs[b])).unwrap_or(0);
-    part(axis);
-    middle
-}
 
 fn corners(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
     points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
