@@ -102,13 +102,15 @@ impl Arc {
         let c = true_c * kept;
         let versine = squared / (1.0 + true_c) + shrinkage * true_c;
         // sin² of half the angle at which the great circle leaves the cap.
-        let half = (reach.versine - versine) / (2.0 * c);
+        let per_c = 1.0 / c;
+        let half = 0.5 * (reach.versine - versine) * per_c;
         // NaN where u is the pole itself.
         if half.is_nan() || half <= 0.0 {
             return None;
         }
         let limit = (half / (1.0 - half)).sqrt();
-        let m = (u - s * self.pole) / true_c;
+        let per_true_c = 1.0 / true_c;
+        let m = (u - s * self.pole) * per_true_c;
         let n = self.pole.cross(m);
         let [a, b] = self.ends.map(|e| [e.dot(m), e.dot(n)]);
         let (mut low, mut high) = (half_tangent(a), half_tangent(b));
@@ -126,15 +128,15 @@ impl Arc {
         }
         // √(1 − c²): the distance of u from the arc, unless it is softened.
         let apart = if shrinkage > 0.0 { (versine * (1.0 + c)).sqrt() } else { s.abs() };
-        let i = Integrals::new(apart, c, versine, low, high);
+        let i = Integrals::new(apart, [c, per_c], versine, [low, high]);
         let level = 1.0 / reach.versine;
         // What is tangent at u of m, exactly: m itself is nearly u, and projecting it would leave rounding over s².
-        let across = (kept * s / true_c) * (s * u - self.pole);
+        let across = (kept * s * per_true_c) * (s * u - self.pole);
         let n = kept * n;
         let graded = |value: f64, [x, y]: [f64; 2]| Graded { value, gradient: x * across + y * n };
         // ∫ cos ψ K and ∫ sin ψ K.
-        let cosine = (i.j0 - i.angle) / c - level * i.sines;
-        let sine = i.logarithm / c - level * i.versines;
+        let cosine = (i.j0 - i.angle) * per_c - level * i.sines;
+        let sine = i.logarithm * per_c - level * i.versines;
         let sine_of_arc = a[0] * b[1] - a[1] * b[0];
         if sine_of_arc <= SHORTEST {
             return None;
@@ -179,35 +181,37 @@ struct Integrals {
 }
 
 impl Integrals {
-    /// Between two half tangents. `s` is √(1 − c²), and `versine` 1 − c.
-    fn new(s: f64, c: f64, versine: f64, low: f64, high: f64) -> Self {
+    /// Between two half tangents. `s` is √(1 − c²), `per_c` 1/c, and `versine` 1 − c: a division takes as long as many products.
+    fn new(s: f64, [c, per_c]: [f64; 2], versine: f64, [low, high]: [f64; 2]) -> Self {
         let wide = 1.0 + c;
         // e = (1 − c + (1 + c) τ²)/(1 + τ²), without cancellation.
         let at = |t: f64| {
             let (t2, scale) = (t * t, 1.0 / (1.0 + t * t));
             let e = (versine + wide * t2) * scale;
-            (2.0 * t * scale, 2.0 * t2 * scale, e)
+            (2.0 * t * scale, 2.0 * t2 * scale, e, 1.0 / e)
         };
-        let ((sin_low, versine_low, e_low), (sin_high, versine_high, e_high)) = (at(low), at(high));
+        let (sin_low, versine_low, _, per_e_low) = at(low);
+        let (sin_high, versine_high, e_high, per_e_high) = at(high);
+        let per_s = 1.0 / s;
         let between = high - low;
         let angle = 2.0 * between.atan2(1.0 + low * high);
-        let j0 = 2.0 / s * (s * wide * between).atan2(s * s + wide * wide * low * high);
-        let logarithm = (e_high / e_low).ln();
-        let slopes = sin_high / e_high - sin_low / e_low;
-        let j1 = inverse_square(s, c, low, high, || (c * slopes + j0) / (s * s));
-        let sine = (1.0 / e_low - 1.0 / e_high) / c;
+        let j0 = 2.0 * per_s * (s * wide * between).atan2(s * s + wide * wide * low * high);
+        let logarithm = (e_high * per_e_low).ln();
+        let slopes = sin_high * per_e_high - sin_low * per_e_low;
+        let j1 = inverse_square(s, c, low, high, || (c * slopes + j0) * per_s * per_s);
+        let sine = (per_e_low - per_e_high) * per_c;
         Self {
             angle,
             j0,
             logarithm,
             sines: sin_high - sin_low,
             versines: versine_high - versine_low,
-            cosine: (j1 - j0) / c,
+            cosine: (j1 - j0) * per_c,
             sine,
-            cosine_squared: (j1 - 2.0 * j0 + angle) / (c * c),
-            cosine_sine: (sine - logarithm / c) / c,
+            cosine_squared: (j1 - 2.0 * j0 + angle) * per_c * per_c,
+            cosine_sine: (sine - logarithm * per_c) * per_c,
             // By parts.
-            sine_squared: ((j0 - angle) / c - slopes) / c,
+            sine_squared: ((j0 - angle) * per_c - slopes) * per_c,
         }
     }
 }

@@ -76,6 +76,9 @@ struct Piece {
     seam: bool,
 }
 
+/// Most of the fields that have pieces have no more than this.
+const OFTEN: usize = 8;
+
 /// What the end of an arc gives to the field.
 struct Part {
     /// V is the sum of this times the velocity, projected.
@@ -100,7 +103,7 @@ impl JumpMean {
         sight: &Sight,
         trace: &mut Trace<DVec3>,
     ) -> Option<Self> {
-        // Most queries find none, and take no memory.
+        // Many queries find none, and take no memory.
         let mut pieces = vec![];
         let face = match view.subject {
             Subject::Radiance(Some(triangle)) => Some(tree.plane(triangle)),
@@ -112,8 +115,11 @@ impl JumpMean {
             // from; and where there is no jump, both sides must agree.
             let border = seam || followed.into_iter().flatten().any(|face| edge.owners.contains(&face));
             let reach = if border { reach.softened(view.border_softness) } else { reach };
-            if let Some(piece) = piece(edge, pole, view, u, reach) {
-                pieces.push(Piece { seam, ..piece });
+            if let Some(piece) = piece(edge, pole, seam, view, u, reach) {
+                if pieces.is_empty() {
+                    pieces.reserve(OFTEN);
+                }
+                pieces.push(piece);
             }
         };
         let View { origin, planes, rounding, .. } = *view;
@@ -301,7 +307,14 @@ impl Piece {
 }
 
 /// The part of an edge before all planes, as an arc around u.
-fn piece(edge: &Edge, Pole(pole): Pole, view: &View<'_>, u: DVec3, reach: AngularSupport) -> Option<Piece> {
+fn piece(
+    edge: &Edge,
+    Pole(pole): Pole,
+    seam: bool,
+    view: &View<'_>,
+    u: DVec3,
+    reach: AngularSupport,
+) -> Option<Piece> {
     let places = edge.places;
     // Most edges end here: the whole great circle is out of reach, or there is none.
     let within = u.dot(pole).abs() < reach.sine;
@@ -328,5 +341,5 @@ fn piece(edge: &Edge, Pole(pole): Pole, view: &View<'_>, u: DVec3, reach: Angula
     let distances = ways.map(DVec3::length);
     let directions = [ways[0] / distances[0], ways[1] / distances[1]];
     let moments = Arc { ends: directions, pole }.moments(u, reach)?;
-    Some(Piece { span: edge.span, along, directions, distances, moments, seam: false })
+    Some(Piece { span: edge.span, along, directions, distances, moments, seam })
 }
