@@ -37,7 +37,10 @@ impl Auxiliary<'_> {
         let width = 1.0 / kernel.kappa.sqrt();
         let softness = if kernel.of_light { 0.0 } else { lobe_softness * width };
         let place = if kernel.of_light { TOWARDS_LIGHT } else { WITHIN_LOBE };
-        Some(self.support(place, lobe * width).softened(softness))
+        // What is softened is softened for a reach.
+        let crowded = self.edges.filter(|_| softness == 0.0);
+        let reach = crowded.map_or(lobe * width, |edges| edges.reach(lobe * width));
+        Some(self.support(place, reach).softened(softness))
     }
 
     /// A cap with an angular radius, which is likely the last one there was for what it is for.

@@ -82,6 +82,7 @@
 mod arc;
 #[cfg(test)]
 mod bound;
+mod crowding;
 mod edge;
 mod extent;
 mod faces;

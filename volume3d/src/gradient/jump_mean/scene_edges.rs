@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::crowding::Crowding;
 use super::edge::{Cone, Edge};
 use super::extent::Extents;
 use super::faces::Faces;
@@ -15,6 +16,7 @@ pub(crate) struct SceneEdges {
     tree: Tree,
     faces: Faces,
     extents: Extents,
+    crowding: Crowding,
 }
 
 impl SceneEdges {
@@ -22,7 +24,8 @@ impl SceneEdges {
     pub(crate) fn new(scene: &Scene) -> Self {
         let faces = Faces::grow(scene);
         let (edges, extents) = (edges(scene, &faces), Extents::new(scene, &faces));
-        Self { extents, ..Self::assemble(edges, faces) }
+        let all = Self { extents, ..Self::assemble(edges, faces) };
+        Self { crowding: Crowding::of(&all.tree, scene.rounding()), ..all }
     }
 
     /// Of edges, and the first triangle of each triangle's face.
@@ -30,7 +33,12 @@ impl SceneEdges {
         let (edges, flat): (Vec<Edge>, Vec<Edge>) = edges.into_iter().partition(|e| !is_flat(e.normals));
         let tree = Tree::new(edges, flat);
         let faces = Faces::new(faces, tree.edges());
-        Self { tree, faces, extents: Extents::default() }
+        Self { tree, faces, extents: Extents::default(), crowding: Crowding::default() }
+    }
+
+    /// A reach that is as good as one in radians, or that itself: smaller where silhouettes are crowded.
+    pub(crate) fn reach(&self, angle: f64) -> f64 {
+        self.crowding.within(angle)
     }
 
     /// The triangle whose plane is that of a triangle's face.

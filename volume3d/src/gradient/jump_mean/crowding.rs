@@ -1,0 +1,96 @@
+//! How crowded silhouettes are, as those see them who stand among them.
+//!
+//! The farther away edges count, the less a field turns between a silhouette and where it ends, |∇·V| ~ v/R; but not where others are nearer
+//! than R on the way, between whose velocities it turns in any case. So where many are within R, a smaller R costs as good as no variance, and
+//! fewer edges are looked for and integrated over.
+
+use flatland::random::{open01, stream};
+use glam::DVec3;
+
+use super::arc::AngularSupport;
+use super::edge::Cone;
+use super::tree::Tree;
+
+/// No reach is made smaller than this part of it. With .35 for .5 towards lights, a blob of 122,888 edges scatters by another 2 %, and 2,000 leaves
+/// by 6 %.
+const LEAST: f64 = 0.5;
+
+/// More silhouettes than this within reach are a crowd. There is less than one in a closed box, 1.2 to 3 among those
+/// of a blob of 122,888 edges, and 13 to 30 among 2,000 leaves.
+const CROWD: f64 = 1.0;
+
+/// How many edges are looked from, and within how many radians.
+const VIEWERS: usize = 256;
+const PROBE: f64 = 0.1;
+
+/// Silhouettes a radian within which they count.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Crowding(f64);
+
+impl Crowding {
+    /// The mean over edges and over directions.
+    pub(super) fn of(tree: &Tree, rounding: f64) -> Self {
+        let mut rng = stream(0, &[VIEWERS as u64]);
+        let mut number = || 2.0 * open01(&mut rng) - 1.0;
+        let edges = tree.edges();
+        let viewers = edges.iter().step_by(edges.len().div_ceil(VIEWERS).max(1));
+        let (mut found, mut looked) = (0, 0);
+        for edge in viewers {
+            let up: DVec3 = edge.normals.iter().sum();
+            let axis = DVec3::new(number(), number(), number()).normalize_or(DVec3::X);
+            let axis = if axis.dot(up) < 0.0 { -axis } else { axis };
+            let origin = 0.5 * (edge.places[0] + edge.places[1]);
+            let cone = Cone { origin, axis, reach: AngularSupport::new(PROBE), planes: &[], rounding };
+            tree.visit(&cone, true, |_| found += 1);
+            looked += 1;
+        }
+        Self(f64::from(found) / f64::from(looked.max(1)) / PROBE)
+    }
+
+    /// A reach that is as good as another, in radians.
+    pub(super) fn within(self, reach: f64) -> f64 {
+        let Self(density) = self;
+        reach * (CROWD / (density * reach)).clamp(LEAST, 1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::edge::Edge;
+    use super::*;
+    use crate::scene::{NONE, Span};
+
+    /// Borders of random triangles in a cube.
+    fn crowding(triangles: usize) -> Crowding {
+        let mut rng = stream(4, &[]);
+        let mut point = || DVec3::from_array([(); 3].map(|()| open01(&mut rng)));
+        let sides = (0..triangles).flat_map(|_| {
+            let middle = point();
+            let [a, b, c] = [(); 3].map(|()| middle + 0.2 * point());
+            [[a, b], [b, c], [c, a]]
+        });
+        let span = Span::Edge([0, 1]);
+        let edge = |places| Edge {
+            span,
+            places,
+            normals: [DVec3::ZERO; 2],
+            faces: [NONE; 2],
+            owners: [NONE; 2],
+            seam: false,
+        };
+        Crowding::of(&Tree::new(sides.map(edge).collect(), vec![]), 1e-13)
+    }
+
+    #[test]
+    fn reaches_are_halved_in_a_crowd_and_stay_where_there_is_none() {
+        assert_eq!(crowding(0).within(0.1), 0.1);
+        let (few, many) = (crowding(8), crowding(2000));
+        println!("{few:?} {many:?}");
+        assert_eq!(few.within(0.05), 0.05);
+        assert_eq!(many.within(0.05), 0.025);
+        assert!((many.0 / crowding(1000).0 - 2.0).abs() < 0.3);
+        // What is as good grows with the reach.
+        let reaches = [0.0, 0.01, 0.02, 0.05, 0.1, 0.5, 1.2].map(|reach| crowding(30).within(reach));
+        assert!(reaches.is_sorted() && reaches[0] == 0.0, "{reaches:?}");
+    }
+}
