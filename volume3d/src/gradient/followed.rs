@@ -29,8 +29,15 @@ pub(crate) struct FollowedPoint {
 pub(crate) enum Followed {
     /// Nothing: a ray left the scene.
     Nothing,
-    /// Matter of a mesh.
+    /// Matter of a triangle.
     Material(MaterialPoint),
+    /// A point of an edge of a mesh.
+    Edge {
+        /// Between which positions.
+        ends: [u32; 2],
+        /// How far it is from the first of them on the way to the other.
+        along: f64,
+    },
     /// A level set of an implicit surface, which moves with G = −φ̇ ∇φ/|∇φ|².
     LevelSet {
         /// Which surface.
@@ -102,10 +109,14 @@ impl Followed {
     }
 
     /// Its velocity, from those of all positions of meshes, which move no level set.
+    #[inline]
     pub(crate) fn velocity(&self, scene: &Scene, velocities: &[DVec3]) -> DVec3 {
         match self {
             Self::Nothing | Self::LevelSet { .. } => DVec3::ZERO,
             Self::Material(point) => point.velocity(velocities),
+            Self::Edge { ends: [first, last], along } => {
+                (1.0 - along) * velocities[*first as usize] + along * velocities[*last as usize]
+            }
             Self::Crossing { index, along } => {
                 scene.crossings().get(*index).velocity(&scene.triangles, *along, velocities)
             }
@@ -113,10 +124,14 @@ impl Followed {
     }
 
     /// The transpose: what a covector of its velocity gives to that of each position.
-    pub(crate) fn scatter(&self, scene: &Scene, covector: DVec3, add: impl FnMut(u32, DVec3)) {
+    pub(crate) fn scatter(&self, scene: &Scene, covector: DVec3, mut add: impl FnMut(u32, DVec3)) {
         match self {
             Self::Nothing | Self::LevelSet { .. } => {}
             Self::Material(point) => point.scatter(covector, add),
+            Self::Edge { ends: [first, last], along } => {
+                add(*first, (1.0 - along) * covector);
+                add(*last, along * covector);
+            }
             Self::Crossing { index, along } => {
                 scene.crossings().get(*index).scatter(&scene.triangles, *along, covector, add);
             }

@@ -43,10 +43,16 @@ impl<'c> Motion<'c> {
 
 impl Motion<'_> {
     /// The velocity of a point that is followed.
+    #[inline]
     pub(crate) fn velocity(&self, scene: &Scene, followed: &Followed) -> DVec3 {
-        let Followed::LevelSet { implicit, x } = *followed else {
-            return followed.velocity(scene, &self.change.positions);
-        };
+        match *followed {
+            Followed::LevelSet { implicit, x } => self.level_set_velocity(scene, implicit, x),
+            _ => followed.velocity(scene, &self.change.positions),
+        }
+    }
+
+    /// The velocity of a level set of an implicit surface at a place.
+    fn level_set_velocity(&self, scene: &Scene, implicit: u32, x: DVec3) -> DVec3 {
         if !self.moves_implicit[implicit as usize] {
             return DVec3::ZERO;
         }

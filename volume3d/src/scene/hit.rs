@@ -44,27 +44,20 @@ impl From<geometry::Hit> for Hit {
     }
 }
 
-/// A point of the matter that surfaces are made of.
+/// A point of a triangle's matter: Σ wₖ p_{iₖ}, with the indices i of its corners and their weights w.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum MaterialPoint {
-    /// Σ wₖ p_{iₖ} with the indices i of positions and their weights w: in a triangle, or on an edge.
-    Mesh([(u32, f64); 3]),
-}
+pub(crate) struct MaterialPoint(pub(super) [(u32, f64); 3]);
 
 impl MaterialPoint {
     /// Its velocity, from those of all positions.
     #[inline]
     pub(crate) fn velocity(&self, velocities: &[DVec3]) -> DVec3 {
-        match self {
-            Self::Mesh(corners) => corners.iter().map(|&(i, weight)| weight * velocities[i as usize]).sum(),
-        }
+        self.0.iter().map(|&(i, weight)| weight * velocities[i as usize]).sum()
     }
 
     /// The transpose: what a covector of its velocity gives to that of each position.
     #[inline]
     pub(crate) fn scatter(&self, covector: DVec3, mut add: impl FnMut(u32, DVec3)) {
-        match self {
-            Self::Mesh(corners) => corners.iter().for_each(|&(i, weight)| add(i, weight * covector)),
-        }
+        self.0.iter().for_each(|&(i, weight)| add(i, weight * covector));
     }
 }

@@ -89,7 +89,7 @@ impl Scene {
     #[inline]
     pub(crate) fn material_point(&self, triangle: u32, hit: &Hit) -> MaterialPoint {
         let corners = self.triangles[triangle as usize].positions;
-        MaterialPoint::Mesh(std::array::from_fn(|k| (corners[k], hit.coordinates[k])))
+        MaterialPoint(std::array::from_fn(|k| (corners[k], hit.coordinates[k])))
     }
 
     /// Along the normal, of any length: (p₁ − p₀) × (p₂ − p₀).

@@ -24,7 +24,14 @@ impl AngularSupport {
     pub(crate) fn new(angle: f64) -> Self {
         let angle = angle.min(WIDEST);
         let half = (0.5 * angle).sin();
-        Self { angle, cosine: angle.cos(), sine: angle.sin(), versine: 2.0 * half * half, shrinkage: 0.0 }
+        let versine = 2.0 * half * half;
+        Self {
+            angle,
+            cosine: 1.0 - versine,
+            sine: (versine * (2.0 - versine)).sqrt(),
+            versine,
+            shrinkage: 0.0,
+        }
     }
 
     /// The same with softened kernels: ε in radians, 0 for none.

@@ -11,8 +11,8 @@ use super::arc::AngularSupport;
 use super::edge::Cone;
 use super::tree::Tree;
 
-/// No reach is made smaller than this part of it. With .35 for .5 towards lights, a blob of 122,888 edges scatters by another 2 %, and 2,000 leaves
-/// by 6 %.
+/// No reach is made smaller than this part of it. With .35 for .5 towards lights, a blob of 122,888 edges, 2,000 leaves and 20 thin prisms take .95 to .99
+/// of the time for 1.00 to 1.02 times the variance, which is not worth a rule of its own.
 const LEAST: f64 = 0.5;
 
 /// More silhouettes than this within reach are a crowd. There is less than one in a closed box, 1.2 to 3 among those

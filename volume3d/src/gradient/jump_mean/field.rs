@@ -13,7 +13,7 @@ use super::listed::Listed;
 use super::scene_edges::SceneEdges;
 use crate::Sphere;
 use crate::gradient::followed::{Followed, FollowedPoint};
-use crate::scene::{MaterialPoint, Scene, Span};
+use crate::scene::{Scene, Span};
 
 /// Which edges are tried as silhouettes.
 #[derive(Clone, Copy, Debug)]
@@ -292,13 +292,11 @@ fn yield_to_jumps(pieces: &mut [Piece], reach: AngularSupport) {
 }
 
 impl Piece {
+    #[inline]
     fn seen(&self, end: usize) -> FollowedPoint {
         let along = self.along[end];
         let followed = match self.span {
-            Span::Edge([first, last]) => {
-                let ends = [(first, 1.0 - along), (last, along), (last, 0.0)];
-                Followed::Material(MaterialPoint::Mesh(ends))
-            }
+            Span::Edge(ends) => Followed::Edge { ends, along },
             Span::Crossing(index) => Followed::Crossing { index, along },
         };
         let (direction, distance) = (self.directions[end], self.distances[end]);
