@@ -9,6 +9,7 @@ use super::super::STILL;
 use super::super::list::Edge;
 use super::super::table::Table;
 use super::super::wedge::{Aimed, Wedge};
+use super::stretches::Stretch;
 use super::{Light, Secondary};
 use crate::path::{LightId, Sequence};
 use crate::scene::Surface;
@@ -51,9 +52,27 @@ impl Secondary<'_> {
                     Light::Rest | Light::Bounces => 0.0,
                 }
         };
-        let mut weights: Vec<f64> = self.list.edges.par_iter().map(weigh).collect();
-        self.moving.limit_still(&mut weights, STILL, |e| self.moving.has_any(self.list.edges[e].shapes));
+        let by_edge: Vec<f64> = self.list.edges.par_iter().map(weigh).collect();
+        let of = |stretch: &Stretch| by_edge[stretch.edge as usize] * stretch.part();
+        let mut weights: Vec<f64> = self.stretches.iter().map(of).collect();
+        self.limit_hidden(&mut weights);
+        let edge = |i: usize| &self.list.edges[self.stretches[i].edge as usize];
+        self.moving.limit_still(&mut weights, STILL, |i| self.moving.has_any(edge(i).shapes));
         Table::new(weights)
+    }
+
+    /// Scales the weights of stretches whose shadows the film does not show down to those of the others, if there are any; to 0 where light is
+    /// reflected once, and they count for nothing.
+    fn limit_hidden(&self, weights: &mut [f64]) {
+        let sum = |shown: bool| -> f64 {
+            self.stretches.iter().zip(&*weights).filter(|(s, _)| s.shown == shown).map(|(_, w)| w).sum()
+        };
+        let (shown, hidden) = (sum(true), sum(false));
+        let factor = if self.longest == 1 { 0.0 } else { (shown / hidden).min(1.0) };
+        if shown > 0.0 && factor < 1.0 {
+            let all = self.stretches.iter().zip(weights);
+            all.filter(|(stretch, _)| !stretch.shown).for_each(|(_, weight)| *weight *= factor);
+        }
     }
 
     /// Roughly the solid angle of lights before which the edge is a silhouette, or how often it is one, if that cannot

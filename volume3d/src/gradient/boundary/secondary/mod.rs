@@ -14,11 +14,13 @@
 //! distances cancel. One draws a point of an edge and a direction through it, and finds x.
 
 mod choice;
+mod stretches;
 
 use flatland::calculus::Vec3;
 use glam::DVec3;
 
 use self::choice::Aim;
+use self::stretches::{Shown, Stretch, stretches};
 use super::driver::{Address, Boundary, BoundarySample};
 use super::list::{Edge, EdgeList};
 use super::sensor::{CameraSubpath, Sensor, Vertex};
@@ -63,6 +65,8 @@ pub(super) struct Secondary<'a> {
     moving: &'a Moving,
     light: Light,
     targets: Option<Targets>,
+    /// What is chosen from.
+    stretches: Vec<Stretch>,
     table: Table,
     /// The longest part of a path before the jump.
     longest: usize,
@@ -88,6 +92,7 @@ impl<'a> Secondary<'a> {
             moving,
             light,
             targets: Targets::new(paths),
+            stretches: vec![],
             table: Table::default(),
             longest: limit.saturating_sub(1),
         };
@@ -97,6 +102,8 @@ impl<'a> Secondary<'a> {
             Light::Rest | Light::Bounces => limit < 2 || (limit == 2 && !constant),
         };
         if !nothing {
+            let shown = if light.is_emission() { Shown::new(&secondary.sensor) } else { None };
+            secondary.stretches = stretches(list, &secondary.sensor, shown.as_ref());
             secondary.table = secondary.weights();
         }
         secondary
@@ -188,9 +195,11 @@ impl Secondary<'_> {
         let scene = paths.scene;
         let mut numbers = address.numbers(if self.light.is_emission() { LIT_EDGE } else { REST_EDGE });
         let chosen = self.table.at(address.fraction(&mut numbers));
-        let edge = &self.list.edges[chosen.index];
+        let stretch = &self.stretches[chosen.index];
+        let edge = &self.list.edges[stretch.edge as usize];
         let [a, b] = edge.span(scene);
-        let point = a.lerp(b, chosen.rest);
+        let along = stretch.place(chosen.rest);
+        let point = a.lerp(b, along);
         let length = a.distance(b);
         let Some(drawn) = self.draw(edge, point, &mut numbers) else { return };
         if !self.is_about(edge, drawn.aim) {
@@ -218,15 +227,9 @@ impl Secondary<'_> {
             return;
         }
         let start = Vertex { position: point - drawn.direction * hit.distance, surface: hit.surface };
-        let segment = Segment {
-            edge,
-            along: chosen.rest,
-            start,
-            direction: drawn.direction,
-            distance: hit.distance,
-            normal,
-        };
-        let scale = length / (chosen.probability * drawn.density);
+        let segment =
+            Segment { edge, along, start, direction: drawn.direction, distance: hit.distance, normal };
+        let scale = stretch.part() * length / (chosen.probability * drawn.density);
         // Camera subpaths and what is seen beyond the edge must not share random numbers.
         let mut backwards = address.numbers(BACKWARDS);
         let mut sides: Option<Option<Sides>> = None;

@@ -1,0 +1,130 @@
+//! Stretches of edges, and whether the film may show the shadows that they cast.
+//!
+//! What an edge hides of a light lies behind it: if light comes from a ball (c, r) and passes a stretch with the middle m and half its length
+//! h, it goes on at m + s (m − c), s ≥ 0, to within h + s (r + h). That is before a plane of unit normal n only if
+//! n·(m + s (m − c)) + h + s (r + h) is large enough: a bound of s. Where the bounds of all planes of the film's pyramid and of the box around the
+//! scene leave no s, nothing of the stretch is seen but after another reflection.
+
+use std::ops::Range;
+
+use glam::{DVec2, DVec3};
+
+use super::super::list::EdgeList;
+use super::super::sensor::Sensor;
+
+/// A part of an edge.
+#[derive(Clone, Debug)]
+pub(super) struct Stretch {
+    /// Which edge.
+    pub(super) edge: u32,
+    /// How far along it.
+    pub(super) along: Range<f64>,
+    /// Whether its shadows may be seen.
+    pub(super) shown: bool,
+}
+
+impl Stretch {
+    /// Of the edge.
+    pub(super) fn part(&self) -> f64 {
+        self.along.end - self.along.start
+    }
+
+    /// The place along the edge that is so far along the stretch.
+    pub(super) fn place(&self, rest: f64) -> f64 {
+        self.along.start + rest * self.part()
+    }
+}
+
+/// Edges are cut until stretches are no longer than this part of the scene, or all of them are shown or none is.
+const SHORTEST: f64 = 1.0 / 128.0;
+
+/// {x: n·x ≥ d}, |n| = 1.
+#[derive(Clone, Copy, Debug)]
+struct HalfSpace {
+    normal: DVec3,
+    level: f64,
+}
+
+/// What casts shadows, and where they may be seen.
+#[derive(Clone, Debug)]
+pub(super) struct Shown {
+    lights: Vec<(DVec3, f64)>,
+    within: Vec<HalfSpace>,
+    shortest: f64,
+}
+
+impl Shown {
+    /// `None` where that is everywhere: light comes from infinitely far away, or there is a lens.
+    pub(super) fn new(sensor: &Sensor<'_>) -> Option<Self> {
+        let scene = sensor.paths.scene;
+        let (lights, (low, high)) = (sensor.paths.lights.spheres()?, scene.bounds()?);
+        let film = &sensor.film;
+        if film.has_lens() {
+            return None;
+        }
+        let slack = 1e4 * scene.rounding();
+        let (origin, (first, last)) = (film.still.origin.value(), film.bounds());
+        let corners = [first, DVec2::new(last.x, first.y), last, DVec2::new(first.x, last.y)];
+        let corners = corners.map(|u| film.ray(u));
+        let middle: DVec3 = corners.iter().sum();
+        let sides = (0..4).map(|k| {
+            let normal = corners[k].cross(corners[(k + 1) % 4]).normalize();
+            let normal = if normal.dot(middle) < 0.0 { -normal } else { normal };
+            HalfSpace { normal, level: normal.dot(origin) - slack }
+        });
+        let faces = DVec3::AXES.into_iter().flat_map(|axis| {
+            let least = HalfSpace { normal: axis, level: axis.dot(low) - slack };
+            let most = HalfSpace { normal: -axis, level: -axis.dot(high) - slack };
+            [least, most]
+        });
+        let within = sides.chain(faces).collect();
+        Some(Self { lights, within, shortest: SHORTEST * (high - low).max_element() })
+    }
+
+    /// Whether shadows of what is between two points may be seen.
+    fn has(&self, [a, b]: [DVec3; 2]) -> bool {
+        let (middle, half) = (a.midpoint(b), 0.5 * a.distance(b));
+        self.lights.iter().any(|&(centre, radius)| {
+            let (way, wider) = (middle - centre, radius + half);
+            let (mut first, mut last) = (0.0_f64, f64::INFINITY);
+            for HalfSpace { normal, level } in &self.within {
+                let (height, rate) = (normal.dot(middle) - level + half, normal.dot(way) + wider);
+                if rate > 0.0 {
+                    first = first.max(-height / rate);
+                } else if height < 0.0 {
+                    return false;
+                } else if rate < 0.0 {
+                    last = last.min(-height / rate);
+                }
+            }
+            first <= last
+        })
+    }
+
+    /// Cuts an edge, of which a part with these ends is left.
+    fn cut(&self, edge: u32, along: Range<f64>, ends: [DVec3; 2], found: &mut Vec<Stretch>) {
+        let shown = self.has(ends);
+        if shown && ends[0].distance(ends[1]) > self.shortest {
+            let (middle, place) = (0.5 * (along.start + along.end), ends[0].midpoint(ends[1]));
+            self.cut(edge, along.start..middle, [ends[0], place], found);
+            self.cut(edge, middle..along.end, [place, ends[1]], found);
+            return;
+        }
+        match found.last_mut() {
+            Some(last) if last.edge == edge && last.shown == shown => last.along.end = along.end,
+            _ => found.push(Stretch { edge, along, shown }),
+        }
+    }
+}
+
+/// All edges in stretches, in their order.
+pub(super) fn stretches(list: &EdgeList, sensor: &Sensor<'_>, shown: Option<&Shown>) -> Vec<Stretch> {
+    let mut found = vec![];
+    for (edge, index) in list.edges.iter().zip(0..) {
+        match shown {
+            Some(shown) => shown.cut(index, 0.0..1.0, edge.span(sensor.paths.scene), &mut found),
+            None => found.push(Stretch { edge: index, along: 0.0..1.0, shown: true }),
+        }
+    }
+    found
+}
