@@ -18,9 +18,9 @@ use crate::scene::Scene;
 /// Besides edges it samples the curves that smooth shading brings: where a surface turns its other side to the camera
 /// or to an earlier point of the path, and the horizon of a face that turns.
 ///
-/// Jumps seen from shading points are drawn where they arise: a point of an edge, and a line through it. Where the film
-/// shows a small part of a large world few lines pass what it shows, and the secondary term is noisy; a receiver of
-/// a thousandth of its world's size is hardly ever found.
+/// Jumps seen from shading points are drawn where they arise: a point of an edge, and a line through it. Before emitters at least half of
+/// these points are ones whose shadows the film may show. Of other jumps few lines pass what is shown where that is a small part of a large
+/// world, and the secondary term is noisy; a receiver of a thousandth of its world's size is hardly ever found.
 #[derive(Clone, Debug)]
 pub struct EdgeSampling {
     /// Paths a pixel for the interior term.

@@ -15,6 +15,8 @@
 
 mod choice;
 mod stretches;
+#[cfg(test)]
+mod tests;
 
 use flatland::calculus::Vec3;
 use glam::DVec3;

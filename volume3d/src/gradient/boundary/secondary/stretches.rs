@@ -48,7 +48,8 @@ struct HalfSpace {
 /// What casts shadows, and where they may be seen.
 #[derive(Clone, Debug)]
 pub(super) struct Shown {
-    lights: Vec<(DVec3, f64)>,
+    /// Balls around them.
+    pub(super) lights: Vec<(DVec3, f64)>,
     within: Vec<HalfSpace>,
     shortest: f64,
 }
@@ -82,7 +83,7 @@ impl Shown {
     }
 
     /// Whether shadows of what is between two points may be seen.
-    fn has(&self, [a, b]: [DVec3; 2]) -> bool {
+    pub(super) fn has(&self, [a, b]: [DVec3; 2]) -> bool {
         let (middle, half) = (a.midpoint(b), 0.5 * a.distance(b));
         self.lights.iter().any(|&(centre, radius)| {
             let (way, wider) = (middle - centre, radius + half);
