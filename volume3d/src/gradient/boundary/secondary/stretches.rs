@@ -38,6 +38,9 @@ impl Stretch {
 /// Edges are cut until stretches are no longer than this part of the scene, or all of them are shown or none is.
 const SHORTEST: f64 = 1.0 / 128.0;
 
+/// Above as many lights shadows are taken to be everywhere.
+const MANY: usize = 16;
+
 /// {x: n·x ≥ d}, |n| = 1.
 #[derive(Clone, Copy, Debug)]
 struct HalfSpace {
@@ -55,12 +58,12 @@ pub(super) struct Shown {
 }
 
 impl Shown {
-    /// `None` where that is everywhere: light comes from infinitely far away, or there is a lens.
+    /// `None` where that is everywhere: light comes from infinitely far away or from many lights, or there is a lens.
     pub(super) fn new(sensor: &Sensor<'_>) -> Option<Self> {
         let scene = sensor.paths.scene;
         let (lights, (low, high)) = (sensor.paths.lights.spheres()?, scene.bounds()?);
         let film = &sensor.film;
-        if film.has_lens() {
+        if film.has_lens() || lights.len() > MANY {
             return None;
         }
         let slack = 1e4 * scene.rounding();
