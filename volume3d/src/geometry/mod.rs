@@ -15,3 +15,4 @@ pub use edges::{Edges, HalfEdge};
 pub(crate) use meeting::{End, Meeting, in_contact, meeting};
 pub use mesh::{Attribute, Mesh, MeshError, Normals};
 pub use proximity::Proximity;
+pub(crate) use proximity::{closest_point, solid_angle};

@@ -149,7 +149,7 @@ fn split(nodes: &mut Vec<Node>, triangles: &mut [[DVec3; 3]], begin: usize, end:
 }
 
 /// The point of a triangle that is nearest to x (Ericson, Real-Time Collision Detection, 5.1.5).
-fn closest_point(x: DVec3, &[a, b, c]: &[DVec3; 3]) -> DVec3 {
+pub(crate) fn closest_point(x: DVec3, &[a, b, c]: &[DVec3; 3]) -> DVec3 {
     let (ab, ac, ax) = (b - a, c - a, x - a);
     let (d1, d2) = (ab.dot(ax), ac.dot(ax));
     if d1 <= 0.0 && d2 <= 0.0 {
@@ -179,7 +179,7 @@ fn closest_point(x: DVec3, &[a, b, c]: &[DVec3; 3]) -> DVec3 {
 }
 
 /// The signed solid angle of a triangle (van Oosterom and Strackee 1983), positive where x is behind it.
-fn solid_angle(x: DVec3, corners: &[DVec3; 3]) -> f64 {
+pub(crate) fn solid_angle(x: DVec3, corners: &[DVec3; 3]) -> f64 {
     let [a, b, c] = corners.map(|p| p - x);
     let [la, lb, lc] = [a, b, c].map(DVec3::length);
     let volume = a.dot(b.cross(c));

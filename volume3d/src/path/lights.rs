@@ -305,6 +305,11 @@ impl Lights {
         self.entries.iter().all(near).then(|| self.areas.iter().map(|a| (a.centre, a.radius)).collect())
     }
 
+    /// The shapes that emit, each with the centre and the radius of a sphere around it.
+    pub(crate) fn shapes(&self) -> impl Iterator<Item = (u32, DVec3, f64)> {
+        self.areas.iter().map(|area| (area.shape, area.centre, area.radius))
+    }
+
     /// The half angle of the cone in which a shape is seen from x; π from within its bounding sphere.
     pub(crate) fn half_angle(&self, shape: u32, x: DVec3) -> f64 {
         let Some(area) = self.area(shape) else { return PI };

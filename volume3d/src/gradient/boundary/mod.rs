@@ -8,6 +8,7 @@
 
 mod along_warp;
 mod curve;
+mod directions;
 mod driver;
 mod emitters;
 mod horizon;

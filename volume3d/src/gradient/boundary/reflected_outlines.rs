@@ -1,4 +1,4 @@
-//! The edges of emitters themselves, as points of paths see them after a bounce or more: traced from the emitter.
+//! The edges of emitters themselves, as points of paths see them that are near, or after a bounce or more: traced from the emitter.
 //!
 //! The terms are those of [`secondary`](super::secondary): with x the shading point and x_B, at arc length s, the point of the edge that
 //! is seen in direction ω,
@@ -16,12 +16,12 @@
 //!
 //! has the mean ∫∫ F, as q is the same for both.
 
-use std::f64::consts::{PI, TAU};
-
 use flatland::calculus::Vec3;
 use glam::DVec3;
 
+use super::directions::Directions;
 use super::driver::{Address, Boundary, BoundarySample};
+use super::emitters::is_near;
 use super::list::{Edge, EdgeList};
 use super::sensor::{CameraSubpath, Sensor, Vertex};
 use super::sides::{ASIDE, Sides, look_past};
@@ -51,16 +51,6 @@ struct Outline {
     across: Option<(usize, bool)>,
 }
 
-/// In which directions emission may jump at an edge: they lead to the edge.
-#[derive(Clone, Debug)]
-enum Directions {
-    /// At the border of a flat emitter, if there is no other light: those that meet its front, of this normal.
-    Front(DVec3),
-    /// Where it is a silhouette.
-    Wedge(Wedge),
-    All,
-}
-
 /// A point of an outline as a shading point sees it.
 struct View<'e> {
     edge: &'e Edge,
@@ -72,44 +62,9 @@ struct View<'e> {
     found: f64,
     /// cos θ/t² over the density of points of edges.
     measure: f64,
+    /// Whether the point is near to the edge.
+    is_near: bool,
     sides: Option<Sides>,
-}
-
-impl Directions {
-    /// The solid angle of all of them.
-    fn whole(&self) -> f64 {
-        match self {
-            Self::Front(_) => TAU,
-            Self::Wedge(wedge) => 4.0 * wedge.angle,
-            Self::All => 4.0 * PI,
-        }
-    }
-
-    /// One of them, uniformly, of an edge with this direction.
-    fn sample(&self, e: DVec3, [c, a, b]: [f64; 3]) -> DVec3 {
-        let z = 2.0 * a - 1.0;
-        let (s, t) = e.any_orthonormal_pair();
-        let (u, v, turn) = match self {
-            Self::Wedge(w) => (w.u, w.up, w.angle * b + if c < 0.5 { PI } else { 0.0 }),
-            _ => (s, t, TAU * b),
-        };
-        let (sin, cos) = turn.sin_cos();
-        let direction = z * e + (1.0 - z * z).sqrt() * (cos * u + sin * v);
-        match self {
-            Self::Front(normal) if direction.dot(*normal) > 0.0 => -direction,
-            _ => direction,
-        }
-    }
-
-    /// The density of a direction.
-    fn density(&self, direction: DVec3) -> f64 {
-        let holds = match self {
-            Self::Front(normal) => direction.dot(*normal) <= 0.0,
-            Self::Wedge(wedge) => wedge.holds(direction),
-            Self::All => true,
-        };
-        if holds { self.whole().recip() } else { 0.0 }
-    }
 }
 
 impl<'a> ReflectedOutlines<'a> {
@@ -119,7 +74,7 @@ impl<'a> ReflectedOutlines<'a> {
         let emits = |shape: u32| scene.description.shapes[shape as usize].radiance.is_some();
         let outline = |i: u32| {
             let edge = &list.edges[i as usize];
-            let counts = limit > 2 && edge.shapes.into_iter().any(emits) && list.may_jump(scene, edge);
+            let counts = limit > 1 && edge.shapes.into_iter().any(emits) && list.may_jump(scene, edge);
             counts.then(|| Outline { edge: i, directions: directions(paths, list, edge), across: None })
         };
         let mut outlines: Vec<Outline> = (0..list.edges.len() as u32).filter_map(outline).collect();
@@ -156,7 +111,8 @@ impl<'a> ReflectedOutlines<'a> {
         // Per length.
         let density = self.table.weight(which) / (self.table.total() * a.distance(b));
         let found = outline.directions.density(direction) * projected;
-        Some(View { edge, along, direction, normal, found, measure: projected / density, sides })
+        let is_near = is_near(distance, a.distance(b));
+        Some(View { edge, along, direction, normal, found, measure: projected / density, is_near, sides })
             .filter(|view| view.found > 0.0)
     }
 
@@ -191,8 +147,8 @@ impl<'a> ReflectedOutlines<'a> {
             // The same for both.
             let mut backwards = address.numbers(BACKWARDS);
             self.sensor.each_subpath(x, view.direction, self.longest, &mut backwards, |subpath| {
-                // First points are seen from the camera.
-                if subpath.vertices.len() > 1 {
+                // Other first points are seen from the camera.
+                if subpath.vertices.len() > 1 || view.is_near {
                     found(&subpath, &view, light * subpath.weight);
                 }
             });

@@ -10,6 +10,7 @@ use glam::DVec3;
 
 use super::list::{Edge, EdgeList};
 use super::table::Table;
+use crate::geometry::solid_angle;
 use crate::path::{LightId, Paths};
 use crate::scene::{Scene, Surface};
 
@@ -26,6 +27,13 @@ pub(super) struct Wedge {
 }
 
 impl Wedge {
+    /// All directions about an edge.
+    pub(super) fn whole([a, b]: [DVec3; 2]) -> Option<Self> {
+        let edge = (b - a).try_normalize()?;
+        let (u, up) = edge.any_orthonormal_pair();
+        Some(Self { edge, u, up, angle: PI })
+    }
+
     /// `None` where every direction counts.
     pub(super) fn of(scene: &Scene, list: &EdgeList, edge: &Edge) -> Option<Self> {
         let [u, v] = list.limits(scene, edge).filter(|_| list.may_jump(scene, edge))?;
@@ -42,6 +50,14 @@ impl Wedge {
     /// Whether a direction is within.
     pub(super) fn holds(&self, direction: DVec3) -> bool {
         self.azimuth(direction).rem_euclid(PI) <= self.angle
+    }
+
+    /// The solid angle of the part of a triangle, as seen from a point of the edge at the origin, between two azimuths at most π apart.
+    fn solid_angle(&self, corners: [DVec3; 3], start: f64, angle: f64) -> f64 {
+        let across = |azimuth: f64| azimuth.cos() * self.up - azimuth.sin() * self.u;
+        let part = clip(&clip(&corners, across(start)), -across(start + angle));
+        let fan = part.windows(2).skip(1).map(|pair| solid_angle(DVec3::ZERO, &[part[0], pair[0], pair[1]]));
+        fan.sum::<f64>().abs()
     }
 
     /// The azimuths, from where on and how many, under which a triangle is seen from the edge, within the wedges.
@@ -66,10 +82,26 @@ impl Wedge {
     }
 }
 
+/// The part of a triangle, or of what is left of it, on the side of a plane through the origin to which the normal points.
+fn clip(polygon: &[DVec3], normal: DVec3) -> Vec<DVec3> {
+    let mut clipped = vec![];
+    for (i, &p) in polygon.iter().enumerate() {
+        let q = polygon[(i + 1) % polygon.len()];
+        let (f, g) = (p.dot(normal), q.dot(normal));
+        if f >= 0.0 {
+            clipped.push(p);
+        }
+        if (f > 0.0 && g < 0.0) || (f < 0.0 && g > 0.0) {
+            clipped.push(p.lerp(q, f / (f - g)));
+        }
+    }
+    clipped
+}
+
 /// The triangles of all emitters, if they are few and there is no other light to choose.
 #[derive(Debug)]
 pub(super) struct Targets {
-    triangles: Vec<u32>,
+    pub(super) triangles: Vec<u32>,
 }
 
 /// Part of a triangle within a wedge.
@@ -102,78 +134,78 @@ impl Targets {
         (triangles.len() <= MANY).then_some(Self { triangles })
     }
 
-    /// Every part of an emitter before which an edge is a silhouette, with roughly its solid angle.
-    fn parts(&self, scene: &Scene, wedge: &Wedge, [a, b]: [DVec3; 2]) -> (Vec<Part>, Table) {
+    /// Every part of an emitter before which a point of an edge is on a silhouette, by its solid angle; not of some shapes.
+    fn parts(&self, scene: &Scene, wedge: &Wedge, point: DVec3, except: &[u32]) -> (Vec<Part>, Table) {
         let (mut parts, mut weights) = (vec![], vec![]);
-        let middle = a.midpoint(b);
         for &triangle in &self.triangles {
-            let p = scene.corners(triangle);
-            let normal = (p[1] - p[0]).cross(p[2] - p[0]);
-            if [a, b].iter().all(|end| normal.dot(*end - p[0]) <= 0.0) {
+            if except.contains(&scene.triangles[triangle as usize].shape) {
                 continue;
             }
-            for (start, angle) in wedge.parts(p, middle) {
-                if let Some([q, r]) = chord(wedge, p, middle, start + 0.5 * angle) {
-                    let [y, z] = [q, r].map(|q| (q - middle).normalize_or_zero().dot(wedge.edge));
-                    parts.push(Part { triangle, start, angle });
-                    weights.push(angle * (y - z).abs());
-                }
+            let p = scene.corners(triangle);
+            if (p[1] - p[0]).cross(p[2] - p[0]).dot(point - p[0]) <= 0.0 {
+                continue;
+            }
+            for (start, angle) in wedge.parts(p, point) {
+                parts.push(Part { triangle, start, angle });
+                weights.push(wedge.solid_angle(p.map(|p| p - point), start, angle));
             }
         }
         (parts, Table::new(weights))
     }
 
-    /// Roughly the solid angle of emitters before which an edge is a silhouette; 0 only where there is none.
-    pub(super) fn solid_angle(&self, scene: &Scene, wedge: &Wedge, span: [DVec3; 2]) -> f64 {
-        self.parts(scene, wedge, span).1.total()
+    /// The largest solid angle of emitters before which a stretch is a silhouette, of three points; 0 only where it is none.
+    pub(super) fn solid_angle(
+        &self,
+        scene: &Scene,
+        wedge: &Wedge,
+        [a, b]: [DVec3; 2],
+        except: &[u32],
+    ) -> f64 {
+        let at = |point| self.parts(scene, wedge, point, except).1.total();
+        at(a).max(at(a.midpoint(b))).max(at(b))
     }
 
-    /// Roughly the largest solid angle that emitters have from a point of an edge; 0 only where it never sees them.
-    pub(super) fn reach(&self, scene: &Scene, [a, b]: [DVec3; 2]) -> f64 {
-        let from = |x: DVec3| {
-            let of = |&t: &u32| {
-                let [p, q, r] = scene.corners(t);
-                let way = (p + q + r) / 3.0 - x;
-                let facing = 0.5 * (q - p).cross(r - p).dot(x - p);
-                (facing / way.length().powi(3)).clamp(0.0, TAU)
-            };
-            self.triangles.iter().map(of).sum::<f64>()
-        };
-        from(a).max(from(a.midpoint(b))).max(from(b))
-    }
-
-    /// A direction to them from a point of the edge.
+    /// A direction to them from a point of an edge.
     pub(super) fn draw(
         &self,
         scene: &Scene,
         wedge: &Wedge,
-        span: [DVec3; 2],
         point: DVec3,
+        except: &[u32],
         [c, a, b]: [f64; 3],
     ) -> Option<Aimed> {
-        let (parts, table) = self.parts(scene, wedge, span);
+        let (parts, table) = self.parts(scene, wedge, point, except);
         if table.total() <= 0.0 {
             return None;
         }
         let chosen = table.at(c);
         let part = &parts[chosen.index];
         let p = scene.corners(part.triangle);
-        let [q, r] = chord(wedge, p, point, part.start + a * part.angle)?;
-        let way = q.lerp(r, b) - point;
-        let distance = way.length();
-        let direction = way.try_normalize()?;
+        let azimuth = part.start + a * part.angle;
+        let [y, z] = cosines(wedge, point, chord(wedge, p, point, azimuth)?);
+        // Uniform by solid angle, dω = d cos θ dα with θ the angle to the edge: by length almost all directions would lead along the edge
+        // where the emitter is near.
+        let cosine = y + b * (z - y);
+        let (sin, cos) = azimuth.sin_cos();
+        let sine = ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
+        let direction = cosine * wedge.edge + sine * (cos * wedge.u + sin * wedge.up);
         let normal = (p[1] - p[0]).cross(p[2] - p[0]);
-        if normal.dot(direction) >= 0.0 {
+        let facing = normal.dot(direction);
+        if facing >= 0.0 {
             return None;
         }
-        // dω = sin θ dθ dα with θ the angle to the edge, and dθ = |chord × ω|/t ds in a plane through it.
-        let sine = direction.cross(wedge.edge).length();
-        let cut = (r - q).cross(direction).length() / distance;
-        let density = chosen.probability / (part.angle * cut * sine);
+        let distance = normal.dot(p[0] - point) / facing;
+        let density = chosen.probability / (part.angle * (z - y).abs());
         let surface = Surface::Triangle(part.triangle);
         let id = LightId::Shape(scene.shape_of(surface));
-        Some(Aimed { direction, distance, density, surface, id }).filter(|a| a.density.is_finite())
+        Some(Aimed { direction, distance, density, surface, id })
+            .filter(|a| a.density.is_finite() && a.distance > 0.0)
     }
+}
+
+/// The cosines of the angles between an edge and the ends of a chord, as they are seen from a point of it.
+fn cosines(wedge: &Wedge, point: DVec3, ends: [DVec3; 2]) -> [f64; 2] {
+    ends.map(|end| (end - point).normalize_or_zero().dot(wedge.edge))
 }
 
 /// What the half plane that begins at an edge's line through a point, at an azimuth, cuts out of a triangle.

@@ -9,7 +9,8 @@ use super::super::STILL;
 use super::super::list::Edge;
 use super::super::table::Table;
 use super::super::wedge::{Aimed, Wedge};
-use super::stretches::Stretch;
+use super::beside::Contact;
+use super::stretches::{Of, Stretch};
 use super::{Light, Secondary};
 use crate::path::{LightId, Sequence};
 use crate::scene::Surface;
@@ -25,11 +26,22 @@ const LEAST: f64 = 0.05;
 
 /// A direction through a point of an edge.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Drawn {
+pub(super) struct Drawn<'c> {
     pub(super) direction: DVec3,
     /// Per solid angle.
     pub(super) density: f64,
-    pub(super) aim: Option<Aim>,
+    pub(super) passing: Passing<'c>,
+}
+
+/// Which light is looked for along a direction.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Passing<'c> {
+    /// That of one light.
+    Of(Aim),
+    /// That of the emitters which an edge lies on.
+    From(&'c Contact),
+    /// All that is not emission.
+    Anything,
 }
 
 /// The light that a direction was drawn for, and the only surface of it that counts, if it is one of them.
@@ -43,18 +55,17 @@ pub(super) struct Aim {
 impl Secondary<'_> {
     pub(super) fn weights(&self) -> Table {
         let scene = self.sensor.paths.scene;
-        let weigh = |edge: &Edge| {
-            let [a, b] = edge.span(scene);
-            a.distance(b)
-                * match self.light {
-                    Light::Emitted | Light::Shadows => self.silhouette_rate(edge),
-                    Light::Rest | Light::Bounces if self.list.may_jump(scene, edge) => self.solid_angle(edge),
-                    Light::Rest | Light::Bounces => 0.0,
-                }
+        let weigh = |stretch: &Stretch| {
+            let edge = &self.list.edges[stretch.edge as usize];
+            let ends = edge.span(scene);
+            let rate = match self.light {
+                Light::Emitted | Light::Shadows => self.emission_rate(stretch, edge),
+                Light::Rest | Light::Bounces if self.list.may_jump(scene, edge) => self.solid_angle(edge),
+                Light::Rest | Light::Bounces => 0.0,
+            };
+            ends[0].distance(ends[1]) * stretch.part() * rate
         };
-        let by_edge: Vec<f64> = self.list.edges.par_iter().map(weigh).collect();
-        let of = |stretch: &Stretch| by_edge[stretch.edge as usize] * stretch.part();
-        let mut weights: Vec<f64> = self.stretches.iter().map(of).collect();
+        let mut weights: Vec<f64> = self.stretches.par_iter().map(weigh).collect();
         self.limit_hidden(&mut weights);
         let edge = |i: usize| &self.list.edges[self.stretches[i].edge as usize];
         self.moving.limit_still(&mut weights, STILL, |i| self.moving.has_any(edge(i).shapes));
@@ -75,9 +86,19 @@ impl Secondary<'_> {
         }
     }
 
-    /// Roughly the solid angle of lights before which the edge is a silhouette, or how often it is one, if that cannot
+    /// The emitters of a stretch's contact, if it is one.
+    fn touched(&self, stretch: &Stretch) -> &[u32] {
+        stretch.contact.map_or(&[], |contact| &self.contacts[contact as usize].shapes)
+    }
+
+    /// The directions in which an edge may be a silhouette.
+    fn silhouette(&self, edge: &Edge) -> Option<Wedge> {
+        self.wedge(edge).or_else(|| Wedge::whole(edge.span(self.sensor.paths.scene)))
+    }
+
+    /// Roughly the solid angle of lights before which a stretch is a silhouette, or how often it is one, if that cannot
     /// be told; 0 only where it never is.
-    fn silhouette_rate(&self, edge: &Edge) -> f64 {
+    fn emission_rate(&self, stretch: &Stretch, edge: &Edge) -> f64 {
         let paths = self.sensor.paths;
         let scene = paths.scene;
         let emits = |s: u32| scene.description.shapes[s as usize].radiance.is_some();
@@ -88,14 +109,22 @@ impl Secondary<'_> {
         if self.light == Light::Shadows && paths.lights.is_the_only(edge.shapes[0]) {
             return 0.0;
         }
-        let [a, b] = edge.span(scene);
-        if let Some(targets) = &self.targets {
-            return match self.wedge(edge) {
-                Some(wedge) => targets.solid_angle(scene, &wedge, [a, b]),
-                None if self.list.is_flat(scene, edge) => 0.0,
-                None => targets.reach(scene, [a, b]),
-            };
+        if self.list.is_flat(scene, edge) {
+            return 0.0;
         }
+        if stretch.of == Of::Contact {
+            let contact = stretch.contact.map(|contact| &self.contacts[contact as usize]);
+            return contact.map_or(0.0, |contact| 0.5 * contact.directions.whole());
+        }
+        let (ends, except) = (stretch.ends(edge.span(scene)), self.touched(stretch));
+        if let Some(targets) = &self.targets {
+            let wedge = self.silhouette(edge);
+            return wedge.map_or(0.0, |wedge| targets.solid_angle(scene, &wedge, ends, except));
+        }
+        if except.iter().any(|&shape| paths.lights.is_the_only(shape)) {
+            return 0.0;
+        }
+        let [a, b] = ends;
         let middle = a.midpoint(b);
         let mut count = 0;
         for i in 0..PILOTS {
@@ -160,24 +189,13 @@ impl Secondary<'_> {
         Wedge::of(self.sensor.paths.scene, self.list, edge)
     }
 
-    /// A direction from a point of an edge towards the light.
-    pub(super) fn draw(&self, edge: &Edge, point: DVec3, numbers: &mut Sequence) -> Option<Drawn> {
+    /// A direction from a point of a stretch towards the light.
+    pub(super) fn draw(&self, stretch: &Stretch, point: DVec3, numbers: &mut Sequence) -> Option<Drawn<'_>> {
         let paths = self.sensor.paths;
+        let edge = &self.list.edges[stretch.edge as usize];
         let (c, [a, b]) = (numbers.one(), numbers.pair());
         if self.light.is_emission() {
-            if let (Some(targets), Some(wedge)) = (&self.targets, self.wedge(edge)) {
-                let aimed = targets.draw(paths.scene, &wedge, edge.span(paths.scene), point, [c, a, b])?;
-                let Aimed { direction, distance, density, surface, id } = aimed;
-                return Some(Drawn {
-                    direction,
-                    density,
-                    aim: Some(Aim { id, surface: Some(surface), distance }),
-                });
-            }
-            let towards = paths.lights.sample(paths.scene, point, [c, a, b])?;
-            let (direction, density) = (towards.sampled.direction, towards.sampled.density);
-            let aim = Aim { id: towards.id, surface: None, distance: towards.distance };
-            return Some(Drawn { direction, density, aim: Some(aim) });
+            return self.draw_towards(stretch, point, [c, a, b]);
         }
         let [p, q] = edge.span(paths.scene);
         let e = (q - p).normalize_or_zero();
@@ -197,7 +215,35 @@ impl Secondary<'_> {
         let direction = z * e + radius * (cos * u + sin * v);
         let in_wedge =
             wedge.as_ref().filter(|w| w.holds(direction)).map_or(0.0, |w| (1.0 - anywhere) / (4.0 * w.angle));
-        Some(Drawn { direction, density: in_wedge + anywhere / (4.0 * PI), aim: None })
+        Some(Drawn { direction, density: in_wedge + anywhere / (4.0 * PI), passing: Passing::Anything })
             .filter(|drawn| drawn.density > 0.0)
+    }
+
+    /// A direction in which emission may pass.
+    fn draw_towards(&self, stretch: &Stretch, point: DVec3, numbers: [f64; 3]) -> Option<Drawn<'_>> {
+        let paths = self.sensor.paths;
+        let edge = &self.list.edges[stretch.edge as usize];
+        let ends = edge.span(paths.scene);
+        if let (Of::Contact, Some(contact)) = (stretch.of, stretch.contact) {
+            let contact = &self.contacts[contact as usize];
+            let direction = contact.directions.sample((ends[1] - ends[0]).normalize_or_zero(), numbers);
+            let density = contact.directions.whole().recip();
+            return Some(Drawn { direction, density, passing: Passing::From(contact) });
+        }
+        let except = self.touched(stretch);
+        if let Some(targets) = &self.targets {
+            let wedge = self.silhouette(edge)?;
+            let Aimed { direction, distance, density, surface, id } =
+                targets.draw(paths.scene, &wedge, point, except, numbers)?;
+            let aim = Aim { id, surface: Some(surface), distance };
+            return Some(Drawn { direction, density, passing: Passing::Of(aim) });
+        }
+        let towards = paths.lights.sample(paths.scene, point, numbers)?;
+        if matches!(towards.id, LightId::Shape(shape) if except.contains(&shape)) {
+            return None;
+        }
+        let (direction, density) = (towards.sampled.direction, towards.sampled.density);
+        let aim = Aim { id: towards.id, surface: None, distance: towards.distance };
+        Some(Drawn { direction, density, passing: Passing::Of(aim) })
     }
 }

@@ -13,6 +13,7 @@
 //!
 //! distances cancel. One draws a point of an edge and a direction through it, and finds x.
 
+mod beside;
 mod choice;
 mod stretches;
 #[cfg(test)]
@@ -21,7 +22,8 @@ mod tests;
 use flatland::calculus::Vec3;
 use glam::DVec3;
 
-use self::choice::Aim;
+use self::beside::{Bodies, Contact};
+use self::choice::{Aim, Passing};
 use self::stretches::{Shown, Stretch, stretches};
 use super::driver::{Address, Boundary, BoundarySample};
 use super::list::{Edge, EdgeList};
@@ -69,6 +71,7 @@ pub(super) struct Secondary<'a> {
     targets: Option<Targets>,
     /// What is chosen from.
     stretches: Vec<Stretch>,
+    contacts: Vec<Contact>,
     table: Table,
     /// The longest part of a path before the jump.
     longest: usize,
@@ -85,6 +88,15 @@ struct Segment<'e> {
     normal: DVec3,
 }
 
+impl Segment<'_> {
+    /// Directions just before the edge and just behind it. What is seen there is looked at along them: a point of a surface that ends at a
+    /// lamp is lit by it, and the end itself is not.
+    fn aside(&self) -> [DVec3; 2] {
+        let across = ASIDE * self.normal.normalize_or_zero();
+        [-1.0, 1.0].map(|s| (self.direction + s * across).normalize())
+    }
+}
+
 impl<'a> Secondary<'a> {
     pub(super) fn new(paths: &'a Paths<'a>, list: &'a EdgeList, moving: &'a Moving, light: Light) -> Self {
         let limit = paths.scene.description.integrator.max_depth.unwrap_or(usize::MAX);
@@ -95,6 +107,7 @@ impl<'a> Secondary<'a> {
             light,
             targets: Targets::new(paths),
             stretches: vec![],
+            contacts: vec![],
             table: Table::default(),
             longest: limit.saturating_sub(1),
         };
@@ -105,10 +118,19 @@ impl<'a> Secondary<'a> {
         };
         if !nothing {
             let shown = if light.is_emission() { Shown::new(&secondary.sensor) } else { None };
-            secondary.stretches = stretches(list, &secondary.sensor, shown.as_ref());
-            secondary.table = secondary.weights();
+            secondary.cut(shown.as_ref());
         }
         secondary
+    }
+
+    /// Cuts all edges, and weighs what comes of them.
+    fn cut(&mut self, shown: Option<&Shown>) {
+        let bodies = match self.light.is_emission() {
+            true => Bodies::new(self.sensor.paths, self.targets.as_ref()),
+            false => Bodies::default(),
+        };
+        (self.stretches, self.contacts) = stretches(self.list, &self.sensor, shown, &bodies);
+        self.table = self.weights();
     }
 
     /// Rays through an edge's point start that far from it: its own triangles do not count.
@@ -121,30 +143,39 @@ impl<'a> Secondary<'a> {
         &self,
         segment: &Segment<'_>,
         sides: &Sides,
-        aim: Option<Aim>,
+        passing: Passing<'_>,
         depth: usize,
         numbers: &Sequence,
     ) -> [DVec3; 2] {
         let paths = self.sensor.paths;
-        sides.hits.map(|hit: Option<Hit>| match aim {
-            _ if self.light == Light::Bounces && self.list.owns(segment.edge, hit) => DVec3::ZERO,
-            Some(Aim { id, surface, .. }) => {
-                let hit = hit.filter(|h| surface.is_none_or(|s| s == h.surface));
-                paths.lit(id, hit, segment.direction)
+        let shape = |hit: &Hit| paths.scene.shape_of(hit.surface);
+        let emits = |hit: Hit| paths.scene.description.shapes[shape(&hit) as usize].radiance.is_some();
+        let aside = segment.aside();
+        [0, 1].map(|side| match (passing, sides.hits[side], aside[side]) {
+            (_, hit, _) if self.light == Light::Bounces && self.list.owns(segment.edge, hit) => DVec3::ZERO,
+            (Passing::Of(aim), hit, direction) => {
+                let hit = hit.filter(|h| aim.surface.is_none_or(|s| s == h.surface));
+                paths.lit(aim.id, hit, direction)
             }
-            None => {
+            // Where an emitter's own edge coincides with this one it finds all of the jump.
+            (Passing::From(_), ..) if sides.other.and_then(|side| sides.hits[side]).is_some_and(emits) => {
+                DVec3::ZERO
+            }
+            (Passing::From(contact), hit, direction) => {
+                let hit = hit.filter(|h| contact.shapes.contains(&shape(h)));
+                hit.map_or(DVec3::ZERO, |hit| paths.lit_by_all(Some(hit), direction))
+            }
+            (Passing::Anything, hit, direction) => {
                 let (x, mut numbers) = (segment.start.position, numbers.clone());
-                paths.still_radiance(x, segment.direction, hit, depth, &mut numbers)
-                    - paths.lit_by_all(hit, segment.direction)
+                paths.still_radiance(x, direction, hit, depth, &mut numbers)
+                    - paths.lit_by_all(hit, direction)
             }
         })
     }
 
     fn sides(&self, segment: &Segment<'_>) -> Option<Sides> {
-        let across = ASIDE * segment.normal.normalize_or_zero();
-        let directions = [-1.0, 1.0].map(|s| (segment.direction + s * across).normalize());
         let start = (segment.start.position, Some(segment.start.surface));
-        look_past(self.sensor.paths.scene, self.list, segment.edge, start, directions, segment.distance)
+        look_past(self.sensor.paths.scene, self.list, segment.edge, start, segment.aside(), segment.distance)
     }
 }
 
@@ -184,9 +215,11 @@ impl Secondary<'_> {
     }
 
     /// Whether a light is one of those whose jumps are sampled at an edge.
-    fn is_about(&self, edge: &Edge, aim: Option<Aim>) -> bool {
-        match (self.light, aim.map(|aim| aim.id)) {
-            (Light::Shadows, Some(LightId::Shape(shape))) => !edge.shapes.contains(&shape),
+    fn is_about(&self, edge: &Edge, passing: Passing<'_>) -> bool {
+        match (self.light, passing) {
+            (Light::Shadows, Passing::Of(Aim { id: LightId::Shape(shape), .. })) => {
+                !edge.shapes.contains(&shape)
+            }
             _ => true,
         }
     }
@@ -203,8 +236,8 @@ impl Secondary<'_> {
         let along = stretch.place(chosen.rest);
         let point = a.lerp(b, along);
         let length = a.distance(b);
-        let Some(drawn) = self.draw(edge, point, &mut numbers) else { return };
-        if !self.is_about(edge, drawn.aim) {
+        let Some(drawn) = self.draw(stretch, point, &mut numbers) else { return };
+        if !self.is_about(edge, drawn.passing) {
             return;
         }
         let normal = drawn.direction.cross((b - a) / length);
@@ -214,7 +247,7 @@ impl Secondary<'_> {
                 return;
             }
         }
-        if let Some(aim) = drawn.aim
+        if let Passing::Of(aim) = drawn.passing
             && scene.blocked(point, drawn.direction, self.near(), aim.distance)
         {
             return;
@@ -243,7 +276,7 @@ impl Secondary<'_> {
             |subpath: CameraSubpath<'_>| {
                 let Some(sides) = sides.get_or_insert_with(|| self.sides(&segment)) else { return };
                 let depth = subpath.vertices.len() + 1;
-                let lights = self.lights(&segment, sides, drawn.aim, depth, &numbers);
+                let lights = self.lights(&segment, sides, drawn.passing, depth, &numbers);
                 if lights[0] == lights[1] && (self.light != Light::Bounces || lights[0] == DVec3::ZERO) {
                     return;
                 }

@@ -11,6 +11,16 @@ use glam::{DVec2, DVec3};
 
 use super::super::list::EdgeList;
 use super::super::sensor::Sensor;
+use super::beside::{Bodies, Contact};
+
+/// Whose light is looked for past a stretch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Of {
+    /// That of all emitters but those of a contact, if it is one: directions are those of lights.
+    Lights,
+    /// That of the emitters of the contact.
+    Contact,
+}
 
 /// A part of an edge.
 #[derive(Clone, Debug)]
@@ -21,12 +31,20 @@ pub(super) struct Stretch {
     pub(super) along: Range<f64>,
     /// Whether its shadows may be seen.
     pub(super) shown: bool,
+    pub(super) of: Of,
+    /// Which contact it is, if it is one.
+    pub(super) contact: Option<u32>,
 }
 
 impl Stretch {
     /// Of the edge.
     pub(super) fn part(&self) -> f64 {
         self.along.end - self.along.start
+    }
+
+    /// Both ends, of an edge with these.
+    pub(super) fn ends(&self, [a, b]: [DVec3; 2]) -> [DVec3; 2] {
+        [self.along.start, self.along.end].map(|s| a.lerp(b, s))
     }
 
     /// The place along the edge that is so far along the stretch.
@@ -105,30 +123,48 @@ impl Shown {
         })
     }
 
-    /// Cuts an edge, of which a part with these ends is left.
-    fn cut(&self, edge: u32, along: Range<f64>, ends: [DVec3; 2], found: &mut Vec<Stretch>) {
+    /// Cuts a stretch with these ends; pieces that lie one after another and are shown alike stay together.
+    fn cut(&self, whole: &Stretch, ends: [DVec3; 2], first: usize, found: &mut Vec<Stretch>) {
         let shown = self.has(ends);
         if shown && ends[0].distance(ends[1]) > self.shortest {
+            let along = &whole.along;
             let (middle, place) = (0.5 * (along.start + along.end), ends[0].midpoint(ends[1]));
-            self.cut(edge, along.start..middle, [ends[0], place], found);
-            self.cut(edge, middle..along.end, [place, ends[1]], found);
+            let half = |along| Stretch { along, ..whole.clone() };
+            self.cut(&half(along.start..middle), [ends[0], place], first, found);
+            self.cut(&half(middle..along.end), [place, ends[1]], first, found);
             return;
         }
-        match found.last_mut() {
-            Some(last) if last.edge == edge && last.shown == shown => last.along.end = along.end,
-            _ => found.push(Stretch { edge, along, shown }),
+        match found[first..].last_mut() {
+            Some(last) if last.shown == shown => last.along.end = whole.along.end,
+            _ => found.push(Stretch { shown, ..whole.clone() }),
         }
     }
 }
 
-/// All edges in stretches, in their order.
-pub(super) fn stretches(list: &EdgeList, sensor: &Sensor<'_>, shown: Option<&Shown>) -> Vec<Stretch> {
-    let mut found = vec![];
+/// All edges in stretches, in their order, with the contacts among them.
+pub(super) fn stretches(
+    list: &EdgeList,
+    sensor: &Sensor<'_>,
+    shown: Option<&Shown>,
+    bodies: &Bodies,
+) -> (Vec<Stretch>, Vec<Contact>) {
+    let scene = sensor.paths.scene;
+    let (mut found, mut contacts) = (vec![], vec![]);
     for (edge, index) in list.edges.iter().zip(0..) {
-        match shown {
-            Some(shown) => shown.cut(index, 0.0..1.0, edge.span(sensor.paths.scene), &mut found),
-            None => found.push(Stretch { edge: index, along: 0.0..1.0, shown: true }),
-        }
+        bodies.cut(0.0..1.0, edge.span(scene), &mut |along, ends| {
+            let contact = bodies.contact(scene, list, edge, ends).map(|contact| {
+                contacts.push(contact);
+                contacts.len() as u32 - 1
+            });
+            let of = if contact.is_some() { &[Of::Lights, Of::Contact][..] } else { &[Of::Lights] };
+            for &of in of {
+                let whole = Stretch { edge: index, along: along.clone(), shown: true, of, contact };
+                match shown {
+                    Some(shown) => shown.cut(&whole, ends, found.len(), &mut found),
+                    None => found.push(whole),
+                }
+            }
+        });
     }
-    found
+    (found, contacts)
 }

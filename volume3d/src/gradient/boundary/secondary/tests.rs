@@ -37,8 +37,7 @@ fn shadow(depth: usize, place: DVec3, [width, height]: [usize; 2]) -> Scene {
 
 /// The same with other stretches.
 fn drawn<'a>(mut part: Secondary<'a>, shown: Option<&Shown>) -> Secondary<'a> {
-    part.stretches = stretches(part.list, &part.sensor, shown);
-    part.table = part.weights();
+    part.cut(shown);
     part
 }
 

@@ -1,0 +1,54 @@
+//! Directions in which light passes a point of an edge, drawn uniformly.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec3;
+
+use super::wedge::Wedge;
+
+/// Directions that lead to an edge, and in which emission may jump there.
+#[derive(Clone, Debug)]
+pub(super) enum Directions {
+    /// Those that meet the front of a flat emitter with this normal.
+    Front(DVec3),
+    /// Where it is a silhouette.
+    Wedge(Wedge),
+    All,
+}
+
+impl Directions {
+    /// The solid angle of all of them.
+    pub(super) fn whole(&self) -> f64 {
+        match self {
+            Self::Front(_) => TAU,
+            Self::Wedge(wedge) => 4.0 * wedge.angle,
+            Self::All => 4.0 * PI,
+        }
+    }
+
+    /// One of them, uniformly, of an edge with this direction.
+    pub(super) fn sample(&self, e: DVec3, [c, a, b]: [f64; 3]) -> DVec3 {
+        let z = 2.0 * a - 1.0;
+        let (s, t) = e.any_orthonormal_pair();
+        let (u, v, turn) = match self {
+            Self::Wedge(w) => (w.u, w.up, w.angle * b + if c < 0.5 { PI } else { 0.0 }),
+            _ => (s, t, TAU * b),
+        };
+        let (sin, cos) = turn.sin_cos();
+        let direction = z * e + (1.0 - z * z).sqrt() * (cos * u + sin * v);
+        match self {
+            Self::Front(normal) if direction.dot(*normal) > 0.0 => -direction,
+            _ => direction,
+        }
+    }
+
+    /// The density of a direction.
+    pub(super) fn density(&self, direction: DVec3) -> f64 {
+        let holds = match self {
+            Self::Front(normal) => direction.dot(*normal) <= 0.0,
+            Self::Wedge(wedge) => wedge.holds(direction),
+            Self::All => true,
+        };
+        if holds { self.whole().recip() } else { 0.0 }
+    }
+}

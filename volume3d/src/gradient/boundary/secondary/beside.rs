@@ -1,0 +1,153 @@
+//! Emitters beside edges.
+//!
+//! The light that passes an edge changes along it as fast as its distance from the emitter does: edges are cut into pieces that are no longer
+//! than that distance, or than a part of the emitter, within which its solid angle hardly changes. An edge that lies on an emitter has
+//! no direction towards it at all. Light comes from the edge itself, and jumps there in every direction in which the edge is a silhouette:
+//! such pieces, *contacts*, are looked at from all sides.
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+use super::super::directions::Directions;
+use super::super::list::{Edge, EdgeList};
+use super::super::wedge::{Targets, Wedge};
+use crate::geometry::closest_point;
+use crate::path::Paths;
+use crate::scene::Scene;
+
+/// Above as many shapes that emit, of more triangles than directions are drawn to, edges are not cut.
+const MANY: usize = 64;
+
+/// Pieces of edges beside an emitter are no longer than this part of it.
+const PART: f64 = 0.25;
+
+/// A triangle that emits, or the ball around a shape that does.
+#[derive(Clone, Debug)]
+struct Body {
+    shape: u32,
+    form: Form,
+    size: f64,
+}
+
+#[derive(Clone, Debug)]
+enum Form {
+    Triangle { corners: [DVec3; 3], normal: DVec3 },
+    Ball(DVec3),
+}
+
+impl Body {
+    fn distance(&self, x: DVec3) -> f64 {
+        match &self.form {
+            Form::Triangle { corners, .. } => x.distance(closest_point(x, corners)),
+            Form::Ball(centre) => (x.distance(*centre) - self.size).max(0.0),
+        }
+    }
+}
+
+/// All that emits, if it is little.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Bodies {
+    bodies: Vec<Body>,
+    /// Heights above a triangle that are 0 to rounding.
+    slack: f64,
+}
+
+/// A piece of an edge that lies on emitters, or so near to emitters of many triangles that their light is best found from all directions.
+#[derive(Clone, Debug)]
+pub(super) struct Contact {
+    pub(super) shapes: Vec<u32>,
+    pub(super) directions: Directions,
+}
+
+impl Bodies {
+    /// Triangles to which directions can be drawn, or balls around shapes.
+    pub(super) fn new(paths: &Paths<'_>, targets: Option<&Targets>) -> Self {
+        let scene = paths.scene;
+        let bodies: Vec<Body> = match targets {
+            Some(targets) => targets.triangles.iter().map(|&t| triangle(scene, t)).collect(),
+            None => {
+                let ball = |(shape, centre, size)| Body { shape, form: Form::Ball(centre), size };
+                paths.lights.shapes().map(ball).take(MANY + 1).collect()
+            }
+        };
+        let few = targets.is_some() || bodies.len() <= MANY;
+        Self { bodies: if few { bodies } else { vec![] }, slack: 1e4 * scene.rounding() }
+    }
+
+    /// Calls with the pieces of an edge of which this part, with these ends, is left.
+    pub(super) fn cut(
+        &self,
+        along: Range<f64>,
+        ends: [DVec3; 2],
+        piece: &mut impl FnMut(Range<f64>, [DVec3; 2]),
+    ) {
+        let (length, middle) = (ends[0].distance(ends[1]), ends[0].midpoint(ends[1]));
+        let is_long = |body: &Body| body.size > 0.0 && length > body.distance(middle).max(PART * body.size);
+        if self.bodies.iter().any(is_long) {
+            let (half, place) = (0.5 * (along.start + along.end), middle);
+            self.cut(along.start..half, [ends[0], place], piece);
+            self.cut(half..along.end, [place, ends[1]], piece);
+        } else {
+            piece(along, ends);
+        }
+    }
+
+    /// The contact of a piece of an edge, if it is one.
+    pub(super) fn contact(
+        &self,
+        scene: &Scene,
+        list: &EdgeList,
+        edge: &Edge,
+        ends: [DVec3; 2],
+    ) -> Option<Contact> {
+        let (mut shapes, mut normals) = (vec![], vec![]);
+        for body in &self.bodies {
+            if edge.shapes.contains(&body.shape) || !self.touches(body, ends) {
+                continue;
+            }
+            if !shapes.contains(&body.shape) {
+                shapes.push(body.shape);
+            }
+            normals.push(match body.form {
+                Form::Triangle { normal, .. } => Some(normal),
+                Form::Ball(_) => None,
+            });
+        }
+        let first = *normals.first()?;
+        let flat =
+            |shape: &u32| self.bodies.iter().filter(|b| b.shape == *shape).count() == self.on(first, *shape);
+        let front = first.filter(|_| normals.iter().all(|n| *n == first) && shapes.iter().all(flat));
+        let directions = match (Wedge::of(scene, list, edge).filter(|_| !edge.crossed), front) {
+            (Some(wedge), _) => Directions::Wedge(wedge),
+            (None, Some(normal)) => Directions::Front(normal),
+            (None, None) => Directions::All,
+        };
+        Some(Contact { shapes, directions })
+    }
+
+    /// How many triangles of a shape have a normal.
+    fn on(&self, normal: Option<DVec3>, shape: u32) -> usize {
+        let has = |body: &&Body| matches!(body.form, Form::Triangle { normal: n, .. } if Some(n) == normal);
+        self.bodies.iter().filter(|b| b.shape == shape).filter(has).count()
+    }
+
+    fn touches(&self, body: &Body, ends: [DVec3; 2]) -> bool {
+        let distance = body.distance(ends[0].midpoint(ends[1]));
+        match &body.form {
+            Form::Triangle { corners, normal } => {
+                let height = |p: DVec3| normal.dot(p - corners[0]).abs();
+                distance <= body.size && ends.into_iter().all(|p| height(p) <= self.slack)
+            }
+            Form::Ball(_) => distance <= body.size,
+        }
+    }
+}
+
+fn triangle(scene: &Scene, index: u32) -> Body {
+    let corners = scene.corners(index);
+    let [a, b, c] = corners;
+    let size = a.distance(b).max(b.distance(c)).max(c.distance(a));
+    let shape = scene.triangles[index as usize].shape;
+    Body { shape, form: Form::Triangle { corners, normal: scene.face_normal(index) }, size }
+}
