@@ -28,6 +28,9 @@ fn are_crossed(scene: &Scene) -> bool {
         || crossings.overlaps().iter().any(|pair| crossed(pair.map(shape)))
 }
 
+/// What is nearer than so many roundings touches: 10⁻⁹ of the scene. The cautious answer to the question is yes.
+const TOUCHING: f64 = 1e4;
+
 /// Whether an edge of another shape lies in the plane of a triangle that emits, within the box around it. Of emitters with many
 /// triangles it is asked only whether another shape comes into the box around them.
 fn are_touched(scene: &Scene) -> bool {
@@ -37,9 +40,9 @@ fn are_touched(scene: &Scene) -> bool {
     if emitters.len() > MANY {
         return are_approached(scene);
     }
-    let slack = 1e4 * scene.rounding();
     emitters.iter().any(|&emitter| {
         let corners = scene.corners(emitter);
+        let slack = TOUCHING * scene.rounding() + scene.grain(corners[0]);
         let normal = scene.face_normal(emitter);
         let (low, high) = bounds(&corners);
         all.clone().filter(|&t| shape(t) != shape(emitter)).any(|t| {
@@ -59,10 +62,10 @@ fn are_touched(scene: &Scene) -> bool {
 
 /// Whether a triangle comes into the box around an emitter of another shape.
 fn are_approached(scene: &Scene) -> bool {
-    let slack = 1e4 * scene.rounding();
     let shapes = (0..scene.description.shapes.len()).filter(|&s| emits(scene, s as u32));
     shapes.into_iter().any(|emitter| {
         let (low, high) = bounds(&scene.positions[scene.position_range(emitter)]);
+        let slack = TOUCHING * scene.rounding() + scene.grain(low);
         let others = (0..scene.triangles.len() as u32)
             .filter(|&t| scene.triangles[t as usize].shape != emitter as u32);
         others.into_iter().any(|t| {

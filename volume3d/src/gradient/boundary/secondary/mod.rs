@@ -26,7 +26,7 @@ use self::stretches::{Shown, Stretch, stretches};
 use super::driver::{Address, Boundary, BoundarySample};
 use super::list::{Edge, EdgeList};
 use super::sensor::{CameraSubpath, Sensor, Vertex};
-use super::sides::{ASIDE, Sides, look_past};
+use super::sides::{Sides, aside, look_past, near};
 use super::table::Table;
 use super::wedge::Targets;
 use super::{BACKWARDS, LIT_EDGE, Moving, REST_EDGE};
@@ -111,11 +111,6 @@ impl<'a> Secondary<'a> {
         secondary
     }
 
-    /// Rays through an edge's point start that far from it: its own triangles do not count.
-    fn near(&self) -> f64 {
-        1e4 * self.sensor.paths.scene.rounding()
-    }
-
     /// The light on both sides of the edge along a path's last segment; none on a side that a softened field follows.
     fn lights(
         &self,
@@ -141,7 +136,9 @@ impl<'a> Secondary<'a> {
     }
 
     fn sides(&self, segment: &Segment<'_>) -> Option<Sides> {
-        let across = ASIDE * segment.normal.normalize_or_zero();
+        let ends = segment.edge.span(self.sensor.paths.scene);
+        let angle = aside(ends, segment.start.position, segment.distance);
+        let across = angle * segment.normal.normalize_or_zero();
         let directions = [-1.0, 1.0].map(|s| (segment.direction + s * across).normalize());
         let start = (segment.start.position, Some(segment.start.surface));
         look_past(self.sensor.paths.scene, self.list, segment.edge, start, directions, segment.distance)
@@ -215,11 +212,11 @@ impl Secondary<'_> {
             }
         }
         if let Some(aim) = drawn.aim
-            && scene.blocked(point, drawn.direction, self.near(), aim.distance)
+            && scene.blocked(point, drawn.direction, near([a, b]), aim.distance)
         {
             return;
         }
-        let Some(hit) = scene.beyond(point, -drawn.direction, self.near()) else { return };
+        let Some(hit) = scene.beyond(point, -drawn.direction, near([a, b])) else { return };
         let shape = scene.shape_of(hit.surface) as usize;
         // Along a warp of the film shading points slide that stand still.
         if self.longest == 1
