@@ -19,8 +19,8 @@ pub(super) fn clear(largest: f64, distance: f64) -> f64 {
 }
 
 /// The angle by which a ray from x leaves a point of an edge at a distance: more than rounding may turn it by. At 3·10⁵ times that distance
-/// from the scene's origin and farther away that is wider than 10⁻⁹, in proportion: what it leaves out is 4·10⁻⁴ of what is seen
-/// at 10¹¹ times.
+/// from the scene's origin and farther away that is wider than 10⁻⁹, in proportion, and 4·10⁻⁴ at 10¹¹ times: edges and surfaces that are seen nearer
+/// to one another are taken for one.
 pub(super) fn aside(ends: [DVec3; 2], x: DVec3, distance: f64) -> f64 {
     ASIDE.max(clear(largest(&[x, ends[0], ends[1]]), distance))
 }
@@ -81,9 +81,10 @@ pub(super) fn look_past(
 ) -> Option<Sides> {
     let hits = directions.map(|d| scene.closest(origin, d, from));
     let owns = hits.map(|h| h.is_some_and(|h| list.has(edge, h.surface)));
-    let touch = TOUCH.max(TOUCH_BY_ANGLE * aside(edge.span(scene), origin, t));
+    // Asked for rarely.
+    let touch = || TOUCH.max(TOUCH_BY_ANGLE * aside(edge.span(scene), origin, t)) * t;
     let touches =
-        |h: Hit| (h.distance - t).abs() < touch * t && is_between(scene, origin, directions, h.surface);
+        |h: Hit| (h.distance - t).abs() < touch() && is_between(scene, origin, directions, h.surface);
     let coincides = |side: usize| hits[side].is_some_and(|h| list.has_there(edge, h.surface) || touches(h));
     let (doubled, other) = match owns {
         [false, false] => return None,

@@ -199,7 +199,7 @@ impl Secondary<'_> {
         let [a, b] = edge.span(scene);
         let along = stretch.place(chosen.rest);
         let point = a.lerp(b, along);
-        let length = a.distance(b);
+        let (length, near) = (a.distance(b), near([a, b]));
         let Some(drawn) = self.draw(edge, point, &mut numbers) else { return };
         if !self.is_about(edge, drawn.aim) {
             return;
@@ -212,11 +212,11 @@ impl Secondary<'_> {
             }
         }
         if let Some(aim) = drawn.aim
-            && scene.blocked(point, drawn.direction, near([a, b]), aim.distance)
+            && scene.blocked(point, drawn.direction, near, aim.distance)
         {
             return;
         }
-        let Some(hit) = scene.beyond(point, -drawn.direction, near([a, b])) else { return };
+        let Some(hit) = scene.beyond(point, -drawn.direction, near) else { return };
         let shape = scene.shape_of(hit.surface) as usize;
         // Along a warp of the film shading points slide that stand still.
         if self.longest == 1
