@@ -167,11 +167,12 @@ impl<'a> ReflectedOutlines<'a> {
         let mut numbers = address.numbers(OUTLINE);
         let chosen = self.table.at(address.fraction(&mut numbers));
         let outline = &self.outlines[chosen.index];
-        let [a, b] = self.list.edges[outline.edge as usize].span(scene);
+        let edge = &self.list.edges[outline.edge as usize];
+        let [a, b] = edge.span(scene);
         let point = a.lerp(b, chosen.rest);
         let (c, [s, t]) = (numbers.one(), numbers.pair());
         let direction = outline.directions.sample((b - a).normalize_or_zero(), [c, s, t]);
-        let Some(hit) = scene.beyond(point, -direction, near([a, b])) else { return };
+        let Some(hit) = scene.beyond(point, -direction, near(scene, self.list, edge)) else { return };
         let x = Vertex { position: point - direction * hit.distance, surface: hit.surface };
         let Some(view) = self.view(chosen.index, chosen.rest, &x) else { return };
         let opposite = outline.across.and_then(|(which, same)| {

@@ -30,13 +30,15 @@ pub(super) fn largest(points: &[DVec3]) -> f64 {
     points.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max)
 }
 
-/// How far from a point of an edge rays through it start, of which its own triangles are not in the way: 10⁻⁹ of the coordinates, where a ray that is by
-/// 4·10⁻⁶ aside of a triangle's plane has left its rounding. Of an edge that is shorter than 1/4000 of its coordinates it is less:
+/// How far from a point of an edge rays through it start, of which its own triangles are not in the way: 10⁻⁹ of their coordinates, where a ray that is by
+/// 4·10⁻⁶ aside of a triangle's plane has left its rounding. Of an edge that is shorter than 1/4000 of the coordinates it is less:
 /// the geometric mean of rounding and length, with which as large a part of what stands near the edge is not seen as of
 /// directions is that graze its triangles.
-pub(super) fn near(ends: [DVec3; 2]) -> f64 {
-    let largest = largest(&ends);
-    (START * largest).min((CLEAR * f64::EPSILON * largest * ends[0].distance(ends[1])).sqrt())
+pub(super) fn near(scene: &Scene, list: &EdgeList, edge: &Edge) -> f64 {
+    let [a, b] = edge.span(scene);
+    let corners = list.triangles(edge).map(|t| largest(&scene.corners(t)));
+    let largest = corners.fold(largest(&[a, b]), f64::max);
+    (START * largest).min((clear(largest, 1.0) * a.distance(b)).sqrt())
 }
 
 /// See [`near`].

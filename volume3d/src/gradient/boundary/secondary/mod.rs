@@ -199,7 +199,7 @@ impl Secondary<'_> {
         let [a, b] = edge.span(scene);
         let along = stretch.place(chosen.rest);
         let point = a.lerp(b, along);
-        let (length, near) = (a.distance(b), near([a, b]));
+        let (length, near) = (a.distance(b), near(scene, self.list, edge));
         let Some(drawn) = self.draw(edge, point, &mut numbers) else { return };
         if !self.is_about(edge, drawn.aim) {
             return;
