@@ -85,6 +85,11 @@
 //! 0.5 s for 10⁶ on two cores (`cargo bench --bench crossing`), and about 300 bytes are kept for every pair of triangles that
 //! cross. Auxiliary rays look at the crossings of the triangle they hit one by one.
 //!
+//! Where a scene is does not matter: as of coordinates of a map, at 10⁹ of its sizes from the origin, images and gradients are those at the
+//! origin to the rounding of the coordinates that are given. The origin of computation is moved to the surfaces, exactly, and where a scene is itself so wide rays
+//! pass edges as far aside as its rounding asks for. Meshes whose shape that rounding has changed are told of:
+//! [`scene::Scene::coarse_meshes`]. Implicit surfaces should be placed ([`scene::Placement`]) and have small coordinates of their own.
+//!
 //! Where surfaces cover one another in one plane, as a lamp drawn exactly on a ceiling, rounding decides which is seen:
 //! they may slide over one another, but where they part no derivative exists, and
 //! [`scene::Scene::parted_shapes`] tells. The same holds where jumps of different velocities coincide along a whole

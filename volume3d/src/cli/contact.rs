@@ -1,8 +1,8 @@
 //! What is said of surfaces and edges that lie upon one another, whose parting has no derivative, and of what passes
-//! through implicit surfaces, which is not followed.
+//! through implicit surfaces, which is not followed; and of meshes that rounding has made others of.
 
 use glam::DVec3;
-use volume3d::scene::{CrossedBy, Description, ImplicitCrossing, Overlap, Scene};
+use volume3d::scene::{CoarseMesh, CrossedBy, Description, ImplicitCrossing, Overlap, Scene};
 
 /// What to do about what lies upon one another.
 pub(super) const APART: &str = "move one of them a little";
@@ -26,6 +26,26 @@ pub(super) fn in_contact(scene: &Scene, moves: impl Fn(usize) -> bool) -> String
 pub(super) fn through_implicits(scene: &Scene) -> String {
     let all = scene.implicit_crossings();
     all.iter().map(|c| format!("WARNING: {}; {PART}\n", passing_through(scene.description(), c))).collect()
+}
+
+/// Warnings of meshes whose coordinates are too coarse, a line each.
+pub(super) fn too_coarse(scene: &Scene) -> String {
+    let all = scene.coarse_meshes();
+    all.iter().map(|c| format!("WARNING: {}; {NEARER}\n", coarse(scene.description(), c))).collect()
+}
+
+/// What to do about coordinates that are too coarse.
+pub(super) const NEARER: &str = "move the scene to the origin before its coordinates are written";
+
+/// A mesh whose shape is lost by rounding.
+pub(super) fn coarse(d: &Description, mesh: &CoarseMesh) -> String {
+    let CoarseMesh { shape, coordinate, spacing, edge } = *mesh;
+    format!(
+        "shape `{}` has coordinates up to {coordinate:.1e}, which are rounded to {spacing:.1e}, {:.1e} of its median edge: image \
+         and gradient are those of what rounding made of it",
+        d.shapes[shape].id,
+        spacing / edge
+    )
 }
 
 /// Where planes part, so do their edges: that is told once.

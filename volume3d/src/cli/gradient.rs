@@ -261,6 +261,7 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     text += &lost_with_picture(result.traces, lost_rays, count, &options.output)?;
     if change.is_geometric() {
         text += &geometric(&loaded.notes);
+        text += &contact::too_coarse(scene);
     }
     text += &left_out(&result.left_out);
     if options.method.is_interior() && change.is_geometric() {

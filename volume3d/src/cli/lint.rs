@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use clap::Args;
 use volume3d::scene::{Description, Light, Material, Overlap, Scene, Shape};
 
-use super::contact::{APART, PART, covering, passing_through};
+use super::contact::{APART, NEARER, PART, coarse, covering, passing_through};
 use super::mesh_faults::MeshFaults;
 use super::session::SceneOptions;
 use super::{Outcome, Report};
@@ -55,6 +55,11 @@ pub(super) fn findings(scene: &Scene) -> Vec<Finding> {
         grave: true,
         what: passing_through(d, crossing),
         advice: PART,
+    }));
+    found.extend(scene.coarse_meshes().iter().map(|mesh| Finding {
+        grave: true,
+        what: coarse(d, mesh),
+        advice: NEARER,
     }));
     found.extend(d.shapes.iter().filter_map(|shape| {
         let parts = d.parts_of_material(shape.material).into_iter();

@@ -100,6 +100,7 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     }
     text += &contact::in_contact(scene, |shape| active.shapes[shape]);
     if active.is_geometric() {
+        text += &contact::too_coarse(scene);
         text += &contact::through_implicits(scene);
     }
     Ok(Report { text, outcome: Outcome::Good })

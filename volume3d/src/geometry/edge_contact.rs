@@ -13,9 +13,9 @@ pub(crate) struct Stretch {
     pub(crate) along: [[f64; 2]; 2],
 }
 
-/// All stretches, as far as rounded transforms can tell.
-pub(crate) fn common_stretches(triangles: &[[DVec3; 3]; 2]) -> impl Iterator<Item = Stretch> {
-    let size = triangles.as_flattened().iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+/// All stretches, as far as rounded transforms can tell of coordinates that were given from another origin.
+pub(crate) fn common_stretches(triangles: &[[DVec3; 3]; 2], origin: DVec3) -> impl Iterator<Item = Stretch> {
+    let size = triangles.as_flattened().iter().map(|p| (p - origin).abs().max_element()).fold(0.0, f64::max);
     let edge = |i: usize, k: usize| [triangles[i][k], triangles[i][(k + 1) % 3]];
     let pairs = (0..3).flat_map(|k| (0..3).map(move |l| [k, l]));
     pairs.filter_map(move |edges| {
@@ -66,10 +66,10 @@ mod tests {
             (-1.0, 1.0, None),
         ] {
             let triangles = on_a_line(x, length);
-            let found: Vec<Stretch> = common_stretches(&triangles).collect();
+            let found: Vec<Stretch> = common_stretches(&triangles, DVec3::ZERO).collect();
             assert_eq!(found.first().map(|s| s.along), expected, "{x} {length}");
             for triangles in [triangles, triangles.map(|t| t.map(|p| turn * (0.1 * p)))] {
-                let found: Vec<Stretch> = common_stretches(&triangles).collect();
+                let found: Vec<Stretch> = common_stretches(&triangles, DVec3::ZERO).collect();
                 assert_eq!(found.len(), usize::from(expected.is_some()), "{x} {length}");
                 for Stretch { edges, along } in found {
                     assert_eq!(edges, [0, 0]);
@@ -86,7 +86,7 @@ mod tests {
         let beside = other.map(|p| p + 1e-12 * DVec3::Y);
         let across = other.map(|p| DQuat::from_rotation_z(1e-12) * p);
         for other in [beside, across] {
-            assert_eq!(common_stretches(&[own, other]).count(), 0);
+            assert_eq!(common_stretches(&[own, other], DVec3::ZERO).count(), 0);
         }
     }
 }

@@ -82,14 +82,14 @@ pub(crate) fn meeting(triangles: &[[DVec3; 3]; 2]) -> Meeting {
     best.1.map_or(Meeting::Apart, Meeting::Through)
 }
 
-/// Corners are in a plane, or on a line, if they are no farther from it than this part of the largest coordinate: a few
+/// Corners are in a plane, or on a line, if they are no farther from it than this part of the largest coordinate that was given: a few
 /// roundings.
 pub(crate) const ROUNDING: f64 = 1e-14;
 
 /// Whether two triangles cover a common area of one plane, as far as rounded transforms can tell: their planes differ by
-/// no more than rounding, and the area is wider.
-pub(crate) fn in_contact([s, t]: &[[DVec3; 3]; 2]) -> bool {
-    let size = [s, t].into_iter().flatten().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+/// no more than rounding of coordinates as they were given, from another origin, and the area is wider.
+pub(crate) fn in_contact([s, t]: &[[DVec3; 3]; 2], origin: DVec3) -> bool {
+    let size = [s, t].into_iter().flatten().map(|p| (p - origin).abs().max_element()).fold(0.0, f64::max);
     let rounding = ROUNDING * size;
     let normal = |[a, b, c]: &[DVec3; 3]| (*b - *a).cross(*c - *a).normalize_or_zero();
     let near = |of: &[DVec3; 3], plane: &[DVec3; 3]| {

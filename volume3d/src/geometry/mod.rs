@@ -12,7 +12,7 @@ pub use accelerator::{Accelerator, Goal, Hit, Ray, Shadows, Sheaf};
 pub use curved::TOLERANCE;
 pub(crate) use edge_contact::{Stretch, common_stretches};
 pub use edges::{Edges, HalfEdge};
-pub(crate) use meeting::{End, Meeting, in_contact, meeting};
+pub(crate) use meeting::{End, Meeting, ROUNDING, in_contact, meeting};
 pub use mesh::{Attribute, Mesh, MeshError, Normals};
 pub use proximity::Proximity;
 pub(crate) use proximity::{closest_point, solid_angle};

@@ -59,7 +59,7 @@ impl Sums {
     pub(super) fn new(scene: &Scene) -> Self {
         let rows = Rows::new(scene);
         let table = vec![DVec3::ZERO; rows.count()];
-        let shapes = scene.description.implicits.clone();
+        let shapes = scene.implicits().to_vec();
         let implicits = shapes.iter().map(ImplicitTangent::no_gradient).collect();
         Self { shapes, rows, table, implicits, non_finite: vec![], largest: None }
     }

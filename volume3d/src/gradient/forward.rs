@@ -130,7 +130,7 @@ impl<const N: usize> Calculus for Forward<'_, N> {
 
     /// x follows the level set, ẋ − ω (φ̇ + ∇φ·ẋ)/(∇φ·ω), and ∇φ changes with it and by itself.
     fn level_set(&self, implicit: u32, x: Vec3<Dual<N>>, direction: DVec3) -> (Vec3<Dual<N>>, Vec3<Dual<N>>) {
-        let shape = &self.scene.description.implicits[implicit as usize];
+        let shape = &self.scene.implicits()[implicit as usize];
         let at = x.value();
         let there = shape.second_order(at);
         let rates = &self.motion.implicits[implicit as usize];

@@ -32,7 +32,7 @@ impl<'c> Motion<'c> {
             .map(|s| change.positions[scene.position_range(s)].iter().any(|v| *v != DVec3::ZERO))
             .collect();
         let moves_implicit: Vec<bool> = change.implicits.iter().map(|rates| !rates.is_still()).collect();
-        let shapes = scene.description.implicits.iter();
+        let shapes = scene.implicits().iter();
         let implicits = change.implicits.iter().zip(shapes).map(|(rates, shape)| rates.pushed_forward(shape));
         let implicits = implicits.collect();
         let bounds = MovingBounds::new(scene, &moves, moves_implicit.contains(&true));
@@ -56,7 +56,7 @@ impl Motion<'_> {
         if !self.moves_implicit[implicit as usize] {
             return DVec3::ZERO;
         }
-        let shape = &scene.description.implicits[implicit as usize];
+        let shape = &scene.implicits()[implicit as usize];
         let there = shape.second_order(x);
         let rate = self.implicits[implicit as usize].rate(shape, x, &there);
         LevelSetVelocity::new(there.jet.gradient).e() * rate.value
@@ -68,7 +68,7 @@ impl Motion<'_> {
         if !self.moves_implicit[tap.implicit as usize] {
             return Jet::ZERO;
         }
-        rates.rate(&scene.description.implicits[tap.implicit as usize], tap.point(), &tap.there)
+        rates.rate(&scene.implicits()[tap.implicit as usize], tap.point(), &tap.there)
     }
 }
 
@@ -97,7 +97,7 @@ impl Place {
     fn around(parts: &[&[DVec3]]) -> Option<Self> {
         let points = || parts.iter().flat_map(|part| part.iter().copied());
         let (low, high) = (points().reduce(DVec3::min)?, points().reduce(DVec3::max)?);
-        // The tests' own rounding must not lose a ray.
+        // The tests' own rounding, a few parts in 10¹⁶ of both, must not lose a ray: what is larger costs time only.
         let margin = 1e-9 * (high - low).max_element() + 1e-12 * high.abs().max(low.abs()).max_element();
         let middle = 0.5 * (low + high);
         let radius = points().map(|p| p.distance(middle)).fold(0.0, f64::max);

@@ -44,7 +44,7 @@ pub(crate) fn nearest_jump(
     let triangle = match hit.surface {
         Surface::Triangle(triangle) => triangle,
         Surface::Implicit(implicit) => {
-            let shape = &scene.description.implicits[implicit as usize];
+            let shape = &scene.implicits()[implicit as usize];
             let there = shape.second_order(origin + hit.distance * direction);
             let hessian = || there.hessian * direction;
             let distance = SilhouetteDistance::Curvature;

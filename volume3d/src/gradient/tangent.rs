@@ -114,7 +114,7 @@ impl Tangent {
     }
 
     fn affine(&mut self, scene: &Scene, shape: usize, centre: DVec3, matrix: DMat3, velocity: DVec3) {
-        let range = scene.position_range(shape);
+        let (range, centre) = (scene.position_range(shape), centre - scene.offset());
         for (rate, x) in self.positions[range.clone()].iter_mut().zip(&scene.positions[range]) {
             *rate += matrix * (*x - centre) + velocity;
         }

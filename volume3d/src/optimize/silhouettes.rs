@@ -16,7 +16,7 @@ use crate::scene::Scene;
 pub fn silhouette_weights(scene: &Scene, shapes: &[usize], reach: usize) -> Image {
     let film = FilmPlane::new(scene);
     let (width, height) = scene.size();
-    let origin = scene.description().camera.origin;
+    let origin = scene.camera().origin;
     let seen = |x: usize, y: usize| -> Option<u32> {
         let direction = film.ray(film.point(x + film.reach, y + film.reach, [0.5; 2]));
         let shape = scene.shape_of(scene.closest(origin, direction, None)?.surface);

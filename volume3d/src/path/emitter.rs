@@ -122,16 +122,20 @@ impl Border {
         let face_normal = |t: u32| scene.face_normal(t);
         let normal = face_normal(first);
         let [corner, ..] = scene.corners(first);
-        let offset = normal.dot(corner);
+        let (mut offset, own) = (normal.dot(corner), scene.tilt(first));
+        let plane = offset;
         for t in triangles.clone() {
-            let corners = scene.triangles[t].positions;
-            let height = |i: u32| {
-                let p = scene.positions[i as usize];
-                (normal.dot(p) - offset).abs() > FLAT * (p - corner).length().max(corner.length())
+            let corners = scene.triangles[t].positions.map(|i| scene.positions[i as usize]);
+            let is_off = |p: &DVec3| {
+                let (height, way) = (normal.dot(*p) - plane, (p - corner).length());
+                height.abs() > FLAT * way.max(corner.length()) + scene.grain(*p) + own * way
             };
-            if corners.into_iter().any(height) || (face_normal(t as u32) - normal).length() > FLAT {
+            let tilt = FLAT + own + scene.tilt(t as u32);
+            if corners.iter().any(is_off) || (face_normal(t as u32) - normal).length() > tilt {
                 return None;
             }
+            // No part of it is before its plane.
+            offset = corners.iter().map(|p| normal.dot(*p)).fold(offset, f64::max);
         }
         let (mut edges, mut cumulative, mut sum) = (vec![], vec![], 0.0);
         let corners = scene.triangles[triangles].iter().map(|t| t.positions);
@@ -192,5 +196,5 @@ fn corners_from(scene: &Scene, side: HalfEdge) -> [u32; 3] {
     corners
 }
 
-/// How far, relatively, corners of a flat emitter may be from its plane.
+/// How far, relatively, corners of a flat emitter may be from its plane, besides what rounding of the positions as they were given does.
 const FLAT: f64 = 1e-12;

@@ -16,7 +16,7 @@ pub(crate) fn distant<C: Calculus>(
     direction: Vec3<C::Number>,
 ) -> Rgb<C::Number> {
     match id {
-        LightId::Light(index) => match &scene.description.lights[index as usize] {
+        LightId::Light(index) => match &scene.lights()[index as usize] {
             Light::Directional { direction: along, irradiance, kappa, .. } if kappa.is_finite() => {
                 let axis = Vec3::turned(-*along, calculus.pose(index as usize));
                 let apart = direction - axis;

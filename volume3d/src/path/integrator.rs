@@ -74,7 +74,7 @@ impl<T: Number> Scattered<T> {
 
 impl<'s> Paths<'s> {
     pub(crate) fn new(scene: &'s Scene, kernels: Kernels) -> Self {
-        let lights = scene.description.lights.iter().enumerate();
+        let lights = scene.lights().iter().enumerate();
         let finite = |l: &Light| matches!(l, Light::Directional { kappa, .. } if kappa.is_finite());
         let mut distant: Vec<LightId> =
             lights.filter(|(_, l)| finite(l)).map(|(i, _)| LightId::Light(i as u32)).collect();

@@ -54,7 +54,7 @@ impl Kernels {
             LightId::Shape(shape) => {
                 ((self.relative / lights.half_angle(shape, x)).powi(2), lights.domain(shape))
             }
-            LightId::Light(index) => match &scene.description.lights[index as usize] {
+            LightId::Light(index) => match &scene.lights()[index as usize] {
                 Light::Directional { kappa, .. } if kappa.is_finite() => {
                     (0.5 * self.relative.powi(2) * kappa, VisibilityDomain::Distant)
                 }

@@ -106,7 +106,7 @@ impl Lights {
             }
         }
         let reach = scene.bounds().map_or(1.0, |(low, high)| 0.5 * (high - low).length());
-        for (i, light) in scene.description.lights.iter().enumerate() {
+        for (i, light) in scene.lights().iter().enumerate() {
             lights.push(LightId::Light(i as u32));
             powers.push(match light {
                 Light::Directional { irradiance, .. } => PI * reach * reach * luminance(*irradiance),
@@ -207,7 +207,7 @@ impl Lights {
                     LightSample { surface: Some(y.surface), ..towards(direction, density, distance, false) };
                 Some(towards).filter(|_| density.is_finite())
             }
-            LightId::Light(light) => match &scene.description.lights[light as usize] {
+            LightId::Light(light) => match &scene.lights()[light as usize] {
                 Light::Point { position, .. }
                 | Light::Spot { position, .. }
                 | Light::Projector { position, .. } => {
@@ -249,7 +249,7 @@ impl Lights {
         entry.probability
             * match id {
                 LightId::Shape(_) => 0.0,
-                LightId::Light(light) => match &scene.description.lights[light as usize] {
+                LightId::Light(light) => match &scene.lights()[light as usize] {
                     Light::Directional { direction: along, kappa, .. } if kappa.is_finite() => {
                         lobe(-*along, *kappa, direction)
                     }

@@ -263,7 +263,7 @@ impl<'s> Paths<'s> {
     fn sent(&self, x: DVec3, towards: &LightSample) -> DVec3 {
         let (scene, plain, direction) = (self.scene, Plain { scene: self.scene }, towards.sampled.direction);
         match (towards.id, towards.surface) {
-            (LightId::Light(light), _) if towards.delta => match &scene.description.lights[light as usize] {
+            (LightId::Light(light), _) if towards.delta => match &scene.lights()[light as usize] {
                 Light::Directional { irradiance, .. } => *irradiance,
                 light => {
                     let profile = profile(scene, &plain, light, Vec3::constant(-direction)).value();

@@ -92,7 +92,7 @@ impl Paths<'_> {
         let LightId::Light(index) = towards.id else { return Rgb::constant(DVec3::ZERO) };
         let index = index as usize;
         let weight = C::Number::constant(1.0 / towards.sampled.density);
-        match &self.scene.description.lights[index] {
+        match &self.scene.lights()[index] {
             Light::Directional { direction, irradiance, .. } => {
                 let direction = Vec3::turned(-*direction, calculus.pose(index));
                 shading.evaluate(direction) * calculus.intensity(index, *irradiance) * weight

@@ -27,7 +27,7 @@ impl Calculus for Plain<'_> {
     }
 
     fn level_set(&self, implicit: u32, x: Vec3<f64>, _: DVec3) -> (Vec3<f64>, Vec3<f64>) {
-        let shape = &self.scene.description.implicits[implicit as usize];
+        let shape = &self.scene.implicits()[implicit as usize];
         (x, Vec3::constant(shape.jet(x.value()).gradient))
     }
 

@@ -6,14 +6,15 @@ use std::sync::{Arc, OnceLock};
 use flatland::sdf::Sdf;
 use glam::{DVec2, DVec3};
 
-use super::Description;
 use super::adjacency::{Adjacency, Shading};
 use super::crossing::Crossings;
 use super::derived::Derived;
 use super::error::SceneError;
 use super::normals::VertexNormals;
+use super::offset::Placed;
 use super::trace_counts::Counters;
 use super::triangle::{NONE, Tables, Triangle};
+use super::{Camera, Description, ImplicitShape, Light};
 use crate::geometry::{Accelerator, Normals};
 use crate::optics::Coating;
 
@@ -21,6 +22,8 @@ use crate::optics::Coating;
 #[derive(Debug)]
 pub struct Scene {
     pub(crate) description: Description,
+    /// What of it stands somewhere, in the scene's own coordinates, as all that follows.
+    pub(super) placed: Placed,
     /// The positions of all shapes, one shape after the other.
     pub(crate) positions: Vec<DVec3>,
     pub(crate) triangles: Vec<Triangle>,
@@ -60,6 +63,7 @@ impl Scene {
     }
 
     pub(super) fn assemble(description: Description) -> Self {
+        let placed = Placed::new(&description);
         let mut positions = vec![];
         let mut triangles = vec![];
         let mut normals = vec![];
@@ -69,7 +73,7 @@ impl Scene {
         for (s, shape) in description.shapes.iter().enumerate() {
             let mesh = &shape.mesh;
             let [p0, n0, t0] = [positions.len(), normals.len(), uvs.len()].map(|n| n as u32);
-            positions.extend_from_slice(mesh.positions());
+            positions.extend(mesh.positions().iter().map(|p| *p - placed.offset));
             let normal_triangles = match mesh.normals() {
                 Normals::Face => None,
                 Normals::AngleWeighted { triangles, count } => {
@@ -101,12 +105,13 @@ impl Scene {
         let corners: Vec<[u32; 3]> = triangles.iter().map(|t| t.positions).collect();
         let accelerator = Accelerator::build(&positions, &corners);
         let coordinates = description.coordinates();
-        let tables = Tables { positions: &positions, triangles: &triangles };
+        let tables = Tables { positions: &positions, triangles: &triangles, origin: -placed.offset };
         let shading = Shading { normals: &normals, uvs: &uvs, coordinates: &coordinates };
         let adjacency = Adjacency::build(tables, shading);
         let coatings = description.materials.iter().map(|m| m.bsdf.coating()).collect();
         let mut scene = Self {
             description,
+            placed,
             coatings,
             positions,
             triangles,
@@ -130,12 +135,12 @@ impl Scene {
 
     /// Brings the extent up to date.
     pub(super) fn measure(&mut self) {
-        self.implicit_bounds = self.description.implicits.iter().map(Sdf::bounds).collect();
+        self.implicit_bounds = self.placed.implicits.iter().map(Sdf::bounds).collect();
         let surfaces = self.bounds().map_or(0.0, |(low, high)| low.abs().max(high.abs()).max_element());
-        let camera = self.description.camera.origin;
+        let camera = self.placed.camera.origin;
         self.extent = camera.abs().max_element().max(surfaces);
         // What has no bounds is as far from the camera as φ says, at least.
-        for shape in self.description.implicits.iter().filter(|shape| shape.bounds().is_none()) {
+        for shape in self.placed.implicits.iter().filter(|shape| shape.bounds().is_none()) {
             let reach = camera.abs().max_element() + shape.value(camera).abs() / shape.slope_bound();
             self.extent = self.extent.max(reach);
         }
@@ -184,10 +189,39 @@ impl Scene {
         all.reduce(|(low, high), (a, b)| (low.min(a), high.max(b)))
     }
 
+    /// The camera, in the scene's own coordinates.
+    #[inline]
+    pub(crate) fn camera(&self) -> &Camera {
+        &self.placed.camera
+    }
+
+    /// All implicit surfaces, in the scene's own coordinates.
+    #[inline]
+    pub(crate) fn implicits(&self) -> &[ImplicitShape] {
+        &self.placed.implicits
+    }
+
+    /// All lights without a surface, in the scene's own coordinates.
+    #[inline]
+    pub(crate) fn lights(&self) -> &[Light] {
+        &self.placed.lights
+    }
+
+    /// Where the origin of the scene's own coordinates is.
+    #[inline]
+    pub(crate) fn offset(&self) -> DVec3 {
+        self.placed.offset
+    }
+
+    /// A place in the coordinates of the description.
+    pub(super) fn given(&self, at: DVec3) -> DVec3 {
+        at + self.offset()
+    }
+
     /// Where the triangles are.
     #[inline]
     pub(crate) fn tables(&self) -> Tables<'_> {
-        Tables { positions: &self.positions, triangles: &self.triangles }
+        Tables { positions: &self.positions, triangles: &self.triangles, origin: -self.offset() }
     }
 
     /// The smallest radius of curvature around a triangle; infinite where the surface is flat.

@@ -39,6 +39,11 @@ pub struct Lens {
 }
 
 impl Camera {
+    /// The same elsewhere.
+    pub(super) fn moved(&self, by: DVec3) -> Self {
+        Self { origin: self.origin + by, ..self.clone() }
+    }
+
     /// A camera at `origin` that looks at `target`, with the horizontal field of view in radians.
     #[must_use]
     pub fn look_at(origin: DVec3, target: DVec3, up: DVec3, field_of_view: f64) -> Self {

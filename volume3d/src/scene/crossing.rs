@@ -71,7 +71,7 @@ impl Crossings {
     /// By a query of the hierarchy with itself.
     pub(super) fn build(tables: Tables<'_>, adjacency: &Adjacency, accelerator: &Accelerator) -> Self {
         let corners: Vec<[u32; 3]> = tables.triangles.iter().map(|t| t.positions).collect();
-        let mut found = accelerator.each_pair(tables.positions, &corners, |s, t, found| {
+        let mut found = accelerator.each_pair(tables.positions, &corners, tables.origin, |s, t, found| {
             found.extend(Found::of(tables, adjacency, s, t));
             found.extend(EdgeContact::of(tables, adjacency, [s, t]).into_iter().map(Found::Contact));
         });
@@ -149,7 +149,7 @@ impl Found {
         // Two shapes that were put together are in one plane to the rounding of what moved them there. What that rounding makes
         // of their meeting is noise.
         let [own, other] = pair.map(|t| tables.triangles[t as usize].shape);
-        if own != other && in_contact(&corners) {
+        if own != other && in_contact(&corners, tables.origin) {
             return Some(Self::Overlap(pair));
         }
         match meeting(&corners) {

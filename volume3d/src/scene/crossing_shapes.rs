@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::Scene;
 use super::crossing::barycentric;
+use super::edge_contact::SAME;
 
 /// Two shapes, or one with itself, that pass through one another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,7 +65,7 @@ impl Scene {
                 let below: DVec3 = (0..3).map(|i| weights[i] * under[i]).sum();
                 let size =
                     over[k].length() + (0..3).map(|i| weights[i].abs() * under[i].length()).sum::<f64>();
-                normal.dot(over[k] - below).abs() > 1e-9 * size
+                normal.dot(over[k] - below).abs() > SAME * size
             })
         })
     }

@@ -8,6 +8,10 @@ use super::adjacency::{Adjacency, FLAT};
 use super::triangle::Tables;
 use crate::geometry::{Stretch, common_stretches};
 
+/// Velocities that differ by no more than this part of themselves are the same: they are of the size of rates, wherever the scene is, and
+/// their rounding is 10⁻⁶ of it.
+pub(super) const SAME: f64 = 1e-9;
+
 /// Edges of two triangles with a stretch in common.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EdgeContact {
@@ -25,7 +29,8 @@ impl EdgeContact {
         }
         let corners = triangles.map(|t| tables.corners(t));
         let count = |i: usize, edge: usize| is_edge(tables, adjacency, triangles[i], edge);
-        let stretches = common_stretches(&corners).filter(|s| (0..2).all(|i| count(i, s.edges[i])));
+        let stretches =
+            common_stretches(&corners, tables.origin).filter(|s| (0..2).all(|i| count(i, s.edges[i])));
         stretches.map(|stretch| Self { triangles, stretch }).collect()
     }
 
@@ -44,7 +49,7 @@ impl EdgeContact {
                 let [first, last] = ends(i, velocities);
                 first.lerp(last, self.stretch.along[i][end])
             });
-            (v - w).reject_from_normalized(along).length() > 1e-9 * (v.length() + w.length())
+            (v - w).reject_from_normalized(along).length() > SAME * (v.length() + w.length())
         })
     }
 }

@@ -132,6 +132,12 @@ pub struct ImplicitShape {
 }
 
 impl ImplicitShape {
+    /// The same elsewhere.
+    pub(super) fn moved(&self, by: DVec3) -> Self {
+        let translation = self.placement.translation + by;
+        Self { placement: Placement { translation, ..self.placement }, ..self.clone() }
+    }
+
     /// y, of a point x of the world.
     pub(crate) fn local(&self, x: DVec3) -> DVec3 {
         let Placement { scale, rotation, translation } = self.placement;
@@ -434,7 +440,7 @@ mod tests {
                 let first = passed.into_iter().filter(|(_, across)| *across < 0.05);
                 let first = first.map(|(along, across)| along - (0.05_f64.powi(2) - across * across).sqrt());
                 let Some(first) = first.reduce(f64::min) else { continue };
-                let hit = scene.closest(DVec3::ZERO, way, None).map_or(f64::INFINITY, |hit| hit.distance);
+                let hit = scene.closest(-scene.offset(), way, None).map_or(f64::INFINITY, |hit| hit.distance);
                 assert!((hit - first).abs() < 1e-6, "{distance} {x}: {hit} {first}");
             }
         }

@@ -38,18 +38,26 @@ impl Scene {
     #[must_use]
     pub fn implicit_crossings(&self) -> Vec<ImplicitCrossing> {
         let mut found = vec![];
-        for (implicit, shape) in self.description.implicits.iter().enumerate() {
+        for (implicit, shape) in self.implicits().iter().enumerate() {
             let smallest = SMALLEST * self.implicit_size(implicit as u32);
             for mesh in 0..self.description.shapes.len() {
                 if let Some(at) = self.passes_through(mesh, shape, smallest) {
-                    found.push(ImplicitCrossing { implicit, with: CrossedBy::Mesh(mesh), at });
+                    found.push(ImplicitCrossing {
+                        implicit,
+                        with: CrossedBy::Mesh(mesh),
+                        at: self.given(at),
+                    });
                 }
             }
             for other in implicit + 1..self.description.implicits.len() {
-                let pair = [shape, &self.description.implicits[other]];
+                let pair = [shape, &self.implicits()[other]];
                 let boxes = [implicit, other].map(|i| self.implicit_bounds[i]);
                 if let Some(at) = inside_of_both(pair, boxes, smallest) {
-                    found.push(ImplicitCrossing { implicit, with: CrossedBy::Implicit(other), at });
+                    found.push(ImplicitCrossing {
+                        implicit,
+                        with: CrossedBy::Implicit(other),
+                        at: self.given(at),
+                    });
                 }
             }
         }

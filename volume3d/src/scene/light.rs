@@ -76,6 +76,18 @@ impl Light {
         }
     }
 
+    /// The same elsewhere.
+    pub(super) fn moved(&self, by: DVec3) -> Self {
+        let mut light = self.clone();
+        match &mut light {
+            Self::Directional { .. } => {}
+            Self::Point { position, .. } | Self::Spot { position, .. } | Self::Projector { position, .. } => {
+                *position += by;
+            }
+        }
+        light
+    }
+
     /// Its irradiance or intensity: what it is scaled by.
     #[must_use]
     pub fn power(&self) -> DVec3 {

@@ -5,13 +5,15 @@ use glam::DVec3;
 use super::build::Scene;
 use super::hit::{Hit, Surface};
 use super::trace_counts::count_traced;
-use crate::geometry::{self, Ray, Shadows, Sheaf};
+use crate::geometry::{self, ROUNDING, Ray, Shadows, Sheaf};
 
 /// Distances below this part of the scene's coordinates are rounding: a ray that leaves a surface starts there.
-/// The hit is recomputed in double precision, whose own error is a hundred times less.
+/// The hit is recomputed in double precision, whose own error is a hundred times less. It is one number for all rays, and so that of the
+/// largest coordinate: what hides light from so near is a detail that the scene's coordinates hardly have.
 const NEAR: f64 = 1e-13;
 
-/// A shadow ray ends this part before the light: the light itself must not be in its own way.
+/// A shadow ray ends this part before the light: the light itself must not be in its own way. Rounding of the distance is a part in 10¹⁶ of it, and
+/// that of coordinates has [`rounding`](Scene::rounding).
 pub(crate) const SHORT: f64 = 1e-10;
 
 impl Scene {
@@ -165,10 +167,24 @@ impl Scene {
         self.closest_implicit(origin, direction, from, (near, far), clear).or(hit)
     }
 
-    /// Lengths below this are rounding.
+    /// Lengths below this are rounding of what is computed.
     #[inline]
     pub(crate) fn rounding(&self) -> f64 {
         NEAR * self.extent
+    }
+
+    /// How far what is given at a place may be from what is meant: a few roundings of its coordinates as they were given, as of transforms.
+    #[inline]
+    pub(crate) fn grain(&self, at: DVec3) -> f64 {
+        ROUNDING * (at + self.offset()).abs().max_element()
+    }
+
+    /// By how much a triangle may be turned by that, in radians: the grain over its least height.
+    pub(crate) fn tilt(&self, triangle: u32) -> f64 {
+        let [a, b, c] = self.corners(triangle);
+        let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+        let grain = self.grain(a).max(self.grain(b)).max(self.grain(c));
+        grain * longest / (b - a).cross(c - a).length()
     }
 
     /// How far from its origin a ray starts, and which triangle it leaves.

@@ -23,10 +23,11 @@ const FLAT: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// So often is φ looked at to tell that a ray is clear of a surface.
 const LOOKS: usize = 64;
 
-/// The tolerance within which roots are looked for, however small that of fields is: rays inside an outline need fewer steps so.
+/// The tolerance, an angle and a part of the size, within which roots are looked for, however small that of fields is: rays inside an outline need fewer steps so.
 const ROOTS: f64 = 1e-6;
 
-/// A point is on a surface where |φ| is at most this part of how far away it is, or of the surface's size, whichever is more.
+/// A point is on a surface where |φ| is at most this part of how far away it is, of the surface's size, or of the ray's coordinates in those of the
+/// surface, whichever is most.
 const EXACT: f64 = 1e-12;
 
 /// See [`ROOTS`].
@@ -63,7 +64,7 @@ impl Scene {
         clear: Option<u32>,
     ) -> Option<Hit> {
         let mut nearest: Option<Hit> = None;
-        for (index, shape) in self.description.implicits.iter().enumerate() {
+        for (index, shape) in self.implicits().iter().enumerate() {
             if clear == Some(index as u32) {
                 continue;
             }
@@ -93,7 +94,7 @@ impl Scene {
             End::Miss => Some(None),
             End::OutOfSteps => None,
             End::Hit => {
-                let shape = &self.description.implicits[implicit as usize];
+                let shape = &self.implicits()[implicit as usize];
                 let ray = LocalRay::new(shape, origin, direction, self.implicit_size(implicit));
                 let tolerance = self.description.tracer.tolerance;
                 // Of what is far away and small, the end may be nearer to another root.
@@ -102,7 +103,7 @@ impl Scene {
                 }
                 let (root, there) = ray.polished(point.last, 0.0);
                 let distance = root * ray.scale;
-                let is_root = there.value.abs() <= EXACT * ray.size.max(root)
+                let is_root = there.value.abs() <= EXACT * ray.largest().max(root)
                     && distance < self.far_of(implicit, origin);
                 let hit = Hit { surface: Surface::Implicit(implicit), distance, coordinates: [0.0; 3] };
                 is_root.then_some(Some((hit, there.gradient.length() < FLAT)))
@@ -146,7 +147,7 @@ impl Scene {
         angle: f64,
     ) -> bool {
         let index = implicit as usize;
-        let shape = &self.description.implicits[index];
+        let shape = &self.implicits()[index];
         let ray = LocalRay::new(shape, origin, direction, self.implicit_size(implicit));
         // φ − c t falls the faster.
         let ray = LocalRay { slope: ray.slope + angle, ..ray };
@@ -205,7 +206,7 @@ impl Scene {
             // Of what is far away and small, the tolerance may be more than its parts are apart: the next root is looked for where only one is near.
             if value <= root_tolerance(tolerance) * t.min(ray.size) {
                 let (root, there) = ray.polished(t, near);
-                if value <= 0.0 || there.value.abs() <= EXACT * ray.size.max(root) {
+                if value <= 0.0 || there.value.abs() <= EXACT * ray.largest().max(root) {
                     // It may be beyond the end: a light, or the point that is looked for.
                     end = (root < far).then_some(root * ray.scale);
                     flat = end.is_some() && there.gradient.length() < FLAT;
@@ -257,6 +258,11 @@ impl<'a> LocalRay<'a> {
         let (slope, bend) = (surface.slope_bound(), surface.second_derivative_bound());
         let origin = turn * (origin - translation) / scale;
         Self { surface, origin, direction: turn * direction, scale, size: size / scale, slope, bend }
+    }
+
+    /// What rounding of φ is relative to: the size of the surface, and the coordinates of where the ray begins.
+    fn largest(&self) -> f64 {
+        self.size.max(self.origin.abs().max_element())
     }
 
     fn at(&self, t: f64) -> DVec3 {

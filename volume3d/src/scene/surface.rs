@@ -31,9 +31,7 @@ impl Scene {
     pub(crate) fn normal_of(&self, surface: Surface, at: DVec3) -> DVec3 {
         match surface {
             Surface::Triangle(triangle) => self.face_normal(triangle),
-            Surface::Implicit(index) => {
-                self.description.implicits[index as usize].jet(at).gradient.normalize_or_zero()
-            }
+            Surface::Implicit(index) => self.implicits()[index as usize].jet(at).gradient.normalize_or_zero(),
         }
     }
 

@@ -29,6 +29,8 @@ impl Triangle {
 pub(crate) struct Tables<'s> {
     pub(crate) positions: &'s [DVec3],
     pub(crate) triangles: &'s [Triangle],
+    /// From where positions were given.
+    pub(crate) origin: DVec3,
 }
 
 impl Tables<'_> {

@@ -21,6 +21,7 @@ use glam::DVec3;
 use super::adjacency::{Coordinates, Shading};
 use super::check;
 use super::error::SceneError;
+use super::offset::offset;
 use super::{Camera, Description, Environment, Film, ImplicitShape, Light, Material, Scene, Texture, parts};
 use crate::geometry::{Mesh, Normals};
 
@@ -48,7 +49,11 @@ impl Scene {
             for (shape, mesh) in meshes {
                 self.description.shapes[shape].mesh = mesh;
             }
-            self.move_vertices(&moved);
+            if offset(&self.description) == self.placed.offset {
+                self.move_vertices(&moved);
+            } else {
+                self.assemble_anew();
+            }
             return Ok(());
         }
         let mut old = Vec::with_capacity(meshes.len());
@@ -61,10 +66,14 @@ impl Scene {
             }
             return Err(error);
         }
+        self.assemble_anew();
+        Ok(())
+    }
+
+    fn assemble_anew(&mut self) {
         let Description { camera, film, .. } = &self.description;
         let nothing = Description::new(camera.clone(), *film);
         *self = Self::assemble(std::mem::replace(&mut self.description, nothing));
-        Ok(())
     }
 
     /// Brings up to date what follows from the positions and given normals of some shapes.
@@ -72,7 +81,9 @@ impl Scene {
         for &shape in shapes {
             let (positions, normals) = (self.position_range(shape), self.normal_range(shape));
             let mesh = &self.description.shapes[shape].mesh;
-            self.positions[positions].copy_from_slice(mesh.positions());
+            let offset = self.placed.offset;
+            let moved = mesh.positions().iter().map(|p| *p - offset);
+            self.positions[positions].iter_mut().zip(moved).for_each(|(position, p)| *position = p);
             if let Normals::Given(given) = mesh.normals() {
                 let values = given.values.iter().map(|n| n.normalize_or_zero());
                 self.normals[normals].iter_mut().zip(values).for_each(|(normal, n)| *normal = n);
@@ -90,7 +101,8 @@ impl Scene {
     fn shade_edges(&mut self) {
         let coordinates = self.description.coordinates();
         let shading = Shading { normals: &self.normals, uvs: &self.uvs, coordinates: &coordinates };
-        let tables = super::triangle::Tables { positions: &self.positions, triangles: &self.triangles };
+        let (positions, triangles, origin) = (&*self.positions, &*self.triangles, -self.placed.offset);
+        let tables = super::triangle::Tables { positions, triangles, origin };
         self.adjacency.fit(tables, shading);
         self.derived.clear();
     }
@@ -108,7 +120,12 @@ impl Scene {
         let others = implicits.iter().map(|s| &s.id).chain(shapes.iter().map(|s| &s.id));
         check::renamed("shape", &old.id, &shape.id, others)?;
         self.description.implicits[index] = shape;
-        self.measure();
+        if offset(&self.description) == self.placed.offset {
+            self.placed.implicits[index] = self.description.implicits[index].moved(-self.placed.offset);
+            self.measure();
+        } else {
+            self.assemble_anew();
+        }
         Ok(())
     }
 
@@ -120,6 +137,7 @@ impl Scene {
     pub fn set_camera(&mut self, camera: Camera) -> Result<(), SceneError> {
         check::camera(&camera)?;
         self.description.implicits.iter().try_for_each(|shape| check::outside(shape, &camera))?;
+        self.placed.camera = camera.moved(-self.placed.offset);
         self.description.camera = camera;
         self.measure();
         Ok(())
@@ -213,6 +231,7 @@ impl Scene {
         let old = self.existing("light", index, lights)?;
         check::light(&light, self.description.textures.len())?;
         check::renamed("light", old.id(), light.id(), lights.iter().map(Light::id))?;
+        self.placed.lights[index] = light.moved(-self.placed.offset);
         self.description.lights[index] = light;
         Ok(())
     }

@@ -249,7 +249,8 @@ pub(super) fn chosen(config: &Config, fit: &Fit, scene: &mut Scene) -> anyhow::R
 /// Warnings of motions that have no derivative, or that nothing follows, as the scene is at first.
 pub(super) fn contacts(fit: &Fit, scene: &Scene) -> String {
     let active = fit.parameters().active(scene);
-    let implicit = active.is_geometric().then(|| contact::through_implicits(scene));
+    let implicit =
+        active.is_geometric().then(|| contact::too_coarse(scene) + &contact::through_implicits(scene));
     contact::in_contact(scene, |shape| active.shapes[shape]) + &implicit.unwrap_or_default()
 }
 

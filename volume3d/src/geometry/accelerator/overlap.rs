@@ -21,23 +21,25 @@ impl Accelerator {
     /// What `visit` finds in all pairs of triangles whose boxes meet to rounding, each pair once with the lower index first.
     /// The order depends on the hierarchy alone, not on the number of threads.
     ///
-    /// `positions` and `triangles` must be those that the hierarchy was built over.
+    /// `positions` and `triangles` must be those that the hierarchy was built over; the positions were given, and rounded, from another
+    /// origin.
     pub(crate) fn each_pair<T: Send>(
         &self,
         positions: &[DVec3],
         triangles: &[[u32; 3]],
+        origin: DVec3,
         visit: impl Fn(u32, u32, &mut Vec<T>) + Sync,
     ) -> Vec<T> {
         let mesh = Mesh { positions, triangles };
         let (lower, upper) = self.bounds;
-        let rounding = ROUNDING * self.frame.scale * lower.abs().max(upper.abs()).max_element();
+        let rounding = ROUNDING * self.frame.scale * largest(lower - origin, upper - origin);
         let places = self.tree.places(rounding as f32 + f32::EPSILON);
         let found: Vec<Vec<T>> = places
             .par_iter()
             .map_init(Vec::new, |stack, place| {
                 let mut found = vec![];
                 self.tree.meet(place, stack, |other| {
-                    self.pairs(mesh, place.leaf, other, |s, t| visit(s, t, &mut found));
+                    self.pairs((mesh, origin), [place.leaf, other], |s, t| visit(s, t, &mut found));
                 });
                 found
             })
@@ -46,7 +48,12 @@ impl Accelerator {
     }
 
     /// The pairs of two leaves, or of one leaf with itself.
-    fn pairs(&self, mesh: Mesh<'_>, leaf: Link, other: Link, mut visit: impl FnMut(u32, u32)) {
+    fn pairs(
+        &self,
+        (mesh, origin): (Mesh<'_>, DVec3),
+        [leaf, other]: [Link; 2],
+        mut visit: impl FnMut(u32, u32),
+    ) {
         let members = |leaf: Link| {
             let triangles = self.tree.triangles(leaf);
             (0..WIDTH).filter(move |lane| leaf.mask() >> lane & 1 == 1).map(move |lane| triangles[lane])
@@ -54,7 +61,7 @@ impl Accelerator {
         let bounds = |t: u32| {
             let [a, b, c] = mesh.corners(t);
             let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-            let rounding = ROUNDING * low.abs().max(high.abs()).max_element();
+            let rounding = ROUNDING * largest(low - origin, high - origin);
             (low - rounding, high + rounding)
         };
         for (i, s) in members(leaf).enumerate() {
@@ -68,6 +75,11 @@ impl Accelerator {
             }
         }
     }
+}
+
+/// The largest coordinate of what is in a box.
+fn largest(low: DVec3, high: DVec3) -> f64 {
+    low.abs().max(high.abs()).max_element()
 }
 
 impl Tree {

@@ -134,7 +134,7 @@ impl Auxiliary<'_> {
             VisibilityDomain::BeforePlane { normal, offset, shape } => {
                 // Hardly more than rounding: the border of the light's own back, a little behind it, moves with it, and
                 // a field that followed it would have to turn between it and what hides the border.
-                let slack = 1e4 * self.paths.scene.rounding();
+                let slack = 1e4 * self.paths.scene.rounding() + 2.0 * self.paths.scene.grain(x);
                 let plane = HalfSpace { normal, point: offset * normal, slack };
                 (Subject::CoverOf(shape), Some(plane), Some((normal, offset)))
             }
@@ -156,7 +156,8 @@ impl Auxiliary<'_> {
         let normal = self.upward(Surface::Triangle(triangle), point, viewer - point);
         // What touches a plane counts as before it, and what does so by the rounding of meshes in single precision as well:
         // 10⁻⁶ of the scene. Edges that are behind the plane are hidden, and do no harm.
-        HalfSpace { normal, point, slack: 1e7 * self.paths.scene.rounding() }
+        let scene = self.paths.scene;
+        HalfSpace { normal, point, slack: 1e7 * scene.rounding() + 2.0 * scene.grain(point) }
     }
 
     /// The plane {y: n·y = d} of a triangle.

@@ -15,7 +15,7 @@ use glam::DVec3;
 use super::driver::{Address, Boundary, BoundarySample};
 use super::list::EdgeList;
 use super::sensor::{CameraSubpath, Sensor};
-use super::sides::{ASIDE, look_past};
+use super::sides::{aside, look_past};
 use super::table::Table;
 use super::walk::Walk;
 use super::{EMITTER_EDGE, Moving};
@@ -124,7 +124,7 @@ impl<'a> Emitters<'a> {
             return None;
         }
         let normal = direction.cross((b - a) / length);
-        let across = ASIDE * normal.normalize_or_zero();
+        let across = aside([a, b], x.position, distance) * normal.normalize_or_zero();
         let directions = [-1.0, 1.0].map(|s| (direction + s * across).normalize());
         let sides = look_past(scene, self.list, edge, (x.position, Some(x.surface)), directions, distance)?;
         let [before, behind] = sides.hits.map(|hit| match self.of {

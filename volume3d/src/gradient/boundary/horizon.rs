@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use super::driver::{Address, Boundary, BoundarySample};
 use super::sensor::{CameraSubpath, Sensor};
-use super::sides::ASIDE;
+use super::sides::aside;
 use super::table::Table;
 use super::walk::Walk;
 use super::{BEYOND_HORIZON, HORIZON, Moving};
@@ -119,7 +119,7 @@ impl<'a> Horizon<'a> {
             if reflected == DVec3::ZERO {
                 continue;
             }
-            let difference = self.difference(subpath, normal, &drawn, numbers.1);
+            let difference = self.difference(subpath, (index, normal), &drawn, numbers.1);
             let light = reflected * difference * subpath.weight * drawn.length;
             if light == DVec3::ZERO {
                 continue;
@@ -135,7 +135,7 @@ impl<'a> Horizon<'a> {
     fn difference(
         &self,
         subpath: &CameraSubpath<'_>,
-        normal: DVec3,
+        (triangle, normal): (u32, DVec3),
         drawn: &Drawn,
         numbers: &Sequence,
     ) -> DVec3 {
@@ -145,8 +145,12 @@ impl<'a> Horizon<'a> {
             Some(emitter) => hit.surface == Surface::Triangle(emitter),
             None => true,
         };
+        // Beyond its own triangle the face may go on: a ray along it must be farther from its plane there than x is.
+        let [a, b, c] = paths.scene.corners(triangle);
+        let border = a.distance(b).min(b.distance(c)).min(c.distance(a));
+        let angle = aside([a, b], x.position, border).max(aside([b, c], x.position, border));
         let light = |side: f64| {
-            let probe = (direction + side * ASIDE * normal).normalize();
+            let probe = (direction + side * angle * normal).normalize();
             let hit = paths.scene.closest(x.position, probe, Some(x.surface));
             if drawn.emitter.is_some() {
                 return hit

@@ -23,6 +23,7 @@ use super::curve::{Curve, Eye};
 use super::driver::Address;
 use super::list::reflects;
 use super::sensor::{CameraSubpath, Sensor, Vertex};
+use super::sides::{clear, largest};
 use super::table::Table;
 use super::warped_ray::warped_ray;
 use super::{BEFORE_SIGN_CHANGE, INNER_SIGN_CHANGE, Moving, STILL};
@@ -30,8 +31,8 @@ use crate::gradient::film::FilmPlane;
 use crate::path::{Calculus, Paths, Sequence, SurfacePoint};
 use crate::scene::{Hit, NONE, Scene, Surface};
 
-/// The radiance on either side is that for viewers at this angle to the plane where the side turns, in radians: far
-/// above rounding, and what it leaves out is as small.
+/// The radiance on either side is that for viewers at this angle to the plane where the side turns, in radians, or as far as rounding may turn
+/// what is seen of a triangle of its size there: what it leaves out is as small.
 const ASIDE: f64 = 1e-6;
 
 /// Triangles whose side may turn in view of others.
@@ -67,8 +68,9 @@ impl<'a> InnerSignChanges<'a> {
     /// The radiance that leaves x, less that from its other side, for a viewer on the plane between.
     fn difference(&self, turn: &Turn, depth: usize, numbers: &Sequence) -> DVec3 {
         let paths = self.sensor.paths;
+        let angle = ASIDE.max(clear(turn.largest, turn.size));
         let [before, behind] = [-1.0, 1.0].map(|side| {
-            let towards = (turn.towards + side * ASIDE * turn.normal).normalize();
+            let towards = (turn.towards + side * angle * turn.normal).normalize();
             // As far away as the triangle is large: any place on the line will do, and this one does not round.
             let viewer = turn.point + turn.size * towards;
             let hit = Hit { surface: turn.surface, distance: turn.size, coordinates: turn.weights };
@@ -89,6 +91,8 @@ struct Turn {
     towards: DVec3,
     /// A length of the triangle.
     size: f64,
+    /// Its largest coordinate.
+    largest: f64,
 }
 
 impl Turn {
@@ -107,8 +111,8 @@ impl Turn {
         let (s, t) = normal.any_orthonormal_pair();
         let (sin, cos) = (TAU * turn).sin_cos();
         let size = p[0].distance(p[1]).max(p[0].distance(p[2]));
-        let surface = Surface::Triangle(triangle);
-        Some(Self { surface, weights, point: mix(p), normal, towards: cos * s + sin * t, size })
+        let (surface, largest, towards) = (Surface::Triangle(triangle), largest(&p), cos * s + sin * t);
+        Some(Self { surface, weights, point: mix(p), normal, towards, size, largest })
     }
 }
 

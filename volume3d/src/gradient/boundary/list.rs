@@ -9,8 +9,11 @@ use crate::gradient::jump_mean::Faces;
 use crate::scene::FLAT as COPLANAR;
 use crate::scene::{Hit, Reflectance, Scene, Span, Surface, parts};
 
-/// Two faces at a smaller angle are one plane, to rounding.
+/// Two faces at a smaller angle are one plane, to rounding of what is computed.
 const FLAT: f64 = 1e-12;
+
+/// What rounding of the positions as they were given does to faces whose shape is not lost: more is a fold.
+const MOST_TILT: f64 = COPLANAR;
 
 /// A triangle at an edge.
 #[derive(Clone, Copy, Debug)]
@@ -147,7 +150,12 @@ impl EdgeList {
 
     /// Whether an edge is that of two coplanar triangles that continue one another.
     pub(super) fn is_flat(&self, scene: &Scene, edge: &Edge) -> bool {
-        self.limits(scene, edge).is_some_and(|[u, v]| u.distance(v) <= FLAT)
+        let tilt = || self.triangles(edge).map(|t| scene.tilt(t)).sum::<f64>();
+        self.limits(scene, edge).is_some_and(|[u, v]| {
+            let angle = u.distance(v);
+            // The tilt is asked for where it may matter only: it is no more where triangles are no slivers.
+            angle <= FLAT || angle <= MOST_TILT && angle <= tilt()
+        })
     }
 
     /// On which sides of the plane through an edge, with this normal, triangles lie: before it and behind it.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::driver::{Address, Boundary, BoundarySample};
 use super::list::{Edge, EdgeList};
-use super::sides::{Sides, look_past};
+use super::sides::{Sides, clear, look_past};
 use super::table::Table;
 use super::{Moving, PRIMARY_EDGE, STILL};
 use crate::gradient::differential::Differential;
@@ -14,10 +14,11 @@ use crate::gradient::film::FilmPlane;
 use crate::gradient::jump_mean::SceneEdges;
 use crate::path::{Frame, Paths, Sequence};
 
-/// The ray on either side of a projected edge leaves it by this many pixels.
+/// The ray on either side of a projected edge leaves it by this many pixels at least.
 const ASIDE_PIXELS: f64 = 1e-6;
 
-/// A face at which one looks along its plane up to this angle, in radians, may be seen as less than a line.
+/// A face at which one looks along its plane up to this angle, in radians, may be seen as less than a line: far more than rounding makes of any face
+/// whose shape is not lost, and one edge too many costs a sample.
 const EDGE_ON: f64 = 1e-4;
 
 /// The least contrast a crease is credited with: what is reflected there may jump for other reasons than its normal.
@@ -39,7 +40,7 @@ const MOST_PIECES: f64 = 64.0;
 const HIDDEN: f64 = 0.05;
 const HIDDEN_IF_LONG: f64 = 0.25;
 
-/// The part of the way to an edge at which its own surface is no longer in the way.
+/// The part of the way to an edge at which its own surface is no longer in the way: of weights only, of which none is 0.
 const NEARLY: f64 = 1e-6;
 
 /// Which edges are sampled.
@@ -298,7 +299,10 @@ impl Primary<'_> {
             return None;
         }
         let t = a.lerp(b, s).distance(origin);
-        let directions = [-ASIDE_PIXELS, ASIDE_PIXELS].map(|e| film.ray(u + e * normal));
+        // Edges are given in the coordinates of the camera, which are rounded to parts of how far their ends are.
+        let farthest = a.distance(origin).max(b.distance(origin));
+        let aside = ASIDE_PIXELS.max(clear(farthest, t) * film.pixels_by_angle());
+        let directions = [-aside, aside].map(|e| film.ray(u + e * normal));
         let sides = look_past(self.paths.scene, self.list, edge, (origin, None), directions, t)?;
         let scale = sides.share * length / chosen.probability;
         Some(EdgePoint { edge, along: s, film, at: u, normal, sides, directions, scale, numbers })

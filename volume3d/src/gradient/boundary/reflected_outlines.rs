@@ -24,7 +24,7 @@ use super::driver::{Address, Boundary, BoundarySample};
 use super::emitters::is_near;
 use super::list::{Edge, EdgeList};
 use super::sensor::{CameraSubpath, Sensor, Vertex};
-use super::sides::{ASIDE, Sides, look_past};
+use super::sides::{Sides, aside, look_past, near};
 use super::table::Table;
 use super::wedge::Wedge;
 use super::{BACKWARDS, Moving, OUTLINE, STILL};
@@ -103,7 +103,7 @@ impl<'a> ReflectedOutlines<'a> {
         let distance = way.length();
         let direction = way / distance;
         let normal = direction.cross((b - a).normalize_or_zero());
-        let across = ASIDE * normal.normalize_or_zero();
+        let across = aside([a, b], x.position, distance) * normal.normalize_or_zero();
         let directions = [-1.0, 1.0].map(|s| (direction + s * across).normalize());
         let start = (x.position, Some(x.surface));
         let projected = scene.normal_of(x.surface, x.position).dot(direction).abs() / (distance * distance);
@@ -123,13 +123,12 @@ impl<'a> ReflectedOutlines<'a> {
         let mut numbers = address.numbers(OUTLINE);
         let chosen = self.table.at(address.fraction(&mut numbers));
         let outline = &self.outlines[chosen.index];
-        let [a, b] = self.list.edges[outline.edge as usize].span(scene);
+        let edge = &self.list.edges[outline.edge as usize];
+        let [a, b] = edge.span(scene);
         let point = a.lerp(b, chosen.rest);
         let (c, [s, t]) = (numbers.one(), numbers.pair());
         let direction = outline.directions.sample((b - a).normalize_or_zero(), [c, s, t]);
-        // The emitter's own triangles at the edge do not count.
-        let near = 1e4 * scene.rounding();
-        let Some(hit) = scene.beyond(point, -direction, near) else { return };
+        let Some(hit) = scene.beyond(point, -direction, near(scene, self.list, edge)) else { return };
         let x = Vertex { position: point - direction * hit.distance, surface: hit.surface };
         let Some(view) = self.view(chosen.index, chosen.rest, &x) else { return };
         let opposite = outline.across.and_then(|(which, same)| {
@@ -196,7 +195,8 @@ fn across(spans: &[[DVec3; 2]]) -> Vec<Option<(usize, bool)>> {
     images.map_or(none, |images| images.into_iter().map(Some).collect())
 }
 
-/// How far, of the length of all, an edge's ends may be from those of its image.
+/// How far, of the length of all, an edge's ends may be from those of its image. Where rounding of what is given moves them farther, opposite points are drawn
+/// alone: that costs noise, and no bias.
 const SYMMETRY: f64 = 1e-9;
 
 impl Boundary for ReflectedOutlines<'_> {

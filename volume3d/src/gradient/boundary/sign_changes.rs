@@ -12,17 +12,21 @@ use glam::{DMat3, DVec2, DVec3};
 use super::curve::{Curve, Eye};
 use super::driver::Address;
 use super::sensor::Sensor;
+use super::sides::{clear, largest};
 use super::table::Table;
 use super::{Moving, SIGN_CHANGE};
 use crate::gradient::film::FilmPlane;
 use crate::path::{Calculus, Paths, Plain, Sequence, SurfacePoint};
 use crate::scene::{Hit, NONE, Surface};
 
-/// The radiance on either side is that this many pixels away.
+/// The radiance on either side is that this many pixels away, or as far as rounding may move what is seen on the film.
 const ASIDE_PIXELS: f64 = 1e-6;
 
 /// Half the step of central differences for ∇G, in pixels: their error is its square, and rounding over it.
 const STEP_PIXELS: f64 = 1e-4;
+
+/// The least step in radians: rounding of directions is 10⁻⁶ of it.
+const STEP: f64 = 1e-10;
 
 /// A triangle that may turn its other side somewhere, and the box around it on the film.
 #[derive(Clone, Copy, Debug)]
@@ -159,6 +163,7 @@ impl Curve for FilmSignChanges<'_> {
             (DVec2::new(low.x + offset - size.y, low.y), DVec2::Y)
         };
         let surface = Surface::Triangle(triangle);
+        let step = STEP_PIXELS.max(STEP * film.pixels_by_angle());
         let plain = Plain { scene };
         let ray = |u: DVec2| film.direction(&still, [u.x, u.y]);
         for at in self.roots(&film, triangle, u, d) {
@@ -170,7 +175,7 @@ impl Curve for FilmSignChanges<'_> {
             let hit = scene.closest(still.origin.value(), ray(at).value(), None);
             let Some(hit) = hit.filter(|h| h.surface == surface) else { continue };
             let value = |step: DVec2| self.cosine(&plain, &Eye::still(&film, &still, at + step), surface);
-            let slope = |d: DVec2| (value(STEP_PIXELS * d) - value(-STEP_PIXELS * d)) / (2.0 * STEP_PIXELS);
+            let slope = |d: DVec2| (value(step * d) - value(-step * d)) / (2.0 * step);
             let gradient = DVec2::new(slope(DVec2::X), slope(DVec2::Y));
             let steepness = gradient.length();
             let normal = gradient / steepness;
@@ -186,8 +191,12 @@ impl Curve for FilmSignChanges<'_> {
 
     fn light(&self, place: &Turn) -> DVec3 {
         let (paths, film) = (self.sensor.paths, &place.film);
+        let distance = place.hit.distance;
+        let corners = place.hit.surface.triangle().map(|t| paths.scene.corners(t));
+        let largest = corners.map_or(0.0, |corners| largest(&corners)).max(distance);
+        let aside = ASIDE_PIXELS.max(clear(largest, distance) * film.pixels_by_angle());
         let [before, behind] = [-1.0, 1.0].map(|side| {
-            let direction = film.ray(place.at + side * ASIDE_PIXELS * place.normal);
+            let direction = film.ray(place.at + side * aside * place.normal);
             let (origin, mut numbers) = (film.still.origin.value(), place.numbers.clone());
             paths.still_radiance(origin, direction, Some(place.hit), 1, &mut numbers)
         });

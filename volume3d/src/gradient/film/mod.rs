@@ -40,7 +40,7 @@ pub(crate) struct FilmPlane {
 
 impl FilmPlane {
     pub(crate) fn new(scene: &Scene) -> Self {
-        let (film, camera) = (&scene.description.film, &scene.description.camera);
+        let (film, camera) = (&scene.description.film, scene.camera());
         let (columns, rows) = scene.size();
         let corner = film.crop.map_or(DVec2::ZERO, |c| DVec2::new(c.x as f64, c.y as f64));
         let radius: f64 = match film.filter {
@@ -230,7 +230,16 @@ impl FilmPlane {
         self.aspect
     }
 
+    /// How many pixels a radian is, at most.
+    pub(crate) fn pixels_by_angle(&self) -> f64 {
+        let (low, high) = self.bounds();
+        let farthest = (low - self.centre).abs().max((high - self.centre).abs());
+        let focal = self.still.focal;
+        (focal + farthest.length_squared() / focal) * self.aspect.max(1.0)
+    }
+
     /// The width of a pixel where the camera's axis meets the film, in radians.
+
     pub(crate) fn pixel_angle(&self) -> f64 {
         1.0 / self.still.focal
     }

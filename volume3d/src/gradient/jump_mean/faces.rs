@@ -14,8 +14,8 @@ use super::edge::{Cone, Edge};
 use super::tree::Tree;
 use crate::scene::{FLAT, NONE, Scene};
 
-/// Corners no farther from a face's plane than this part of the scene are in it: half of what is taken for before a
-/// plane, so that nothing is lost which bounds some other triangle of the face than the first.
+/// Corners no farther from a face's plane than this part of the scene, and what rounding does to positions as they were given, are in it: half of
+/// what is taken for before a plane, so that nothing is lost which bounds some other triangle of the face than the first.
 const THICK: f64 = 5e-7;
 
 /// Borders of more edges are looked up in a tree of their own.
@@ -47,12 +47,13 @@ impl Faces {
             }
             let plane = scene.corners(seed);
             let up = normal(plane);
+            let thick = THICK * size + scene.grain(plane[0]);
             first[seed as usize] = seed;
             open.push_back(seed);
             while let Some(t) = open.pop_front() {
                 for other in (0..3).filter_map(|k| scene.adjacency.smooth(t, k)) {
                     let p = scene.corners(other);
-                    let in_plane = p.iter().all(|p| up.dot(*p - plane[0]).abs() <= THICK * size);
+                    let in_plane = p.iter().all(|p| up.dot(*p - plane[0]).abs() <= thick);
                     if first[other as usize] == NONE && in_plane && normal(p).distance(up) <= FLAT {
                         first[other as usize] = seed;
                         open.push_back(other);

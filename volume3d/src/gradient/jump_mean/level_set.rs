@@ -101,7 +101,7 @@ impl Sight<'_> {
     ) -> Option<Option<Hit>> {
         known.clear();
         let mut nearest: Option<(Hit, bool)> = None;
-        for (implicit, shape) in (0..).zip(&scene.description.implicits) {
+        for (implicit, shape) in (0..).zip(scene.implicits()) {
             let Weights::Vicini(field) = self.field.weights(scene.implicit_size(implicit), false) else {
                 return None;
             };
@@ -151,7 +151,7 @@ impl Sight<'_> {
     ) {
         let leaves = self.from == Some(Surface::Implicit(implicit));
         let start = if leaves { scene.leaving(implicit) } else { 0.0 };
-        let shape = &scene.description.implicits[implicit as usize];
+        let shape = &scene.implicits()[implicit as usize];
         let view = View { sdf: shape, eye: self.origin, start, tracer: scene.description.tracer };
         let open = Scalar::constant(scene.far_of(implicit, self.origin));
         let far = self.plane.and_then(|plane| distance(plane, self.origin, u));

@@ -102,7 +102,7 @@ impl<'p> BlockSampler<'p> {
         self.places.clear();
         self.radiances.resize(width * count, DVec3::ZERO);
         let scene = self.paths.scene;
-        let origin = scene.description.camera.origin;
+        let origin = scene.camera().origin;
         for first in samples.clone().step_by(TOGETHER) {
             if sink.stopped() {
                 return false;

@@ -49,7 +49,7 @@ impl<'p> CellSampler<'p> {
                 let rays = drawn.iter().zip(&directions);
                 self.hits.extend(rays.map(|((_, _, o, _), &d)| paths.scene.closest(*o, d, None)));
             } else {
-                let origin = paths.scene.description.camera.origin;
+                let origin = paths.scene.camera().origin;
                 paths.scene.closest_bundle(origin, &directions, None, &mut self.hits);
             }
             let arrivals = directions.iter().zip(&self.hits);

@@ -210,7 +210,7 @@ impl<'t> Calculus for Reverse<'_, 't> {
         direction: DVec3,
     ) -> (Vec3<Recorded<'t>>, Vec3<Recorded<'t>>) {
         let at = x.value();
-        let there = self.scene.description.implicits[implicit as usize].second_order(at);
+        let there = self.scene.implicits()[implicit as usize].second_order(at);
         let gradient = there.jet.gradient;
         let active = self.inputs.active.implicits[implicit as usize];
         if !active && [x.x, x.y, x.z].iter().all(|x| x.is_still()) {

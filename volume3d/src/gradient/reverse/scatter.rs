@@ -57,7 +57,7 @@ impl<'t> Reverse<'_, 't> {
         sums: &mut Accumulator,
     ) {
         if self.inputs.active.implicits[implicit as usize] {
-            let shape = &self.scene.description.implicits[implicit as usize];
+            let shape = &self.scene.implicits()[implicit as usize];
             sums.add_implicit(implicit, shape, x, there, covector);
         }
     }
@@ -92,7 +92,7 @@ impl<'t> Reverse<'_, 't> {
 
     fn scatter_hit(&self, seen: &FollowedPoint, covector: DVec3, sums: &mut Accumulator) {
         if let Followed::LevelSet { implicit, x } = seen.followed {
-            let there = self.scene.description.implicits[implicit as usize].second_order(x);
+            let there = self.scene.implicits()[implicit as usize].second_order(x);
             let value = LevelSetVelocity::new(there.jet.gradient).e().dot(covector);
             let covector = Jet { value, gradient: DVec3::ZERO };
             self.scatter_implicit(implicit, x, &there, covector, sums);

@@ -4,6 +4,7 @@ mod camera;
 mod coincident;
 pub(crate) mod comparisons;
 mod exact;
+mod far;
 mod hidden;
 mod lens;
 mod materials;

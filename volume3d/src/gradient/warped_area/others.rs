@@ -41,7 +41,7 @@ impl Waiting {
 
 impl<'p> Others<'p> {
     pub(super) fn new(paths: &'p Paths<'p>, tables: &'p WaveTables) -> Self {
-        let origin = paths.scene.description.camera.origin;
+        let origin = paths.scene.camera().origin;
         Self { paths, origin, wave: Wave::new(paths, tables), waiting: vec![] }
     }
 

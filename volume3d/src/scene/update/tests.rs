@@ -93,6 +93,34 @@ fn moved_vertices_make_the_scene_that_would_be_built_anew() {
     assert!(!scene.crossings().all().is_empty());
 }
 
+/// The origin of the scene's own coordinates follows its surfaces, and stays while they hardly move.
+#[test]
+fn scenes_that_move_far_away_are_as_if_built_anew() {
+    let mut scene = Scene::new(description()).unwrap();
+    let light =
+        |x: f64| Light::Point { id: "bulb".to_owned(), position: DVec3::splat(x), intensity: DVec3::ONE };
+    scene.description.lights.push(light(3.0));
+    scene = Scene::new(scene.description).unwrap();
+    let mut offsets = vec![];
+    for (seed, by) in [(1, 1e6), (2, 0.25), (3, 1e3), (4, -1.001_000_25e6)] {
+        let place = DAffine3::from_translation(DVec3::new(by, -2.0 * by, 0.5 * by));
+        let moved =
+            |shape: usize| (shape, scene.description().shapes[shape].mesh.clone().transformed(&place));
+        let moved = [0, 1, 2].map(moved);
+        scene.set_meshes(moved).unwrap();
+        let mut rng = stream(65, &[seed]);
+        assert_up_to_date(&scene, &mut rng);
+        let origin = scene.description().shapes[0].mesh.positions()[0] + 9.0 * DVec3::Z;
+        scene.set_camera(Camera { origin, ..scene.description().camera.clone() }).unwrap();
+        scene.set_light(0, light(origin.x)).unwrap();
+        assert_up_to_date(&scene, &mut rng);
+        assert_eq!(scene.camera().origin, origin - scene.offset());
+        assert_eq!(scene.lights(), [light(origin.x).moved(-scene.offset())]);
+        offsets.push(scene.offset());
+    }
+    assert!(offsets[0] == offsets[1] && offsets[0] != offsets[2] && offsets[3] == DVec3::ZERO, "{offsets:?}");
+}
+
 #[test]
 fn other_triangles_are_a_new_scene() {
     let mut scene = Scene::new(description()).unwrap();

@@ -88,6 +88,7 @@ pub fn from_mesh(
     let spacing = (high - low).max_element() * (1.0 + 2.0 * margin) / cells as f64;
     let margin = (high - low).max_element() * margin;
     let (low, high) = (low - margin, high + margin);
+    // Whole cells, but for rounding of a quotient of up to 10⁶.
     let size = (high - low).to_array().map(|side| ((side / spacing - 1e-9).ceil() as usize).max(1) + 1);
     let [nx, ny, nz] = size;
     let mut nodes = Vec::new();

@@ -162,6 +162,7 @@ impl Grid {
         if !(low.is_finite() && extent.is_finite() && spacing > 0.0) {
             return Err(GridError::Place { low, spacing: DVec3::splat(spacing) });
         }
+        // Whole cells, but for rounding of a quotient of up to 10⁶.
         let size = extent.to_array().map(|length| (length / spacing - 1e-9).ceil().max(1.0) as usize + 1);
         let at = |index: usize| low + spacing * DVec3::from_array(place(index, size).map(|i| i as f64));
         let points: Vec<DVec3> = (0..size.iter().product()).map(at).collect();

@@ -5,6 +5,9 @@ use glam::DVec3;
 
 use crate::sdf::Grid;
 
+/// What of a cell is as good as nothing along the normal, besides four roundings of the place.
+const EXACT: f64 = 1e-9;
+
 /// The point of the surface that is nearest to a node.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Foot {
@@ -18,6 +21,7 @@ pub(super) struct Foot {
 pub(super) fn foot(grid: &Grid, node: usize) -> Option<Foot> {
     let (x, spacing) = (grid.position(node), grid.spacing());
     let least = spacing.min_element();
+    let enough = EXACT * least + 4.0 * f64::EPSILON * x.abs().max_element();
     let mut point = x;
     for _ in 0..30 {
         let jet = grid.jet(point);
@@ -26,7 +30,7 @@ pub(super) fn foot(grid: &Grid, node: usize) -> Option<Foot> {
         if !(towards.is_finite() && aside.is_finite()) {
             return None;
         }
-        if towards.length() < 1e-9 * least && aside.length() < 1e-3 * least {
+        if towards.length() < enough && aside.length() < 1e-3 * least {
             let near = (x - point).length() <= 3.0 * spacing.length();
             return near.then(|| Foot { point, slope: jet.gradient.length() });
         }

@@ -19,6 +19,10 @@ use crate::scene::Scene;
 /// Above as many shapes that emit, of more triangles than directions are drawn to, edges are not cut.
 const MANY: usize = 64;
 
+/// What is nearer to a plane than so many roundings, and the rounding of coordinates as they were given, lies in it: 10⁻⁹ of the scene. Light of
+/// what is farther away is found by directions towards it, whatever the distance.
+const TOUCHING: f64 = 1e4;
+
 /// Pieces of edges beside an emitter are no longer than this part of it.
 const PART: f64 = 0.25;
 
@@ -72,7 +76,8 @@ impl Bodies {
             }
         };
         let few = targets.is_some() || bodies.len() <= MANY;
-        Self { bodies: if few { bodies } else { vec![] }, slack: 1e4 * scene.rounding() }
+        let grain = scene.positions.iter().map(|p| scene.grain(*p)).fold(0.0, f64::max);
+        Self { bodies: if few { bodies } else { vec![] }, slack: TOUCHING * scene.rounding() + grain }
     }
 
     /// Calls with the pieces of an edge of which this part, with these ends, is left.

@@ -28,7 +28,7 @@ use self::stretches::{Shown, Stretch, stretches};
 use super::driver::{Address, Boundary, BoundarySample};
 use super::list::{Edge, EdgeList};
 use super::sensor::{CameraSubpath, Sensor, Vertex};
-use super::sides::{ASIDE, Sides, look_past};
+use super::sides::{Sides, aside, look_past, near};
 use super::table::Table;
 use super::wedge::Targets;
 use super::{BACKWARDS, LIT_EDGE, Moving, REST_EDGE};
@@ -91,8 +91,9 @@ struct Segment<'e> {
 impl Segment<'_> {
     /// Directions just before the edge and just behind it. What is seen there is looked at along them: a point of a surface that ends at a
     /// lamp is lit by it, and the end itself is not.
-    fn aside(&self) -> [DVec3; 2] {
-        let across = ASIDE * self.normal.normalize_or_zero();
+    fn aside(&self, scene: &Scene) -> [DVec3; 2] {
+        let angle = aside(self.edge.span(scene), self.start.position, self.distance);
+        let across = angle * self.normal.normalize_or_zero();
         [-1.0, 1.0].map(|s| (self.direction + s * across).normalize())
     }
 }
@@ -133,11 +134,6 @@ impl<'a> Secondary<'a> {
         self.table = self.weights();
     }
 
-    /// Rays through an edge's point start that far from it: its own triangles do not count.
-    fn near(&self) -> f64 {
-        1e4 * self.sensor.paths.scene.rounding()
-    }
-
     /// The light on both sides of the edge along a path's last segment; none on a side that a softened field follows.
     fn lights(
         &self,
@@ -150,7 +146,7 @@ impl<'a> Secondary<'a> {
         let paths = self.sensor.paths;
         let shape = |hit: &Hit| paths.scene.shape_of(hit.surface);
         let emits = |hit: Hit| paths.scene.description.shapes[shape(&hit) as usize].radiance.is_some();
-        let aside = segment.aside();
+        let aside = segment.aside(paths.scene);
         [0, 1].map(|side| match (passing, sides.hits[side], aside[side]) {
             (_, hit, _) if self.light == Light::Bounces && self.list.owns(segment.edge, hit) => DVec3::ZERO,
             (Passing::Of(aim), hit, direction) => {
@@ -175,7 +171,8 @@ impl<'a> Secondary<'a> {
 
     fn sides(&self, segment: &Segment<'_>) -> Option<Sides> {
         let start = (segment.start.position, Some(segment.start.surface));
-        look_past(self.sensor.paths.scene, self.list, segment.edge, start, segment.aside(), segment.distance)
+        let scene = self.sensor.paths.scene;
+        look_past(scene, self.list, segment.edge, start, segment.aside(scene), segment.distance)
     }
 }
 
@@ -235,7 +232,7 @@ impl Secondary<'_> {
         let [a, b] = edge.span(scene);
         let along = stretch.place(chosen.rest);
         let point = a.lerp(b, along);
-        let length = a.distance(b);
+        let (length, near) = (a.distance(b), near(scene, self.list, edge));
         let Some(drawn) = self.draw(stretch, point, &mut numbers) else { return };
         if !self.is_about(edge, drawn.passing) {
             return;
@@ -248,11 +245,11 @@ impl Secondary<'_> {
             }
         }
         if let Passing::Of(aim) = drawn.passing
-            && scene.blocked(point, drawn.direction, self.near(), aim.distance)
+            && scene.blocked(point, drawn.direction, near, aim.distance)
         {
             return;
         }
-        let Some(hit) = scene.beyond(point, -drawn.direction, self.near()) else { return };
+        let Some(hit) = scene.beyond(point, -drawn.direction, near) else { return };
         let shape = scene.shape_of(hit.surface) as usize;
         // Along a warp of the film shading points slide that stand still.
         if self.longest == 1

@@ -56,6 +56,9 @@ impl Stretch {
 /// Edges are cut until stretches are no longer than this part of the scene, or all of them are shown or none is.
 const SHORTEST: f64 = 1.0 / 128.0;
 
+/// By so many roundings half spaces are larger than they are: what is shown besides costs samples, and no bias.
+const SLACK: f64 = 1e4;
+
 /// Above as many lights shadows are taken to be everywhere.
 const MANY: usize = 16;
 
@@ -84,7 +87,7 @@ impl Shown {
         if film.has_lens() || lights.len() > MANY {
             return None;
         }
-        let slack = 1e4 * scene.rounding();
+        let slack = SLACK * scene.rounding();
         let (origin, (first, last)) = (film.still.origin.value(), film.bounds());
         let corners = [first, DVec2::new(last.x, first.y), last, DVec2::new(first.x, last.y)];
         let corners = corners.map(|u| film.ray(u));

@@ -1,0 +1,126 @@
+//! Where the origin of a scene's own coordinates is.
+//!
+//! Coordinates as of a map are large, and what they differ by is small: sums and products of them lose what counts. So the
+//! origin is moved to where the surfaces are, and all that stands somewhere is subtracted from. What a user is given
+//! stays in the coordinates of the description, which is kept as it is.
+//!
+//! Along each axis, with s the size of the box around all surfaces and m its middle, the origin moves by a multiple c of a power of two q ≥ s
+//! next to m, if m is more than 64 q away. Of every point p of a triangle |p − m| ≤ s/2, and of c as much, so that p and c are within a
+//! factor of 65/63 of one another: p − c is exact (Sterbenz 1974, theorem 4.3.1). What is no triangle's is rounded to a part of 2⁻⁵³ of its
+//! distance from them, as it would be by the first ray from there.
+
+use flatland::sdf::Sdf as _;
+use glam::DVec3;
+
+use super::{Camera, Description, ImplicitShape, Light};
+
+/// A scene that is no more of its sizes away from the origin stays where it is: up to six bits of 53 are lost.
+const NEAR: f64 = 64.0;
+
+/// What stands somewhere, but for meshes, in a scene's own coordinates.
+#[derive(Debug)]
+pub(super) struct Placed {
+    /// Where their origin is.
+    pub(super) offset: DVec3,
+    pub(super) camera: Camera,
+    pub(super) implicits: Vec<ImplicitShape>,
+    pub(super) lights: Vec<Light>,
+}
+
+impl Placed {
+    pub(super) fn new(description: &Description) -> Self {
+        let offset = offset(description);
+        let camera = description.camera.moved(-offset);
+        let implicits = description.implicits.iter().map(|shape| shape.moved(-offset)).collect();
+        let lights = description.lights.iter().map(|light| light.moved(-offset)).collect();
+        Self { offset, camera, implicits, lights }
+    }
+}
+
+/// Where the origin of a scene's own coordinates is.
+pub(super) fn offset(description: &Description) -> DVec3 {
+    let corners = description.shapes.iter().flat_map(|shape| {
+        let (triangles, positions) = (shape.mesh.triangles(), shape.mesh.positions());
+        triangles.iter().flatten().map(|&corner| positions[corner as usize])
+    });
+    let boxes = description.implicits.iter().flat_map(|shape| {
+        let place = shape.placement.translation;
+        let (low, high) = shape.bounds().unwrap_or((place, place));
+        [low, high]
+    });
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for p in corners.chain(boxes) {
+        (low, high) = (low.min(p), high.max(p));
+    }
+    let size = (high - low).max_element();
+    if !(size.is_finite() && size > 0.0) {
+        return DVec3::ZERO;
+    }
+    let step = size.log2().ceil().exp2();
+    (0.5 * low + 0.5 * high).map(|middle| {
+        let steps = middle / step;
+        match steps.abs() {
+            near if near <= NEAR => 0.0,
+            // All numbers of that size are multiples.
+            far if far >= f64::EPSILON.recip() => middle,
+            _ => steps.round() * step,
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use flatland::random::{Stream, open01, stream};
+
+    use super::*;
+    use crate::geometry::Mesh;
+    use crate::scene::{Film, Filter, Material};
+
+    fn random(rng: &mut Stream) -> DVec3 {
+        DVec3::from_array(std::array::from_fn(|_| 2.0 * open01(rng) - 1.0))
+    }
+
+    fn of(positions: Vec<DVec3>) -> Description {
+        let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 0.7);
+        let film = Film { width: 1, height: 1, crop: None, filter: Filter::Box };
+        let mut d = Description::new(camera, film);
+        let white = d.add_material(Material::diffuse("white", DVec3::ONE));
+        let triangles = (0..positions.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+        d.add_shape("soup", Mesh::new(positions, triangles).unwrap(), white);
+        d
+    }
+
+    /// What p − c is too large or too small by, exactly (Knuth's sum of two numbers).
+    fn error(p: f64, c: f64) -> f64 {
+        let difference = p - c;
+        let back = difference - p;
+        (p - (difference - back)) - (c + back)
+    }
+
+    /// At all sizes and distances, along each axis by itself; and what is near the origin stays.
+    #[test]
+    fn subtracting_the_offset_is_exact() {
+        let mut rng = stream(71, &[]);
+        for trial in 0..2000 {
+            let size = (40.0 * (open01(&mut rng) - 0.5)).exp2();
+            let place = random(&mut rng).map(|x| x * size * (45.0 * (x * 7.0).fract().abs()).exp2());
+            let positions: Vec<DVec3> = (0..6).map(|_| place + size * random(&mut rng)).collect();
+            let offset = offset(&of(positions.clone()));
+            let largest = positions.iter().fold(DVec3::ZERO, |most, p| most.max(p.abs()));
+            for axis in 0..3 {
+                assert!(
+                    offset[axis] != 0.0 || largest[axis] < 2.0 * 2.0 * (NEAR + 2.0) * size,
+                    "{trial} {axis}"
+                );
+                assert!(positions.iter().all(|p| error(p[axis], offset[axis]) == 0.0), "{trial} {axis}");
+                assert!(
+                    offset[axis] == 0.0
+                        || positions.iter().all(|p| (p[axis] - offset[axis]).abs() <= 8.0 * size)
+                );
+            }
+        }
+        let near: Vec<DVec3> = (0..6).map(|_| 10.0 + random(&mut rng)).collect();
+        assert_eq!(offset(&of(near)), DVec3::ZERO);
+        assert_eq!(offset(&of(vec![DVec3::splat(1e9); 3])), DVec3::ZERO);
+    }
+}
