@@ -239,7 +239,6 @@ impl FilmPlane {
     }
 
     /// The width of a pixel where the camera's axis meets the film, in radians.
-
     pub(crate) fn pixel_angle(&self) -> f64 {
         1.0 / self.still.focal
     }
