@@ -10,8 +10,8 @@ mod proximity;
 
 pub use accelerator::{Accelerator, Goal, Hit, Ray, Shadows, Sheaf};
 pub use curved::TOLERANCE;
-pub(crate) use edge_contact::{Stretch, common_stretches};
+pub(crate) use edge_contact::{Stretch, common_stretches, upon_face};
 pub use edges::{Edges, HalfEdge};
-pub(crate) use meeting::{End, Meeting, in_contact, meeting};
+pub(crate) use meeting::{End, Meeting, in_contact, meeting, parts, within};
 pub use mesh::{Attribute, Mesh, MeshError, Normals};
 pub use proximity::Proximity;
