@@ -9,10 +9,12 @@ const MANY: usize = 64;
 
 /// Whether all jumps of the light of a scene's emitters, as shading points see them, are curves that are sampled: not where
 /// something passes through an emitter or lies on it, as shadows begin there and the edge in common is seen from no point before the
-/// emitter; and not where an emitter has a texture, which may jump.
+/// emitter; not where an emitter has a texture, which may jump; and not where there is a field towards lights, that of implicit surfaces, and
+/// horizons of faces with interpolated normals, which are sampled as if there were none.
 pub(in crate::gradient) fn are_curves(scene: &Scene) -> bool {
     let textured = scene.description.shapes.iter().any(|shape| shape.radiance_texture.is_some());
-    !textured && !are_crossed(scene) && !are_touched(scene)
+    let bent = !scene.description.implicits.is_empty() && !scene.normals.is_empty();
+    !textured && !bent && !are_crossed(scene) && !are_touched(scene)
 }
 
 fn emits(scene: &Scene, shape: u32) -> bool {
