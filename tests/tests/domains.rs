@@ -1,5 +1,5 @@
 //! The warp machinery on the circle and the sphere: unbiased there too, and only with the term
-//! −n u·V that the curvature of these domains brings (theory, section 3).
+//! −n u·V that the curvature of these domains brings (`flatland::warp::Domain`).
 
 use std::f64::consts::{PI, TAU};
 

@@ -1,5 +1,5 @@
 //! Unbiasedness of every method that claims it, with the controls that must be rejected on the same
-//! scenes (theory, section 11).
+//! scenes (CONTRIBUTING.md says what such a test must have).
 //!
 //! The false-alarm rate is 10⁻⁶ for the whole suite: below 16 methods, at most 288 scenes and one
 //! slope each, and what other files compare. Seeds are fixed.

@@ -8,7 +8,7 @@
 //! with the seams of curved surfaces, which yield to jumps: it lists the edges of meshes once, and takes
 //! their exact mean. Beside either field the borders of flat emitters and the sign changes of shading normals are sampled
 //! with the speed that the field leaves them, by the residual theorem of [`flatland::boundary`]. Implicit surfaces, [`sdf`], are
-//! not yet rendered in space.
+//! rendered by sphere tracing, and join that mean by the points of their tracer ([`gradient::ImplicitField`]).
 //!
 //! A scene is read from a file, [`io::load_scene`], or built:
 //!
@@ -64,7 +64,7 @@
 //! | method | bias |
 //! |---|---|
 //! | [`gradient::WarpedArea`] with [`JumpMean`](gradient::Field::JumpMean), or [`Softened`](gradient::Field::Softened) with samples of silhouettes | none; with [`sign_changes`](gradient::WarpedArea::sign_changes) 0, jumps of interpolated normals |
-//! | the same beside [implicit surfaces](sdf) | that of their tracer's tolerance, 10⁻⁷ radians unless told: at most 0.6 % where that was measured; trilinear grids 10 to 25 %; sharp corners; where a mesh or another implicit surface passes through one, the curve in which they meet |
+//! | the same beside [implicit surfaces](sdf) | that of their tracer's tolerance, 10⁻⁷ radians unless told: at most 0.6 % where that was measured; what is nearer to a ray's beginning on a surface than 10⁻⁴ of the surface's size, which the ray does not see; 10⁻⁶ of that size, at which the weights of its field stop growing; trilinear grids 10 to 25 %; sharp corners; where a mesh or another implicit surface passes through one, the curve in which they meet |
 //! | with the [field](gradient::ImplicitField) of the `nearest` points of a ray | that it jumps where points come and go, besides |
 //! | with auxiliary rays and a multilevel or roulette [`Debias`](flatland::warp::Debias) | the same |
 //! | with a fixed number of auxiliary rays | falls with that number; gradients come out too small |
@@ -91,8 +91,8 @@
 //! [`scene::Scene::coarse_meshes`]. Implicit surfaces should be placed ([`scene::Placement`]) and have small coordinates of their own.
 //!
 //! Where surfaces cover one another in one plane, as a lamp drawn exactly on a ceiling, rounding decides which is seen:
-//! they may slide over one another, but where they part no derivative exists, and
-//! [`scene::Scene::parted_shapes`] tells. The same holds where jumps of different velocities coincide along a whole
+//! they may slide over one another, but where they part there are two one-sided derivatives and no other, what is found need be neither, and
+//! [`scene::Scene::parted_shapes`] tells. So it is with what stands on a face on an edge: [`scene::Scene::lifted_edges`]. The same holds where jumps of different velocities coincide along a whole
 //! curve: the two one-sided derivatives differ, and what is found is one of them or between them. So it is with a slab that
 //! slides over a table from where their sides are flush: [`scene::Scene::parted_edges`] tells of edges that lie upon one
 //! another in space. Those that are seen upon one another from one place only are not told of.

@@ -116,11 +116,10 @@ struct Samples {
 impl Samples {
     fn add(&mut self, (value, rays): (DVec3, u64)) {
         self.rays += rays;
-        if value.is_finite() {
-            self.values.push(value);
-        } else {
-            self.non_finite += 1;
-        }
+        // What is not finite counts as 0, as in reverse: both are one linear map and its transpose.
+        let finite = value.is_finite();
+        self.values.push(if finite { value } else { DVec3::ZERO });
+        self.non_finite += u64::from(!finite);
     }
 
     fn standard_error(&self) -> DVec3 {
@@ -211,4 +210,67 @@ fn reverse_batch<M: LinearMethod>(
 
 pub(super) fn check_samples(samples: usize) -> Result<(), EstimatorError> {
     if samples == 0 { Err(EstimatorError::NoSamples) } else { Ok(()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plane::{Filter, Polygon, Shade, Shape};
+    use crate::random::open01;
+
+    /// Samples whose covectors are not finite now and then.
+    struct Failing;
+
+    impl LinearMethod for Failing {
+        type Prepared = ();
+        type Pixel = ();
+
+        fn samples(&self) -> usize {
+            50
+        }
+
+        fn seed(&self) -> u64 {
+            3
+        }
+
+        fn prepare(&self, _: &Scene, _: &Film) -> Result<(), EstimatorError> {
+            Ok(())
+        }
+
+        fn pixel(&self, _: &View<'_, ()>, _: usize, _: usize) {}
+
+        fn sample(
+            &self,
+            _: &View<'_, ()>,
+            (): &(),
+            rng: &mut Stream,
+            mut emit: impl FnMut(&MaterialPoint, &Covectors),
+        ) -> u64 {
+            for v in 0..3 {
+                let fails = open01(rng) < 0.1;
+                let x = if fails { f64::INFINITY } else { open01(rng) };
+                emit(&MaterialPoint::vertex(v), &[DVec2::new(x, open01(rng)); 3]);
+            }
+            1
+        }
+    }
+
+    /// What is not finite counts as 0 in both, and both say how often.
+    #[test]
+    fn forward_and_reverse_are_transposes_where_samples_fail() {
+        let corners = [(-0.5, -0.5), (0.5, -0.5), (0.0, 0.6)].map(|(x, y)| DVec2::new(x, y));
+        let shape = Shape::new(Polygon::simple(corners).unwrap(), Shade::constant(DVec3::ONE));
+        let scene = Scene::new(DVec3::ZERO, vec![shape]).unwrap();
+        let film = Film::new(2, 2, Filter::Tent).unwrap();
+        let motion = Motion::translate([0], DVec2::new(0.3, -0.7));
+        let weights: Vec<DVec3> = (1..5).map(|i| DVec3::new(1.0, 0.5, -0.2) * f64::from(i)).collect();
+        let image = forward(&Failing, &scene, &motion, &film).unwrap();
+        let pairs = image.mean.pixels().iter().zip(&weights);
+        let along: f64 = pairs.map(|(g, w)| g.dot(*w)).sum();
+        let gradient = reverse(&Failing, &scene, &film, &Image::from_pixels(&film, weights)).unwrap();
+        let velocities = motion.velocities(&scene).unwrap();
+        let back: f64 = gradient.mean.iter().zip(&velocities).map(|(g, v)| g.dot(*v)).sum();
+        assert!(image.non_finite > 20 && image.non_finite == gradient.non_finite, "{}", image.non_finite);
+        assert!((along - back).abs() < 1e-12 * along.abs(), "{along} {back}");
+    }
 }

@@ -91,7 +91,7 @@ pub struct GradientImage {
     pub standard_error: Image,
     /// How many times the scene was asked what is seen at a point.
     pub rays: u64,
-    /// How many samples were not finite. They are left out of the mean, which is then biased.
+    /// How many samples were not finite. They count as 0, and the mean is then biased.
     pub non_finite: u64,
 }
 

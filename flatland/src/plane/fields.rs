@@ -1,4 +1,4 @@
-//! Every construction of the warp field (theory, section 2), over a scene of polygons.
+//! Every construction of the warp field ([`crate::warp`] derives them), over a scene of polygons.
 //!
 //! | construction | continuous | boundary consistent | needs |
 //! |---|---|---|---|

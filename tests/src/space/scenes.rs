@@ -46,8 +46,17 @@ impl Stage {
         let film = Film { width: camera.width, height: camera.height, crop: None, filter };
         let coverage::Camera { origin, right, up, forward, field_of_view, .. } = *camera;
         let (principal_point, pixel_aspect) = (glam::DVec2::ZERO, 1.0);
-        let camera =
-            Camera { origin, right, up, forward, field_of_view, principal_point, pixel_aspect, lens: None };
+        let camera = Camera {
+            origin,
+            right,
+            up,
+            forward,
+            field_of_view,
+            principal_point,
+            pixel_aspect,
+            lens: None,
+            orthographic: None,
+        };
         let mut description = Description::new(camera, film);
         description.integrator = Integrator { max_depth: Some(2), rr_depth: 100 };
         let camera = CameraTangent {

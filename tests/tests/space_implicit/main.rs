@@ -116,6 +116,52 @@ fn auxiliary_rays_follow_them_too() {
     accept("space_implicit::auxiliary_rays_follow_them_too", cases, 128, rays);
 }
 
+/// With softened silhouettes and sampled shadows of meshes: a quarter as many samples of those as of the area, and half as many of shadows.
+fn softened(samples: usize) -> WarpedArea {
+    WarpedArea { samples, field: Field::softened(samples), ..WarpedArea::default() }
+}
+
+/// By softened fields, whose curves are those of meshes alone: silhouettes of meshes before implicit surfaces and behind them, shadows of each on
+/// the other, and a camera that moves.
+#[test]
+fn softened_fields_follow_both() {
+    let cases = vec![
+        scenes::over_a_floor(2),
+        scenes::under_a_lamp(),
+        scenes::mesh_over_a_ball(),
+        scenes::behind_a_mesh(),
+        scenes::camera(),
+        scenes::block_beside_a_ball(),
+    ];
+    accept("space_implicit::softened_fields_follow_both", cases, pick(128, 160), softened);
+}
+
+/// The same where what bounces see is softened too: a cube that shades a ball from the sky, and a ball behind a cube.
+#[test]
+fn so_they_do_at_bounces() {
+    let bounced = |samples: usize| {
+        let part = |n: usize| samples.div_ceil(n);
+        let (film, lobe, softness) = (1.2, 0.5, 0.4);
+        let (silhouettes, shadows, bounces) = (part(4), 0, part(2));
+        let field = Field::Softened { film, lobe, softness, silhouettes, shadows, bounces };
+        WarpedArea { samples, field, ..WarpedArea::default() }
+    };
+    let cases = vec![scenes::mesh_over_a_ball(), scenes::behind_a_mesh()];
+    accept("space_implicit::so_they_do_at_bounces", cases, pick(128, 160), bounced);
+}
+
+/// Without samples of the silhouettes of meshes.
+#[test]
+fn softened_fields_need_their_curves() {
+    let field = |silhouettes: usize, shadows: usize| {
+        let (film, lobe, softness) = (1.2, 0.5, 0.4);
+        Field::Softened { film, lobe, softness, silhouettes, shadows, bounces: 0 }
+    };
+    let moving = scenes::block_beside_a_ball();
+    let method = WarpedArea { field: field(0, 64), ..samples(256) };
+    compare(&moving, &method, 512).reject("silhouettes of meshes left out");
+}
+
 /// What must be rejected: no warp at all, a grid whose ∇φ jumps between its cells, and auxiliary rays that do not know how near the
 /// silhouette is.
 #[test]

@@ -121,6 +121,21 @@ pub(crate) fn behind_a_mesh() -> Moving {
     Moving { effort: 8, ..translated("a ball behind a cube", description) }
 }
 
+/// A block that moves before a ball that moves otherwise, over a floor and under a lamp: each hides and shades the other.
+pub(crate) fn block_beside_a_ball() -> Moving {
+    let mut description = with(with_floor(in_the_dark(2)), [ball(0.5, 0.4, 0.9, 0.6)]);
+    let block = placed(Mesh::cube(), DVec3::new(-0.1, -0.7, 1.2), 0.35, DQuat::from_rotation_z(0.5));
+    description.add_shape("block", block, 0);
+    let down = DQuat::from_rotation_x(std::f64::consts::PI);
+    let lamp = placed(Mesh::rectangle(), DVec3::new(-0.6, -0.5, 4.0), 0.6, down);
+    description.add_emitter("lamp", lamp, DVec3::splat(10.0));
+    let scene = moving("a block before a ball", description, |scene, change| {
+        change.translate(scene, 1, VELOCITY);
+        change.implicits[0].translation = DVec3::new(0.4, -0.2, 0.5);
+    });
+    Moving { effort: 2, ..scene }
+}
+
 /// A surface that shades itself, and whose parameters change.
 pub(crate) fn union() -> Moving {
     let union = SmoothUnion::new(ball(0.0, 0.0, 0.5, 0.8), ball(0.5, -0.4, 1.7, 0.5), 0.3).expect("a union");

@@ -117,7 +117,7 @@ fn worlds_without_a_jump_over_the_film() {
     accept(&mut power, "film without a jump, edge sampling", &UNBROKEN, &edges());
 }
 
-/// Doubling the paths must halve the square of a standard error (theory, section 11): so it does, to a
+/// Doubling the paths must halve the square of a standard error if variances are finite: so it does, to a
 /// factor of 2, in nearly all worlds for the harmonic field and edge sampling. The default makes no
 /// such promise: in penumbras its variance is not finite.
 #[test]

@@ -20,7 +20,7 @@ use super::missing::left_out;
 use super::movement::{Moves, change};
 use super::session::{Bar, RunOptions, SceneOptions, located, silent, stop_if_asked};
 use super::spp::samples;
-use super::{Outcome, Report, usage};
+use super::{Outcome, Report, contact, usage};
 
 /// Validates a gradient: the method against central finite differences, at several steps.
 ///
@@ -101,6 +101,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
         steps.iter().map(|&h| check.differences(h, &weights)).collect::<Result<_, _>>()?;
     let slopes = slopes(&steps, &totals);
     let mut text = check.messages;
+    text += &contact::parted(&loaded.scene, &change.positions);
     stop_if_asked()?;
     table(&mut text, method, &slopes);
     let outcome = conclude(&mut text, verdict(method, &slopes), check.samples * RUNS);

@@ -7,19 +7,34 @@ use volume3d::scene::{CoarseMesh, CrossedBy, Description, ImplicitCrossing, Over
 /// What to do about what lies upon one another.
 pub(super) const APART: &str = "move one of them a little";
 
-/// Warnings of what a motion of positions parts, a line each.
-pub(super) fn parted(scene: &Scene, velocities: &[DVec3]) -> String {
-    warnings(scene.description(), &scene.parted_shapes(velocities), scene.parted_edges(velocities))
+/// What a motion of positions parts, whose derivative is one-sided then: a sentence each.
+pub(super) fn parted_by(scene: &Scene, velocities: &[DVec3]) -> Vec<String> {
+    let (planes, edges) = (scene.parted_shapes(velocities), scene.parted_edges(velocities));
+    sentences(scene.description(), &planes, edges, scene.lifted_edges(velocities))
 }
 
-/// Warnings of what shapes may be parted from, a line each.
-pub(super) fn in_contact(scene: &Scene, moves: impl Fn(usize) -> bool) -> String {
+/// What shapes may be parted from: a sentence each.
+pub(super) fn touching(scene: &Scene, moves: impl Fn(usize) -> bool) -> Vec<String> {
     let moving = |mut overlaps: Vec<Overlap>| {
         overlaps.retain(|o| o.shapes.iter().any(|s| moves(*s)));
         overlaps
     };
     let (planes, edges) = (moving(scene.overlapping_shapes()), moving(scene.coinciding_edges()));
-    warnings(scene.description(), &planes, edges)
+    sentences(scene.description(), &planes, edges, moving(scene.standing_shapes()))
+}
+
+/// Warnings of what a motion of positions parts, a line each.
+pub(super) fn parted(scene: &Scene, velocities: &[DVec3]) -> String {
+    warnings(&parted_by(scene, velocities))
+}
+
+/// Warnings of what shapes may be parted from, a line each.
+pub(super) fn in_contact(scene: &Scene, moves: impl Fn(usize) -> bool) -> String {
+    warnings(&touching(scene, moves))
+}
+
+fn warnings(sentences: &[String]) -> String {
+    sentences.iter().map(|what| format!("WARNING: {what}; {APART}\n")).collect()
 }
 
 /// Warnings of what passes through implicit surfaces, a line each.
@@ -48,18 +63,27 @@ pub(super) fn coarse(d: &Description, mesh: &CoarseMesh) -> String {
     )
 }
 
-/// Where planes part, so do their edges: that is told once.
-fn warnings(d: &Description, planes: &[Overlap], mut edges: Vec<Overlap>) -> String {
+/// Where planes part, so do their edges, and where edges part, they do from faces: that is told once.
+fn sentences(
+    d: &Description,
+    planes: &[Overlap],
+    mut edges: Vec<Overlap>,
+    mut standing: Vec<Overlap>,
+) -> Vec<String> {
     edges.retain(|e| planes.iter().all(|p| p.shapes != e.shapes));
+    standing.retain(|s| planes.iter().chain(&edges).all(|p| p.shapes != s.shapes));
     let all = planes.iter().map(|p| covering(d, p)).chain(edges.iter().map(|e| coinciding(d, e)));
-    all.map(|what| format!("WARNING: {what}; {APART}\n")).collect()
+    all.chain(standing.iter().map(|s| upon_face(d, s))).collect()
 }
 
+/// What there is where surfaces part.
+const ONE_SIDED: &str =
+    "a motion that parts them has two one-sided derivatives and no other, and what is found need be neither";
+
 /// Surfaces that cover one another in one plane.
-pub(super) fn covering(d: &Description, overlap: &Overlap) -> String {
+fn covering(d: &Description, overlap: &Overlap) -> String {
     format!(
-        "{} cover the same part of a plane ({}): rounding decides which is seen, and no derivative exists by what parts \
-         them",
+        "{} cover the same part of a plane ({}): rounding decides which is seen, and {ONE_SIDED}",
         shapes(d, overlap),
         pairs(overlap)
     )
@@ -68,10 +92,16 @@ pub(super) fn covering(d: &Description, overlap: &Overlap) -> String {
 /// Edges that lie upon one another.
 fn coinciding(d: &Description, overlap: &Overlap) -> String {
     format!(
-        "edges of {} lie upon one another ({}): where both are seen, no derivative exists by what parts them",
+        "edges of {} lie upon one another ({}): where both are seen, {ONE_SIDED}",
         shapes(d, overlap),
         pairs(overlap)
     )
+}
+
+/// Edges that lie upon a face.
+fn upon_face(d: &Description, overlap: &Overlap) -> String {
+    let (shapes, pairs) = (shapes(d, overlap), pairs(overlap));
+    format!("of {shapes} edges of one lie upon a face of the other ({pairs}): {ONE_SIDED}")
 }
 
 fn shapes(d: &Description, overlap: &Overlap) -> String {

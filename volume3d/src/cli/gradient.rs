@@ -62,8 +62,9 @@ pub(super) struct Options {
     ///   MATERIAL.roughness       a number
     ///   MATERIAL.texture         (height, width, 3), linear, over all who share it
     ///   camera.translation       (3), of its origin
-    ///   camera.rotation          (3), radians about the world's axes through its origin
-    ///   camera.fov               a number, per radian, horizontal
+    ///   camera.rotation          (3), radians about the world's axes through its origin, or the middle of an
+    ///                            orthographic sensor
+    ///   camera.fov               a number, per radian, horizontal; not of an orthographic sensor
     ///
     /// Vertices of a file at one place move together. Each of them has the derivative by
     /// that place: the whole, not a share.

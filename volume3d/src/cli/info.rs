@@ -60,8 +60,15 @@ fn camera(text: &mut String, scene: &Scene) {
     let degrees = d.camera.field_of_view.to_degrees();
     let depth = d.integrator.max_depth.map_or_else(|| "unlimited".to_owned(), |n| n.to_string());
     let _ = writeln!(text, "image: {width} × {height} pixels, {} spp, filter {:?}", d.samples, d.film.filter);
-    let Camera { origin, principal_point, pixel_aspect, lens, .. } = d.camera;
-    let _ = write!(text, "camera: at {origin}, {degrees:.2}° horizontally");
+    let Camera { principal_point, pixel_aspect, lens, .. } = d.camera;
+    let pivot = d.camera.pivot();
+    let _ = match d.camera.orthographic {
+        None => write!(text, "camera: at {pivot}, {degrees:.2}° horizontally"),
+        Some(distance) => {
+            let width = 2.0 * distance * (0.5 * d.camera.field_of_view).tan();
+            write!(text, "camera: orthographic, at {pivot}, {width:.4} wide")
+        }
+    };
     if principal_point != DVec2::ZERO || pixel_aspect != 1.0 {
         let _ = write!(
             text,

@@ -3,20 +3,27 @@
 use std::fmt::Write as _;
 
 use clap::Args;
-use volume3d::scene::{Description, Light, Material, Overlap, Scene, Shape};
+use volume3d::gradient::{Missing, Tangent, Unsupported, unsupported};
+use volume3d::scene::{Light, Material, Scene, Shape};
 
-use super::contact::{APART, NEARER, PART, coarse, covering, passing_through};
+use super::contact::{self, APART, NEARER, PART, coarse, passing_through};
 use super::mesh_faults::MeshFaults;
+use super::movement::{Moves, change};
 use super::session::SceneOptions;
 use super::{Outcome, Report};
 
 /// Names what will hurt gradients of a scene by geometry, shape by shape, and says what to do about it.
+///
+/// With --move it is asked about the gradient by that motion, and says what `gradient` says of it. Without, what lies upon something else is
+/// a hint: it may slide, and is wrong only where it parts.
 ///
 /// Exit status 1 if something makes them wrong or has them refused; 0 if there are hints only, or nothing.
 #[derive(Args, Debug)]
 pub(super) struct Options {
     #[command(flatten)]
     scene: SceneOptions,
+    #[command(flatten)]
+    moves: Moves,
 }
 
 /// Something that hurts gradients, or may.
@@ -30,7 +37,12 @@ pub(super) struct Finding {
 }
 
 pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
-    let found = findings(&options.scene.load()?.scene);
+    let scene = options.scene.load()?.scene;
+    let found = if options.moves.moves.is_empty() {
+        findings(&scene)
+    } else {
+        findings_of(&scene, &change(&scene, &options.moves.moves)?)
+    };
     let grave = found.iter().filter(|f| f.grave).count();
     let mut text = String::new();
     for finding in &found {
@@ -47,15 +59,11 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     Ok(Report { text, outcome: if grave > 0 { Outcome::Bad } else { Outcome::Good } })
 }
 
-/// All of a scene, what is grave first.
+/// All of a scene, what is grave first: whatever may move.
 pub(super) fn findings(scene: &Scene) -> Vec<Finding> {
     let d = scene.description();
-    let mut found: Vec<Finding> = scene.overlapping_shapes().iter().map(|o| covered(d, o)).collect();
-    found.extend(scene.implicit_crossings().iter().map(|crossing| Finding {
-        grave: true,
-        what: passing_through(d, crossing),
-        advice: PART,
-    }));
+    let mut found = vec![];
+    found.extend(crossed(scene));
     found.extend(scene.coarse_meshes().iter().map(|mesh| Finding {
         grave: true,
         what: coarse(d, mesh),
@@ -75,14 +83,64 @@ pub(super) fn findings(scene: &Scene) -> Vec<Finding> {
             Light::Directional { .. } => "give it a finite kappa, or take --method finite-difference",
         },
     }));
-    let lit =
-        d.environment.is_some() || !d.lights.is_empty() || d.shapes.iter().any(|s| s.radiance.is_some());
-    if !lit {
-        let what = "nothing emits light: the image is black".to_owned();
-        found.push(Finding { grave: true, what, advice: "add an emitter" });
-    }
+    found.extend(unlit(scene));
+    let touching = contact::touching(scene, |_| true).into_iter();
+    found.extend(touching.map(|what| Finding { grave: false, what, advice: MAY_PART }));
     d.shapes.iter().for_each(|shape| faults(shape, &mut found));
     found
+}
+
+/// What to do about what lies upon something else and may move.
+const MAY_PART: &str =
+    "move one of them a little, unless they only slide over one another: lint tells of a motion, with --move";
+
+/// All of the gradient of a scene by a motion, what is grave first: what makes `gradient` refuse, and what it warns of.
+fn findings_of(scene: &Scene, change: &Tangent) -> Vec<Finding> {
+    let grave = |what: String, advice| Finding { grave: true, what, advice };
+    let refused = unsupported(scene, change);
+    let mut found: Vec<Finding> =
+        refused.iter().map(|jumps| grave(jumps.to_string(), otherwise(jumps))).collect();
+    found.extend(contact::parted_by(scene, &change.positions).into_iter().map(|what| grave(what, APART)));
+    if change.is_geometric() {
+        found.extend(crossed(scene));
+    }
+    found.extend(unlit(scene));
+    scene.description().shapes.iter().for_each(|shape| faults(shape, &mut found));
+    found
+}
+
+/// What to do about what is refused, beside what its own words say.
+fn otherwise(jumps: &Unsupported) -> &'static str {
+    match jumps.missing() {
+        Some(
+            Missing::PointLight
+            | Missing::ParallelLight
+            | Missing::Mirror
+            | Missing::Transmission
+            | Missing::Relief,
+        ) => "--method finite-difference takes it, and so does --allow-missing, which leaves it out",
+        _ if *jumps == Unsupported::FieldOfView => "leave that motion out",
+        _ => "--method finite-difference takes it",
+    }
+}
+
+/// What passes through implicit surfaces.
+fn crossed(scene: &Scene) -> impl Iterator<Item = Finding> {
+    let all = scene.implicit_crossings().into_iter();
+    all.map(|crossing| Finding {
+        grave: true,
+        what: passing_through(scene.description(), &crossing),
+        advice: PART,
+    })
+}
+
+/// A scene without light.
+fn unlit(scene: &Scene) -> Option<Finding> {
+    let d = scene.description();
+    let lit =
+        d.environment.is_some() || !d.lights.is_empty() || d.shapes.iter().any(|s| s.radiance.is_some());
+    let what = "nothing emits light: the image is black".to_owned();
+    (!lit).then_some(Finding { grave: true, what, advice: "add an emitter" })
 }
 
 /// What no warp sees because of a shape's material.
@@ -143,8 +201,4 @@ fn faults(shape: &Shape, found: &mut Vec<Finding>) {
             found.push(Finding { grave: false, what, advice });
         }
     }
-}
-
-fn covered(d: &Description, overlap: &Overlap) -> Finding {
-    Finding { grave: true, what: covering(d, overlap), advice: APART }
 }

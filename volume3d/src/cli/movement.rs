@@ -26,8 +26,9 @@ pub(super) struct Moves {
     ///   MATERIAL:reflectance:r,g,b       its constant reflectance
     ///   MATERIAL:roughness:rate          its alpha
     ///   camera:translate:x,y,z           its origin, in scene units
-    ///   camera:rotate:ax,ay,az           by θ |a| radians about the axis a through its origin
-    ///   camera:fov:rate                  its horizontal field of view, radians
+    ///   camera:rotate:ax,ay,az           by θ |a| radians about the axis a through its origin, or
+    ///                                    the middle of an orthographic sensor
+    ///   camera:fov:rate                  its horizontal field of view, radians; not orthographic
     ///
     /// SHAPE, MATERIAL and LIGHT are ids of the scene, which `volume3d info` lists. Axes are in the
     /// world, and turns right-handed. Vertices of a file at one place move together.
@@ -199,7 +200,10 @@ impl Move {
             },
             How::CameraTranslate(velocity) => change.camera.translation += velocity,
             How::CameraRotate(axis) => change.camera.rotation += axis,
-            How::CameraFieldOfView(rate) => change.camera.field_of_view += rate,
+            How::CameraFieldOfView(rate) => {
+                Quantity::find(scene, "camera.fov")?;
+                change.camera.field_of_view += rate;
+            }
         }
         Ok(())
     }

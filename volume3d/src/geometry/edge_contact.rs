@@ -1,4 +1,4 @@
-//! Edges of triangles that lie upon one another.
+//! Edges of triangles that lie upon one another, or upon the inside of a triangle.
 
 use glam::DVec3;
 
@@ -39,6 +39,31 @@ fn common_stretch([p, q]: [DVec3; 2], [a, b]: [DVec3; 2], rounding: f64) -> Opti
     let (low, high) = (s.min(t).max(0.0), s.max(t).min(length));
     let ends = [low, high];
     (high - low > rounding).then(|| [ends.map(|x| x / length), ends.map(|x| (x - s) / (t - s))])
+}
+
+/// The stretch of a segment that lies upon the inside of a triangle, as far as rounded transforms can tell, as parts of the way along it;
+/// nothing if that is no more than a point, or on the triangle's border, or if the triangle has no area.
+pub(crate) fn upon_face([p, q]: [DVec3; 2], triangle: &[DVec3; 3]) -> Option<[f64; 2]> {
+    let size = [&[p, q][..], triangle].concat().iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+    let rounding = ROUNDING * size;
+    let [a, b, c] = *triangle;
+    let normal = (b - a).cross(c - a).try_normalize()?;
+    let length = p.distance(q);
+    if length <= rounding || [p, q].iter().any(|x| normal.dot(x - a).abs() > rounding) {
+        return None;
+    }
+    let (mut low, mut high) = (0.0_f64, 1.0_f64);
+    for k in 0..3 {
+        let inward = normal.cross(triangle[(k + 1) % 3] - triangle[k]).try_normalize()?;
+        let [f, g] = [p, q].map(|x| inward.dot(x - triangle[k]) - rounding);
+        match (f > 0.0, g > 0.0) {
+            (true, true) => {}
+            (true, false) => high = high.min(f / (f - g)),
+            (false, true) => low = low.max(f / (f - g)),
+            (false, false) => return None,
+        }
+    }
+    ((high - low) * length > rounding).then_some([low, high])
 }
 
 #[cfg(test)]

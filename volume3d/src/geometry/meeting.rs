@@ -82,6 +82,32 @@ pub(crate) fn meeting(triangles: &[[DVec3; 3]; 2]) -> Meeting {
     best.1.map_or(Meeting::Apart, Meeting::Through)
 }
 
+/// Whether two points are beyond one another of the plane of a triangle, neither of them in it. A corner of the triangle is in it exactly.
+pub(crate) fn parts(triangle: &[DVec3; 3], [x, y]: [DVec3; 2]) -> bool {
+    let [h, g, _] = heights(&[x, y, x], triangle);
+    (h > 0.0 && g < 0.0) || (h < 0.0 && g > 0.0)
+}
+
+/// The part of a segment in the plane of a triangle that is within it: where it begins and ends on the way from the first point to the
+/// second. Nothing if they have no more than a point in common, or a piece of the triangle's border.
+pub(crate) fn within([p, q]: [DVec3; 2], triangle: &[DVec3; 3]) -> Option<[f64; 2]> {
+    let flat = flattened(triangle);
+    let corners = triangle.map(flat);
+    let inside = orient2d(corners[0], corners[1], corners[2]);
+    let (mut low, mut high) = (0.0_f64, 1.0_f64);
+    for k in 0..3 {
+        let height = |x: DVec3| orient2d(corners[k], corners[(k + 1) % 3], flat(x)) * inside.signum();
+        let [f, g] = [p, q].map(height);
+        match (f > 0.0, g > 0.0) {
+            (true, true) => {}
+            (true, false) => high = high.min(f / (f - g)),
+            (false, true) => low = low.max(f / (f - g)),
+            (false, false) => return None,
+        }
+    }
+    (low < high).then_some([low, high])
+}
+
 /// Corners are in a plane, or on a line, if they are no farther from it than this part of the largest coordinate that was given: a few
 /// roundings.
 pub(crate) const ROUNDING: f64 = 1e-14;
@@ -130,9 +156,7 @@ fn passes(p: DVec3, q: DVec3, triangle: &[DVec3; 3]) -> bool {
 
 /// Whether two triangles of one plane cover a common area: no edge of either has all of the other beyond it.
 fn overlap([s, t]: &[[DVec3; 3]; 2]) -> bool {
-    let normal = (s[1] - s[0]).cross(s[2] - s[0]).abs();
-    let [x, y] = [[1, 2], [2, 0], [0, 1]][normal.max_position()];
-    let flat = |p: DVec3| Coord { x: p[x], y: p[y] };
+    let flat = flattened(s);
     let separates = |s: &[DVec3; 3], t: &[DVec3; 3]| {
         let inside = orient2d(flat(s[0]), flat(s[1]), flat(s[2]));
         (0..3).any(|k| {
@@ -141,6 +165,13 @@ fn overlap([s, t]: &[[DVec3; 3]; 2]) -> bool {
         })
     };
     !separates(s, t) && !separates(t, s)
+}
+
+/// The plane of a triangle, seen along the axis that is most across it: two coordinates of its points, as they are.
+fn flattened([a, b, c]: &[DVec3; 3]) -> impl Fn(DVec3) -> Coord<f64> + Copy + use<> {
+    let normal = (b - a).cross(c - a).abs();
+    let [x, y] = [[1, 2], [2, 0], [0, 1]][normal.max_position()];
+    move |p: DVec3| Coord { x: p[x], y: p[y] }
 }
 
 fn point(p: DVec3) -> Coord3D<f64> {

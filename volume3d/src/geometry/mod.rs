@@ -10,9 +10,9 @@ mod proximity;
 
 pub use accelerator::{Accelerator, Goal, Hit, Ray, Shadows, Sheaf};
 pub use curved::TOLERANCE;
-pub(crate) use edge_contact::{Stretch, common_stretches};
+pub(crate) use edge_contact::{Stretch, common_stretches, upon_face};
 pub use edges::{Edges, HalfEdge};
-pub(crate) use meeting::{End, Meeting, ROUNDING, in_contact, meeting};
+pub(crate) use meeting::{End, Meeting, ROUNDING, in_contact, meeting, parts, within};
 pub use mesh::{Attribute, Mesh, MeshError, Normals};
 pub use proximity::Proximity;
 pub(crate) use proximity::{closest_point, solid_angle};

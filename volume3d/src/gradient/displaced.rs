@@ -58,11 +58,11 @@ impl Tangent {
             }
             None => {}
         }
-        let rotation = turn(step * self.camera.rotation);
         let camera = &mut d.camera;
+        *camera = camera.turned(turn(step * self.camera.rotation));
         camera.origin += step * self.camera.translation;
-        for axis in [&mut camera.right, &mut camera.up, &mut camera.forward] {
-            *axis = rotation * *axis;
+        if camera.orthographic.is_some() && self.camera.field_of_view != 0.0 {
+            return Err(SceneError::FieldOfView);
         }
         camera.field_of_view += step * self.camera.field_of_view;
         Scene::new(d)

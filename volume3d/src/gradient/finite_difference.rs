@@ -9,6 +9,7 @@ use super::groups::{group, numbers};
 use super::progress::Progress;
 use super::result::GradientImage;
 use super::tangent::Tangent;
+use super::unsupported::supports_field_of_view;
 
 use super::DIFFERENCE_PATH;
 use crate::path::{Kernels, Paths};
@@ -49,6 +50,7 @@ impl FiniteDifference {
         if !change.fits(scene) {
             return Err(GradientError::Tangent);
         }
+        supports_field_of_view(scene, change)?;
         if self.samples == 0 {
             return Err(GradientError::Samples { samples: 0, least: 1 });
         }

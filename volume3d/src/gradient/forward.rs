@@ -77,7 +77,7 @@ impl<const N: usize> Differential for Forward<'_, N> {
         let origin_rate = film.origin_rate(change);
         let field = warp.field(|seen| {
             let relative = if seen.followed.is_nothing() {
-                DVec3::ZERO
+                -origin_rate * film.background()
             } else {
                 (self.motion.velocity(scene, &seen.followed) - origin_rate) / seen.distance
             };

@@ -1,6 +1,7 @@
 //! Which samples share random numbers, and which are independent.
 
 use std::cell::OnceCell;
+use std::ops::Range;
 
 use crate::path::{Draws, PreparedSequence, Sequence};
 
@@ -16,25 +17,30 @@ pub(super) const GROUPS: usize = 8;
 /// of the derivative of all pixels at once. The price is noise that is correlated within a square.
 pub(super) const TILE: usize = 16;
 
-/// How many samples a group has; the last may have fewer.
+/// How many groups there are: 8, or as many as there are samples if these are fewer.
+pub(super) fn groups(samples: usize) -> usize {
+    samples.min(GROUPS)
+}
+
+/// The samples of a group: groups differ by one sample at most.
+pub(super) fn group_range(group: usize, samples: usize) -> Range<usize> {
+    let start = |group: usize| group * samples / groups(samples);
+    start(group)..start(group + 1)
+}
+
+/// How many samples the largest group has.
 pub(super) fn group_size(samples: usize) -> usize {
     samples.div_ceil(GROUPS).max(1)
 }
 
-/// The group of a sample.
+/// The group of a sample: the last that begins at it or before.
 pub(super) fn group(sample: usize, samples: usize) -> usize {
-    sample / group_size(samples)
+    ((sample + 1) * groups(samples) - 1) / samples
 }
 
-/// How many groups there are.
-pub(super) fn groups(samples: usize) -> usize {
-    samples.div_ceil(group_size(samples))
-}
-
-/// The parts nₖ/n that groups are of all samples. The last may be smaller.
+/// The parts nₖ/n that groups are of all samples.
 pub(super) fn parts(samples: usize) -> impl Iterator<Item = f64> + Clone {
-    let size = group_size(samples);
-    (0..groups(samples)).map(move |k| size.min(samples - k * size) as f64 / samples as f64)
+    (0..groups(samples)).map(move |k| group_range(k, samples).len() as f64 / samples as f64)
 }
 
 /// What Σₖ (sₖ − nₖ m)² is to be multiplied with for the variance of m, the mean of all samples, if sₖ are the sums of groups: infinite for
@@ -54,9 +60,9 @@ pub(super) fn numbers(
     samples: usize,
     purpose: u64,
 ) -> Sequence {
-    let size = group_size(samples);
-    let address = address((i / TILE, j / TILE), sample / size, purpose);
-    Sequence::new(seed, &address, sample % size)
+    let group = group(sample, samples);
+    let address = address((i / TILE, j / TILE), group, purpose);
+    Sequence::new(seed, &address, sample - group_range(group, samples).start)
 }
 
 fn address((i, j): (usize, usize), group: usize, purpose: u64) -> [u64; 4] {
@@ -138,12 +144,13 @@ impl CellNumbers {
     pub(super) fn of(&self, sample: usize, path: usize) -> (usize, Draws<'_>) {
         let &Self { seed, purpose, paths, samples, .. } = self;
         let tile = self.tiles.get(self.current).expect("a cell has been prepared");
-        let size = group_size(samples);
-        let group = sample / size;
+        let group = group(sample, samples);
+        let of_group = group_range(group, samples);
         let prepared = tile.groups[group].get_or_init(|| {
-            PreparedSequence::new(seed, &address(tile.place, group, purpose), size * paths, self.depth())
+            let size = of_group.len() * paths;
+            PreparedSequence::new(seed, &address(tile.place, group, purpose), size, self.depth())
         });
-        (group, prepared.sample(sample % size * paths + path))
+        (group, prepared.sample((sample - of_group.start) * paths + path))
     }
 }
 
@@ -152,6 +159,25 @@ mod tests {
     use rand::Rng as _;
 
     use super::*;
+
+    /// Of 8 samples on there are 8 groups, which differ by one sample at most.
+    #[test]
+    fn groups_are_eight_of_nearly_one_size() {
+        for samples in 1..300 {
+            assert_eq!(groups(samples), samples.min(8));
+            let sizes: Vec<usize> = (0..groups(samples)).map(|k| group_range(k, samples).len()).collect();
+            let (least, most) = (sizes.iter().min().unwrap(), sizes.iter().max().unwrap());
+            assert!(*least >= 1 && most - least <= 1 && *most == group_size(samples), "{samples}: {sizes:?}");
+            assert_eq!(sizes.iter().sum::<usize>(), samples);
+            for sample in 0..samples {
+                assert!(
+                    group_range(group(sample, samples), samples).contains(&sample),
+                    "{sample} of {samples}"
+                );
+            }
+            assert!((parts(samples).sum::<f64>() - 1.0).abs() < 1e-12);
+        }
+    }
 
     /// Whatever is kept, and however few: many samples leave room for two squares.
     #[test]

@@ -96,7 +96,7 @@ pub use regions::Regions;
 pub use result::{Gradient, GradientImage, Noise, Rendering, Terms};
 pub use rotation::Rotation;
 pub use tangent::{ActiveParameters, CameraTangent, Tangent};
-pub use unsupported::{Missing, Unsupported};
+pub use unsupported::{Missing, Unsupported, unsupported};
 pub use warped_area::{Field, WarpedArea};
 
 /// Streams of random numbers, by what they are for. The paths of an image, of a gradient and of finite differences are

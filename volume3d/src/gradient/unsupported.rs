@@ -57,6 +57,11 @@ pub enum Unsupported {
         /// The method.
         method: &'static str,
     },
+    /// An orthographic camera's field of view changes.
+    #[error(
+        "the camera is orthographic, and has no field of view that could change; move or turn it, or change nothing of it"
+    )]
+    FieldOfView,
     /// A light moves, or geometry before it, whose shadows have no width.
     #[error(
         "point light `{light}` casts shadows without a penumbra, whose motion no warp sees; put a small shape that emits in its place, or move nothing, or take finite differences, or edge sampling and allow missing point lights"
@@ -100,9 +105,22 @@ impl Unsupported {
             Self::Relief { .. } => Some(Missing::Relief),
             Self::Delta { .. } => Some(Missing::PointLight),
             Self::Parallel { .. } => Some(Missing::ParallelLight),
-            Self::Implicit { .. } | Self::Medium { .. } => None,
+            Self::Implicit { .. } | Self::Medium { .. } | Self::FieldOfView => None,
         }
     }
+}
+
+/// Everything in a scene for which gradients along a change are refused, but for [finite differences](super::FiniteDifference).
+#[must_use]
+pub fn unsupported(scene: &Scene, change: &Tangent) -> Vec<Unsupported> {
+    let all = [
+        Missing::Mirror,
+        Missing::Transmission,
+        Missing::Relief,
+        Missing::PointLight,
+        Missing::ParallelLight,
+    ];
+    left_out_of_tangent(scene, change, &all).unwrap_or_else(|refused| vec![refused])
 }
 
 /// What of a change would be silently lost, unless it is allowed to be: then it is listed.
@@ -114,6 +132,7 @@ pub(super) fn left_out_of_tangent(
     change: &Tangent,
     allowed: &[Missing],
 ) -> Result<Vec<Unsupported>, Unsupported> {
+    supports_field_of_view(scene, change)?;
     let lights = scene.description().lights.iter().zip(&change.pose);
     let turned = lights.filter(|(_, rate)| **rate != DVec3::ZERO).map(|(light, _)| light);
     left_out(scene, change.is_geometric(), turned, allowed)
@@ -130,6 +149,12 @@ pub(super) fn left_out_of_active(
 ) -> Result<Vec<Unsupported>, Unsupported> {
     let turned = scene.description().lights.iter().filter(|_| active.poses);
     left_out(scene, active.is_geometric(), turned, allowed)
+}
+
+/// Refuses a change of a field of view where there is none.
+pub(super) fn supports_field_of_view(scene: &Scene, change: &Tangent) -> Result<(), Unsupported> {
+    let is_orthographic = scene.description().camera.orthographic.is_some();
+    if is_orthographic && change.camera.field_of_view != 0.0 { Err(Unsupported::FieldOfView) } else { Ok(()) }
 }
 
 /// Refuses scenes with media: derivatives are of paths between surfaces.

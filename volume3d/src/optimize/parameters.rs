@@ -293,14 +293,18 @@ impl Parameters {
 
     fn apply_camera(&self, x: &[f64], scene: &mut Scene) -> Result<(), SceneError> {
         let (rest, mut camera) = (&self.camera, scene.description().camera.clone());
-        if self.group(Quantity::CameraTranslation).is_some() {
-            camera.origin = rest.origin + self.vector(x, Quantity::CameraTranslation);
-        }
+        let pivot = if self.group(Quantity::CameraTranslation).is_some() {
+            rest.pivot() + self.vector(x, Quantity::CameraTranslation)
+        } else {
+            camera.pivot()
+        };
         if self.group(Quantity::CameraRotation).is_some() {
             let turn = DQuat::from_scaled_axis(self.vector(x, Quantity::CameraRotation));
             [camera.right, camera.up, camera.forward] =
                 [rest.right, rest.up, rest.forward].map(|axis| turn * axis);
         }
+        // A perspective camera turns in place.
+        camera.origin = pivot - camera.orthographic.unwrap_or(0.0) * camera.forward;
         if let Some(group) = self.group(Quantity::FieldOfView) {
             camera.field_of_view = x[group.range.start];
         }

@@ -25,8 +25,8 @@ use crate::scene::{Emitter, NameError, Scene};
 /// | `MATERIAL.roughness` | 1, α, or of principled materials √α | 10⁻³ to 1 |
 /// | `MATERIAL.texture` | 3 a texel, linear RGB | 0 to 1 |
 /// | `camera.translation` | 3, scene units, from where it was | none |
-/// | `camera.rotation` | 3, a rotation vector in radians, about its origin | none |
-/// | `camera.fov` | 1, radians, horizontal | 0.01 to 3.1 |
+/// | `camera.rotation` | 3, a rotation vector in radians, about its origin, or the middle of an orthographic sensor | none |
+/// | `camera.fov` | 1, radians, horizontal, of a perspective camera | 0.01 to 3.1 |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(missing_docs, reason = "each is one row of the table, with the index of what has it")]
 pub enum Quantity {
@@ -74,6 +74,12 @@ pub enum ParameterError {
          outside of 0 to 1; give the surface an image, whose texels can be fitted"
     )]
     Attribute {
+        /// The name.
+        name: String,
+    },
+    /// The field of view of an orthographic camera.
+    #[error("`{name}`: the camera is orthographic, and has no field of view")]
+    FieldOfView {
         /// The name.
         name: String,
     },
@@ -137,6 +143,9 @@ impl Quantity {
         let found = match (what, kind) {
             ("camera", "translation") => Ok(Self::CameraTranslation),
             ("camera", "rotation") => Ok(Self::CameraRotation),
+            ("camera", _) if scene.description().camera.orthographic.is_some() => {
+                return Err(ParameterError::FieldOfView { name: name.to_owned() });
+            }
             ("camera", _) => Ok(Self::FieldOfView),
             (_, "vertex_positions") => shape().map(|shape| Self::VertexPositions { shape }),
             (_, "sdf") => implicit().map(|implicit| Self::Sdf { implicit }),

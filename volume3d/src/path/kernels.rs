@@ -41,7 +41,7 @@ impl Kernels {
     }
 
     /// The kernel for the light of one emitter reflected at x, where a surface of it is seen.
-    pub(super) fn of_light<T: Number>(
+    pub(crate) fn of_light<T: Number>(
         &self,
         scene: &Scene,
         lights: &Lights,

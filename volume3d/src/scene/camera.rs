@@ -1,6 +1,6 @@
 //! Cameras and films.
 
-use glam::{DVec2, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 
 /// A camera with an orthonormal frame: a pinhole, or a thin lens.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +22,9 @@ pub struct Camera {
     pub pixel_aspect: f64,
     /// The lens; nothing for a pinhole, before which all is sharp.
     pub lens: Option<Lens>,
+    /// How far before [`origin`](Self::origin) the sensor is, if this is an orthographic sensor, for which a camera far behind it stands:
+    /// the camera turns about the sensor, and has no field of view that could change. Nothing for a perspective camera.
+    pub orthographic: Option<f64>,
 }
 
 /// A thin lens: an ideal one, a disc across the camera's axis.
@@ -59,6 +62,24 @@ impl Camera {
             principal_point,
             pixel_aspect,
             lens: None,
+            orthographic: None,
+        }
+    }
+
+    /// What the camera turns about: its origin, or the middle of an orthographic sensor.
+    #[must_use]
+    pub fn pivot(&self) -> DVec3 {
+        self.origin + self.orthographic.unwrap_or(0.0) * self.forward
+    }
+
+    /// The same turned about its pivot.
+    #[must_use]
+    pub fn turned(&self, turn: DQuat) -> Self {
+        let [right, up, forward] = [self.right, self.up, self.forward].map(|axis| turn * axis);
+        let turned = Self { right, up, forward, ..self.clone() };
+        match self.orthographic {
+            None => turned,
+            Some(distance) => Self { origin: self.pivot() - distance * forward, ..turned },
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use flatland::sdf::Sdf as _;
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 use super::{
     Blend, Bsdf, Camera, Description, Dielectric, Environment, Film, Filter, ImplicitShape, Light, Material,
@@ -176,7 +176,17 @@ pub(super) fn renamed<'a>(
 }
 
 pub(super) fn camera(camera: &Camera) -> Result<(), SceneError> {
-    let Camera { origin, right, up, forward, field_of_view, principal_point, pixel_aspect, lens } = camera;
+    let Camera {
+        origin,
+        right,
+        up,
+        forward,
+        field_of_view,
+        principal_point,
+        pixel_aspect,
+        lens,
+        orthographic,
+    } = camera;
     let frame = [*right, *up, *forward];
     // A frame read from six digits of a file is orthonormal to about this.
     let tolerance = 1e-5;
@@ -195,7 +205,11 @@ pub(super) fn camera(camera: &Camera) -> Result<(), SceneError> {
     let sizes = lens.iter().flat_map(|lens| {
         [("the radius of the lens", lens.radius), ("the distance in focus", lens.focus_distance)]
     });
-    for (what, size) in sizes {
+    if orthographic.is_some() && (lens.is_some() || *principal_point != DVec2::ZERO) {
+        return Err(SceneError::Orthographic);
+    }
+    let distance = orthographic.map(|distance| ("the distance of an orthographic sensor", distance));
+    for (what, size) in sizes.chain(distance) {
         range(size.is_finite() && size > 0.0, "camera", what, size, "positive and finite")?;
     }
     Ok(())

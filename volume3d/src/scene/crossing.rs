@@ -27,8 +27,9 @@ use glam::DVec3;
 
 use super::adjacency::Adjacency;
 use super::edge_contact::EdgeContact;
-use super::triangle::{Tables, Triangle};
-use crate::geometry::{Accelerator, End, Meeting, in_contact, meeting};
+use super::face_contact::FaceContact;
+use super::triangle::{Tables, Triangle, barycentric};
+use crate::geometry::{Accelerator, End, Meeting, in_contact, meeting, parts, within};
 
 /// A segment along which two triangles pass through one another.
 #[derive(Clone, Copy, Debug)]
@@ -57,6 +58,7 @@ pub(crate) struct Crossings {
     /// Pairs of triangles that cover parts of one plane.
     overlaps: Vec<[u32; 2]>,
     contacts: Vec<EdgeContact>,
+    standing: Vec<FaceContact>,
 }
 
 /// What a pair of triangles gives.
@@ -65,6 +67,7 @@ enum Found {
     Crossing(Crossing),
     Overlap([u32; 2]),
     Contact(EdgeContact),
+    Standing(FaceContact),
 }
 
 impl Crossings {
@@ -74,11 +77,13 @@ impl Crossings {
         let mut found = accelerator.each_pair(tables.positions, &corners, tables.origin, |s, t, found| {
             found.extend(Found::of(tables, adjacency, s, t));
             found.extend(EdgeContact::of(tables, adjacency, [s, t]).into_iter().map(Found::Contact));
+            found.extend(FaceContact::of(tables, adjacency, [s, t]).into_iter().map(Found::Standing));
         });
         let key = |f: &Found| match f {
             Found::Crossing(c) => c.triangles,
             Found::Overlap(pair) => *pair,
             Found::Contact(c) => c.triangles,
+            Found::Standing(c) => c.triangles,
         };
         found.sort_by_key(key);
         let mut crossings = Self::default();
@@ -87,6 +92,7 @@ impl Crossings {
                 Found::Crossing(crossing) => crossings.all.push(crossing),
                 Found::Overlap(pair) => crossings.overlaps.push(pair),
                 Found::Contact(contact) => crossings.contacts.push(contact),
+                Found::Standing(contact) => crossings.standing.push(contact),
             }
         }
         crossings.index(tables.triangles.len());
@@ -122,6 +128,11 @@ impl Crossings {
     /// Edges that lie upon one another.
     pub(super) fn contacts(&self) -> &[EdgeContact] {
         &self.contacts
+    }
+
+    /// Edges that lie upon faces.
+    pub(super) fn standing(&self) -> &[FaceContact] {
+        &self.standing
     }
 
     pub(crate) fn get(&self, index: u32) -> &Crossing {
@@ -175,7 +186,8 @@ fn is_folded(corners: &[[DVec3; 3]; 2]) -> bool {
 }
 
 /// An edge of one triangle lies in the other: surfaces pass through one another there if what continues the first one
-/// beyond its edge is on the other side. Either of the two finds it, and the lower one tells.
+/// beyond its edge is on the other side. Either of the two finds it, and the lower one tells. Both questions are decided exactly: a
+/// neighbour with corners of the other triangle ends in its border, and rounding must not carry it over.
 fn passes_along(
     (other, beyond): (u32, [DVec3; 3]),
     pair: [u32; 2],
@@ -184,31 +196,16 @@ fn passes_along(
     edge: usize,
 ) -> Option<Found> {
     let (own, plane) = (pair[which], corners[1 - which]);
-    let normal = (plane[1] - plane[0]).cross(plane[2] - plane[0]);
     let [p, q] = [corners[which][edge], corners[which][(edge + 1) % 3]];
     let third = |corners: [DVec3; 3]| corners.into_iter().find(|x| *x != p && *x != q);
-    let [h, g] = [third(corners[which])?, third(beyond)?].map(|x| normal.dot(x - p));
-    if own > other || h * g >= 0.0 {
+    let sides = [third(corners[which])?, third(beyond)?];
+    if own > other || !parts(&plane, sides) {
         return None;
     }
-    // The part of the edge within the triangle.
-    let [mut low, mut high] = [0.0_f64, 1.0_f64];
-    for k in 0..3 {
-        let inward = normal.cross(plane[(k + 1) % 3] - plane[k]);
-        let [f, g] = [p, q].map(|x| inward.dot(x - plane[k]));
-        match (f > 0.0, g > 0.0) {
-            (true, true) => {}
-            (true, false) => high = high.min(f / (f - g)),
-            (false, true) => low = low.max(f / (f - g)),
-            (false, false) => return None,
-        }
-    }
+    let [low, high] = within([p, q], &plane)?;
     let end = |along: f64| End { which: 0, edge, along };
     let ordered = [own, pair[1 - which]];
     let corners = [corners[which], plane];
-    if low >= high {
-        return None;
-    }
     Crossing::new(ordered, &corners, [end(low), end(high)], Some(other)).map(Found::Crossing)
 }
 
@@ -312,15 +309,6 @@ impl Crossing {
         }
         point
     }
-}
-
-/// Of a point in the plane of a triangle.
-pub(super) fn barycentric([a, b, c]: &[DVec3; 3], x: DVec3) -> [f64; 3] {
-    let cross = (b - a).cross(c - a);
-    let area = cross.length_squared();
-    let second = (x - a).cross(c - a).dot(cross) / area;
-    let third = (b - a).cross(x - a).dot(cross) / area;
-    [1.0 - second - third, second, third]
 }
 
 #[cfg(test)]

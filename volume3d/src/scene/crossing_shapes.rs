@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::Scene;
-use super::crossing::barycentric;
 use super::edge_contact::SAME;
+use super::triangle::barycentric;
 
 /// Two shapes, or one with itself, that pass through one another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,6 +85,20 @@ impl Scene {
         self.by_shapes(parted.map(|c| c.triangles))
     }
 
+    /// The pairs of shapes, or of parts of one, of which an edge of one lies upon a face of the other.
+    #[must_use]
+    pub fn standing_shapes(&self) -> Vec<Overlap> {
+        self.by_shapes(self.crossings().standing().iter().map(|c| c.triangles))
+    }
+
+    /// Those that a motion of positions parts: a gap opens on one side of the motion, and on the other both pass through one another. The
+    /// two one-sided derivatives differ, and no other exists. Edges that slide over a face do not part from it.
+    #[must_use]
+    pub fn lifted_edges(&self, velocities: &[DVec3]) -> Vec<Overlap> {
+        let parted = self.crossings().standing().iter().filter(|c| c.is_parted(self.tables(), velocities));
+        self.by_shapes(parted.map(|c| c.triangles))
+    }
+
     fn overlaps(&self, counts: impl Fn([u32; 2]) -> bool) -> Vec<Overlap> {
         self.by_shapes(self.crossings().overlaps().iter().copied().filter(|pair| counts(*pair)))
     }
@@ -92,7 +106,8 @@ impl Scene {
     /// Pairs of triangles, counted by their shapes.
     fn by_shapes(&self, pairs: impl Iterator<Item = [u32; 2]>) -> Vec<Overlap> {
         let mut overlaps = BTreeMap::<[u32; 2], Overlap>::new();
-        for pair in pairs {
+        for mut pair in pairs {
+            pair.sort_unstable();
             let shapes = pair.map(|t| self.triangles[t as usize].shape);
             let local = |k: usize| (pair[k] - self.first_triangle[shapes[k] as usize]) as usize;
             let none =

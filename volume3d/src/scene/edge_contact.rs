@@ -55,7 +55,7 @@ impl EdgeContact {
 }
 
 /// Whether edge k of a triangle may be seen as an edge, and is not told of by the triangle beyond it.
-fn is_edge(tables: Tables<'_>, adjacency: &Adjacency, triangle: u32, k: usize) -> bool {
+pub(super) fn is_edge(tables: Tables<'_>, adjacency: &Adjacency, triangle: u32, k: usize) -> bool {
     let Some(other) = adjacency.continued(triangle, k) else { return true };
     let [m, n] = [triangle, other].map(|t| {
         let [a, b, c] = tables.corners(t);

@@ -114,6 +114,12 @@ pub enum SceneError {
     /// The camera's frame is not orthonormal.
     #[error("the camera's right, up and forward are not orthonormal")]
     Frame,
+    /// A camera that stands for an orthographic sensor has what only a perspective one has.
+    #[error("an orthographic camera has no lens, and its axis meets the middle of the film")]
+    Orthographic,
+    /// The field of view of a camera that has none would change.
+    #[error("an orthographic camera has no field of view that could change")]
+    FieldOfView,
     /// The film or its crop has no pixels, or the crop leaves the film.
     #[error("the film of {width} x {height} pixels has no pixels in its crop window")]
     Film {

@@ -13,6 +13,7 @@ mod derived;
 mod description;
 mod edge_contact;
 mod error;
+mod face_contact;
 mod hit;
 mod implicit;
 mod implicit_crossing;

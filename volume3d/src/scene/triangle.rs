@@ -41,3 +41,12 @@ impl Tables<'_> {
         [self.positions[a as usize], self.positions[b as usize], self.positions[c as usize]]
     }
 }
+
+/// Barycentric coordinates of a point in the plane of a triangle.
+pub(super) fn barycentric([a, b, c]: &[DVec3; 3], x: DVec3) -> [f64; 3] {
+    let cross = (b - a).cross(c - a);
+    let area = cross.length_squared();
+    let second = (x - a).cross(c - a).dot(cross) / area;
+    let third = (b - a).cross(x - a).dot(cross) / area;
+    [1.0 - second - third, second, third]
+}

@@ -86,6 +86,11 @@ fn what_no_warp_sees_is_refused_by_name() {
     let text = place.succeed(&format!("{moved} --method interior"));
     assert!(text.contains("WARNING: the interior term alone is biased"), "{text}");
     place.succeed(&format!("{moved} --method finite-difference"));
+    let refused = place.fail(moved, 1, &[]);
+    let linted = place.fail("lint scene.xml --move sheet:translate:1,0,0", 1, &["WRONG: "]);
+    let reason = linted.lines().find_map(|line| line.strip_prefix("WRONG: ")).unwrap();
+    assert!(refused.contains(reason), "{refused} {linted}");
+    assert!(!place.succeed("lint scene.xml --move bulb:intensity:1,1,1").contains("WRONG"));
     assert!(place.succeed("info scene.xml").contains("light `bulb` has no extent"));
 }
 
@@ -111,6 +116,21 @@ fn motions_without_a_derivative_are_warned_of() {
     assert!(moved("0,0,1").contains(edges));
     let lifted = moved("0,1,0");
     assert!(lifted.contains(planes) && !lifted.contains("edges of"), "{lifted}");
+
+    // `lint` says of a motion what `gradient` says of it.
+    let warned = |text: &str| {
+        let lines = text.lines().filter_map(|line| line.strip_prefix("WARNING: "));
+        lines.map(|line| line.rsplit_once("; ").unwrap().0.to_owned()).collect::<Vec<_>>()
+    };
+    for along in ["1,0,0", "0,0,1", "0,1,0", "0,1,1"] {
+        let line = format!("lint scene.xml --move slab:translate:{along}");
+        let expected = warned(&moved(along));
+        let text = if expected.is_empty() { place.succeed(&line) } else { place.fail(&line, 1, &[]) };
+        let found: Vec<_> = text.lines().filter_map(|line| line.strip_prefix("WRONG: ")).collect();
+        assert_eq!(found, expected, "{along}: {text}");
+    }
+    let text = place.succeed("lint scene.xml");
+    assert!(text.contains("hint: shapes `table` and `slab` cover the same part of a plane"), "{text}");
 
     place.write_adjoint(vec![DVec3::ONE; 64]);
     let reverse = |wrt: &str| {

@@ -119,6 +119,11 @@ fn sky(scene: &Scene) -> DVec3 {
 
 fn camera(view: &ViewConfig, scene: &Scene, name: &str) -> anyhow::Result<Camera> {
     let own = &scene.description().camera;
+    if own.orthographic.is_some() && view.fov.is_some() {
+        bail!(
+            "view `{name}`: fov is given, but the scene's camera is orthographic, and has no field of view"
+        );
+    }
     let fov = match view.fov {
         None => own.field_of_view,
         Some(degrees) if degrees > 0.0 && degrees < 180.0 => degrees.to_radians(),
@@ -135,7 +140,11 @@ fn camera(view: &ViewConfig, scene: &Scene, name: &str) -> anyhow::Result<Camera
             "view `{name}`: a camera at {origin} that looks at {target} needs another point, and another up, than {up}"
         );
     }
-    Ok(Camera::look_at(origin, target, up, fov))
+    let camera = Camera::look_at(origin, target, up, fov);
+    let Some(distance) = own.orthographic else { return Ok(camera) };
+    // Its sensor is at the origin that is given.
+    let Camera { right, up, forward, .. } = camera;
+    Ok(Camera { origin: origin - distance * forward, right, up, forward, ..own.clone() })
 }
 
 fn film(view: &ViewConfig, scene: &Scene) -> Film {

@@ -146,8 +146,10 @@ impl Auxiliary<'_> {
         let view = View { origin: x, planes, subject, left, border_softness: 0.0, rounding };
         let known = self.ahead.of(x, direction);
         let sight = Sight { origin: x, from: Some(from), plane: end, field: self.implicit_field(), known };
+        let silhouettes =
+            if kernel.of_light && self.samples_shadows() { Silhouettes::None } else { Silhouettes::All };
         let trace = &mut self.trace;
-        JumpMean::new(scene, tree, Silhouettes::All, &view, direction, reach, &sight, trace)
+        JumpMean::new(scene, tree, silhouettes, &view, direction, reach, &sight, trace)
     }
 
     /// The side of a triangle's plane on which the viewer is.

@@ -36,7 +36,7 @@ pub(crate) fn work(auxiliary: Option<&Auxiliary<'_>>) -> f64 {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Construction {
     /// The mean over jumps near a direction: within so many pixels on the film, so many widths of the kernel elsewhere; softened by so many
-    /// pixels on the film, and so many widths within lobes. Towards lights there is none if shadows are sampled as curves. Implicit surfaces give to it what their
+    /// pixels on the film, and so many widths within lobes. Towards lights, if shadows are sampled as curves, there is what implicit surfaces give to it alone. They give what their
     /// field says.
     JumpMean {
         film: f64,
@@ -126,7 +126,12 @@ impl<'s> Auxiliary<'s> {
 
     /// Whether there may be a warp towards a light that is chosen.
     pub(crate) fn warps_light(&self) -> bool {
-        !matches!(self.construction, Construction::JumpMean { sampled_shadows: true, .. })
+        !self.samples_shadows() || !self.paths.scene.description.implicits.is_empty()
+    }
+
+    /// Whether shadows of meshes are sampled, and no edge of theirs is in the field towards lights.
+    pub(super) fn samples_shadows(&self) -> bool {
+        matches!(self.construction, Construction::JumpMean { sampled_shadows: true, .. })
     }
 
     /// Whether the field within lobes is continuous everywhere: the mean over jumps, unless it is softened, which leaves residuals.

@@ -57,6 +57,8 @@ pub(super) struct Seen {
     pub(super) light: DVec3,
     /// ω × e.
     pub(super) normal: DVec3,
+    /// The emitter.
+    pub(super) of: LightId,
 }
 
 impl<'a> Emitters<'a> {
@@ -138,7 +140,8 @@ impl<'a> Emitters<'a> {
         if light == DVec3::ZERO {
             return None;
         }
-        Some(Seen { along: chosen.rest, edge: index, light, normal })
+        let of = LightId::Shape(edge.shapes[0]);
+        Some(Seen { along: chosen.rest, edge: index, light, normal, of })
     }
 
     /// The edge's point in numbers.

@@ -8,9 +8,10 @@
 //! is left. On the side of the surface that ends V⁻ = v: one side alone counts, but at crossings, which are no one's border. Every
 //! difference is at most twice the largest velocity near by, whatever the gap to the next silhouette.
 //!
-//! Towards lights V = 0, and all of the motion of shadows is left: that of an edge before a light as the shading point sees
+//! Towards lights V = 0 beside meshes, and all of the motion of shadows is left: that of an edge before a light as the shading point sees
 //! it, which slides along its surface with the warp of the film and of the directions before it. So are the outlines of emitters
-//! themselves; those of flat ones are added where next-event estimation meets them.
+//! themselves; those of flat ones are added where next-event estimation meets them. Beside implicit surfaces V is what they give to it, which the
+//! edges of meshes know nothing of: it is continuous there, as rays end at the light's plane whatever is before it, and what is left is v − V.
 //!
 //! At bounces V is softened as on the film, within lobes, and what it leaves of silhouettes that shading points see is sampled
 //! likewise: the light of one side times the speed beyond the field of that side.
@@ -28,11 +29,11 @@ use super::emitters::Emitters;
 use super::primary::Primary;
 use super::secondary::Secondary;
 use super::sensor::CameraSubpath;
-use super::warped_ray::{kernel, warped_ray};
+use super::warped_ray::{kernel, light_kernel, warped_ray};
 use crate::gradient::auxiliary::Auxiliary;
 use crate::gradient::differential::Differential;
 use crate::gradient::motion::MovingBounds;
-use crate::path::{Frame, Kernel, Paths, VisibilityDomain};
+use crate::path::{Frame, Kernel, LightId, Paths, VisibilityDomain};
 use crate::scene::Surface;
 
 /// Silhouettes on the film.
@@ -63,16 +64,36 @@ pub(super) struct Outlines<'p> {
     pub(super) edges: Emitters<'p>,
 }
 
-/// A number whose derivative is (ω × e)·(ẋ_B − ẋ): the speed of an edge's point as the last point of a path sees it, which the warp
-/// moves.
+/// A point of an edge before a light, as the last point of a path sees it.
+struct Lit<T> {
+    point: Vec3<T>,
+    /// Where it is.
+    place: DVec3,
+    /// ω × e.
+    normal: DVec3,
+    light: LightId,
+}
+
+/// A number whose derivative is (ω × e)·(ẋ_B − ẋ − t V): the speed of an edge's point as the last point of a path sees it, which the warp
+/// moves, beyond that of the field towards the light.
 fn speed<C: Differential>(
     paths: &Paths<'_>,
     calculus: &mut C,
     frame: &Frame<C::Number>,
     subpath: &CameraSubpath<'_>,
-    (point, normal): (Vec3<C::Number>, DVec3),
+    Lit { point, place, normal, light }: Lit<C::Number>,
 ) -> Option<C::Number> {
-    let speed = Vec3::constant(normal).dot(point - seen_from(paths, calculus, frame, subpath)?);
+    let seen_from = seen_from(paths, calculus, frame, subpath)?;
+    let across = Vec3::constant(normal);
+    let mut speed = across.dot(point - seen_from);
+    if calculus.warps_light() {
+        let [last, before @ ..] = subpath.vertices else { return None };
+        let viewer = before.first().map_or(subpath.film.still.origin.value(), |vertex| vertex.position);
+        let (direction, distance) = (place - last.position).normalize_and_length();
+        let kernel = light_kernel(paths, viewer, last, light)?;
+        let along = calculus.warp(seen_from, last.surface, direction, kernel).direction;
+        speed = speed - across.dot(along) * distance;
+    }
     (!speed.is_still()).then_some(speed)
 }
 
@@ -151,7 +172,9 @@ impl Boundary for Shadows<'_> {
     ) {
         let paths = self.warp.paths;
         self.edges.each(address, |shadow| {
-            let moving = (shadow.point(paths.scene, calculus), shadow.normal);
+            let Some(light) = shadow.of else { return };
+            let point = shadow.point(paths.scene, calculus);
+            let moving = Lit { point, place: shadow.place(paths.scene), normal: shadow.normal, light };
             if let Some(speed) = speed(paths, calculus, frame, &shadow.subpath, moving) {
                 let (at, light) = (shadow.subpath.at, shadow.light());
                 found(calculus, BoundarySample { at, light, level: 0.0, speed });
@@ -218,7 +241,8 @@ impl Boundary for Outlines<'_> {
     ) {
         let paths = self.warp.paths;
         self.edges.each(address, |subpath, seen| {
-            let moving = (self.edges.point(calculus, seen), seen.normal);
+            let point = self.edges.point(calculus, seen);
+            let moving = Lit { point, place: point.value(), normal: seen.normal, light: seen.of };
             if let Some(speed) = speed(paths, calculus, frame, subpath, moving) {
                 found(calculus, BoundarySample { at: subpath.at, light: seen.light, level: 0.0, speed });
             }

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::curve::Eye;
 use super::sensor::Vertex;
-use crate::path::{Calculus, Kernel, Paths, Plain, SurfacePoint, VisibilityDomain};
+use crate::path::{Calculus, Kernel, LightId, Paths, Plain, SurfacePoint, VisibilityDomain};
 use crate::scene::Surface;
 
 /// The last of a path's shading points, and the direction from it to the vertex that is next, or, if there is none, that in which
@@ -46,10 +46,27 @@ pub(super) fn kernel(
     sees: VisibilityDomain,
     surface: Option<Surface>,
 ) -> Option<Kernel> {
+    let (plain, point) = (Plain { scene: paths.scene }, seen(paths, viewer, vertex));
+    let shading = point.shading(paths.scene, &plain)?;
+    Some(paths.kernels.of_bounce(&shading, sees, surface))
+}
+
+/// The kernel of a direction towards a light, that of `Paths::light_along`. `None` where nothing is reflected.
+pub(super) fn light_kernel(
+    paths: &Paths<'_>,
+    viewer: DVec3,
+    vertex: &Vertex,
+    light: LightId,
+) -> Option<Kernel> {
+    let (plain, point) = (Plain { scene: paths.scene }, seen(paths, viewer, vertex));
+    let shading = point.shading(paths.scene, &plain)?;
+    Some(paths.kernels.of_light(paths.scene, &paths.lights, light, &shading, vertex.position, None))
+}
+
+/// A vertex as it is seen from the one before.
+fn seen(paths: &Paths<'_>, viewer: DVec3, vertex: &Vertex) -> SurfacePoint<f64> {
     let plain = Plain { scene: paths.scene };
     let along = Vec3::constant((vertex.position - viewer).normalize());
     let (origin, distance) = (Vec3::constant(viewer), viewer.distance(vertex.position));
-    let point = SurfacePoint::new(paths.scene, &plain, origin, along, vertex.surface, distance);
-    let shading = point.shading(paths.scene, &plain)?;
-    Some(paths.kernels.of_bounce(&shading, sees, surface))
+    SurfacePoint::new(paths.scene, &plain, origin, along, vertex.surface, distance)
 }

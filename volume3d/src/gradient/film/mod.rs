@@ -30,11 +30,13 @@ pub(crate) struct FilmPlane {
     /// The camera's frame as it stands; its origin is the point of the lens that is looked through.
     pub(crate) still: Frame<f64>,
     lens: Option<Lens>,
-    /// From the camera's origin to that point.
+    /// From what the camera turns about to that point: 0 but for lenses and orthographic sensors.
     offset: DVec3,
+    /// From there to the camera's origin: 0 but for orthographic sensors.
+    arm: DVec3,
     /// The same by the distance in focus, to the right and up: the directions of a film point through two points of the lens differ by it.
     shear: DVec2,
-    /// df/d(field of view), with f = (W/2)/tan(fov/2).
+    /// df/d(field of view), with f = (W/2)/tan(fov/2); 0 of an orthographic sensor, which has none.
     focal_rate: f64,
 }
 
@@ -49,6 +51,7 @@ impl FilmPlane {
             Filter::Gaussian { deviation } => GAUSSIAN_CUT * deviation,
         };
         let focal = focal_length(camera, film.width);
+        let arm = camera.orthographic.map_or(DVec3::ZERO, |distance| -distance * camera.forward);
         Self {
             columns,
             rows,
@@ -65,9 +68,10 @@ impl FilmPlane {
                 forward: Vec3::constant(camera.forward),
                 focal,
             },
-            focal_rate: focal_rate(focal, camera.field_of_view),
+            focal_rate: camera.orthographic.map_or(focal_rate(focal, camera.field_of_view), |_| 0.0),
             lens: camera.lens,
-            offset: DVec3::ZERO,
+            offset: arm,
+            arm,
             shear: DVec2::ZERO,
         }
     }
@@ -84,7 +88,7 @@ impl FilmPlane {
         let (sin, cos) = (TAU * b).sin_cos();
         let point = DVec2::new(cos, sin) * (radius * a.sqrt());
         let (right, up) = (self.still.right.value(), self.still.up.value());
-        let offset = right * point.x + up * point.y;
+        let offset = self.arm + (right * point.x + up * point.y);
         let origin = Vec3::constant(self.still.origin.value() - self.offset + offset);
         Self { still: Frame { origin, ..self.still }, offset, shear: point / focus_distance, ..*self }
     }
@@ -129,11 +133,22 @@ impl FilmPlane {
 
     /// The velocity of the point of the lens that is looked through.
     pub(crate) fn origin_rate(&self, camera: &CameraTangent) -> DVec3 {
-        if self.has_lens() {
-            camera.translation + camera.rotation.cross(self.offset)
-        } else {
+        if self.turns_in_place() {
             camera.translation
+        } else {
+            camera.translation + camera.rotation.cross(self.offset)
         }
+    }
+
+    /// One over the distance at which what is behind everything is followed: 0 where that is far away. Of an orthographic sensor it is
+    /// that of the sensor: at infinity what is seen would pass the film 10⁴ times as fast as all else, when the camera turns.
+    pub(crate) fn background(&self) -> f64 {
+        if self.arm == DVec3::ZERO { 0.0 } else { self.arm.length().recip() }
+    }
+
+    /// Whether the camera turns about the point that is looked through.
+    fn turns_in_place(&self) -> bool {
+        self.offset == DVec3::ZERO
     }
 
     /// The transpose: what a covector of that velocity gives to the rate of rotation, beside that of translation, which it is.
@@ -186,9 +201,9 @@ impl FilmPlane {
         let turned = |axis: Vec3<f64>| Vec3::turned(axis.value(), motion.map(|m| m.rotation));
         let (origin, focal) = (Vec3::constant(origin.value()), C::Number::constant(focal));
         Frame {
-            origin: motion.map_or(origin, |m| match self.lens {
-                None => origin + m.translation,
-                Some(_) => origin + m.translation + m.rotation.cross(Vec3::constant(self.offset)),
+            origin: motion.map_or(origin, |m| match self.turns_in_place() {
+                true => origin + m.translation,
+                false => origin + m.translation + m.rotation.cross(Vec3::constant(self.offset)),
             }),
             right: turned(right),
             up: turned(up),

@@ -20,6 +20,8 @@ use crate::scene::{Scene, Span};
 pub(crate) enum Silhouettes<'e> {
     /// All of the scene.
     All,
+    /// None: they are sampled.
+    None,
     /// These: silhouettes from the viewer's place, with none missing that may be near.
     Listed(&'e Listed),
 }
@@ -135,6 +137,7 @@ impl JumpMean {
                     add(edge, Pole::new(edge.places, origin), false);
                 }
             }),
+            Silhouettes::None => {}
             Silhouettes::Listed(list) => list.for_each(&cone, |edge, pole| add(edge, pole, false)),
         }
         yield_to_jumps(&mut pieces, reach);

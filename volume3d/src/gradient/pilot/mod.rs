@@ -8,7 +8,7 @@
 //! - [edge sampling](EdgeSampling): paths, edges on the film, edges that shading points see before lights and before all else.
 //!
 //! The exact [mean over jumps](super::Field::JumpMean) is the first with ε = 0; at equal time it was never better where both were
-//! measured. It is what is left where a field cannot be softened, beside implicit surfaces, and there nothing is to be chosen.
+//! measured. Beside implicit surfaces it is what is taken, and nothing is chosen: edge sampling does not know their silhouettes.
 //!
 //! Samples of the area of warped-area sampling are spread over the film by the same rule, more of them in squares of pixels where the pilot's
 //! scatter more, if there are 16 or more, of one view, only geometry changes, and light is reflected only once: an [`Allocation`](super::Allocation).

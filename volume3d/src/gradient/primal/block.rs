@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use super::super::PATH;
 use super::super::driver::CellSink;
 use super::super::film::FilmPlane;
-use super::super::groups::{CellNumbers, TILE, group_size, groups};
+use super::super::groups::{CellNumbers, TILE, group_range, group_size, groups};
 use super::splat::Splat;
 use crate::lanes::Instructions;
 use crate::path::{Paths, Wave, WaveTables};
@@ -82,7 +82,7 @@ impl<'p> BlockSampler<'p> {
         self.numbers.prepare((i, j), self.samples);
         let before = sink.non_finite.len();
         for group in 0..groups(self.samples) {
-            let samples = group * size..self.samples.min((group + 1) * size);
+            let samples = group_range(group, self.samples);
             if self.trace(cells.clone(), j, samples.clone(), &sink) {
                 self.add(cells.clone(), j, group, samples, wanted, &mut sink);
             }

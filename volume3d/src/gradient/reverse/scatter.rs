@@ -65,11 +65,12 @@ impl<'t> Reverse<'_, 't> {
     fn scatter_film(&self, a: DVec2, b: f64, sums: &mut Accumulator) {
         let Some(warp) = &self.film_warp else { return };
         warp.scatter(a, b, |seen, covector| {
-            let mut translation = DVec3::ZERO;
-            if !seen.followed.is_nothing() {
+            let translation = if seen.followed.is_nothing() {
+                -covector * warp.film.background()
+            } else {
                 self.scatter_hit(seen, covector / seen.distance, sums);
-                translation = -covector / seen.distance;
-            }
+                -covector / seen.distance
+            };
             if self.inputs.active.camera {
                 let (rotation, zoom) = warp.apparent_transpose(seen.direction, covector);
                 let rotation = rotation + warp.film.origin_rate_transpose(translation);

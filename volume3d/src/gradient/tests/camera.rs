@@ -1,9 +1,10 @@
-//! Cameras whose axis is beside the middle of the film, and whose pixels are not square.
+//! Cameras whose axis is beside the middle of the film, whose pixels are not square, and that stand for orthographic sensors.
 
-use glam::DVec2;
+use glam::{DQuat, DVec2};
 
 use super::*;
-use crate::scene::{Crop, Film};
+use crate::optimize::Parameters;
+use crate::scene::{Crop, Film, SceneError};
 
 /// What a part of a centred film sees, a film of its own sees with its axis elsewhere: the same samples, to rounding.
 #[test]
@@ -103,4 +104,115 @@ fn cameras_that_are_none_are_refused() {
         let message = refused(&|camera| camera.pixel_aspect = aspect);
         assert!(message.contains("pixel aspect"), "{message}");
     }
+}
+
+/// How much the square of [`before_sensor`] is turned, in radians.
+const TURNED: f64 = 0.5;
+
+/// A square that is turned about a vertical axis, beside the axis of an orthographic sensor of width 4.
+fn before_sensor() -> Scene {
+    let distance = 2e4;
+    let origin = DVec3::new(0.0, 0.0, distance);
+    let camera = Camera::look_at(origin, DVec3::ZERO, DVec3::Y, 2.0 * 1e-4_f64.atan());
+    let mut d = Description::new(
+        Camera { orthographic: Some(distance), ..camera },
+        film(6, Filter::Tent { radius: 1.0 }),
+    );
+    let place = at(0.2, -0.1, -3.0, 0.7) * DAffine3::from_rotation_y(TURNED);
+    d.add_emitter("square", Mesh::rectangle().transformed(&place), DVec3::splat(2.0));
+    Scene::new(d).unwrap()
+}
+
+/// As an orthographic sensor turns, what it sees moves past it at the speed of its distance from the sensor, and is seen as cos(turn − angle)
+/// wide.
+#[test]
+fn orthographic_sensors_turn_about_themselves() {
+    let scene = before_sensor();
+    assert!(scene.description().camera.pivot().length() < 1e-9);
+    let mut change = Tangent::still(&scene);
+    change.camera.rotation = DVec3::Y;
+    // Columns are weighted by their distance from the middle: Σ h of that is exactly a film point's own. With 1.5 pixels a unit of length and
+    // three channels the sum is area · cos(TURNED − θ) (0.2 cos θ + 3 sin θ) 1.5.
+    let weighted = |image: Image| -> Vec<DVec3> {
+        image.pixels.iter().enumerate().map(|(i, g)| *g * ((i % 6) as f64 - 2.5)).collect()
+    };
+    let area = 3.0 * 2.0 * (1.4_f64 * 1.5).powi(2);
+    let exact = area * 1.5 * (0.2 * TURNED.sin() + 3.0 * TURNED.cos());
+    // What stands in for the sensor sees things by 3/20,000 smaller.
+    let slack = 2e-3 * exact;
+    let none = Progress::none();
+    let mut comparisons = Comparisons::of("orthographic_sensors_turn_about_themselves");
+    for (name, field, samples) in [
+        ("the mean over jumps", Field::default(), 16),
+        ("softened", Field::softened(16), 16),
+        ("auxiliary rays", Field::AuxiliaryRays, 320),
+    ] {
+        let found = total(|seed| {
+            let method = WarpedArea { samples, field, seed, ..WarpedArea::default() };
+            weighted(method.forward(&scene, &change, &none).unwrap().gradient)
+        });
+        comparisons.add(name.to_owned(), found, (exact, 0.0), slack, exact);
+    }
+    let edges = |change: &Tangent| {
+        total(|seed| {
+            let method = EdgeSampling { samples: 8, primary: 40, seed, ..EdgeSampling::default() };
+            weighted(method.forward(&scene, change, &none).unwrap().gradient)
+        })
+    };
+    comparisons.add("edge sampling".to_owned(), edges(&change), (exact, 0.0), slack, exact);
+    let differences = total(|seed| {
+        let method = FiniteDifference { samples: 512, step: 0.03, seed };
+        weighted(method.forward(&scene, &change, &none).unwrap().gradient)
+    });
+    comparisons.add("finite differences".to_owned(), differences, (exact, 0.0), slack, exact);
+    // About the eye that stands in for it, a turn carries all of the image away.
+    let mut other = change.clone();
+    other.camera.translation = DVec3::Y.cross(2e4 * DVec3::Z);
+    comparisons.reject("about a distant eye", edges(&other), (exact, 0.0));
+    comparisons.finish();
+    let mut change = random_tangent(&scene, 7);
+    change.camera.field_of_view = 0.0;
+    let adjoint = random_adjoint((6, 6));
+    for field in [Field::default(), Field::softened(16), Field::AuxiliaryRays] {
+        let method = WarpedArea { samples: 16, seed: 2, field, ..WarpedArea::default() };
+        let image = method.forward(&scene, &change, &none).unwrap().gradient;
+        let forward: f64 = image.pixels.iter().zip(&adjoint.pixels).map(|(g, a)| g.dot(*a)).sum();
+        let active = ActiveParameters::everything(&scene);
+        let gradient = method.reverse(&scene, &adjoint, &active, &none).unwrap().by_parameter;
+        let reverse = gradient.dot(&change);
+        // Turns of an arm 10⁴ times as long as what is seen cancel.
+        assert!((forward - reverse).abs() < 1e-6 * forward.abs(), "{field:?}: {forward} {reverse}");
+        assert_eq!(gradient.camera.field_of_view, 0.0);
+    }
+}
+
+/// What is applied, displaced and differentiated is one motion; a field of view is no parameter of an orthographic sensor.
+#[test]
+fn poses_of_orthographic_sensors_are_about_the_sensor() {
+    let mut scene = before_sensor();
+    let parameters = Parameters::new(&scene, &["camera.translation", "camera.rotation"]).unwrap();
+    let x = [0.1, -0.2, 0.3, 0.4, -0.1, 0.2];
+    let turn = DQuat::from_scaled_axis(DVec3::new(0.4, -0.1, 0.2));
+    parameters.apply(&x, &mut scene).unwrap();
+    let camera = &scene.description().camera;
+    assert!(camera.pivot().distance(DVec3::new(0.1, -0.2, 0.3)) < 1e-9);
+    assert!(camera.forward.distance(turn * DVec3::NEG_Z) < 1e-12);
+    let mut change = Tangent::still(&scene);
+    change.camera.rotation = DVec3::new(-0.3, 0.2, 0.5);
+    let displaced = change.displaced(&scene, 0.7).unwrap().description().camera.clone();
+    assert!(displaced.pivot().distance(camera.pivot()) < 1e-9);
+    let further = DQuat::from_scaled_axis(0.7 * change.camera.rotation);
+    assert!(displaced.forward.distance(further * camera.forward) < 1e-12);
+
+    let named = Parameters::new(&scene, &["camera.fov"]).unwrap_err().to_string();
+    assert!(named.contains("the camera is orthographic"), "{named}");
+    let mut wider = Tangent::still(&scene);
+    wider.camera.field_of_view = 1.0;
+    let none = Progress::none();
+    let refused = GradientError::Unsupported(Unsupported::FieldOfView);
+    assert_eq!(WarpedArea::default().forward(&scene, &wider, &none).unwrap_err(), refused);
+    assert_eq!(EdgeSampling::default().forward(&scene, &wider, &none).unwrap_err(), refused);
+    assert_eq!(Rotation::default().forward(&scene, &wider, &none).unwrap_err(), refused);
+    assert_eq!(FiniteDifference::default().forward(&scene, &wider, &none).unwrap_err(), refused);
+    assert_eq!(wider.displaced(&scene, 0.1).unwrap_err(), SceneError::FieldOfView);
 }

@@ -9,7 +9,7 @@ pub enum Field {
     /// interpolated normals are no edges: see [`WarpedArea::sign_changes`](super::WarpedArea::sign_changes)).
     /// Edges of meshes are listed once. None of them is tested for visibility, and none is sampled but the
     /// borders of flat emitters. Implicit surfaces join the mean by the points of their sphere tracer, as
-    /// [`WarpedArea::implicit`](super::WarpedArea::implicit) says: it is the one field that knows them.
+    /// [`WarpedArea::implicit`](super::WarpedArea::implicit) says: this field and the softened one know them so.
     JumpMean {
         /// How far away edges count on the film, in pixels.
         film: f64,
@@ -29,8 +29,13 @@ pub enum Field {
     /// as by all that trace from the camera; [edge sampling](crate::gradient::EdgeSampling) traces such points backwards.
     ///
     /// Directions towards lights are not warped: the edges of shadows and the outlines of emitters are sampled, with the speed at which
-    /// they pass the shading point. Within lobes the mean is softened as on the film, or exact. Beside implicit surfaces all of the field is the exact
-    /// mean, and towards lights it is where an emitter has a texture, or something passes through one or lies on it.
+    /// they pass the shading point. Within lobes the mean is softened as on the film, or exact. Towards lights it is exact where an emitter has a texture, or something
+    /// passes through one or lies on it, and beside implicit surfaces where normals are interpolated.
+    ///
+    /// The silhouettes and shadows of implicit surfaces are no curves that could be drawn: what the points of their tracer give to the mean is not
+    /// softened ([`WarpedArea::implicit`](super::WarpedArea::implicit)), and is all of the field towards lights whose shadows are sampled. It grows without bound at their
+    /// silhouettes, so that the field is continuous there, and the curves of meshes are sampled with the speed that it leaves them. The bounds above
+    /// are those of meshes.
     Softened {
         /// How far away edges count on the film, in pixels.
         film: f64,

@@ -35,7 +35,9 @@ use super::primal::primal;
 use super::progress::Progress;
 use super::result::{Gradient, GradientImage};
 use super::tangent::{ActiveParameters, Tangent};
-use super::unsupported::{left_out_of_active, left_out_of_tangent, supports_meshes_only, supports_no_media};
+use super::unsupported::{
+    left_out_of_active, left_out_of_tangent, supports_field_of_view, supports_meshes_only, supports_no_media,
+};
 use crate::Image;
 use crate::path::{Kernels, Paths};
 use crate::scene::Scene;
@@ -186,11 +188,9 @@ impl WarpedArea {
         Effort { primary: silhouettes, secondary: shadows, bounces, seed: self.seed, levels }
     }
 
-    /// What the field is made of in a scene. Beside implicit surfaces, whose silhouettes are no curves to be sampled, means over jumps
-    /// are exact; and so they are towards lights where shadows are no curves that can be sampled.
+    /// What the field is made of in a scene. Towards lights means over jumps are exact where shadows are no curves that can be sampled.
     pub(super) fn construction(&self, scene: &Scene) -> Construction {
         let implicit = self.implicit;
-        let curves = scene.description.implicits.is_empty();
         match self.field {
             Field::JumpMean { film, lobe } => Construction::JumpMean {
                 film,
@@ -201,12 +201,12 @@ impl WarpedArea {
                 implicit,
             },
             Field::Softened { film, lobe, softness, shadows, bounces, .. } => {
-                let sampled_shadows = curves && shadows > 0 && shadows::are_curves(scene);
+                let sampled_shadows = shadows > 0 && shadows::are_curves(scene);
                 Construction::JumpMean {
                     film,
                     lobe,
-                    softness: if curves { softness } else { 0.0 },
-                    lobe_softness: if curves && bounces > 0 { softness / film * lobe } else { 0.0 },
+                    softness,
+                    lobe_softness: if bounces > 0 { softness / film * lobe } else { 0.0 },
                     sampled_shadows,
                     implicit,
                 }
@@ -292,6 +292,7 @@ impl WarpedArea {
         if !change.fits(scene) {
             return Err(GradientError::Tangent);
         }
+        supports_field_of_view(scene, change)?;
         if self.warps {
             left_out_of_tangent(scene, change, &[])?;
         }

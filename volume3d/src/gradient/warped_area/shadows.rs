@@ -3,10 +3,13 @@
 use crate::scene::{Scene, Surface};
 
 /// Whether all jumps of the light of a scene's emitters, as shading points see them, are curves that are sampled: not where
-/// something passes through an emitter or covers it in one plane, and not where an emitter has a texture, which may jump.
+/// something passes through an emitter or covers it in one plane; not where an emitter has a texture, which may jump; and not where there
+/// is a field towards lights, that of implicit surfaces, and horizons of faces with interpolated normals, which are sampled as if there were
+/// none.
 pub(in crate::gradient) fn are_curves(scene: &Scene) -> bool {
     let textured = scene.description.shapes.iter().any(|shape| shape.radiance_texture.is_some());
-    !textured && !are_crossed(scene)
+    let bent = !scene.description.implicits.is_empty() && !scene.normals.is_empty();
+    !textured && !bent && !are_crossed(scene)
 }
 
 fn emits(scene: &Scene, shape: u32) -> bool {

@@ -113,6 +113,7 @@ impl View {
             principal_point,
             pixel_aspect,
             lens: None,
+            orthographic: None,
         })
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! The camera stands behind the sensor by [`FAR`] times half its width. Its rays are parallel to within 1/FAR, and what is a
 //! depth z before the sensor is seen smaller by z/(FAR w), w half the width: with a depth of ten widths, by two thousandths. Images
-//! and derivatives are those of that camera.
+//! and derivatives are those of that camera, which turns about the sensor.
 
 use glam::{DAffine3, DVec2, DVec3};
 
@@ -47,6 +47,7 @@ pub(super) fn camera<'a>(object: &Object<'a>) -> Result<(Camera, Clips<'a>), Err
         principal_point: DVec2::ZERO,
         pixel_aspect: x / y,
         lens: None,
+        orthographic: Some(behind),
     };
     Ok((camera, clips))
 }

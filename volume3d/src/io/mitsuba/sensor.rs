@@ -85,6 +85,7 @@ pub(super) fn default_sensor<'a>(
         principal_point: DVec2::ZERO,
         pixel_aspect: 1.0,
         lens: None,
+        orthographic: None,
     };
     let film = film_of_size(size.unwrap_or(DEFAULT_SIZE));
     Some(Sensor { camera, clips: Clips::default(), film, samples: DEFAULT_SAMPLES as usize, medium: None })
@@ -128,7 +129,19 @@ fn camera<'a>(object: &Object<'a>, radius: f64, aspect: f64) -> Result<(Camera, 
     };
     // Mitsuba's x axis points to the left of the image.
     let (right, up, forward) = (-frame.x_axis, frame.y_axis, frame.z_axis);
-    Ok((Camera { origin, right, up, forward, field_of_view, principal_point, pixel_aspect, lens }, clips))
+    let orthographic = None;
+    let camera = Camera {
+        origin,
+        right,
+        up,
+        forward,
+        field_of_view,
+        principal_point,
+        pixel_aspect,
+        lens,
+        orthographic,
+    };
+    Ok((camera, clips))
 }
 
 /// The horizontal field of view in radians, with `aspect` the film's width by its height.

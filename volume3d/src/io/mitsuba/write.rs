@@ -177,7 +177,9 @@ impl Writer<'_> {
     }
 
     fn sensor(&mut self, Description { camera, film, samples, camera_medium, .. }: &Description) {
+        let orthographic = camera.orthographic.map(|distance| distance * (0.5 * camera.field_of_view).tan());
         match camera.lens {
+            None if orthographic.is_some() => self.line("<sensor type=\"orthographic\">"),
             None => self.line("<sensor type=\"perspective\">"),
             Some(Lens { radius, focus_distance }) => {
                 self.line("<sensor type=\"thinlens\">");
@@ -185,7 +187,9 @@ impl Writer<'_> {
                 self.value("float", "focus_distance", focus_distance);
             }
         }
-        self.value("float", "fov", camera.field_of_view.to_degrees());
+        if orthographic.is_none() {
+            self.value("float", "fov", camera.field_of_view.to_degrees());
+        }
         // As Mitsuba has them, see the reader.
         let offset = -camera.principal_point;
         for (name, offset) in [("principal_point_offset_x", offset.x), ("principal_point_offset_y", offset.y)]
@@ -194,11 +198,14 @@ impl Writer<'_> {
                 self.value("float", name, offset);
             }
         }
-        if camera.pixel_aspect != 1.0 {
+        if camera.pixel_aspect != 1.0 && orthographic.is_none() {
             self.value("float", "pixel_aspect", camera.pixel_aspect);
         }
         // Mitsuba's x axis points to the left of the image.
-        self.world_transform(DMat3::from_cols(-camera.right, camera.up, camera.forward), camera.origin);
+        let frame = DMat3::from_cols(-camera.right, camera.up, camera.forward);
+        // Half the width and height of what an orthographic sensor sees are scales.
+        let scale = orthographic.map_or(DVec3::ONE, |x| DVec3::new(x, x / camera.pixel_aspect, 1.0));
+        self.world_transform(frame * DMat3::from_diagonal(scale), camera.pivot());
         self.medium_reference("medium", *camera_medium);
         self.line("<sampler type=\"independent\">");
         self.value("integer", "sample_count", samples);

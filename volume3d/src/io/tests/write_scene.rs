@@ -346,3 +346,23 @@ fn a_factor_on_a_textured_radiance_is_written() {
     let emitted: Vec<DVec3> = texture.texels.iter().map(|texel| lamp.radiance.unwrap() * *texel).collect();
     assert_eq!(emitted, [DVec3::new(2.0, 0.0, 0.0), DVec3::new(1.0, 1.0, 8.0)]);
 }
+
+/// An orthographic sensor is written as one, and turns about the same place when it is read again.
+#[test]
+fn orthographic_sensors_are_written() {
+    let distance = 3e4;
+    let origin = DVec3::new(1.0, 2.0, 3.0) + distance * DVec3::Z;
+    let camera = Camera::look_at(origin, DVec3::new(1.0, 2.0, 0.0), DVec3::Y, 2.0 * 1e-4_f64.atan());
+    let camera = Camera { orthographic: Some(distance), pixel_aspect: 1.5, ..camera };
+    let film = Film { width: 8, height: 9, crop: None, filter: Filter::Box };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("orthographic.xml");
+    write_scene(&path, &Scene::new(Description::new(camera.clone(), film)).unwrap()).unwrap();
+    let read = load_scene(&path).unwrap().camera;
+    assert!(read.pivot().distance(camera.pivot()) < 1e-8 && read.origin.distance(camera.origin) < 1e-8);
+    assert!(
+        (read.orthographic.unwrap() / distance - 1.0).abs() < 1e-12
+            && (read.pixel_aspect - 1.5).abs() < 1e-12
+    );
+    assert!((read.field_of_view / camera.field_of_view - 1.0).abs() < 1e-12);
+}

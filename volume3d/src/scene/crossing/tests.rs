@@ -214,3 +214,99 @@ fn a_surface_passes_through_along_its_own_edge() {
     assert_eq!(count(-1.0), 2);
     assert_eq!(count(1.0), 0, "it only touches");
 }
+
+/// A box of n × n squares a side: corners of integers stay where they are, so that faces have theirs in common.
+fn squares(n: u32) -> Mesh {
+    let (mut positions, mut triangles) = (vec![], vec![]);
+    for face in 0..6 {
+        let turn = match face {
+            0..4 => DQuat::from_rotation_x(f64::from(face) * std::f64::consts::FRAC_PI_2),
+            _ => DQuat::from_rotation_y((f64::from(face) - 4.5) * std::f64::consts::PI),
+        };
+        let along = |i: u32| f64::from(2 * i) - f64::from(n);
+        let at = |i: u32, j: u32| (turn * DVec3::new(along(i), along(j), f64::from(n))).round();
+        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+            let first = positions.len() as u32;
+            positions.extend([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
+            triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+        }
+    }
+    Mesh::new(positions, triangles).unwrap()
+}
+
+fn prism(outline: &[[f64; 2]], parts: &[[usize; 3]]) -> Mesh {
+    let n = outline.len();
+    let ring = |z: f64| outline.iter().map(move |[x, y]| DVec3::new(*x, *y, z));
+    let sides = (0..n).flat_map(|i| {
+        let j = (i + 1) % n;
+        [[i, j, n + j], [i, n + j, n + i]]
+    });
+    let ends = parts.iter().flat_map(|&[a, b, c]| [[a, c, b], [n + a, n + b, n + c]]);
+    let triangles = sides.chain(ends).map(|t| t.map(|i| i as u32)).collect();
+    Mesh::new(ring(-0.7).chain(ring(0.4)).collect(), triangles).unwrap()
+}
+
+/// Triangles of closed meshes touch in corners and edges, also where corners of one lie exactly in the plane of the other by chance.
+#[test]
+fn closed_meshes_that_are_turned_do_not_pass_through_themselves() {
+    let bent = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.4], [0.4, 0.4], [0.4, 1.0], [0.0, 1.0]];
+    let closed = [
+        Mesh::cube(),
+        squares(3),
+        prism(&bent, &[[0, 1, 3], [1, 2, 3], [0, 3, 5], [3, 4, 5]]),
+        prism(&[[0.0, 0.0], [1.0, 0.0], [1.0, 0.01]], &[[0, 1, 2]]),
+        Mesh::sphere(),
+    ];
+    let mut rng = stream(47, &[]);
+    for (kind, mesh) in closed.into_iter().enumerate() {
+        let trials = if mesh.triangles().len() > 500 { 4 } else { 150 };
+        for trial in 0..trials {
+            let scale = DVec3::from_array(std::array::from_fn(|_| 0.1 + open01(&mut rng)));
+            // As people write them: whole degrees about one axis, and any turn.
+            let (turn, scale) = match trial % 2 {
+                0 => {
+                    let turn = DQuat::from_rotation_y((5.0 * f64::from(trial)).to_radians());
+                    (turn, DVec3::new(0.3, 0.6, 0.15))
+                }
+                _ => (DQuat::from_scaled_axis(3.0 * random(&mut rng)), scale),
+            };
+            let place = if trial % 4 < 2 { DVec3::ZERO } else { random(&mut rng) };
+            let map = DAffine3::from_scale_rotation_translation(scale, turn, place);
+            let scene = scene(vec![mesh.clone().transformed(&map)]);
+            let (crossing, overlapping) = (scene.crossing_shapes(), scene.overlapping_shapes());
+            let none = crossing.is_empty() && overlapping.is_empty() && scene.standing_shapes().is_empty();
+            assert!(none, "{kind}, {trial}: {crossing:?} {overlapping:?} {:?}", scene.standing_shapes());
+        }
+    }
+}
+
+/// What stands on a face on an edge slides over it, and leaves it as it is lifted; not if the face goes along.
+#[test]
+fn edges_upon_faces_are_told_when_they_leave_them() {
+    let turn = DAffine3::from_quat(DQuat::from_scaled_axis(DVec3::new(0.3, -1.1, 0.7)));
+    for turn in [DAffine3::IDENTITY, turn] {
+        let up = DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2);
+        let place = DVec3::new(0.1, 0.2, 0.3);
+        let wall = turn * DAffine3::from_scale_rotation_translation(DVec3::splat(0.3), up, place);
+        let scene = scene(vec![
+            Mesh::rectangle().transformed(&(turn * DAffine3::from_scale(DVec3::splat(2.0)))),
+            Mesh::rectangle().transformed(&wall),
+            Mesh::sphere().transformed(&DAffine3::from_translation(9.0 * DVec3::X)),
+        ]);
+        let own = scene.position_range(1);
+        let moved = |v: DVec3| -> Vec<DVec3> {
+            let rate = turn.transform_vector3(v);
+            (0..scene.positions.len()).map(|i| if own.contains(&i) { rate } else { DVec3::ZERO }).collect()
+        };
+        let lifted = |rates: &[DVec3]| -> Vec<[usize; 2]> {
+            scene.lifted_edges(rates).iter().map(|o| o.shapes).collect()
+        };
+        assert_eq!(scene.standing_shapes().iter().map(|o| o.shapes).collect::<Vec<_>>(), [[0, 1]]);
+        assert!(scene.overlapping_shapes().is_empty() && scene.coinciding_edges().is_empty());
+        assert_eq!(lifted(&moved(DVec3::Z)), [[0, 1]]);
+        assert_eq!(lifted(&moved(DVec3::new(1.0, 0.0, -0.1))), [[0, 1]]);
+        assert_eq!(lifted(&moved(DVec3::new(1.0, -0.4, 0.0))), <[[usize; 2]; 0]>::default(), "it slides");
+        let together = vec![DVec3::new(0.1, 0.2, 0.3); scene.positions.len()];
+        assert_eq!(lifted(&together), <[[usize; 2]; 0]>::default());
+    }
+}

@@ -189,6 +189,8 @@ pub(super) struct Shadow<'s> {
     pub(super) distance: f64,
     /// ω × e.
     pub(super) normal: DVec3,
+    /// The light that the direction was drawn for.
+    pub(super) of: Option<LightId>,
     edge: &'s Edge,
     along: f64,
 }
@@ -197,6 +199,12 @@ impl Shadow<'_> {
     /// The difference of light.
     pub(super) fn light(&self) -> DVec3 {
         self.lights[0] - self.lights[1]
+    }
+
+    /// The edge's point.
+    pub(super) fn place(&self, scene: &Scene) -> DVec3 {
+        let [a, b] = self.edge.span(scene);
+        a.lerp(b, self.along)
     }
 
     /// The edge's point in numbers.
@@ -281,7 +289,8 @@ impl Secondary<'_> {
                 let factor = subpath.weight * scale * sides.share;
                 let lights = lights.map(|light| light * factor);
                 let hits = sides.hits;
-                found(&Shadow { subpath, lights, hits, direction, distance, normal, edge, along });
+                let of = drawn.aim.map(|aim| aim.id);
+                found(&Shadow { subpath, lights, hits, direction, distance, normal, of, edge, along });
             },
         );
     }
