@@ -165,7 +165,7 @@ impl<'a> Check<'a> {
         let seed = self.seed(WEIGHTS, 0);
         let method = FiniteDifference { samples: WEIGHT_SAMPLES, step, seed };
         let image = method.forward(self.scene, self.change, &silent())?.gradient;
-        let channels = || image.pixels.iter().flat_map(|p| p.to_array()).filter(|c| *c != 0.0);
+        let channels = || image.pixels.iter().flat_map(DVec3::to_array).filter(|c| *c != 0.0);
         let (sum, count) = channels().fold((0.0, 0.0), |(sum, count), c| (sum + c * c, count + 1.0));
         if count == 0.0 {
             return Ok(vec![DVec3::ONE; image.pixels.len()]);
