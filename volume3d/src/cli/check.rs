@@ -8,11 +8,10 @@ use clap::error::ErrorKind;
 use flatland::random::stream;
 use glam::DVec3;
 use rand::Rng;
-use volume3d::gradient::{FiniteDifference, GradientError, Tangent};
-use volume3d::io::signed_range;
+use volume3d::gradient::{Contribution, FiniteDifference, GradientError, Tangent};
 use volume3d::scene::Scene;
 
-use super::comparison::{Estimate, RESOLUTION, Slope, TOLERATED, Verdict, verdict};
+use super::comparison::{Estimate, RESOLUTION, RUNS, Slope, Verdict, verdict};
 use super::extent;
 use super::gradient::step;
 use super::method::{Estimator, MethodOptions};
@@ -24,18 +23,21 @@ use super::{Outcome, Report, contact, usage};
 
 /// Validates a gradient: the method against central finite differences, at several steps.
 ///
-/// Both estimate one number, the weighted total of the gradient image. Its weights are a third, independent estimate of
-/// the gradient, so that parts of opposite sign do not cancel and every pixel counts as it should. The error of that
-/// number is taken from 16 independent runs, so that noise which pixels have in common is counted in full; all steps see
-/// the same random numbers.
+/// Both estimate one number, the weighted total of the gradient image. Its weights, between -1 and 1, are a third,
+/// independent estimate of the gradient, so that parts of opposite sign do not cancel. The error of that number is taken
+/// from 16 independent runs, so that noise which pixels have in common is counted in full; all steps see the same random
+/// numbers.
 ///
-/// The table gives for every step the slope by finite differences, z (how many standard errors the method is off), and
-/// the relative difference. Large steps are biased by ~ step², small ones are noisy; the verdict uses the step with the
-/// smallest sum of both.
+/// The table gives for every step the slope by finite differences, its standard error, how far larger steps say that it
+/// is off, z (how many standard errors the method is off), and the relative difference. Large steps are biased, small
+/// ones are noisy: few samples see a silhouette move, and perhaps none. So every step but the largest has bounds for the
+/// true slope: what chance may do to 16 runs, what samples like the largest that was seen may add, a change of the
+/// brightest pixel that no sample saw, and an error of the step that falls at least in proportion to it. The method
+/// DIFFERs if it is outside of the bounds of any step. Of a right gradient that is said in at most one of 900 checks.
 ///
-/// AGREE means that no difference of a tenth of the slope or more is left: four standard errors and what the step
-/// explains are less than that. OPEN means that noise or steps leave more; raise --spp as it says. Where neither the
-/// method nor differences see any change there is nothing to check, and that is said.
+/// AGREE means that the narrowest of these bounds are within a tenth of the slope. OPEN means that noise or steps leave
+/// more; raise --spp as it says. Where neither the method nor differences see any change there is nothing to check, and
+/// that is said.
 ///
 /// Exit status: 0 if they agree; 1 if they differ, or nothing changes; 3 if it is open.
 ///
@@ -48,8 +50,8 @@ pub(super) struct Options {
     moves: Moves,
     #[command(flatten)]
     method: MethodOptions,
-    /// Steps of finite differences; unless given, those at which the fastest parameter moves by 1e-2, 3e-3, 1e-3 and
-    /// 3e-4 of the scene's size, of a radian, or of a unit of radiance, intensity, reflectance or roughness.
+    /// Steps of finite differences; unless given, those at which the fastest parameter moves by 3e-2, 1e-2, 3e-3,
+    /// 1e-3 and 3e-4 of the scene's size, of a radian, or of a unit of radiance, intensity, reflectance or roughness.
     #[arg(long, value_name = "H,…", value_delimiter = ',', value_parser = step, allow_negative_numbers = true)]
     steps: Vec<f64>,
     /// Samples a pixel, in all runs together.
@@ -58,9 +60,6 @@ pub(super) struct Options {
     #[command(flatten)]
     run: RunOptions,
 }
-
-/// Independent runs of each estimate.
-const RUNS: usize = 16;
 
 /// Samples a pixel of the weights: they may be noisy.
 const WEIGHT_SAMPLES: usize = 16;
@@ -88,18 +87,17 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
         let text = "NOTHING CHANGES: all rates of --move are 0, or their sum is\n".to_owned();
         return Ok(Report { text, outcome: Outcome::Bad });
     }
-    let mut steps =
-        if options.steps.is_empty() { extent::steps(&loaded.scene, &change) } else { options.steps.clone() };
+    let mut steps = options.steps.clone();
+    if steps.is_empty() {
+        steps = extent::steps_after_a_larger(&loaded.scene, &change);
+    }
     steps.sort_by(|a, b| b.total_cmp(a));
     steps.dedup();
 
     let start = Instant::now();
     let mut check = Check::new(options, &loaded.scene, &change, steps.len() + 1);
     let weights = check.weights(steps[0])?;
-    let method = Estimate::of(&check.method(&weights)?);
-    let totals: Vec<Vec<f64>> =
-        steps.iter().map(|&h| check.differences(h, &weights)).collect::<Result<_, _>>()?;
-    let slopes = slopes(&steps, &totals);
+    let (method, slopes) = check.estimates(&steps, &weights)?;
     let mut text = check.messages;
     text += &contact::parted(&loaded.scene, &change.positions);
     stop_if_asked()?;
@@ -121,6 +119,38 @@ struct Check<'a> {
     messages: String,
 }
 
+/// What all runs of an estimate say.
+#[derive(Default)]
+struct Runs {
+    /// The weighted total of each.
+    totals: Vec<f64>,
+    /// The sample of each that adds most to it.
+    largest: Vec<Option<Contribution>>,
+    /// The brightest pixel, all channels together.
+    brightest: f64,
+}
+
+impl Runs {
+    /// The most that one sample adds to a total.
+    fn largest(&self) -> f64 {
+        self.largest.iter().flatten().map(|sample| sample.amount).fold(0.0, f64::max)
+    }
+}
+
+/// The most that a sample like the largest would add at a step to the mean of all runs. A jump that a larger step saw, and this one did not, would
+/// be divided by this step; a smooth change is there at both, and then it is the same sample that is the largest.
+fn grain(steps: &[f64], runs: &[Runs], of: usize) -> f64 {
+    let place = |sample: Contribution| (sample.column, sample.row, sample.sample);
+    let of_run = |r: usize| {
+        let own = runs[of].largest[r];
+        let larger = (0..of).filter_map(|j| runs[j].largest[r].map(|sample| (steps[j] / steps[of], sample)));
+        let missed = larger.filter(|(_, sample)| own.map(place) != Some(place(*sample)));
+        let missed = missed.map(|(ratio, sample)| ratio * sample.amount);
+        missed.fold(own.map_or(0.0, |sample| sample.amount), f64::max)
+    };
+    (0..RUNS).map(of_run).fold(0.0, f64::max) / RUNS as f64
+}
+
 impl<'a> Check<'a> {
     fn new(options: &'a Options, scene: &'a Scene, change: &'a Tangent, estimates: usize) -> Self {
         let samples = options.spp.div_ceil(RUNS);
@@ -128,51 +158,77 @@ impl<'a> Check<'a> {
         Self { options, scene, change, samples, bar, messages: String::new() }
     }
 
-    /// A rough gradient image, without its few largest values, which are noise more often than not.
+    /// A rough gradient image in units of the root of its mean square, cut off at ±1.
+    ///
+    /// Where jumps move, the variance of differences is ~ |gradient|, not the same everywhere: all pixels that change should
+    /// count alike. And no sample counts more than it adds to the image.
     fn weights(&self, step: f64) -> Result<Vec<DVec3>, GradientError> {
         let seed = self.seed(WEIGHTS, 0);
         let method = FiniteDifference { samples: WEIGHT_SAMPLES, step, seed };
         let image = method.forward(self.scene, self.change, &silent())?.gradient;
-        let range = DVec3::splat(signed_range(&image));
-        if range.x == 0.0 {
+        let channels = || image.pixels.iter().flat_map(DVec3::to_array).filter(|c| *c != 0.0);
+        let (sum, count) = channels().fold((0.0, 0.0), |(sum, count), c| (sum + c * c, count + 1.0));
+        if count == 0.0 {
             return Ok(vec![DVec3::ONE; image.pixels.len()]);
         }
-        Ok(image.pixels.iter().map(|p| p.clamp(-range, range)).collect())
+        let range: f64 = f64::sqrt(sum / count);
+        Ok(image.pixels.iter().map(|p| (*p / range).clamp(DVec3::NEG_ONE, DVec3::ONE)).collect())
     }
 
-    /// The weighted totals of all runs of the method.
-    fn method(&mut self, weights: &[DVec3]) -> Result<Vec<f64>, GradientError> {
+    /// The method, and finite differences with all steps.
+    fn estimates(
+        &mut self,
+        steps: &[f64],
+        weights: &[DVec3],
+    ) -> Result<(Estimate, Vec<Slope>), GradientError> {
+        let method = self.method(weights)?;
+        let method = Estimate::of(&method.totals, method.largest() / RUNS as f64);
+        let runs: Vec<Runs> =
+            steps.iter().map(|&h| self.differences(h, weights)).collect::<Result<_, _>>()?;
+        let grains: Vec<f64> = (0..steps.len()).map(|i| grain(steps, &runs, i)).collect();
+        let brightest = runs.iter().map(|r| r.brightest).fold(0.0, f64::max);
+        // A change of a sample is divided by both sides' distance, and by all samples.
+        let unseen = brightest / (2.0 * steps[0] * (self.samples * RUNS) as f64);
+        let totals: Vec<Vec<f64>> = runs.into_iter().map(|r| r.totals).collect();
+        Ok((method, Slope::of(steps, &totals, &grains, unseen)))
+    }
+
+    /// All runs of the method.
+    fn method(&mut self, weights: &[DVec3]) -> Result<Runs, GradientError> {
         // Chosen once for all runs, which have seeds of their own.
         let estimator = self.options.method.estimator(self.samples, self.seed(CHOICE, 0), None);
         let (estimator, chosen) = estimator.chosen(|p| p.for_change(self.scene, self.change, &silent()))?;
         self.messages += &chosen;
-        self.totals(weights, |check, r| estimator.reseeded(check.seed(METHOD, r)))
+        self.runs(weights, |check, r| estimator.reseeded(check.seed(METHOD, r)))
     }
 
     /// The same of finite differences with one step.
-    fn differences(&mut self, step: f64, weights: &[DVec3]) -> Result<Vec<f64>, GradientError> {
-        self.totals(weights, |check, r| {
+    fn differences(&mut self, step: f64, weights: &[DVec3]) -> Result<Runs, GradientError> {
+        self.runs(weights, |check, r| {
             let (samples, seed) = (check.samples, check.seed(DIFFERENCES, r));
             Estimator::FiniteDifference(FiniteDifference { samples, step, seed })
         })
     }
 
-    fn totals(
+    fn runs(
         &mut self,
         weights: &[DVec3],
         estimator: impl Fn(&Self, usize) -> Estimator,
-    ) -> Result<Vec<f64>, GradientError> {
-        let mut totals = vec![];
+    ) -> Result<Runs, GradientError> {
+        let mut runs = Runs::default();
         for r in 0..RUNS {
             let result = estimator(self, r).forward(self.scene, self.change, false, &silent())?;
-            totals.push(result.gradient.pixels.iter().zip(weights).map(|(g, w)| g.dot(*w)).sum());
+            runs.totals.push(result.gradient.pixels.iter().zip(weights).map(|(g, w)| g.dot(*w)).sum());
+            runs.largest.push(result.largest);
+            let brightness = result.image.pixels.iter().map(|p| p.abs().element_sum());
+            runs.brightest = brightness.fold(runs.brightest, f64::max);
             self.messages += &located(&result.non_finite);
             if r == 0 {
                 self.messages += &left_out(&result.left_out);
             }
             self.bar.step();
         }
-        Ok(totals)
+        Ok(runs)
     }
 
     /// Every run's own.
@@ -181,34 +237,18 @@ impl<'a> Check<'a> {
     }
 }
 
-/// Finite differences at all steps, from large to small, with what each is off for its step: for h and the next
-/// larger H it is (F(H) − F(h))/((H/h)² − 1), whose noise counts as well. At the largest step it is what the next smaller
-/// one says, times (H/h)²; a single step says nothing.
-fn slopes(steps: &[f64], totals: &[Vec<f64>]) -> Vec<Slope> {
-    let bias = |i: usize| {
-        let (large, small) = if i == 0 { (0, 1) } else { (i - 1, i) };
-        let Some(smaller) = totals.get(small) else { return f64::INFINITY };
-        let square = (steps[large] / steps[small]).powi(2);
-        let differences: Vec<f64> = totals[large].iter().zip(smaller).map(|(a, b)| a - b).collect();
-        let Estimate { mean, error } = Estimate::of(&differences);
-        let of_small = (mean.abs() + error) / (square - 1.0);
-        if i == 0 { square * of_small } else { of_small }
-    };
-    let slope = |(i, &step): (usize, &f64)| Slope { step, estimate: Estimate::of(&totals[i]), bias: bias(i) };
-    steps.iter().enumerate().map(slope).collect()
-}
-
 fn table(text: &mut String, method: Estimate, slopes: &[Slope]) {
-    let Estimate { mean, error } = method;
+    let Estimate { mean, error, .. } = method;
     let _ = writeln!(text, "weighted total by the method: {mean:.5e} ± {error:.1e}\n");
     let _ = writeln!(text, "      step         slope  ± noise  ± step      z  relative difference");
-    for Slope { step, estimate, bias } in slopes {
+    for slope in slopes {
+        let (Slope { step, estimate, .. }, bias) = (slope, slope.bias());
         let z = method.z(*estimate);
         let relative = 100.0 * (mean - estimate.mean) / estimate.mean;
         let relative = if relative.is_finite() { format!("{relative:.2}%") } else { "-".to_owned() };
-        let Estimate { mean, error } = estimate;
-        let _ =
-            writeln!(text, "{step:10.3e}  {mean:12.5e}  {error:7.1e} {bias:7.1e}  {z:5.1}  {relative:>19}");
+        let Estimate { mean, error, .. } = estimate;
+        let bias = if bias.is_finite() { format!("{bias:7.1e}") } else { "-".to_owned() };
+        let _ = writeln!(text, "{step:10.3e}  {mean:12.5e}  {error:7.1e} {bias:>7}  {z:5.1}  {relative:>19}");
     }
     text.push('\n');
 }
@@ -223,7 +263,7 @@ fn conclude(text: &mut String, verdict: Verdict, samples: usize) -> Outcome {
         }
         Verdict::Differs { step, by } => {
             let by = if by.is_finite() { format!(" by {:.1}%", percent(by)) } else { String::new() };
-            let than = format!("more than {TOLERATED} standard errors and what the step explains");
+            let than = "more than chance, what no sample saw and the step explain";
             (Outcome::Bad, format!("DIFFER{by} at step {step:.1e}: {than}"))
         }
         Verdict::Open { within, more } => {
@@ -253,4 +293,61 @@ fn conclude(text: &mut String, verdict: Verdict, samples: usize) -> Outcome {
     };
     let _ = writeln!(text, "{words}");
     outcome
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        options: Options,
+    }
+
+    /// A lit square, a little turned, and its shadow on another, with the default samples.
+    const SCENE: &str = r#"<scene version="3.0.0">
+        <integrator type="path"><integer name="max_depth" value="2"/></integrator>
+        <sensor type="perspective"><float name="fov" value="40"/>
+            <transform name="to_world"><lookat origin="0,0,2" target="0,0,0" up="0,1,0"/></transform>
+            <film type="hdrfilm"><integer name="width" value="24"/><integer name="height" value="24"/><rfilter type="tent"/></film>
+        </sensor>
+        <shape type="rectangle" id="square"><transform name="to_world"><scale x="0.4" y="0.35"/><rotate z="1" angle="13"/></transform></shape>
+        <shape type="rectangle" id="wall"><transform name="to_world"><translate z="-0.5"/></transform></shape>
+        <shape type="rectangle" id="lamp">
+            <transform name="to_world"><scale value="0.5"/><rotate x="1" angle="180"/><translate x="0.9" z="2.5"/></transform>
+            <emitter type="area"><rgb name="radiance" value="4 5 6"/></emitter>
+        </shape>
+    </scene>"#;
+
+    /// Of an ordinary scene a gradient that is 30 % too small or too large is found, and a right one is not.
+    #[test]
+    fn a_third_is_found_on_an_ordinary_scene() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.xml");
+        std::fs::write(&path, SCENE).unwrap();
+        for seed in ["0"] {
+            let line =
+                ["check", path.to_str().unwrap(), "--move", "square:translate:0.2,0.1,0.3", "--seed", seed];
+            let options = Line::parse_from(line).options;
+            let scene = options.scene.load().unwrap().scene;
+            let change = change(&scene, &options.moves.moves).unwrap();
+            let steps = extent::steps_after_a_larger(&scene, &change);
+            let mut check = Check::new(&options, &scene, &change, steps.len() + 1);
+            let weights = check.weights(steps[0]).unwrap();
+            let (method, slopes) = check.estimates(&steps, &weights).unwrap();
+            let of = |factor: f64| verdict(Estimate { mean: factor * method.mean, ..method }, &slopes);
+            for (factor, differs) in [(1.0, false), (0.7, true), (1.3, true)] {
+                let found = of(factor);
+                println!("seed {seed}, {factor} of the gradient: {found:?}");
+                assert_eq!(
+                    matches!(found, Verdict::Differs { .. }),
+                    differs,
+                    "{factor}: {found:?}, {method:?} {slopes:?}"
+                );
+            }
+        }
+    }
 }

@@ -29,6 +29,16 @@ pub(super) fn steps(scene: &Scene, change: &Tangent) -> Vec<f64> {
     FRACTIONS.map(|f| f * scale).to_vec()
 }
 
+/// The same after one that is three times as large, unless that leads out of a parameter's range: it says how far off the next is for its step.
+pub(super) fn steps_after_a_larger(scene: &Scene, change: &Tangent) -> Vec<f64> {
+    let mut steps = steps(scene, change);
+    let larger = 3.0 * steps[0];
+    if [larger, -larger].iter().all(|&step| change.displaced(scene, step).is_ok()) {
+        steps.insert(0, larger);
+    }
+    steps
+}
+
 /// The diagonal of the box around all positions; 1 if there is none.
 fn size(scene: &Scene) -> f64 {
     let positions = || scene.description().shapes.iter().flat_map(|s| s.mesh.positions());

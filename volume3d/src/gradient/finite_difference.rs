@@ -5,14 +5,14 @@ use glam::DVec3;
 use super::driver::{CellSink, FilmSums, finish, over_film};
 use super::error::GradientError;
 use super::film::FilmPlane;
-use super::groups::{group, numbers};
+use super::groups::{group, group_size};
 use super::progress::Progress;
 use super::result::GradientImage;
 use super::tangent::Tangent;
 use super::unsupported::supports_field_of_view;
 
 use super::DIFFERENCE_PATH;
-use crate::path::{Kernels, Paths};
+use crate::path::{Kernels, Paths, Sequence};
 use crate::scene::Scene;
 
 /// Central finite differences.
@@ -68,6 +68,14 @@ impl FiniteDifference {
         Ok(image)
     }
 
+    /// The random numbers of a sample, which no other cell has: where cells share them, an edge that is parallel to rows of pixels passes
+    /// samples of all of them at once or none.
+    fn numbers(&self, (i, j): (usize, usize), sample: usize) -> Sequence {
+        let size = group_size(self.samples);
+        let address = [i as u64, j as u64, (sample / size) as u64, DIFFERENCE_PATH];
+        Sequence::new(self.seed, &address, sample % size)
+    }
+
     fn cell(
         &self,
         paths: &[Paths<'_>; 2],
@@ -83,7 +91,7 @@ impl FiniteDifference {
             if sink.stopped() {
                 return;
             }
-            let mut place = numbers(self.seed, (i, j), sample, self.samples, DIFFERENCE_PATH);
+            let mut place = self.numbers((i, j), sample);
             let u = film.point(i, j, place.pair());
             let [plus, minus] = std::array::from_fn(|side| {
                 let (paths, mut numbers) = (&paths[side], place.clone());

@@ -293,13 +293,29 @@ fn threads_change_nothing() {
 #[test]
 fn a_check_tells_right_from_wrong() {
     let place = Place::new();
-    let moved = "check scene.xml --move lamp:translate:0,0,-1 --spp 1600 --steps 0.03,0.01 --seed 2";
+    let moved = "check scene.xml --move lamp:translate:0,0,-1 --spp 4800 --steps 0.1,0.03 --seed 2";
     let text = place.succeed(moved);
     assert!(text.contains("AGREE") && text.contains("weighted total"), "{text}");
     place.fail(&format!("{moved} --method interior"), 1, &["DIFFER"]);
     place.fail("check scene.xml --move sheet:translate:1,0,0 --spp 16", 3, &["OPEN", "--spp "]);
-    let text = place.succeed("check scene.xml --move lamp:radiance:1,1,1 --debias none");
+    let text = place.succeed("check scene.xml --move lamp:radiance:1,1,1 --debias none --spp 1024");
     assert!(text.contains("AGREE"), "{text}");
+}
+
+/// A lit square that fills part of a few pixels and moves away: at small steps hardly a sample sees its edges move, or none.
+#[test]
+fn a_check_is_not_misled_by_what_no_sample_saw() {
+    let square = "<shape type='rectangle' id='square'><emitter type='area'><rgb name='radiance' value='1 1 1'/></emitter>
+         <transform name='to_world'><scale x='0.31' y='0.27'/><rotate z='1' angle='13'/><translate x='0.1' z='1'/></transform></shape>";
+    let place = Place::with(square);
+    let verdicts = |spp: usize| -> Vec<i32> {
+        let check = "check scene.xml -D size=6 --move square:translate:0,0,1";
+        (0..15).map(|seed| place.run(&format!("{check} --spp {spp} --seed {seed}")).0).collect()
+    };
+    for spp in [16, 256] {
+        let verdicts = verdicts(spp);
+        assert!(verdicts.iter().all(|code| [0, 3].contains(code)), "{spp} spp: {verdicts:?}");
+    }
 }
 
 #[test]

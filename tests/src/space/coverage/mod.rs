@@ -47,7 +47,7 @@ use crate::dual::Vector3;
 
 /// Depths below this, relative to the distance from the camera, are behind the camera: a mesh must
 /// be strictly in front of it.
-const IN_FRONT: f64 = 1e-3;
+const IN_FRONT: f64 = 1e-4;
 
 /// Opaque triangles of constant radiance over a background of constant radiance.
 ///

@@ -1,0 +1,90 @@
+//! Space at the extremes: a table that this test fills and the README shows.
+//!
+//! `UPDATE_README=1 WARPED_AREA_TESTS=thorough cargo test --release -p tests --test space_stability` writes it. Without, few runs
+//! hold the cells that are known to be right to what is exact, and the README to the rows there are. `ONLY=words` looks at the rows whose
+//! names contain these words, and prints them.
+
+mod film;
+mod light;
+mod row;
+mod surfaces;
+
+use tests::effort::thorough;
+use tests::readme;
+
+use row::{Held, Row};
+
+const TABLE: &str = "space stability table";
+
+/// What the names of rows that are looked at must contain.
+fn only() -> String {
+    std::env::var("ONLY").unwrap_or_default()
+}
+
+fn rows() -> Vec<Row> {
+    [film::rows(), light::rows(), surfaces::rows()].into_iter().flatten().collect()
+}
+
+#[test]
+fn the_readme_shows_what_is_measured_at_the_extremes_of_space() {
+    let only = only();
+    let (mut table, mut held) = (vec![], Held::default());
+    for row in rows().into_iter().filter(|row| row.name.contains(&only)) {
+        let start = std::time::Instant::now();
+        let [image, auto, warped, edges, auto_reverse, warped_reverse, edges_reverse] = row.cells(&mut held);
+        let cells = [row.name, image, auto, warped, edges, auto_reverse, warped_reverse, edges_reverse];
+        println!("{:.1} s | {}", start.elapsed().as_secs_f64(), cells.join(" | "));
+        table.push(cells);
+    }
+    let header = [
+        "extreme",
+        "image",
+        "auto",
+        "warped area",
+        "edge sampling",
+        "auto in reverse",
+        "warped area, reverse − forward",
+        "edge sampling, reverse − forward",
+    ];
+    println!("{}", held.wrong.join("\n"));
+    held.noticed.sort_by(f64::total_cmp);
+    if let [.., worst] = held.noticed[..] {
+        let [count, half] = [held.noticed.len(), held.noticed.len() / 2];
+        println!("{count} cells notice a bias of {:.3}, of {worst:.2} at worst", held.noticed[half]);
+    }
+    if thorough() && only.is_empty() {
+        readme::table(TABLE, header, table);
+    } else {
+        table.iter().for_each(|[name, ..]| readme::names(TABLE, name));
+    }
+    assert!(held.wrong.is_empty(), "{} cells are wrong", held.wrong.len());
+}
+
+/// The control: without what moves at jumps the plainest rows are wrong.
+#[test]
+fn the_interior_term_alone_is_rejected() {
+    for row in rows().into_iter().filter(|row| row.name.contains("nothing extreme")) {
+        assert!(row.notices_the_interior_alone(), "{}", row.name);
+    }
+}
+
+/// References that were measured are measured again, from other random numbers.
+#[test]
+fn references_by_differences_hold() {
+    if !thorough() {
+        return;
+    }
+    let only = only();
+    let mut wrong = vec![];
+    for row in rows().into_iter().filter(|row| row.name.contains(&only)) {
+        let Some(found) = row.remeasure(512, 32) else {
+            continue;
+        };
+        println!("{}: ({:.4}, {:.1e})", row.name, found.mean, found.standard_error);
+        let error = found.standard_error.hypot(row.derivative.standard_error);
+        if (found.mean - row.derivative.mean).abs() > 6.0 * error {
+            wrong.push(row.name);
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:?}");
+}

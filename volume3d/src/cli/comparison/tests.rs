@@ -1,0 +1,238 @@
+//! Verdicts on numbers that are given, and how often they are wrong on numbers that are drawn.
+
+use flatland::random::{Stream, stream};
+use rand::Rng as _;
+
+use super::*;
+
+fn estimate(mean: f64, error: f64) -> Estimate {
+    Estimate { mean, error, grain: 0.0 }
+}
+
+/// A slope that differs by so much from what larger steps say.
+fn slope(step: f64, mean: f64, error: f64, bias: f64) -> Slope {
+    let extrapolated = vec![estimate(mean + bias, error)];
+    Slope { step, estimate: estimate(mean, error), extrapolated, unseen: 0.0 }
+}
+
+#[test]
+fn the_error_of_a_mean_is_that_of_its_spread() {
+    let estimate = Estimate::of(&[1.0, 2.0, 3.0], 0.0);
+    assert_eq!(estimate.mean, 2.0);
+    assert!((estimate.error - (1.0_f64 / 3.0).sqrt()).abs() < 1e-15);
+}
+
+/// Quantiles of Student's distribution with 15 degrees of freedom, from tables.
+#[test]
+fn the_tolerance_is_students() {
+    for (probability, quantile) in [(0.05, 2.131_45), (0.01, 2.946_71), (0.001, 4.072_8)] {
+        assert!((student(probability) - quantile).abs() < 2e-3, "{probability}: {}", student(probability));
+    }
+    let tolerance = Tolerance::of(1);
+    assert!((tolerance.errors - TOLERATED).abs() < 0.05, "{}", tolerance.errors);
+}
+
+#[test]
+fn verdicts() {
+    let method = estimate(1.0, 0.008);
+    let slopes = [
+        Slope { extrapolated: vec![], ..slope(0.1, 1.3, 0.001, 0.0) },
+        slope(0.01, 1.01, 0.008, -0.003),
+        slope(0.001, 0.8, 0.1, 0.0),
+    ];
+    assert!(matches!(verdict(method, &slopes), Verdict::Agrees { step: 0.01, .. }));
+    let flipped = estimate(-1.0, 0.008);
+    assert!(matches!(verdict(flipped, &slopes), Verdict::Differs { step: 0.01, .. }));
+    assert!(matches!(verdict(method, &slopes[2..]), Verdict::Open { more: Some(_), .. }));
+    let biased = [slope(0.1, 1.0, 0.0, 0.4)];
+    assert!(matches!(verdict(method, &biased), Verdict::Open { more: None, .. }));
+    assert!(matches!(verdict(method, &slopes[..1]), Verdict::Open { more: None, .. }));
+    // Errors that leave 20 % open: a tenth needs four times the samples, and they are counted in steps of √2.
+    let noisy = estimate(1.0, 0.2 / Tolerance::of(1).errors);
+    let Verdict::Open { within, more } = verdict(noisy, &[slope(0.1, 1.0, 0.0, 0.0)]) else { panic!() };
+    assert!((within - 0.2).abs() < 1e-12 && (3.9..5.7).contains(&more.unwrap()), "{within} {more:?}");
+}
+
+#[test]
+fn nothing_does_not_agree() {
+    let (nothing, still) = (estimate(0.0, 0.0), [slope(0.1, 0.0, 0.0, 0.0)]);
+    assert_eq!(verdict(nothing, &still), Verdict::Nothing);
+    let noisy = estimate(0.1, 0.1);
+    assert!(matches!(verdict(noisy, &still), Verdict::Open { more: None, .. }));
+    let wrong = estimate(1.0, 0.1);
+    assert!(matches!(verdict(wrong, &still), Verdict::Differs { .. }));
+    // Where no jump was seen, one may have been missed.
+    let dark = [Slope { unseen: 0.2, ..slope(0.1, 0.0, 0.0, 0.0) }];
+    assert!(matches!(verdict(wrong, &dark), Verdict::Open { more: None, .. }));
+}
+
+/// An edge that moves over samples, and a method that knows its slope.
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    /// How many samples of a run it passes at the largest step, in the mean.
+    passed: f64,
+    /// How a sample changes that it passes.
+    jumps: Jumps,
+    /// How much more, or less, of them there are at the largest step than at none.
+    curvature: f64,
+    /// The method's standard error, relative to the slope.
+    noise: f64,
+    /// What it is wrong by.
+    wrong: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Jumps {
+    Alike,
+    Exponential,
+    /// One of thirty is ten times as large.
+    SomeLarge,
+    /// Three up for two down.
+    OfBothSigns,
+}
+
+impl Jumps {
+    fn draw(self, rng: &mut Stream) -> f64 {
+        let u = uniform(rng);
+        match self {
+            Self::Alike => 1.0,
+            Self::Exponential => -u.ln(),
+            Self::SomeLarge => {
+                if u < 1.0 / 30.0 {
+                    10.0
+                } else {
+                    1.0
+                }
+            }
+            Self::OfBothSigns => {
+                if u < 0.6 {
+                    1.0
+                } else {
+                    -1.0
+                }
+            }
+        }
+    }
+
+    fn mean(self) -> f64 {
+        match self {
+            Self::Alike | Self::Exponential => 1.0,
+            Self::SomeLarge => 1.3,
+            Self::OfBothSigns => 0.2,
+        }
+    }
+
+    /// What the brightest pixel shows.
+    fn brightest(self) -> f64 {
+        if matches!(self, Self::SomeLarge) { 10.0 } else { 1.0 }
+    }
+}
+
+fn uniform(rng: &mut Stream) -> f64 {
+    ((rng.next_u64() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
+}
+
+fn normal(rng: &mut Stream) -> f64 {
+    (-2.0 * uniform(rng).ln()).sqrt() * (std::f64::consts::TAU * uniform(rng)).cos()
+}
+
+/// The default steps, relative to the largest.
+const STEPS: [f64; 5] = [1.0, 1.0 / 3.0, 0.1, 1.0 / 30.0, 0.01];
+
+impl Edge {
+    /// One check of it. `knows` is whether bounds count what was not seen.
+    fn check(self, rng: &mut Stream, knows: bool) -> Verdict {
+        let truth = self.passed * self.jumps.mean();
+        let mut differences = STEPS.map(|_| vec![]);
+        let mut largest = 0.0_f64;
+        let mut method = vec![];
+        for _ in 0..RUNS {
+            let mut totals = [0.0; STEPS.len()];
+            // A Poisson process over the largest step, thinned to a density that changes along it.
+            let most = 1.0 + self.curvature.abs();
+            let mut at = 0.0;
+            loop {
+                at -= uniform(rng).ln() / (self.passed * most);
+                if at > 1.0 {
+                    break;
+                }
+                let jump = self.jumps.draw(rng);
+                if uniform(rng) * most < 1.0 + self.curvature * at {
+                    largest = largest.max(jump.abs());
+                    for (total, step) in totals.iter_mut().zip(STEPS) {
+                        *total += if at < step { jump / step } else { 0.0 };
+                    }
+                }
+            }
+            differences.iter_mut().zip(totals).for_each(|(runs, total)| runs.push(total));
+            let noise = (RUNS as f64).sqrt() * self.noise * normal(rng);
+            method.push(truth * (1.0 - self.wrong) * (1.0 + noise));
+        }
+        let seen = |change: f64| if knows { change / RUNS as f64 } else { 0.0 };
+        let grains = STEPS.map(|step| seen(largest) / step);
+        let slopes = Slope::of(&STEPS, &differences, &grains, seen(self.jumps.brightest()));
+        verdict(Estimate::of(&method, 0.0), &slopes)
+    }
+
+    /// How many of so many checks differ.
+    fn differ(self, checks: u64, knows: bool) -> usize {
+        let address = self.passed.to_bits() ^ self.curvature.to_bits() ^ self.jumps as u64;
+        let differs = |k: &u64| {
+            let mut rng = stream(*k, &[address]);
+            matches!(self.check(&mut rng, knows), Verdict::Differs { .. })
+        };
+        (0..checks).filter(differs).count()
+    }
+}
+
+const RIGHT: Edge = Edge { passed: 1.0, jumps: Jumps::Alike, curvature: 0.0, noise: 0.01, wrong: 0.0 };
+
+/// From edges that hardly any sample passes to such as hundreds do in every run, of gradients that are right.
+#[test]
+fn false_alarms_are_as_rare_as_promised() {
+    const CHECKS: u64 = 400;
+    let (mut alarms, mut of_spread_alone, mut settings) = (0, 0, 0);
+    for passed in [0.01, 0.05, 0.2, 1.0, 4.0, 20.0] {
+        for jumps in [Jumps::Alike, Jumps::Exponential, Jumps::SomeLarge, Jumps::OfBothSigns] {
+            for curvature in [0.0, 0.5] {
+                let edge = Edge { passed, jumps, curvature, ..RIGHT };
+                let found = edge.differ(CHECKS, true);
+                // Of .44 expected at most; a Poisson number of that mean is larger once in a million times.
+                assert!(found <= 8, "{edge:?}: {found} of {CHECKS}");
+                alarms += found;
+                of_spread_alone += if curvature == 0.0 { edge.differ(CHECKS / 10, false) } else { 0 };
+                settings += 1;
+            }
+        }
+    }
+    let checks = CHECKS as f64 * f64::from(settings);
+    println!(
+        "{alarms} false alarms in {checks} checks; by the spread of runs alone {of_spread_alone} in {}",
+        0.05 * checks
+    );
+    assert!(alarms as f64 <= FALSE_ALARMS * checks, "{alarms} of {checks}");
+    // The control: without a bound on what was not seen they are frequent.
+    assert!(of_spread_alone as f64 > 20.0 * FALSE_ALARMS * 0.05 * checks, "{of_spread_alone}");
+}
+
+/// In an image of 64 × 64 pixels with the default samples, an edge as long as the image is wide passes 3,900 samples of a run at the
+/// largest step. A gradient that is 30 % wrong is found there, and with twice the samples a right one is not left open.
+#[test]
+fn wrong_gradients_are_found() {
+    const CHECKS: u64 = 40;
+    for curvature in [0.0, 0.1, -0.1] {
+        let edge = Edge { passed: 3900.0, curvature, ..RIGHT };
+        for wrong in [0.3, -0.3] {
+            let found = Edge { wrong, ..edge }.differ(CHECKS, true);
+            assert!(found == CHECKS as usize, "{edge:?}, {wrong} wrong: {found} of {CHECKS} found");
+        }
+        let agrees = |passed: f64, k: u64| {
+            let verdict = Edge { passed, ..edge }.check(&mut stream(k, &[]), true);
+            assert!(!matches!(verdict, Verdict::Differs { .. }), "{edge:?}: {verdict:?}");
+            matches!(verdict, Verdict::Agrees { .. })
+        };
+        let [few, many] = [3900.0, 7800.0].map(|n| (0..CHECKS).filter(|&k| agrees(n, k)).count());
+        println!("curvature {curvature}: {few} of {CHECKS} agree, with twice the samples {many}");
+        assert!(many == CHECKS as usize, "{edge:?}: {many} of {CHECKS} agree");
+    }
+}
