@@ -9,6 +9,7 @@ use super::groups::{group, numbers};
 use super::progress::Progress;
 use super::result::GradientImage;
 use super::tangent::Tangent;
+use super::unit_weights::UnitWeights;
 
 use super::DIFFERENCE_PATH;
 use crate::path::{Kernels, Paths};
@@ -60,7 +61,8 @@ impl FiniteDifference {
         let films = [&sides[0], &sides[1]].map(FilmPlane::new);
         let film = FilmPlane::new(scene);
         let cell = |(): &mut (), place, sink: CellSink<'_, 6>| self.cell(&paths, &films, place, sink);
-        let sums: FilmSums<6> = over_film(&film, self.samples, progress, || (), cell)?;
+        let counted = (self.samples, UnitWeights::of_shared_numbers(&film, self.samples));
+        let sums: FilmSums<6> = over_film(&film, counted, progress, || (), cell)?;
         let mut image = finish::<1, 6>(&film, sums, self.samples);
         sides.iter().for_each(|side| image.traces += side.trace_counts());
         Ok(image)
@@ -100,14 +102,11 @@ impl FiniteDifference {
             film.for_each_pixel(i, j, |_, b, x, y| {
                 let weight = film.weight([u.x, u.y], x, y);
                 let (value, rate) = (weight * mean, weight * difference);
-                sink.row_sums.add(
-                    group(sample, self.samples),
-                    b,
-                    x,
-                    &[value.x, value.y, value.z, rate.x, rate.y, rate.z],
-                );
+                let quantities = [value.x, value.y, value.z, rate.x, rate.y, rate.z];
+                sink.row_sums.add(group(sample, self.samples), b, x, &quantities, weight);
                 amount += rate.abs().element_sum();
             });
+            sink.row_sums.add_light(film, i, group(sample, self.samples), mean);
             sink.contributed(film.located(i, j, sample), amount);
         }
     }

@@ -141,6 +141,11 @@ impl FilmPlane {
         self.offset.cross(covector)
     }
 
+    /// The filter of pixels.
+    pub(crate) fn filter(&self) -> Filter {
+        self.filter
+    }
+
     /// Whether the filter is the pixel itself.
     pub(crate) fn is_box(&self) -> bool {
         self.filter == Filter::Box

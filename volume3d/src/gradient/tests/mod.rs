@@ -5,6 +5,7 @@ mod coincident;
 pub(crate) mod comparisons;
 mod exact;
 mod hidden;
+mod images;
 mod lens;
 mod materials;
 mod media;
