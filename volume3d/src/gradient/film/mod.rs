@@ -1,5 +1,6 @@
 //! The film: where samples fall, and how points of space move on it.
 
+mod border;
 mod weights;
 
 use std::f64::consts::TAU;
@@ -36,6 +37,8 @@ pub(crate) struct FilmPlane {
     shear: DVec2,
     /// df/d(field of view), with f = (W/2)/tan(fov/2).
     focal_rate: f64,
+    /// What is nearer to a pixel's border than this is on it, in pixels.
+    border: f64,
 }
 
 impl FilmPlane {
@@ -66,6 +69,7 @@ impl FilmPlane {
                 focal,
             },
             focal_rate: focal_rate(focal, camera.field_of_view),
+            border: border::width(scene, focal * camera.pixel_aspect.max(1.0)),
             lens: camera.lens,
             offset: DVec3::ZERO,
             shear: DVec2::ZERO,
@@ -282,6 +286,7 @@ impl FilmPlane {
 
     /// The cell a film point falls into, if samples there reach any pixel.
     pub(crate) fn cell(&self, u: DVec2) -> Option<(usize, usize)> {
+        let u = if self.is_box() { self.within_borders(u) } else { u };
         let at = (u - self.corner).floor() + self.reach as f64;
         let (i, j) = (at.x as usize, at.y as usize);
         let (columns, rows) = self.cells();

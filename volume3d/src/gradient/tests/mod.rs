@@ -12,6 +12,7 @@ mod media;
 mod missing;
 mod mixtures;
 mod pilot;
+mod pixel_borders;
 pub(crate) mod scenes;
 mod slivers;
 mod softened;

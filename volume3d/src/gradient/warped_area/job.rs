@@ -228,7 +228,7 @@ impl Job<'_> {
     }
 
     /// −∮ (L − L₀) V·ν over the edges of box pixels: the filter's own jump does not move (Bangaru et al. 2022). A point on
-    /// the left or the upper edge of a cell, if the warp moves it.
+    /// the left or the upper edge of a cell, or beside it by less than rounding, if the warp moves it.
     pub(super) fn edge_sample<C: Differential>(
         &self,
         calculus: &mut C,
@@ -241,7 +241,8 @@ impl Job<'_> {
         let mut numbers = self.numbers(place, EDGE);
         let [choice, along] = numbers.pair();
         let vertical = choice < 0.5;
-        let u = self.film.point(i, j, if vertical { [0.0, along] } else { [along, 0.0] });
+        let across = self.film.beside_border((2.0 * choice).fract());
+        let u = self.film.point(i, j, if vertical { [across, along] } else { [along, across] });
         let film = self.film.through(&mut numbers);
         let (origin, ray, hit) = self.look(calculus, &film, u);
         let [x, y] = calculus.film_warp(&film, u, hit.map(|h| h.surface)).at;
