@@ -138,6 +138,8 @@ impl PixelSide {
         let along = 4.0 * open01(rng);
         let outward = [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y][along as usize];
         let u = centre + film.pixel() * (0.5 * outward + (along.fract() - 0.5) * outward.perp());
+        // On both sides of an edge that lies on it.
+        let u = u + film.border() * (2.0 * open01(rng) - 1.0) * outward;
         Self { u, outward, weight: 4.0 / film.pixel() }
     }
 }

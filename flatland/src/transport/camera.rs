@@ -191,6 +191,21 @@ impl Film {
         self.filter.profile(u - self.centre(i))
     }
 
+    /// How far from the end of a pixel what is seen there may be by rounding, and a few hundred times as far. What lies on the
+    /// end of box pixels is a part of both, as in [the plane](crate::plane::Film).
+    pub(crate) fn border(&self) -> f64 {
+        1024.0 * f64::EPSILON * (self.pixels as f64).max(1.0)
+    }
+
+    /// h(u) of pixel i for a jump: at the end of box pixels it is a part of both.
+    pub(crate) fn filter_share(&self, i: usize, u: f64) -> f64 {
+        if self.filter != Filter::Box {
+            return self.filter_value(i, u);
+        }
+        let inside = 0.5 - (u - self.centre(i)).abs();
+        (0.5 * inside / self.border() + 0.5).clamp(0.0, 1.0)
+    }
+
     /// The parts [u₀, u₁] of pixel i's support on which its filter is smooth.
     pub fn cells(&self, i: usize) -> impl Iterator<Item = [f64; 2]> + use<> {
         let centre = self.centre(i);

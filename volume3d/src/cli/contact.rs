@@ -2,6 +2,7 @@
 //! through implicit surfaces, which is not followed; and of meshes that rounding has made others of.
 
 use glam::DVec3;
+use volume3d::gradient::OnPixelBorders;
 use volume3d::scene::{CoarseMesh, CrossedBy, Description, ImplicitCrossing, Overlap, Scene};
 
 /// What to do about what lies upon one another.
@@ -35,6 +36,31 @@ pub(super) fn in_contact(scene: &Scene, moves: impl Fn(usize) -> bool) -> String
 
 fn warnings(sentences: &[String]) -> String {
     sentences.iter().map(|what| format!("WARNING: {what}; {APART}\n")).collect()
+}
+
+/// What is said of edges along borders of box pixels, a line for each shape that moves as the camera sees it.
+pub(super) fn along_pixels(scene: &Scene, moves: impl Fn(usize) -> bool) -> String {
+    let mut all = OnPixelBorders::of(scene);
+    all.retain(|found| moves(found.shape));
+    all.iter().map(|found| format!("NOTE: {}\n", along_borders(scene.description(), found))).collect()
+}
+
+/// Edges along borders of box pixels.
+fn along_borders(d: &Description, &OnPixelBorders { shape, edges, distance }: &OnPixelBorders) -> String {
+    let id = &d.shapes[shape].id;
+    let (edges, lie) =
+        if edges == 1 { ("1 edge".to_owned(), "lies") } else { (format!("{edges} edges"), "lie") };
+    if distance == 0.0 {
+        format!(
+            "{edges} of shape `{id}` {lie} on borders of pixels, at which the box filter jumps: where they move across, the \
+             gradient of both pixels is the mean of two one-sided derivatives"
+        )
+    } else {
+        format!(
+            "{edges} of shape `{id}` {lie} within {distance:.1e} pixels of borders of pixels, at which the box filter \
+             jumps: where they move across, the gradient is that of motions shorter than this"
+        )
+    }
 }
 
 /// Warnings of what passes through implicit surfaces, a line each.

@@ -99,6 +99,7 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
         text += &format!("wrote {}, shape {:?}, norm {size:.3e}\n", path.display(), array.shape);
     }
     text += &contact::in_contact(scene, |shape| active.shapes[shape]);
+    text += &contact::along_pixels(scene, |shape| active.shapes[shape] || active.camera);
     if active.is_geometric() {
         text += &contact::too_coarse(scene);
         text += &contact::through_implicits(scene);

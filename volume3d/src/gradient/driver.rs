@@ -9,6 +9,7 @@ use super::non_finite::NonFinite;
 use super::parts::in_order;
 use super::progress::{Progress, Stopped};
 use super::result::{GradientImage, Noise, Terms};
+use super::unit_weights::UnitWeights;
 use crate::Image;
 use crate::scene::{TraceCounts, lost_by_this_thread};
 
@@ -68,10 +69,10 @@ impl<const K: usize> CellSink<'_, K> {
     }
 }
 
-/// Computes all rows of cells. `begin` begins a row and returns what computes its cells.
+/// Computes all rows of cells, each of so many samples. `begin` begins a row and returns what computes its cells.
 pub(super) fn over_film<const K: usize, W>(
     film: &FilmPlane,
-    samples: usize,
+    (samples, weights): (usize, UnitWeights),
     progress: &Progress,
     begin: impl Fn() -> W + Sync,
     cell: impl Fn(&mut W, (usize, usize), CellSink<'_, K>) + Sync,
@@ -86,7 +87,7 @@ pub(super) fn over_film<const K: usize, W>(
     };
     let (columns, rows) = film.cells();
     let row = |j| {
-        let (mut worker, mut row_sums) = (begin(), RowSums::new(film, samples));
+        let (mut worker, mut row_sums) = (begin(), RowSums::new(film, samples, weights));
         let (mut non_finite, mut lost, mut largest, mut rays) = (vec![], vec![], None, 0);
         let mut work = vec![0.0; columns];
         for i in 0..columns {

@@ -7,37 +7,72 @@ use glam::DVec3;
 use super::film::FilmPlane;
 use super::groups::{groups, parts, scatter_to_variance};
 use super::regions::RegionSums;
+use super::unit_weights::{Level, UnitWeights};
 
 /// What the samples of one row of cells add to the rows of pixels they reach: sums of K quantities, one for each
-/// group of samples.
+/// class of samples.
 #[derive(Clone, Debug)]
 pub(crate) struct RowSums<const K: usize> {
     columns: usize,
-    groups: usize,
+    classes: usize,
     samples: usize,
     reach: usize,
-    /// By row of the neighbourhood, column and group.
+    weights: UnitWeights,
+    /// By row of the neighbourhood, column and class.
     sums: Vec<[f64; K]>,
+    /// The same of weights, if they are wanted.
+    levels: Vec<Level>,
 }
 
 impl<const K: usize> RowSums<K> {
-    pub(crate) fn new(film: &FilmPlane, samples: usize) -> Self {
-        let groups = groups(samples);
-        let size = (2 * film.reach + 1) * film.columns * groups;
-        Self { columns: film.columns, groups, samples, reach: film.reach, sums: vec![[0.0; K]; size] }
+    pub(crate) fn new(film: &FilmPlane, samples: usize, weights: UnitWeights) -> Self {
+        let (classes, reach) = (weights.classes(samples), film.reach);
+        let size = (2 * reach + 1) * film.columns * classes;
+        let levels = vec![[0.0; 4]; if weights.nearness().is_some() { size } else { 0 }];
+        Self { columns: film.columns, classes, samples, reach, weights, sums: vec![[0.0; K]; size], levels }
     }
 
-    /// Adds the quantities of a sample of a group for the image's column x in row b of the neighbourhood.
-    pub(crate) fn add(&mut self, group: usize, b: usize, x: usize, quantities: &[f64; K]) {
-        for (sum, quantity) in self.at(group, b, x).iter_mut().zip(quantities) {
+    /// The class of the samples of a group in a cell.
+    #[inline]
+    pub(crate) fn class(&self, cell: (usize, usize), group: usize) -> usize {
+        self.weights.class(cell, group)
+    }
+
+    /// Adds the quantities of a sample of a class for the image's column x in row b of the neighbourhood, and its weight there.
+    pub(crate) fn add(&mut self, class: usize, b: usize, x: usize, quantities: &[f64; K], weight: f64) {
+        for (sum, quantity) in self.at(class, b, x).iter_mut().zip(quantities) {
             *sum += quantity;
+        }
+        if let Some(own) = self.weight_at(class, b, x) {
+            *own += weight;
         }
     }
 
     /// What has been added so far.
     #[inline]
-    pub(crate) fn at(&mut self, group: usize, b: usize, x: usize) -> &mut [f64; K] {
-        &mut self.sums[(b * self.columns + x) * self.groups + group]
+    pub(crate) fn at(&mut self, class: usize, b: usize, x: usize) -> &mut [f64; K] {
+        &mut self.sums[(b * self.columns + x) * self.classes + class]
+    }
+
+    /// The sum of weights so far, if they are wanted.
+    #[inline]
+    pub(crate) fn weight_at(&mut self, class: usize, b: usize, x: usize) -> Option<&mut f64> {
+        self.levels.get_mut((b * self.columns + x) * self.classes + class).map(|level| &mut level[0])
+    }
+
+    /// Adds the light of samples of a class in a cell of column i to the estimates of light near the pixels around it.
+    pub(crate) fn add_light(&mut self, film: &FilmPlane, i: usize, class: usize, light: DVec3) {
+        let Some(nearness) = self.weights.nearness() else { return };
+        for (b, along) in nearness.iter().enumerate() {
+            for (a, across) in nearness.iter().enumerate() {
+                if let Some(x) = film.pixel_column(i, self.reach - 1 + a) {
+                    let at = ((self.reach - 1 + b) * self.columns + x) * self.classes + class;
+                    for (sum, light) in self.levels[at][1..].iter_mut().zip(light.to_array()) {
+                        *sum += along * across * light;
+                    }
+                }
+            }
+        }
     }
 }
 
@@ -52,6 +87,7 @@ pub(crate) struct FilmAccumulator<const K: usize> {
     /// Of the derivative, or of the image if there is none.
     pub(crate) regions: RegionSums,
     open: VecDeque<Vec<[f64; K]>>,
+    open_levels: VecDeque<Vec<Level>>,
     /// Row sums yet to come before the first open row is one of the image.
     before: usize,
 }
@@ -62,36 +98,55 @@ impl<const K: usize> FilmAccumulator<K> {
 
     pub(crate) fn new(film: &FilmPlane, samples: usize) -> Self {
         let regions = RegionSums::new(film.columns, film.rows, groups(samples));
-        Self { mean: vec![], variance: vec![], regions, open: VecDeque::new(), before: 2 * film.reach }
+        let (open, open_levels, before) = (VecDeque::new(), VecDeque::new(), 2 * film.reach);
+        Self { mean: vec![], variance: vec![], regions, open, open_levels, before }
     }
 
     /// Adds the next row sums.
     pub(crate) fn absorb(&mut self, row_sums: &RowSums<K>) {
-        let row = row_sums.columns * row_sums.groups;
-        while self.open.len() < 2 * row_sums.reach + 1 {
-            self.open.push_back(vec![[0.0; K]; row]);
-        }
-        for (open, added) in self.open.iter_mut().zip(row_sums.sums.chunks(row)) {
-            for (sum, more) in open.iter_mut().zip(added) {
-                for k in 0..K {
-                    sum[k] += more[k];
-                }
-            }
-        }
-        let Some(complete) = self.open.pop_front() else { return };
+        let &RowSums { columns, classes, samples, reach, weights, .. } = row_sums;
+        let row = columns * classes;
+        add_rows(&mut self.open, row_sums.sums.chunks(row), 2 * reach + 1, row);
+        let levelled = if row_sums.levels.is_empty() { 0 } else { row };
+        add_rows(&mut self.open_levels, row_sums.levels.chunks(row), 2 * reach + 1, levelled);
+        let (Some(mut complete), Some(levels)) = (self.open.pop_front(), self.open_levels.pop_front()) else {
+            return;
+        };
         if self.before > 0 {
             self.before -= 1;
             return;
         }
-        let y = self.mean.len() / row_sums.columns;
-        for (x, sums) in complete.chunks(row_sums.groups).enumerate() {
+        let y = self.mean.len() / columns;
+        for (x, sums) in complete.chunks_mut(classes).enumerate() {
+            let levels = levels.get(x * classes..(x + 1) * classes).unwrap_or_default();
+            let groups = weights.correct(samples, (x + reach, y + reach), sums, levels);
+            let sums = &sums[..groups];
             for (group, sum) in sums.iter().enumerate() {
                 let at = |c: usize| sum[Self::REGARDED + c];
                 self.regions.add((x, y), group, DVec3::new(at(0), at(1), at(2)));
             }
-            let (mean, variance) = statistics(sums, row_sums.samples);
+            let (mean, variance) = statistics(sums, samples);
             self.mean.push(mean);
             self.variance.push(variance);
+        }
+    }
+}
+
+/// Adds rows to those that are open, of which there are `count` of a length.
+fn add_rows<'a, const K: usize>(
+    open: &mut VecDeque<Vec<[f64; K]>>,
+    added: impl Iterator<Item = &'a [[f64; K]]>,
+    count: usize,
+    length: usize,
+) {
+    while open.len() < count {
+        open.push_back(vec![[0.0; K]; length]);
+    }
+    for (open, added) in open.iter_mut().zip(added) {
+        for (sum, more) in open.iter_mut().zip(added) {
+            for k in 0..K {
+                sum[k] += more[k];
+            }
         }
     }
 }

@@ -5,10 +5,11 @@ use glam::DVec3;
 use super::driver::{CellSink, FilmSums, finish, over_film};
 use super::error::GradientError;
 use super::film::FilmPlane;
-use super::groups::{group, group_size};
+use super::groups::{group, group_range};
 use super::progress::Progress;
 use super::result::GradientImage;
 use super::tangent::Tangent;
+use super::unit_weights::UnitWeights;
 use super::unsupported::supports_field_of_view;
 
 use super::DIFFERENCE_PATH;
@@ -62,7 +63,8 @@ impl FiniteDifference {
         let films = [&sides[0], &sides[1]].map(FilmPlane::new);
         let film = FilmPlane::new(scene);
         let cell = |(): &mut (), place, sink: CellSink<'_, 6>| self.cell(&paths, &films, place, sink);
-        let sums: FilmSums<6> = over_film(&film, self.samples, progress, || (), cell)?;
+        let counted = (self.samples, UnitWeights::of_shared_numbers(&film, self.samples));
+        let sums: FilmSums<6> = over_film(&film, counted, progress, || (), cell)?;
         let mut image = finish::<1, 6>(&film, sums, self.samples);
         sides.iter().for_each(|side| image.traces += side.trace_counts());
         Ok(image)
@@ -71,9 +73,9 @@ impl FiniteDifference {
     /// The random numbers of a sample, which no other cell has: where cells share them, an edge that is parallel to rows of pixels passes
     /// samples of all of them at once or none.
     fn numbers(&self, (i, j): (usize, usize), sample: usize) -> Sequence {
-        let size = group_size(self.samples);
-        let address = [i as u64, j as u64, (sample / size) as u64, DIFFERENCE_PATH];
-        Sequence::new(self.seed, &address, sample % size)
+        let group = group(sample, self.samples);
+        let address = [i as u64, j as u64, group as u64, DIFFERENCE_PATH];
+        Sequence::new(self.seed, &address, sample - group_range(group, self.samples).start)
     }
 
     fn cell(
@@ -110,14 +112,11 @@ impl FiniteDifference {
             film.for_each_pixel(i, j, |_, b, x, y| {
                 let weight = film.weight([u.x, u.y], x, y);
                 let (value, rate) = (weight * mean, weight * difference);
-                sink.row_sums.add(
-                    group(sample, self.samples),
-                    b,
-                    x,
-                    &[value.x, value.y, value.z, rate.x, rate.y, rate.z],
-                );
+                let quantities = [value.x, value.y, value.z, rate.x, rate.y, rate.z];
+                sink.row_sums.add(group(sample, self.samples), b, x, &quantities, weight);
                 amount += rate.abs().element_sum();
             });
+            sink.row_sums.add_light(film, i, group(sample, self.samples), mean);
             sink.contributed(film.located(i, j, sample), amount);
         }
     }

@@ -1,7 +1,12 @@
 //! Which samples share random numbers, and which are independent.
+//!
+//! Cells of an image have numbers of their own; those of a gradient share theirs in squares.
 
 use std::cell::OnceCell;
 use std::ops::Range;
+
+use flatland::random::stream;
+use rand::Rng as _;
 
 use crate::path::{Draws, PreparedSequence, Sequence};
 
@@ -9,7 +14,7 @@ use crate::path::{Draws, PreparedSequence, Sequence};
 /// are independent, and their spread is the standard error.
 pub(super) const GROUPS: usize = 8;
 
-/// Cells in squares of this many a side share their random numbers: places within the cell and paths.
+/// Cells in squares of this many a side share the random numbers of a gradient: places within the cell and paths.
 ///
 /// A pixel's derivative weighs the radiance on both sides of it with opposite signs, h′ V. That is where
 /// antithetic samples on the film help (Bangaru et al. 2020); but samples that are reflected through one pixel's
@@ -69,25 +74,14 @@ fn address((i, j): (usize, usize), group: usize, purpose: u64) -> [u64; 4] {
     [i as u64, j as u64, group as u64, purpose]
 }
 
-/// The random numbers of all samples of a cell, those that cells share made once for them all.
-pub(super) struct CellNumbers {
-    seed: u64,
-    purpose: u64,
+/// Sequences that are made once, by group of samples.
+#[derive(Default)]
+struct Nets {
+    samples: usize,
     /// Paths of a sample: all those of a group are stratified against one another.
     paths: usize,
-    /// How many pairs of a path are made ahead of time, if they are not too many.
-    pairs: usize,
-    keeps_row: bool,
-    samples: usize,
-    /// Some squares of one row, in no order.
-    tiles: Vec<TileNumbers>,
-    /// The place among them of the one that has been prepared.
-    current: usize,
-}
-
-/// The random numbers of a square of cells.
-struct TileNumbers {
-    place: (usize, usize),
+    /// How many pairs of a path are made ahead of time.
+    depth: usize,
     /// Made when first asked for.
     groups: Vec<OnceCell<PreparedSequence>>,
 }
@@ -95,69 +89,90 @@ struct TileNumbers {
 /// Most pairs that are kept: 16 MiB of them.
 const MOST_PREPARED: usize = 1 << 20;
 
+impl Nets {
+    /// Of so many paths a sample that draw about so many pairs each; it may be less or more.
+    fn new(samples: usize, paths: usize, pairs: usize) -> Self {
+        let groups = (0..groups(samples)).map(|_| OnceCell::new()).collect();
+        Self { samples, paths, depth: pairs.min(MOST_PREPARED / (samples * paths)), groups }
+    }
+
+    /// The group of a sample, and the numbers of one of its paths, given the address of the sequence of a group.
+    fn of(
+        &self,
+        seed: u64,
+        (sample, path): (usize, usize),
+        address: impl Fn(usize) -> [u64; 4],
+    ) -> (usize, Draws<'_>) {
+        let &Self { samples, paths, depth, .. } = self;
+        let group = group(sample, samples);
+        let of_group = group_range(group, samples);
+        let prepared = self.groups[group]
+            .get_or_init(|| PreparedSequence::new(seed, &address(group), of_group.len() * paths, depth));
+        (group, prepared.sample((sample - of_group.start) * paths + path))
+    }
+}
+
+/// The random numbers of all samples of a cell, those that cells share made once for them all.
+pub(super) struct CellNumbers {
+    seed: u64,
+    purpose: u64,
+    paths: usize,
+    pairs: usize,
+    /// The square of the cell that has been prepared, and its sequences.
+    place: (usize, usize),
+    nets: Nets,
+}
+
 impl CellNumbers {
     /// Of so many paths a sample that draw about so many pairs each; it may be less or more.
     pub(super) fn new(seed: u64, purpose: u64, paths: usize, pairs: usize) -> Self {
-        Self { seed, purpose, paths, pairs, keeps_row: false, samples: 0, tiles: vec![], current: 0 }
-    }
-
-    /// The same for whom takes cells row by row: squares are kept until the rows have passed them.
-    pub(super) fn keeping_row(self) -> Self {
-        Self { keeps_row: true, ..self }
+        Self { seed, purpose, paths, pairs, place: (0, 0), nets: Nets::default() }
     }
 
     /// Begins those of a cell with so many samples.
     pub(super) fn prepare(&mut self, (i, j): (usize, usize), samples: usize) {
         let place = (i / TILE, j / TILE);
-        let is_of_row = |tile: &TileNumbers| tile.place.1 == place.1;
-        if !(self.samples == samples && self.tiles.first().is_some_and(is_of_row)) {
-            self.tiles.clear();
+        if self.nets.samples != samples || self.place != place {
+            (self.place, self.nets) = (place, Nets::new(samples, self.paths, self.pairs));
         }
-        self.samples = samples;
-        if self.tiles.get(self.current).is_some_and(|tile| tile.place == place) {
-            return;
-        }
-        let known = self.tiles.iter().position(|tile| tile.place == place);
-        self.current = known.unwrap_or_else(|| {
-            // Where not all are kept, it is the first ones: the oldest is the one that is asked for next.
-            self.tiles.truncate(self.most_kept() - 1);
-            let mut groups = vec![];
-            groups.resize_with(self::groups(samples), OnceCell::new);
-            self.tiles.push(TileNumbers { place, groups });
-            self.tiles.len() - 1
-        });
-    }
-
-    /// How many pairs of a path are made ahead of time.
-    fn depth(&self) -> usize {
-        self.pairs.min(MOST_PREPARED / (self.samples * self.paths))
-    }
-
-    /// How many squares are kept.
-    fn most_kept(&self) -> usize {
-        let pairs = self.samples * self.paths * self.depth();
-        if self.keeps_row { (MOST_PREPARED / pairs.max(1)).max(1) } else { 1 }
     }
 
     /// The group of a sample, and the numbers of one of its paths in the cell that has been prepared; of the only one they are its
     /// [`numbers`], bit for bit.
     pub(super) fn of(&self, sample: usize, path: usize) -> (usize, Draws<'_>) {
-        let &Self { seed, purpose, paths, samples, .. } = self;
-        let tile = self.tiles.get(self.current).expect("a cell has been prepared");
-        let group = group(sample, samples);
-        let of_group = group_range(group, samples);
-        let prepared = tile.groups[group].get_or_init(|| {
-            let size = of_group.len() * paths;
-            PreparedSequence::new(seed, &address(tile.place, group, purpose), size, self.depth())
-        });
-        (group, prepared.sample((sample - of_group.start) * paths + path))
+        self.nets.of(self.seed, (sample, path), |group| address(self.place, group, self.purpose))
+    }
+}
+
+/// The random numbers of an image: all cells share sequences, which each shifts by numbers of its own. Samples of different cells are
+/// uncorrelated, and neighbouring pixels have no noise in common but that of samples that both see.
+pub(super) struct ImageNumbers {
+    seed: u64,
+    purpose: u64,
+    nets: Nets,
+}
+
+impl ImageNumbers {
+    /// Of so many samples a cell that draw about so many pairs each; it may be less or more.
+    pub(super) fn new(seed: u64, purpose: u64, samples: usize, pairs: usize) -> Self {
+        Self { seed, purpose, nets: Nets::new(samples, 1, pairs) }
+    }
+
+    /// What sets the numbers of a cell apart from those of others.
+    pub(super) fn key(&self, (i, j): (usize, usize)) -> u64 {
+        stream(self.seed, &[i as u64, j as u64, self.purpose]).next_u64()
+    }
+
+    /// The group of a sample, and its numbers in the cell with a key.
+    pub(super) fn of(&self, key: u64, sample: usize) -> (usize, Draws<'_>) {
+        let (group, numbers) =
+            self.nets.of(self.seed, (sample, 0), |group| [0, 0, group as u64, self.purpose]);
+        (group, numbers.shifted(key))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use rand::Rng as _;
-
     use super::*;
 
     /// Of 8 samples on there are 8 groups, which differ by one sample at most.
@@ -179,10 +194,10 @@ mod tests {
         }
     }
 
-    /// Whatever is kept, and however few: many samples leave room for two squares.
+    /// Whatever is kept, and however few pairs.
     #[test]
     fn kept_numbers_are_those_of_the_cell() {
-        let mut kept = CellNumbers::new(3, 1, 1, 2).keeping_row();
+        let mut kept = CellNumbers::new(3, 1, 1, 2);
         for samples in [3, MOST_PREPARED / 5, 3] {
             for (i, j) in (0..3).flat_map(|j| (0..4).map(move |i| (i * TILE, j * TILE / 2))) {
                 kept.prepare((i, j), samples);
@@ -200,7 +215,7 @@ mod tests {
     fn variances_are_told_without_bias() {
         const RUNS: usize = 20_000;
         for samples in [2, 7, 8, 9, 17, 33, 65, 81] {
-            let mut rng = flatland::random::stream(1, &[samples as u64]);
+            let mut rng = stream(1, &[samples as u64]);
             let mut told = 0.0;
             for _ in 0..RUNS {
                 let mut sums = vec![0.0; groups(samples)];

@@ -19,14 +19,22 @@
 //! # }
 //! ```
 //!
+//! # Images
+//!
+//! [`render`] gives every cell of the film random numbers of its own, so that pixels have no noise in common but that of samples that both see
+//! through their filters. Weights of samples do not sum to one; what that adds to the noise is taken out by a control variate, which leaves the
+//! mean as it is: an image of a scene that is the same everywhere is constant, from one sample a pixel on. (Images that come with gradients are,
+//! from two samples on.)
+//!
 //! # Which samples are shared
 //!
 //! A loss L(I) has the gradient Σ ∂L/∂I · dI/dθ. Both factors are estimates, and the mean of their product is the
 //! product of their means only if they are independent. So at the same seed and number of samples
 //!
 //! - [`render`], the gradients of this module and [`FiniteDifference`] draw independent numbers;
-//! - the image that comes with a gradient ([`GradientImage::image`]) is made of the gradient's own paths. It is as
-//!   good an image as that of [`render`], with the same mean and variance, but not the same bits;
+//! - the image that comes with a gradient ([`GradientImage::image`]) is made of the gradient's own paths. It has the same mean as that of
+//!   [`render`], but not the same bits, and more noise: squares of 16 cells share their random numbers, for the gradient's sake, and the
+//!   noise of their pixels is much the same;
 //! - forward and reverse mode of one method share all their numbers, as one is the transpose of the other.
 //!
 //! Hence an adjoint may be computed from [`render`] at any seed, or from the image of a gradient at **another** seed;
@@ -64,6 +72,7 @@ mod nearest_jump;
 mod non_finite;
 mod parts;
 mod pilot;
+mod pixel_borders;
 mod primal;
 mod progress;
 mod regions;
@@ -75,6 +84,7 @@ mod rows;
 mod tangent;
 #[cfg(test)]
 pub(crate) mod tests;
+mod unit_weights;
 mod unsupported;
 mod warped_area;
 mod warps;
@@ -89,6 +99,7 @@ pub use implicit::ImplicitTangent;
 pub use implicit_field::ImplicitField;
 pub use non_finite::NonFinite;
 pub use pilot::{Candidate, Choice, Method, Pilot, Survey};
+pub use pixel_borders::OnPixelBorders;
 pub use primal::render;
 pub(crate) use primal::render_pixels;
 pub use progress::{Progress, Stopped};

@@ -13,12 +13,17 @@ use rand::Rng;
 #[derive(Clone, Debug)]
 pub(crate) struct Draws<'p> {
     /// What has been made ahead of time and is not drawn yet.
-    prepared: &'p [[f64; 2]],
+    prepared: &'p [Fixed],
     /// The bits of the sample's index, the last first.
     reversed: u32,
     /// Of the pairs after those.
     rng: Stream,
+    /// The state of the digital shifts of pairs, where they are shifted.
+    shift: Option<u64>,
 }
+
+/// A pair of numbers as fractions of 2⁵².
+type Fixed = [u64; 2];
 
 /// Draws of which none has been made ahead of time.
 pub(crate) type Sequence = Draws<'static>;
@@ -26,24 +31,37 @@ pub(crate) type Sequence = Draws<'static>;
 impl Sequence {
     /// The sample `index` of the sequence that belongs to `address`.
     pub(crate) fn new(seed: u64, address: &[u64], index: usize) -> Self {
-        Self { prepared: &[], reversed: reversed(index), rng: stream(seed, address) }
+        Self { prepared: &[], reversed: reversed(index), rng: stream(seed, address), shift: None }
     }
 }
 
 impl Draws<'_> {
+    /// The same points after a digital shift of every pair by random bits, which depend on `key` alone.
+    ///
+    /// The shifted points of a sequence are stratified as they were. Given the points, those of two keys are independent, and each single one
+    /// is uniform: means of any integrands over the samples of two keys are uncorrelated, whatever the sequence they have in common.
+    pub(crate) fn shifted(self, key: u64) -> Self {
+        Self { shift: Some(key), ..self }
+    }
+
     /// The next two dimensions.
     #[inline]
     pub(crate) fn pair(&mut self) -> [f64; 2] {
-        match self.prepared.split_first() {
+        let [x, y] = match self.prepared.split_first() {
             Some((&next, rest)) => {
                 self.prepared = rest;
                 next
             }
             None => self.made(),
-        }
+        };
+        let Some(state) = &mut self.shift else { return [unit(x), unit(y)] };
+        *state = state.wrapping_add(GAMMA);
+        let bits = mix(*state);
+        // The digits of Sobol's points, which are the first 32.
+        [unit(x ^ bits >> 32 << BELOW), unit(y ^ (bits & 0xFFFF_FFFF) << BELOW)]
     }
 
-    fn made(&mut self) -> [f64; 2] {
+    fn made(&mut self) -> Fixed {
         Keys::draw(&mut self.rng).pair(self.reversed)
     }
 
@@ -58,7 +76,7 @@ impl Draws<'_> {
 #[derive(Clone, Debug)]
 pub(crate) struct PreparedSequence {
     /// One sample after the other.
-    pairs: Vec<[f64; 2]>,
+    pairs: Vec<Fixed>,
     depth: usize,
     rng: Stream,
 }
@@ -76,7 +94,7 @@ impl PreparedSequence {
     #[inline]
     pub(crate) fn sample(&self, index: usize) -> Draws<'_> {
         let prepared = &self.pairs[index * self.depth..(index + 1) * self.depth];
-        Draws { prepared, reversed: reversed(index), rng: self.rng.clone() }
+        Draws { prepared, reversed: reversed(index), rng: self.rng.clone(), shift: None }
     }
 }
 
@@ -93,21 +111,29 @@ impl Keys {
         Self([rng.next_u64(), rng.next_u64()])
     }
 
-    fn pair(self, reversed: u32) -> [f64; 2] {
+    fn pair(self, reversed: u32) -> Fixed {
         let Self(keys) = self;
         let index = scramble(reversed, keys[0] as u32);
         // The first dimension is the index with its bits reversed.
         let x = scramble(index, (keys[0] >> 32) as u32) ^ (mix(keys[1]) >> 32) as u32;
         let y = scramble(second(index), keys[1] as u32) ^ mix(keys[0] ^ keys[1]) as u32;
         // Bits below the thirty-second are the same for all samples of a cell: no matter.
-        [unit(x, keys[1] >> 32), unit(y, keys[0] >> 32)]
+        [fixed(x, keys[1] >> 32), fixed(y, keys[0] >> 32)]
     }
 }
 
-/// (x + fraction)/2³² in (0, 1).
-fn unit(x: u32, fraction: u64) -> f64 {
-    let fraction = ((fraction & 0xF_FFFF) as f64 + 0.5) / f64::from(1 << 20);
-    (f64::from(x) + fraction) / 4_294_967_296.0
+/// Bits of a number after the thirty-second.
+const BELOW: u32 = 20;
+
+/// A number of which the first 32 bits are x, and the last 20 those of `fraction`.
+fn fixed(x: u32, fraction: u64) -> u64 {
+    u64::from(x) << BELOW | fraction & ((1 << BELOW) - 1)
+}
+
+/// The middle of the interval of 2⁻⁵² that begins there, in (0, 1).
+#[inline]
+fn unit(fixed: u64) -> f64 {
+    (fixed as f64 + 0.5) * f64::EPSILON
 }
 
 /// The second dimension of Sobol's sequence, with its bits reversed: bit j is the sum modulo 2 of the index's bits k for which the binomial
@@ -131,8 +157,12 @@ fn scramble(mut x: u32, seed: u32) -> u32 {
     x.reverse_bits()
 }
 
+/// 2⁶⁴ over the golden ratio.
+const GAMMA: u64 = 0x9E37_79B9_7F4A_7C15;
+
+#[inline]
 fn mix(word: u64) -> u64 {
-    let mut z = word.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    let mut z = word.wrapping_add(GAMMA);
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
     z ^ (z >> 31)

@@ -20,7 +20,7 @@ impl FilmJumps {
         let Job { world, camera, active, edges, .. } = *job;
         let is_sampled = active.geometry && edges.is_some();
         let mut jumps = if is_sampled { jumps_on_film(world, camera) } else { vec![] };
-        jumps.retain(|j| camera.film.filter_value(pixel, j.at) > 0.0 && job.may_leave_on_film(j.vertex));
+        jumps.retain(|j| camera.film.filter_share(pixel, j.at) > 0.0 && job.may_leave_on_film(j.vertex));
         Self { pixel, jumps }
     }
 
@@ -35,7 +35,7 @@ impl FilmJumps {
         let jump = &self.jumps[((open01(rng) * count as f64) as usize).min(count - 1)];
         let Some((left, rays)) = left_on_film(sweep.job, jump.vertex, level, rng) else { return };
         sweep.rays += rays;
-        let factor = count as f64 * camera.film.filter_value(self.pixel, jump.at);
+        let factor = count as f64 * camera.film.filter_share(self.pixel, jump.at);
         let weight = factor * left.iter().map(|side| side.light).sum::<f64>();
         sweep.primary_of_point(&MaterialPoint::vertex(jump.vertex), weight * jump.rate);
         let mut by_camera = CameraTangent::default();

@@ -176,3 +176,44 @@ fn finite_differences_in_reverse_are_those_of_every_parameter() {
     let expected: f64 = forward.iter().zip(adjoint).map(|(g, a)| g * a).sum();
     assert!(expected != 0.0 && reverse.materials[0].emission == expected);
 }
+
+/// Pixels on both sides of a jump on their end have the mean of both one-sided derivatives. A millionth of a pixel away one of them has all.
+#[test]
+fn jumps_on_pixel_ends_are_a_part_of_both() {
+    let film = Film { pixels: 8, filter: Filter::Box };
+    let camera = Camera { position: DVec2::ZERO, angle: 0.0, field_of_view: 1.0, film };
+    let wall = |low: f64| {
+        let wall = Shape::open([p(1.0, low), p(1.0, 0.7)], Material::emitter(1.0));
+        World::new(0.0, vec![wall]).expect("a world")
+    };
+    let paths = Paths { bounces: 1, ..Paths::default() };
+    let rates = |method: &dyn Method, low: f64| {
+        let world = wall(low);
+        let found =
+            method.forward(&world, &camera, &Tangent::translate(&world, [0], DVec2::Y)).expect("valid");
+        [3, 4].map(|pixel| (found.total()[pixel], found.standard_error[pixel]))
+    };
+    let edges = EdgeSampling { samples: 1000, paths, ..EdgeSampling::default() };
+    let warped = WarpedArea { samples: 4000, paths, ..WarpedArea::default() };
+    let construction = Construction::Softened { reach: 8.0, softness: 2.0 };
+    let softened = WarpedArea { construction, ..warped };
+    let construction = Construction::JumpMean { reach: 8.0 };
+    let mean = WarpedArea { construction, ..warped };
+    let methods: [(&str, &dyn Method); 4] =
+        [("edges", &edges), ("auxiliary", &warped), ("softened", &softened), ("mean", &mean)];
+    let whole: f64 = rates(&edges, 1e-6).iter().map(|rate| rate.0).sum();
+    assert!(whole.abs() > 1.0, "{whole}");
+    for (name, method) in methods {
+        for low in [0.0, 1e-16, -1e-16] {
+            for (rate, error) in rates(method, low) {
+                assert!(
+                    (rate - 0.5 * whole).abs() < 6.5 * error + 5e-3 * whole.abs()
+                        && error < 0.05 * whole.abs(),
+                    "{name} at {low:e}: {rate} ± {error} of {whole}"
+                );
+            }
+        }
+        let least = rates(method, 1e-6).map(|rate| rate.0.abs()).into_iter().fold(f64::INFINITY, f64::min);
+        assert!(least < 0.1 * whole.abs(), "{name}: {least} of {whole}");
+    }
+}

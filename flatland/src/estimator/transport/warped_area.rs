@@ -156,7 +156,9 @@ fn pixel_end(sweep: &mut Sweep<'_, '_>, pixel: &Pixel) {
     let Job { world, camera, paths, .. } = *sweep.job;
     let rng = &mut sweep.streams.pixel_end;
     let outward = if open01(rng) < 0.5 { -1.0 } else { 1.0 };
-    let u = camera.film.centre(pixel.index) + 0.5 * outward;
+    // On both sides of a jump that is seen there.
+    let beside = camera.film.border() * (2.0 * open01(rng) - 1.0);
+    let u = camera.film.centre(pixel.index) + 0.5 * outward + beside;
     let (value, rays) = paths.film_radiance(world, camera, u, rng);
     sweep.rays += rays;
     sweep.film_field(u, -2.0 * outward * (value - pixel.control), 0.0);

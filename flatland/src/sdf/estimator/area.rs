@@ -1,5 +1,7 @@
 //! The area integral of any warp field, and its interior part alone.
 
+use std::f64::consts::PI;
+
 use glam::DVec2;
 
 use super::linear::{self, PixelSample, Sampled};
@@ -165,7 +167,9 @@ impl AreaIntegral {
 /// −h L V·ν at one of the two ends of a pixel, over its probability.
 fn pixel_end(scene: &Scene, film: &AngularFilm, pixel: usize, rng: &mut Stream) -> Linear {
     let side = if open01(rng) < 0.5 { -1.0 } else { 1.0 };
-    let direction = DVec2::from_angle(film.centre(pixel) + side * film.radius());
+    // On both sides of a silhouette that is seen there.
+    let beside = 1024.0 * f64::EPSILON * PI * (2.0 * open01(rng) - 1.0);
+    let direction = DVec2::from_angle(film.centre(pixel) + side * film.radius() + beside);
     let trace = scene.view().trace(direction);
     let a = direction.perp() * (-2.0 * side * scene.radiance(&trace) / film.pixel());
     Linear { direction, a, b: 0.0, c: 0.0, hit: None, rays: trace.count() }

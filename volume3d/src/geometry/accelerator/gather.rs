@@ -131,7 +131,7 @@ impl<const ANY: bool> Gather<'_, ANY> {
                     Err(_) => continue,
                 };
                 let found = Found::new(&accelerator.frame, sheaf, end, &fan, (&shears, some));
-                let found = Sweep::<ANY> { accelerator, sheaf, end, fan: &fan, found }.run(lanes);
+                let found = Sweep::<ANY> { accelerator, sheaf, fan: &fan, found }.run(lanes);
                 rest &= !some;
                 if ANY {
                     occluded |= found.occluded;

@@ -24,6 +24,8 @@ pub struct Sheaf {
     pub far: [f64; PACKET],
     /// The triangles that origins lie on, which are never hit by their rays.
     pub from: [u32; PACKET],
+    /// The triangles in which rays end, which are never hit by them when only whether anything is hit is asked.
+    pub target: [u32; PACKET],
     /// The places that have a ray, as bits.
     pub members: u32,
 }
@@ -32,6 +34,9 @@ impl Sheaf {
     /// How many rays there are at most.
     pub const MOST: usize = PACKET;
 
+    /// In place of a triangle, that there is none.
+    pub const NONE: u32 = NONE;
+
     /// Without any ray.
     pub const EMPTY: Self = Self {
         origins: [[0.0; PACKET]; 3],
@@ -39,6 +44,7 @@ impl Sheaf {
         near: 0.0,
         far: [0.0; PACKET],
         from: [NONE; PACKET],
+        target: [NONE; PACKET],
         members: 0,
     };
 
@@ -50,6 +56,12 @@ impl Sheaf {
     #[inline(always)]
     pub(super) fn direction(&self, at: usize) -> DVec3 {
         DVec3::new(self.directions[0][at], self.directions[1][at], self.directions[2][at])
+    }
+
+    /// The triangle in which a ray ends.
+    #[inline(always)]
+    pub(super) fn target(&self, at: usize) -> Option<u32> {
+        Some(self.target[at]).filter(|&target| target != NONE)
     }
 
     pub(super) fn ray(&self, at: usize) -> Ray {
@@ -96,6 +108,4 @@ pub struct Goal<'a> {
     pub point: DVec3,
     /// How far it is from their origins; rays that go on beyond it are traced alone.
     pub distances: &'a [f64; PACKET],
-    /// A triangle there, which is never hit.
-    pub target: Option<u32>,
 }

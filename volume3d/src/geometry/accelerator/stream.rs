@@ -22,14 +22,6 @@ pub struct Shadows<'a> {
     pub end: Option<&'a Goal<'a>>,
 }
 
-impl Shadows<'_> {
-    /// A triangle that is never hit.
-    #[inline(always)]
-    fn target(&self) -> Option<u32> {
-        self.end.and_then(|end| end.target)
-    }
-}
-
 /// Sheaves of a stream.
 pub(super) const SHEAVES: usize = 2;
 
@@ -65,7 +57,7 @@ impl Accelerator {
         for ((shadows, alone), occluded) in shadows.iter().zip(&mut alone).zip(&mut occluded) {
             while *alone != 0 {
                 let at = next(alone) % PACKET;
-                let hit = self.occluded_before(&shadows.sheaf.ray(at), shadows.target());
+                let hit = self.occluded_before(&shadows.sheaf.ray(at), shadows.sheaf.target(at));
                 *occluded |= u32::from(hit) << at;
             }
         }
@@ -173,7 +165,7 @@ impl Stream<'_> {
             let test = TriangleTest::beside(lanes, rays, at);
             let filtered = test.filtered(leaf, rays.far[at]);
             // Most candidates are the triangle that a ray leaves: taken out before anything branches on them.
-            let left_out = [shadows.sheaf.from[at], shadows.target().unwrap_or(u32::MAX)];
+            let left_out = [shadows.sheaf.from[at], shadows.sheaf.target[at]];
             let candidates = filtered.candidates & link.mask() & but(lanes, triangles, left_out);
             if candidates != 0 {
                 let certain = test.certain(&filtered) & candidates;

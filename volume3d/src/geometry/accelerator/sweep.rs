@@ -125,7 +125,6 @@ impl Found {
 pub(super) struct Sweep<'a, const ANY: bool> {
     pub(super) accelerator: &'a Accelerator,
     pub(super) sheaf: &'a Sheaf,
-    pub(super) end: Option<&'a Goal<'a>>,
     pub(super) fan: &'a Fan,
     pub(super) found: Found,
 }
@@ -199,14 +198,10 @@ impl<const ANY: bool> Sweep<'_, ANY> {
     /// The rays that never hit a triangle, as they leave it or end on it, as bits.
     #[inline(always)]
     fn leaving(&self, triangle: u32) -> u32 {
-        if let Some(Goal { target: Some(target), .. }) = self.end
-            && *target == triangle
-        {
-            return u32::MAX;
-        }
+        let Sheaf { from, target, .. } = self.sheaf;
         let mut rays = 0;
-        for (at, &from) in self.sheaf.from.iter().enumerate() {
-            rays |= u32::from(from == triangle) << at;
+        for at in 0..PACKET {
+            rays |= u32::from((from[at] == triangle) | (ANY & (target[at] == triangle))) << at;
         }
         rays
     }

@@ -254,13 +254,10 @@ impl<'s> Driver<'s> {
         if rate == 0.0 || light == DVec3::ZERO && level == 0.0 {
             return;
         }
-        film.for_each_pixel(i, j, |_, _, x, y| {
-            let weight = film.weight([at.x, at.y], x, y);
-            if weight != 0.0 {
-                let pixel = y * film.columns + x;
-                let level = self.levels.get(pixel).map_or(DVec3::ZERO, |l| *l * level);
-                f(pixel, weight, light - level);
-            }
+        film.for_each_share(at, |x, y, weight| {
+            let pixel = y * film.columns + x;
+            let level = self.levels.get(pixel).map_or(DVec3::ZERO, |l| *l * level);
+            f(pixel, weight, light - level);
         });
     }
 

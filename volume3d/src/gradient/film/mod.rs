@@ -1,5 +1,6 @@
 //! The film: where samples fall, and how points of space move on it.
 
+mod border;
 mod weights;
 
 use std::f64::consts::TAU;
@@ -38,6 +39,8 @@ pub(crate) struct FilmPlane {
     shear: DVec2,
     /// df/d(field of view), with f = (W/2)/tan(fov/2); 0 of an orthographic sensor, which has none.
     focal_rate: f64,
+    /// What is nearer to a pixel's border than this is on it, in pixels.
+    border: f64,
 }
 
 impl FilmPlane {
@@ -69,6 +72,7 @@ impl FilmPlane {
                 focal,
             },
             focal_rate: camera.orthographic.map_or(focal_rate(focal, camera.field_of_view), |_| 0.0),
+            border: border::width(scene, focal * camera.pixel_aspect.max(1.0)),
             lens: camera.lens,
             offset: arm,
             arm,
@@ -154,6 +158,11 @@ impl FilmPlane {
     /// The transpose: what a covector of that velocity gives to the rate of rotation, beside that of translation, which it is.
     pub(crate) fn origin_rate_transpose(&self, covector: DVec3) -> DVec3 {
         self.offset.cross(covector)
+    }
+
+    /// The filter of pixels.
+    pub(crate) fn filter(&self) -> Filter {
+        self.filter
     }
 
     /// Whether the filter is the pixel itself.
@@ -300,6 +309,7 @@ impl FilmPlane {
 
     /// The cell a film point falls into, if samples there reach any pixel.
     pub(crate) fn cell(&self, u: DVec2) -> Option<(usize, usize)> {
+        let u = if self.is_box() { self.within_borders(u) } else { u };
         let at = (u - self.corner).floor() + self.reach as f64;
         let (i, j) = (at.x as usize, at.y as usize);
         let (columns, rows) = self.cells();

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use super::super::PATH;
 use super::super::driver::CellSink;
 use super::super::film::FilmPlane;
-use super::super::groups::{CellNumbers, TILE, group_range, group_size, groups};
+use super::super::groups::{ImageNumbers, group_range, group_size, groups};
 use super::splat::Splat;
 use crate::lanes::Instructions;
 use crate::path::{Paths, Wave, WaveTables};
@@ -16,8 +16,8 @@ use crate::scene::Hit;
 /// Camera rays of a cell that are traced at once, having one origin and a narrow cone: as many as a packet takes.
 const TOGETHER: usize = 16;
 
-/// Cells of a block, all of one square that shares random numbers.
-const CELLS: usize = if TILE < Wave::MOST { TILE } else { Wave::MOST };
+/// Cells of a block.
+const CELLS: usize = Wave::MOST;
 
 /// Samples of a group that a block keeps; if a group has more, blocks are of fewer cells.
 const MOST_KEPT: usize = 1 << 16;
@@ -30,10 +30,12 @@ pub(super) struct BlockSampler<'p> {
     film: &'p FilmPlane,
     paths: &'p Paths<'p>,
     samples: usize,
-    numbers: CellNumbers,
+    numbers: ImageNumbers,
     wave: Wave<'p>,
     instructions: Instructions,
     camera: CameraRays,
+    /// Of the random numbers of the cells.
+    keys: [u64; CELLS],
     /// The samples of a group, those of a cell one after the other: film points within the cells, and radiances.
     places: Vec<[f64; 2]>,
     radiances: Vec<DVec3>,
@@ -56,11 +58,11 @@ impl<'p> BlockSampler<'p> {
         seed: u64,
     ) -> Self {
         // The film point, and the numbers of bounces.
-        let numbers = CellNumbers::new(seed, PATH, 1, 1 + paths.pairs()).keeping_row();
+        let numbers = ImageNumbers::new(seed, PATH, samples, 1 + paths.pairs());
         let wave = Wave::new(paths, tables);
-        let (places, radiances) = (vec![], vec![]);
+        let (keys, places, radiances) = ([0; CELLS], vec![], vec![]);
         let (instructions, camera) = (Instructions::detect(), CameraRays::default());
-        Self { film, paths, samples, numbers, wave, instructions, camera, places, radiances }
+        Self { film, paths, samples, numbers, wave, instructions, camera, keys, places, radiances }
     }
 
     /// Samples the block that begins with a cell, if one does.
@@ -79,7 +81,9 @@ impl<'p> BlockSampler<'p> {
         let mut among = (i..columns.min(i + cells)).filter(|&i| wanted(i, j));
         let Some(first) = among.next() else { return };
         let cells = first..among.last().unwrap_or(first) + 1;
-        self.numbers.prepare((i, j), self.samples);
+        for (key, i) in self.keys.iter_mut().zip(cells.clone()) {
+            *key = self.numbers.key((i, j));
+        }
         let before = sink.non_finite.len();
         for group in 0..groups(self.samples) {
             let samples = group_range(group, self.samples);
@@ -99,7 +103,7 @@ impl<'p> BlockSampler<'p> {
         sink: &CellSink<'_, 3>,
     ) -> bool {
         let (count, width) = (samples.len(), cells.len());
-        self.places.clear();
+        self.places.resize(width * count, [0.0; 2]);
         self.radiances.resize(width * count, DVec3::ZERO);
         let scene = self.paths.scene;
         let origin = scene.camera().origin;
@@ -108,21 +112,26 @@ impl<'p> BlockSampler<'p> {
                 return false;
             }
             let some = first..samples.end.min(first + TOGETHER);
-            self.places.extend(some.clone().map(|sample| self.numbers.of(sample, 0).1.pair()));
-            let places = &self.places[first - samples.start..];
             let CameraRays { directions, hits, of_cell } = &mut self.camera;
             directions.clear();
             hits.clear();
-            for i in cells.clone() {
-                let of_last = directions.len();
+            for (cell, i) in cells.clone().enumerate() {
+                let (of_last, from) = (directions.len(), cell * count + first - samples.start);
+                let places = &mut self.places[from..from + some.len()];
+                for (place, sample) in places.iter_mut().zip(some.clone()) {
+                    *place = self.numbers.of(self.keys[cell], sample).1.pair();
+                }
                 directions.extend(places.iter().map(|&within| self.film.ray(self.film.point(i, j, within))));
                 scene.closest_bundle(origin, &directions[of_last..], None, of_cell);
                 hits.extend_from_slice(of_cell);
             }
             let mut of_sample = [DVec3::ZERO; CELLS];
             for (at, sample) in some.clone().enumerate() {
-                let (_, mut numbers) = self.numbers.of(sample, 0);
-                numbers.pair();
+                let numbers = std::array::from_fn(|cell| {
+                    let (_, mut numbers) = self.numbers.of(self.keys[cell], sample);
+                    numbers.pair();
+                    numbers
+                });
                 let rays =
                     (0..width).map(|cell| cell * some.len() + at).map(|ray| (directions[ray], hits[ray]));
                 self.wave.radiances(origin, rays, numbers, &mut of_sample[..width]);
@@ -144,26 +153,31 @@ impl<'p> BlockSampler<'p> {
         wanted: &impl Fn(usize, usize) -> bool,
         sink: &mut CellSink<'_, 3>,
     ) {
-        for (i, radiances) in cells.zip(self.radiances.chunks(samples.len())) {
+        let (places, radiances) = (self.places.chunks(samples.len()), self.radiances.chunks(samples.len()));
+        for (i, (places, radiances)) in cells.zip(places.zip(radiances)) {
             if !wanted(i, j) {
                 continue;
             }
+            let class = sink.row_sums.class((i, j), group);
             let (near, finite) = (self.film.is_near(), radiances.iter().all(|radiance| radiance.is_finite()));
             if near && finite {
-                let (film, places, row_sums) = (self.film, &self.places[..], &mut *sink.row_sums);
-                self.instructions.run(Splat { film, cell: (i, j), group, places, radiances, row_sums });
+                let (film, row_sums) = (self.film, &mut *sink.row_sums);
+                self.instructions.run(Splat { film, cell: (i, j), class, places, radiances, row_sums });
                 continue;
             }
-            for ((sample, &within), &radiance) in samples.clone().zip(&self.places).zip(radiances) {
+            let mut light = DVec3::ZERO;
+            for ((sample, &within), &radiance) in samples.clone().zip(places).zip(radiances) {
                 if !radiance.is_finite() {
                     sink.non_finite.push(self.film.located(i, j, sample));
                     continue;
                 }
+                light += radiance;
                 let u: DVec2 = self.film.point(i, j, within);
                 self.film.for_each_weight((i, j), u.to_array(), |[b, x, _], weight| {
-                    sink.row_sums.add(group, b, x, &(weight * radiance).to_array());
+                    sink.row_sums.add(class, b, x, &(weight * radiance).to_array(), weight);
                 });
             }
+            sink.row_sums.add_light(self.film, i, class, light);
         }
     }
 }

@@ -1,9 +1,11 @@
 //! The samples of one cell after the other.
 
+use glam::DVec3;
+
 use super::super::PATH;
 use super::super::driver::CellSink;
 use super::super::film::FilmPlane;
-use super::super::groups::CellNumbers;
+use super::super::groups::ImageNumbers;
 use crate::path::Paths;
 use crate::scene::Hit;
 
@@ -15,20 +17,22 @@ pub(super) struct CellSampler<'p> {
     paths: &'p Paths<'p>,
     film: &'p FilmPlane,
     samples: usize,
-    numbers: CellNumbers,
+    numbers: ImageNumbers,
     hits: Vec<Option<Hit>>,
 }
 
 impl<'p> CellSampler<'p> {
     pub(super) fn new(paths: &'p Paths<'p>, film: &'p FilmPlane, samples: usize, seed: u64) -> Self {
         // The film point, the point of the lens, and those of bounces.
-        let numbers = CellNumbers::new(seed, PATH, 1, 2 + paths.pairs()).keeping_row();
+        let numbers = ImageNumbers::new(seed, PATH, samples, 2 + paths.pairs());
         Self { paths, film, samples, numbers, hits: vec![] }
     }
 
     pub(super) fn sample(&mut self, (i, j): (usize, usize), sink: CellSink<'_, 3>) {
         let &mut Self { paths, film, samples, .. } = self;
-        self.numbers.prepare((i, j), samples);
+        let key = self.numbers.key((i, j));
+        // The light of the samples of a group.
+        let (mut group, mut light) = (0, DVec3::ZERO);
         let mut drawn = Vec::with_capacity(TOGETHER);
         let mut directions = Vec::with_capacity(TOGETHER);
         for first in (0..samples).step_by(TOGETHER) {
@@ -38,7 +42,7 @@ impl<'p> CellSampler<'p> {
             drawn.clear();
             directions.clear();
             for sample in first..samples.min(first + TOGETHER) {
-                let (group, mut numbers) = self.numbers.of(sample, 0);
+                let (group, mut numbers) = self.numbers.of(key, sample);
                 let u = film.point(i, j, numbers.pair());
                 let (origin, direction) = film.ray_through(u, &mut numbers);
                 drawn.push((group, u, origin, numbers));
@@ -53,18 +57,27 @@ impl<'p> CellSampler<'p> {
                 paths.scene.closest_bundle(origin, &directions, None, &mut self.hits);
             }
             let arrivals = directions.iter().zip(&self.hits);
-            for (sample, ((group, u, origin, numbers), (&direction, &hit))) in
+            for (sample, ((of, u, origin, numbers), (&direction, &hit))) in
                 (first..).zip(drawn.iter_mut().zip(arrivals))
             {
+                if *of != group {
+                    let class = sink.row_sums.class((i, j), group);
+                    sink.row_sums.add_light(film, i, class, std::mem::take(&mut light));
+                    group = *of;
+                }
                 let radiance = paths.still_radiance(*origin, direction, hit, 1, numbers);
                 if !radiance.is_finite() {
                     sink.non_finite.push(film.located(i, j, sample));
                     continue;
                 }
+                light += radiance;
+                let class = sink.row_sums.class((i, j), group);
                 film.for_each_weight((i, j), u.to_array(), |[b, x, _], weight| {
-                    sink.row_sums.add(*group, b, x, &(weight * radiance).to_array());
+                    sink.row_sums.add(class, b, x, &(weight * radiance).to_array(), weight);
                 });
             }
         }
+        let class = sink.row_sums.class((i, j), group);
+        sink.row_sums.add_light(film, i, class, light);
     }
 }

@@ -15,6 +15,7 @@ use super::driver::{CellSink, FilmSums, over_film};
 use super::film::FilmPlane;
 use super::progress::Progress;
 use super::result::Rendering;
+use super::unit_weights::UnitWeights;
 use crate::Image;
 use crate::path::{Kernels, Paths, WaveTables};
 use crate::scene::Scene;
@@ -63,21 +64,33 @@ fn rendering(
     wanted: impl Fn(usize) -> bool + Sync,
     progress: &Progress,
 ) -> Result<Rendering, GradientError> {
+    let tables = if paths.scene.description.camera.lens.is_some() { None } else { WaveTables::new(paths) };
+    sampled(paths, tables.as_ref(), (samples, seed), wanted, progress)
+}
+
+/// The same with paths side by side, given the tables for it, or one by one: bit for bit the same image.
+fn sampled(
+    paths: &Paths<'_>,
+    tables: Option<&WaveTables>,
+    (samples, seed): (usize, u64),
+    wanted: impl Fn(usize) -> bool + Sync,
+    progress: &Progress,
+) -> Result<Rendering, GradientError> {
     if samples == 0 {
         return Err(GradientError::Samples { samples, least: 1 });
     }
     let film = FilmPlane::new(paths.scene);
     let before = paths.scene.trace_counts();
-    let tables = if film.has_lens() { None } else { WaveTables::new(paths) };
     let wanted = |i, j| film.cell_counts(i, j) && film.reaches(i, j, &wanted);
-    let sums = match &tables {
+    let counted = (samples, UnitWeights::of_own_numbers(&film, samples));
+    let sums = match tables {
         Some(tables) => {
             let samplers = Pool::new(|| BlockSampler::new(paths, tables, &film, samples, seed));
             let row = || samplers.take();
             let cell = |sampler: &mut Taken<'_, BlockSampler<'_>>, at, sink: CellSink<'_, 3>| {
                 sampler.sample(at, &wanted, sink);
             };
-            over_film(&film, samples, progress, row, cell)?
+            over_film(&film, counted, progress, row, cell)?
         }
         None => {
             let samplers = Pool::new(|| CellSampler::new(paths, &film, samples, seed));
@@ -87,7 +100,7 @@ fn rendering(
                     sampler.sample((i, j), sink);
                 }
             };
-            over_film(&film, samples, progress, row, cell)?
+            over_film(&film, counted, progress, row, cell)?
         }
     };
     let lost_rays = sums.lost_rays(&film);
@@ -103,4 +116,45 @@ fn rendering(
         traces: paths.scene.trace_counts() - before,
         lost_rays,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gradient::tests::{filters, room};
+
+    /// Diffuse walls side by side, glossy ones alone; of one sample, of few, and of groups of several.
+    #[test]
+    fn paths_side_by_side_make_the_image_of_paths_one_by_one() {
+        for filter in filters() {
+            let mut description = room(filter).description;
+            description.film.width = 21;
+            let scene = Scene::new(description).unwrap();
+            let paths = Paths::new(&scene, Kernels::default());
+            let tables = WaveTables::new(&paths).expect("the scene is plain");
+            for samples in [1, 5, 20] {
+                let image =
+                    |tables| sampled(&paths, tables, (samples, 7), |_| true, &Progress::none()).unwrap();
+                let (waves, alone) = (image(Some(&tables)), image(None));
+                assert_eq!(waves.image, alone.image, "{filter:?}, {samples} samples");
+                assert_eq!(waves.standard_error, alone.standard_error, "{filter:?}, {samples} samples");
+            }
+        }
+    }
+
+    /// Of some pixels, what all of them are.
+    #[test]
+    fn some_pixels_are_those_of_the_whole_image() {
+        for filter in filters() {
+            let scene = room(filter);
+            for samples in [1, 4] {
+                let whole = render(&scene, samples, 7, &Progress::none()).unwrap().image;
+                let some = |pixel: usize| pixel == 8 || pixel == 30;
+                let part = render_pixels(&scene, samples, 7, some, &Progress::none()).unwrap().image;
+                for pixel in [8, 30] {
+                    assert_eq!(whole.pixels[pixel], part.pixels[pixel], "{filter:?}, {samples} samples");
+                }
+            }
+        }
+    }
 }

@@ -9,11 +9,11 @@ use crate::lanes::{Lanes, Task};
 /// Samples whose weights are worked out side by side.
 const TOGETHER: usize = 8;
 
-/// Samples of a group in a cell, for a filter that reaches one cell around a pixel at most.
+/// Samples of a class in a cell, for a filter that reaches one cell around a pixel at most.
 pub(super) struct Splat<'a> {
     pub(super) film: &'a FilmPlane,
     pub(super) cell: (usize, usize),
-    pub(super) group: usize,
+    pub(super) class: usize,
     /// Places in the cell.
     pub(super) places: &'a [[f64; 2]],
     /// All finite.
@@ -27,21 +27,27 @@ impl Task for Splat<'_> {
     /// The sums are kept at hand meanwhile; to each of them samples are added in the order in which they come.
     #[inline(always)]
     fn run<L: Lanes>(self, _: L) {
-        let Self { film, cell: (i, j), group, places, radiances, row_sums } = self;
+        let Self { film, cell: (i, j), class, places, radiances, row_sums } = self;
         let mut sums = [[[0.0; 4]; NEAR]; NEAR];
         for (b, sums) in sums.iter_mut().enumerate() {
             for (a, sum) in sums.iter_mut().enumerate() {
                 if let Some(x) = film.pixel_column(i, a) {
-                    sum[..3].copy_from_slice(row_sums.at(group, b, x));
+                    sum[..3].copy_from_slice(row_sums.at(class, b, x));
+                    sum[3] = row_sums.weight_at(class, b, x).map_or(0.0, |weight| *weight);
                 }
             }
         }
+        let mut light = [0.0; 4];
         for (places, radiances) in places.chunks(TOGETHER).zip(radiances.chunks(TOGETHER)) {
             let mut within = [[0.0; 2]; TOGETHER];
             within[..places.len()].copy_from_slice(places);
             let [columns, rows] = film.weights_near((i, j), &within);
             for (at, radiance) in radiances.iter().enumerate() {
-                let radiance = [radiance.x, radiance.y, radiance.z, 0.0];
+                // Of which the last is the weight itself.
+                let radiance = [radiance.x, radiance.y, radiance.z, 1.0];
+                for c in 0..4 {
+                    light[c] += radiance[c];
+                }
                 for b in 0..NEAR {
                     for a in 0..NEAR {
                         let weight = columns[a][at % TOGETHER] * rows[b][at % TOGETHER];
@@ -55,9 +61,13 @@ impl Task for Splat<'_> {
         for (b, sums) in sums.iter().enumerate() {
             for (a, sum) in sums.iter().enumerate() {
                 if let Some(x) = film.pixel_column(i, a) {
-                    row_sums.at(group, b, x).copy_from_slice(&sum[..3]);
+                    row_sums.at(class, b, x).copy_from_slice(&sum[..3]);
+                    if let Some(weight) = row_sums.weight_at(class, b, x) {
+                        *weight = sum[3];
+                    }
                 }
             }
         }
+        row_sums.add_light(film, i, class, DVec3::new(light[0], light[1], light[2]));
     }
 }

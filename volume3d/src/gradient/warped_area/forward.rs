@@ -10,11 +10,12 @@ use crate::gradient::driver::{CellSink, finish, over_film, quantities};
 use crate::gradient::forward::Forward;
 use crate::gradient::groups::{TILE, group};
 use crate::gradient::motion::Motion;
+use crate::gradient::unit_weights::UnitWeights;
 use crate::gradient::{GradientImage, Progress, Stopped};
 use crate::path::{Frame, WaveTables};
 
-/// What one sample adds: the row of the neighbourhood, the column, and the quantities.
-type Added<const K: usize> = (usize, usize, [f64; K]);
+/// What one sample adds: the row of the neighbourhood, the column, the quantities and the sample's weight.
+type Added<const K: usize> = (usize, usize, [f64; K], f64);
 
 /// What computes the cells of a row.
 struct Worker<'s, const N: usize, const K: usize> {
@@ -79,7 +80,8 @@ impl Job<'_> {
             }
             *sink.rays = worker.calculus.auxiliary.as_ref().map_or(0, Auxiliary::rays);
         };
-        let mut sums = over_film(&film, self.counted(), progress, begin, cell)?;
+        let counted = (self.counted(), UnitWeights::of_shared_numbers(&film, self.counted()));
+        let mut sums = over_film(&film, counted, progress, begin, cell)?;
         if let Some(largest) = &mut sums.largest {
             let (columns, rows) = film.cells();
             let cells = (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j)));
@@ -123,31 +125,45 @@ impl Job<'_> {
             });
         }
         for (place, kept) in kept.drain(..) {
-            match kept {
-                Kept::Cell(sample) => self.for_each_pixel(place, &sample, |[b, x, _], value, integrand| {
-                    added.push((b, x, quantities(value, integrand.map(|l| l.tangent))));
-                }),
-                Kept::Edge(sample) => self.for_each_side(place, &sample, |[b, x, _], light| {
-                    let moved = light.to_array().map(|l| (sample.across * l).tangent);
-                    added.push((b, x, quantities(DVec3::ZERO, moved)));
-                }),
-            }
-            self.add(added, place, sink);
+            let light = match kept {
+                Kept::Cell(sample) => {
+                    self.for_each_pixel(place, &sample, |[b, x, _], weight, integrand| {
+                        let value = sample.radiance() * weight;
+                        added.push((b, x, quantities(value, integrand.map(|l| l.tangent)), weight));
+                    });
+                    sample.radiance()
+                }
+                Kept::Edge(sample) => {
+                    self.for_each_side(place, &sample, |[b, x, _], light| {
+                        let moved = light.to_array().map(|l| (sample.across * l).tangent);
+                        added.push((b, x, quantities(DVec3::ZERO, moved), 0.0));
+                    });
+                    DVec3::ZERO
+                }
+            };
+            self.add(added, light, place, sink);
             added.clear();
         }
     }
 
-    /// Adds what a sample has found, if all of it is finite.
-    fn add<const K: usize>(&self, added: &mut [Added<K>], (i, j, sample): Place, sink: &mut CellSink<'_, K>) {
+    /// Adds what a sample has found, and the light that it sees, if all of it is finite.
+    fn add<const K: usize>(
+        &self,
+        added: &mut [Added<K>],
+        light: DVec3,
+        (i, j, sample): Place,
+        sink: &mut CellSink<'_, K>,
+    ) {
         let at = self.film.located(i, j, sample);
-        if added.iter().all(|(.., q)| q.iter().all(|q| q.is_finite())) {
+        if light.is_finite() && added.iter().all(|(_, _, q, _)| q.iter().all(|q| q.is_finite())) {
             let (mut amount, samples) = (0.0, self.samples((i, j)));
             let (group, counts) = (group(sample, samples), self.counted() as f64 / samples as f64);
-            for (b, x, q) in added {
+            for (b, x, q, weight) in added {
                 q.iter_mut().for_each(|q| *q *= counts);
                 amount += q[3..6].iter().map(|d| d.abs()).sum::<f64>();
-                sink.row_sums.add(group, *b, *x, q);
+                sink.row_sums.add(group, *b, *x, q, *weight * counts);
             }
+            sink.row_sums.add_light(&self.film, i, group, light * counts);
             sink.contributed(at, amount);
         } else {
             sink.non_finite.push(at);

@@ -76,6 +76,11 @@ pub(super) struct Sample<T> {
 pub(super) type Ray = (DVec3, DVec3, Option<Hit>);
 
 impl<T: Number> Sample<T> {
+    /// The radiance that the one path finds which carries derivatives.
+    pub(super) fn radiance(&self) -> DVec3 {
+        self.radiance.value()
+    }
+
     /// Adds what all paths find but the one which carries derivatives.
     pub(super) fn add_others(&mut self, light: DVec3, count: usize) {
         self.mean_radiance = (self.radiance.value() + light) / count as f64;
@@ -180,21 +185,20 @@ impl Job<'_> {
         (Sample { point, radiance, mean_radiance }, warped.then_some((origin, ray, hit)))
     }
 
-    /// Calls with every pixel in which a sample has a weight, or may get one, as [`FilmPlane::for_each_weight`] does, with h L of one path
-    /// and the integrand h J (L − L₀).
+    /// Calls with every pixel in which a sample has a weight, or may get one, as [`FilmPlane::for_each_weight`] does, with h and the
+    /// integrand h J (L − L₀).
     pub(super) fn for_each_pixel<T: Number>(
         &self,
         (i, j, _): Place,
         sample: &Sample<T>,
-        mut f: impl FnMut([usize; 3], DVec3, [T; 3]),
+        mut f: impl FnMut([usize; 3], f64, [T; 3]),
     ) {
         let Sample { point, radiance: Rgb(radiance), mean_radiance, .. } = sample;
-        let value = DVec3::from_array(radiance.map(Number::value));
         self.film.for_each_weight((i, j), point.at, |[b, x, y], weight| {
             let (level, warped) = (self.control_variate(x, y), weight * point.jacobian);
             // The derivative of one path at the value of all.
             let above = |c: usize| radiance[c].chain(mean_radiance[c] - level[c], 1.0);
-            f([b, x, y], value * weight.value(), std::array::from_fn(|c| above(c) * warped));
+            f([b, x, y], weight.value(), std::array::from_fn(|c| above(c) * warped));
         });
     }
 
@@ -224,7 +228,7 @@ impl Job<'_> {
     }
 
     /// −∮ (L − L₀) V·ν over the edges of box pixels: the filter's own jump does not move (Bangaru et al. 2022). A point on
-    /// the left or the upper edge of a cell, if the warp moves it.
+    /// the left or the upper edge of a cell, or beside it by less than rounding, if the warp moves it.
     pub(super) fn edge_sample<C: Differential>(
         &self,
         calculus: &mut C,
@@ -237,7 +241,8 @@ impl Job<'_> {
         let mut numbers = self.numbers(place, EDGE);
         let [choice, along] = numbers.pair();
         let vertical = choice < 0.5;
-        let u = self.film.point(i, j, if vertical { [0.0, along] } else { [along, 0.0] });
+        let across = self.film.beside_border((2.0 * choice).fract());
+        let u = self.film.point(i, j, if vertical { [across, along] } else { [along, across] });
         let film = self.film.through(&mut numbers);
         let (origin, ray, hit) = self.look(calculus, &film, u);
         let [x, y] = calculus.film_warp(&film, u, hit.map(|h| h.surface)).at;

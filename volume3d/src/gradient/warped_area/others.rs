@@ -1,6 +1,6 @@
 //! The paths of split samples that carry no derivatives, those of neighbouring cells side by side.
 //!
-//! Cells of a square share their random numbers, so that such paths go together as those of an image do.
+//! Cells of a square share their random numbers, so that such paths go together.
 
 use glam::DVec3;
 
@@ -83,7 +83,7 @@ impl<'p> Others<'p> {
                 let mut radiances = [DVec3::ZERO; Wave::MOST];
                 let rays = together.iter().map(|one| (one.direction, one.hit));
                 let (_, draws) = numbers.of(sample, other);
-                wave.radiances(*origin, rays, draws, &mut radiances[..together.len()]);
+                wave.radiances_alike(*origin, rays, draws, &mut radiances[..together.len()]);
                 light.iter_mut().zip(radiances).for_each(|(light, radiance)| *light += radiance);
                 traced.iter_mut().zip(wave.traced()).for_each(|(traced, more)| *traced += more);
             }

@@ -1,31 +1,28 @@
 //! Paths of neighbouring cells, side by side.
 //!
-//! Cells of a square share their random numbers, so that the paths of one sample see one point of a light and take one
-//! direction about their normals: what is random is worked out once for all of them. The arithmetic at their vertices is
-//! that of [`Paths::still_radiance`] in lanes, bit for bit. What is not plain leaves the wave, and is followed alone from
-//! there.
+//! The arithmetic at their vertices is that of [`Paths::still_radiance`] in lanes, bit for bit. What is not plain leaves the
+//! wave, and is followed alone from there. Paths that share their random numbers see one point of a light and take one direction about their
+//! normals: what is random is worked out once for all of them, and their shadow rays are traced as fans.
 
 mod emitted;
 mod faces;
 mod row;
+mod step;
 mod tables;
 
 use flatland::calculus::{Rgb, Vec3};
 use glam::DVec3;
 
 use self::faces::{Face, Faces, Finish, smooth_normal};
-use self::row::{Arrival, Lamp, Shade, Vectors, Vertices, lanes_where};
+use self::row::{Arrival, ROWS, Shade, Vectors, Vertices, lanes_where};
+use self::step::{LaneDraws, Step};
 pub(crate) use self::tables::WaveTables;
-use super::bsdf::diffuse;
 use super::integrator::{Paths, Scattered};
 use super::plain::Plain;
 use super::sequence::Draws;
 use crate::geometry::{Goal, Shadows, Sheaf};
 use crate::lanes::{WIDTH, next};
 use crate::scene::{Hit, Surface, traced_by_this_thread};
-
-/// Rows of lanes in a wave.
-const ROWS: usize = Sheaf::MOST / WIDTH;
 
 /// The state of eight paths.
 #[derive(Clone, Copy, Debug)]
@@ -61,17 +58,6 @@ impl Row {
         let total = self.total.at(lane);
         self.total.set(lane, [0, 1, 2].map(|c| total[c] + radiance[c]));
     }
-}
-
-/// What a sample of all cells shares at a vertex.
-struct Shared<'d> {
-    /// The random numbers of the sample before those of the vertex.
-    draws: Draws<'d>,
-    lamp: Option<(Lamp, Surface)>,
-    /// The direction that is sampled, about z.
-    local: DVec3,
-    depth: usize,
-    goes_on: bool,
 }
 
 /// Paths under way.
@@ -111,11 +97,32 @@ impl<'p> Wave<'p> {
     }
 
     /// What [`Paths::still_radiance`] is of rays of the camera, which have one origin, with the same random numbers.
+    pub(crate) fn radiances_alike(
+        &mut self,
+        origin: DVec3,
+        rays: impl Iterator<Item = (DVec3, Option<Hit>)>,
+        draws: Draws<'_>,
+        radiances: &mut [DVec3],
+    ) {
+        self.follow(origin, rays, LaneDraws::Alike(draws), radiances);
+    }
+
+    /// The same of rays with random numbers of their own; those that are left over are of no ray.
     pub(crate) fn radiances(
         &mut self,
         origin: DVec3,
         rays: impl Iterator<Item = (DVec3, Option<Hit>)>,
-        mut draws: Draws<'_>,
+        draws: [Draws<'_>; Sheaf::MOST],
+        radiances: &mut [DVec3],
+    ) {
+        self.follow(origin, rays, LaneDraws::Own(draws), radiances);
+    }
+
+    fn follow(
+        &mut self,
+        origin: DVec3,
+        rays: impl Iterator<Item = (DVec3, Option<Hit>)>,
+        mut draws: LaneDraws<'_>,
         radiances: &mut [DVec3],
     ) {
         self.begin(origin, rays);
@@ -125,19 +132,20 @@ impl<'p> Wave<'p> {
                 break;
             }
             let alone = depth >= self.paths.scene.description.integrator.rr_depth;
-            let shared = self.share(&mut draws, depth, depth + 1 < limit);
+            let active = [0, 1].map(|row: usize| self.rows[row].active);
+            let step = Step::draw(self.paths, &mut draws, active, (depth, depth + 1 < limit));
             for row in 0..ROWS {
                 if alone {
-                    self.leave(row, self.rows[row].active, &shared);
+                    self.leave(row, self.rows[row].active, &step);
                 } else if self.rows[row].active != 0 {
-                    self.shade(row, &shared);
+                    self.shade(row, &step);
                 }
             }
             self.leave_vertices();
-            self.aim(&shared);
-            let traced = self.scatter(&shared);
-            self.light(&shared);
-            self.arrive_at_hits(traced, shared.goes_on);
+            self.aim(&step);
+            let traced = self.scatter(&step);
+            self.light(&step);
+            self.arrive_at_hits(traced, step.goes_on);
         }
         for (at, radiance) in radiances.iter_mut().enumerate() {
             *radiance = self.rows[at / WIDTH].total.of(at % WIDTH);
@@ -168,27 +176,8 @@ impl<'p> Wave<'p> {
         }
     }
 
-    /// What all paths share at their next vertex.
-    fn share<'d>(&self, draws: &mut Draws<'d>, depth: usize, goes_on: bool) -> Shared<'d> {
-        let before = draws.clone();
-        let (choice, [a, b]) = (draws.one(), draws.pair());
-        let lamp = self.paths.lights.place([choice, a, b]).map(|place| {
-            let spot = &place.spot;
-            let lamp = Lamp {
-                point: spot.point.to_array(),
-                normal: spot.normal.to_array(),
-                radiance: self.paths.radiance_of(spot.surface).to_array(),
-                probability: place.probability,
-                area: place.area,
-            };
-            (lamp, spot.surface)
-        });
-        let (c, [a, b]) = (draws.one(), draws.pair());
-        Shared { draws: before, lamp, local: diffuse::sample([a, b, c]), depth, goes_on }
-    }
-
     /// Follows paths alone from where they are.
-    fn leave(&mut self, at: usize, mut lanes: u32, shared: &Shared<'_>) {
+    fn leave(&mut self, at: usize, mut lanes: u32, step: &Step<'_>) {
         let row = &mut self.rows[at];
         row.active &= !lanes;
         while lanes != 0 {
@@ -200,30 +189,35 @@ impl<'p> Wave<'p> {
             let mut total = Rgb(row.total.at(lane));
             let calculus = &mut Plain { scene: self.paths.scene };
             let before = traced_by_this_thread();
-            self.paths.follow(calculus, path, shared.depth, &mut total, &mut shared.draws.clone());
+            self.paths.follow(
+                calculus,
+                path,
+                step.depth,
+                &mut total,
+                &mut step.before.of(at * WIDTH + lane).clone(),
+            );
             self.traced[at * WIDTH + lane] += traced_by_this_thread() - before;
             row.total.set(lane, total.0);
         }
     }
 
     /// Works out the next vertices of a row.
-    fn shade(&mut self, row: usize, shared: &Shared<'_>) {
+    fn shade(&mut self, row: usize, step: &Step<'_>) {
         let others = self.arrive(row);
-        self.leave(row, others, shared);
-        let none = Lamp::NONE;
+        self.leave(row, others, step);
         let Row { origin, direction, throughput, arrival, vertices, .. } = &mut self.rows[row];
         self.tables.instructions.run(Shade {
             origin,
             direction,
             throughput,
             arrival,
-            lamp: shared.lamp.as_ref().map_or(&none, |(lamp, _)| lamp),
-            local: shared.local,
+            lamps: &step.lamps[row],
+            local: &step.locals[row],
             vertices,
         });
         let reflects = &self.rows[row].vertices.reflects;
         let (reflecting, odd) = (lanes_where(reflects, |x| x == 1.0), lanes_where(reflects, f64::is_nan));
-        self.leave(row, odd & self.rows[row].active, shared);
+        self.leave(row, odd & self.rows[row].active, step);
         self.rows[row].active &= reflecting;
     }
 
@@ -280,11 +274,9 @@ impl<'p> Wave<'p> {
     }
 
     /// Points rays at the light.
-    fn aim(&mut self, shared: &Shared<'_>) {
+    fn aim(&mut self, step: &Step<'_>) {
         self.towards.members = 0;
-        if !matches!(shared.lamp, Some((_, Surface::Triangle(_)))) {
-            return;
-        }
+        self.towards.target = step.targets;
         for (at, row) in self.rows.iter().enumerate() {
             let members = row.active & lanes_where(&row.vertices.may_see, |x| x == 1.0);
             self.towards.members |= members << (at * WIDTH);
@@ -299,7 +291,7 @@ impl<'p> Wave<'p> {
 
     /// Points rays in the sampled directions. Returned are those whose first hits matter; of the others only whether they
     /// reach the environment does.
-    fn scatter(&mut self, shared: &Shared<'_>) -> u32 {
+    fn scatter(&mut self, step: &Step<'_>) -> u32 {
         let (mut traced, mut escaping) = (0, 0);
         let lights = &self.paths.lights;
         for (at, row) in self.rows.iter_mut().enumerate() {
@@ -308,7 +300,7 @@ impl<'p> Wave<'p> {
             for (all, own) in self.onwards.directions.iter_mut().zip(&row.vertices.sampled.0) {
                 all[at * WIDTH..(at + 1) * WIDTH].copy_from_slice(own);
             }
-            if shared.goes_on {
+            if step.goes_on {
                 traced |= sampled << (at * WIDTH);
                 continue;
             }
@@ -325,14 +317,8 @@ impl<'p> Wave<'p> {
     }
 
     /// Adds what is reflected of the light, and what comes from the environment where nothing else is asked.
-    fn light(&mut self, shared: &Shared<'_>) {
-        let goal = match shared.lamp {
-            Some((lamp, Surface::Triangle(target))) => {
-                let (point, distances) = (DVec3::from_array(lamp.point), &self.distances);
-                Some(Goal { point, distances, target: Some(target) })
-            }
-            _ => None,
-        };
+    fn light(&mut self, step: &Step<'_>) {
+        let goal = step.common.map(|point| Goal { point, distances: &self.distances });
         let towards = Shadows { sheaf: &self.towards, end: goal.as_ref() };
         let onwards = Shadows { sheaf: &self.onwards, end: None };
         let [dark, hidden] = self.paths.scene.shadowed_sheaves(&[towards, onwards]);

@@ -7,8 +7,12 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
 
+use crate::geometry::Sheaf;
 use crate::lanes::{Lanes, Task, WIDTH};
 use crate::path::bsdf::diffuse;
+
+/// Rows of lanes in a wave.
+pub(super) const ROWS: usize = Sheaf::MOST / WIDTH;
 
 /// A number of every lane.
 pub(super) type Numbers = [f64; WIDTH];
@@ -80,21 +84,26 @@ impl Arrival {
     };
 }
 
-/// A light as all lanes see it: a point of a shape that emits.
+/// The lights that lanes look at: points of shapes that emit.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Lamp {
-    pub(super) point: [f64; 3],
-    pub(super) normal: [f64; 3],
-    pub(super) radiance: [f64; 3],
-    /// The probability of its shape, and all its area.
-    pub(super) probability: f64,
-    pub(super) area: f64,
+pub(super) struct Lamps {
+    pub(super) point: Vectors,
+    pub(super) normal: Vectors,
+    pub(super) radiance: Vectors,
+    /// The probability of each one's shape, and all its area.
+    pub(super) probability: Numbers,
+    pub(super) area: Numbers,
 }
 
-impl Lamp {
-    /// The place of none.
-    pub(super) const NONE: Self =
-        Self { point: [0.0; 3], normal: [0.0; 3], radiance: [0.0; 3], probability: 1.0, area: 1.0 };
+impl Lamps {
+    /// In place of lights, lights that are seen from nowhere.
+    pub(super) const NONE: Self = Self {
+        point: Vectors::ZERO,
+        normal: Vectors::ZERO,
+        radiance: Vectors::ZERO,
+        probability: [1.0; WIDTH],
+        area: [1.0; WIDTH],
+    };
 }
 
 /// What is asked of eight vertices at once.
@@ -103,9 +112,9 @@ pub(super) struct Shade<'a> {
     pub(super) direction: &'a Vectors,
     pub(super) throughput: &'a Vectors,
     pub(super) arrival: &'a Arrival,
-    pub(super) lamp: &'a Lamp,
-    /// The direction that is sampled, about z.
-    pub(super) local: DVec3,
+    pub(super) lamps: &'a Lamps,
+    /// The directions that are sampled, about z.
+    pub(super) local: &'a Vectors,
     pub(super) vertices: &'a mut Vertices,
 }
 
@@ -193,21 +202,21 @@ impl Shade<'_> {
     /// Directions towards the light, and what is reflected of it.
     #[inline(always)]
     fn see_lamp(&mut self) {
-        let Lamp { point, normal: front, radiance, probability, area } = *self.lamp;
+        let Lamps { point: points, normal: fronts, radiance: radiances, probability, area } = *self.lamps;
         let (positions, normals) = (self.vertices.position, self.vertices.normal);
         let (reflectances, throughputs) = (self.arrival.reflectance, *self.throughput);
         let (mut ways, mut lit) = (Vectors::ZERO, Vectors::ZERO);
         let (mut distances, mut may_see) = ([0.0; WIDTH], [0.0; WIDTH]);
         for lane in 0..WIDTH {
             let normal = normals.at(lane);
-            let way = difference(point, positions.at(lane));
+            let way = difference(points.at(lane), positions.at(lane));
             let squared = dot(way, way);
             let distance = squared.sqrt();
             let towards = [way[0] / distance, way[1] / distance, way[2] / distance];
-            let facing = -dot(towards, front);
-            let alone = squared / (facing * area);
+            let facing = -dot(towards, fronts.at(lane));
+            let alone = squared / (facing * area[lane]);
             let cosine = dot(normal, towards);
-            let density = alone * probability;
+            let density = alone * probability[lane];
             let weight = density / (density + diffuse::density(cosine)) / density;
             let sees = (facing > 0.0) & (alone < f64::INFINITY) & (cosine > 0.0);
             ways.set(lane, towards);
@@ -215,7 +224,7 @@ impl Shade<'_> {
             may_see[lane] = if sees { 1.0 } else { 0.0 };
             let reflected = scaled(reflectances.at(lane), cosine * FRAC_1_PI);
             let reflected = scaled(reflected, weight);
-            let throughput = throughputs.at(lane);
+            let (throughput, radiance) = (throughputs.at(lane), radiances.at(lane));
             let radiance = [
                 throughput[0] * (reflected[0] * radiance[0]),
                 throughput[1] * (reflected[1] * radiance[1]),
@@ -230,12 +239,12 @@ impl Shade<'_> {
     /// Sampled directions, and the throughput behind them.
     #[inline(always)]
     fn scatter(&mut self) {
-        let (normals, local) = (self.vertices.normal, self.local);
+        let (normals, locals) = (self.vertices.normal, *self.local);
         let (reflectances, throughputs) = (self.arrival.reflectance, *self.throughput);
         let (mut directions, mut behind) = (Vectors::ZERO, Vectors::ZERO);
         let (mut densities, mut goes_on) = ([0.0; WIDTH], [0.0; WIDTH]);
         for lane in 0..WIDTH {
-            let [x, y, z] = normals.at(lane);
+            let ([x, y, z], local) = (normals.at(lane), locals.of(lane));
             // As in `DVec3::any_orthonormal_pair`.
             let sign = 1.0_f64.copysign(z);
             let a = -1.0 / (sign + z);

@@ -90,7 +90,7 @@ fn what_no_fan_can_trace_goes_alone() {
         let some = rays(inside - DVec3::Y * away, DVec3::Y, 0.0, far)
             .map(|ray| Ray { direction: (end - ray.origin).normalize(), ..ray });
         let distances = some.map(|ray| ray.origin.distance(end));
-        let goal = Goal { point: end, distances: &distances, target: None };
+        let goal = Goal { point: end, distances: &distances };
         let alone = (0..16).fold(0, |m, at| m | u32::from(accelerator.occluded(&some[at])) << at);
         let found = occluded(&accelerator, &side_by_side(&some, 0xFFFF), Some(&goal), &Sheaf::EMPTY);
         assert_eq!(found, [alone, 0]);
@@ -141,10 +141,10 @@ fn sheaves_meet_what_their_rays_meet() {
                     .fold(0, |m, at| m | 1 << at)
             };
             let target = Some(2 + u32::from(round % 2 == 0));
-            let towards = sheaf(&rays);
+            let towards = Sheaf { target: [target.unwrap_or(Sheaf::NONE); Sheaf::MOST], ..sheaf(&rays) };
             let alike = rays.map(|ray| Ray { direction: common, far: f64::INFINITY, ..ray });
             let parallel = sheaf(&alike);
-            let goal = Goal { point: end, distances: &distances, target };
+            let goal = Goal { point: end, distances: &distances };
             let [found, others] = occluded(&accelerator, &towards, Some(&goal), &parallel);
             assert_eq!(
                 found,

@@ -1,0 +1,84 @@
+//! Edges that are seen along the borders of box pixels.
+
+use glam::DVec2;
+
+use super::film::FilmPlane;
+use crate::geometry::Edges;
+use crate::scene::{Filter, Scene};
+
+/// Edges of a shape that the camera sees along borders of pixels under the box filter.
+///
+/// Where they are exactly there, no derivative of a pixel exists by what moves them across, but two one-sided ones: all methods take their
+/// mean. Where they are nearly there, the derivative is that of motions which are shorter than what is between them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OnPixelBorders {
+    /// The shape.
+    pub shape: usize,
+    /// How many edges there are.
+    pub edges: usize,
+    /// How far one of them is from a border at most, in pixels; 0 where nothing but rounding is.
+    pub distance: f64,
+}
+
+/// What is nearer than this to the border of a pixel, in pixels, is told of: fields of view are written with six digits.
+const NEAR: f64 = 1e-4;
+
+/// Flat between triangles whose unit normals differ by no more.
+const FLAT: f64 = 1e-9;
+
+impl OnPixelBorders {
+    /// By shape, those of a scene. There are none under other filters, and none behind a lens, which spreads edges.
+    #[must_use]
+    pub fn of(scene: &Scene) -> Vec<Self> {
+        let film = FilmPlane::new(scene);
+        if scene.description.film.filter != Filter::Box || film.has_lens() {
+            return vec![];
+        }
+        let mut found: Vec<Self> = vec![];
+        for sides in Edges::of(scene.triangles.iter().map(|t| t.positions)).iter() {
+            let triangle = sides[0].triangle;
+            if let [a, b] = sides
+                && a.ascending != b.ascending
+                && !scene.adjacency.jumps(a.triangle, a.corner as usize)
+                && scene.face_normal(a.triangle).distance(scene.face_normal(b.triangle)) <= FLAT
+            {
+                continue;
+            }
+            let ends = sides[0].ends.map(|i| scene.positions[i as usize]);
+            let Some(distance) = film.distance_to_border(ends) else { continue };
+            let shape = scene.triangles[triangle as usize].shape as usize;
+            match found.iter_mut().find(|other| other.shape == shape) {
+                Some(other) => {
+                    other.edges += 1;
+                    other.distance = other.distance.max(distance);
+                }
+                None => found.push(Self { shape, edges: 1, distance }),
+            }
+        }
+        found
+    }
+}
+
+impl FilmPlane {
+    /// How far an edge is at most, as the camera sees it, from the border of a pixel that it is along and near; 0 if on it.
+    fn distance_to_border(&self, ends: [glam::DVec3; 2]) -> Option<f64> {
+        let origin = self.still.origin.value();
+        if ends.iter().any(|end| (*end - origin).dot(self.forward()) <= 0.0) {
+            return None;
+        }
+        let [p, q] =
+            ends.map(|end| DVec2::from(self.project(&self.still, flatland::calculus::Vec3::constant(end))));
+        let (low, high) = self.image();
+        (0..2).find_map(|axis| {
+            let line = p[axis].round();
+            let distance = (p[axis] - line).abs().max((q[axis] - line).abs());
+            let across = 1 - axis;
+            let seen = line >= low[axis]
+                && line <= high[axis]
+                && p[across].min(q[across]) < high[across]
+                && p[across].max(q[across]) > low[across]
+                && p.distance(q) > NEAR;
+            (seen && distance <= NEAR).then(|| if self.is_on_border(distance) { 0.0 } else { distance })
+        })
+    }
+}

@@ -1,0 +1,168 @@
+//! Weights that sum to one: the image of a constant scene is constant.
+//!
+//! A pixel is the integral ∫ h L, estimated by M = Σ h L over samples, each counted 1/n. The weights of a pixel's samples do not sum to
+//! one, and H = Σ h has noise which all of the light takes part in. A control variate takes it away. Let samples be classes that are
+//! independent of one another, and let c be any estimate of the light near the pixel by the samples of all classes but one. With the expectation e
+//! of the weights H of that class,
+//!
+//! > S = M − (H − e) c
+//!
+//! has the expectation of M, as E(H − e) c = E(H − e) E c = 0: the image stays unbiased, which the ratio M/H is not. If the light is the same
+//! everywhere, so is c, and S is e times it. (To first order S is M e/H. A class has its part in the estimates for the others: where light varies within a pixel they are not quite
+//! uncorrelated, and errors stated from their spread are a few hundredths too small with two samples, and right with many.)
+
+use super::film::FilmPlane;
+use super::filter::integral;
+use super::groups::{groups, parts};
+
+/// Which classes of samples are independent of one another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum UnitWeights {
+    /// None, or all weights are one.
+    Untouched,
+    /// The groups of samples.
+    Groups,
+    /// Cells of one parity of column and row, as there is one group only.
+    Parities {
+        /// The part of the filter along an axis that is over cells at even distances from the pixel's own.
+        even: f64,
+    },
+}
+
+/// The part of each of three neighbouring cells along an axis in the estimate of the light near the one in the middle. Of all nine, cells of
+/// one parity have a quarter.
+const NEARNESS: [f64; 3] = [0.25, 0.5, 0.25];
+
+/// Of the light in a pixel's own cell in the estimate.
+const PARITIES: usize = 4;
+
+/// What is known of the weights of a class for a pixel: their sum, and the sum of light near it.
+pub(super) type Level = [f64; 4];
+
+impl UnitWeights {
+    /// Where cells have random numbers of their own.
+    pub(super) fn of_own_numbers(film: &FilmPlane, samples: usize) -> Self {
+        match Self::of_shared_numbers(film, samples) {
+            Self::Untouched if !film.is_box() => {
+                let reach = film.reach as i32;
+                let even = (-reach..=reach).filter(|at| at % 2 == 0).map(f64::from);
+                Self::Parities { even: even.map(|at| integral(film.filter(), at - 0.5, at + 0.5)).sum() }
+            }
+            other => other,
+        }
+    }
+
+    /// Where neighbouring cells share them: a single group has nothing that is independent of it.
+    pub(super) fn of_shared_numbers(film: &FilmPlane, samples: usize) -> Self {
+        if film.is_box() || groups(samples) < 2 { Self::Untouched } else { Self::Groups }
+    }
+
+    /// How many classes there are.
+    pub(super) fn classes(self, samples: usize) -> usize {
+        match self {
+            Self::Parities { .. } => PARITIES,
+            Self::Untouched | Self::Groups => groups(samples),
+        }
+    }
+
+    /// The class of the samples of a group in a cell.
+    #[inline]
+    pub(super) fn class(self, cell: (usize, usize), group: usize) -> usize {
+        match self {
+            Self::Parities { .. } => parity(cell),
+            Self::Untouched | Self::Groups => group,
+        }
+    }
+
+    /// The weights of three cells beside one another in the estimate of the light near the middle one, or nothing if there is none.
+    #[inline]
+    pub(super) fn nearness(self) -> Option<[f64; 3]> {
+        (self != Self::Untouched).then_some(NEARNESS)
+    }
+
+    /// Takes the noise of weights out of the sums of a pixel, of which the first three are its light, by class. Returned are how many of
+    /// them are left: one for each group.
+    pub(super) fn correct<const K: usize>(
+        self,
+        samples: usize,
+        own_cell: (usize, usize),
+        sums: &mut [[f64; K]],
+        levels: &[Level],
+    ) -> usize {
+        let even = match self {
+            Self::Untouched => return sums.len(),
+            Self::Groups => None,
+            Self::Parities { even } => Some(even),
+        };
+        let mut all = [0.0; 3];
+        for [_, light @ ..] in levels {
+            (0..3).for_each(|c| all[c] += light[c]);
+        }
+        let parts: Vec<f64> = parts(samples).collect();
+        for (class, (sum, [weights, light @ ..])) in sums.iter_mut().zip(levels).enumerate() {
+            // What the weights of the class are expected to be, and how many samples the estimate has.
+            let (expected, others) = match even {
+                None => {
+                    let own = parts[class] * samples as f64;
+                    (own, samples as f64 - own)
+                }
+                Some(even) => {
+                    let beside = class ^ parity(own_cell);
+                    let along = |odd: usize| if odd == 0 { even } else { 1.0 - even };
+                    (along(beside & 1) * along(beside >> 1), 1.0 - 1.0 / PARITIES as f64)
+                }
+            };
+            for c in 0..3 {
+                sum[c] -= (weights - expected) * ((all[c] - light[c]) / others);
+            }
+        }
+        if even.is_none() {
+            return sums.len();
+        }
+        for class in 1..sums.len() {
+            for k in 0..K {
+                sums[0][k] += sums[class][k];
+            }
+        }
+        1
+    }
+}
+
+/// Whether column and row are odd, as bits.
+fn parity((i, j): (usize, usize)) -> usize {
+    i & 1 | (j & 1) << 1
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::gradient::tests::film;
+    use crate::scene::{Camera, Description, Filter, Scene};
+
+    /// Each parity of cells has a quarter of the estimate, and what its weights are expected to be sums to one.
+    #[test]
+    fn parities_share_a_filter() {
+        for filter in
+            [Filter::Tent { radius: 1.0 }, Filter::Tent { radius: 2.3 }, Filter::Gaussian { deviation: 0.5 }]
+        {
+            let camera = Camera::look_at(DVec3::Z, DVec3::ZERO, DVec3::Y, 0.8);
+            let scene = Scene::new(Description::new(camera, film(5, filter))).unwrap();
+            let film = FilmPlane::new(&scene);
+            assert_eq!(UnitWeights::of_shared_numbers(&film, 1), UnitWeights::Untouched);
+            assert_eq!(UnitWeights::of_own_numbers(&film, 2), UnitWeights::Groups);
+            let UnitWeights::Parities { even } = UnitWeights::of_own_numbers(&film, 1) else { panic!() };
+            let reach = film.reach as i32;
+            let odd: f64 = (-reach..=reach)
+                .filter(|at| at % 2 != 0)
+                .map(|at| integral(filter, f64::from(at) - 0.5, f64::from(at) + 0.5))
+                .sum();
+            assert!((even + odd - 1.0).abs() < 1e-13, "{filter:?} {even} {odd}");
+        }
+        let quarter: f64 =
+            [0, 2].iter().flat_map(|&b| [0, 2].map(|a: usize| NEARNESS[a] * NEARNESS[b])).sum();
+        assert_eq!(quarter, 1.0 / PARITIES as f64);
+        assert_eq!(NEARNESS[1] * NEARNESS[1], 1.0 / PARITIES as f64);
+    }
+}
