@@ -8,6 +8,7 @@
 //! - [`oracle`]: pixels of a plane scene and their derivatives by a slab decomposition in dual
 //!   numbers, sharing no code with [`flatland::plane::exact`].
 //! - [`power`]: the smallest bias that a test rejects.
+//! - [`quadrature`]: Gauss–Legendre rules.
 //! - [`readme`]: the README's tables, which tests fill.
 //! - [`scenes`]: random scenes, generic, degenerate and not differentiable.
 //! - [`space`]: the same in three dimensions: coverage, crossings, irradiance, direct light and constants.
@@ -32,7 +33,7 @@ pub mod effort;
 pub mod mutations;
 pub mod oracle;
 pub mod power;
-mod quadrature;
+pub mod quadrature;
 pub mod readme;
 pub mod scenes;
 pub mod space;
