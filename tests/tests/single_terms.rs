@@ -129,12 +129,7 @@ fn terms_of_flat_worlds() {
         }
         for softness in [0.25 * reach, f64::INFINITY] {
             let softened = fields::Construction::Softened { reach, softness };
-            accept_flat(
-                &mut power,
-                &k,
-                &format!("softened, ε = {softness}"),
-                &warped(150_000, softened),
-            );
+            accept_flat(&mut power, &k, &format!("softened, ε = {softness}"), &warped(150_000, softened));
         }
         for construction in [fields::Construction::JumpMean { reach }, fields::Construction::Harmonic] {
             let label = format!("{construction:?}");
