@@ -175,6 +175,8 @@ pub struct Verdict {
     pub slope: Estimate,
     /// How many scenes.
     pub count: usize,
+    /// The standard error of each of the others, relative to its exact value.
+    pub errors: Vec<f64>,
     /// Of how many the exact value is nearly 0.
     pub zeros: usize,
     /// The largest standard error of one of those, and what is allowed beside it, relative to its scale, and which
@@ -223,6 +225,7 @@ impl Verdict {
                 }
                 continue;
             }
+            this.errors.push(error / exact.abs());
             for (own, other) in [(a, b), (b, a)] {
                 let weight = 1.0 / (other.standard_error.powi(2) + (0.1 * exact).powi(2));
                 xy += weight * exact * own.mean;
@@ -241,13 +244,16 @@ impl Verdict {
     }
 
     /// What could have been noticed: by the slope a relative bias, and where the exact value is nearly 0 an error
-    /// relative to its scale.
+    /// relative to its scale; and by every scene alone, if those are judged.
     fn tell(&self, power: &mut Power, name: &str, limits: Limits) {
         power.add(
             format!("{name}: slope of {} scenes", self.count),
             limits.slope * self.slope.standard_error,
             1.0,
         );
+        if limits.scene.is_finite() {
+            power.by_scene(self.errors.iter().map(|error| limits.scene * error));
+        }
         if self.zeros > 0 && limits.scene.is_finite() {
             let label = format!("{name}: of the scale of {} scenes of nearly 0", self.zeros);
             let [error, slack] = self.noise.0;

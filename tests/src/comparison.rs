@@ -1,6 +1,6 @@
 //! A number that is found beside what it should be.
 
-use crate::power::{NOTICED, Power};
+use crate::power::Power;
 use crate::statistics::Moments;
 
 /// A mean and its standard error.
@@ -68,16 +68,15 @@ impl Comparison {
         println!("{label}: {found:?} for {reference:?}, z {z:.2}, rejects {:.2e}", self.tolerance() / scale);
     }
 
-    /// Asserts that they agree, and that they would not if what is found had a bias of [`NOTICED`]. What could have been
-    /// noticed is measured by `scale`: the reference, or what cancels in it.
+    /// Asserts that they agree, and that they would not if what is found were short of the bias that must be
+    /// [noticed](Power::noticed). What could have been noticed is measured by `scale`: the reference, or what cancels in it.
     pub fn accept(&self, power: &mut Power, label: &str, scale: f64) {
         self.print(label, scale);
         assert!(self.agrees(), "{label}: {self:?}");
-        let less = Self { found: self.found.scaled(1.0 - NOTICED), ..*self };
-        assert!(
-            self.reference.mean == 0.0 || !less.agrees(),
-            "{label} would pass with a bias of {NOTICED}: {self:?}"
-        );
+        let noticed = power.noticed();
+        let bias = (noticed * scale.abs()).copysign(self.reference.mean);
+        let less = Self { found: Estimate { mean: self.found.mean - bias, ..self.found }, ..*self };
+        assert!(!less.agrees(), "{label} would pass with a bias of {noticed}: {self:?}");
         power.add(label, self.tolerance(), scale);
     }
 

@@ -4,9 +4,11 @@
 //! - [`campaign`]: estimates and exact values over many scenes.
 //! - [`comparison`]: a number that is found beside what it should be.
 //! - [`effort`]: how much the statistical tests spend.
+//! - [`mutations`]: mistakes that the tests must notice, and how they are put into a copy of the code.
 //! - [`oracle`]: pixels of a plane scene and their derivatives by a slab decomposition in dual
 //!   numbers, sharing no code with [`flatland::plane::exact`].
 //! - [`power`]: the smallest bias that a test rejects.
+//! - [`quadrature`]: Gauss–Legendre rules.
 //! - [`readme`]: the README's tables, which tests fill.
 //! - [`scenes`]: random scenes, generic, degenerate and not differentiable.
 //! - [`space`]: the same in three dimensions: coverage, crossings, irradiance, direct light and constants.
@@ -28,9 +30,10 @@ mod dice;
 mod double_double;
 mod dual;
 pub mod effort;
+pub mod mutations;
 pub mod oracle;
 pub mod power;
-mod quadrature;
+pub mod quadrature;
 pub mod readme;
 pub mod scenes;
 pub mod space;

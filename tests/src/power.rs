@@ -2,7 +2,11 @@
 //!
 //! A comparison rejects what is farther from its reference than it tolerates: so many standard errors, and all that it
 //! allows beside them. Relative to the reference, that is the smallest bias that it rejects, its power. A comparison
-//! counts only if that is at most [`NOTICED`]; a test that makes one that does not is itself a failure.
+//! counts only if that is at most [`NOTICED`], or less where a test [asks](Power::noticing) for it; a test that makes one that does not is itself
+//! a failure.
+//!
+//! A comparison may pool scenes: a slope over many says what all of them together would show of a bias that they share. What one scene alone shows
+//! is [said beside it](Power::by_scene), as a bias may be one scene's.
 //!
 //! Every statistical test prints one line, `power | test | comparisons | smallest bias | where`, which are the rows of
 //! the README's table of power: `UPDATE_README=1 cargo test --release --workspace -- --nocapture | cargo run --release
@@ -22,13 +26,33 @@ pub const TABLE: &str = "power table";
 #[derive(Debug)]
 pub struct Power {
     test: &'static str,
+    noticed: f64,
     rows: Vec<(String, f64)>,
+    /// The smallest biases that single scenes reject, where scenes are pooled.
+    scenes: Vec<f64>,
 }
 
 impl Power {
     /// Of no comparisons yet; `test` is its file and name.
     pub fn of(test: &'static str) -> Self {
-        Self { test, rows: vec![] }
+        Self { test, noticed: NOTICED, rows: vec![], scenes: vec![] }
+    }
+
+    /// The same test with another bias that must be noticed.
+    #[must_use]
+    pub fn noticing(mut self, noticed: f64) -> Self {
+        self.noticed = noticed;
+        self
+    }
+
+    /// The largest relative bias that a comparison may leave unnoticed.
+    pub fn noticed(&self) -> f64 {
+        self.noticed
+    }
+
+    /// The smallest biases that single scenes reject, of a comparison that pools them.
+    pub fn by_scene(&mut self, biases: impl IntoIterator<Item = f64>) {
+        self.scenes.extend(biases);
     }
 
     /// A comparison that rejects what is off by more than `tolerance` from `reference`; of a reference of 0, from a
@@ -45,13 +69,27 @@ impl Drop for Power {
             return;
         }
         let (label, bias) = worst(&self.rows).unwrap_or_else(|| panic!("{} compares nothing", self.test));
-        let weak: Vec<_> = self.rows.iter().filter(|(_, bias)| bias.is_nan() || *bias > NOTICED).collect();
-        assert!(weak.is_empty(), "{} would not notice a bias of {NOTICED}: {weak:?}", self.test);
+        let weak: Vec<_> =
+            self.rows.iter().filter(|(_, bias)| bias.is_nan() || *bias > self.noticed).collect();
+        assert!(weak.is_empty(), "{} would not notice a bias of {}: {weak:?}", self.test, self.noticed);
         let label = label.replace('|', "/");
-        println!("power | {} | {} | {:.1} % | {label} |", self.test, self.rows.len(), 100.0 * bias);
+        let scenes = alone(&mut self.scenes);
+        println!("power | {} | {} | {:.1} %{scenes} | {label} |", self.test, self.rows.len(), 100.0 * bias);
         // The table is that of the quick tests: some are thorough or nothing.
         if !thorough() {
             readme::names(TABLE, self.test);
+        }
+    }
+}
+
+/// What single scenes show: the median and the worst.
+fn alone(scenes: &mut [f64]) -> String {
+    scenes.sort_by(f64::total_cmp);
+    match scenes {
+        [] => String::new(),
+        [.., worst] => {
+            let worst = 100.0 * *worst;
+            format!("; one scene alone {:.0} %, at worst {worst:.0} %", 100.0 * scenes[scenes.len() / 2])
         }
     }
 }
@@ -73,6 +111,19 @@ mod tests {
         assert_eq!(worst(&[]), None);
         assert_eq!(worst(&[row("fair", 0.05), row("poor", 0.1)]), Some(("poor", 0.1)));
         assert_eq!(worst(&[row("nothing", f64::NAN), row("poor", 0.1)]), Some(("nothing", f64::INFINITY)));
+    }
+
+    #[test]
+    fn what_scenes_show_alone_is_said() {
+        assert_eq!(alone(&mut []), "");
+        assert_eq!(alone(&mut [3.0, 0.2, 0.4]), "; one scene alone 40 %, at worst 300 %");
+    }
+
+    #[test]
+    #[should_panic(expected = "would not notice")]
+    fn a_test_may_ask_for_more() {
+        let mut power = Power::of("power::tests").noticing(0.05);
+        power.add("fair elsewhere", 0.1, 1.0);
     }
 
     #[test]

@@ -3,12 +3,12 @@
 use std::sync::LazyLock;
 
 /// Nodes and weights of the n-point rule, exact for polynomials of degree 2n − 1.
-type Rule = Vec<(f64, f64)>;
+pub type Rule = Vec<(f64, f64)>;
 
 static RULES: LazyLock<Vec<Rule>> = LazyLock::new(|| (0..=40).map(gauss_legendre).collect());
 
 /// The rule of n ≤ 40 points.
-pub(crate) fn rule(n: usize) -> &'static Rule {
+pub fn rule(n: usize) -> &'static Rule {
     &RULES[n]
 }
 

@@ -1,4 +1,4 @@
-//! Tables of the README that tests fill.
+//! Tables of the README, and of other files, that tests fill.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -7,9 +7,9 @@ fn path() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md")
 }
 
-/// The README, and where in it a table is: between `<!-- {name}: filled by … -->` and `<!-- end of {name} -->`.
-fn place(name: &str) -> (String, Range<usize>) {
-    let readme = std::fs::read_to_string(path()).expect("README.md");
+/// A file, and where in it a table is: between `<!-- {name}: filled by … -->` and `<!-- end of {name} -->`.
+fn place(file: &Path, name: &str) -> (String, Range<usize>) {
+    let readme = std::fs::read_to_string(file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
     let start = readme.find(&format!("<!-- {name}: filled by ")).expect("the table's beginning");
     let start = start + readme[start..].find('\n').expect("a line") + 1;
     let end = start + readme[start..].find(&format!("<!-- end of {name} -->")).expect("the table's end");
@@ -18,15 +18,25 @@ fn place(name: &str) -> (String, Range<usize>) {
 
 /// A table as the README shows it.
 pub fn shown(name: &str) -> String {
-    let (readme, place) = place(name);
-    readme[place].to_owned()
+    shown_in(&path(), name)
+}
+
+/// The same of a file.
+pub fn shown_in(file: &Path, name: &str) -> String {
+    let (text, place) = place(file, name);
+    text[place].to_owned()
 }
 
 /// Puts a table in its place in the README.
 pub fn fill(name: &str, table: &str) {
-    let (readme, place) = place(name);
-    let filled = format!("{}{table}{}", &readme[..place.start], &readme[place.end..]);
-    std::fs::write(path(), filled).expect("README.md");
+    fill_in(&path(), name, table);
+}
+
+/// The same in a file.
+pub fn fill_in(file: &Path, name: &str, table: &str) {
+    let (text, place) = place(file, name);
+    let filled = format!("{}{table}{}", &text[..place.start], &text[place.end..]);
+    std::fs::write(file, filled).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
 }
 
 /// Whether the environment variable `UPDATE_README` asks for new tables.

@@ -5,7 +5,7 @@
 //! quantile of α/m (Bonferroni). Normality and a standard error that has settled are the test's
 //! own assumptions: n must be large.
 
-use statrs::distribution::{ContinuousCDF, Normal};
+use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 /// |z| above this rejects: the threshold of every statistical test of the suite, which makes no more
 /// than 12,000 comparisons, thorough ones included, for a false-alarm rate of 10⁻⁶ of all of them
@@ -94,6 +94,21 @@ pub fn threshold(false_alarm: f64, comparisons: usize) -> f64 {
     assert!(comparisons > 0, "no comparison");
     // The lower tail: 1 minus a small number would round it away.
     -Normal::standard().inverse_cdf(0.5 * false_alarm / comparisons as f64)
+}
+
+/// |z| above this rejects a mean whose error is that of repetitions: what Student's distribution, of so many degrees of
+/// freedom, exceeds as rarely as the normal one the threshold of the suite.
+pub fn student(freedom: u64) -> f64 {
+    let normal = Normal::standard();
+    let student = StudentsT::new(0.0, 1.0, freedom as f64).expect("degrees of freedom");
+    let rare = normal.cdf(-suite_threshold());
+    // Bisection, in the lower tail: 1 minus a small number would round it away.
+    let (mut low, mut high) = (suite_threshold(), 1e3);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if student.cdf(-middle) > rare { low = middle } else { high = middle }
+    }
+    high
 }
 
 /// The slope of the least-squares line through (x, y): of logarithms, the rate of a power law.

@@ -8,7 +8,6 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use statrs::distribution::{ContinuousCDF, StudentsT};
 use volume3d::Image;
 use volume3d::gradient::{
     ActiveParameters, EdgeSampling, FiniteDifference, Gradient, GradientError, GradientImage, Pilot,
@@ -23,7 +22,7 @@ use super::worlds::{CoverageCase, CoverageKind, CoverageKnobs};
 use crate::campaign::{Limits, Reference, Target, Verdict, focused};
 use crate::comparison::Estimate;
 use crate::power::Power;
-use crate::statistics::suite_threshold;
+use crate::statistics::{student, suite_threshold};
 
 /// How often a gradient is estimated, in each of a verdict's two halves.
 pub const REPETITIONS: u64 = 32;
@@ -196,17 +195,12 @@ impl Known {
         Self { scene, change, weights, exact, error: 0.0, scale: 0.0, label: label.to_owned() }
     }
 
-    /// The same in the weights of its gradient, from other samples: parts of opposite sign do not cancel.
-    pub fn focused(self, samples: usize) -> Self {
-        let other = EdgeSampling {
-            samples,
-            primary: samples,
-            secondary: 4 * samples,
-            bounces: 4 * samples,
-            seed: 7777,
-            allow_missing: vec![],
-        };
-        Self { weights: directed(&self.run(&other).gradient.pixels), ..self }
+    /// The same in the weights of its gradient, so that parts of opposite sign do not cancel: by central differences, which are no
+    /// method under test. What a method misses cannot take weight from where it is missed.
+    pub fn focused(self, samples: usize, step: f64) -> Self {
+        let other = FiniteDifference { samples, step, seed: 7777 };
+        let found = other.forward(&self.scene, &self.change, &Progress::none()).expect("valid");
+        Self { weights: directed(&found.gradient.pixels), ..self }
     }
 
     /// The weighted gradient of a method.
@@ -309,21 +303,6 @@ pub fn pulled(found: impl Into<Gradient>) -> Tangent {
     let Gradient { by_parameter: change, non_finite, .. } = found.into();
     assert!(non_finite.is_empty(), "{non_finite:?}");
     change
-}
-
-/// |z| above this rejects a mean whose error is that of repetitions: what Student's distribution, of so many degrees of
-/// freedom, exceeds as rarely as the normal one the threshold of the suite.
-pub fn student(freedom: u64) -> f64 {
-    let normal = statrs::distribution::Normal::standard();
-    let student = StudentsT::new(0.0, 1.0, freedom as f64).expect("degrees of freedom");
-    let rare = normal.cdf(-suite_threshold());
-    // Bisection, in the lower tail: 1 minus a small number would round it away.
-    let (mut low, mut high) = (suite_threshold(), 1e3);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if student.cdf(-middle) > rare { low = middle } else { high = middle }
-    }
-    high
 }
 
 /// [`student`] for a single scene of a campaign, with the degrees of freedom of both halves.

@@ -156,7 +156,7 @@ fn a_seam_of_texture_coordinates_does_not_tear_the_surface() {
     let mut power = Power::of("space_known::a_seam_of_texture_coordinates_does_not_tear_the_surface");
     let seamless = scene(false);
     let change = block_moves(&seamless, 1.0, DVec3::ZERO);
-    let weights = known(seamless, change, 0.0, "seamless").focused(512).weights;
+    let weights = known(seamless, change, 0.0, "seamless").focused(8192, 4e-2).weights;
     let of = |seamed| {
         let scene = scene(seamed);
         assert_eq!(scene.description().shapes[1].mesh.positions().len(), 8);
@@ -204,7 +204,7 @@ fn scenes_of_any_size_and_anywhere() {
         let change = block_moves(&scene, scale, place);
         known(scene, change, 0.0, &format!("scale {scale:e} at {place}"))
     };
-    let unit = at(1.0, DVec3::ZERO).focused(512);
+    let unit = at(1.0, DVec3::ZERO).focused(8192, 4e-2);
     let found = gradient(&unit, &WarpedArea { seed: 1000, ..warped(SIZED) });
     let far = DVec3::new(1.0, -0.7, 0.4);
     let places = [(1e-6, DVec3::ZERO), (1e6, DVec3::ZERO), (1.0, 1e3 * far), (1.0, 1e6 * far)];
@@ -240,7 +240,7 @@ fn awkward_places() {
     for (name, d, runs, samples) in places.into_iter().take(pick(2, 3)) {
         let scene = still(d);
         let change = block_moves(&scene, 1.0, DVec3::ZERO);
-        let k = known(scene, change, 0.0, name).focused(512);
+        let k = known(scene, change, 0.0, name).focused(8192, 4e-2);
         let narrowest = FiniteDifference { samples: 512, step: 2e-2, seed: 1000 };
         let (differences, slack) = k.differences::<2>(narrowest, runs * pick(96, 144));
         let found = gradient(&k, &warped(samples * pick(128, 192)));

@@ -13,7 +13,7 @@ use tests::campaign::Verdict;
 use tests::comparison::{Comparison, Estimate};
 use tests::effort::pick;
 use tests::power::Power;
-use tests::statistics::{regression_slope, suite_threshold};
+use tests::statistics::{regression_slope, student};
 use tests::transport::campaign::{Known, Sampler as _, known};
 use tests::transport::worlds::{Case, Kind, Moving};
 
@@ -134,9 +134,10 @@ fn softened_samples_of_a_tight_gap_have_short_tails() {
         // Of normal errors, the exponent of so many runs is known to 0.023.
         assert!((exponent + 0.5).abs() < 0.1, "{label}: {exponent}");
         assert!(ratio > 10.0, "{label}: {ratio}");
-        let found = Estimate::of(found.into_iter().next_back().expect("the last"));
+        let last = found.into_iter().next_back().expect("the last");
+        let limit = student(last.len() as u64 - 1);
+        let found = Estimate::of(last);
         let reference = Estimate::exact(exact);
-        Comparison { found, reference, limit: suite_threshold(), slack: 0.0 }
-            .accept(&mut power, label, exact);
+        Comparison { found, reference, limit, slack: 0.0 }.accept(&mut power, label, exact);
     }
 }

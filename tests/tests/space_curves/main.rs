@@ -1,0 +1,111 @@
+//! Every kind of curve by itself: scenes in which nearly all of the derivative is one boundary term, against closed forms and quadrature.
+//!
+//! In scenes where many things move a term that is a tenth short may be a hundredth of the whole. Here a curve of one kind passes what the film
+//! shows, little else changes, and the reference has no noise: a bias of [`NOTICED`] of the one term is rejected, with few samples. By edge
+//! sampling and by softened fields, which sample the same curves, and by exact means over jumps, which follow them.
+
+mod bounce;
+mod film;
+mod lamps;
+mod meeting;
+mod turned;
+
+use glam::DVec3;
+use rayon::prelude::*;
+use tests::comparison::{Comparison, Estimate};
+use tests::power::Power;
+use tests::statistics::student;
+use volume3d::gradient::{EdgeSampling, Field, GradientImage, Progress, Tangent, WarpedArea};
+use volume3d::scene::Scene;
+
+/// The relative bias that comparisons here must notice; of what is seen after a bounce, where few samples find a way to the film, more.
+const NOTICED: f64 = 0.06;
+
+/// Independent runs of a method.
+const RUNS: u64 = 128;
+
+/// A scene, what changes in it, and how the sum of its film changes, with the error of that.
+struct Case {
+    scene: Scene,
+    change: Tangent,
+    exact: f64,
+    error: f64,
+}
+
+/// Edge sampling with so many samples of each kind of curve, on the film, before lights and before all else.
+fn edges(samples: usize, [primary, secondary, bounces]: [usize; 3]) -> EdgeSampling {
+    EdgeSampling { samples, primary, secondary, bounces, seed: 0, allow_missing: vec![] }
+}
+
+/// A softened field with so many samples of silhouettes, shadows and what bounces see.
+fn softened(samples: usize, softness: f64, [silhouettes, shadows, bounces]: [usize; 3]) -> WarpedArea {
+    let field = Field::Softened { film: 1.2, lobe: 0.5, softness, silhouettes, shadows, bounces };
+    WarpedArea { samples, field, ..WarpedArea::default() }
+}
+
+/// The exact mean over jumps.
+fn exact_mean(samples: usize) -> WarpedArea {
+    WarpedArea { samples, ..WarpedArea::default() }
+}
+
+/// A method with a seed, along a change.
+trait Method: Sync {
+    fn run(&self, case: &Case, seed: u64) -> GradientImage;
+}
+
+impl Method for EdgeSampling {
+    fn run(&self, case: &Case, seed: u64) -> GradientImage {
+        let method = Self { seed, ..self.clone() };
+        method.forward(&case.scene, &case.change, &Progress::none()).expect("valid")
+    }
+}
+
+impl Method for WarpedArea {
+    fn run(&self, case: &Case, seed: u64) -> GradientImage {
+        let method = Self { seed, ..self.clone() };
+        method.forward(&case.scene, &case.change, &Progress::none()).expect("valid")
+    }
+}
+
+impl Case {
+    fn estimate(&self, method: &impl Method) -> Estimate {
+        let run = |seed| {
+            let found = method.run(self, seed);
+            assert!(found.non_finite.is_empty(), "{:?}", found.non_finite);
+            found.gradient.pixels.iter().sum::<DVec3>().element_sum()
+        };
+        Estimate::of((0..RUNS).into_par_iter().map(run).collect::<Vec<_>>())
+    }
+
+    fn compared(&self, found: Estimate) -> Comparison {
+        Comparison {
+            found,
+            reference: Estimate::exact(self.exact),
+            limit: student(RUNS - 1),
+            slack: self.error,
+        }
+    }
+
+    /// The method's mean is the derivative.
+    fn accept(&self, power: &mut Power, label: &str, method: &impl Method) {
+        let start = std::time::Instant::now();
+        let found = self.estimate(method);
+        println!("{label}: {:.2} s", start.elapsed().as_secs_f64());
+        self.compared(found).accept(power, label, self.exact);
+    }
+
+    /// It is not.
+    fn reject(&self, label: &str, method: &impl Method) {
+        self.compared(self.estimate(method)).reject(label);
+    }
+}
+
+/// What a test must notice.
+fn power(test: &'static str) -> Power {
+    Power::of(test).noticing(NOTICED)
+}
+
+/// The same where light is reflected twice.
+fn after_a_bounce(test: &'static str) -> Power {
+    Power::of(test).noticing(0.15)
+}
