@@ -8,7 +8,7 @@ use glam::DVec3;
 use tests::comparison::{Comparison, Estimate};
 use tests::effort::pick;
 use tests::power::Power;
-use tests::statistics::student;
+use tests::statistics::suite_threshold;
 use volume3d::Image;
 use volume3d::gradient::{
     ActiveParameters, Field, FiniteDifference, GradientImage, ImplicitField, Progress, WarpedArea,
@@ -29,14 +29,10 @@ fn dot(a: &Image, b: &Image) -> f64 {
     a.pixels.iter().zip(&b.pixels).map(|(a, b)| a.dot(*b)).sum()
 }
 
-/// Independent runs of a method: so many times fewer samples are in each than its effort says.
-const RUNS: u64 = 96;
-const PARTS: usize = 4;
-
-/// From as many seeds.
+/// From 24 seeds.
 fn estimate(run: impl Fn(u64) -> GradientImage) -> Estimate {
     let weights = weights();
-    Estimate::of((0..RUNS).map(|seed| {
+    Estimate::of((0..24).map(|seed| {
         let image = run(seed);
         assert!(image.non_finite.is_empty(), "{:?}", image.non_finite);
         dot(&image.gradient, &weights)
@@ -46,8 +42,7 @@ fn estimate(run: impl Fn(u64) -> GradientImage) -> Estimate {
 fn warped(moving: &Moving, method: &WarpedArea) -> Estimate {
     let Moving { scene, change, .. } = moving;
     estimate(|seed| {
-        let samples = method.samples / PARTS;
-        let method = WarpedArea { samples, seed, ..method.clone() };
+        let method = WarpedArea { seed, ..method.clone() };
         method.forward(scene, change, &Progress::none()).expect("a gradient")
     })
 }
@@ -55,10 +50,10 @@ fn warped(moving: &Moving, method: &WarpedArea) -> Estimate {
 fn compare(moving: &Moving, method: &WarpedArea, differences: usize) -> Comparison {
     let Moving { scene, change, .. } = moving;
     let reference = estimate(|seed| {
-        let method = FiniteDifference { samples: differences / PARTS, step: STEP, seed: 1000 + seed };
+        let method = FiniteDifference { samples: differences, step: STEP, seed: 1000 + seed };
         method.forward(scene, change, &Progress::none()).expect("differences")
     });
-    Comparison { found: warped(moving, method), reference, limit: student(RUNS - 1), slack: 0.0 }
+    Comparison { found: warped(moving, method), reference, limit: suite_threshold(), slack: 0.0 }
 }
 
 fn samples(samples: usize) -> WarpedArea {

@@ -6,8 +6,9 @@ use rayon::prelude::*;
 use tests::comparison::{Comparison, Estimate};
 use tests::effort::pick;
 use tests::power::Power;
-use tests::space::campaign::{Known, directed, pulled, student, warped, weights};
+use tests::space::campaign::{Known, directed, pulled, warped, weights};
 use tests::space::scenes::{film, plate};
+use tests::statistics::student;
 use volume3d::Image;
 use volume3d::gradient::{ActiveParameters, CameraTangent, Progress, Tangent, WarpedArea, render};
 use volume3d::scene::{
