@@ -24,13 +24,13 @@ impl FaceContact {
     pub(super) fn of(tables: Tables<'_>, adjacency: &Adjacency, [s, t]: [u32; 2]) -> Vec<Self> {
         let [first, second] = [s, t].map(|t| tables.triangles[t as usize].positions);
         let corners = [s, t].map(|t| tables.corners(t));
-        if first.iter().any(|i| second.contains(i)) || in_contact(&corners) {
+        if first.iter().any(|i| second.contains(i)) || in_contact(&corners, tables.origin) {
             return vec![];
         }
         let mut found = vec![];
         for (triangles, [own, other]) in [([s, t], corners), ([t, s], [corners[1], corners[0]])] {
             for edge in 0..3 {
-                if let Some(along) = upon_face([own[edge], own[(edge + 1) % 3]], &other)
+                if let Some(along) = upon_face([own[edge], own[(edge + 1) % 3]], &other, tables.origin)
                     && is_edge(tables, adjacency, triangles[0], edge)
                 {
                     found.push(Self { triangles, edge, along });

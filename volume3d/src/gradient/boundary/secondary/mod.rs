@@ -289,8 +289,24 @@ impl Secondary<'_> {
                 let factor = subpath.weight * scale * sides.share;
                 let lights = lights.map(|light| light * factor);
                 let hits = sides.hits;
-                let of = drawn.aim.map(|aim| aim.id);
-                found(&Shadow { subpath, lights, hits, direction, distance, normal, of, edge, along });
+                let mut hand_over = |lights, of| {
+                    let subpath = subpath.clone();
+                    found(&Shadow { subpath, lights, hits, direction, distance, normal, of, edge, along });
+                };
+                match drawn.passing {
+                    Passing::Of(aim) => hand_over(lights, Some(aim.id)),
+                    Passing::Anything => hand_over(lights, None),
+                    // One light at a time: each has a field of its own.
+                    Passing::From(contact) => {
+                        for &shape in &contact.shapes {
+                            let is_its = |side: usize| hits[side].is_some_and(|h| scene.shape_of(h.surface) == shape);
+                            let lights = [0, 1].map(|side| if is_its(side) { lights[side] } else { DVec3::ZERO });
+                            if lights[0] != lights[1] {
+                                hand_over(lights, Some(LightId::Shape(shape)));
+                            }
+                        }
+                    }
+                }
             },
         );
     }
