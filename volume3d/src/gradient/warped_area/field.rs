@@ -30,7 +30,10 @@ pub enum Field {
     ///
     /// Directions towards lights are not warped: the edges of shadows and the outlines of emitters are sampled, with the speed at which
     /// they pass the shading point. Within lobes the mean is softened as on the film, or exact. Beside implicit surfaces all of the field is the exact
-    /// mean, and towards lights it is where an emitter has a texture, or something passes through one or lies on it.
+    /// mean, and towards lights it is where an emitter has a texture, or something passes through one or covers part of it in one plane.
+    /// The density of samples of shadows has a bound at any gap between an edge and a lamp, none included: it is uniform by solid angle, on pieces
+    /// of edges that are no longer than their distance from the lamp or a quarter of its size. That is where at most 32 triangles emit, or 64 shapes;
+    /// where more do, samples near a lamp have no bound. Within lobes the exact mean has none as a gap before a surface that reflects closes.
     Softened {
         /// How far away edges count on the film, in pixels.
         film: f64,

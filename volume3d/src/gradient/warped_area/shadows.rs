@@ -24,7 +24,7 @@ fn are_crossed(scene: &Scene) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use glam::DAffine3;
+    use glam::{DAffine3, DVec3};
 
     use super::*;
     use crate::geometry::Mesh;
