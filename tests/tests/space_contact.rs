@@ -33,12 +33,17 @@ enum Shape {
     Block,
 }
 
-fn square(lamp: f64) -> Surface {
-    let half = 0.5 * lamp;
-    let corner = |x: f64, z: f64| DVec3::new(x * half, HEIGHT, z * half);
-    // Its front looks down.
-    let corners = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-    Surface::emitter(corners, DVec3::new(8.0, 7.0, 5.0) / lamp.powi(2))
+/// A square of n × n squares, each an emitter of its own, that look down.
+fn squares(lamp: f64, n: usize) -> impl Iterator<Item = Surface> {
+    let corner = move |i: usize, j: usize| {
+        let at = |k: usize| lamp * (k as f64 / n as f64 - 0.5);
+        DVec3::new(at(i), HEIGHT, at(j))
+    };
+    (0..n * n).map(move |k| {
+        let (i, j) = (k % n, k / n);
+        let corners = vec![corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
+        Surface::emitter(corners, DVec3::new(8.0, 7.0, 5.0) / lamp.powi(2))
+    })
 }
 
 /// Vertical faces over the sides of a polygon, and what closes it above and below, from `top` down.
@@ -59,7 +64,7 @@ fn below(top: f64, ring: &[DVec3], closed: bool) -> Vec<Surface> {
 }
 
 /// Seen from above the ground, which may move as well.
-fn scene(lamp: f64, gap: f64, shape: Shape, ground: DVec3) -> Known {
+fn scene((lamp, parts): (f64, usize), gap: f64, shape: Shape, ground: DVec3) -> Known {
     let turned =
         |x: f64, z: f64| DVec3::new(0.94 * x + 0.34 * z + 0.1, 0.0, -0.34 * x + 0.94 * z + 0.05) * lamp;
     let top = HEIGHT - gap * lamp;
@@ -73,7 +78,7 @@ fn scene(lamp: f64, gap: f64, shape: Shape, ground: DVec3) -> Known {
     for surface in &mut surfaces {
         surface.velocities = vec![DVec3::new(0.7, 0.0, 0.5) * lamp; surface.vertices.len()];
     }
-    surfaces.push(square(lamp));
+    surfaces.extend(squares(lamp, parts));
     let forward = DVec3::new(0.1, -1.0, 0.2).normalize();
     let right = forward.any_orthonormal_vector();
     let camera = Camera {
@@ -94,7 +99,11 @@ fn scene(lamp: f64, gap: f64, shape: Shape, ground: DVec3) -> Known {
         camera_motion: CameraMotion::default(),
         filter: Filter::Tent,
     };
-    Known::of_direct(&direct, 1e-3, &format!("{shape:?}, lamp {lamp}, gap {gap:e}, ground {ground}"))
+    Known::of_direct(
+        &direct,
+        1e-3,
+        &format!("{shape:?}, lamp {lamp} of {parts}², gap {gap:e}, ground {ground}"),
+    )
 }
 
 fn edges() -> EdgeSampling {
@@ -114,7 +123,7 @@ fn softened() -> WarpedArea {
 }
 
 /// Scenes with all gaps.
-fn scenes(gaps: &[f64], shape: Shape, lamp: f64, ground: DVec3) -> Vec<Known> {
+fn scenes(gaps: &[f64], shape: Shape, lamp: (f64, usize), ground: DVec3) -> Vec<Known> {
     gaps.par_iter().map(|&gap| scene(lamp, gap, shape, ground)).collect()
 }
 
@@ -135,20 +144,23 @@ fn shadows_of_what_touches_a_lamp() {
     let mut power = Power::of("space_contact::shadows_of_what_touches_a_lamp");
     for shape in [Shape::Plate, Shape::Block] {
         for &lamp in pick(&LAMPS[1..], &LAMPS[..]) {
-            let known = scenes(&GAPS, shape, lamp, DVec3::ZERO);
+            let known = scenes(&GAPS, shape, (lamp, 1), DVec3::ZERO);
             judge(&mut power, &format!("edge sampling, {shape:?}, lamp {lamp}"), &known, |k, half| {
                 k.estimate(half, &edges())
             });
         }
     }
+    // More triangles than directions are drawn to one by one.
+    let known = scenes(&GAPS, Shape::Plate, (1.0, 6), DVec3::ZERO);
+    judge(&mut power, "edge sampling, many lamps", &known, |k, half| k.estimate(half, &edges()));
     // Towards lamps a softened field is 0: that is edge sampling again, but for points that slide with the film's field.
-    let known = scenes(&GAPS, Shape::Plate, 0.1, DVec3::new(0.02, 0.01, 0.03));
+    let known = scenes(&GAPS, Shape::Plate, (0.1, 1), DVec3::new(0.02, 0.01, 0.03));
     judge(&mut power, "softened, over a ground that moves", &known, |k, half| k.estimate(half, &softened()));
 }
 
 #[test]
 fn without_their_shadows_they_are_rejected() {
-    let known = scenes(&GAPS[..2], Shape::Plate, 1.0, DVec3::ZERO);
+    let known = scenes(&GAPS[..2], Shape::Plate, (1.0, 1), DVec3::ZERO);
     reject("no shadows", &known, |k, half| {
         k.estimate(half, &WarpedArea { warps: false, samples: 32, ..WarpedArea::default() })
     });

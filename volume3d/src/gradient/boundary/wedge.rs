@@ -14,6 +14,9 @@ use crate::geometry::solid_angle;
 use crate::path::{LightId, Paths};
 use crate::scene::{Scene, Surface};
 
+/// Directions to a triangle that is farther away than so many times its size are drawn by area.
+const FAR: f64 = 2.0;
+
 /// Above as many triangles of emitters directions are drawn from next-event estimation instead.
 const MANY: usize = 32;
 
@@ -52,25 +55,70 @@ impl Wedge {
         self.azimuth(direction).rem_euclid(PI) <= self.angle
     }
 
+    /// The part of a triangle, as seen from a point of the edge at the origin, between two azimuths at most π apart.
+    fn clipped(&self, corners: [DVec3; 3], start: f64, angle: f64) -> Vec<DVec3> {
+        let across = |azimuth: f64| azimuth.cos() * self.up - azimuth.sin() * self.u;
+        clip(&clip(&corners, across(start)), -across(start + angle))
+    }
+
     /// The solid angle of the part of a triangle, as seen from a point of the edge at the origin, between two azimuths at most π apart.
     fn solid_angle(&self, corners: [DVec3; 3], start: f64, angle: f64) -> f64 {
-        let across = |azimuth: f64| azimuth.cos() * self.up - azimuth.sin() * self.u;
-        let part = clip(&clip(&corners, across(start)), -across(start + angle));
+        let part = self.clipped(corners, start, angle);
         let fan = part.windows(2).skip(1).map(|pair| solid_angle(DVec3::ZERO, &[part[0], pair[0], pair[1]]));
         fan.sum::<f64>().abs()
     }
 
+    fn is_whole(&self) -> bool {
+        self.angle == PI
+    }
+
+    /// A direction to a part of a triangle, as seen from the origin, uniform by area, and its density by solid angle: hardly any variance where
+    /// the triangle is far away.
+    fn by_area(&self, part: &Part, corners: [DVec3; 3], [c, a, b]: [f64; 3]) -> Option<(DVec3, f64)> {
+        let polygon =
+            if self.is_whole() { corners.to_vec() } else { self.clipped(corners, part.start, part.angle) };
+        let fan: Vec<[DVec3; 3]> =
+            polygon.windows(2).skip(1).map(|pair| [polygon[0], pair[0], pair[1]]).collect();
+        let area = |[p, q, r]: &[DVec3; 3]| 0.5 * (q - p).cross(r - p).length();
+        let table = Table::new(fan.iter().map(area));
+        if table.total() <= 0.0 {
+            return None;
+        }
+        let [p, q, r] = fan[table.at(c).index];
+        let root = a.sqrt();
+        let way = p * (1.0 - root) + q * (root * (1.0 - b)) + r * (root * b);
+        let (distance, normal) = (way.length(), (corners[1] - corners[0]).cross(corners[2] - corners[0]));
+        let cosine = normal.normalize_or_zero().dot(way).abs() / distance;
+        Some((way / distance, distance * distance / (cosine * table.total())))
+    }
+
+    /// The same from a point, uniform in azimuth and, there, by solid angle, dω = d cos θ dα with θ the angle to the edge: by area or length
+    /// almost all directions would lead along the edge where the triangle is near.
+    fn by_angle(
+        &self,
+        part: &Part,
+        corners: [DVec3; 3],
+        point: DVec3,
+        [a, b]: [f64; 2],
+    ) -> Option<(DVec3, f64)> {
+        let azimuth = part.start + a * part.angle;
+        let [y, z] = cosines(self, point, chord(self, corners, point, azimuth)?);
+        let cosine = y + b * (z - y);
+        let (sin, cos) = azimuth.sin_cos();
+        let sine = ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
+        let direction = cosine * self.edge + sine * (cos * self.u + sin * self.up);
+        Some((direction, (part.angle * (z - y).abs()).recip()))
+    }
+
+    /// How many azimuths a triangle is seen under.
+    fn range(&self, corners: [DVec3; 3], from: DVec3) -> f64 {
+        let (low, high) = self.azimuths(corners, from);
+        high - low
+    }
+
     /// The azimuths, from where on and how many, under which a triangle is seen from the edge, within the wedges.
     fn parts(&self, corners: [DVec3; 3], from: DVec3) -> impl Iterator<Item = (f64, f64)> {
-        let [a, b, c] = corners.map(|p| self.azimuth(p - from));
-        let turn = |x: f64, y: f64| (y - x + PI).rem_euclid(TAU) - PI;
-        let steps = [turn(a, b), turn(b, c), turn(c, a)];
-        let ends = [a, a + steps[0], a + steps[0] + steps[1]];
-        let low = ends.into_iter().fold(f64::INFINITY, f64::min);
-        let high = ends.into_iter().fold(f64::NEG_INFINITY, f64::max);
-        // The line of the edge pierces the triangle: it is seen all around.
-        let around = steps.iter().sum::<f64>().abs() > PI;
-        let (low, high) = if around { (0.0, TAU) } else { (low, high) };
+        let (low, high) = self.azimuths(corners, from);
         let (first, last) = (((low - self.angle) / PI).ceil() as i32, (high / PI).floor() as i32);
         let angle = self.angle;
         (first..=last).filter_map(move |k| {
@@ -79,6 +127,19 @@ impl Wedge {
             // All around, the end is the beginning.
             (end > start).then_some((start, end - start))
         })
+    }
+
+    /// The least and the largest azimuth of a triangle.
+    fn azimuths(&self, corners: [DVec3; 3], from: DVec3) -> (f64, f64) {
+        let [a, b, c] = corners.map(|p| self.azimuth(p - from));
+        let turn = |x: f64, y: f64| (y - x + PI).rem_euclid(TAU) - PI;
+        let steps = [turn(a, b), turn(b, c), turn(c, a)];
+        let ends = [a, a + steps[0], a + steps[0] + steps[1]];
+        let low = ends.into_iter().fold(f64::INFINITY, f64::min);
+        let high = ends.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        // The line of the edge pierces the triangle: it is seen all around.
+        let around = steps.iter().sum::<f64>().abs() > PI;
+        if around { (0.0, TAU) } else { (low, high) }
     }
 }
 
@@ -109,6 +170,7 @@ struct Part {
     triangle: u32,
     start: f64,
     angle: f64,
+    far: bool,
 }
 
 /// A direction to an emitter.
@@ -145,8 +207,29 @@ impl Targets {
             if (p[1] - p[0]).cross(p[2] - p[0]).dot(point - p[0]) <= 0.0 {
                 continue;
             }
+            let centre = (p[0] + p[1] + p[2]) / 3.0 - point;
+            let size = p[0].distance(p[1]).max(p[1].distance(p[2])).max(p[2].distance(p[0]));
+            if centre.length() > FAR * size {
+                let whole = 0.5 * (p[1] - p[0]).cross(p[2] - p[0]).dot(-centre) / centre.length().powi(3);
+                if wedge.is_whole() {
+                    parts.push(Part { triangle, start: 0.0, angle: PI, far: true });
+                    weights.push(whole);
+                    continue;
+                }
+                let first = parts.len();
+                parts.extend(wedge.parts(p, point).map(|(start, angle)| Part {
+                    triangle,
+                    start,
+                    angle,
+                    far: true,
+                }));
+                // Parts count by their azimuths: of a triangle's area within some azimuths that is wrong by a factor of 2 at most.
+                let range = wedge.range(p, point);
+                weights.extend(parts[first..].iter().map(|part| whole * part.angle / range));
+                continue;
+            }
             for (start, angle) in wedge.parts(p, point) {
-                parts.push(Part { triangle, start, angle });
+                parts.push(Part { triangle, start, angle, far: false });
                 weights.push(wedge.solid_angle(p.map(|p| p - point), start, angle));
             }
         }
@@ -161,8 +244,12 @@ impl Targets {
         [a, b]: [DVec3; 2],
         except: &[u32],
     ) -> f64 {
-        let at = |point| self.parts(scene, wedge, point, except).1.total();
-        at(a).max(at(a.midpoint(b))).max(at(b))
+        let at = |point| self.parts(scene, wedge, point, except);
+        let (parts, middle) = at(a.midpoint(b));
+        if middle.total() > 0.0 && parts.iter().all(|part| part.far) {
+            return middle.total();
+        }
+        at(a).1.total().max(middle.total()).max(at(b).1.total())
     }
 
     /// A direction to them from a point of an edge.
@@ -181,21 +268,18 @@ impl Targets {
         let chosen = table.at(c);
         let part = &parts[chosen.index];
         let p = scene.corners(part.triangle);
-        let azimuth = part.start + a * part.angle;
-        let [y, z] = cosines(wedge, point, chord(wedge, p, point, azimuth)?);
-        // Uniform by solid angle, dω = d cos θ dα with θ the angle to the edge: by length almost all directions would lead along the edge
-        // where the emitter is near.
-        let cosine = y + b * (z - y);
-        let (sin, cos) = azimuth.sin_cos();
-        let sine = ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
-        let direction = cosine * wedge.edge + sine * (cos * wedge.u + sin * wedge.up);
+        let (direction, density) = if part.far {
+            wedge.by_area(part, p.map(|p| p - point), [chosen.rest, a, b])?
+        } else {
+            wedge.by_angle(part, p, point, [a, b])?
+        };
         let normal = (p[1] - p[0]).cross(p[2] - p[0]);
         let facing = normal.dot(direction);
         if facing >= 0.0 {
             return None;
         }
         let distance = normal.dot(p[0] - point) / facing;
-        let density = chosen.probability / (part.angle * (z - y).abs());
+        let density = chosen.probability * density;
         let surface = Surface::Triangle(part.triangle);
         let id = LightId::Shape(scene.shape_of(surface));
         Some(Aimed { direction, distance, density, surface, id })

@@ -30,7 +30,11 @@ pub enum Field {
     ///
     /// Directions towards lights are not warped: the edges of shadows and the outlines of emitters are sampled, with the speed at which
     /// they pass the shading point. Within lobes the mean is softened as on the film, or exact. Towards lights it is exact where an emitter has a texture, or something
-    /// passes through one or lies on it, and beside implicit surfaces where normals are interpolated.
+    /// passes through one or covers part of it in one plane, and beside implicit surfaces where normals are interpolated.
+    ///
+    /// The density of samples of shadows has a bound at any gap between an edge and a lamp, none included: it is uniform by solid angle, on pieces
+    /// of edges that are no longer than their distance from the lamp or a quarter of its size. That is where at most 32 triangles emit, or 64 shapes;
+    /// where more do, samples near a lamp have no bound. Within lobes the exact mean has none as a gap before a surface that reflects closes.
     ///
     /// The silhouettes and shadows of implicit surfaces are no curves that could be drawn: what the points of their tracer give to the mean is not
     /// softened ([`WarpedArea::implicit`](super::WarpedArea::implicit)), and is all of the field towards lights whose shadows are sampled. It grows without bound at their

@@ -88,7 +88,8 @@ impl Bodies {
         piece: &mut impl FnMut(Range<f64>, [DVec3; 2]),
     ) {
         let (length, middle) = (ends[0].distance(ends[1]), ends[0].midpoint(ends[1]));
-        let is_long = |body: &Body| body.size > 0.0 && length > body.distance(middle).max(PART * body.size);
+        let is_long =
+            |body: &Body| body.size > 0.0 && length > PART * body.size && length > body.distance(middle);
         if self.bodies.iter().any(is_long) {
             let (half, place) = (0.5 * (along.start + along.end), middle);
             self.cut(along.start..half, [ends[0], place], piece);
@@ -138,14 +139,13 @@ impl Bodies {
     }
 
     fn touches(&self, body: &Body, ends: [DVec3; 2]) -> bool {
-        let distance = body.distance(ends[0].midpoint(ends[1]));
-        match &body.form {
+        let lies_on = match &body.form {
             Form::Triangle { corners, normal } => {
-                let height = |p: DVec3| normal.dot(p - corners[0]).abs();
-                distance <= body.size && ends.into_iter().all(|p| height(p) <= self.slack)
+                ends.into_iter().all(|p| normal.dot(p - corners[0]).abs() <= self.slack)
             }
-            Form::Ball(_) => distance <= body.size,
-        }
+            Form::Ball(_) => true,
+        };
+        lies_on && body.distance(ends[0].midpoint(ends[1])) <= body.size
     }
 }
 

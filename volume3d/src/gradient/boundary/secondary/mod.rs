@@ -299,8 +299,10 @@ impl Secondary<'_> {
                     // One light at a time: each has a field of its own.
                     Passing::From(contact) => {
                         for &shape in &contact.shapes {
-                            let is_its = |side: usize| hits[side].is_some_and(|h| scene.shape_of(h.surface) == shape);
-                            let lights = [0, 1].map(|side| if is_its(side) { lights[side] } else { DVec3::ZERO });
+                            let is_its =
+                                |side: usize| hits[side].is_some_and(|h| scene.shape_of(h.surface) == shape);
+                            let lights =
+                                [0, 1].map(|side| if is_its(side) { lights[side] } else { DVec3::ZERO });
                             if lights[0] != lights[1] {
                                 hand_over(lights, Some(LightId::Shape(shape)));
                             }
