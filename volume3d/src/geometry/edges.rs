@@ -31,15 +31,16 @@ impl Edges {
     #[must_use]
     pub fn of(triangles: impl ExactSizeIterator<Item = [u32; 3]>) -> Self {
         let mut sides = Vec::with_capacity(3 * triangles.len());
+        let mut largest = 0;
         for (triangle, corners) in (0..).zip(triangles) {
             for corner in 0..3 {
                 let [a, b] = [corners[corner], corners[(corner + 1) % 3]];
                 let ends = [a.min(b), a.max(b)];
+                largest = largest.max(ends[0]);
                 sides.push(HalfEdge { ends, triangle, corner: corner as u32, ascending: a < b });
             }
         }
-        sides.par_sort_unstable();
-        Self { sides }
+        Self { sides: in_order(&sides, largest as usize) }
     }
 
     /// The half-edges of every edge, in the order of their ends.
@@ -53,9 +54,56 @@ impl Edges {
     }
 }
 
+/// Sorted: first by the lower ends, of which the largest is given, by counting, and then those few that have one in common.
+fn in_order(sides: &[HalfEdge], largest: usize) -> Vec<HalfEdge> {
+    let Some(&first) = sides.first() else { return vec![] };
+    if largest > MOST * sides.len() {
+        let mut sorted = sides.to_vec();
+        sorted.par_sort_unstable();
+        return sorted;
+    }
+    let mut next = vec![0_u32; largest + 2];
+    sides.iter().for_each(|side| next[side.ends[0] as usize + 1] += 1);
+    for end in 0..=largest {
+        next[end + 1] += next[end];
+    }
+    let mut sorted = vec![first; sides.len()];
+    for side in sides {
+        let place = &mut next[side.ends[0] as usize];
+        sorted[*place as usize] = *side;
+        *place += 1;
+    }
+    // Each place is now where the next begins.
+    let mut begin = 0;
+    for &end in &next[..=largest] {
+        sorted[begin..end as usize].sort_unstable();
+        begin = end as usize;
+    }
+    sorted
+}
+
+/// Ends are counted if they are no more than so many times as many as sides.
+const MOST: usize = 4;
+
 #[cfg(test)]
 mod tests {
+    use flatland::random::stream;
+    use rand::Rng as _;
+
     use super::*;
+
+    /// Whether ends are counted or not.
+    #[test]
+    fn sides_are_in_order() {
+        let mut rng = stream(7, &[]);
+        for vertices in [3, 20, 1 << 20] {
+            let triangles: Vec<[u32; 3]> =
+                (0..500).map(|_| [(); 3].map(|()| rng.next_u32() % vertices)).collect();
+            let edges = Edges::of(triangles.iter().copied());
+            assert!(edges.sides.is_sorted() && edges.sides.len() == 1500, "{vertices}");
+        }
+        assert_eq!(Edges::of([].into_iter()).iter().count(), 0);
+    }
 
     #[test]
     fn two_triangles_of_a_square_share_their_diagonal_in_opposite_senses() {

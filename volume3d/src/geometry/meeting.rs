@@ -46,7 +46,11 @@ impl End {
 
 /// How two triangles meet. Both must have an area.
 pub(crate) fn meeting(triangles: &[[DVec3; 3]; 2]) -> Meeting {
-    let heights = [0, 1].map(|i| heights(&triangles[i], &triangles[1 - i]));
+    let first = heights(&triangles[0], &triangles[1]);
+    if touches_in_a_point(&first) {
+        return Meeting::Apart;
+    }
+    let heights = [first, heights(&triangles[1], &triangles[0])];
     let through = |h: &[f64; 3]| h.iter().any(|&h| h > 0.0) && h.iter().any(|&h| h < 0.0);
     if heights[0] == [0.0; 3] {
         let overlap = overlap(triangles);
@@ -106,6 +110,13 @@ pub(crate) fn within([p, q]: [DVec3; 2], triangle: &[DVec3; 3]) -> Option<[f64; 
         }
     }
     (low < high).then_some([low, high])
+}
+
+/// Whether a triangle with these heights over a plane has one corner in it at most, and the others are on one side.
+fn touches_in_a_point(heights: &[f64; 3]) -> bool {
+    let (above, below) = (heights.iter().filter(|&&h| h > 0.0), heights.iter().filter(|&&h| h < 0.0));
+    let (above, below) = (above.count(), below.count());
+    above.max(below) >= 2 && above.min(below) == 0
 }
 
 /// Corners are in a plane, or on a line, if they are no farther from it than this part of the largest coordinate that was given: a few

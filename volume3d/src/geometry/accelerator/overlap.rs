@@ -64,11 +64,16 @@ impl Accelerator {
             let rounding = ROUNDING * largest(low - origin, high - origin);
             (low - rounding, high + rounding)
         };
+        let mut others = [(0, (DVec3::ZERO, DVec3::ZERO)); WIDTH];
+        let mut count = 0;
+        for t in members(other) {
+            others[count] = (t, bounds(t));
+            count += 1;
+        }
         for (i, s) in members(leaf).enumerate() {
-            let (low, high) = bounds(s);
+            let (low, high) = if leaf == other { others[i].1 } else { bounds(s) };
             let first = if leaf == other { i + 1 } else { 0 };
-            for t in members(other).skip(first) {
-                let (from, to) = bounds(t);
+            for &(t, (from, to)) in &others[first..count] {
                 if low.cmple(to).all() && from.cmple(high).all() {
                     visit(s.min(t), s.max(t));
                 }

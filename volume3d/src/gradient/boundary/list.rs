@@ -1,8 +1,9 @@
 //! The edges of a scene and its crossings, each once, with the triangles that meet in it.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::geometry::Edges;
 use crate::gradient::jump_mean::Faces;
@@ -38,6 +39,8 @@ pub(super) struct Edge {
     /// Where the triangles of all edges at the same place are in the list, those of other shapes included.
     first_there: u32,
     count_there: u32,
+    /// See [`EdgeList::limits`].
+    limits: Option<[DVec3; 2]>,
 }
 
 /// All edges at which what is seen may jump.
@@ -52,7 +55,7 @@ pub(super) struct EdgeList {
 impl EdgeList {
     pub(super) fn new(scene: &Scene) -> Self {
         let places = places(scene);
-        let mut list = Self { plane: Faces::grow(scene), ..Self::default() };
+        let mut list = Self { plane: Faces::grown(scene).to_vec(), ..Self::default() };
         let place = Curve::new(scene);
         let at_places = scene.triangles.iter().map(|t| t.positions.map(|i| places[i as usize]));
         for there in Edges::of(at_places).iter() {
@@ -72,6 +75,7 @@ impl EdgeList {
                     count: group.len() as u32,
                     first_there,
                     count_there,
+                    limits: None,
                 });
                 list.faces.extend(group.iter().map(|side| Face {
                     triangle: side.triangle,
@@ -82,10 +86,13 @@ impl EdgeList {
         }
         list.add_crossings(scene);
         // Samples are drawn systematically from the list: neighbours in it should be neighbours in space.
-        list.edges.sort_by_cached_key(|edge| {
+        list.edges.par_sort_by_cached_key(|edge| {
             let [a, b] = edge.span(scene);
             place.at(a.midpoint(b))
         });
+        let mut edges = std::mem::take(&mut list.edges);
+        edges.par_iter_mut().for_each(|edge| edge.limits = list.find_limits(scene, edge));
+        list.edges = edges;
         list
     }
 
@@ -113,6 +120,7 @@ impl EdgeList {
                 count,
                 first_there: first,
                 count_there: count,
+                limits: None,
             });
         }
         let crossed = |edge: &Edge| match self.faces(edge) {
@@ -151,7 +159,7 @@ impl EdgeList {
     /// Whether an edge is that of two coplanar triangles that continue one another.
     pub(super) fn is_flat(&self, scene: &Scene, edge: &Edge) -> bool {
         let tilt = || self.triangles(edge).map(|t| scene.tilt(t)).sum::<f64>();
-        self.limits(scene, edge).is_some_and(|[u, v]| {
+        edge.limits.is_some_and(|[u, v]| {
             let angle = u.distance(v);
             // The tilt is asked for where it may matter only: it is no more where triangles are no slivers.
             angle <= FLAT || angle <= MOST_TILT && angle <= tilt()
@@ -174,7 +182,11 @@ impl EdgeList {
 
     /// Of an edge of two triangles: unit vectors orthogonal to it, one into the first triangle and one away from
     /// the second. The edge is a silhouette in directions between the two, and their opposites.
-    pub(super) fn limits(&self, scene: &Scene, edge: &Edge) -> Option<[DVec3; 2]> {
+    pub(super) fn limits(&self, _: &Scene, edge: &Edge) -> Option<[DVec3; 2]> {
+        edge.limits
+    }
+
+    fn find_limits(&self, scene: &Scene, edge: &Edge) -> Option<[DVec3; 2]> {
         let [f, g] = self.faces(edge) else { return None };
         if edge.is_crossing() {
             return None;
@@ -247,24 +259,37 @@ impl Curve {
     }
 
     fn at(&self, p: DVec3) -> u64 {
-        let cell = ((p - self.low) * self.scale).to_array().map(|x| x as u64);
-        let bit = |k: u32, axis: usize| (cell[axis] >> k & 1) << (3 * k + axis as u32);
-        (0..BITS).flat_map(|k| [bit(k, 0), bit(k, 1), bit(k, 2)]).sum()
+        let [x, y, z] = ((p - self.low) * self.scale).to_array().map(|x| apart(x as u64));
+        x | y << 1 | z << 2
     }
 }
 
-/// A number for each position, the same for positions at the same place.
+/// The lowest 20 bits, two others between each and the next.
+fn apart(mut bits: u64) -> u64 {
+    bits &= (1 << BITS) - 1;
+    for (shift, kept) in [
+        (32, 0x001f_0000_0000_ffff),
+        (16, 0x001f_0000_ff00_00ff),
+        (8, 0x100f_00f0_0f00_f00f),
+        (4, 0x10c3_0c30_c30c_30c3),
+        (2, 0x1249_2492_4924_9249),
+    ] {
+        bits = (bits | bits << shift) & kept;
+    }
+    bits
+}
+
+/// The first position at the place of each.
 fn places(scene: &Scene) -> Vec<u32> {
-    let mut places = HashMap::with_capacity(scene.positions.len());
-    scene
-        .positions
-        .iter()
-        .map(|p| {
-            let next = places.len() as u32;
-            // + 0 makes −0 and 0 one.
-            *places.entry(p.to_array().map(|x| (x + 0.0).to_bits())).or_insert(next)
-        })
-        .collect()
+    // + 0 makes −0 and 0 one.
+    let bits = |i: u32| scene.positions[i as usize].to_array().map(|x| (x + 0.0).to_bits());
+    let mut order: Vec<u32> = (0..scene.positions.len() as u32).collect();
+    order.par_sort_unstable_by_key(|&i| (bits(i), i));
+    let mut places = vec![0; order.len()];
+    for there in order.chunk_by(|&a, &b| bits(a) == bits(b)) {
+        there.iter().for_each(|&i| places[i as usize] = there[0]);
+    }
+    places
 }
 
 impl Edge {
@@ -292,4 +317,17 @@ pub(super) fn reflects(scene: &Scene, triangle: u32) -> bool {
         let bsdf = &scene.description.materials[part].bsdf;
         !bsdf.is_scaled() || *bsdf.reflectance() != Reflectance::Constant(DVec3::ZERO)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bits_are_put_apart_one_by_one() {
+        for bits in [0, 1, 0b1011, 0xf_ffff, 0x9_3a7c] {
+            let expected: u64 = (0..BITS).map(|k| (bits >> k & 1) << (3 * k)).sum();
+            assert_eq!(apart(bits), expected, "{bits:x}");
+        }
+    }
 }

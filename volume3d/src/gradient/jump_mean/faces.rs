@@ -7,6 +7,7 @@
 //! step by step. What rounding is, `FLAT` and [`THICK`] say.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -34,9 +35,18 @@ pub(crate) struct Faces {
     large: Vec<(u32, Tree)>,
 }
 
+/// For each triangle the first of its face, as fields and lists of edges share it.
+#[derive(Debug)]
+struct Grown(Arc<[u32]>);
+
 impl Faces {
     /// For each triangle the first of its face.
-    pub(crate) fn grow(scene: &Scene) -> Vec<u32> {
+    pub(crate) fn grown(scene: &Scene) -> Arc<[u32]> {
+        Arc::clone(&scene.derived(|scene| Grown(Self::grow(scene).into())).0)
+    }
+
+    /// The same, found anew.
+    pub(super) fn grow(scene: &Scene) -> Vec<u32> {
         let mut first = vec![NONE; scene.triangles.len()];
         let size = scene.positions.iter().fold(0.0_f64, |size, p| size.max(p.abs().max_element()));
         let normal = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).normalize_or_zero();

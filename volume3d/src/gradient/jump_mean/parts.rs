@@ -16,7 +16,7 @@ const LONG: f64 = 0.0625;
 
 /// So many edges tell where all are best parted: with 32, 64, 256 and all, a query enters 13.9, 14.2, 13.7 and 13.5 nodes, and 8.9 to 9.1 leaves
 /// on a blob of 122,888 edges. It was 23.7 and 10.8 where boxes were halved along their longest side.
-const SAMPLE: usize = 256;
+const SAMPLE: usize = 32;
 
 /// From how far away edges are looked for, as a part of all that there is; a quarter or ten times as much changes nothing by more than a hundredth.
 const DISTANCE: f64 = 0.1;
@@ -36,24 +36,58 @@ pub(super) fn kinds(edges: &mut [Edge], unit: f64) -> Vec<Range<usize>> {
     ranges.collect()
 }
 
-/// Reorders edges along an axis of their places or of their normals, and returns where the second half begins: in whole leaves.
-pub(super) fn halve(edges: &mut [Edge], unit: f64) -> usize {
-    let middle = (edges.len() / 2).next_multiple_of(LEAF);
-    let axis = best_axis(edges, middle as f64 / edges.len() as f64, unit);
-    let key = |edge: &Edge| Extent::of(edge, unit).along(axis);
-    edges.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)));
-    middle
+/// In which order edges are, by their places before; they are put there at the end, all at once.
+pub(super) struct Order {
+    indices: Vec<u32>,
+    extents: Vec<Extent>,
+    keys: Vec<(f64, u32)>,
 }
 
-/// The axis along which parts are least likely to be entered, if a part of the edges comes before the others.
-fn best_axis(edges: &[Edge], part: f64, unit: f64) -> usize {
-    let some = edges.iter().step_by(edges.len().div_ceil(SAMPLE));
-    let mut some: Vec<Extent> = some.map(|edge| Extent::of(edge, unit)).collect();
-    let middle = (part * some.len() as f64) as usize;
+impl Order {
+    /// As they are.
+    pub(super) fn of(edges: &[Edge], unit: f64) -> Self {
+        let extents = edges.iter().map(|edge| Extent::of(edge, unit)).collect();
+        Self { indices: (0..edges.len() as u32).collect(), extents, keys: vec![] }
+    }
+
+    /// Edges in this order.
+    pub(super) fn apply(&self, edges: &[Edge]) -> Vec<Edge> {
+        self.indices.iter().map(|&i| edges[i as usize]).collect()
+    }
+
+    /// Reorders some along an axis of their places or of their normals, and returns where the second half begins: in whole leaves.
+    pub(super) fn halve(&mut self, range: Range<usize>) -> usize {
+        let Self { indices, extents, keys } = self;
+        let part = &mut indices[range.clone()];
+        let middle = (part.len() / 2).next_multiple_of(LEAF);
+        let some = part.iter().step_by(part.len().div_ceil(SAMPLE)).copied();
+        let axis = best_axis(extents, some, middle as f64 / part.len() as f64, keys);
+        keys.clear();
+        keys.extend(part.iter().map(|&i| (extents[i as usize].along(axis), i)));
+        keys.select_nth_unstable_by(middle, |(a, i), (b, j)| a.total_cmp(b).then(i.cmp(j)));
+        part.iter_mut().zip(keys).for_each(|(index, (_, i))| *index = *i);
+        range.start + middle
+    }
+}
+
+/// The axis along which parts are least likely to be entered, if a part of some edges comes before the others.
+fn best_axis(
+    extents: &[Extent],
+    some: impl Iterator<Item = u32> + Clone,
+    part: f64,
+    keys: &mut Vec<(f64, u32)>,
+) -> usize {
     let costs = [0, 1, 2, 3, 4, 5].map(|axis| {
-        some.select_nth_unstable_by(middle, |a, b| a.along(axis).total_cmp(&b.along(axis)));
-        let (first, second) = some.split_at(middle);
-        [first, second].map(|half| half.len() as f64 * Extent::around(half).likelihood()).iter().sum::<f64>()
+        keys.clear();
+        keys.extend(some.clone().map(|i| (extents[i as usize].along(axis), i)));
+        let middle = (part * keys.len() as f64) as usize;
+        keys.select_nth_unstable_by(middle, |(a, i), (b, j)| a.total_cmp(b).then(i.cmp(j)));
+        let (first, second) = keys.split_at(middle);
+        let cost = |half: &[(f64, u32)]| {
+            let around = Extent::around(half.iter().map(|&(_, i)| &extents[i as usize]));
+            half.len() as f64 * around.likelihood()
+        };
+        cost(first) + cost(second)
     });
     (0..costs.len()).min_by(|&a, &b| costs[a].total_cmp(&costs[b])).unwrap_or(0)
 }
@@ -71,9 +105,9 @@ impl Extent {
         Self { low: [p.min(q), m.min(n)], high: [p.max(q), m.max(n)] }
     }
 
-    fn around(extents: &[Self]) -> Self {
+    fn around<'e>(extents: impl Iterator<Item = &'e Self>) -> Self {
         let nothing = Self { low: [DVec3::INFINITY; 2], high: [DVec3::NEG_INFINITY; 2] };
-        extents.iter().fold(nothing, |all, one| Self {
+        extents.fold(nothing, |all, one| Self {
             low: [0, 1].map(|k| all.low[k].min(one.low[k])),
             high: [0, 1].map(|k| all.high[k].max(one.high[k])),
         })
@@ -126,7 +160,9 @@ mod tests {
                 edge([at, at + 1e-3 * point()], [normal; 2])
             })
             .collect();
-        let middle = halve(&mut edges, 1e-3);
+        let mut order = Order::of(&edges, 1e-3);
+        let middle = order.halve(0..64);
+        edges = order.apply(&edges);
         assert_eq!(middle, 32);
         assert!(edges[..middle].iter().all(|e| e.normals == edges[0].normals));
     }

@@ -22,7 +22,7 @@ pub(crate) struct SceneEdges {
 impl SceneEdges {
     /// Of a scene's edges and crossings.
     pub(crate) fn new(scene: &Scene) -> Self {
-        let faces = Faces::grow(scene);
+        let faces = Faces::grown(scene).to_vec();
         let (edges, extents) = (edges(scene, &faces), Extents::new(scene, &faces));
         let all = Self { extents, ..Self::assemble(edges, faces) };
         Self { crowding: Crowding::of(&all.tree, scene.rounding()), ..all }
@@ -30,7 +30,11 @@ impl SceneEdges {
 
     /// Of edges, and the first triangle of each triangle's face.
     pub(super) fn assemble(edges: Vec<Edge>, faces: Vec<u32>) -> Self {
-        let (edges, flat): (Vec<Edge>, Vec<Edge>) = edges.into_iter().partition(|e| !is_flat(e.normals));
+        let mut edges = edges;
+        let flat: Vec<Edge> = edges.iter().filter(|e| is_flat(e.normals)).copied().collect();
+        if !flat.is_empty() {
+            edges.retain(|e| !is_flat(e.normals));
+        }
         let tree = Tree::new(edges, flat);
         let faces = Faces::new(faces, tree.edges());
         Self { tree, faces, extents: Extents::default(), crowding: Crowding::default() }
@@ -70,7 +74,9 @@ pub(super) fn edges(scene: &Scene, first: &[u32]) -> Vec<Edge> {
         let [a, b, c] = scene.corners(t);
         (b - a).cross(c - a).normalize_or_zero()
     };
-    Edges::of(scene.triangles.iter().map(|t| t.positions))
+    let mut all = Vec::with_capacity(3 * scene.triangles.len() / 2);
+    let edges = Edges::of(scene.triangles.iter().map(|t| t.positions));
+    let edges = edges
         .iter()
         .map(|sides| {
             let ends = sides[0].ends;
@@ -92,9 +98,9 @@ pub(super) fn edges(scene: &Scene, first: &[u32]) -> Vec<Edge> {
             };
             Edge { span: Span::Edge(ends), places, normals, faces, owners, seam }
         })
-        .filter(|e| e.places[0] != e.places[1] && !(is_flat(e.normals) && e.faces == [NONE; 2]))
-        .chain(crossings(scene))
-        .collect()
+        .filter(|e| e.places[0] != e.places[1] && !(is_flat(e.normals) && e.faces == [NONE; 2]));
+    all.extend(edges.chain(crossings(scene)));
+    all
 }
 
 /// Every crossing.

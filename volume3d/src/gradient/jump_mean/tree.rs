@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::edge::{Cone, Edge};
 use super::leaf::{LEAF, Leaf};
 use super::node::{Bounds, Frame, Node, Query};
-use super::parts::{halve, kinds};
+use super::parts::{Order, kinds};
 use crate::lanes::{Instructions, Lanes, Task, WIDTH, next};
 
 /// Edges in a hierarchy.
@@ -34,27 +34,32 @@ impl Tree {
         Self::of(edges, Bounds::from_everywhere)
     }
 
-    fn of(edges: Vec<Edge>, bounds: impl Fn(&[Edge]) -> Bounds + Copy) -> Self {
+    fn of(mut edges: Vec<Edge>, bounds: impl Fn(&[Edge]) -> Bounds + Copy) -> Self {
         let (low, high) = corners(edges.iter().flat_map(|e| e.places));
         let frame = Frame { middle: 0.5 * (low + high), unit: 1.0 / (high - low).max_element() };
-        let mut tree =
-            Self { nodes: vec![], leaves: vec![], edges, frame, instructions: Instructions::detect() };
-        let parts = kinds(&mut tree.edges, frame.unit);
-        if !parts.is_empty() {
-            tree.node(parts, bounds);
+        let parts = kinds(&mut edges, frame.unit);
+        let mut order = Order::of(&edges, frame.unit);
+        let plan = (!parts.is_empty()).then(|| Plan::new(&mut order, parts));
+        let edges = order.apply(&edges);
+        let instructions = Instructions::detect();
+        let mut tree = Self { nodes: vec![], leaves: vec![], edges, frame, instructions };
+        if let Some(plan) = plan {
+            tree.node(plan, bounds);
         }
         tree
     }
 
-    /// Appends a node of some edges, in parts, and all below it; returns its index.
-    fn node(&mut self, parts: Vec<Range<usize>>, bounds: impl Fn(&[Edge]) -> Bounds + Copy) -> u32 {
+    /// Appends a node, and all below it; returns its index.
+    fn node(&mut self, plan: Plan, bounds: impl Fn(&[Edge]) -> Bounds + Copy) -> u32 {
         let index = self.nodes.len();
-        let parts = self.split(parts);
-        let bounded = parts.iter().map(|part| bounds(&self.edges[part.clone()]));
+        let bounded = plan.children.iter().map(|(part, _)| bounds(&self.edges[part.clone()]));
         let node = Node::new(bounded, &self.frame);
         self.nodes.push(node);
-        for (lane, part) in parts.into_iter().enumerate() {
-            let child = if part.len() > LEAF { self.node(vec![part], bounds) } else { self.leaf(part) };
+        for (lane, (part, below)) in plan.children.into_iter().enumerate() {
+            let child = match below {
+                Some(below) => self.node(below, bounds),
+                None => self.leaf(part),
+            };
             self.nodes[index].child[lane] = child;
         }
         index as u32
@@ -64,19 +69,6 @@ impl Tree {
     fn leaf(&mut self, range: Range<usize>) -> u32 {
         self.leaves.push(Leaf::new(&self.edges[range.clone()], range.start));
         (self.leaves.len() - 1) as u32 | IS_LEAF
-    }
-
-    /// The same in up to eight parts, each half of one before it.
-    fn split(&mut self, mut parts: Vec<Range<usize>>) -> Vec<Range<usize>> {
-        while parts.len() < WIDTH {
-            let largest = (0..parts.len()).max_by_key(|&i| parts[i].len()).filter(|&i| parts[i].len() > LEAF);
-            let Some(largest) = largest else { break };
-            let part = parts[largest].clone();
-            let middle = part.start + halve(&mut self.edges[part.clone()], self.frame.unit);
-            parts[largest] = part.start..middle;
-            parts.insert(largest + 1, middle..part.end);
-        }
-        parts
     }
 
     /// All edges, in the order of the hierarchy.
@@ -100,6 +92,36 @@ impl Tree {
             }
         }
     }
+}
+
+/// What is below a node: parts of all edges, with what is below them unless they are leaves.
+struct Plan {
+    children: Vec<(Range<usize>, Option<Plan>)>,
+}
+
+impl Plan {
+    /// Of parts of edges, which are put in order.
+    fn new(order: &mut Order, parts: Vec<Range<usize>>) -> Self {
+        let parts = split(order, parts);
+        let below = |part: Range<usize>| {
+            let plan = (part.len() > LEAF).then(|| Self::new(order, vec![part.clone()]));
+            (part, plan)
+        };
+        Self { children: parts.into_iter().map(below).collect() }
+    }
+}
+
+/// The same in up to eight parts, each half of one before it.
+fn split(order: &mut Order, mut parts: Vec<Range<usize>>) -> Vec<Range<usize>> {
+    while parts.len() < WIDTH {
+        let largest = (0..parts.len()).max_by_key(|&i| parts[i].len()).filter(|&i| parts[i].len() > LEAF);
+        let Some(largest) = largest else { break };
+        let part = parts[largest].clone();
+        let middle = order.halve(part.clone());
+        parts[largest] = part.start..middle;
+        parts.insert(largest + 1, middle..part.end);
+    }
+    parts
 }
 
 /// How far a query has come.
