@@ -3,8 +3,9 @@
 use glam::DVec3;
 use tests::comparison::Estimate;
 use tests::effort::{pick, thorough};
-use tests::space::campaign::{Known, Sampler, student, warped};
+use tests::space::campaign::{Known, Sampler, warped};
 use tests::space::scenes::Moving;
+use tests::statistics::student;
 use volume3d::gradient::{
     ActiveParameters, EdgeSampling, FiniteDifference, GradientError, Pilot, Progress, Tangent, WarpedArea,
     render,

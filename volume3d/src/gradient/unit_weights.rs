@@ -119,9 +119,9 @@ impl UnitWeights {
         if even.is_none() {
             return sums.len();
         }
-        for class in 1..sums.len() {
-            for k in 0..K {
-                sums[0][k] += sums[class][k];
+        if let Some((first, rest)) = sums.split_first_mut() {
+            for sum in rest {
+                first.iter_mut().zip(sum).for_each(|(first, own)| *first += *own);
             }
         }
         1

@@ -14,6 +14,7 @@ use crate::scene::Surface;
 
 /// The random numbers of the paths of a wave.
 #[derive(Clone)]
+#[expect(clippy::large_enum_variant, reason = "one a wave, on the stack")]
 pub(super) enum LaneDraws<'d> {
     /// Of all of them.
     Alike(Draws<'d>),

@@ -140,8 +140,9 @@ fn sheaves_meet_what_their_rays_meet() {
                     .filter(|&at| sheaf.members >> at & 1 == 1 && test(at))
                     .fold(0, |m, at| m | 1 << at)
             };
-            let target = Some(2 + u32::from(round % 2 == 0));
-            let towards = Sheaf { target: [target.unwrap_or(Sheaf::NONE); Sheaf::MOST], ..sheaf(&rays) };
+            let own = 2 + u32::from(round % 2 == 0);
+            let target = Some(own);
+            let towards = Sheaf { target: [own; Sheaf::MOST], ..sheaf(&rays) };
             let alike = rays.map(|ray| Ray { direction: common, far: f64::INFINITY, ..ray });
             let parallel = sheaf(&alike);
             let goal = Goal { point: end, distances: &distances };
