@@ -280,9 +280,16 @@ impl Estimator {
                     let times = best.expected_squared_error / other.expected_squared_error;
                     text +=
                         &format!("; its squared error should be {times:.2} times that of {}", other.method);
+                    if times > 1.0 {
+                        text += if other.is_complete {
+                            ", which is within what a pilot of so few samples can tell"
+                        } else {
+                            ", which is not chosen as it saw no light jump at a kind of curve, and the trials of both disagree"
+                        };
+                    }
                 }
                 [_] => {
-                    text += "; edge sampling was no candidate: it is one where all materials are diffuse and nothing touches a light";
+                    text += "; edge sampling was no candidate: it is one where all materials are diffuse, no light has a texture, and nothing passes through a light or covers part of one";
                 }
                 _ => {}
             }
