@@ -152,7 +152,8 @@ fn shadows_of_what_touches_a_lamp() {
     }
     // More triangles than directions are drawn to one by one.
     let known = scenes(&GAPS, Shape::Plate, (1.0, 6), DVec3::ZERO);
-    judge(&mut power, "edge sampling, many lamps", &known, |k, half| k.estimate(half, &edges()));
+    let more = EdgeSampling { secondary: 3 * edges().secondary, ..edges() };
+    judge(&mut power, "edge sampling, many lamps", &known, |k, half| k.estimate(half, &more));
     // Towards lamps a softened field is 0: that is edge sampling again, but for points that slide with the film's field.
     let known = scenes(&GAPS, Shape::Plate, (0.1, 1), DVec3::new(0.02, 0.01, 0.03));
     judge(&mut power, "softened, over a ground that moves", &known, |k, half| k.estimate(half, &softened()));

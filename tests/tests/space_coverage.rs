@@ -115,7 +115,7 @@ fn transposes(materials: bool) {
 fn stated_standard_errors_are_what_repetitions_show() {
     let mut ratios = Moments::new();
     for k in GENERIC.iter() {
-        let runs: Vec<_> = (0..2 * REPETITIONS)
+        let runs: Vec<_> = (0..4 * REPETITIONS)
             .map(|seed| k.run(&WarpedArea { samples: 32, seed, ..WarpedArea::default() }))
             .collect();
         let (mut stated, mut shown) = (0.0, 0.0);

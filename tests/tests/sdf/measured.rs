@@ -96,7 +96,7 @@ fn grids_must_be_smooth() {
     smooth.assert_right(
         &mut power,
         "bicubic grid, Bangaru",
-        &smooth.traced(36_000, &BangaruField::default()),
+        &smooth.traced(46_000, &BangaruField::default()),
     );
     if thorough() {
         let vicini = ViciniField::default();

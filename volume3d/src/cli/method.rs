@@ -289,7 +289,7 @@ impl Estimator {
                     }
                 }
                 [_] => {
-                    text += "; edge sampling was no candidate: it is one where all materials are diffuse, no light has a texture, and nothing passes through a light or covers part of one";
+                    text += "; edge sampling was no candidate: it is one where all materials are diffuse";
                 }
                 _ => {}
             }

@@ -1,8 +1,8 @@
-//! Directions in which an edge of two triangles is a silhouette before an emitter.
+//! Directions in which an edge is a silhouette before an emitter.
 //!
-//! About an edge such directions fill two opposite wedges, and emitters that are seen past it lie in them with the
-//! part of each of their triangles that is between two planes through the edge. One draws a plane, and a point of
-//! the segment in which it cuts the triangle: no direction is drawn in vain.
+//! About an edge of two triangles such directions fill two opposite wedges; about a border they are all directions. Emitters that are seen past the
+//! edge lie in them with the part of each of their triangles that is between two planes through the edge. Far from a triangle one draws a point
+//! of that part, near to it a plane and a direction to the segment in which the plane cuts the triangle: no direction is drawn in vain.
 
 use std::f64::consts::{PI, TAU};
 

@@ -29,7 +29,6 @@ use rand::Rng as _;
 pub use self::method::Method;
 pub use self::survey::Survey;
 use self::survey::{Seen, softened};
-use super::warped_area::shadows_are_curves;
 use super::{ActiveParameters, EdgeSampling, GradientError, Progress, Tangent, WarpedArea};
 use crate::Image;
 use crate::scene::{Bsdf, Scene};
@@ -196,8 +195,7 @@ impl Pilot {
             ..EdgeSampling::default()
         });
         let softened = Some(trial(softened)?);
-        let edges =
-            if shadows_are_curves(scene) && reflects_widely(scene) { Some(trial(edges)?) } else { None };
+        let edges = if reflects_widely(scene) { Some(trial(edges)?) } else { None };
         Ok(Survey { smooth, softened, edges, views: 1, seed })
     }
 

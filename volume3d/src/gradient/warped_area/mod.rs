@@ -19,7 +19,6 @@ use std::sync::Arc;
 
 use flatland::warp::{Debias, Warp};
 use glam::DVec3;
-pub(super) use shadows::are_curves as shadows_are_curves;
 
 use super::CONTROL_VARIATE;
 use super::accumulator::Sums;
