@@ -103,7 +103,7 @@ fn so_they_are_among_meshes() {
 /// By the field of Bangaru et al. (2022): before the sky, over a floor that it shades, shading itself, and behind a mesh.
 #[test]
 fn all_points_follow_them_as_well() {
-    let behind = Moving { effort: 12, ..scenes::behind_a_mesh() };
+    let behind = Moving { effort: 20, ..scenes::behind_a_mesh() };
     let cases = vec![scenes::silhouette(), scenes::over_a_floor(2), scenes::union(), behind];
     accept("space_implicit::all_points_follow_them_as_well", cases, 128, all_points);
 }

@@ -23,6 +23,9 @@ const MANY: usize = 64;
 /// what is farther away is found by directions towards it, whatever the distance.
 const TOUCHING: f64 = 1e4;
 
+/// What light counts at least in the choice of edges, however faint.
+const FAINT: f64 = 0.01;
+
 /// Pieces of edges beside an emitter are no longer than this part of it.
 const PART: f64 = 0.25;
 
@@ -62,6 +65,8 @@ pub(super) struct Bodies {
 pub(super) struct Contact {
     pub(super) shapes: Vec<u32>,
     pub(super) directions: Directions,
+    /// The radiance of the brightest of them, of that of the brightest emitter; not less than [`FAINT`].
+    pub(super) brightness: f64,
 }
 
 impl Bodies {
@@ -129,7 +134,12 @@ impl Bodies {
             (None, Some(normal)) => Directions::Front(normal),
             (None, None) => Directions::All,
         };
-        Some(Contact { shapes, directions })
+        let radiance =
+            |shape: u32| scene.description.shapes[shape as usize].radiance.map_or(0.0, DVec3::max_element);
+        let brightest = |shapes: &mut dyn Iterator<Item = u32>| shapes.map(radiance).fold(0.0, f64::max);
+        let all = brightest(&mut self.bodies.iter().map(|body| body.shape));
+        let brightness = (brightest(&mut shapes.iter().copied()) / all).max(FAINT);
+        Some(Contact { shapes, directions, brightness })
     }
 
     /// How many triangles of a shape have a normal.

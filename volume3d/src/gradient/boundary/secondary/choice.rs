@@ -1,6 +1,6 @@
 //! Which edges are drawn, and in which directions through their points.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_1_PI, PI, TAU};
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -113,8 +113,12 @@ impl Secondary<'_> {
             return 0.0;
         }
         if stretch.of == Of::Contact {
-            let contact = stretch.contact.map(|contact| &self.contacts[contact as usize]);
-            return contact.map_or(0.0, |contact| 0.5 * contact.directions.whole());
+            let Some(contact) = stretch.contact.map(|contact| &self.contacts[contact as usize]) else {
+                return 0.0;
+            };
+            // Others count by their solid angle where that is known, and else by how often they are silhouettes.
+            let scale = if self.targets.is_some() { 0.5 } else { 0.25 * FRAC_1_PI * contact.brightness };
+            return scale * contact.directions.whole();
         }
         let (ends, except) = (stretch.ends(edge.span(scene)), self.touched(stretch));
         if let Some(targets) = &self.targets {
