@@ -215,7 +215,7 @@ fn scenes_of_any_size_and_anywhere() {
 }
 
 /// Samples a pixel in each run.
-const SIZED: usize = 192;
+const SIZED: usize = 256;
 
 /// A camera within a mesh, a lamp that stands on the floor, a view along the floor: finite differences agree.
 #[test]

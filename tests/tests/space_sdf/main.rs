@@ -109,7 +109,7 @@ fn smooth_shapes() {
     let mut power = Power::of("space_sdf::smooth_shapes");
     let cases = [sphere(Outputs::Film), sphere(receiver()), union(Outputs::Film, 0.5)];
     for case in cases {
-        case.accept(&mut power, "Vicini", &vicini(), pick(200_000, 2_000_000));
+        case.accept(&mut power, "Vicini", &vicini(), pick(300_000, 2_000_000));
         case.accept(&mut power, "Bangaru", &BangaruField::default(), pick(300_000, 2_000_000));
     }
 }

@@ -6,8 +6,7 @@
 //!
 //! In a direction that is held still a point after a bounce slides by 1/cos of the angle at which it is met: from the camera the mean
 //! square of that diverges beside contact. Of edge sampling these points are traced from the emitter's edge
-//! ([`reflected_outlines`](super::reflected_outlines)), as are first points that are nearer to the edge than it is long, and the other first
-//! points alone from the camera.
+//! ([`reflected_outlines`](super::reflected_outlines)), and the first points alone from the camera.
 
 use flatland::calculus::Vec3;
 use glam::DVec3;
@@ -41,12 +40,6 @@ pub(super) enum Of {
     /// Those of emitters that are not flat, and what each emits itself: borders of flat ones are integrals of their own, and what an
     /// emitter hides of another is that one's shadow.
     Curved,
-}
-
-/// Whether a point is so near to an edge of this length that paths are traced from the edge ([`super::reflected_outlines`]): from the camera the
-/// mean square of 1/t² diverges beside contact.
-pub(super) fn is_near(distance: f64, length: f64) -> bool {
-    distance <= length
 }
 
 /// An edge of an emitter as the last shading point of a path sees it.
@@ -117,9 +110,6 @@ impl<'a> Emitters<'a> {
         let length = a.distance(b);
         let way = a.lerp(b, chosen.rest) - x.position;
         let distance = way.length();
-        if self.of == Of::All && is_near(distance, length) {
-            return None;
-        }
         let direction = way / distance;
         let reflected = shading.evaluate(Vec3::constant(direction)).value();
         if reflected == DVec3::ZERO {

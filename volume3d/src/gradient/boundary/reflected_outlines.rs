@@ -1,4 +1,4 @@
-//! The edges of emitters themselves, as points of paths see them that are near, or after a bounce or more: traced from the emitter.
+//! The edges of emitters themselves, as points of paths see them after a bounce or more: traced from the emitter.
 //!
 //! The terms are those of [`secondary`](super::secondary): with x the shading point and x_B, at arc length s, the point of the edge that
 //! is seen in direction ω,
@@ -21,7 +21,6 @@ use glam::DVec3;
 
 use super::directions::Directions;
 use super::driver::{Address, Boundary, BoundarySample};
-use super::emitters::is_near;
 use super::list::{Edge, EdgeList};
 use super::sensor::{CameraSubpath, Sensor, Vertex};
 use super::sides::{Sides, aside, look_past, near};
@@ -62,8 +61,6 @@ struct View<'e> {
     found: f64,
     /// cos θ/t² over the density of points of edges.
     measure: f64,
-    /// Whether the point is near to the edge.
-    is_near: bool,
     sides: Option<Sides>,
 }
 
@@ -74,7 +71,7 @@ impl<'a> ReflectedOutlines<'a> {
         let emits = |shape: u32| scene.description.shapes[shape as usize].radiance.is_some();
         let outline = |i: u32| {
             let edge = &list.edges[i as usize];
-            let counts = limit > 1 && edge.shapes.into_iter().any(emits) && list.may_jump(scene, edge);
+            let counts = limit > 2 && edge.shapes.into_iter().any(emits) && list.may_jump(scene, edge);
             counts.then(|| Outline { edge: i, directions: directions(paths, list, edge), across: None })
         };
         let mut outlines: Vec<Outline> = (0..list.edges.len() as u32).filter_map(outline).collect();
@@ -111,8 +108,7 @@ impl<'a> ReflectedOutlines<'a> {
         // Per length.
         let density = self.table.weight(which) / (self.table.total() * a.distance(b));
         let found = outline.directions.density(direction) * projected;
-        let is_near = is_near(distance, a.distance(b));
-        Some(View { edge, along, direction, normal, found, measure: projected / density, is_near, sides })
+        Some(View { edge, along, direction, normal, found, measure: projected / density, sides })
             .filter(|view| view.found > 0.0)
     }
 
@@ -146,8 +142,8 @@ impl<'a> ReflectedOutlines<'a> {
             // The same for both.
             let mut backwards = address.numbers(BACKWARDS);
             self.sensor.each_subpath(x, view.direction, self.longest, &mut backwards, |subpath| {
-                // Other first points are seen from the camera.
-                if subpath.vertices.len() > 1 || view.is_near {
+                // First points are seen from the camera.
+                if subpath.vertices.len() > 1 {
                     found(&subpath, &view, light * subpath.weight);
                 }
             });
