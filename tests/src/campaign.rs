@@ -278,12 +278,12 @@ impl Verdict {
         );
     }
 
-    /// Asserts that it passes and says what could have been noticed; that it could have been is proved by the same
-    /// estimates less [`NOTICED`], which must not pass.
+    /// Asserts that it passes and says what could have been noticed; that it could have been is proved by a
+    /// slope with the same error that is short by [`NOTICED`], which must not pass.
     pub fn accept(&self, power: &mut Power, name: &str, limits: Limits) {
         self.print(name, limits);
         assert!(self.passes(limits), "{name} is biased: {self:?}");
-        let less = self.slope.scaled(1.0 - NOTICED);
+        let less = Estimate { mean: 1.0 - NOTICED, ..self.slope };
         assert!(!has_slope_1(less, limits), "{name} would pass with a bias of {NOTICED}: {self:?}");
         self.tell(power, name, limits);
     }

@@ -68,14 +68,14 @@ impl Comparison {
         println!("{label}: {found:?} for {reference:?}, z {z:.2}, rejects {:.2e}", self.tolerance() / scale);
     }
 
-    /// Asserts that they agree, and that they would not if what is found were short of the bias that must be
+    /// Asserts that they agree, and that an estimate with the same error would not that is short by the bias that must be
     /// [noticed](Power::noticed). What could have been noticed is measured by `scale`: the reference, or what cancels in it.
     pub fn accept(&self, power: &mut Power, label: &str, scale: f64) {
         self.print(label, scale);
         assert!(self.agrees(), "{label}: {self:?}");
         let noticed = power.noticed();
         let bias = (noticed * scale.abs()).copysign(self.reference.mean);
-        let less = Self { found: Estimate { mean: self.found.mean - bias, ..self.found }, ..*self };
+        let less = Self { found: Estimate { mean: self.reference.mean - bias, ..self.found }, ..*self };
         assert!(!less.agrees(), "{label} would pass with a bias of {noticed}: {self:?}");
         power.add(label, self.tolerance(), scale);
     }

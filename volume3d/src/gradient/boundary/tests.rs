@@ -229,7 +229,7 @@ fn samples_that_are_not_finite_are_reported() {
     d.shapes[2].radiance = Some(DVec3::splat(0.9 * f64::MAX));
     let scene = Scene::new(d).unwrap();
     let mut change = Tangent::still(&scene);
-    change.translate(&scene, 1, DVec3::new(0.7, 0.3, -0.4));
+    change.translate(&scene, 1, DVec3::new(7e5, 3e5, -4e5));
     let method =
         EdgeSampling { samples: 4, primary: 16, secondary: 64, bounces: 64, seed: 0, allow_missing: vec![] };
     let motion = Motion::new(&scene, &change);
