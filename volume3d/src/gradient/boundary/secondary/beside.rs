@@ -29,6 +29,11 @@ const FAINT: f64 = 0.01;
 /// Pieces of edges beside an emitter are no longer than this part of it.
 const PART: f64 = 0.25;
 
+/// The same of a shape of many triangles. Its light is looked for from all sides past pieces that are nearer to the ball around it than a part of its
+/// radius; pieces that are farther away are nowhere on it.
+const PART_OF_BALL: f64 = 0.0625;
+const NEAR: f64 = 0.1;
+
 /// A triangle that emits, or the ball around a shape that does.
 #[derive(Clone, Debug)]
 struct Body {
@@ -44,6 +49,14 @@ enum Form {
 }
 
 impl Body {
+    /// Pieces beside it are no longer than this part of it.
+    fn part(&self) -> f64 {
+        match self.form {
+            Form::Triangle { .. } => PART,
+            Form::Ball(_) => PART_OF_BALL,
+        }
+    }
+
     fn distance(&self, x: DVec3) -> f64 {
         match &self.form {
             Form::Triangle { corners, .. } => x.distance(closest_point(x, corners)),
@@ -93,8 +106,9 @@ impl Bodies {
         piece: &mut impl FnMut(Range<f64>, [DVec3; 2]),
     ) {
         let (length, middle) = (ends[0].distance(ends[1]), ends[0].midpoint(ends[1]));
-        let is_long =
-            |body: &Body| body.size > 0.0 && length > PART * body.size && length > body.distance(middle);
+        let is_long = |body: &Body| {
+            body.size > 0.0 && length > body.part() * body.size && length > body.distance(middle)
+        };
         if self.bodies.iter().any(is_long) {
             let (half, place) = (0.5 * (along.start + along.end), middle);
             self.cut(along.start..half, [ends[0], place], piece);
@@ -155,7 +169,11 @@ impl Bodies {
             }
             Form::Ball(_) => true,
         };
-        lies_on && body.distance(ends[0].midpoint(ends[1])) <= body.size
+        let near = match body.form {
+            Form::Triangle { .. } => body.size,
+            Form::Ball(_) => NEAR * body.size,
+        };
+        lies_on && body.distance(ends[0].midpoint(ends[1])) <= near
     }
 }
 
