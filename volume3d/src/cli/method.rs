@@ -284,7 +284,7 @@ impl Estimator {
                         text += if other.is_complete {
                             ", which is within what a pilot of so few samples can tell"
                         } else {
-                            ", which is not chosen as it saw no light jump at a kind of curve, and the trials of both disagree"
+                            ", which is not chosen as its trial saw no light jump at one kind of curve"
                         };
                     }
                 }

@@ -72,8 +72,8 @@ pub struct Candidate {
     /// What part of it is the area's, that of curves on the film, that of curves before lights that shading points see, and that of
     /// curves before all else.
     pub shares: [f64; 4],
-    /// Whether the pilot saw light jump at every kind of curve that it sampled, or its trials of both methods agree. If not, the expected error lacks
-    /// what was not seen, and the method is not chosen.
+    /// Whether the pilot saw light jump at every kind of curve that it sampled. If not, the expected error lacks what was not seen, and the method
+    /// is not chosen.
     pub is_complete: bool,
 }
 
@@ -176,8 +176,8 @@ impl Pilot {
         }
         let (seed, (few, curves)) = (self.own_seed(), self.few());
         let trial = |method: Method| -> Result<Seen, GradientError> {
-            let trial = method.forward(scene, change, progress)?;
-            Ok(Seen::of(scene, method, &trial, (few, curves), weights))
+            let noise = method.forward(scene, change, progress)?.noise;
+            Ok(Seen::of(scene, method, &noise, (few, curves), weights))
         };
         let softened = Method::WarpedArea(WarpedArea {
             samples: few,

@@ -10,8 +10,8 @@ use crate::Image;
 use crate::gradient::allocation::{Allocation, SIDE};
 use crate::gradient::film::FilmPlane;
 use crate::gradient::groups::GROUPS;
-use crate::gradient::result::Kind;
-use crate::gradient::{EdgeSampling, Field, GradientImage, WarpedArea};
+use crate::gradient::result::{Kind, Noise};
+use crate::gradient::{EdgeSampling, Field, WarpedArea};
 use crate::scene::Scene;
 
 /// What a sample of a curve takes beyond the rays and means over jumps that are counted, in rays.
@@ -33,9 +33,6 @@ const MEASURED: f64 = 1.0 / 64.0;
 /// what is rare there is what exact lobes see at bounces. (In a closed box, where the field was expected to err 1.16 to 1.25 times as much as edge
 /// sampling, it erred twice as much.)
 const DOUBT: f64 = 0.25;
-/// Trials of two unbiased methods are apart by the sum of their variances on average. A part of the gradient that one of them misses and whose square
-/// is as large as that sum makes it twice as much.
-const LIKELY: f64 = 2.0;
 /// Samples of the area are spread unevenly if there are so many: twice as many as the least.
 const SPREAD: usize = 2 * GROUPS;
 /// Enough to tell what spreading them is worth.
@@ -73,9 +70,6 @@ pub(super) struct Seen {
     deep: bool,
     /// Of one view, if samples may be spread over its film.
     film: Option<OnFilm>,
-    /// The gradient of the trial, as it is counted, and the sum of the variances that it states.
-    gradient: Vec<DVec3>,
-    stated: f64,
 }
 
 /// Where on the film samples of the area scatter, and what spreading them by it is worth.
@@ -89,15 +83,14 @@ struct OnFilm {
 }
 
 impl Seen {
-    /// From a trial with so many samples of the area and of curves; pixels count by the squares of weights.
+    /// From the noise of a trial with so many samples of the area and of curves; pixels count by the squares of weights.
     pub(super) fn of(
         scene: &Scene,
         method: Method,
-        trial: &GradientImage,
+        noise: &Noise,
         (few, curves): (usize, usize),
         weights: Option<&Image>,
     ) -> Self {
-        let noise = &trial.noise;
         let on_film = weighted(&noise.area, weights);
         let area = few as f64 * on_film.iter().sum::<f64>();
         // There is a ray at least; cells without a sample have none.
@@ -124,25 +117,14 @@ impl Seen {
             variances: on_film,
             costs: by_cell,
         });
-        let weight = |i: usize| weights.map_or(DVec3::ONE, |weights| weights.pixels[i]);
-        let gradient = trial.gradient.pixels.iter().enumerate().map(|(i, g)| *g * weight(i)).collect();
-        let stated = area / few as f64 + variances[1..].iter().sum::<f64>() / curves as f64;
-        Self { method, few: (few, curves), variances, costs, powers, deep, film, gradient, stated }
-    }
-
-    /// Whether the trials of two methods are as far apart as their noise says: then no method misses what the other finds, as far as they can tell.
-    fn agrees_with(&self, other: &Self) -> bool {
-        let apart: f64 =
-            self.gradient.iter().zip(&other.gradient).map(|(a, b)| (*a - *b).length_squared()).sum();
-        apart <= LIKELY * (self.stated + other.stated)
+        Self { method, few: (few, curves), variances, costs, powers, deep, film }
     }
 
     /// With what was seen of other views, which makes the same split for all of them.
     fn and(self, other: &Self) -> Self {
         let both = |a: [f64; PARTS], b: [f64; PARTS]| std::array::from_fn(|i| a[i] + b[i]);
         let (variances, costs) = (both(self.variances, other.variances), both(self.costs, other.costs));
-        let gradient = [&self.gradient[..], &other.gradient].concat();
-        Self { variances, costs, film: None, gradient, stated: self.stated + other.stated, ..self }
+        Self { variances, costs, film: None, ..self }
     }
 
     /// The cost of what was seen.
@@ -298,7 +280,7 @@ impl Pilot {
         };
         // In a large world, of which the film shows a small part, few edges are found by chance.
         let doubt = if edges.deep { 0.0 } else { DOUBT * (FEWEST as f64 / edges.few.0 as f64).sqrt() };
-        let seen = edges.is_whole() || edges.agrees_with(softened);
+        let seen = edges.is_whole();
         let edges = Candidate { is_complete: seen, ..candidate(edges) };
         let better = seen && edges.expected_squared_error < (1.0 - doubt) * warped.expected_squared_error;
         let candidates = if better { vec![edges, warped] } else { vec![warped, edges] };

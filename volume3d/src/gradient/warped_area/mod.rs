@@ -80,7 +80,7 @@ pub struct WarpedArea {
     /// What follows the silhouettes of implicit surfaces in means over jumps.
     pub implicit: ImplicitField,
     /// Auxiliary rays and their weights, on the film and on directions alike, for [`Field::AuxiliaryRays`].
-    /// With [`Debias::RussianRoulette`](flatland::warp::Debias::RussianRoulette), the published debiasing, whose variance is infinite, it is unbiased by
+    /// With [`Debias::RussianRoulette`], the published debiasing, whose variance is infinite, it is unbiased by
     /// what is proved and tested in the plane and in flat worlds; no test of it is in space.
     pub warp: Warp,
     /// The concentrations of auxiliary rays, and with them the reach of the mean over jumps on directions.
