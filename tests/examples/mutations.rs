@@ -36,7 +36,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// What the tests of a mutation say.
+/// Result of running a mutation's tests.
 struct Outcome {
     number: usize,
     /// The tests that failed.

@@ -32,15 +32,15 @@ pub const VARIABLE: &str = "MUTATION";
 pub struct Mutation {
     /// Its name: short, of words joined by hyphens.
     pub name: String,
-    /// What is wrong, in one sentence without a full stop.
+    /// The mistake, as one sentence without a full stop.
     pub what: String,
     /// The source file, from the root of the workspace.
     pub file: String,
     /// The code around it, with what is replaced between ⟨ and ⟩.
     pub code: String,
-    /// What replaces it.
+    /// The replacement text.
     pub becomes: String,
-    /// Which tests must fail: a package, `--lib` or `--test` with a name, and filters of names.
+    /// Tests that must fail: package, `--lib` or `--test NAME`, then name filters.
     pub tests: Vec<String>,
 }
 
@@ -58,7 +58,7 @@ pub fn root() -> PathBuf {
 /// All mutations, file by file in the order of their names.
 ///
 /// # Errors
-/// Which file cannot be read, or which name is not unique.
+/// An error names the file that cannot be read, or the duplicate name.
 pub fn all() -> Result<Vec<Mutation>, String> {
     let folder = root().join("tests/mutations");
     let entries = std::fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
@@ -79,7 +79,7 @@ pub fn all() -> Result<Vec<Mutation>, String> {
     Ok(all)
 }
 
-/// Where a mutation is in its file, and what it does there.
+/// Position of a mutation in its file, with its replacement.
 #[derive(Clone, Debug)]
 struct Patch {
     number: usize,
@@ -106,7 +106,7 @@ fn dense(text: &str) -> (String, Vec<usize>) {
 }
 
 impl Mutation {
-    /// Where what it replaces is in a source text.
+    /// Byte range of the replaced code in a source text.
     ///
     /// # Errors
     /// Why it does not apply.
