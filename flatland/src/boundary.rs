@@ -1,8 +1,9 @@
 //! The residual theorem: what a warp field leaves to the boundary.
 //!
-//! Let f(u; θ) be smooth but for jumps on curves Γ that move with velocity v, and let V be **any** field that is
-//! continuous, smooth but for curves and points, with |∇V| integrable, and vanishes where the domain ends, or f does. (For n = 2 it need not be
-//! continuous at single points, if it is bounded there; for n = 1 it must, as a jump is no more than a point.) Then
+//! Let f(u; θ) be smooth but for jumps on curves Γ that move with velocity v, and let V be **any** field that
+//! is continuous, smooth but for curves and points, with |∇V| integrable, and vanishes where the domain ends,
+//! or f does. (For n = 2 it need not be continuous at single points, if it is bounded there; for n = 1 it
+//! must, as a jump is no more than a point.) Then
 //!
 //! ```text
 //! d/dθ ∫ f du = ∫ ∂f/∂θ + ∇·(V f) du + ∮_Γ Δf (v − V)·ν dl,
@@ -10,10 +11,11 @@
 //!
 //! where ν is the normal of Γ and Δf the value of f on the side that ν leaves less that on the side it enters.
 //!
-//! *Proof.* By the Reynolds transport theorem the derivative is ∫ ∂f/∂θ du + ∮ Δf v·ν dl. By the divergence theorem in
-//! each set in which f is smooth, ∫ ∇·(V f) du = ∮ Δf V·ν dl, because V·ν is the same on both sides of Γ;
-//! for n = 2 the circle around a single point at which V is bounded but not continuous carries a flux that goes to 0 with its radius, as Δf V·ν is
-//! bounded; for n = 1 there is no such circle, and a jump of V there would carry Δ(V f). Their difference is what the theorem says. ∎
+//! *Proof.* By the Reynolds transport theorem the derivative is ∫ ∂f/∂θ du + ∮ Δf v·ν dl. By the divergence
+//! theorem in each set in which f is smooth, ∫ ∇·(V f) du = ∮ Δf V·ν dl, because V·ν is the same on both
+//! sides of Γ; for n = 2 the circle around a single point at which V is bounded but not continuous carries a
+//! flux that goes to 0 with its radius, as Δf V·ν is bounded; for n = 1 there is no such circle, and a jump
+//! of V there would carry Δ(V f). Their difference is what the theorem says. ∎
 //!
 //! Both families of methods are cases of it:
 //!

@@ -1,9 +1,10 @@
-//! Whether the tests notice mistakes: builds a copy of the workspace with all mutations of `tests/mutations` in it, each behind a switch,
-//! and runs for every one the tests that should fail. `cargo run --release -p tests --example mutations`
+//! Whether the tests notice mistakes: builds a copy of the workspace with all mutations of `tests/mutations`
+//! in it, each behind a switch, and runs for every one the tests that should fail. `cargo run --release -p
+//! tests --example mutations`
 //!
-//! The copy is in `target/mutations`. It is built once for all mutations that do not overlap, and tests run as
-//! `cargo test --release --workspace` runs them. Without a mutation they must pass; with it at least one must fail.
-//! The table of all is that of `tests/mutations/README.md`.
+//! The copy is in `target/mutations`. It is built once for all mutations that do not overlap, and tests run
+//! as `cargo test --release --workspace` runs them. Without a mutation they must pass; with it at least one
+//! must fail. The table of all is that of `tests/mutations/README.md`.
 //!
 //! - `NAME …`: these mutations alone; the table keeps the rows of the others
 //! - `--list`: says which there are, and whether they apply, and builds nothing

@@ -68,8 +68,9 @@ impl Comparison {
         println!("{label}: {found:?} for {reference:?}, z {z:.2}, rejects {:.2e}", self.tolerance() / scale);
     }
 
-    /// Asserts that they agree, and that an estimate with the same error would not that is short by the bias that must be
-    /// [noticed](Power::noticed). What could have been noticed is measured by `scale`: the reference, or what cancels in it.
+    /// Asserts that they agree, and that an estimate with the same error would not that is short by the bias
+    /// that must be [noticed](Power::noticed). What could have been noticed is measured by `scale`: the
+    /// reference, or what cancels in it.
     pub fn accept(&self, power: &mut Power, label: &str, scale: f64) {
         self.print(label, scale);
         assert!(self.agrees(), "{label}: {self:?}");

@@ -1,8 +1,9 @@
 //! Mutations of the two crates, and what becomes of their source files when all are built in at once.
 //!
-//! A mutation is a small mistake: a term short of 5 %, a density that is off, a kind of curve that is left out. They are
-//! listed in `tests/mutations`, each with the tests that must fail with it. None is in the code: the example `mutations`
-//! puts them into a copy of the workspace, where each is an alternative that the environment variable `MUTATION` switches on.
+//! A mutation is a small mistake: a term short of 5 %, a density that is off, a kind of curve that is left
+//! out. They are listed in `tests/mutations`, each with the tests that must fail with it. None is in the
+//! code: the example `mutations` puts them into a copy of the workspace, where each is an alternative that
+//! the environment variable `MUTATION` switches on.
 //!
 //! ```toml
 //! [[mutation]]
@@ -14,8 +15,9 @@
 //! tests = ["tests --test unbiased edge_sampling"]
 //! ```
 //!
-//! `code` must be in the file exactly once, whatever its white space. What is between ⟨ and ⟩ is an expression, or statements that
-//! end in a semicolon; `becomes` stands in its place, with `$` for what it was.
+//! `code` must be in the file exactly once, whatever its white space. What is between ⟨ and ⟩ is an
+//! expression, or statements that end in a semicolon; `becomes` stands in its place, with `$` for what it
+//! was.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -166,7 +168,8 @@ impl Batch {
         patches.into_iter().all(|patch| patch.range == *range || !overlaps(&patch.range))
     }
 
-    /// A file of the workspace as it is in the copy: with its mutations, and with the switch where that belongs.
+    /// A file of the workspace as it is in the copy: with its mutations, and with the switch where that
+    /// belongs.
     pub fn patched(&self, file: &str, source: &str) -> String {
         let mut patches = self.patches.get(file).cloned().unwrap_or_default();
         patches.sort_by_key(|patch| (patch.range.start, patch.number));

@@ -1,12 +1,12 @@
 //! What a statistical test can notice.
 //!
-//! A comparison rejects what is farther from its reference than it tolerates: so many standard errors, and all that it
-//! allows beside them. Relative to the reference, that is the smallest bias that it rejects, its power. A comparison
-//! counts only if that is at most [`NOTICED`], or less where a test [asks](Power::noticing) for it; a test that makes one that does not is itself
-//! a failure.
+//! A comparison rejects what is farther from its reference than it tolerates: so many standard errors, and
+//! all that it allows beside them. Relative to the reference, that is the smallest bias that it rejects, its
+//! power. A comparison counts only if that is at most [`NOTICED`], or less where a test
+//! [asks](Power::noticing) for it; a test that makes one that does not is itself a failure.
 //!
-//! A comparison may pool scenes: a slope over many says what all of them together would show of a bias that they share. What one scene alone shows
-//! is [said beside it](Power::by_scene), as a bias may be one scene's.
+//! A comparison may pool scenes: a slope over many says what all of them together would show of a bias that
+//! they share. What one scene alone shows is [said beside it](Power::by_scene), as a bias may be one scene's.
 //!
 //! Every statistical test prints one line, `power | test | comparisons | smallest bias | where`, which are the rows of
 //! the README's table of power: `UPDATE_README=1 cargo test --release --workspace -- --nocapture | cargo run --release

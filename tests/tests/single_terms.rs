@@ -1,7 +1,8 @@
-//! Terms of flatland's estimators in scenes of their own: many samples of one scene in which the term is most of the derivative.
+//! Terms of flatland's estimators in scenes of their own: many samples of one scene in which the term is most
+//! of the derivative.
 //!
-//! A slope over a hundred scenes tells a bias that they share. A tenth of one term is a hundredth of most scenes' derivatives: here it
-//! is a large part, and a bias of few percent of it is rejected.
+//! A slope over a hundred scenes tells a bias that they share. A tenth of one term is a hundredth of most
+//! scenes' derivatives: here it is a large part, and a bias of few percent of it is rejected.
 
 use flatland::estimator::transport::{self, EdgeChoice};
 use flatland::estimator::{AreaIntegral, Construction, EdgeSampling, Form, WarpedArea};
@@ -65,8 +66,8 @@ fn warped(samples: usize, construction: Construction) -> WarpedArea {
     WarpedArea { samples, construction, ..WarpedArea::default() }
 }
 
-/// The terms of the plane: what changes within shapes, the three of ∇·(V h f), the flux through the edges of box pixels, points of edges, and
-/// what a softened field leaves to them.
+/// The terms of the plane: what changes within shapes, the three of ∇·(V h f), the flux through the edges of
+/// box pixels, points of edges, and what a softened field leaves to them.
 #[test]
 fn terms_of_the_plane() {
     let mut power = Power::of("single_terms::terms_of_the_plane").noticing(0.025);
@@ -115,7 +116,8 @@ fn accept_flat(
     Comparison { found, reference, limit: suite_threshold(), slack: 0.0 }.accept(power, &label, k.exact);
 }
 
-/// The terms of flat worlds: jumps around surfaces and on the film, picked in both ways, and what softened fields leave of them.
+/// The terms of flat worlds: jumps around surfaces and on the film, picked in both ways, and what softened
+/// fields leave of them.
 #[test]
 fn terms_of_flat_worlds() {
     let mut power = Power::of("single_terms::terms_of_flat_worlds").noticing(0.08);

@@ -1,8 +1,9 @@
 //! Shadows of what touches a lamp, or nearly does, against Lambert's formula over clipped polygons.
 //!
-//! A plate hangs from a lamp, or a block stands under it, at gaps down to none, and moves along the lamp. The light that
-//! passes an edge near a lamp comes from all directions at once, and at no gap from the edge itself. So each scene has the
-//! slope by itself, and the standard error of one sample must not grow as the gap closes.
+//! A plate hangs from a lamp, or a block stands under it, at gaps down to none, and moves along the lamp. The
+//! light that passes an edge near a lamp comes from all directions at once, and at no gap from the edge
+//! itself. So each scene has the slope by itself, and the standard error of one sample must not grow as the
+//! gap closes.
 
 use flatland::plane::Filter;
 use glam::DVec3;
@@ -154,7 +155,8 @@ fn shadows_of_what_touches_a_lamp() {
     let known = scenes(&GAPS, Shape::Plate, (1.0, 6), DVec3::ZERO);
     let more = EdgeSampling { secondary: 3 * edges().secondary, ..edges() };
     judge(&mut power, "edge sampling, many lamps", &known, |k, half| k.estimate(half, &more));
-    // Towards lamps a softened field is 0: that is edge sampling again, but for points that slide with the film's field.
+    // Towards lamps a softened field is 0: that is edge sampling again, but for points that slide with the
+    // film's field.
     let known = scenes(&GAPS, Shape::Plate, (0.1, 1), DVec3::new(0.02, 0.01, 0.03));
     judge(&mut power, "softened, over a ground that moves", &known, |k, half| k.estimate(half, &softened()));
 }

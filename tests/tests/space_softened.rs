@@ -80,7 +80,8 @@ fn penumbras_are_unbiased() {
     let mut power = Power::of("space_softened::penumbras_are_unbiased");
     let method = softened(16, 0.4, 16, pick(64, 128));
     accept(&mut power, "softened, sampled shadows", &PENUMBRAS, &method);
-    // The softness is of the film, where nothing jumps here: what else there is are shadows that the field follows.
+    // The softness is of the film, where nothing jumps here: what else there is are shadows that the field
+    // follows.
     let followed = softened(pick(32, 64), 0.4, 16, 0);
     accept(&mut power, "softened, followed shadows", &PENUMBRAS, &followed);
     let still = WarpedArea { warps: false, ..method };

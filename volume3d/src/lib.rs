@@ -2,13 +2,14 @@
 //! derivatives.
 //!
 //! Fields of [auxiliary rays](gradient::Field::AuxiliaryRays) are those of [`flatland::warp`], with one more
-//! [`Domain`](flatland::warp::Domain), the [sphere](Sphere) of directions: weights, stencils and debiasing are
-//! unchanged, on the film and at every bounce. The default field, the [mean over jumps](gradient::Field::JumpMean), follows
-//! [`flatland::warp::JumpMean`] with great arcs in place of segments, clipped to what is before the face that is seen, and
-//! with the seams of curved surfaces, which yield to jumps: it lists the edges of meshes once, and takes
-//! their exact mean. Beside either field the borders of flat emitters and the sign changes of shading normals are sampled
-//! with the speed that the field leaves them, by the residual theorem of [`flatland::boundary`]. Implicit surfaces, [`sdf`], are
-//! rendered by sphere tracing, and join that mean by the points of their tracer ([`gradient::ImplicitField`]).
+//! [`Domain`](flatland::warp::Domain), the [sphere](Sphere) of directions: weights, stencils and debiasing
+//! are unchanged, on the film and at every bounce. The default field, the [mean over
+//! jumps](gradient::Field::JumpMean), follows [`flatland::warp::JumpMean`] with great arcs in place of
+//! segments, clipped to what is before the face that is seen, and with the seams of curved surfaces, which
+//! yield to jumps: it lists the edges of meshes once, and takes their exact mean. Beside either field the
+//! borders of flat emitters and the sign changes of shading normals are sampled with the speed that the field
+//! leaves them, by the residual theorem of [`flatland::boundary`]. Implicit surfaces, [`sdf`], are rendered
+//! by sphere tracing, and join that mean by the points of their tracer ([`gradient::ImplicitField`]).
 //!
 //! A scene is read from a file, [`io::load_scene`], or built:
 //!
@@ -85,17 +86,21 @@
 //! 0.5 s for 10⁶ on two cores (`cargo bench --bench crossing`), and about 300 bytes are kept for every pair of triangles that
 //! cross. Auxiliary rays look at the crossings of the triangle they hit one by one.
 //!
-//! Where a scene is does not matter: as of coordinates of a map, at 10⁹ of its sizes from the origin, images and gradients are those at the
-//! origin to the rounding of the coordinates that are given. The origin of computation is moved to the surfaces, exactly, and where a scene is itself so wide rays
-//! pass edges as far aside as its rounding asks for. Meshes whose shape that rounding has changed are told of:
-//! [`scene::Scene::coarse_meshes`]. Implicit surfaces should be placed ([`scene::Placement`]) and have small coordinates of their own.
+//! Where a scene is does not matter: as of coordinates of a map, at 10⁹ of its sizes from the origin, images
+//! and gradients are those at the origin to the rounding of the coordinates that are given. The origin of
+//! computation is moved to the surfaces, exactly, and where a scene is itself so wide rays pass edges as far
+//! aside as its rounding asks for. Meshes whose shape that rounding has changed are told of:
+//! [`scene::Scene::coarse_meshes`]. Implicit surfaces should be placed ([`scene::Placement`]) and have small
+//! coordinates of their own.
 //!
-//! Where surfaces cover one another in one plane, as a lamp drawn exactly on a ceiling, rounding decides which is seen:
-//! they may slide over one another, but where they part there are two one-sided derivatives and no other, what is found need be neither, and
-//! [`scene::Scene::parted_shapes`] tells. So it is with what stands on a face on an edge: [`scene::Scene::lifted_edges`]. The same holds where jumps of different velocities coincide along a whole
-//! curve: the two one-sided derivatives differ, and what is found is one of them or between them. So it is with a slab that
-//! slides over a table from where their sides are flush: [`scene::Scene::parted_edges`] tells of edges that lie upon one
-//! another in space. Those that are seen upon one another from one place only are not told of.
+//! Where surfaces cover one another in one plane, as a lamp drawn exactly on a ceiling, rounding decides
+//! which is seen: they may slide over one another, but where they part there are two one-sided derivatives
+//! and no other, what is found need be neither, and [`scene::Scene::parted_shapes`] tells. So it is with what
+//! stands on a face on an edge: [`scene::Scene::lifted_edges`]. The same holds where jumps of different
+//! velocities coincide along a whole curve: the two one-sided derivatives differ, and what is found is one of
+//! them or between them. So it is with a slab that slides over a table from where their sides are flush:
+//! [`scene::Scene::parted_edges`] tells of edges that lie upon one another in space. Those that are seen upon
+//! one another from one place only are not told of.
 //!
 //! What moves in an ideal mirror, behind a surface that light passes or a mask opens, before a bump or normal map, or under
 //! a light in one point or one direction, has no unbiased estimate by any warp here: if a shape or the camera moves in a

@@ -98,8 +98,8 @@ mod tests {
         Scene::new(DVec3::ZERO, vec![Shape::new(polygon, Shade::constant(DVec3::ONE))]).expect("a scene")
     }
 
-    /// Pixels on both sides of an edge on their border have the mean of both one-sided derivatives, by every method that samples; the exact
-    /// engine refuses. A millionth of a pixel away one of them has all.
+    /// Pixels on both sides of an edge on their border have the mean of both one-sided derivatives, by every
+    /// method that samples; the exact engine refuses. A millionth of a pixel away one of them has all.
     #[test]
     fn edges_on_pixel_borders_are_a_part_of_both() {
         let film = Film::new(8, 8, Filter::Box).expect("a film");

@@ -244,16 +244,17 @@ impl Film {
 
     /// How far from a pixel's border what lies on it may be by rounding, and a few hundred times as far.
     ///
-    /// A box filter jumps there: what an edge on a border takes from one pixel as it moves to one side, it takes from the other as it moves to
-    /// the other side. Sampled methods give both pixels the mean of the two one-sided derivatives, which is that of a border at
-    /// a random place within this of where it is.
+    /// A box filter jumps there: what an edge on a border takes from one pixel as it moves to one side, it
+    /// takes from the other as it moves to the other side. Sampled methods give both pixels the mean of the
+    /// two one-sided derivatives, which is that of a border at a random place within this of where it is.
     pub(crate) fn border(&self) -> f64 {
         let size = self.pixel * DVec2::new(f64::from(self.width as u32), f64::from(self.height as u32));
         let numbers = self.corner.abs().max((self.corner + size).abs()).max_element();
         1024.0 * f64::EPSILON * numbers.max(self.pixel)
     }
 
-    /// h_p(u) for a point of an edge, per unit area: on the border of box pixels it is a part of each of them.
+    /// h_p(u) for a point of an edge, per unit area: on the border of box pixels it is a part of each of
+    /// them.
     pub(crate) fn filter_share(&self, centre: DVec2, u: DVec2) -> f64 {
         if self.filter != Filter::Box {
             return self.filter_value(centre, u);

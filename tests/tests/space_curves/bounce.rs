@@ -1,8 +1,9 @@
 //! Light after a bounce: a lamp that only a ceiling sees lights a floor.
 //!
-//! With E the irradiance of the ceiling, the radiance of the floor at x is ρ/π ∫ ρ/π E(y) cos θ cos θ′/|x − y|² dy over what x sees of the
-//! ceiling. Where the lamp or what hides it from the ceiling moves, dE/dθ is exact, and its integral smooth. Where something hides the ceiling from
-//! x, that is the integral over a polygon whose corners move.
+//! With E the irradiance of the ceiling, the radiance of the floor at x is ρ/π ∫ ρ/π E(y) cos θ cos θ′/|x −
+//! y|² dy over what x sees of the ceiling. Where the lamp or what hides it from the ceiling moves, dE/dθ is
+//! exact, and its integral smooth. Where something hides the ceiling from x, that is the integral over a
+//! polygon whose corners move.
 
 use std::f64::consts::PI;
 

@@ -77,7 +77,8 @@ fn shadows_of_one_lamp() {
     case.reject("nothing is warped", &volume3d::gradient::WarpedArea { warps: false, ..exact_mean(8) });
 }
 
-/// So many triangles of lamps that directions are those of next-event estimation: all but one are faint, and below the floor.
+/// So many triangles of lamps that directions are those of next-event estimation: all but one are faint, and
+/// below the floor.
 #[test]
 fn shadows_of_many_lamps() {
     let places = (0..16).map(|i| [0.5 * f64::from(i % 4), 0.5 * f64::from(i / 4), -2.0]);

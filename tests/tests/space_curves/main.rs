@@ -1,8 +1,10 @@
-//! Every kind of curve by itself: scenes in which nearly all of the derivative is one boundary term, against closed forms and quadrature.
+//! Every kind of curve by itself: scenes in which nearly all of the derivative is one boundary term, against
+//! closed forms and quadrature.
 //!
-//! In scenes where many things move a term that is a tenth short may be a hundredth of the whole. Here a curve of one kind passes what the film
-//! shows, little else changes, and the reference has no noise: a bias of [`NOTICED`] of the one term is rejected, with few samples. By edge
-//! sampling and by softened fields, which sample the same curves, and by exact means over jumps, which follow them.
+//! In scenes where many things move a term that is a tenth short may be a hundredth of the whole. Here a
+//! curve of one kind passes what the film shows, little else changes, and the reference has no noise: a bias
+//! of [`NOTICED`] of the one term is rejected, with few samples. By edge sampling and by softened fields,
+//! which sample the same curves, and by exact means over jumps, which follow them.
 
 mod bounce;
 mod film;
@@ -18,7 +20,8 @@ use tests::statistics::student;
 use volume3d::gradient::{EdgeSampling, Field, GradientImage, Progress, Tangent, WarpedArea};
 use volume3d::scene::Scene;
 
-/// The relative bias that comparisons here must notice; of what is seen after a bounce, where few samples find a way to the film, more.
+/// The relative bias that comparisons here must notice; of what is seen after a bounce, where few samples
+/// find a way to the film, more.
 const NOTICED: f64 = 0.06;
 
 /// Independent runs of a method.

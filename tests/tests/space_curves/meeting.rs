@@ -1,7 +1,8 @@
-//! Two sheets that pass through one another, as a floor below them sees them: where they do, one ends and the other begins.
+//! Two sheets that pass through one another, as a floor below them sees them: where they do, one ends and the
+//! other begins.
 //!
-//! Both are lit evenly from below, and reflect the light of the sun as if they shone: the floor's irradiance is Lambert's formula over what
-//! each hides of the other.
+//! Both are lit evenly from below, and reflect the light of the sun as if they shone: the floor's irradiance
+//! is Lambert's formula over what each hides of the other.
 
 use std::f64::consts::PI;
 

@@ -1,8 +1,10 @@
-//! What smooth shading brings: where a surface turns its other side to the camera or to another surface, and the horizon of a face that turns.
+//! What smooth shading brings: where a surface turns its other side to the camera or to another surface, and
+//! the horizon of a face that turns.
 //!
-//! A lobe of light from one direction makes a surface of shading normal n bright by ρ/π E (n·d)₊, d being where the light comes from and E its
-//! irradiance times (coth κ − 1/κ), if none of the lobe is below the horizon. Which of ±n that is depends on the viewer, and jumps
-//! where n·ω = 0. Integrals are cut there, and derivatives are central differences of them.
+//! A lobe of light from one direction makes a surface of shading normal n bright by ρ/π E (n·d)₊, d being
+//! where the light comes from and E its irradiance times (coth κ − 1/κ), if none of the lobe is below the
+//! horizon. Which of ±n that is depends on the viewer, and jumps where n·ω = 0. Integrals are cut there, and
+//! derivatives are central differences of them.
 
 use std::f64::consts::PI;
 
@@ -98,7 +100,8 @@ fn cut(f: impl Fn(f64) -> f64, signs: &[&dyn Fn(f64) -> f64]) -> f64 {
     cuts.windows(2).map(|w| piece(w[0], w[1])).sum()
 }
 
-/// The mean of a function over [0, 1] by the midpoint rule: its derivative jumps where a curve leaves what is integrated over.
+/// The mean of a function over [0, 1] by the midpoint rule: its derivative jumps where a curve leaves what is
+/// integrated over.
 fn mean_of(parts: usize, f: impl Fn(f64) -> f64) -> f64 {
     (0..parts).map(|i| f((i as f64 + 0.5) / parts as f64)).sum::<f64>() / parts as f64
 }
@@ -256,8 +259,8 @@ fn sides_that_turn_before_a_wall() {
     case.reject("warped area without sign changes", &warped(1024, 0));
 }
 
-/// The upper face of a cube with normals as a ball's, and a lamp beside it that the plane of the face halves: light from below that plane is
-/// the cube's own shadow, though its shading normals would reflect it.
+/// The upper face of a cube with normals as a ball's, and a lamp beside it that the plane of the face halves:
+/// light from below that plane is the cube's own shadow, though its shading normals would reflect it.
 #[test]
 fn horizons_of_a_face() {
     let camera = Camera::look_at(DVec3::new(0.7, 4.0, 0.2), DVec3::new(0.6, 1.0, 0.1), DVec3::NEG_Z, 0.05);
@@ -318,8 +321,8 @@ fn above(polygon: &[DVec3], x: DVec3, up: DVec3) -> Vec<DVec3> {
     kept
 }
 
-/// That of a point of the upper face of the cube [−1, 1]³: interpolated over the face's triangles between the corners' own directions, which
-/// is the direction of the point itself, as it is linear.
+/// That of a point of the upper face of the cube [−1, 1]³: interpolated over the face's triangles between the
+/// corners' own directions, which is the direction of the point itself, as it is linear.
 fn shading_normal(x: DVec3) -> DVec3 {
     x.normalize()
 }

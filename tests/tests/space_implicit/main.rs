@@ -116,13 +116,14 @@ fn auxiliary_rays_follow_them_too() {
     accept("space_implicit::auxiliary_rays_follow_them_too", cases, 128, rays);
 }
 
-/// With softened silhouettes and sampled shadows of meshes: a quarter as many samples of those as of the area, and half as many of shadows.
+/// With softened silhouettes and sampled shadows of meshes: a quarter as many samples of those as of the
+/// area, and half as many of shadows.
 fn softened(samples: usize) -> WarpedArea {
     WarpedArea { samples, field: Field::softened(samples), ..WarpedArea::default() }
 }
 
-/// By softened fields, whose curves are those of meshes alone: silhouettes of meshes before implicit surfaces and behind them, shadows of each on
-/// the other, and a camera that moves.
+/// By softened fields, whose curves are those of meshes alone: silhouettes of meshes before implicit surfaces
+/// and behind them, shadows of each on the other, and a camera that moves.
 #[test]
 fn softened_fields_follow_both() {
     let cases = vec![
@@ -136,7 +137,8 @@ fn softened_fields_follow_both() {
     accept("space_implicit::softened_fields_follow_both", cases, pick(128, 160), softened);
 }
 
-/// The same where what bounces see is softened too: a cube that shades a ball from the sky, and a ball behind a cube.
+/// The same where what bounces see is softened too: a cube that shades a ball from the sky, and a ball behind
+/// a cube.
 #[test]
 fn so_they_do_at_bounces() {
     let bounced = |samples: usize| {

@@ -121,7 +121,8 @@ pub(crate) fn behind_a_mesh() -> Moving {
     Moving { effort: 8, ..translated("a ball behind a cube", description) }
 }
 
-/// A block that moves before a ball that moves otherwise, over a floor and under a lamp: each hides and shades the other.
+/// A block that moves before a ball that moves otherwise, over a floor and under a lamp: each hides and
+/// shades the other.
 pub(crate) fn block_beside_a_ball() -> Moving {
     let mut description = with(with_floor(in_the_dark(2)), [ball(0.5, 0.4, 0.9, 0.6)]);
     let block = placed(Mesh::cube(), DVec3::new(-0.1, -0.7, 1.2), 0.35, DQuat::from_rotation_z(0.5));

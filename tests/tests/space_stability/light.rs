@@ -1,5 +1,5 @@
-//! Light that arrives on a ground past a plate that moves, against Lambert's formula on clipped polygons; for lamps so small
-//! that they are points, against the motion of the edges of their shadow.
+//! Light that arrives on a ground past a plate that moves, against Lambert's formula on clipped polygons; for
+//! lamps so small that they are points, against the motion of the edges of their shadow.
 
 use std::f64::consts::PI;
 
@@ -156,8 +156,9 @@ impl Light {
         Row::new(name, Ok(scenes::direct(&scene)), None, Estimate::exact(derivative), right)
     }
 
-    /// The derivative of the sum of all pixels and channels in the light of a point of one unit of radiance times area: minus the light that
-    /// the edges of the plate's shadow sweep over. A point p of the plate has its shadow at P(p), on the line from the lamp.
+    /// The derivative of the sum of all pixels and channels in the light of a point of one unit of radiance
+    /// times area: minus the light that the edges of the plate's shadow sweep over. A point p of the plate
+    /// has its shadow at P(p), on the line from the lamp.
     fn edge_of_shadow(&self, lamp: DVec3) -> f64 {
         const NODES: usize = 400;
         let Some(plate) = self.plate() else { return 0.0 };
@@ -186,7 +187,8 @@ impl Light {
     }
 }
 
-/// The sum of the filters of all pixels where a point of the ground is seen, times the area of the film that an area there has.
+/// The sum of the filters of all pixels where a point of the ground is seen, times the area of the film that
+/// an area there has.
 fn weight(camera: &Camera, film: &Film, at: DVec3) -> f64 {
     let (d, scale) = (at - camera.origin, 0.5 * SIDE as f64 / (0.5 * camera.field_of_view).tan());
     let z = d.dot(camera.forward);

@@ -1,8 +1,8 @@
 //! Space at the extremes: a table that this test fills and the README shows.
 //!
-//! `UPDATE_README=1 WARPED_AREA_TESTS=thorough cargo test --release -p tests --test space_stability` writes it. Without, few runs
-//! hold the cells that are known to be right to what is exact, and the README to the rows there are. `ONLY=words` looks at the rows whose
-//! names contain these words, and prints them.
+//! `UPDATE_README=1 WARPED_AREA_TESTS=thorough cargo test --release -p tests --test space_stability` writes
+//! it. Without, few runs hold the cells that are known to be right to what is exact, and the README to the
+//! rows there are. `ONLY=words` looks at the rows whose names contain these words, and prints them.
 
 mod film;
 mod light;

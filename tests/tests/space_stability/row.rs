@@ -12,7 +12,8 @@ use volume3d::gradient::{
 };
 use volume3d::scene::Scene;
 
-/// Which cells of a row must be right: their slopes are 1 but for their errors, which are so small that a slope of 0 would be rejected.
+/// Which cells of a row must be right: their slopes are 1 but for their errors, which are so small that a
+/// slope of 0 would be rejected.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Right {
     pub(crate) image: bool,
@@ -79,7 +80,8 @@ impl Row {
         Self::new(name, Ok(moving), Some(Estimate::exact(image)), Estimate::exact(derivative), right)
     }
 
-    /// With a derivative by central differences at a step, which were measured before: [`Row::remeasure`] does it again.
+    /// With a derivative by central differences at a step, which were measured before: [`Row::remeasure`]
+    /// does it again.
     pub(crate) fn differences(
         name: impl Into<String>,
         moving: Result<Moving, String>,
@@ -193,8 +195,8 @@ impl Row {
                 <= 3.0 * stated.hypot(truth.standard_error) + ROUNDING * truth.mean.abs()
         };
         let covered = runs.iter().filter(covers).count();
-        // Eight groups: Student's distribution with seven degrees of freedom is beyond 3 in one run of 50. Of one sample a pixel there are two
-        // groups at most, of which no error can be told.
+        // Eight groups: Student's distribution with seven degrees of freedom is beyond 3 in one run of 50. Of
+        // one sample a pixel there are two groups at most, of which no error can be told.
         if right && thorough() && self.samples > 1 && (covered as f64) < 0.7 * count as f64 {
             held.wrong.push(format!("{}, {what}: 3 errors cover {covered} of {count}", self.name));
         }

@@ -1,5 +1,5 @@
-//! What reflects, touches, is round, or has many triangles or bounces: against closed forms where there are any, and otherwise
-//! against central differences with common random numbers.
+//! What reflects, touches, is round, or has many triangles or bounces: against closed forms where there are
+//! any, and otherwise against central differences with common random numbers.
 
 use std::f64::consts::PI;
 
@@ -130,7 +130,8 @@ fn room(bounces: usize) -> Result<Moving, String> {
     moving(d, |scene, change| change.scale(scene, 2, lamp, 1.0))
 }
 
-/// A closed room whose walls shine by 1 and reflect a part a of what arrives, by what they reflect: Σ j aʲ⁻¹, everywhere.
+/// A closed room whose walls shine by 1 and reflect a part a of what arrives, by what they reflect: Σ j aʲ⁻¹,
+/// everywhere.
 fn furnace(name: &str, bounces: usize) -> Row {
     const ALBEDO: f64 = 0.8;
     let mut d = dark(DVec3::new(0.2, 0.1, 0.3), DVec3::new(1.0, 0.4, 0.2), 1.2, bounces);
@@ -222,7 +223,8 @@ fn ball(rings: u32) -> Mesh {
     Mesh::new(positions, triangles).expect("a mesh")
 }
 
-/// References by differences of 65,536 samples a pixel; `references_by_differences_hold` measures them again, with fewer.
+/// References by differences of 65,536 samples a pixel; `references_by_differences_hold` measures them again,
+/// with fewer.
 mod measured {
     pub(super) const METAL: [(f64, f64); 2] = [(11.729, 0.040), (44.99, 0.27)];
     pub(super) const CUBE: [(f64, f64); 6] = [

@@ -23,21 +23,22 @@ use super::{Outcome, Report, contact, usage};
 
 /// Validates a gradient: the method against central finite differences, at several steps.
 ///
-/// Both estimate one number, the weighted total of the gradient image. Its weights, between -1 and 1, are a third,
-/// independent estimate of the gradient, so that parts of opposite sign do not cancel. The error of that number is taken
-/// from 16 independent runs, so that noise which pixels have in common is counted in full; all steps see the same random
-/// numbers.
+/// Both estimate one number, the weighted total of the gradient image. Its weights, between -1 and 1, are a
+/// third, independent estimate of the gradient, so that parts of opposite sign do not cancel. The error of
+/// that number is taken from 16 independent runs, so that noise which pixels have in common is counted in
+/// full; all steps see the same random numbers.
 ///
-/// The table gives for every step the slope by finite differences, its standard error, how far larger steps say that it
-/// is off, z (how many standard errors the method is off), and the relative difference. Large steps are biased, small
-/// ones are noisy: few samples see a silhouette move, and perhaps none. So every step but the largest has bounds for the
-/// true slope: what chance may do to 16 runs, what samples like the largest that was seen may add, a change of the
-/// brightest pixel that no sample saw, and an error of the step that falls at least in proportion to it. The method
-/// DIFFERs if it is outside of the bounds of any step. Of a right gradient that is said in at most one of 900 checks.
+/// The table gives for every step the slope by finite differences, its standard error, how far larger steps
+/// say that it is off, z (how many standard errors the method is off), and the relative difference. Large
+/// steps are biased, small ones are noisy: few samples see a silhouette move, and perhaps none. So every step
+/// but the largest has bounds for the true slope: what chance may do to 16 runs, what samples like the
+/// largest that was seen may add, a change of the brightest pixel that no sample saw, and an error of the
+/// step that falls at least in proportion to it. The method DIFFERs if it is outside of the bounds of any
+/// step. Of a right gradient that is said in at most one of 900 checks.
 ///
-/// AGREE means that the narrowest of these bounds are within a tenth of the slope. OPEN means that noise or steps leave
-/// more; raise --spp as it says. Where neither the method nor differences see any change there is nothing to check, and
-/// that is said.
+/// AGREE means that the narrowest of these bounds are within a tenth of the slope. OPEN means that noise or
+/// steps leave more; raise --spp as it says. Where neither the method nor differences see any change there is
+/// nothing to check, and that is said.
 ///
 /// Exit status: 0 if they agree; 1 if they differ, or nothing changes; 3 if it is open.
 ///
@@ -50,8 +51,9 @@ pub(super) struct Options {
     moves: Moves,
     #[command(flatten)]
     method: MethodOptions,
-    /// Steps of finite differences; unless given, those at which the fastest parameter moves by 3e-2, 1e-2, 3e-3,
-    /// 1e-3 and 3e-4 of the scene's size, of a radian, or of a unit of radiance, intensity, reflectance or roughness.
+    /// Steps of finite differences; unless given, those at which the fastest parameter moves by 3e-2, 1e-2,
+    /// 3e-3, 1e-3 and 3e-4 of the scene's size, of a radian, or of a unit of radiance, intensity, reflectance
+    /// or roughness.
     #[arg(long, value_name = "H,…", value_delimiter = ',', value_parser = step, allow_negative_numbers = true)]
     steps: Vec<f64>,
     /// Samples a pixel, in all runs together.
@@ -137,8 +139,9 @@ impl Runs {
     }
 }
 
-/// The most that a sample like the largest would add at a step to the mean of all runs. A jump that a larger step saw, and this one did not, would
-/// be divided by this step; a smooth change is there at both, and then it is the same sample that is the largest.
+/// The most that a sample like the largest would add at a step to the mean of all runs. A jump that a larger
+/// step saw, and this one did not, would be divided by this step; a smooth change is there at both, and then
+/// it is the same sample that is the largest.
 fn grain(steps: &[f64], runs: &[Runs], of: usize) -> f64 {
     let place = |sample: Contribution| (sample.column, sample.row, sample.sample);
     let of_run = |r: usize| {
@@ -160,8 +163,8 @@ impl<'a> Check<'a> {
 
     /// A rough gradient image in units of the root of its mean square, cut off at ±1.
     ///
-    /// Where jumps move, the variance of differences is ~ |gradient|, not the same everywhere: all pixels that change should
-    /// count alike. And no sample counts more than it adds to the image.
+    /// Where jumps move, the variance of differences is ~ |gradient|, not the same everywhere: all pixels
+    /// that change should count alike. And no sample counts more than it adds to the image.
     fn weights(&self, step: f64) -> Result<Vec<DVec3>, GradientError> {
         let seed = self.seed(WEIGHTS, 0);
         let method = FiniteDifference { samples: WEIGHT_SAMPLES, step, seed };

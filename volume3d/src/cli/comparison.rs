@@ -1,8 +1,8 @@
 //! Two estimates of one number, and whether they can be told apart.
 //!
-//! Finite differences see a jump move only in the few samples that it passes between the two sides: a mean of events that
-//! are rare, and the rarer the smaller the step. The spread of runs says nothing of events that did not happen, and it is
-//! smallest where least was seen. So bounds here have three parts:
+//! Finite differences see a jump move only in the few samples that it passes between the two sides: a mean of
+//! events that are rare, and the rarer the smaller the step. The spread of runs says nothing of events that
+//! did not happen, and it is smallest where least was seen. So bounds here have three parts:
 //!
 //! - Student's quantile times the standard error of 16 runs;
 //! - the rule of three, for samples like the largest: an event that n samples did not see has a rate below ln(1/δ)/n, with a
@@ -11,8 +11,8 @@
 //!   7/3 of that; events alone do not need as much, as the tests show.)
 //! - the same for what no sample of any step saw, which changes a sample by no more than the brightest pixel.
 //!
-//! Each step has bounds of its own that hold together, by Bonferroni: the method differs if it is outside of those
-//! of any step, and agrees by the narrowest.
+//! Each step has bounds of its own that hold together, by Bonferroni: the method differs if it is outside of
+//! those of any step, and agrees by the narrowest.
 
 /// A mean of independent runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,17 +53,18 @@ impl Estimate {
 pub(super) struct Slope {
     pub(super) step: f64,
     pub(super) estimate: Estimate,
-    /// The slope extrapolated to a step of 0 from this and each larger step, as if the error were proportional to the step:
-    /// F(h) − (F(H) − F(h))/(H/h − 1). An error that falls faster leaves the truth between F(h) and these.
+    /// The slope extrapolated to a step of 0 from this and each larger step, as if the error were
+    /// proportional to the step: F(h) − (F(H) − F(h))/(H/h − 1). An error that falls faster leaves the truth
+    /// between F(h) and these.
     pub(super) extrapolated: Vec<Estimate>,
     /// What one sample would contribute that changes, at the largest step, by as much as the brightest pixel.
     pub(super) unseen: f64,
 }
 
 impl Slope {
-    /// Finite differences at all steps, from large to small, from the totals of runs with common random numbers. Of each step, the most that
-    /// a sample like the largest would add to the mean of all runs, and at the largest step what one would that changes by as much as the
-    /// brightest pixel.
+    /// Finite differences at all steps, from large to small, from the totals of runs with common random
+    /// numbers. Of each step, the most that a sample like the largest would add to the mean of all runs, and
+    /// at the largest step what one would that changes by as much as the brightest pixel.
     pub(super) fn of(steps: &[f64], totals: &[Vec<f64>], grains: &[f64], unseen: f64) -> Vec<Self> {
         let slope = |(i, &step): (usize, &f64)| {
             let grain = grains[i];
@@ -85,7 +86,8 @@ impl Slope {
         apart.reduce(f64::max).unwrap_or(f64::INFINITY)
     }
 
-    /// Bounds of the method less the truth. With `times` the samples, noise is as much less; all else stays as it is.
+    /// Bounds of the method less the truth. With `times` the samples, noise is as much less; all else stays
+    /// as it is.
     fn bounds(&self, method: Estimate, tolerance: Tolerance, times: f64) -> [f64; 2] {
         let all = std::iter::once(&self.estimate).chain(&self.extrapolated);
         all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], e| {
@@ -132,8 +134,8 @@ pub(super) enum Verdict {
 /// Independent runs of each estimate.
 pub(super) const RUNS: usize = 16;
 
-/// Standard errors that the mean of 16 runs may be off: more than that happens once in 900 means (Student's t with 15
-/// degrees of freedom).
+/// Standard errors that the mean of 16 runs may be off: more than that happens once in 900 means (Student's t
+/// with 15 degrees of freedom).
 pub(super) const TOLERATED: f64 = 4.0;
 
 /// How often a verdict may say of a right gradient that it differs.
@@ -142,8 +144,8 @@ pub(super) const FALSE_ALARMS: f64 = 1.0 / 900.0;
 /// The part of the slope that a comparison must resolve to count as one.
 pub(super) const RESOLUTION: f64 = 0.1;
 
-/// What chance may do in each of several comparisons, so that all of them together raise a false alarm once in
-/// 1/[`FALSE_ALARMS`].
+/// What chance may do in each of several comparisons, so that all of them together raise a false alarm once
+/// in 1/[`FALSE_ALARMS`].
 #[derive(Clone, Copy)]
 struct Tolerance {
     /// In standard errors: Student's quantile for 16 runs, as one side may have all the noise.

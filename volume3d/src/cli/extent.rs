@@ -29,7 +29,8 @@ pub(super) fn steps(scene: &Scene, change: &Tangent) -> Vec<f64> {
     FRACTIONS.map(|f| f * scale).to_vec()
 }
 
-/// The same after one that is three times as large, unless that leads out of a parameter's range: it says how far off the next is for its step.
+/// The same after one that is three times as large, unless that leads out of a parameter's range: it says how
+/// far off the next is for its step.
 pub(super) fn steps_after_a_larger(scene: &Scene, change: &Tangent) -> Vec<f64> {
     let mut steps = steps(scene, change);
     let larger = 3.0 * steps[0];

@@ -14,8 +14,8 @@ use super::{Outcome, Report};
 
 /// Names what will hurt gradients of a scene by geometry, shape by shape, and says what to do about it.
 ///
-/// With --move it is asked about the gradient by that motion, and says what `gradient` says of it. Without, what lies upon something else is
-/// a hint: it may slide, and is wrong only where it parts.
+/// With --move it is asked about the gradient by that motion, and says what `gradient` says of it. Without,
+/// what lies upon something else is a hint: it may slide, and is wrong only where it parts.
 ///
 /// Exit status 1 if something makes them wrong or has them refused; 0 if there are hints only, or nothing.
 #[derive(Args, Debug)]
@@ -94,7 +94,8 @@ pub(super) fn findings(scene: &Scene) -> Vec<Finding> {
 const MAY_PART: &str =
     "move one of them a little, unless they only slide over one another: lint tells of a motion, with --move";
 
-/// All of the gradient of a scene by a motion, what is grave first: what makes `gradient` refuse, and what it warns of.
+/// All of the gradient of a scene by a motion, what is grave first: what makes `gradient` refuse, and what it
+/// warns of.
 fn findings_of(scene: &Scene, change: &Tangent) -> Vec<Finding> {
     let grave = |what: String, advice| Finding { grave: true, what, advice };
     let refused = unsupported(scene, change);

@@ -31,9 +31,9 @@ pub(super) struct Options {
     /// A picture besides.
     #[arg(long, value_name = "OUT.png")]
     png: Option<PathBuf>,
-    /// The standard error of every pixel, estimated from 8 independent groups of samples (as many as there are samples if
-    /// these are fewer). Pixels have noise in common, so
-    /// that the error of a sum of pixels does not follow from theirs; that of the whole is printed.
+    /// The standard error of every pixel, estimated from 8 independent groups of samples (as many as there
+    /// are samples if these are fewer). Pixels have noise in common, so that the error of a sum of pixels
+    /// does not follow from theirs; that of the whole is printed.
     #[arg(long = "stderr", value_name = "ERR.exr")]
     standard_error: Option<PathBuf>,
     /// Samples a pixel; the scene's sample_count unless given.

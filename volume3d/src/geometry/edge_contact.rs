@@ -41,9 +41,9 @@ fn common_stretch([p, q]: [DVec3; 2], [a, b]: [DVec3; 2], rounding: f64) -> Opti
     (high - low > rounding).then(|| [ends.map(|x| x / length), ends.map(|x| (x - s) / (t - s))])
 }
 
-/// The stretch of a segment that lies upon the inside of a triangle, as far as rounded transforms can tell, as parts of the way along it;
-/// nothing if that is no more than a point, or on the triangle's border, or if the triangle has no area. Rounding is that of coordinates as they
-/// were given, from another origin.
+/// The stretch of a segment that lies upon the inside of a triangle, as far as rounded transforms can tell,
+/// as parts of the way along it; nothing if that is no more than a point, or on the triangle's border, or if
+/// the triangle has no area. Rounding is that of coordinates as they were given, from another origin.
 pub(crate) fn upon_face([p, q]: [DVec3; 2], triangle: &[DVec3; 3], origin: DVec3) -> Option<[f64; 2]> {
     let points = [&[p, q][..], triangle].concat();
     let size = points.iter().map(|p| (p - origin).abs().max_element()).fold(0.0, f64::max);

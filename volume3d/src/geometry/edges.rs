@@ -54,7 +54,8 @@ impl Edges {
     }
 }
 
-/// Sorted: first by the lower ends, of which the largest is given, by counting, and then those few that have one in common.
+/// Sorted: first by the lower ends, of which the largest is given, by counting, and then those few that have
+/// one in common.
 fn in_order(sides: &[HalfEdge], largest: usize) -> Vec<HalfEdge> {
     let Some(&first) = sides.first() else { return vec![] };
     if largest > MOST * sides.len() {

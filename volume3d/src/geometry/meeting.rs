@@ -86,14 +86,16 @@ pub(crate) fn meeting(triangles: &[[DVec3; 3]; 2]) -> Meeting {
     best.1.map_or(Meeting::Apart, Meeting::Through)
 }
 
-/// Whether two points are beyond one another of the plane of a triangle, neither of them in it. A corner of the triangle is in it exactly.
+/// Whether two points are beyond one another of the plane of a triangle, neither of them in it. A corner of
+/// the triangle is in it exactly.
 pub(crate) fn parts(triangle: &[DVec3; 3], [x, y]: [DVec3; 2]) -> bool {
     let [h, g, _] = heights(&[x, y, x], triangle);
     (h > 0.0 && g < 0.0) || (h < 0.0 && g > 0.0)
 }
 
-/// The part of a segment in the plane of a triangle that is within it: where it begins and ends on the way from the first point to the
-/// second. Nothing if they have no more than a point in common, or a piece of the triangle's border.
+/// The part of a segment in the plane of a triangle that is within it: where it begins and ends on the way
+/// from the first point to the second. Nothing if they have no more than a point in common, or a piece of the
+/// triangle's border.
 pub(crate) fn within([p, q]: [DVec3; 2], triangle: &[DVec3; 3]) -> Option<[f64; 2]> {
     let flat = flattened(triangle);
     let corners = triangle.map(flat);
@@ -112,15 +114,16 @@ pub(crate) fn within([p, q]: [DVec3; 2], triangle: &[DVec3; 3]) -> Option<[f64; 
     (low < high).then_some([low, high])
 }
 
-/// Whether a triangle with these heights over a plane has one corner in it at most, and the others are on one side.
+/// Whether a triangle with these heights over a plane has one corner in it at most, and the others are on one
+/// side.
 fn touches_in_a_point(heights: &[f64; 3]) -> bool {
     let (above, below) = (heights.iter().filter(|&&h| h > 0.0), heights.iter().filter(|&&h| h < 0.0));
     let (above, below) = (above.count(), below.count());
     above.max(below) >= 2 && above.min(below) == 0
 }
 
-/// Corners are in a plane, or on a line, if they are no farther from it than this part of the largest coordinate that was given: a few
-/// roundings.
+/// Corners are in a plane, or on a line, if they are no farther from it than this part of the largest
+/// coordinate that was given: a few roundings.
 pub(crate) const ROUNDING: f64 = 1e-14;
 
 /// Whether two triangles cover a common area of one plane, as far as rounded transforms can tell: their planes differ by
@@ -178,7 +181,8 @@ fn overlap([s, t]: &[[DVec3; 3]; 2]) -> bool {
     !separates(s, t) && !separates(t, s)
 }
 
-/// The plane of a triangle, seen along the axis that is most across it: two coordinates of its points, as they are.
+/// The plane of a triangle, seen along the axis that is most across it: two coordinates of its points, as
+/// they are.
 fn flattened([a, b, c]: &[DVec3; 3]) -> impl Fn(DVec3) -> Coord<f64> + Copy + use<> {
     let normal = (b - a).cross(c - a).abs();
     let [x, y] = [[1, 2], [2, 0], [0, 1]][normal.max_position()];

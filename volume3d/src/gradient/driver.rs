@@ -69,7 +69,8 @@ impl<const K: usize> CellSink<'_, K> {
     }
 }
 
-/// Computes all rows of cells, each of so many samples. `begin` begins a row and returns what computes its cells.
+/// Computes all rows of cells, each of so many samples. `begin` begins a row and returns what computes its
+/// cells.
 pub(super) fn over_film<const K: usize, W>(
     film: &FilmPlane,
     (samples, weights): (usize, UnitWeights),

@@ -38,7 +38,8 @@ impl<const K: usize> RowSums<K> {
         self.weights.class(cell, group)
     }
 
-    /// Adds the quantities of a sample of a class for the image's column x in row b of the neighbourhood, and its weight there.
+    /// Adds the quantities of a sample of a class for the image's column x in row b of the neighbourhood, and
+    /// its weight there.
     pub(crate) fn add(&mut self, class: usize, b: usize, x: usize, quantities: &[f64; K], weight: f64) {
         for (sum, quantity) in self.at(class, b, x).iter_mut().zip(quantities) {
             *sum += quantity;
@@ -60,7 +61,8 @@ impl<const K: usize> RowSums<K> {
         self.levels.get_mut((b * self.columns + x) * self.classes + class).map(|level| &mut level[0])
     }
 
-    /// Adds the light of samples of a class in a cell of column i to the estimates of light near the pixels around it.
+    /// Adds the light of samples of a class in a cell of column i to the estimates of light near the pixels
+    /// around it.
     pub(crate) fn add_light(&mut self, film: &FilmPlane, i: usize, class: usize, light: DVec3) {
         let Some(nearness) = self.weights.nearness() else { return };
         for (b, along) in nearness.iter().enumerate() {

@@ -70,8 +70,8 @@ impl FiniteDifference {
         Ok(image)
     }
 
-    /// The random numbers of a sample, which no other cell has: where cells share them, an edge that is parallel to rows of pixels passes
-    /// samples of all of them at once or none.
+    /// The random numbers of a sample, which no other cell has: where cells share them, an edge that is
+    /// parallel to rows of pixels passes samples of all of them at once or none.
     fn numbers(&self, (i, j): (usize, usize), sample: usize) -> Sequence {
         let group = group(sample, self.samples);
         let address = [i as u64, j as u64, group as u64, DIFFERENCE_PATH];

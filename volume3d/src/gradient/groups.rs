@@ -14,7 +14,8 @@ use crate::path::{Draws, PreparedSequence, Sequence};
 /// are independent, and their spread is the standard error.
 pub(super) const GROUPS: usize = 8;
 
-/// Cells in squares of this many a side share the random numbers of a gradient: places within the cell and paths.
+/// Cells in squares of this many a side share the random numbers of a gradient: places within the cell and
+/// paths.
 ///
 /// A pixel's derivative weighs the radiance on both sides of it with opposite signs, h′ V. That is where
 /// antithetic samples on the film help (Bangaru et al. 2020); but samples that are reflected through one pixel's
@@ -96,7 +97,8 @@ impl Nets {
         Self { samples, paths, depth: pairs.min(MOST_PREPARED / (samples * paths)), groups }
     }
 
-    /// The group of a sample, and the numbers of one of its paths, given the address of the sequence of a group.
+    /// The group of a sample, and the numbers of one of its paths, given the address of the sequence of a
+    /// group.
     fn of(
         &self,
         seed: u64,
@@ -137,15 +139,16 @@ impl CellNumbers {
         }
     }
 
-    /// The group of a sample, and the numbers of one of its paths in the cell that has been prepared; of the only one they are its
-    /// [`numbers`], bit for bit.
+    /// The group of a sample, and the numbers of one of its paths in the cell that has been prepared; of the
+    /// only one they are its [`numbers`], bit for bit.
     pub(super) fn of(&self, sample: usize, path: usize) -> (usize, Draws<'_>) {
         self.nets.of(self.seed, (sample, path), |group| address(self.place, group, self.purpose))
     }
 }
 
-/// The random numbers of an image: all cells share sequences, which each shifts by numbers of its own. Samples of different cells are
-/// uncorrelated, and neighbouring pixels have no noise in common but that of samples that both see.
+/// The random numbers of an image: all cells share sequences, which each shifts by numbers of its own.
+/// Samples of different cells are uncorrelated, and neighbouring pixels have no noise in common but that of
+/// samples that both see.
 pub(super) struct ImageNumbers {
     seed: u64,
     purpose: u64,

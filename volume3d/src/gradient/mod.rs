@@ -21,9 +21,10 @@
 //!
 //! # Images
 //!
-//! [`render`] gives every cell of the film random numbers of its own, so that pixels have no noise in common but that of samples that both see
-//! through their filters. Weights of samples do not sum to one; what that adds to the noise is taken out by a control variate, which leaves the
-//! mean as it is: an image of a scene that is the same everywhere is constant, from one sample a pixel on. (Images that come with gradients are,
+//! [`render`] gives every cell of the film random numbers of its own, so that pixels have no noise in common
+//! but that of samples that both see through their filters. Weights of samples do not sum to one; what that
+//! adds to the noise is taken out by a control variate, which leaves the mean as it is: an image of a scene
+//! that is the same everywhere is constant, from one sample a pixel on. (Images that come with gradients are,
 //! from two samples on.)
 //!
 //! # Which samples are shared

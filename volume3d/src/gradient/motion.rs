@@ -97,7 +97,8 @@ impl Place {
     fn around(parts: &[&[DVec3]]) -> Option<Self> {
         let points = || parts.iter().flat_map(|part| part.iter().copied());
         let (low, high) = (points().reduce(DVec3::min)?, points().reduce(DVec3::max)?);
-        // The tests' own rounding, a few parts in 10¹⁶ of both, must not lose a ray: what is larger costs time only.
+        // The tests' own rounding, a few parts in 10¹⁶ of both, must not lose a ray: what is larger costs
+        // time only.
         let margin = 1e-9 * (high - low).max_element() + 1e-12 * high.abs().max(low.abs()).max_element();
         let middle = 0.5 * (low + high);
         let radius = points().map(|p| p.distance(middle)).fold(0.0, f64::max);

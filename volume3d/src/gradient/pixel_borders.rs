@@ -8,8 +8,9 @@ use crate::scene::{Filter, Scene};
 
 /// Edges of a shape that the camera sees along borders of pixels under the box filter.
 ///
-/// Where they are exactly there, no derivative of a pixel exists by what moves them across, but two one-sided ones: all methods take their
-/// mean. Where they are nearly there, the derivative is that of motions which are shorter than what is between them.
+/// Where they are exactly there, no derivative of a pixel exists by what moves them across, but two one-sided
+/// ones: all methods take their mean. Where they are nearly there, the derivative is that of motions which
+/// are shorter than what is between them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OnPixelBorders {
     /// The shape.
@@ -20,14 +21,16 @@ pub struct OnPixelBorders {
     pub distance: f64,
 }
 
-/// What is nearer than this to the border of a pixel, in pixels, is told of: fields of view are written with six digits.
+/// What is nearer than this to the border of a pixel, in pixels, is told of: fields of view are written with
+/// six digits.
 const NEAR: f64 = 1e-4;
 
 /// Flat between triangles whose unit normals differ by no more.
 const FLAT: f64 = 1e-9;
 
 impl OnPixelBorders {
-    /// By shape, those of a scene. There are none under other filters, and none behind a lens, which spreads edges.
+    /// By shape, those of a scene. There are none under other filters, and none behind a lens, which spreads
+    /// edges.
     #[must_use]
     pub fn of(scene: &Scene) -> Vec<Self> {
         let film = FilmPlane::new(scene);
@@ -60,7 +63,8 @@ impl OnPixelBorders {
 }
 
 impl FilmPlane {
-    /// How far an edge is at most, as the camera sees it, from the border of a pixel that it is along and near; 0 if on it.
+    /// How far an edge is at most, as the camera sees it, from the border of a pixel that it is along and
+    /// near; 0 if on it.
     fn distance_to_border(&self, ends: [glam::DVec3; 2]) -> Option<f64> {
         let origin = self.still.origin.value();
         if ends.iter().any(|end| (*end - origin).dot(self.forward()) <= 0.0) {

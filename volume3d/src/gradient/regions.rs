@@ -9,10 +9,11 @@ const BLOCK: usize = 8;
 
 /// The whole of an image, and its blocks of 8 × 8 pixels, each with its standard error.
 ///
-/// Pixels have noise in common: they share samples through the filter, and in gradients random numbers by design. So the standard error
-/// of a sum of pixels does **not** follow from those of the pixels; it may be twice the root of the sum of their squares, or
-/// a tenth of it. These are from the scatter of 8 independent groups of samples over the whole region (fewer groups if
-/// there are fewer samples; infinite for one sample), so that each is itself known to a quarter or so.
+/// Pixels have noise in common: they share samples through the filter, and in gradients random numbers by
+/// design. So the standard error of a sum of pixels does **not** follow from those of the pixels; it may be
+/// twice the root of the sum of their squares, or a tenth of it. These are from the scatter of 8 independent
+/// groups of samples over the whole region (fewer groups if there are fewer samples; infinite for one
+/// sample), so that each is itself known to a quarter or so.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Regions {
     /// The sum of all pixels, by channel.

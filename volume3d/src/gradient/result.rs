@@ -78,9 +78,10 @@ impl Noise {
 /// A gradient image: the derivative of every pixel along one change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GradientImage {
-    /// The image itself, from the same samples as the gradient, whose random numbers squares of 16 cells share: of few samples it has a pattern
-    /// that those of [`render`](super::render) have not. It is unbiased by itself, but no product of the two
-    /// is: do not compute the adjoint of a reverse pass from it at the same seed, see [the module](crate::gradient).
+    /// The image itself, from the same samples as the gradient, whose random numbers squares of 16 cells
+    /// share: of few samples it has a pattern that those of [`render`](super::render) have not. It is
+    /// unbiased by itself, but no product of the two is: do not compute the adjoint of a reverse pass from it
+    /// at the same seed, see [the module](crate::gradient).
     pub image: Image,
     /// Its standard error.
     pub image_error: Image,

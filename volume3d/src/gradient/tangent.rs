@@ -10,7 +10,8 @@ use crate::scene::{Blend, Light, Reflectance, Scene, Value};
 pub struct CameraTangent {
     /// Of its origin, scene units.
     pub translation: DVec3,
-    /// Angular velocity about its origin, or the middle of an orthographic sensor ([`Camera::pivot`](crate::scene::Camera::pivot)), radians.
+    /// Angular velocity about its origin, or the middle of an orthographic sensor
+    /// ([`Camera::pivot`](crate::scene::Camera::pivot)), radians.
     pub rotation: DVec3,
     /// Of the horizontal field of view, radians; an orthographic camera has none.
     pub field_of_view: f64,

@@ -1,15 +1,18 @@
 //! Weights that sum to one: the image of a constant scene is constant.
 //!
-//! A pixel is the integral ∫ h L, estimated by M = Σ h L over samples, each counted 1/n. The weights of a pixel's samples do not sum to
-//! one, and H = Σ h has noise which all of the light takes part in. A control variate takes it away. Let samples be classes that are
-//! independent of one another, and let c be any estimate of the light near the pixel by the samples of all classes but one. With the expectation e
-//! of the weights H of that class,
+//! A pixel is the integral ∫ h L, estimated by M = Σ h L over samples, each counted 1/n. The weights of a
+//! pixel's samples do not sum to one, and H = Σ h has noise which all of the light takes part in. A control
+//! variate takes it away. Let samples be classes that are independent of one another, and let c be any
+//! estimate of the light near the pixel by the samples of all classes but one. With the expectation e of the
+//! weights H of that class,
 //!
 //! > S = M − (H − e) c
 //!
-//! has the expectation of M, as E(H − e) c = E(H − e) E c = 0: the image stays unbiased, which the ratio M/H is not. If the light is the same
-//! everywhere, so is c, and S is e times it. (To first order S is M e/H. A class has its part in the estimates for the others: where light varies within a pixel they are not quite
-//! uncorrelated, and errors stated from their spread are a few hundredths too small with two samples, and right with many.)
+//! has the expectation of M, as E(H − e) c = E(H − e) E c = 0: the image stays unbiased, which the ratio M/H
+//! is not. If the light is the same everywhere, so is c, and S is e times it. (To first order S is M e/H. A
+//! class has its part in the estimates for the others: where light varies within a pixel they are not quite
+//! uncorrelated, and errors stated from their spread are a few hundredths too small with two samples, and
+//! right with many.)
 
 use super::film::FilmPlane;
 use super::filter::integral;
@@ -29,8 +32,8 @@ pub(super) enum UnitWeights {
     },
 }
 
-/// The part of each of three neighbouring cells along an axis in the estimate of the light near the one in the middle. Of all nine, cells of
-/// one parity have a quarter.
+/// The part of each of three neighbouring cells along an axis in the estimate of the light near the one in
+/// the middle. Of all nine, cells of one parity have a quarter.
 const NEARNESS: [f64; 3] = [0.25, 0.5, 0.25];
 
 /// Of the light in a pixel's own cell in the estimate.
@@ -74,14 +77,15 @@ impl UnitWeights {
         }
     }
 
-    /// The weights of three cells beside one another in the estimate of the light near the middle one, or nothing if there is none.
+    /// The weights of three cells beside one another in the estimate of the light near the middle one, or
+    /// nothing if there is none.
     #[inline]
     pub(super) fn nearness(self) -> Option<[f64; 3]> {
         (self != Self::Untouched).then_some(NEARNESS)
     }
 
-    /// Takes the noise of weights out of the sums of a pixel, of which the first three are its light, by class. Returned are how many of
-    /// them are left: one for each group.
+    /// Takes the noise of weights out of the sums of a pixel, of which the first three are its light, by
+    /// class. Returned are how many of them are left: one for each group.
     pub(super) fn correct<const K: usize>(
         self,
         samples: usize,
@@ -141,7 +145,8 @@ mod tests {
     use crate::gradient::tests::film;
     use crate::scene::{Camera, Description, Filter, Scene};
 
-    /// Each parity of cells has a quarter of the estimate, and what its weights are expected to be sums to one.
+    /// Each parity of cells has a quarter of the estimate, and what its weights are expected to be sums to
+    /// one.
     #[test]
     fn parities_share_a_filter() {
         for filter in

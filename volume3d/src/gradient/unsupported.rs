@@ -110,7 +110,8 @@ impl Unsupported {
     }
 }
 
-/// Everything in a scene for which gradients along a change are refused, but for [finite differences](super::FiniteDifference).
+/// Everything in a scene for which gradients along a change are refused, but for [finite
+/// differences](super::FiniteDifference).
 #[must_use]
 pub fn unsupported(scene: &Scene, change: &Tangent) -> Vec<Unsupported> {
     let all = [

@@ -196,5 +196,6 @@ fn corners_from(scene: &Scene, side: HalfEdge) -> [u32; 3] {
     corners
 }
 
-/// How far, relatively, corners of a flat emitter may be from its plane, besides what rounding of the positions as they were given does.
+/// How far, relatively, corners of a flat emitter may be from its plane, besides what rounding of the
+/// positions as they were given does.
 const FLAT: f64 = 1e-12;

@@ -38,8 +38,9 @@ impl Sequence {
 impl Draws<'_> {
     /// The same points after a digital shift of every pair by random bits, which depend on `key` alone.
     ///
-    /// The shifted points of a sequence are stratified as they were. Given the points, those of two keys are independent, and each single one
-    /// is uniform: means of any integrands over the samples of two keys are uncorrelated, whatever the sequence they have in common.
+    /// The shifted points of a sequence are stratified as they were. Given the points, those of two keys are
+    /// independent, and each single one is uniform: means of any integrands over the samples of two keys are
+    /// uncorrelated, whatever the sequence they have in common.
     pub(crate) fn shifted(self, key: u64) -> Self {
         Self { shift: Some(key), ..self }
     }

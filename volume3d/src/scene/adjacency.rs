@@ -192,9 +192,10 @@ fn indices_continue(tables: Tables<'_>, pair: [usize; 2], k: usize) -> bool {
     !s.is_flat() && same(|t| t.normals) && same(|t| t.uvs)
 }
 
-/// Unit normals that differ by no more than this are those of one plane. It is what rounding to single precision, in
-/// which most meshes are stored, does to triangles a hundredth as large as their coordinates. A jump of the radiance that
-/// is left out where flat-shaded triangles meet is as small, relatively. Of a mesh that rounding to double precision turns by more, [`Scene::coarse_meshes`](super::Scene::coarse_meshes)
+/// Unit normals that differ by no more than this are those of one plane. It is what rounding to single
+/// precision, in which most meshes are stored, does to triangles a hundredth as large as their coordinates. A
+/// jump of the radiance that is left out where flat-shaded triangles meet is as small, relatively. Of a mesh
+/// that rounding to double precision turns by more, [`Scene::coarse_meshes`](super::Scene::coarse_meshes)
 /// tells.
 pub(crate) const FLAT: f64 = 1e-5;
 

@@ -22,8 +22,9 @@ pub struct Camera {
     pub pixel_aspect: f64,
     /// The lens; nothing for a pinhole, before which all is sharp.
     pub lens: Option<Lens>,
-    /// How far before [`origin`](Self::origin) the sensor is, if this is an orthographic sensor, for which a camera far behind it stands:
-    /// the camera turns about the sensor, and has no field of view that could change. Nothing for a perspective camera.
+    /// How far before [`origin`](Self::origin) the sensor is, if this is an orthographic sensor, for which a
+    /// camera far behind it stands: the camera turns about the sensor, and has no field of view that could
+    /// change. Nothing for a perspective camera.
     pub orthographic: Option<f64>,
 }
 

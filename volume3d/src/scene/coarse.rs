@@ -17,8 +17,9 @@ pub struct CoarseMesh {
 }
 
 impl Scene {
-    /// The meshes whose coordinates are farther apart, as numbers of double precision, than 10⁻⁵ of their median edge: rounding turns their faces
-    /// by more than what is taken for flat, and gradients are those of what it has made of them.
+    /// The meshes whose coordinates are farther apart, as numbers of double precision, than 10⁻⁵ of their
+    /// median edge: rounding turns their faces by more than what is taken for flat, and gradients are those
+    /// of what it has made of them.
     #[must_use]
     pub fn coarse_meshes(&self) -> Vec<CoarseMesh> {
         let Description { shapes, .. } = self.description();

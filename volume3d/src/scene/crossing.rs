@@ -185,9 +185,10 @@ fn is_folded(corners: &[[DVec3; 3]; 2]) -> bool {
     m.cross(n).length() < 1e-6
 }
 
-/// An edge of one triangle lies in the other: surfaces pass through one another there if what continues the first one
-/// beyond its edge is on the other side. Either of the two finds it, and the lower one tells. Both questions are decided exactly: a
-/// neighbour with corners of the other triangle ends in its border, and rounding must not carry it over.
+/// An edge of one triangle lies in the other: surfaces pass through one another there if what continues the
+/// first one beyond its edge is on the other side. Either of the two finds it, and the lower one tells. Both
+/// questions are decided exactly: a neighbour with corners of the other triangle ends in its border, and
+/// rounding must not carry it over.
 fn passes_along(
     (other, beyond): (u32, [DVec3; 3]),
     pair: [u32; 2],

@@ -91,8 +91,9 @@ impl Scene {
         self.by_shapes(self.crossings().standing().iter().map(|c| c.triangles))
     }
 
-    /// Those that a motion of positions parts: a gap opens on one side of the motion, and on the other both pass through one another. The
-    /// two one-sided derivatives differ, and no other exists. Edges that slide over a face do not part from it.
+    /// Those that a motion of positions parts: a gap opens on one side of the motion, and on the other both
+    /// pass through one another. The two one-sided derivatives differ, and no other exists. Edges that slide
+    /// over a face do not part from it.
     #[must_use]
     pub fn lifted_edges(&self, velocities: &[DVec3]) -> Vec<Overlap> {
         let parted = self.crossings().standing().iter().filter(|c| c.is_parted(self.tables(), velocities));

@@ -8,8 +8,8 @@ use super::adjacency::{Adjacency, FLAT};
 use super::triangle::Tables;
 use crate::geometry::{Stretch, common_stretches};
 
-/// Velocities that differ by no more than this part of themselves are the same: they are of the size of rates, wherever the scene is, and
-/// their rounding is 10⁻⁶ of it.
+/// Velocities that differ by no more than this part of themselves are the same: they are of the size of
+/// rates, wherever the scene is, and their rounding is 10⁻⁶ of it.
 pub(super) const SAME: f64 = 1e-9;
 
 /// Edges of two triangles with a stretch in common.

@@ -1,5 +1,6 @@
-//! Edges that lie upon faces: of what stands on a floor on an edge. While they slide over the face nothing opens; as they part from it a gap does on one side of
-//! that motion, and on the other the surfaces pass through one another: the derivatives of both differ.
+//! Edges that lie upon faces: of what stands on a floor on an edge. While they slide over the face nothing
+//! opens; as they part from it a gap does on one side of that motion, and on the other the surfaces pass
+//! through one another: the derivatives of both differ.
 
 use glam::DVec3;
 

@@ -1,8 +1,8 @@
 //! Where the origin of a scene's own coordinates is.
 //!
-//! Coordinates as of a map are large, and what they differ by is small: sums and products of them lose what counts. So the
-//! origin is moved to where the surfaces are, and all that stands somewhere is subtracted from. What a user is given
-//! stays in the coordinates of the description, which is kept as it is.
+//! Coordinates as of a map are large, and what they differ by is small: sums and products of them lose what
+//! counts. So the origin is moved to where the surfaces are, and all that stands somewhere is subtracted
+//! from. What a user is given stays in the coordinates of the description, which is kept as it is.
 //!
 //! Along each axis, with s the size of the box around all surfaces and m its middle, the origin moves by a multiple c of a power of two q ≥ s
 //! next to m, if m is more than 64 q away. Of every point p of a triangle |p − m| ≤ s/2, and of c as much, so that p and c are within a
@@ -14,7 +14,8 @@ use glam::DVec3;
 
 use super::{Camera, Description, ImplicitShape, Light};
 
-/// A scene that is no more of its sizes away from the origin stays where it is: up to six bits of 53 are lost.
+/// A scene that is no more of its sizes away from the origin stays where it is: up to six bits of 53 are
+/// lost.
 const NEAR: f64 = 64.0;
 
 /// What stands somewhere, but for meshes, in a scene's own coordinates.

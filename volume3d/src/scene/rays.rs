@@ -7,13 +7,14 @@ use super::hit::{Hit, Surface};
 use super::trace_counts::count_traced;
 use crate::geometry::{self, ROUNDING, Ray, Shadows, Sheaf};
 
-/// Distances below this part of the scene's coordinates are rounding: a ray that leaves a surface starts there.
-/// The hit is recomputed in double precision, whose own error is a hundred times less. It is one number for all rays, and so that of the
-/// largest coordinate: what hides light from so near is a detail that the scene's coordinates hardly have.
+/// Distances below this part of the scene's coordinates are rounding: a ray that leaves a surface starts
+/// there. The hit is recomputed in double precision, whose own error is a hundred times less. It is one
+/// number for all rays, and so that of the largest coordinate: what hides light from so near is a detail that
+/// the scene's coordinates hardly have.
 const NEAR: f64 = 1e-13;
 
-/// A shadow ray ends this part before the light: the light itself must not be in its own way. Rounding of the distance is a part in 10¹⁶ of it, and
-/// that of coordinates has [`rounding`](Scene::rounding).
+/// A shadow ray ends this part before the light: the light itself must not be in its own way. Rounding of the
+/// distance is a part in 10¹⁶ of it, and that of coordinates has [`rounding`](Scene::rounding).
 pub(crate) const SHORT: f64 = 1e-10;
 
 impl Scene {
@@ -173,7 +174,8 @@ impl Scene {
         NEAR * self.extent
     }
 
-    /// How far what is given at a place may be from what is meant: a few roundings of its coordinates as they were given, as of transforms.
+    /// How far what is given at a place may be from what is meant: a few roundings of its coordinates as they
+    /// were given, as of transforms.
     #[inline]
     pub(crate) fn grain(&self, at: DVec3) -> f64 {
         ROUNDING * (at + self.offset()).abs().max_element()

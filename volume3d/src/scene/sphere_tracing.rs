@@ -23,11 +23,12 @@ const FLAT: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// So often is φ looked at to tell that a ray is clear of a surface.
 const LOOKS: usize = 64;
 
-/// The tolerance, an angle and a part of the size, within which roots are looked for, however small that of fields is: rays inside an outline need fewer steps so.
+/// The tolerance, an angle and a part of the size, within which roots are looked for, however small that of
+/// fields is: rays inside an outline need fewer steps so.
 const ROOTS: f64 = 1e-6;
 
-/// A point is on a surface where |φ| is at most this part of how far away it is, of the surface's size, or of the ray's coordinates in those of the
-/// surface, whichever is most.
+/// A point is on a surface where |φ| is at most this part of how far away it is, of the surface's size, or of
+/// the ray's coordinates in those of the surface, whichever is most.
 const EXACT: f64 = 1e-12;
 
 /// See [`ROOTS`].
@@ -260,7 +261,8 @@ impl<'a> LocalRay<'a> {
         Self { surface, origin, direction: turn * direction, scale, size: size / scale, slope, bend }
     }
 
-    /// What rounding of φ is relative to: the size of the surface, and the coordinates of where the ray begins.
+    /// What rounding of φ is relative to: the size of the surface, and the coordinates of where the ray
+    /// begins.
     fn largest(&self) -> f64 {
         self.size.max(self.origin.abs().max_element())
     }

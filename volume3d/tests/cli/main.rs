@@ -302,7 +302,8 @@ fn a_check_tells_right_from_wrong() {
     assert!(text.contains("AGREE"), "{text}");
 }
 
-/// A lit square that fills part of a few pixels and moves away: at small steps hardly a sample sees its edges move, or none.
+/// A lit square that fills part of a few pixels and moves away: at small steps hardly a sample sees its edges
+/// move, or none.
 #[test]
 fn a_check_is_not_misled_by_what_no_sample_saw() {
     let square = "<shape type='rectangle' id='square'><emitter type='area'><rgb name='radiance' value='1 1 1'/></emitter>

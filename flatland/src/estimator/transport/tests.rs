@@ -177,7 +177,8 @@ fn finite_differences_in_reverse_are_those_of_every_parameter() {
     assert!(expected != 0.0 && reverse.materials[0].emission == expected);
 }
 
-/// Pixels on both sides of a jump on their end have the mean of both one-sided derivatives. A millionth of a pixel away one of them has all.
+/// Pixels on both sides of a jump on their end have the mean of both one-sided derivatives. A millionth of a
+/// pixel away one of them has all.
 #[test]
 fn jumps_on_pixel_ends_are_a_part_of_both() {
     let film = Film { pixels: 8, filter: Filter::Box };

@@ -215,8 +215,9 @@ fn false_alarms_are_as_rare_as_promised() {
     assert!(of_spread_alone as f64 > 20.0 * FALSE_ALARMS * 0.05 * checks, "{of_spread_alone}");
 }
 
-/// In an image of 64 × 64 pixels with the default samples, an edge as long as the image is wide passes 3,900 samples of a run at the
-/// largest step. A gradient that is 30 % wrong is found there, and with twice the samples a right one is not left open.
+/// In an image of 64 × 64 pixels with the default samples, an edge as long as the image is wide passes 3,900
+/// samples of a run at the largest step. A gradient that is 30 % wrong is found there, and with twice the
+/// samples a right one is not left open.
 #[test]
 fn wrong_gradients_are_found() {
     const CHECKS: u64 = 40;

@@ -125,8 +125,8 @@ impl Law {
     }
 }
 
-/// The next multiple of 8, below or above: samples are drawn in 8 groups, each stratified by itself, and none is to be
-/// shorter than others.
+/// The next multiple of 8, below or above: samples are drawn in 8 groups, each stratified by itself, and none
+/// is to be shorter than others.
 fn whole_strata(samples: usize, up: bool) -> usize {
     if samples < 8 || samples.is_multiple_of(8) {
         samples

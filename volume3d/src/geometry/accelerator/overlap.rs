@@ -21,8 +21,8 @@ impl Accelerator {
     /// What `visit` finds in all pairs of triangles whose boxes meet to rounding, each pair once with the lower index first.
     /// The order depends on the hierarchy alone, not on the number of threads.
     ///
-    /// `positions` and `triangles` must be those that the hierarchy was built over; the positions were given, and rounded, from another
-    /// origin.
+    /// `positions` and `triangles` must be those that the hierarchy was built over; the positions were given,
+    /// and rounded, from another origin.
     pub(crate) fn each_pair<T: Send>(
         &self,
         positions: &[DVec3],

@@ -24,7 +24,8 @@ pub struct Sheaf {
     pub far: [f64; PACKET],
     /// The triangles that origins lie on, which are never hit by their rays.
     pub from: [u32; PACKET],
-    /// The triangles in which rays end, which are never hit by them when only whether anything is hit is asked.
+    /// The triangles in which rays end, which are never hit by them when only whether anything is hit is
+    /// asked.
     pub target: [u32; PACKET],
     /// The places that have a ray, as bits.
     pub members: u32,

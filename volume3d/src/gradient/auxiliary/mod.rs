@@ -35,8 +35,9 @@ pub(crate) fn work(auxiliary: Option<&Auxiliary<'_>>) -> f64 {
 /// Where the velocities that make a field come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Construction {
-    /// The mean over jumps near a direction: within so many pixels on the film, so many widths of the kernel elsewhere; softened by so many
-    /// pixels on the film, and so many widths within lobes. Towards lights, if shadows are sampled as curves, there is what implicit surfaces give to it alone. They give what their
+    /// The mean over jumps near a direction: within so many pixels on the film, so many widths of the kernel
+    /// elsewhere; softened by so many pixels on the film, and so many widths within lobes. Towards lights, if
+    /// shadows are sampled as curves, there is what implicit surfaces give to it alone. They give what their
     /// field says.
     JumpMean {
         film: f64,

@@ -145,7 +145,8 @@ impl<'a> Horizon<'a> {
             Some(emitter) => hit.surface == Surface::Triangle(emitter),
             None => true,
         };
-        // Beyond its own triangle the face may go on: a ray along it must be farther from its plane there than x is.
+        // Beyond its own triangle the face may go on: a ray along it must be farther from its plane there
+        // than x is.
         let [a, b, c] = paths.scene.corners(triangle);
         let border = a.distance(b).min(b.distance(c)).min(c.distance(a));
         let angle = aside([a, b], x.position, border).max(aside([b, c], x.position, border));

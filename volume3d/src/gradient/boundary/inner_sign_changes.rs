@@ -31,8 +31,9 @@ use crate::gradient::film::FilmPlane;
 use crate::path::{Calculus, Paths, Sequence, SurfacePoint};
 use crate::scene::{Hit, NONE, Scene, Surface};
 
-/// The radiance on either side is that for viewers at this angle to the plane where the side turns, in radians, or as far as rounding may turn
-/// what is seen of a triangle of its size there: what it leaves out is as small.
+/// The radiance on either side is that for viewers at this angle to the plane where the side turns, in
+/// radians, or as far as rounding may turn what is seen of a triangle of its size there: what it leaves out
+/// is as small.
 const ASIDE: f64 = 1e-6;
 
 /// Triangles whose side may turn in view of others.

@@ -17,8 +17,8 @@ use crate::path::{Frame, Paths, Sequence};
 /// The ray on either side of a projected edge leaves it by this many pixels at least.
 const ASIDE_PIXELS: f64 = 1e-6;
 
-/// A face at which one looks along its plane up to this angle, in radians, may be seen as less than a line: far more than rounding makes of any face
-/// whose shape is not lost, and one edge too many costs a sample.
+/// A face at which one looks along its plane up to this angle, in radians, may be seen as less than a line:
+/// far more than rounding makes of any face whose shape is not lost, and one edge too many costs a sample.
 const EDGE_ON: f64 = 1e-4;
 
 /// The least contrast a crease is credited with: what is reflected there may jump for other reasons than its normal.
@@ -40,7 +40,8 @@ const MOST_PIECES: f64 = 64.0;
 const HIDDEN: f64 = 0.05;
 const HIDDEN_IF_LONG: f64 = 0.25;
 
-/// The part of the way to an edge at which its own surface is no longer in the way: of weights only, of which none is 0.
+/// The part of the way to an edge at which its own surface is no longer in the way: of weights only, of which
+/// none is 0.
 const NEARLY: f64 = 1e-6;
 
 /// Which edges are sampled.
@@ -299,7 +300,8 @@ impl Primary<'_> {
             return None;
         }
         let t = a.lerp(b, s).distance(origin);
-        // Edges are given in the coordinates of the camera, which are rounded to parts of how far their ends are.
+        // Edges are given in the coordinates of the camera, which are rounded to parts of how far their ends
+        // are.
         let farthest = a.distance(origin).max(b.distance(origin));
         let aside = ASIDE_PIXELS.max(clear(farthest, t) * film.pixels_by_angle());
         let directions = [-aside, aside].map(|e| film.ray(u + e * normal));

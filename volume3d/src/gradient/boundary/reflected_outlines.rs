@@ -191,8 +191,8 @@ fn across(spans: &[[DVec3; 2]]) -> Vec<Option<(usize, bool)>> {
     images.map_or(none, |images| images.into_iter().map(Some).collect())
 }
 
-/// How far, of the length of all, an edge's ends may be from those of its image. Where rounding of what is given moves them farther, opposite points are drawn
-/// alone: that costs noise, and no bias.
+/// How far, of the length of all, an edge's ends may be from those of its image. Where rounding of what is
+/// given moves them farther, opposite points are drawn alone: that costs noise, and no bias.
 const SYMMETRY: f64 = 1e-9;
 
 impl Boundary for ReflectedOutlines<'_> {

@@ -8,10 +8,12 @@
 //! is left. On the side of the surface that ends V⁻ = v: one side alone counts, but at crossings, which are no one's border. Every
 //! difference is at most twice the largest velocity near by, whatever the gap to the next silhouette.
 //!
-//! Towards lights V = 0 beside meshes, and all of the motion of shadows is left: that of an edge before a light as the shading point sees
-//! it, which slides along its surface with the warp of the film and of the directions before it. So are the outlines of emitters
-//! themselves; those of flat ones are added where next-event estimation meets them. Beside implicit surfaces V is what they give to it, which the
-//! edges of meshes know nothing of: it is continuous there, as rays end at the light's plane whatever is before it, and what is left is v − V.
+//! Towards lights V = 0 beside meshes, and all of the motion of shadows is left: that of an edge before a
+//! light as the shading point sees it, which slides along its surface with the warp of the film and of the
+//! directions before it. So are the outlines of emitters themselves; those of flat ones are added where
+//! next-event estimation meets them. Beside implicit surfaces V is what they give to it, which the edges of
+//! meshes know nothing of: it is continuous there, as rays end at the light's plane whatever is before it,
+//! and what is left is v − V.
 //!
 //! At bounces V is softened as on the film, within lobes, and what it leaves of silhouettes that shading points see is sampled
 //! likewise: the light of one side times the speed beyond the field of that side.
@@ -74,8 +76,8 @@ struct Lit<T> {
     light: LightId,
 }
 
-/// A number whose derivative is (ω × e)·(ẋ_B − ẋ − t V): the speed of an edge's point as the last point of a path sees it, which the warp
-/// moves, beyond that of the field towards the light.
+/// A number whose derivative is (ω × e)·(ẋ_B − ẋ − t V): the speed of an edge's point as the last point of a
+/// path sees it, which the warp moves, beyond that of the field towards the light.
 fn speed<C: Differential>(
     paths: &Paths<'_>,
     calculus: &mut C,

@@ -5,12 +5,13 @@ use glam::DVec3;
 use super::list::{Edge, EdgeList, are_folded};
 use crate::scene::{Hit, Scene, Surface};
 
-/// The ray on either side of an edge leaves it by this angle at least, in radians. What it hits stands for the limit at
-/// the edge: it differs only where two edges are nearer to one another than the angle.
+/// The ray on either side of an edge leaves it by this angle at least, in radians. What it hits stands for
+/// the limit at the edge: it differs only where two edges are nearer to one another than the angle.
 const ASIDE: f64 = 1e-9;
 
-/// The ray passes the edge by so many units of rounding of the coordinates there. The point of the edge is off by two of them, the viewer that
-/// was found from it and the direction by one each, and the test of a triangle by as many.
+/// The ray passes the edge by so many units of rounding of the coordinates there. The point of the edge is
+/// off by two of them, the viewer that was found from it and the direction by one each, and the test of a
+/// triangle by as many.
 const CLEAR: f64 = 16.0;
 
 /// How much rounding of coordinates may turn a direction over a distance, and a margin, in radians.
@@ -18,9 +19,10 @@ pub(super) fn clear(largest: f64, distance: f64) -> f64 {
     CLEAR * f64::EPSILON * largest / distance
 }
 
-/// The angle by which a ray from x leaves a point of an edge at a distance: more than rounding may turn it by. At 3·10⁵ times that distance
-/// from the scene's origin and farther away that is wider than 10⁻⁹, in proportion, and 4·10⁻⁴ at 10¹¹ times: edges and surfaces that are seen nearer
-/// to one another are taken for one.
+/// The angle by which a ray from x leaves a point of an edge at a distance: more than rounding may turn it
+/// by. At 3·10⁵ times that distance from the scene's origin and farther away that is wider than 10⁻⁹, in
+/// proportion, and 4·10⁻⁴ at 10¹¹ times: edges and surfaces that are seen nearer to one another are taken for
+/// one.
 pub(super) fn aside(ends: [DVec3; 2], x: DVec3, distance: f64) -> f64 {
     ASIDE.max(clear(largest(&[x, ends[0], ends[1]]), distance))
 }
@@ -30,10 +32,11 @@ pub(super) fn largest(points: &[DVec3]) -> f64 {
     points.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max)
 }
 
-/// How far from a point of an edge rays through it start, of which its own triangles are not in the way: 10⁻⁹ of their coordinates, where a ray that is by
-/// 4·10⁻⁶ aside of a triangle's plane has left its rounding. Of an edge that is shorter than 1/4000 of the coordinates it is less:
-/// the geometric mean of rounding and length, with which as large a part of what stands near the edge is not seen as of
-/// directions is that graze its triangles.
+/// How far from a point of an edge rays through it start, of which its own triangles are not in the way: 10⁻⁹
+/// of their coordinates, where a ray that is by 4·10⁻⁶ aside of a triangle's plane has left its rounding. Of
+/// an edge that is shorter than 1/4000 of the coordinates it is less: the geometric mean of rounding and
+/// length, with which as large a part of what stands near the edge is not seen as of directions is that graze
+/// its triangles.
 pub(super) fn near(scene: &Scene, list: &EdgeList, edge: &Edge) -> f64 {
     let [a, b] = edge.span(scene);
     let corners = list.triangles(edge).map(|t| largest(&scene.corners(t)));
@@ -44,8 +47,9 @@ pub(super) fn near(scene: &Scene, list: &EdgeList, edge: &Edge) -> f64 {
 /// See [`near`].
 const START: f64 = 1e-9;
 
-/// Two surfaces touch if their distances from the viewer differ by less than this part, and so many angles by which rays leave the edge: at an
-/// angle α to the ray a surface is within one of them over tan α of the edge.
+/// Two surfaces touch if their distances from the viewer differ by less than this part, and so many angles by
+/// which rays leave the edge: at an angle α to the ray a surface is within one of them over tan α of the
+/// edge.
 const TOUCH: f64 = 1e-6;
 const TOUCH_BY_ANGLE: f64 = 1e3;
 

@@ -19,7 +19,8 @@ use crate::gradient::film::FilmPlane;
 use crate::path::{Calculus, Paths, Plain, Sequence, SurfacePoint};
 use crate::scene::{Hit, NONE, Surface};
 
-/// The radiance on either side is that this many pixels away, or as far as rounding may move what is seen on the film.
+/// The radiance on either side is that this many pixels away, or as far as rounding may move what is seen on
+/// the film.
 const ASIDE_PIXELS: f64 = 1e-6;
 
 /// Half the step of central differences for ∇G, in pixels: their error is its square, and rounding over it.

@@ -51,7 +51,8 @@ pub(super) fn kernel(
     Some(paths.kernels.of_bounce(&shading, sees, surface))
 }
 
-/// The kernel of a direction towards a light, that of `Paths::light_along`. `None` where nothing is reflected.
+/// The kernel of a direction towards a light, that of `Paths::light_along`. `None` where nothing is
+/// reflected.
 pub(super) fn light_kernel(
     paths: &Paths<'_>,
     viewer: DVec3,

@@ -1,8 +1,9 @@
 //! Directions in which an edge is a silhouette before an emitter.
 //!
-//! About an edge of two triangles such directions fill two opposite wedges; about a border they are all directions. Emitters that are seen past the
-//! edge lie in them with the part of each of their triangles that is between two planes through the edge. Far from a triangle one draws a point
-//! of that part, near to it a plane and a direction to the segment in which the plane cuts the triangle: no direction is drawn in vain.
+//! About an edge of two triangles such directions fill two opposite wedges; about a border they are all
+//! directions. Emitters that are seen past the edge lie in them with the part of each of their triangles that
+//! is between two planes through the edge. Far from a triangle one draws a point of that part, near to it a
+//! plane and a direction to the segment in which the plane cuts the triangle: no direction is drawn in vain.
 
 use std::f64::consts::{PI, TAU};
 
@@ -55,13 +56,15 @@ impl Wedge {
         self.azimuth(direction).rem_euclid(PI) <= self.angle
     }
 
-    /// The part of a triangle, as seen from a point of the edge at the origin, between two azimuths at most π apart.
+    /// The part of a triangle, as seen from a point of the edge at the origin, between two azimuths at most π
+    /// apart.
     fn clipped(&self, corners: [DVec3; 3], start: f64, angle: f64) -> Vec<DVec3> {
         let across = |azimuth: f64| azimuth.cos() * self.up - azimuth.sin() * self.u;
         clip(&clip(&corners, across(start)), -across(start + angle))
     }
 
-    /// The solid angle of the part of a triangle, as seen from a point of the edge at the origin, between two azimuths at most π apart.
+    /// The solid angle of the part of a triangle, as seen from a point of the edge at the origin, between two
+    /// azimuths at most π apart.
     fn solid_angle(&self, corners: [DVec3; 3], start: f64, angle: f64) -> f64 {
         let part = self.clipped(corners, start, angle);
         let fan = part.windows(2).skip(1).map(|pair| solid_angle(DVec3::ZERO, &[part[0], pair[0], pair[1]]));
@@ -72,8 +75,8 @@ impl Wedge {
         self.angle == PI
     }
 
-    /// A direction to a part of a triangle, as seen from the origin, uniform by area, and its density by solid angle: hardly any variance where
-    /// the triangle is far away.
+    /// A direction to a part of a triangle, as seen from the origin, uniform by area, and its density by
+    /// solid angle: hardly any variance where the triangle is far away.
     fn by_area(&self, part: &Part, corners: [DVec3; 3], [c, a, b]: [f64; 3]) -> Option<(DVec3, f64)> {
         let polygon =
             if self.is_whole() { corners.to_vec() } else { self.clipped(corners, part.start, part.angle) };
@@ -92,8 +95,9 @@ impl Wedge {
         Some((way / distance, distance * distance / (cosine * table.total())))
     }
 
-    /// The same from a point, uniform in azimuth and, there, by solid angle, dω = d cos θ dα with θ the angle to the edge: by area or length
-    /// almost all directions would lead along the edge where the triangle is near.
+    /// The same from a point, uniform in azimuth and, there, by solid angle, dω = d cos θ dα with θ the angle
+    /// to the edge: by area or length almost all directions would lead along the edge where the triangle is
+    /// near.
     fn by_angle(
         &self,
         part: &Part,
@@ -143,7 +147,8 @@ impl Wedge {
     }
 }
 
-/// The part of a triangle, or of what is left of it, on the side of a plane through the origin to which the normal points.
+/// The part of a triangle, or of what is left of it, on the side of a plane through the origin to which the
+/// normal points.
 fn clip(polygon: &[DVec3], normal: DVec3) -> Vec<DVec3> {
     let mut clipped = vec![];
     for (i, &p) in polygon.iter().enumerate() {
@@ -196,7 +201,8 @@ impl Targets {
         (triangles.len() <= MANY).then_some(Self { triangles })
     }
 
-    /// Every part of an emitter before which a point of an edge is on a silhouette, by its solid angle; not of some shapes.
+    /// Every part of an emitter before which a point of an edge is on a silhouette, by its solid angle; not
+    /// of some shapes.
     fn parts(&self, scene: &Scene, wedge: &Wedge, point: DVec3, except: &[u32]) -> (Vec<Part>, Table) {
         let (mut parts, mut weights) = (vec![], vec![]);
         for &triangle in &self.triangles {
@@ -223,7 +229,8 @@ impl Targets {
                     angle,
                     far: true,
                 }));
-                // Parts count by their azimuths: of a triangle's area within some azimuths that is wrong by a factor of 2 at most.
+                // Parts count by their azimuths: of a triangle's area within some azimuths that is wrong by a
+                // factor of 2 at most.
                 let range = wedge.range(p, point);
                 weights.extend(parts[first..].iter().map(|part| whole * part.angle / range));
                 continue;
@@ -236,7 +243,8 @@ impl Targets {
         (parts, Table::new(weights))
     }
 
-    /// The largest solid angle of emitters before which a stretch is a silhouette, of three points; 0 only where it is none.
+    /// The largest solid angle of emitters before which a stretch is a silhouette, of three points; 0 only
+    /// where it is none.
     pub(super) fn solid_angle(
         &self,
         scene: &Scene,

@@ -1,18 +1,20 @@
 //! What lies on the borders of box pixels.
 //!
-//! A box filter jumps at the border of its pixel. Where an edge lies exactly on one, what it takes from one pixel as it moves to one side it
-//! takes from the other as it moves to the other side: both pixels have one-sided derivatives, and rounding decides to which of them a point
-//! of the edge belongs. The mean of both one-sided derivatives is that of a pixel whose border is at a random place around where it is,
-//! nearer than any rounding: it is well defined, linear in motions, and the same in all methods, provided that samples of
-//! edges and samples of borders are counted alike. For all that is farther from a border than that nothing changes.
+//! A box filter jumps at the border of its pixel. Where an edge lies exactly on one, what it takes from one
+//! pixel as it moves to one side it takes from the other as it moves to the other side: both pixels have
+//! one-sided derivatives, and rounding decides to which of them a point of the edge belongs. The mean of both
+//! one-sided derivatives is that of a pixel whose border is at a random place around where it is, nearer than
+//! any rounding: it is well defined, linear in motions, and the same in all methods, provided that samples of
+//! edges and samples of borders are counted alike. For all that is farther from a border than that nothing
+//! changes.
 
 use glam::DVec2;
 
 use super::FilmPlane;
 use crate::scene::Scene;
 
-/// Roundings that a film point may have on its way, and a few hundred times as many: an edge on a border is then as often on either side of it,
-/// to a thousandth.
+/// Roundings that a film point may have on its way, and a few hundred times as many: an edge on a border is
+/// then as often on either side of it, to a thousandth.
 const ROUNDINGS: f64 = 1024.0;
 
 /// How far from a pixel's border what lies on it may be by rounding, in pixels.
@@ -50,8 +52,8 @@ impl FilmPlane {
         (self.corner, self.corner + DVec2::new(self.columns as f64, self.rows as f64))
     }
 
-    /// Calls with every pixel (x, y) of the image that a point of an edge reaches, and its weight there, which is not 0. On the border of
-    /// box pixels it is a part of each of them.
+    /// Calls with every pixel (x, y) of the image that a point of an edge reaches, and its weight there,
+    /// which is not 0. On the border of box pixels it is a part of each of them.
     pub(crate) fn for_each_share(&self, at: DVec2, mut f: impl FnMut(usize, usize, f64)) {
         let Some((i, j)) = self.cell(at) else { return };
         if !self.is_box() {

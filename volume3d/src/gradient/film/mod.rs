@@ -144,8 +144,9 @@ impl FilmPlane {
         }
     }
 
-    /// One over the distance at which what is behind everything is followed: 0 where that is far away. Of an orthographic sensor it is
-    /// that of the sensor: at infinity what is seen would pass the film 10⁴ times as fast as all else, when the camera turns.
+    /// One over the distance at which what is behind everything is followed: 0 where that is far away. Of an
+    /// orthographic sensor it is that of the sensor: at infinity what is seen would pass the film 10⁴ times
+    /// as fast as all else, when the camera turns.
     pub(crate) fn background(&self) -> f64 {
         if self.arm == DVec3::ZERO { 0.0 } else { self.arm.length().recip() }
     }

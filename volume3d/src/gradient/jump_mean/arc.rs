@@ -69,10 +69,11 @@ pub(crate) struct Graded {
 ///
 /// > K(u, b) = (1/(1 − u·b) − 1/(1 − cos R))₊,
 ///
-/// and their gradients by u; softened, K(u, b) = (1/(1 − (1 − δ) u·b) − 1/(1 − cos R))₊, which is at most about 2/ε² and differs from
-/// the exact kernel only at angles of about ε: [`Field::Softened`](crate::gradient::Field::Softened) says what it is for. The velocity of the arc is linear between its ends, ḃ = \[sin(Φ − φ) ȧ + sin φ ḃ₁\]/sin Φ at
-/// angle φ from the first of them; that this is the velocity of the edge between the two follows from ν·ḃ being linear
-/// in b.
+/// and their gradients by u; softened, K(u, b) = (1/(1 − (1 − δ) u·b) − 1/(1 − cos R))₊, which is at most
+/// about 2/ε² and differs from the exact kernel only at angles of about ε:
+/// [`Field::Softened`](crate::gradient::Field::Softened) says what it is for. The velocity of the arc is
+/// linear between its ends, ḃ = \[sin(Φ − φ) ȧ + sin φ ḃ₁\]/sin Φ at angle φ from the first of them; that
+/// this is the velocity of the edge between the two follows from ν·ḃ being linear in b.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Moments {
     /// ∫ K.

@@ -15,8 +15,9 @@ use super::edge::{Cone, Edge};
 use super::tree::Tree;
 use crate::scene::{FLAT, NONE, Scene};
 
-/// Corners no farther from a face's plane than this part of the scene, and what rounding does to positions as they were given, are in it: half of
-/// what is taken for before a plane, so that nothing is lost which bounds some other triangle of the face than the first.
+/// Corners no farther from a face's plane than this part of the scene, and what rounding does to positions as
+/// they were given, are in it: half of what is taken for before a plane, so that nothing is lost which bounds
+/// some other triangle of the face than the first.
 const THICK: f64 = 5e-7;
 
 /// Borders of more edges are looked up in a tree of their own.

@@ -55,7 +55,8 @@ impl Order {
         self.indices.iter().map(|&i| edges[i as usize]).collect()
     }
 
-    /// Reorders some along an axis of their places or of their normals, and returns where the second half begins: in whole leaves.
+    /// Reorders some along an axis of their places or of their normals, and returns where the second half
+    /// begins: in whole leaves.
     pub(super) fn halve(&mut self, range: Range<usize>) -> usize {
         let Self { indices, extents, keys } = self;
         let part = &mut indices[range.clone()];
@@ -70,7 +71,8 @@ impl Order {
     }
 }
 
-/// The axis along which parts are least likely to be entered, if a part of some edges comes before the others.
+/// The axis along which parts are least likely to be entered, if a part of some edges comes before the
+/// others.
 fn best_axis(
     extents: &[Extent],
     some: impl Iterator<Item = u32> + Clone,

@@ -7,8 +7,9 @@
 //! - warped-area sampling with a [softened field](super::Field::Softened): area, silhouettes on the film, edges of shadows;
 //! - [edge sampling](EdgeSampling): paths, edges on the film, edges that shading points see before lights and before all else.
 //!
-//! The exact [mean over jumps](super::Field::JumpMean) is the first with ε = 0; at equal time it was never better where both were
-//! measured. Beside implicit surfaces it is what is taken, and nothing is chosen: edge sampling does not know their silhouettes.
+//! The exact [mean over jumps](super::Field::JumpMean) is the first with ε = 0; at equal time it was never
+//! better where both were measured. Beside implicit surfaces it is what is taken, and nothing is chosen: edge
+//! sampling does not know their silhouettes.
 //!
 //! Samples of the area of warped-area sampling are spread over the film by the same rule, more of them in squares of pixels where the pilot's
 //! scatter more, if there are 16 or more, of one view, only geometry changes, and light is reflected only once: an [`Allocation`](super::Allocation).
@@ -72,8 +73,8 @@ pub struct Candidate {
     /// What part of it is the area's, that of curves on the film, that of curves before lights that shading points see, and that of
     /// curves before all else.
     pub shares: [f64; 4],
-    /// Whether the pilot saw light jump at every kind of curve that it sampled. If not, the expected error lacks what was not seen, and the method
-    /// is not chosen.
+    /// Whether the pilot saw light jump at every kind of curve that it sampled. If not, the expected error
+    /// lacks what was not seen, and the method is not chosen.
     pub is_complete: bool,
 }
 

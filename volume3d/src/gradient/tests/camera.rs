@@ -1,4 +1,5 @@
-//! Cameras whose axis is beside the middle of the film, whose pixels are not square, and that stand for orthographic sensors.
+//! Cameras whose axis is beside the middle of the film, whose pixels are not square, and that stand for
+//! orthographic sensors.
 
 use glam::{DQuat, DVec2};
 
@@ -123,16 +124,17 @@ fn before_sensor() -> Scene {
     Scene::new(d).unwrap()
 }
 
-/// As an orthographic sensor turns, what it sees moves past it at the speed of its distance from the sensor, and is seen as cos(turn − angle)
-/// wide.
+/// As an orthographic sensor turns, what it sees moves past it at the speed of its distance from the sensor,
+/// and is seen as cos(turn − angle) wide.
 #[test]
 fn orthographic_sensors_turn_about_themselves() {
     let scene = before_sensor();
     assert!(scene.description().camera.pivot().length() < 1e-9);
     let mut change = Tangent::still(&scene);
     change.camera.rotation = DVec3::Y;
-    // Columns are weighted by their distance from the middle: Σ h of that is exactly a film point's own. With 1.5 pixels a unit of length and
-    // three channels the sum is area · cos(TURNED − θ) (0.2 cos θ + 3 sin θ) 1.5.
+    // Columns are weighted by their distance from the middle: Σ h of that is exactly a film point's own. With
+    // 1.5 pixels a unit of length and three channels the sum is area · cos(TURNED − θ) (0.2 cos θ + 3 sin θ)
+    // 1.5.
     let weighted = |image: Image| -> Vec<DVec3> {
         image.pixels.iter().enumerate().map(|(i, g)| *g * ((i % 6) as f64 - 2.5)).collect()
     };
@@ -186,7 +188,8 @@ fn orthographic_sensors_turn_about_themselves() {
     }
 }
 
-/// What is applied, displaced and differentiated is one motion; a field of view is no parameter of an orthographic sensor.
+/// What is applied, displaced and differentiated is one motion; a field of view is no parameter of an
+/// orthographic sensor.
 #[test]
 fn poses_of_orthographic_sensors_are_about_the_sensor() {
     let mut scene = before_sensor();

@@ -2,8 +2,9 @@
 
 use super::*;
 
-/// Samples that see an edge move are rare events. Where cells shared their random numbers, an edge along a row of pixels would pass those of
-/// all its cells at once or none, and the variance would be 13 times that of a Poisson number, as the edges here are 13 pixels long.
+/// Samples that see an edge move are rare events. Where cells shared their random numbers, an edge along a
+/// row of pixels would pass those of all its cells at once or none, and the variance would be 13 times that
+/// of a Poisson number, as the edges here are 13 pixels long.
 #[test]
 fn samples_of_different_cells_see_edges_move_independently() {
     const RUNS: u64 = 400;

@@ -1,4 +1,5 @@
-//! Scenes far from the origin, as of coordinates of a map: what is computed does not depend on where they are.
+//! Scenes far from the origin, as of coordinates of a map: what is computed does not depend on where they
+//! are.
 
 use flatland::sdf::shapes::Ball;
 use glam::{DAffine3, DQuat, DVec3};
@@ -9,7 +10,8 @@ use crate::geometry::Mesh;
 use crate::gradient::{ActiveParameters, EdgeSampling, Field, Progress, Tangent, WarpedArea, render};
 use crate::scene::{Camera, Description, Environment, Filter, Integrator, Light, Material, Placement, Scene};
 
-/// A cube over a floor, under a tilted lamp. Where numbers are snapped they have so few bits that all sums with offsets of 2³² are exact.
+/// A cube over a floor, under a tilted lamp. Where numbers are snapped they have so few bits that all sums
+/// with offsets of 2³² are exact.
 fn cube(depth: usize, snap: bool) -> Description {
     let snapped = |place: DAffine3| {
         let round = |x: f64| if snap { (x * 4096.0).round() / 4096.0 } else { x };
@@ -61,14 +63,16 @@ fn edges(seed: u64) -> EdgeSampling {
     EdgeSampling { samples: 4, primary: 64, secondary: 64, bounces: 64, seed, ..EdgeSampling::default() }
 }
 
-/// How far in the field's own slack, a part of the distance from the origin, edges count as before a plane besides: those hardly do.
+/// How far in the field's own slack, a part of the distance from the origin, edges count as before a plane
+/// besides: those hardly do.
 const SLACK: f64 = 1e-4;
 
 const OFFSETS: [DVec3; 2] =
     [DVec3::new(196_608.0, -327_680.0, 65_536.0), DVec3::new(4_294_967_296.0, 0.0, -2_147_483_648.0)];
 
-/// The origin of computation moves with the scene, exactly: images, and gradients by edge sampling forward and in reverse, are the same bit for bit at
-/// 10⁹ sizes from the origin, and those by warped area the same but for a slack.
+/// The origin of computation moves with the scene, exactly: images, and gradients by edge sampling forward
+/// and in reverse, are the same bit for bit at 10⁹ sizes from the origin, and those by warped area the same
+/// but for a slack.
 #[test]
 fn a_scene_far_away_is_the_same_to_the_bit() {
     let none = Progress::none();
@@ -153,8 +157,8 @@ fn terms(mut d: Description, depth: usize, offset: DVec3, method: &EdgeSampling)
 /// More than random numbers make of differences that rounding alone makes, which are 10⁻⁶.
 const SEEN: f64 = 1e-4;
 
-/// Coordinates that are rounded as those of maps are: all terms are those at the origin with the same random numbers, but for the rounding of
-/// what is given. It sees 10⁻⁴ of a term, as a control has it.
+/// Coordinates that are rounded as those of maps are: all terms are those at the origin with the same random
+/// numbers, but for the rounding of what is given. It sees 10⁻⁴ of a term, as a control has it.
 #[test]
 fn terms_do_not_depend_on_where_the_scene_is() {
     for depth in [2, 3] {
@@ -172,8 +176,9 @@ fn terms_do_not_depend_on_where_the_scene_is() {
     }
 }
 
-/// The same where the origin cannot be near, as another, tiny shape is as far away on the other side: rays are as far aside of edges as rounding
-/// of coordinates there asks for. Random numbers are not those of the scene without that shape.
+/// The same where the origin cannot be near, as another, tiny shape is as far away on the other side: rays
+/// are as far aside of edges as rounding of coordinates there asks for. Random numbers are not those of the
+/// scene without that shape.
 #[test]
 fn terms_do_not_depend_on_how_large_the_scene_is() {
     let offset = 1e8 * DVec3::new(0.9, -0.3, 0.4);

@@ -18,7 +18,8 @@ fn every_filter() -> [Filter; 6] {
     [Filter::Box, tent(1.0), tent(0.3), tent(2.3), gaussian(0.5), gaussian(0.1)]
 }
 
-/// A sky that is the same everywhere, with a ball behind the camera: seen through a lens, paths do not go side by side.
+/// A sky that is the same everywhere, with a ball behind the camera: seen through a lens, paths do not go
+/// side by side.
 fn sky(filter: Filter, lens: Option<Lens>) -> Scene {
     let camera = Camera { lens, ..Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 0.8) };
     let mut d = Description::new(camera, film(WIDTH, filter));
@@ -32,7 +33,8 @@ fn is_constant(image: &Image, radiance: DVec3) -> bool {
     image.pixels.iter().all(|pixel| (*pixel - radiance).abs().max_element() < 1e-12)
 }
 
-/// With every filter and from one sample on, and with no standard error from two on. That weights alone are not constant is the control.
+/// With every filter and from one sample on, and with no standard error from two on. That weights alone are
+/// not constant is the control.
 #[test]
 fn a_constant_scene_has_a_constant_image() {
     let (none, radiance) = (Progress::none(), DVec3::new(0.7, 0.1, 3.0));
@@ -64,8 +66,8 @@ fn a_constant_scene_has_a_constant_image() {
     }
 }
 
-/// Of a square whose image is known, from a single sample on: every pixel's mean over runs is within its errors. What is seen is stated: a bias
-/// of a few thousandths of the light.
+/// Of a square whose image is known, from a single sample on: every pixel's mean over runs is within its
+/// errors. What is seen is stated: a bias of a few thousandths of the light.
 #[test]
 fn images_of_few_samples_are_unbiased() {
     const RUNS: u64 = 6000;
@@ -118,7 +120,8 @@ fn floor(filter: Filter) -> Scene {
     Scene::new(d).unwrap()
 }
 
-/// The correlation of the noise of pixels that are apart by some columns, and as many rows, in some images of one scene.
+/// The correlation of the noise of pixels that are apart by some columns, and as many rows, in some images of
+/// one scene.
 fn correlations(images: &[Image], lag: usize) -> [f64; 2] {
     let (width, height) = images[0].size();
     let count = images.len() as f64;
@@ -146,8 +149,9 @@ fn correlations(images: &[Image], lag: usize) -> [f64; 2] {
     })
 }
 
-/// Pixels farther apart than their filters reach have no noise in common, in particular those of one square of 16 cells, or one square
-/// apart: a correlation of 3 % would be rejected. Where cells share random numbers, as those of a gradient do, it is nearly one: the control.
+/// Pixels farther apart than their filters reach have no noise in common, in particular those of one square
+/// of 16 cells, or one square apart: a correlation of 3 % would be rejected. Where cells share random
+/// numbers, as those of a gradient do, it is nearly one: the control.
 #[test]
 fn no_pattern_is_in_the_noise() {
     const RUNS: u64 = 24;
@@ -184,8 +188,8 @@ fn no_pattern_is_in_the_noise() {
     assert!(limit < 0.035, "{limit}");
 }
 
-/// A tent over the noise of independent cells has the square of its weights, 4/9, of what a box has; of cells that share their noise it would
-/// have all of it.
+/// A tent over the noise of independent cells has the square of its weights, 4/9, of what a box has; of cells
+/// that share their noise it would have all of it.
 #[test]
 fn filters_average_the_noise_of_cells() {
     const RUNS: u64 = 24;

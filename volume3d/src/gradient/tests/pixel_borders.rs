@@ -10,7 +10,8 @@ use crate::gradient::{
 };
 use crate::scene::{Camera, Description, Filter, Scene};
 
-/// A square of radiance 1 that covers pixels 4 to 11 of 16 both ways, moved to the right by a part of a pixel.
+/// A square of radiance 1 that covers pixels 4 to 11 of 16 both ways, moved to the right by a part of a
+/// pixel.
 fn scene(moved: f64, filter: Filter) -> Scene {
     let camera = Camera::look_at(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, DVec3::Y, 2.0 * 0.25_f64.atan());
     let mut d = Description::new(camera, film(16, filter));
@@ -46,8 +47,9 @@ fn of_column(image: &GradientImage, x: usize) -> (f64, f64) {
     (mean, error)
 }
 
-/// Of pixels on both sides, the mean of the derivatives to both sides, by every method; and that of one side where the edge is a millionth of
-/// a pixel away. A method that gave either pixel all of it, or a part of a softened field to the wrong one, would be off by half of it.
+/// Of pixels on both sides, the mean of the derivatives to both sides, by every method; and that of one side
+/// where the edge is a millionth of a pixel away. A method that gave either pixel all of it, or a part of a
+/// softened field to the wrong one, would be off by half of it.
 #[test]
 fn pixels_on_both_sides_have_the_mean_of_one_sided_derivatives() {
     for (moved, [inner, outer]) in [(0.0, [0.5, 0.5]), (1e-15, [0.5, 0.5]), (1e-6, [0.0, 1.0])] {

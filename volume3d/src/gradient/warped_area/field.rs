@@ -5,11 +5,13 @@ use crate::gradient::GradientError;
 /// What the warp field is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Field {
-    /// The velocities of the edges near a direction, by their exact mean over those edges: no auxiliary ray, and no bias (jumps of
-    /// interpolated normals are no edges: see [`WarpedArea::sign_changes`](super::WarpedArea::sign_changes)).
-    /// Edges of meshes are listed once. None of them is tested for visibility, and none is sampled but the
-    /// borders of flat emitters. Implicit surfaces join the mean by the points of their sphere tracer, as
-    /// [`WarpedArea::implicit`](super::WarpedArea::implicit) says: this field and the softened one know them so.
+    /// The velocities of the edges near a direction, by their exact mean over those edges: no auxiliary ray,
+    /// and no bias (jumps of interpolated normals are no edges: see
+    /// [`WarpedArea::sign_changes`](super::WarpedArea::sign_changes)). Edges of meshes are listed once. None
+    /// of them is tested for visibility, and none is sampled but the borders of flat emitters. Implicit
+    /// surfaces join the mean by the points of their sphere tracer, as
+    /// [`WarpedArea::implicit`](super::WarpedArea::implicit) says: this field and the softened one know them
+    /// so.
     JumpMean {
         /// How far away edges count on the film, in pixels.
         film: f64,
@@ -28,18 +30,23 @@ pub enum Field {
     /// That is the field's part. What a path meets after a bounce moves at a speed that grows with 1/cos of the angle of incidence, by this field
     /// as by all that trace from the camera; [edge sampling](crate::gradient::EdgeSampling) traces such points backwards.
     ///
-    /// Directions towards lights are not warped: the edges of shadows and the outlines of emitters are sampled, with the speed at which
-    /// they pass the shading point. Within lobes the mean is softened as on the film, or exact. Towards lights it is exact where an emitter has a texture, or something
-    /// passes through one or covers part of it in one plane, and beside implicit surfaces where normals are interpolated.
+    /// Directions towards lights are not warped: the edges of shadows and the outlines of emitters are
+    /// sampled, with the speed at which they pass the shading point. Within lobes the mean is softened as on
+    /// the film, or exact. Towards lights it is exact where an emitter has a texture, or something passes
+    /// through one or covers part of it in one plane, and beside implicit surfaces where normals are
+    /// interpolated.
     ///
-    /// The density of samples of shadows has a bound at any gap between an edge and a lamp, none included: it is uniform by solid angle, on pieces
-    /// of edges that are no longer than their distance from the lamp or a quarter of its size. That is where at most 32 triangles emit, or 64 shapes;
-    /// where more do, samples near a lamp have no bound. Within lobes the exact mean has none as a gap before a surface that reflects closes.
+    /// The density of samples of shadows has a bound at any gap between an edge and a lamp, none included: it
+    /// is uniform by solid angle, on pieces of edges that are no longer than their distance from the lamp or
+    /// a quarter of its size. That is where at most 32 triangles emit, or 64 shapes; where more do, samples
+    /// near a lamp have no bound. Within lobes the exact mean has none as a gap before a surface that
+    /// reflects closes.
     ///
-    /// The silhouettes and shadows of implicit surfaces are no curves that could be drawn: what the points of their tracer give to the mean is not
-    /// softened ([`WarpedArea::implicit`](super::WarpedArea::implicit)), and is all of the field towards lights whose shadows are sampled. It grows without bound at their
-    /// silhouettes, so that the field is continuous there, and the curves of meshes are sampled with the speed that it leaves them. The bounds above
-    /// are those of meshes.
+    /// The silhouettes and shadows of implicit surfaces are no curves that could be drawn: what the points of
+    /// their tracer give to the mean is not softened ([`WarpedArea::implicit`](super::WarpedArea::implicit)),
+    /// and is all of the field towards lights whose shadows are sampled. It grows without bound at their
+    /// silhouettes, so that the field is continuous there, and the curves of meshes are sampled with the
+    /// speed that it leaves them. The bounds above are those of meshes.
     Softened {
         /// How far away edges count on the film, in pixels.
         film: f64,

@@ -185,8 +185,8 @@ impl Job<'_> {
         (Sample { point, radiance, mean_radiance }, warped.then_some((origin, ray, hit)))
     }
 
-    /// Calls with every pixel in which a sample has a weight, or may get one, as [`FilmPlane::for_each_weight`] does, with h and the
-    /// integrand h J (L − L₀).
+    /// Calls with every pixel in which a sample has a weight, or may get one, as
+    /// [`FilmPlane::for_each_weight`] does, with h and the integrand h J (L − L₀).
     pub(super) fn for_each_pixel<T: Number>(
         &self,
         (i, j, _): Place,

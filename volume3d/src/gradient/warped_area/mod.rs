@@ -80,8 +80,8 @@ pub struct WarpedArea {
     /// What follows the silhouettes of implicit surfaces in means over jumps.
     pub implicit: ImplicitField,
     /// Auxiliary rays and their weights, on the film and on directions alike, for [`Field::AuxiliaryRays`].
-    /// With [`Debias::RussianRoulette`], the published debiasing, whose variance is infinite, it is unbiased by
-    /// what is proved and tested in the plane and in flat worlds; no test of it is in space.
+    /// With [`Debias::RussianRoulette`], the published debiasing, whose variance is infinite, it is unbiased
+    /// by what is proved and tested in the plane and in flat worlds; no test of it is in space.
     pub warp: Warp,
     /// The concentrations of auxiliary rays, and with them the reach of the mean over jumps on directions.
     pub kernels: Kernels,
@@ -189,7 +189,8 @@ impl WarpedArea {
         Effort { primary: silhouettes, secondary: shadows, bounces, seed: self.seed, levels }
     }
 
-    /// What the field is made of in a scene. Towards lights means over jumps are exact where shadows are no curves that can be sampled.
+    /// What the field is made of in a scene. Towards lights means over jumps are exact where shadows are no
+    /// curves that can be sampled.
     pub(super) fn construction(&self, scene: &Scene) -> Construction {
         let implicit = self.implicit;
         match self.field {

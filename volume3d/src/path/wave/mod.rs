@@ -1,8 +1,9 @@
 //! Paths of neighbouring cells, side by side.
 //!
-//! The arithmetic at their vertices is that of [`Paths::still_radiance`] in lanes, bit for bit. What is not plain leaves the
-//! wave, and is followed alone from there. Paths that share their random numbers see one point of a light and take one direction about their
-//! normals: what is random is worked out once for all of them, and their shadow rays are traced as fans.
+//! The arithmetic at their vertices is that of [`Paths::still_radiance`] in lanes, bit for bit. What is not
+//! plain leaves the wave, and is followed alone from there. Paths that share their random numbers see one
+//! point of a light and take one direction about their normals: what is random is worked out once for all of
+//! them, and their shadow rays are traced as fans.
 
 mod emitted;
 mod faces;

@@ -1,4 +1,5 @@
-//! What paths of a wave draw at a vertex: a point of a light and a direction, each its own or one for all of them.
+//! What paths of a wave draw at a vertex: a point of a light and a direction, each its own or one for all of
+//! them.
 
 use glam::DVec3;
 
@@ -47,7 +48,8 @@ pub(super) struct Step<'d> {
 }
 
 impl<'d> Step<'d> {
-    /// What paths draw at their next vertex. Given are the lanes of rows that are under way, as bits, which segment this is, and whether there is another.
+    /// What paths draw at their next vertex. Given are the lanes of rows that are under way, as bits, which
+    /// segment this is, and whether there is another.
     pub(super) fn draw(
         paths: &Paths<'_>,
         draws: &mut LaneDraws<'d>,

@@ -215,7 +215,8 @@ fn a_surface_passes_through_along_its_own_edge() {
     assert_eq!(count(1.0), 0, "it only touches");
 }
 
-/// A box of n × n squares a side: corners of integers stay where they are, so that faces have theirs in common.
+/// A box of n × n squares a side: corners of integers stay where they are, so that faces have theirs in
+/// common.
 fn squares(n: u32) -> Mesh {
     let (mut positions, mut triangles) = (vec![], vec![]);
     for face in 0..6 {
@@ -246,7 +247,8 @@ fn prism(outline: &[[f64; 2]], parts: &[[usize; 3]]) -> Mesh {
     Mesh::new(ring(-0.7).chain(ring(0.4)).collect(), triangles).unwrap()
 }
 
-/// Triangles of closed meshes touch in corners and edges, also where corners of one lie exactly in the plane of the other by chance.
+/// Triangles of closed meshes touch in corners and edges, also where corners of one lie exactly in the plane
+/// of the other by chance.
 #[test]
 fn closed_meshes_that_are_turned_do_not_pass_through_themselves() {
     let bent = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.4], [0.4, 0.4], [0.4, 1.0], [0.0, 1.0]];
@@ -280,7 +282,8 @@ fn closed_meshes_that_are_turned_do_not_pass_through_themselves() {
     }
 }
 
-/// What stands on a face on an edge slides over it, and leaves it as it is lifted; not if the face goes along.
+/// What stands on a face on an edge slides over it, and leaves it as it is lifted; not if the face goes
+/// along.
 #[test]
 fn edges_upon_faces_are_told_when_they_leave_them() {
     let turn = DAffine3::from_quat(DQuat::from_scaled_axis(DVec3::new(0.3, -1.1, 0.7)));

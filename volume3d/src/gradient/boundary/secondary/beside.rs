@@ -1,9 +1,10 @@
 //! Emitters beside edges.
 //!
-//! The light that passes an edge changes along it as fast as its distance from the emitter does: edges are cut into pieces that are no longer
-//! than that distance, or than a part of the emitter, within which its solid angle hardly changes. An edge that lies on an emitter has
-//! no direction towards it at all. Light comes from the edge itself, and jumps there in every direction in which the edge is a silhouette:
-//! such pieces, *contacts*, are looked at from all sides.
+//! The light that passes an edge changes along it as fast as its distance from the emitter does: edges are
+//! cut into pieces that are no longer than that distance, or than a part of the emitter, within which its
+//! solid angle hardly changes. An edge that lies on an emitter has no direction towards it at all. Light
+//! comes from the edge itself, and jumps there in every direction in which the edge is a silhouette: such
+//! pieces, *contacts*, are looked at from all sides.
 
 use std::ops::Range;
 
@@ -19,8 +20,9 @@ use crate::scene::Scene;
 /// Above as many shapes that emit, of more triangles than directions are drawn to, edges are not cut.
 const MANY: usize = 64;
 
-/// What is nearer to a plane than so many roundings, and the rounding of coordinates as they were given, lies in it: 10⁻⁹ of the scene. Light of
-/// what is farther away is found by directions towards it, whatever the distance.
+/// What is nearer to a plane than so many roundings, and the rounding of coordinates as they were given, lies
+/// in it: 10⁻⁹ of the scene. Light of what is farther away is found by directions towards it, whatever the
+/// distance.
 const TOUCHING: f64 = 1e4;
 
 /// What light counts at least in the choice of edges, however faint.
@@ -29,8 +31,8 @@ const FAINT: f64 = 0.01;
 /// Pieces of edges beside an emitter are no longer than this part of it.
 const PART: f64 = 0.25;
 
-/// The same of a shape of many triangles. Its light is looked for from all sides past pieces that are nearer to the ball around it than a part of its
-/// radius; pieces that are farther away are nowhere on it.
+/// The same of a shape of many triangles. Its light is looked for from all sides past pieces that are nearer
+/// to the ball around it than a part of its radius; pieces that are farther away are nowhere on it.
 const PART_OF_BALL: f64 = 0.0625;
 const NEAR: f64 = 0.1;
 
@@ -73,7 +75,8 @@ pub(super) struct Bodies {
     slack: f64,
 }
 
-/// A piece of an edge that lies on emitters, or so near to emitters of many triangles that their light is best found from all directions.
+/// A piece of an edge that lies on emitters, or so near to emitters of many triangles that their light is
+/// best found from all directions.
 #[derive(Clone, Debug)]
 pub(super) struct Contact {
     pub(super) shapes: Vec<u32>,

@@ -96,8 +96,8 @@ impl Secondary<'_> {
         self.wedge(edge).or_else(|| Wedge::whole(edge.span(self.sensor.paths.scene)))
     }
 
-    /// Roughly the solid angle of lights before which a stretch is a silhouette, or how often it is one, if that cannot
-    /// be told; 0 only where it never is.
+    /// Roughly the solid angle of lights before which a stretch is a silhouette, or how often it is one, if
+    /// that cannot be told; 0 only where it never is.
     fn emission_rate(&self, stretch: &Stretch, edge: &Edge) -> f64 {
         let paths = self.sensor.paths;
         let scene = paths.scene;
@@ -116,7 +116,8 @@ impl Secondary<'_> {
             let Some(contact) = stretch.contact.map(|contact| &self.contacts[contact as usize]) else {
                 return 0.0;
             };
-            // Others count by their solid angle where that is known, and else by how often they are silhouettes.
+            // Others count by their solid angle where that is known, and else by how often they are
+            // silhouettes.
             let scale = if self.targets.is_some() { 0.5 } else { 0.25 * FRAC_1_PI * contact.brightness };
             return scale * contact.directions.whole();
         }

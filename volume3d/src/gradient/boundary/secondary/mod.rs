@@ -89,8 +89,8 @@ struct Segment<'e> {
 }
 
 impl Segment<'_> {
-    /// Directions just before the edge and just behind it. What is seen there is looked at along them: a point of a surface that ends at a
-    /// lamp is lit by it, and the end itself is not.
+    /// Directions just before the edge and just behind it. What is seen there is looked at along them: a
+    /// point of a surface that ends at a lamp is lit by it, and the end itself is not.
     fn aside(&self, scene: &Scene) -> [DVec3; 2] {
         let angle = aside(self.edge.span(scene), self.start.position, self.distance);
         let across = angle * self.normal.normalize_or_zero();

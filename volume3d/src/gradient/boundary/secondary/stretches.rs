@@ -56,7 +56,8 @@ impl Stretch {
 /// Edges are cut until stretches are no longer than this part of the scene, or all of them are shown or none is.
 const SHORTEST: f64 = 1.0 / 128.0;
 
-/// By so many roundings half spaces are larger than they are: what is shown besides costs samples, and no bias.
+/// By so many roundings half spaces are larger than they are: what is shown besides costs samples, and no
+/// bias.
 const SLACK: f64 = 1e4;
 
 /// Above as many lights shadows are taken to be everywhere.
