@@ -135,7 +135,7 @@ fn copied(batch: &Batch) -> Result<PathBuf> {
     let mut kept = BTreeSet::new();
     for name in names.split('\0').filter(|name| !name.is_empty()) {
         let (path, place) = (from.join(name), to.join(name));
-        // What was removed is still listed.
+        // A file that was removed is still listed.
         let Ok(bytes) = std::fs::read(&path) else { continue };
         let bytes = match String::from_utf8(bytes) {
             Ok(text) if name.ends_with(".rs") => batch.patched(name, &text).into_bytes(),
@@ -189,7 +189,7 @@ fn cargo(copy: &Path) -> Command {
     cargo
 }
 
-/// Builds what the tests of some mutations need.
+/// Builds the test programs of some mutations.
 fn built<'m>(copy: &Path, mutations: impl Iterator<Item = &'m Mutation>) -> Result<Programs> {
     let mut wanted = BTreeSet::new();
     for tests in mutations.flat_map(|mutation| &mutation.tests) {

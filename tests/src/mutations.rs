@@ -38,7 +38,7 @@ pub struct Mutation {
     pub what: String,
     /// The source file, from the root of the workspace.
     pub file: String,
-    /// The code around it, with what is replaced between ⟨ and ⟩.
+    /// The code around it, with the replaced part between ⟨ and ⟩.
     pub code: String,
     /// The replacement text.
     pub becomes: String,
@@ -136,7 +136,7 @@ impl Mutation {
 /// Puts mutations into as few batches as do not overlap, each by its number, from 1 on.
 ///
 /// # Errors
-/// Which mutations do not apply, one a line.
+/// Mutations that do not apply, one a line.
 pub fn batches(mutations: &[Mutation]) -> Result<Vec<Batch>, String> {
     let (mut batches, mut faults): (Vec<Batch>, Vec<String>) = (vec![], vec![]);
     for (number, mutation) in (1..).zip(mutations) {
@@ -198,7 +198,7 @@ impl Batch {
     }
 }
 
-/// What the copy of flatland has besides.
+/// Module added to the copy of flatland.
 const SWITCH: &str = r#"
 /// Mutations.
 pub mod mutation {

@@ -82,7 +82,7 @@ impl Drop for Power {
     }
 }
 
-/// What single scenes show: the median and the worst.
+/// Smallest bias that single scenes reject: the median and the worst.
 fn alone(scenes: &mut [f64]) -> String {
     scenes.sort_by(f64::total_cmp);
     match scenes {

@@ -140,7 +140,7 @@ fn terms_of_flat_worlds() {
     }
 }
 
-/// What roulette lets through stands for all there is.
+/// Russian roulette: surviving paths stand for all.
 #[test]
 fn roulette_in_flat_worlds() {
     let p = |x: f64, y: f64| DVec2::new(x, y);

@@ -27,7 +27,7 @@ const LAMPS: [f64; 3] = [0.1, 1.0, 0.01];
 /// How high the lamp hangs.
 const HEIGHT: f64 = 2.0;
 
-/// What hangs below the lamp.
+/// The occluder below the lamp.
 #[derive(Clone, Copy, Debug)]
 enum Shape {
     Plate,

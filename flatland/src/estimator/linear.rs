@@ -116,7 +116,7 @@ struct Samples {
 impl Samples {
     fn add(&mut self, (value, rays): (DVec3, u64)) {
         self.rays += rays;
-        // What is not finite counts as 0, as in reverse: both are one linear map and its transpose.
+        // A sample that is not finite counts as 0, forward as in reverse: both are one linear map and its transpose.
         let finite = value.is_finite();
         self.values.push(if finite { value } else { DVec3::ZERO });
         self.non_finite += u64::from(!finite);
@@ -255,7 +255,7 @@ mod tests {
         }
     }
 
-    /// What is not finite counts as 0 in both, and both say how often.
+    /// Samples that are not finite count as 0 forward and in reverse, and both report their number.
     #[test]
     fn forward_and_reverse_are_transposes_where_samples_fail() {
         let corners = [(-0.5, -0.5), (0.5, -0.5), (0.0, 0.6)].map(|(x, y)| DVec2::new(x, y));

@@ -242,7 +242,7 @@ impl Film {
         self.filter.value((u - centre) / self.pixel) / (self.pixel * self.pixel)
     }
 
-    /// How far from a pixel's border what lies on it may be by rounding, and a few hundred times as far.
+    /// Width of a pixel's border: a few hundred times the rounding of positions on it.
     ///
     /// A box filter jumps there: what an edge on a border takes from one pixel as it moves to one side, it
     /// takes from the other as it moves to the other side. Sampled methods give both pixels the mean of the

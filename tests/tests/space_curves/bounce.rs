@@ -23,7 +23,7 @@ const BRIGHT: f64 = 20.0;
 const HEIGHT: f64 = 2.0;
 const HALF: f64 = 2.6;
 
-/// Where a lamp is, what it is like, and what may hide it from the ceiling.
+/// A lamp, and what hides it from the ceiling.
 struct Room {
     lamp: Mesh,
     screen: Option<Mesh>,
@@ -170,7 +170,7 @@ fn what_hides_a_ceiling() {
     let mut change = Tangent::still(&scene);
     change.translate(&scene, 3, velocity);
     let world = room.world([DVec3::ZERO; 2]);
-    // What the plate hides is the square that it is seen against.
+    // The plate hides the square behind it.
     let hidden = |x: DVec3, theta: f64| {
         let place = centre + theta * velocity;
         let scale = (HEIGHT - x.z) / (place.z - x.z);

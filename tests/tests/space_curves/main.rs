@@ -35,12 +35,12 @@ struct Case {
     error: f64,
 }
 
-/// Edge sampling with so many samples of each kind of curve, on the film, before lights and before all else.
+/// Edge sampling: samples of curves on the film, before lights, and before all else.
 fn edges(samples: usize, [primary, secondary, bounces]: [usize; 3]) -> EdgeSampling {
     EdgeSampling { samples, primary, secondary, bounces, seed: 0, allow_missing: vec![] }
 }
 
-/// A softened field with so many samples of silhouettes, shadows and what bounces see.
+/// A softened field: samples of silhouettes, of shadows, and of silhouettes seen by bounces.
 fn softened(samples: usize, softness: f64, [silhouettes, shadows, bounces]: [usize; 3]) -> WarpedArea {
     let field = Field::Softened { film: 1.2, lobe: 0.5, softness, silhouettes, shadows, bounces };
     WarpedArea { samples, field, ..WarpedArea::default() }
@@ -103,7 +103,7 @@ impl Case {
     }
 }
 
-/// What a test must notice.
+/// Bias that a test must notice.
 fn power(test: &'static str) -> Power {
     Power::of(test).noticing(NOTICED)
 }

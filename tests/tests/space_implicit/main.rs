@@ -160,7 +160,7 @@ fn softened_fields_need_their_curves() {
         Field::Softened { film, lobe, softness, silhouettes, shadows, bounces: 0 }
     };
     let moving = scenes::mesh_over_a_ball();
-    // A level would hide some of what is left.
+    // A control variate would hide part of the residual.
     let method = WarpedArea { field: field(0, 64), control_variate: 0, ..samples(256) };
     compare(&moving, &method, 512).reject("silhouettes of meshes left out");
 }
@@ -229,7 +229,7 @@ fn reverse_is_the_transpose_of_forward() {
     }
 }
 
-/// Of softened fields where what is active is what moves, as curves are drawn by that.
+/// Softened fields, with the moving shapes active: curves are drawn by what is active.
 #[test]
 fn so_it_is_of_softened_fields() {
     let weights = weights();

@@ -1,4 +1,4 @@
-//! What the camera sees: flat shapes of constant radiance, against the plane's exact arrangement.
+//! Film terms: flat shapes of constant radiance against the plane's exact arrangement.
 
 use flatland::plane::Filter;
 use glam::DVec3;
@@ -11,7 +11,7 @@ use super::row::{Right, Row};
 /// Corners on the film, from −1 to 1 across it, how far away they are, and how they move there.
 type Corner = (f64, f64, f64, [f64; 2]);
 
-/// What is seen, and from where.
+/// A square and its camera.
 #[derive(Clone)]
 struct Film {
     /// Triangles, the nearest first, of a radiance each.

@@ -66,12 +66,12 @@ impl Light {
         lamp
     }
 
-    /// A plate whose shadow covers part of what is seen, and a part of the lamp where it is close to it.
+    /// A plate whose shadow covers part of the view, and part of the lamp where it is close to the lamp.
     fn plate(&self) -> Option<Surface> {
         let at = self.plate?;
         // From the ground's middle towards the lamp's.
         let middle = at * LAMP;
-        // As seen from the ground its size is that of the lamp or of what is seen, whichever it is closer to.
+        // As seen from the ground it is as large as the lamp or the view, whichever is closer.
         let (x, y) = (0.5 * at + 0.4 * (1.0 - at), 0.45 * at + 0.4 * (1.0 - at));
         let corners = [(-1.0, -0.9), (0.13, -0.8), (0.17, 0.85), (-1.05, 0.8)];
         let corners = corners.map(|(a, b)| middle + DVec3::new(x * a, y * b, 0.0));
@@ -126,7 +126,7 @@ impl Light {
         Row::new(name, Ok(scenes::direct(&self.scene())), Some(image), derivative, right)
     }
 
-    /// The same of a small lamp: the mean of those of its points, by Gauss' rule of degree 5.
+    /// The same for a small lamp: the mean over its points, by Gauss' rule of degree 5.
     fn row_of_points(&self, name: impl Into<String>, right: Right) -> Row {
         let half = 0.5 * (self.lamp().vertices[2] - self.lamp().vertices[0]);
         let nodes =

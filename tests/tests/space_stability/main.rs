@@ -16,7 +16,7 @@ use row::{Held, Row};
 
 const TABLE: &str = "space stability table";
 
-/// What the names of rows that are looked at must contain.
+/// Environment variable: only rows whose names contain it are measured.
 fn only() -> String {
     std::env::var("ONLY").unwrap_or_default()
 }

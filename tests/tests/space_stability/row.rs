@@ -1,4 +1,4 @@
-//! A row of the table: a scene, what its image and derivative are, and what the methods find.
+//! A row of the table: a scene with its reference, and the results of all methods.
 
 use glam::DVec3;
 use tests::comparison::Estimate;
@@ -27,10 +27,10 @@ impl Right {
     pub(crate) const NONE: Self = Self { image: true, auto: false, warped: false, edges: false };
 }
 
-/// What came of the cells that must be right.
+/// Results of the cells that must be right.
 #[derive(Default)]
 pub(crate) struct Held {
-    /// Those that are not, in words.
+    /// Cells that are wrong, in words.
     pub(crate) wrong: Vec<String>,
     /// The smallest bias that each would have noticed, relative to the truth.
     pub(crate) noticed: Vec<f64>,
@@ -39,7 +39,7 @@ pub(crate) struct Held {
 /// A scene at an extreme.
 pub(crate) struct Row {
     pub(crate) name: String,
-    /// What moves, or why there is no such scene.
+    /// The motion, or the error of the scene.
     pub(crate) moving: Result<Moving, String>,
     /// The sum of the image over pixels and channels, where it is known.
     pub(crate) image: Option<Estimate>,
@@ -49,7 +49,7 @@ pub(crate) struct Row {
     pub(crate) step: Option<f64>,
     /// Samples a pixel.
     pub(crate) samples: usize,
-    /// How many times the runs of others.
+    /// Factor on the number of runs.
     pub(crate) runs: f64,
     pub(crate) right: Right,
 }
@@ -223,7 +223,7 @@ impl Row {
         Ok(Run { found: gradient.by_parameter.dot(change), stated: None, warned })
     }
 
-    /// How far a method in reverse is from itself forward, with the same random numbers.
+    /// Relative difference of reverse and forward mode with the same random numbers.
     fn transposed(&self, method: &impl Sampler, scene: &Scene, change: &Tangent, held: &mut Held) -> String {
         let both = run(method, scene, change, 1000)
             .and_then(|forward| Ok((forward.found, self.reversed(method, scene, change, 1000)?.found)));
@@ -237,13 +237,13 @@ impl Row {
                 held.wrong.push(format!("{}: {forward} forward, {reverse} in reverse", self.name));
                 format!("{apart:.0e}")
             }
-            // Forward mode says what it is.
+            // Forward mode reports the error.
             Err(_) => "–".to_owned(),
         }
     }
 }
 
-/// What moves.
+/// The motion.
 fn active(scene: &Scene, change: &Tangent) -> ActiveParameters {
     let moves = |shape: usize| change.positions_of(scene, shape).iter().any(|v| *v != DVec3::ZERO);
     let shapes = (0..scene.description().shapes.len()).map(moves).collect();
@@ -252,10 +252,10 @@ fn active(scene: &Scene, change: &Tangent) -> ActiveParameters {
     ActiveParameters { shapes, implicits, materials, ..ActiveParameters::nothing(scene) }
 }
 
-/// How far reverse mode may be from forward mode, relative to the derivative.
+/// Largest difference of reverse and forward mode, relative to the derivative.
 const TRANSPOSED: f64 = 1e-6;
 
-/// What references and sums round to, relative to themselves.
+/// Relative rounding of references and sums.
 const ROUNDING: f64 = 1e-6;
 
 /// One run of an estimate.

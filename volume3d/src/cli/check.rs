@@ -121,7 +121,7 @@ struct Check<'a> {
     messages: String,
 }
 
-/// What all runs of an estimate say.
+/// Results of all runs of an estimate.
 #[derive(Default)]
 struct Runs {
     /// The weighted total of each.

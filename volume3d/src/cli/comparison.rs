@@ -57,7 +57,7 @@ pub(super) struct Slope {
     /// proportional to the step: F(h) − (F(H) − F(h))/(H/h − 1). An error that falls faster leaves the truth
     /// between F(h) and these.
     pub(super) extrapolated: Vec<Estimate>,
-    /// What one sample would contribute that changes, at the largest step, by as much as the brightest pixel.
+    /// Contribution of one sample that changes, at the largest step, by as much as the brightest pixel.
     pub(super) unseen: f64,
 }
 
@@ -80,7 +80,7 @@ impl Slope {
         steps.iter().enumerate().map(slope).collect()
     }
 
-    /// How far off it is for its step, at most.
+    /// Upper bound on the error due to the step.
     pub(super) fn bias(&self) -> f64 {
         let apart = self.extrapolated.iter().map(|e| (e.mean - self.estimate.mean).abs());
         apart.reduce(f64::max).unwrap_or(f64::INFINITY)
@@ -97,7 +97,7 @@ impl Slope {
         })
     }
 
-    /// How many times the samples would resolve [`RESOLUTION`], if steps allow it: to a factor of √2.
+    /// Factor on the samples that would resolve [`RESOLUTION`], to √2, if the steps allow it.
     fn more(&self, method: Estimate, tolerance: Tolerance) -> Option<f64> {
         let wanted = RESOLUTION * self.estimate.mean.abs();
         let times = (1..=40).map(|k| 2.0_f64.powf(0.5 * f64::from(k)));
@@ -166,7 +166,7 @@ impl Tolerance {
     }
 }
 
-/// What |t| exceeds with a probability, of a mean of [`RUNS`] normal numbers over its standard error.
+/// Student's quantile of |t| for a mean of [`RUNS`] normal numbers.
 ///
 /// With t = √ν tan φ Student's density is ~ cosᵛ⁻¹ φ.
 fn student(probability: f64) -> f64 {
@@ -194,7 +194,7 @@ pub(super) fn verdict(method: Estimate, slopes: &[Slope]) -> Verdict {
     let compared = || slopes.iter().filter(|s| !s.extrapolated.is_empty());
     let tolerance = Tolerance::of(compared().count().max(1));
     let bounds = |s: &Slope| s.bounds(method, tolerance, 1.0);
-    // How far outside of its bounds the method is, in units of what they leave.
+    // Distance of the method from its bounds, in units of their width.
     let outside = |s: &Slope| {
         let [low, high] = bounds(s);
         let beyond = low.max(-high);

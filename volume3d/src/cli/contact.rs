@@ -8,13 +8,13 @@ use volume3d::scene::{CoarseMesh, CrossedBy, Description, ImplicitCrossing, Over
 /// What to do about what lies upon one another.
 pub(super) const APART: &str = "move one of them a little";
 
-/// What a motion of positions parts, whose derivative is one-sided then: a sentence each.
+/// Surfaces that a motion of positions parts, with one-sided derivatives: a sentence each.
 pub(super) fn parted_by(scene: &Scene, velocities: &[DVec3]) -> Vec<String> {
     let (planes, edges) = (scene.parted_shapes(velocities), scene.parted_edges(velocities));
     sentences(scene.description(), &planes, edges, scene.lifted_edges(velocities))
 }
 
-/// What shapes may be parted from: a sentence each.
+/// Contacts of shapes that may part: a sentence each.
 pub(super) fn touching(scene: &Scene, moves: impl Fn(usize) -> bool) -> Vec<String> {
     let moving = |mut overlaps: Vec<Overlap>| {
         overlaps.retain(|o| o.shapes.iter().any(|s| moves(*s)));
@@ -24,7 +24,7 @@ pub(super) fn touching(scene: &Scene, moves: impl Fn(usize) -> bool) -> Vec<Stri
     sentences(scene.description(), &planes, edges, moving(scene.standing_shapes()))
 }
 
-/// Warnings of what a motion of positions parts, a line each.
+/// Warnings of surfaces that a motion of positions parts, a line each.
 pub(super) fn parted(scene: &Scene, velocities: &[DVec3]) -> String {
     warnings(&parted_by(scene, velocities))
 }
@@ -38,7 +38,7 @@ fn warnings(sentences: &[String]) -> String {
     sentences.iter().map(|what| format!("WARNING: {what}; {APART}\n")).collect()
 }
 
-/// What is said of edges along borders of box pixels, a line for each shape that moves as the camera sees it.
+/// Notes on edges along borders of box pixels, a line for each shape that moves as the camera sees it.
 pub(super) fn along_pixels(scene: &Scene, moves: impl Fn(usize) -> bool) -> String {
     let mut all = OnPixelBorders::of(scene);
     all.retain(|found| moves(found.shape));
@@ -75,7 +75,7 @@ pub(super) fn too_coarse(scene: &Scene) -> String {
     all.iter().map(|c| format!("WARNING: {}; {NEARER}\n", coarse(scene.description(), c))).collect()
 }
 
-/// What to do about coordinates that are too coarse.
+/// Advice for coordinates that are too coarse.
 pub(super) const NEARER: &str = "move the scene to the origin before its coordinates are written";
 
 /// A mesh whose shape is lost by rounding.
@@ -89,7 +89,7 @@ pub(super) fn coarse(d: &Description, mesh: &CoarseMesh) -> String {
     )
 }
 
-/// Where planes part, so do their edges, and where edges part, they do from faces: that is told once.
+/// Where planes part, so do their edges, and edges part from faces: each pair is reported once.
 fn sentences(
     d: &Description,
     planes: &[Overlap],
@@ -102,7 +102,7 @@ fn sentences(
     all.chain(standing.iter().map(|s| upon_face(d, s))).collect()
 }
 
-/// What there is where surfaces part.
+/// The derivative where surfaces part.
 const ONE_SIDED: &str =
     "a motion that parts them has two one-sided derivatives and no other, and what is found need be neither";
 

@@ -59,7 +59,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     Ok(Report { text, outcome: if grave > 0 { Outcome::Bad } else { Outcome::Good } })
 }
 
-/// All of a scene, what is grave first: whatever may move.
+/// All findings in a scene whose shapes may all move, grave ones first.
 pub(super) fn findings(scene: &Scene) -> Vec<Finding> {
     let d = scene.description();
     let mut found = vec![];
@@ -90,7 +90,7 @@ pub(super) fn findings(scene: &Scene) -> Vec<Finding> {
     found
 }
 
-/// What to do about what lies upon something else and may move.
+/// Advice for shapes in contact that may move.
 const MAY_PART: &str =
     "move one of them a little, unless they only slide over one another: lint tells of a motion, with --move";
 
@@ -110,7 +110,7 @@ fn findings_of(scene: &Scene, change: &Tangent) -> Vec<Finding> {
     found
 }
 
-/// What to do about what is refused, beside what its own words say.
+/// Advice for a refusal, beside its own words.
 fn otherwise(jumps: &Unsupported) -> &'static str {
     match jumps.missing() {
         Some(
@@ -125,7 +125,7 @@ fn otherwise(jumps: &Unsupported) -> &'static str {
     }
 }
 
-/// What passes through implicit surfaces.
+/// Surfaces that pass through implicit surfaces.
 fn crossed(scene: &Scene) -> impl Iterator<Item = Finding> {
     let all = scene.implicit_crossings().into_iter();
     all.map(|crossing| Finding {

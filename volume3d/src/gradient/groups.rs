@@ -1,6 +1,6 @@
 //! Which samples share random numbers, and which are independent.
 //!
-//! Cells of an image have numbers of their own; those of a gradient share theirs in squares.
+//! Cells of an image have numbers of their own; cells of a gradient share theirs in squares.
 
 use std::cell::OnceCell;
 use std::ops::Range;
@@ -23,7 +23,7 @@ pub(super) const GROUPS: usize = 8;
 /// of the derivative of all pixels at once. The price is noise that is correlated within a square.
 pub(super) const TILE: usize = 16;
 
-/// How many groups there are: 8, or as many as there are samples if these are fewer.
+/// Number of groups: 8, or one a sample if there are fewer samples.
 pub(super) fn groups(samples: usize) -> usize {
     samples.min(GROUPS)
 }
@@ -34,7 +34,7 @@ pub(super) fn group_range(group: usize, samples: usize) -> Range<usize> {
     start(group)..start(group + 1)
 }
 
-/// How many samples the largest group has.
+/// Samples of the largest group.
 pub(super) fn group_size(samples: usize) -> usize {
     samples.div_ceil(GROUPS).max(1)
 }
@@ -81,7 +81,7 @@ struct Nets {
     samples: usize,
     /// Paths of a sample: all those of a group are stratified against one another.
     paths: usize,
-    /// How many pairs of a path are made ahead of time.
+    /// Pairs of a path that are made ahead of time.
     depth: usize,
     /// Made when first asked for.
     groups: Vec<OnceCell<PreparedSequence>>,
@@ -91,7 +91,7 @@ struct Nets {
 const MOST_PREPARED: usize = 1 << 20;
 
 impl Nets {
-    /// Of so many paths a sample that draw about so many pairs each; it may be less or more.
+    /// `paths` per sample, each drawing about `pairs` pairs.
     fn new(samples: usize, paths: usize, pairs: usize) -> Self {
         let groups = (0..groups(samples)).map(|_| OnceCell::new()).collect();
         Self { samples, paths, depth: pairs.min(MOST_PREPARED / (samples * paths)), groups }
@@ -126,7 +126,7 @@ pub(super) struct CellNumbers {
 }
 
 impl CellNumbers {
-    /// Of so many paths a sample that draw about so many pairs each; it may be less or more.
+    /// `paths` per sample, each drawing about `pairs` pairs.
     pub(super) fn new(seed: u64, purpose: u64, paths: usize, pairs: usize) -> Self {
         Self { seed, purpose, paths, pairs, place: (0, 0), nets: Nets::default() }
     }
@@ -156,12 +156,12 @@ pub(super) struct ImageNumbers {
 }
 
 impl ImageNumbers {
-    /// Of so many samples a cell that draw about so many pairs each; it may be less or more.
+    /// `samples` per cell, each drawing about `pairs` pairs.
     pub(super) fn new(seed: u64, purpose: u64, samples: usize, pairs: usize) -> Self {
         Self { seed, purpose, nets: Nets::new(samples, 1, pairs) }
     }
 
-    /// What sets the numbers of a cell apart from those of others.
+    /// Key by which a cell shifts the common sequence.
     pub(super) fn key(&self, (i, j): (usize, usize)) -> u64 {
         stream(self.seed, &[i as u64, j as u64, self.purpose]).next_u64()
     }

@@ -15,9 +15,9 @@ use crate::scene::{Filter, Scene};
 pub struct OnPixelBorders {
     /// The shape.
     pub shape: usize,
-    /// How many edges there are.
+    /// Number of edges.
     pub edges: usize,
-    /// How far one of them is from a border at most, in pixels; 0 where nothing but rounding is.
+    /// Largest distance of one of them from a border, in pixels; 0 to rounding.
     pub distance: f64,
 }
 

@@ -18,7 +18,7 @@ use super::film::FilmPlane;
 use super::filter::integral;
 use super::groups::{groups, parts};
 
-/// Which classes of samples are independent of one another.
+/// Classes of samples that are independent of one another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum UnitWeights {
     /// None, or all weights are one.
@@ -39,7 +39,7 @@ const NEARNESS: [f64; 3] = [0.25, 0.5, 0.25];
 /// Of the light in a pixel's own cell in the estimate.
 const PARITIES: usize = 4;
 
-/// What is known of the weights of a class for a pixel: their sum, and the sum of light near it.
+/// Weights of a class for a pixel: their sum, then the sum of light near the pixel.
 pub(super) type Level = [f64; 4];
 
 impl UnitWeights {
@@ -60,7 +60,7 @@ impl UnitWeights {
         if film.is_box() || groups(samples) < 2 { Self::Untouched } else { Self::Groups }
     }
 
-    /// How many classes there are.
+    /// Number of classes.
     pub(super) fn classes(self, samples: usize) -> usize {
         match self {
             Self::Parities { .. } => PARITIES,
@@ -104,7 +104,7 @@ impl UnitWeights {
         }
         let parts: Vec<f64> = parts(samples).collect();
         for (class, (sum, [weights, light @ ..])) in sums.iter_mut().zip(levels).enumerate() {
-            // What the weights of the class are expected to be, and how many samples the estimate has.
+            // Expected sum of the class's weights, and the number of samples in the estimate.
             let (expected, others) = match even {
                 None => {
                     let own = parts[class] * samples as f64;

@@ -69,7 +69,7 @@ fn nothing_does_not_agree() {
 /// An edge that moves over samples, and a method that knows its slope.
 #[derive(Clone, Copy, Debug)]
 struct Edge {
-    /// How many samples of a run it passes at the largest step, in the mean.
+    /// Mean number of samples of a run that it passes at the largest step.
     passed: f64,
     /// How a sample changes that it passes.
     jumps: Jumps,
@@ -77,7 +77,7 @@ struct Edge {
     curvature: f64,
     /// The method's standard error, relative to the slope.
     noise: f64,
-    /// What it is wrong by.
+    /// Factor by which the gradient is wrong.
     wrong: f64,
 }
 
@@ -122,7 +122,7 @@ impl Jumps {
         }
     }
 
-    /// What the brightest pixel shows.
+    /// Value of the brightest pixel.
     fn brightest(self) -> f64 {
         if matches!(self, Self::SomeLarge) { 10.0 } else { 1.0 }
     }
@@ -174,7 +174,7 @@ impl Edge {
         verdict(Estimate::of(&method, 0.0), &slopes)
     }
 
-    /// How many of so many checks differ.
+    /// Number of checks that differ.
     fn differ(self, checks: u64, knows: bool) -> usize {
         let address = self.passed.to_bits() ^ self.curvature.to_bits() ^ self.jumps as u64;
         let differs = |k: &u64| {

@@ -82,7 +82,7 @@ impl Accelerator {
     }
 }
 
-/// The largest coordinate of what is in a box.
+/// The largest coordinate within a box.
 fn largest(low: DVec3, high: DVec3) -> f64 {
     low.abs().max(high.abs()).max_element()
 }

@@ -9,7 +9,7 @@ use super::wedge::Wedge;
 /// Directions that lead to an edge, and in which emission may jump there.
 #[derive(Clone, Debug)]
 pub(super) enum Directions {
-    /// Those that meet the front of a flat emitter with this normal.
+    /// Directions that meet the front of a flat emitter with this normal.
     Front(DVec3),
     /// Where it is a silhouette.
     Wedge(Wedge),

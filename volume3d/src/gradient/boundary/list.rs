@@ -10,7 +10,7 @@ use crate::gradient::jump_mean::Faces;
 use crate::scene::FLAT as COPLANAR;
 use crate::scene::{Hit, Reflectance, Scene, Span, Surface, parts};
 
-/// Two faces at a smaller angle are one plane, to rounding of what is computed.
+/// Two faces at a smaller angle are one plane, to rounding.
 const FLAT: f64 = 1e-12;
 
 /// What rounding of the positions as they were given does to faces whose shape is not lost: more is a fold.

@@ -227,7 +227,7 @@ fn a_frame_leaves_the_outline_to_its_lamp() {
 fn samples_that_are_not_finite_are_reported() {
     let mut d = shadow(Filter::Tent { radius: 1.0 }, leaf(), 2).description().clone();
     d.shapes[2].radiance = Some(DVec3::splat(0.9 * f64::MAX));
-    // On so many pixels a sample counts for many of them, and hardly any pixel has two.
+    // On 3,600 pixels each sample has a large weight, and hardly any pixel has two samples.
     (d.film.width, d.film.height) = (60, 60);
     let scene = Scene::new(d).unwrap();
     let mut change = Tangent::still(&scene);

@@ -15,7 +15,7 @@ use crate::geometry::solid_angle;
 use crate::path::{LightId, Paths};
 use crate::scene::{Scene, Surface};
 
-/// Directions to a triangle that is farther away than so many times its size are drawn by area.
+/// Directions to a triangle are drawn by area if it is farther away than this many times its size.
 const FAR: f64 = 2.0;
 
 /// Above as many triangles of emitters directions are drawn from next-event estimation instead.
@@ -114,7 +114,7 @@ impl Wedge {
         Some((direction, (part.angle * (z - y).abs()).recip()))
     }
 
-    /// How many azimuths a triangle is seen under.
+    /// Width of a triangle in azimuth.
     fn range(&self, corners: [DVec3; 3], from: DVec3) -> f64 {
         let (low, high) = self.azimuths(corners, from);
         high - low

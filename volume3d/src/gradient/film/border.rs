@@ -1,4 +1,4 @@
-//! What lies on the borders of box pixels.
+//! Edges and curves on the borders of box pixels.
 //!
 //! A box filter jumps at the border of its pixel. Where an edge lies exactly on one, what it takes from one
 //! pixel as it moves to one side it takes from the other as it moves to the other side: both pixels have
@@ -17,7 +17,7 @@ use crate::scene::Scene;
 /// then as often on either side of it, to a thousandth.
 const ROUNDINGS: f64 = 1024.0;
 
-/// How far from a pixel's border what lies on it may be by rounding, in pixels.
+/// Rounding of a position on a pixel's border, in pixels.
 pub(super) fn width(scene: &Scene, focal: f64) -> f64 {
     let (film, camera) = (&scene.description.film, &scene.description.camera);
     let size = DVec2::new(film.width as f64, film.height as f64);
@@ -42,7 +42,7 @@ impl FilmPlane {
         DVec2::select((u - near).abs().cmple(DVec2::splat(2.0 * self.border)), near, u)
     }
 
-    /// Whether rounding may be all that is between a border and what is at a distance.
+    /// Whether a point at this distance from a border lies on it, to rounding.
     pub(crate) fn is_on_border(&self, distance: f64) -> bool {
         distance <= self.border
     }

@@ -31,7 +31,7 @@ pub(crate) struct FilmPlane {
     /// The camera's frame as it stands; its origin is the point of the lens that is looked through.
     pub(crate) still: Frame<f64>,
     lens: Option<Lens>,
-    /// From what the camera turns about to that point: 0 but for lenses and orthographic sensors.
+    /// From the camera's pivot to that point: 0 but for lenses and orthographic sensors.
     offset: DVec3,
     /// From there to the camera's origin: 0 but for orthographic sensors.
     arm: DVec3,
@@ -39,7 +39,7 @@ pub(crate) struct FilmPlane {
     shear: DVec2,
     /// df/d(field of view), with f = (W/2)/tan(fov/2); 0 of an orthographic sensor, which has none.
     focal_rate: f64,
-    /// What is nearer to a pixel's border than this is on it, in pixels.
+    /// Half the width of a pixel's border, in pixels: points within it are on the border.
     border: f64,
 }
 
@@ -255,7 +255,7 @@ impl FilmPlane {
         self.aspect
     }
 
-    /// How many pixels a radian is, at most.
+    /// Pixels per radian, at most.
     pub(crate) fn pixels_by_angle(&self) -> f64 {
         let (low, high) = self.bounds();
         let farthest = (low - self.centre).abs().max((high - self.centre).abs());

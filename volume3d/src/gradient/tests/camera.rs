@@ -182,7 +182,7 @@ fn orthographic_sensors_turn_about_themselves() {
         let active = ActiveParameters::everything(&scene);
         let gradient = method.reverse(&scene, &adjoint, &active, &none).unwrap().by_parameter;
         let reverse = gradient.dot(&change);
-        // Turns of an arm 10⁴ times as long as what is seen cancel.
+        // Rotations about an arm 10⁴ times as long as the scene cancel.
         assert!((forward - reverse).abs() < 1e-6 * forward.abs(), "{field:?}: {forward} {reverse}");
         assert_eq!(gradient.camera.field_of_view, 0.0);
     }

@@ -26,6 +26,6 @@ fn samples_of_different_cells_see_edges_move_independently() {
     let mean = runs.iter().sum::<f64>() / RUNS as f64;
     let variance = runs.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (RUNS - 1) as f64;
     println!("{mean} samples a run, with a variance of {variance}");
-    // The variance of so many Poisson numbers is known to 8 %.
+    // The variance of this many Poisson numbers is known to 8 %.
     assert!(mean > 1.0 && variance < 1.6 * mean, "{mean} {variance}");
 }

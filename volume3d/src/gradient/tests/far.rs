@@ -199,7 +199,7 @@ fn terms_do_not_depend_on_how_large_the_scene_is() {
     };
     let mut comparisons = Comparisons::of("terms_do_not_depend_on_how_large_the_scene_is");
     for (depth, which) in [(2, 0), (2, 1), (3, 1)] {
-        // Pixels count by what they are expected to be.
+        // Pixels are weighted by their expected derivatives.
         let weights = &terms(alone.clone(), depth, DVec3::ZERO, &edges(1000))[which];
         let projected = |d: &Description, offset: DVec3, seed: u64| -> Vec<DVec3> {
             let image = &terms(d.clone(), depth, offset, &method(seed))[which];

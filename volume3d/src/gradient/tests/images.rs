@@ -1,4 +1,4 @@
-//! What images of few samples look like: constant where the scene is, unbiased, and without a pattern.
+//! Images of few samples: constant where the scene is, unbiased, and without a pattern.
 
 use glam::DVec3;
 use rayon::prelude::*;

@@ -14,7 +14,7 @@ use crate::gradient::unit_weights::UnitWeights;
 use crate::gradient::{GradientImage, Progress, Stopped};
 use crate::path::{Frame, WaveTables};
 
-/// What one sample adds: the row of the neighbourhood, the column, the quantities and the sample's weight.
+/// Contribution of a sample: row of the neighbourhood, column, quantities and weight.
 type Added<const K: usize> = (usize, usize, [f64; K], f64);
 
 /// What computes the cells of a row.
@@ -146,7 +146,7 @@ impl Job<'_> {
         }
     }
 
-    /// Adds what a sample has found, and the light that it sees, if all of it is finite.
+    /// Adds a sample's contributions and its light, if all of them are finite.
     fn add<const K: usize>(
         &self,
         added: &mut [Added<K>],

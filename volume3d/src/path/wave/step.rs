@@ -32,9 +32,9 @@ impl<'d> LaneDraws<'d> {
     }
 }
 
-/// What paths draw at a vertex.
+/// Draws of paths at a vertex.
 pub(super) struct Step<'d> {
-    /// The random numbers before those of the vertex.
+    /// Random numbers up to the vertex.
     pub(super) before: LaneDraws<'d>,
     pub(super) lamps: [Lamps; ROWS],
     /// The triangles that the lights are points of.

@@ -25,7 +25,7 @@ const MANY: usize = 64;
 /// distance.
 const TOUCHING: f64 = 1e4;
 
-/// What light counts at least in the choice of edges, however faint.
+/// Least weight of a faint light in the choice of edges.
 const FAINT: f64 = 0.01;
 
 /// Pieces of edges beside an emitter are no longer than this part of it.
@@ -159,7 +159,7 @@ impl Bodies {
         Some(Contact { shapes, directions, brightness })
     }
 
-    /// How many triangles of a shape have a normal.
+    /// Number of a shape's triangles with this normal.
     fn on(&self, normal: Option<DVec3>, shape: u32) -> usize {
         let has = |body: &&Body| matches!(body.form, Form::Triangle { normal: n, .. } if Some(n) == normal);
         self.bodies.iter().filter(|b| b.shape == shape).filter(has).count()

@@ -33,7 +33,7 @@ pub(super) struct Drawn<'c> {
     pub(super) passing: Passing<'c>,
 }
 
-/// Which light is looked for along a direction.
+/// The light sought along a direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Passing<'c> {
     /// That of one light.

@@ -16,7 +16,7 @@ use super::beside::{Bodies, Contact};
 /// Whose light is looked for past a stretch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Of {
-    /// That of all emitters but those of a contact, if it is one: directions are those of lights.
+    /// Light of all emitters, less the emitters of a contact: directions are drawn towards lights.
     Lights,
     /// That of the emitters of the contact.
     Contact,
@@ -32,7 +32,7 @@ pub(super) struct Stretch {
     /// Whether its shadows may be seen.
     pub(super) shown: bool,
     pub(super) of: Of,
-    /// Which contact it is, if it is one.
+    /// Index of its contact, if it is one.
     pub(super) contact: Option<u32>,
 }
 
