@@ -41,7 +41,8 @@ mod tests {
             (at(0.0, 0.0, 1.0, 0.2), true),
             (at(0.0, 0.0, 0.2, 0.2), false),
             (at(0.1, 0.0, 0.1, 0.2), false),
-            (at(0.0, 1.1, 0.2, 0.2), true),
+            (at(0.0, 0.9, 0.2, 0.2), false),
+            (at(0.0, 1.3, 0.2, 0.2), true),
             (at(3.0, 0.0, 0.2, 0.2), true),
         ];
         for (map, expected) in blocks {
