@@ -2,7 +2,7 @@
 //! through implicit surfaces, which is not followed; and of meshes that rounding has made others of.
 
 use glam::DVec3;
-use volume3d::gradient::OnPixelBorders;
+use volume3d::gradient::{CameraTangent, OnPixelBorders, Tangent};
 use volume3d::scene::{CoarseMesh, CrossedBy, Description, ImplicitCrossing, Overlap, Scene};
 
 /// What to do about what lies upon one another.
@@ -38,11 +38,22 @@ fn warnings(sentences: &[String]) -> String {
     sentences.iter().map(|what| format!("WARNING: {what}; {APART}\n")).collect()
 }
 
-/// Notes on edges along borders of box pixels, a line for each shape that moves as the camera sees it.
-pub(super) fn along_pixels(scene: &Scene, moves: impl Fn(usize) -> bool) -> String {
+/// Edges along borders of box pixels: a sentence for each shape that moves before the camera.
+pub(super) fn on_pixel_borders(scene: &Scene, moves: impl Fn(usize) -> bool) -> Vec<String> {
     let mut all = OnPixelBorders::of(scene);
     all.retain(|found| moves(found.shape));
-    all.iter().map(|found| format!("NOTE: {}\n", along_borders(scene.description(), found))).collect()
+    all.iter().map(|found| along_borders(scene.description(), found)).collect()
+}
+
+/// The same as notes, a line each.
+pub(super) fn along_pixels(scene: &Scene, moves: impl Fn(usize) -> bool) -> String {
+    on_pixel_borders(scene, moves).iter().map(|what| format!("NOTE: {what}\n")).collect()
+}
+
+/// Whether a change moves a shape before the camera.
+pub(super) fn moves_before_camera(scene: &Scene, change: &Tangent) -> impl Fn(usize) -> bool {
+    let camera = change.camera != CameraTangent::default();
+    move |s| camera || change.positions[scene.position_range(s)].iter().any(|v| *v != DVec3::ZERO)
 }
 
 /// Edges along borders of box pixels.
@@ -127,7 +138,7 @@ fn coinciding(d: &Description, overlap: &Overlap) -> String {
 /// Edges that lie upon a face.
 fn upon_face(d: &Description, overlap: &Overlap) -> String {
     let (shapes, pairs) = (shapes(d, overlap), pairs(overlap));
-    format!("of {shapes} edges of one lie upon a face of the other ({pairs}): {ONE_SIDED}")
+    format!("{shapes}: edges of one lie upon a face of the other ({pairs}): {ONE_SIDED}")
 }
 
 fn shapes(d: &Description, overlap: &Overlap) -> String {

@@ -5,9 +5,8 @@ use std::time::Instant;
 
 use clap::Args;
 use clap::error::ErrorKind;
-use glam::DVec3;
 use volume3d::Image;
-use volume3d::gradient::{self, CameraTangent, Regions, Survey};
+use volume3d::gradient::{self, Regions, Survey};
 
 use super::budget::{Budget, Pilot, percent};
 use super::method::MethodOptions;
@@ -271,8 +270,7 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     }
     text += &result.outlier().map(|largest| outlier(largest, result.largest_share())).unwrap_or_default();
     text += &contact::parted(scene, &change.positions);
-    let shape_moves = |s: usize| change.positions[scene.position_range(s)].iter().any(|v| *v != DVec3::ZERO);
-    text += &contact::along_pixels(scene, |s| shape_moves(s) || change.camera != CameraTangent::default());
+    text += &contact::along_pixels(scene, contact::moves_before_camera(scene, &change));
     if change.is_geometric() && !options.method.is_finite_difference() {
         text += &contact::through_implicits(scene);
     }

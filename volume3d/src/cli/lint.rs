@@ -64,11 +64,7 @@ pub(super) fn findings(scene: &Scene) -> Vec<Finding> {
     let d = scene.description();
     let mut found = vec![];
     found.extend(crossed(scene));
-    found.extend(scene.coarse_meshes().iter().map(|mesh| Finding {
-        grave: true,
-        what: coarse(d, mesh),
-        advice: NEARER,
-    }));
+    found.extend(too_coarse(scene));
     found.extend(d.shapes.iter().filter_map(|shape| {
         let parts = d.parts_of_material(shape.material).into_iter();
         parts.map(|part| &d.materials[part]).find_map(|material| unseen(shape, material))
@@ -104,10 +100,22 @@ fn findings_of(scene: &Scene, change: &Tangent) -> Vec<Finding> {
     found.extend(contact::parted_by(scene, &change.positions).into_iter().map(|what| grave(what, APART)));
     if change.is_geometric() {
         found.extend(crossed(scene));
+        found.extend(too_coarse(scene));
     }
     found.extend(unlit(scene));
+    let borders = contact::on_pixel_borders(scene, contact::moves_before_camera(scene, change)).into_iter();
+    found.extend(borders.map(|what| Finding { grave: false, what, advice: ASIDE }));
     scene.description().shapes.iter().for_each(|shape| faults(shape, &mut found));
     found
+}
+
+/// Advice for edges on borders of pixels.
+const ASIDE: &str = "move the camera a little, or take another filter";
+
+/// Meshes whose coordinates are too coarse.
+fn too_coarse(scene: &Scene) -> impl Iterator<Item = Finding> {
+    let all = scene.coarse_meshes().into_iter();
+    all.map(|mesh| Finding { grave: true, what: coarse(scene.description(), &mesh), advice: NEARER })
 }
 
 /// Advice for a refusal, beside its own words.

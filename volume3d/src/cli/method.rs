@@ -289,7 +289,7 @@ impl Estimator {
                     }
                 }
                 [_] => {
-                    text += "; edge sampling was no candidate: it is one where all materials are diffuse";
+                    text += "; edge sampling was no candidate: it is one where all materials are diffuse and few shapes emit";
                 }
                 _ => {}
             }

@@ -39,8 +39,8 @@ pub(super) struct Edge {
     /// Where the triangles of all edges at the same place are in the list, those of other shapes included.
     first_there: u32,
     count_there: u32,
-    /// See [`EdgeList::limits`].
-    limits: Option<[DVec3; 2]>,
+    /// See [`EdgeList::find_limits`].
+    pub(super) limits: Option<[DVec3; 2]>,
 }
 
 /// All edges at which what is seen may jump.
@@ -182,10 +182,6 @@ impl EdgeList {
 
     /// Of an edge of two triangles: unit vectors orthogonal to it, one into the first triangle and one away from
     /// the second. The edge is a silhouette in directions between the two, and their opposites.
-    pub(super) fn limits(&self, _: &Scene, edge: &Edge) -> Option<[DVec3; 2]> {
-        edge.limits
-    }
-
     fn find_limits(&self, scene: &Scene, edge: &Edge) -> Option<[DVec3; 2]> {
         let [f, g] = self.faces(edge) else { return None };
         if edge.is_crossing() {

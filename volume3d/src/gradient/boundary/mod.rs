@@ -40,6 +40,7 @@ use self::inner_sign_changes::InnerSignChanges;
 use self::list::EdgeList;
 use self::primary::{Lines, Primary};
 use self::reflected_outlines::ReflectedOutlines;
+pub(super) use self::secondary::contacts_are_followed;
 use self::secondary::{Light, Secondary};
 use self::sign_changes::FilmSignChanges;
 pub(super) use self::sums::{Effort, Gradients, Images};

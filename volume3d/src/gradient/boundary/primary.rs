@@ -112,7 +112,7 @@ impl<'a> Primary<'a> {
         if edge.crossed {
             return true;
         }
-        let Some([u, v]) = self.list.limits(self.paths.scene, edge) else { return true };
+        let Some([u, v]) = edge.limits else { return true };
         let [a, b] = edge.span(self.paths.scene);
         let way = self.frame.origin.value() - a;
         let facing = [u, v].map(|u| u.cross(b - a).dot(way));
@@ -139,7 +139,7 @@ impl<'a> Primary<'a> {
         let scene = self.paths.scene;
         let edge = &self.list.edges[line.edge as usize];
         let origin = self.frame.origin.value();
-        let contrast = match self.list.limits(scene, edge) {
+        let contrast = match edge.limits {
             Some([u, v]) => {
                 let [a, b] = edge.span(scene);
                 let facing = [u, v].map(|u| u.cross(b - a).dot(origin - a));

@@ -40,7 +40,7 @@ impl Wedge {
 
     /// `None` where every direction counts.
     pub(super) fn of(scene: &Scene, list: &EdgeList, edge: &Edge) -> Option<Self> {
-        let [u, v] = list.limits(scene, edge).filter(|_| list.may_jump(scene, edge))?;
+        let [u, v] = edge.limits.filter(|_| list.may_jump(scene, edge))?;
         let [a, b] = edge.span(scene);
         let angle = u.cross(v).length().atan2(u.dot(v));
         let up = (v - u.dot(v) * u).try_normalize()?;

@@ -30,6 +30,7 @@ use rand::Rng as _;
 pub use self::method::Method;
 pub use self::survey::Survey;
 use self::survey::{Seen, softened};
+use super::boundary::contacts_are_followed;
 use super::{ActiveParameters, EdgeSampling, GradientError, Progress, Tangent, WarpedArea};
 use crate::Image;
 use crate::scene::{Bsdf, Scene};
@@ -196,7 +197,8 @@ impl Pilot {
             ..EdgeSampling::default()
         });
         let softened = Some(trial(softened)?);
-        let edges = if reflects_widely(scene) { Some(trial(edges)?) } else { None };
+        let tried = reflects_widely(scene) && contacts_are_followed(scene);
+        let edges = if tried { Some(trial(edges)?) } else { None };
         Ok(Survey { smooth, softened, edges, views: 1, seed })
     }
 

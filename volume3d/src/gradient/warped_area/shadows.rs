@@ -1,15 +1,16 @@
 //! Whether shadows can be sampled as curves.
 
+use crate::gradient::boundary::contacts_are_followed;
 use crate::scene::{Scene, Surface};
 
 /// Whether all jumps of the light of a scene's emitters, as shading points see them, are curves that are
 /// sampled: not where something passes through an emitter or covers it in one plane; not where an emitter has
-/// a texture, which may jump; and not where there is a field towards lights, that of implicit surfaces, and
+/// a texture, which may jump; not where so many shapes emit that edges on them are not looked for; and not where there is a field towards lights, that of implicit surfaces, and
 /// horizons of faces with interpolated normals, which are sampled as if there were none.
 pub(super) fn are_curves(scene: &Scene) -> bool {
     let textured = scene.description.shapes.iter().any(|shape| shape.radiance_texture.is_some());
     let bent = !scene.description.implicits.is_empty() && !scene.normals.is_empty();
-    !textured && !bent && !are_crossed(scene)
+    !textured && !bent && contacts_are_followed(scene) && !are_crossed(scene)
 }
 
 fn emits(scene: &Scene, shape: u32) -> bool {
@@ -33,6 +34,28 @@ mod tests {
     use crate::geometry::Mesh;
     use crate::gradient::tests::{at, film};
     use crate::scene::{Camera, Description, Filter, Material};
+
+    /// Of many lamps, beside few triangles and beside many.
+    #[test]
+    fn edges_on_many_lamps_are_looked_for_among_few() {
+        for (lamps, balls, expected) in [(64, 20, true), (65, 1, true), (600, 1, false)] {
+            let camera = Camera::look_at(DVec3::new(0.0, -3.0, 1.0), DVec3::ZERO, DVec3::Z, 0.5);
+            let mut d = Description::new(camera, film(2, Filter::Tent { radius: 1.0 }));
+            let paper = d.add_material(Material::diffuse("paper", DVec3::splat(0.5)));
+            for i in 0..lamps {
+                let lamp = Mesh::rectangle().transformed(&at(3.0 * f64::from(i), 0.0, 5.0, 1.0));
+                d.add_emitter(&format!("lamp {i}"), lamp, DVec3::ONE);
+            }
+            for i in 0..balls {
+                d.add_shape(
+                    &format!("ball {i}"),
+                    Mesh::sphere().transformed(&at(0.0, 3.0 * f64::from(i), 0.0, 1.0)),
+                    paper,
+                );
+            }
+            assert_eq!(are_curves(&Scene::new(d).unwrap()), expected, "{lamps} lamps, {balls} balls");
+        }
+    }
 
     /// A lamp with a block above it, on it and through it, and beside it in its plane.
     #[test]

@@ -17,8 +17,10 @@ use crate::geometry::closest_point;
 use crate::path::Paths;
 use crate::scene::Scene;
 
-/// Above as many shapes that emit, of more triangles than directions are drawn to, edges are not cut.
+/// Edges are compared with this many emitting shapes, however many edges there are; with more shapes as long as there are no more than
+/// [`MOST`] pairs of an edge and a shape.
 const MANY: usize = 64;
+const MOST: usize = 10_000_000;
 
 /// What is nearer to a plane than so many roundings, and the rounding of coordinates as they were given, lies
 /// in it: 10⁻⁹ of the scene. Light of what is farther away is found by directions towards it, whatever the
@@ -85,6 +87,12 @@ pub(super) struct Contact {
     pub(super) brightness: f64,
 }
 
+/// Whether edges that lie on emitters are found: of very many emitters and edges they are not looked for.
+pub(in crate::gradient) fn contacts_are_followed(scene: &Scene) -> bool {
+    let emitting = scene.description.shapes.iter().filter(|shape| shape.radiance.is_some()).count();
+    emitting <= MANY || emitting.saturating_mul(3 * scene.triangles.len()) <= MOST
+}
+
 impl Bodies {
     /// Triangles to which directions can be drawn, or balls around shapes.
     pub(super) fn new(paths: &Paths<'_>, targets: Option<&Targets>) -> Self {
@@ -93,10 +101,10 @@ impl Bodies {
             Some(targets) => targets.triangles.iter().map(|&t| triangle(scene, t)).collect(),
             None => {
                 let ball = |(shape, centre, size)| Body { shape, form: Form::Ball(centre), size };
-                paths.lights.shapes().map(ball).take(MANY + 1).collect()
+                paths.lights.shapes().map(ball).collect()
             }
         };
-        let few = targets.is_some() || bodies.len() <= MANY;
+        let few = targets.is_some() || contacts_are_followed(scene);
         let grain = scene.positions.iter().map(|p| scene.grain(*p)).fold(0.0, f64::max);
         Self { bodies: if few { bodies } else { vec![] }, slack: TOUCHING * scene.rounding() + grain }
     }

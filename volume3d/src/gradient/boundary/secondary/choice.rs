@@ -149,7 +149,7 @@ impl Secondary<'_> {
     fn may_be_silhouette(&self, edge: &Edge) -> bool {
         let scene = self.sensor.paths.scene;
         let Some(spheres) = self.sensor.paths.lights.spheres() else { return true };
-        let Some([u, v]) = self.list.limits(scene, edge) else { return true };
+        let Some([u, v]) = edge.limits else { return true };
         let [a, b] = edge.span(scene);
         let e = (b - a).normalize_or_zero();
         spheres.iter().any(|&(centre, radius)| {

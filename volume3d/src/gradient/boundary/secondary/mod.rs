@@ -22,6 +22,7 @@ mod tests;
 use flatland::calculus::Vec3;
 use glam::DVec3;
 
+pub(in crate::gradient) use self::beside::contacts_are_followed;
 use self::beside::{Bodies, Contact};
 use self::choice::{Aim, Passing};
 use self::stretches::{Shown, Stretch, stretches};
