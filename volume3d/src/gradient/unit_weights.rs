@@ -1,18 +1,16 @@
 //! Weights that sum to one: the image of a constant scene is constant.
 //!
-//! A pixel is the integral ∫ h L, estimated by M = Σ h L over samples, each counted 1/n. The weights of a
-//! pixel's samples do not sum to one, and H = Σ h has noise which all of the light takes part in. A control
-//! variate takes it away. Let samples be classes that are independent of one another, and let c be any
-//! estimate of the light near the pixel by the samples of all classes but one. With the expectation e of the
-//! weights H of that class,
+//! A pixel is the integral ∫ h L, estimated by M = Σ h L/n over n samples. The weights of a pixel's samples do
+//! not sum to one: H = Σ h/n has noise, which scales with the light. A control variate removes it. Divide the
+//! samples into independent classes, and let c be an estimate of the light near the pixel from all classes but
+//! one. With e the expectation of the sum H of that class,
 //!
 //! > S = M − (H − e) c
 //!
 //! has the expectation of M, as E(H − e) c = E(H − e) E c = 0: the image stays unbiased, which the ratio M/H
-//! is not. If the light is the same everywhere, so is c, and S is e times it. (To first order S is M e/H. A
-//! class has its part in the estimates for the others: where light varies within a pixel they are not quite
-//! uncorrelated, and errors stated from their spread are a few hundredths too small with two samples, and
-//! right with many.)
+//! is not. If the light is the same everywhere, so is c, and S = e c exactly. To first order S is M e/H. Classes
+//! contribute to one another's estimates, so that they are slightly correlated where light varies within a
+//! pixel: stated errors are a few hundredths too small with two samples, and right with many.
 
 use super::film::FilmPlane;
 use super::filter::integral;
@@ -32,11 +30,11 @@ pub(super) enum UnitWeights {
     },
 }
 
-/// The part of each of three neighbouring cells along an axis in the estimate of the light near the one in
-/// the middle. Of all nine, cells of one parity have a quarter.
+/// Weights of three neighbouring cells along an axis in the estimate of the light near the middle one. Over all
+/// nine cells, each parity has a weight of one quarter.
 const NEARNESS: [f64; 3] = [0.25, 0.5, 0.25];
 
-/// Of the light in a pixel's own cell in the estimate.
+/// Number of parities of column and row.
 const PARITIES: usize = 4;
 
 /// Weights of a class for a pixel: their sum, then the sum of light near the pixel.

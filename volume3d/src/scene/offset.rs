@@ -1,27 +1,27 @@
-//! Where the origin of a scene's own coordinates is.
+//! The origin of a scene's internal coordinates.
 //!
-//! Coordinates as of a map are large, and what they differ by is small: sums and products of them lose what
-//! counts. So the origin is moved to where the surfaces are, and all that stands somewhere is subtracted
-//! from. What a user is given stays in the coordinates of the description, which is kept as it is.
+//! Map coordinates are large, and their differences small: sums and products lose the digits that matter. So
+//! the origin is moved to the surfaces, and subtracted from all positions. Users read and write the coordinates
+//! of the description, which is kept unchanged.
 //!
-//! Along each axis, with s the size of the box around all surfaces and m its middle, the origin moves by a multiple c of a power of two q ≥ s
-//! next to m, if m is more than 64 q away. Of every point p of a triangle |p − m| ≤ s/2, and of c as much, so that p and c are within a
-//! factor of 65/63 of one another: p − c is exact (Sterbenz 1974, theorem 4.3.1). What is no triangle's is rounded to a part of 2⁻⁵³ of its
-//! distance from them, as it would be by the first ray from there.
+//! Along each axis, let s be the size of the box around all surfaces, m its middle, and q ≥ s a power of two. If
+//! |m| > 64 q, the origin moves by c, the multiple of q next to m. Every point p of a triangle has |p − m| ≤ s/2,
+//! and |c − m| ≤ q/2, so that p and c are within a factor of 65/63 of one another and p − c is exact (Sterbenz
+//! 1974, theorem 4.3.1). Other positions are rounded to 2⁻⁵³ of their distance from the surfaces, as the first
+//! ray from there would round them.
 
 use flatland::sdf::Sdf as _;
 use glam::DVec3;
 
 use super::{Camera, Description, ImplicitShape, Light};
 
-/// A scene that is no more of its sizes away from the origin stays where it is: up to six bits of 53 are
-/// lost.
+/// Scenes within this many of their sizes from the origin are not moved: at most six of 53 bits are lost.
 const NEAR: f64 = 64.0;
 
-/// What stands somewhere, but for meshes, in a scene's own coordinates.
+/// Camera, implicit surfaces and lights in internal coordinates.
 #[derive(Debug)]
 pub(super) struct Placed {
-    /// Where their origin is.
+    /// Their origin, in the coordinates of the description.
     pub(super) offset: DVec3,
     pub(super) camera: Camera,
     pub(super) implicits: Vec<ImplicitShape>,

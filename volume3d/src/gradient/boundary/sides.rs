@@ -5,24 +5,22 @@ use glam::DVec3;
 use super::list::{Edge, EdgeList, are_folded};
 use crate::scene::{Hit, Scene, Surface};
 
-/// The ray on either side of an edge leaves it by this angle at least, in radians. What it hits stands for
-/// the limit at the edge: it differs only where two edges are nearer to one another than the angle.
+/// Least angle, in radians, between an edge and the rays that pass it on either side. Their hits stand for the
+/// limits at the edge, and differ from them only where another edge is nearer than the angle.
 const ASIDE: f64 = 1e-9;
 
-/// The ray passes the edge by so many units of rounding of the coordinates there. The point of the edge is
-/// off by two of them, the viewer that was found from it and the direction by one each, and the test of a
-/// triangle by as many.
+/// Distance at which the rays pass the edge, in units of rounding of the coordinates. The point of the edge has
+/// an error of two units, the viewer and the direction of one each, and the test of a triangle of about four.
 const CLEAR: f64 = 16.0;
 
-/// How much rounding of coordinates may turn a direction over a distance, and a margin, in radians.
+/// Bound on the angle by which rounding of coordinates turns a direction, in radians, with a margin.
 pub(super) fn clear(largest: f64, distance: f64) -> f64 {
     CLEAR * f64::EPSILON * largest / distance
 }
 
-/// The angle by which a ray from x leaves a point of an edge at a distance: more than rounding may turn it
-/// by. At 3·10⁵ times that distance from the scene's origin and farther away that is wider than 10⁻⁹, in
-/// proportion, and 4·10⁻⁴ at 10¹¹ times: edges and surfaces that are seen nearer to one another are taken for
-/// one.
+/// Angle between a point of an edge, at a distance from x, and the rays from x that pass it. It exceeds the
+/// angle by which rounding may turn them: 10⁻⁹ up to 3·10⁵ distances from the origin, then proportional to the
+/// distance from the origin (4·10⁻⁴ at 10¹¹ distances). Edges and surfaces closer than this are taken for one.
 pub(super) fn aside(ends: [DVec3; 2], x: DVec3, distance: f64) -> f64 {
     ASIDE.max(clear(largest(&[x, ends[0], ends[1]]), distance))
 }
@@ -32,11 +30,10 @@ pub(super) fn largest(points: &[DVec3]) -> f64 {
     points.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max)
 }
 
-/// How far from a point of an edge rays through it start, of which its own triangles are not in the way: 10⁻⁹
-/// of their coordinates, where a ray that is by 4·10⁻⁶ aside of a triangle's plane has left its rounding. Of
-/// an edge that is shorter than 1/4000 of the coordinates it is less: the geometric mean of rounding and
-/// length, with which as large a part of what stands near the edge is not seen as of directions is that graze
-/// its triangles.
+/// Distance from a point of an edge at which rays through it start, so that its own triangles do not block them:
+/// 10⁻⁹ of their coordinates. There a ray at 4·10⁻⁶ from a triangle's plane has left the plane's rounding. For
+/// edges shorter than 1/4000 of the coordinates it is the geometric mean of rounding and length, which balances
+/// the nearby geometry that is missed against the directions that graze the edge's triangles.
 pub(super) fn near(scene: &Scene, list: &EdgeList, edge: &Edge) -> f64 {
     let [a, b] = edge.span(scene);
     let corners = list.triangles(edge).map(|t| largest(&scene.corners(t)));
@@ -47,9 +44,9 @@ pub(super) fn near(scene: &Scene, list: &EdgeList, edge: &Edge) -> f64 {
 /// See [`near`].
 const START: f64 = 1e-9;
 
-/// Two surfaces touch if their distances from the viewer differ by less than this part, and so many angles by
-/// which rays leave the edge: at an angle α to the ray a surface is within one of them over tan α of the
-/// edge.
+/// Two surfaces touch if their distances from the viewer differ by less than this part of the distance, or by
+/// less than `TOUCH_BY_ANGLE` times the angle of [`aside`]: at an angle α to the ray a surface is met within
+/// that angle over tan α of the edge.
 const TOUCH: f64 = 1e-6;
 const TOUCH_BY_ANGLE: f64 = 1e3;
 
@@ -64,8 +61,8 @@ pub(super) struct Sides {
 }
 
 impl Sides {
-    /// The part of a jump of emission that an emitter's edge finds: all of it where the edge that coincides with it is of what does not
-    /// emit, as that of a frame, whose edges nobody samples for it.
+    /// Part of a jump of emission that an emitter's edge finds: all of it where the edge that coincides with it
+    /// belongs to a shape that does not emit, such as a frame. Such edges find none of the emitter's jump.
     pub(super) fn share_of_emission(&self, scene: &Scene) -> f64 {
         let emits =
             |hit: Hit| scene.description.shapes[scene.shape_of(hit.surface) as usize].radiance.is_some();

@@ -1,10 +1,10 @@
 //! Emitters beside edges.
 //!
-//! The light that passes an edge changes along it as fast as its distance from the emitter does: edges are
-//! cut into pieces that are no longer than that distance, or than a part of the emitter, within which its
-//! solid angle hardly changes. An edge that lies on an emitter has no direction towards it at all. Light
-//! comes from the edge itself, and jumps there in every direction in which the edge is a silhouette: such
-//! pieces, *contacts*, are looked at from all sides.
+//! The solid angle of an emitter changes along an edge as fast as the distance between them. Edges are cut into
+//! pieces no longer than that distance, or than a part of the emitter, so that it hardly changes within a piece.
+//! A piece that lies on an emitter is a *contact*. No direction leads from it towards the emitter: light comes
+//! from the edge itself, and jumps in every direction in which the edge is a silhouette. For contacts, directions
+//! are drawn uniformly.
 
 use std::ops::Range;
 
@@ -22,9 +22,8 @@ use crate::scene::Scene;
 const MANY: usize = 64;
 const MOST: usize = 10_000_000;
 
-/// What is nearer to a plane than so many roundings, and the rounding of coordinates as they were given, lies
-/// in it: 10⁻⁹ of the scene. Light of what is farther away is found by directions towards it, whatever the
-/// distance.
+/// A point lies in an emitter's plane if it is nearer than this many roundings (10⁻⁹ of the scene) plus the
+/// rounding of the given coordinates. Directions towards the emitter find all gaps wider than that.
 const TOUCHING: f64 = 1e4;
 
 /// Least weight of a faint light in the choice of edges.
@@ -69,7 +68,7 @@ impl Body {
     }
 }
 
-/// All that emits, if it is little.
+/// All emitters, unless there are too many ([`contacts_are_followed`]).
 #[derive(Clone, Debug, Default)]
 pub(super) struct Bodies {
     bodies: Vec<Body>,
@@ -77,8 +76,7 @@ pub(super) struct Bodies {
     slack: f64,
 }
 
-/// A piece of an edge that lies on emitters, or so near to emitters of many triangles that their light is
-/// best found from all directions.
+/// A piece of an edge that lies on emitters, or is very near to emitters of many triangles.
 #[derive(Clone, Debug)]
 pub(super) struct Contact {
     pub(super) shapes: Vec<u32>,
