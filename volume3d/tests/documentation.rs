@@ -28,6 +28,8 @@ const INSTALL: &str = "cargo install --path ";
 /// take as long as they say.
 const SIZE: usize = 20;
 const STUDY: &str = " --budget 2";
+/// Samples of a check, about as many in all as the guide's 256 on its 128 × 128 pixels.
+const CHECK: &str = " --spp 8192";
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
@@ -109,10 +111,14 @@ const BUNNY: &str = "v -4 4 0\nv 4 4 0\nv 0 0 0\nv 0 10 0\nv 0 4 -4\nv 0 4 4\n\
 /// Runs a line of the program in a folder; what is wrong with it, if anything.
 fn fault(place: &Path, line: &str) -> Option<String> {
     let arguments = line.strip_prefix(PROGRAM)?;
-    let study = if arguments.starts_with("tune ") { STUDY } else { "" };
+    let more = match arguments.split_once(' ') {
+        Some(("tune", _)) => STUDY,
+        Some(("check", _)) => CHECK,
+        _ => "",
+    };
     let mut command = Command::new(env!("CARGO_BIN_EXE_volume3d"));
     let output =
-        command.current_dir(place).args(format!("{arguments}{study}").split_whitespace()).output().unwrap();
+        command.current_dir(place).args(format!("{arguments}{more}").split_whitespace()).output().unwrap();
     let said = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
     (output.status.code() != Some(0)).then(|| format!("{line}: {}: {said}", output.status))
 }
