@@ -15,7 +15,7 @@ use std::process::{Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
 use tests::mutations::{Batch, Mutation, VARIABLE, all, batches, root};
-use tests::readme;
+use tests::results;
 
 /// A test program that does not end by then has failed.
 const LONGEST: Duration = Duration::from_secs(1200);
@@ -248,7 +248,7 @@ fn run_tests(copy: &Path, programs: &Programs, tests: &str, number: usize) -> Re
         .env("CARGO_MANIFEST_DIR", copy.join(&package))
         .env(VARIABLE, number.to_string())
         .env_remove("WARPED_AREA_TESTS")
-        .env_remove("UPDATE_README")
+        .env_remove("UPDATE_RESULTS")
         .stdin(Stdio::null())
         .stdout(file)
         .stderr(Stdio::null())
@@ -285,7 +285,7 @@ fn run_tests(copy: &Path, programs: &Programs, tests: &str, number: usize) -> Re
 fn write_table(mutations: &[Mutation], outcomes: &[Outcome]) {
     let file = root().join("tests/mutations/README.md");
     let mut rows: BTreeMap<String, String> = BTreeMap::new();
-    for row in readme::shown_in(&file, "mutation table").lines().skip(2) {
+    for row in results::shown_in(&file, "mutation table").lines().skip(2) {
         if let Some(name) = row.split('|').nth(1) {
             rows.insert(name.trim().to_owned(), format!("{row}\n"));
         }
@@ -302,5 +302,5 @@ fn write_table(mutations: &[Mutation], outcomes: &[Outcome]) {
     let known = mutations.iter().filter_map(|mutation| rows.get(&mutation.name));
     let table: String = known.map(String::as_str).collect();
     let head = "| mutation | what is wrong | where | noticed by |\n|---|---|---|---|\n";
-    readme::fill_in(&file, "mutation table", &format!("{head}{table}"));
+    results::fill_in(&file, "mutation table", &format!("{head}{table}"));
 }

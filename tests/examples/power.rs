@@ -1,5 +1,5 @@
-//! Fills the README's table of power from what statistical tests print:
-//! `UPDATE_README=1 cargo test --release --workspace -- --nocapture | cargo run --release -p tests --example power`.
+//! Fills the table of power of `tests/RESULTS.md` from what statistical tests print:
+//! `UPDATE_RESULTS=1 cargo test --release --workspace -- --nocapture | cargo run --release -p tests --example power`.
 //!
 //! Rows of files that are not among the input stay as they are, so that one file can be measured again.
 
@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufRead, stdin};
 
 use tests::power::TABLE;
-use tests::readme;
+use tests::results;
 
 fn main() {
     let mut rows = BTreeMap::new();
@@ -20,7 +20,7 @@ fn main() {
     }
     let file = |name: &str| name.split("::").next().map(str::to_owned);
     let measured: BTreeSet<_> = rows.keys().filter_map(|name| file(name)).collect();
-    for row in readme::shown(TABLE).lines().skip(2) {
+    for row in results::shown(TABLE).lines().skip(2) {
         let name = row.trim_start_matches("| ").split(" |").next().expect("a name").to_owned();
         if file(&name).is_some_and(|file| !measured.contains(&file)) {
             rows.insert(name, row.to_owned());
@@ -28,6 +28,6 @@ fn main() {
     }
     let rows: String = rows.into_values().map(|row| row + "\n").collect();
     let head = "| test | comparisons | smallest bias it rejects | of which |\n|---|---|---|---|\n";
-    readme::fill(TABLE, &format!("{head}{rows}"));
+    results::fill(TABLE, &format!("{head}{rows}"));
     println!("{rows}");
 }

@@ -9,7 +9,7 @@
 //!   numbers, sharing no code with [`flatland::plane::exact`].
 //! - [`power`]: the smallest bias that a test rejects.
 //! - [`quadrature`]: Gauss–Legendre rules.
-//! - [`readme`]: the README's tables, which tests fill.
+//! - [`results`]: the tables of `RESULTS.md`, which tests fill.
 //! - [`scenes`]: random scenes, generic, degenerate and not differentiable.
 //! - [`space`]: the same in three dimensions: coverage, crossings, irradiance, direct light and constants.
 //! - [`statistics`]: z-tests with corrected thresholds, and rates on log–log data.
@@ -34,7 +34,7 @@ pub mod mutations;
 pub mod oracle;
 pub mod power;
 pub mod quadrature;
-pub mod readme;
+pub mod results;
 pub mod scenes;
 pub mod space;
 pub mod statistics;

@@ -9,19 +9,19 @@
 //! they share. What one scene alone shows is [said beside it](Power::by_scene), as a bias may be one scene's.
 //!
 //! Every statistical test prints one line, `power | test | comparisons | smallest bias | where`, which are the rows of
-//! the README's table of power: `UPDATE_README=1 cargo test --release --workspace -- --nocapture | cargo run --release
-//! -p tests --example power` fills it. A quick test that the table does not name fails unless `UPDATE_README` is set.
+//! the table of power of `RESULTS.md`: `UPDATE_RESULTS=1 cargo test --release --workspace -- --nocapture | cargo run --release
+//! -p tests --example power` fills it. A quick test that the table does not name fails unless `UPDATE_RESULTS` is set.
 
 use crate::effort::thorough;
-use crate::readme;
+use crate::results;
 
 /// The largest relative bias that a comparison that counts may leave unnoticed.
 pub const NOTICED: f64 = 0.15;
 
-/// The name of the table in the README.
+/// The name of the table.
 pub const TABLE: &str = "power table";
 
-/// What the comparisons of one test could have noticed. Dropped, it prints the row of the README's table; it panics if
+/// What the comparisons of one test could have noticed. Dropped, it prints the row of the table; it panics if
 /// nothing was compared, if some comparison could not have noticed a bias of [`NOTICED`], or if the table lacks the test.
 #[derive(Debug)]
 pub struct Power {
@@ -77,7 +77,7 @@ impl Drop for Power {
         println!("power | {} | {} | {:.1} %{scenes} | {label} |", self.test, self.rows.len(), 100.0 * bias);
         // The table is that of the quick tests: some are thorough or nothing.
         if !thorough() {
-            readme::names(TABLE, self.test);
+            results::names(TABLE, self.test);
         }
     }
 }

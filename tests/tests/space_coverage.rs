@@ -80,7 +80,7 @@ fn other_warps_are_unbiased() {
 }
 
 /// What is thinner than samples are apart is found by edge sampling, which knows where edges are. Warped area meets
-/// too few of them to say anything: the README's tables show what it finds.
+/// too few of them to say anything: `RESULTS.md` shows what it finds.
 #[test]
 fn edge_sampling_is_unbiased() {
     let mut power = Power::of("space_coverage::edge_sampling_is_unbiased");

@@ -1,7 +1,7 @@
-//! Numerical stability at the extremes: a table that this test fills and the README shows.
+//! Numerical stability at the extremes: a table of `RESULTS.md` that this test fills.
 //!
-//! `UPDATE_README=1 cargo test --release -p tests --test stability` writes the table into the README;
-//! without it the test holds every row to its bound, and fails if the README shows other rows.
+//! `UPDATE_RESULTS=1 cargo test --release -p tests --test stability` writes it;
+//! without it the test holds every row to its bound, and fails if the table has other rows.
 
 use flatland::estimator::{Construction, GradientImage, Method, WarpedArea};
 use flatland::plane::exact::Arrangement;
@@ -11,7 +11,7 @@ use flatland::random::stream;
 use flatland::warp::{Debias, LinearField as _, Warp};
 use glam::{DVec2, DVec3};
 use tests::oracle;
-use tests::readme::{self, power_of_ten};
+use tests::results::{self, power_of_ten};
 use tests::scenes::Case;
 
 /// The extreme; the edge integral against the oracle; the divergence against the edge integral; warped area.
@@ -182,8 +182,8 @@ fn rows() -> Vec<Row> {
 }
 
 #[test]
-fn the_readme_shows_what_is_measured_at_the_extremes() {
+fn the_table_shows_what_is_measured_at_the_extremes() {
     let header =
         ["extreme", "edge integral against the oracle", "divergence against edge integral", "warped area"];
-    readme::table("stability table", header, rows());
+    results::table("stability table", header, rows());
 }

@@ -1,13 +1,13 @@
-//! Light transport at the extremes: a table that this test fills and the README shows.
+//! Light transport at the extremes: a table of `RESULTS.md` that this test fills.
 //!
-//! `UPDATE_README=1 cargo test --release -p tests --test transport_stability` writes it.
+//! `UPDATE_RESULTS=1 cargo test --release -p tests --test transport_stability` writes it.
 
 use flatland::estimator::transport::{EdgeSampling, Method, WarpedArea};
 use flatland::plane::Filter;
 use flatland::transport::exact::{Exact, Radiosity};
 use flatland::transport::{Camera, Film, Material, Paths, Shape, Tangent, World};
 use glam::DVec2;
-use tests::readme::{self, power_of_ten};
+use tests::results::{self, power_of_ten};
 use tests::transport::oracle;
 
 fn p(x: f64, y: f64) -> DVec2 {
@@ -153,7 +153,7 @@ fn many_bounces() -> Row {
 }
 
 #[test]
-fn the_readme_shows_what_is_measured_at_the_extremes_of_transport() {
+fn the_table_shows_what_is_measured_at_the_extremes_of_transport() {
     let mut rows = vec![row("a moving block, nothing extreme", SCENE, true)];
     for scale in [1e-6, 1e6] {
         rows.push(row(format!("the world scaled by {scale:e}"), Scene { scale, ..SCENE }, true));
@@ -191,5 +191,5 @@ fn the_readme_shows_what_is_measured_at_the_extremes_of_transport() {
     }
     rows.push(many_bounces());
     let header = ["extreme", "exact against the oracle", "warped area", "edge sampling"];
-    readme::table("transport stability table", header, rows);
+    results::table("transport stability table", header, rows);
 }

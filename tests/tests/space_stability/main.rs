@@ -1,7 +1,7 @@
-//! Space at the extremes: a table that this test fills and the README shows.
+//! Space at the extremes: a table of `RESULTS.md` that this test fills.
 //!
-//! `UPDATE_README=1 WARPED_AREA_TESTS=thorough cargo test --release -p tests --test space_stability` writes
-//! it. Without, few runs hold the cells that are known to be right to what is exact, and the README to the
+//! `UPDATE_RESULTS=1 WARPED_AREA_TESTS=thorough cargo test --release -p tests --test space_stability` writes
+//! it. Without, few runs hold the cells that are known to be right to what is exact, and the table to the
 //! rows there are. `ONLY=words` looks at the rows whose names contain these words, and prints them.
 
 mod film;
@@ -10,7 +10,7 @@ mod row;
 mod surfaces;
 
 use tests::effort::thorough;
-use tests::readme;
+use tests::results;
 
 use row::{Held, Row};
 
@@ -26,7 +26,7 @@ fn rows() -> Vec<Row> {
 }
 
 #[test]
-fn the_readme_shows_what_is_measured_at_the_extremes_of_space() {
+fn the_table_shows_what_is_measured_at_the_extremes_of_space() {
     let only = only();
     let (mut table, mut held) = (vec![], Held::default());
     for row in rows().into_iter().filter(|row| row.name.contains(&only)) {
@@ -53,9 +53,9 @@ fn the_readme_shows_what_is_measured_at_the_extremes_of_space() {
         println!("{count} cells notice a bias of {:.3}, of {worst:.2} at worst", held.noticed[half]);
     }
     if thorough() && only.is_empty() {
-        readme::table(TABLE, header, table);
+        results::table(TABLE, header, table);
     } else {
-        table.iter().for_each(|[name, ..]| readme::names(TABLE, name));
+        table.iter().for_each(|[name, ..]| results::names(TABLE, name));
     }
     assert!(held.wrong.is_empty(), "{} cells are wrong", held.wrong.len());
 }

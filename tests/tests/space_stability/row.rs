@@ -232,7 +232,7 @@ impl Row {
                 let apart = (forward - reverse).abs() / forward.abs().max(self.derivative.mean.abs());
                 // NaN is not.
                 if apart <= TRANSPOSED {
-                    return tests::readme::power_of_ten(apart);
+                    return tests::results::power_of_ten(apart);
                 }
                 held.wrong.push(format!("{}: {forward} forward, {reverse} in reverse", self.name));
                 format!("{apart:.0e}")

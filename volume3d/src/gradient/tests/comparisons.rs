@@ -29,7 +29,7 @@ pub(crate) fn total(run: impl Fn(u64) -> Vec<DVec3> + Send + Sync) -> (f64, f64)
 }
 
 /// What one test compares: what is off, and the smallest relative bias that it rejects, which may not exceed 15% in any
-/// comparison. It prints a row of the README's table of power.
+/// comparison. It prints a row of the table of power in tests/RESULTS.md.
 pub(crate) struct Comparisons {
     test: &'static str,
     rows: Vec<(String, f64)>,

@@ -1,22 +1,22 @@
-//! Tables of the README, and of other files, that tests fill.
+//! Tables of `RESULTS.md`, and of other files, that tests fill.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 fn path() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("RESULTS.md")
 }
 
 /// A file, and where in it a table is: between `<!-- {name}: filled by … -->` and `<!-- end of {name} -->`.
 fn place(file: &Path, name: &str) -> (String, Range<usize>) {
-    let readme = std::fs::read_to_string(file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
-    let start = readme.find(&format!("<!-- {name}: filled by ")).expect("the table's beginning");
-    let start = start + readme[start..].find('\n').expect("a line") + 1;
-    let end = start + readme[start..].find(&format!("<!-- end of {name} -->")).expect("the table's end");
-    (readme, start..end)
+    let text = std::fs::read_to_string(file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+    let start = text.find(&format!("<!-- {name}: filled by ")).expect("the table's beginning");
+    let start = start + text[start..].find('\n').expect("a line") + 1;
+    let end = start + text[start..].find(&format!("<!-- end of {name} -->")).expect("the table's end");
+    (text, start..end)
 }
 
-/// A table as the README shows it.
+/// A table as the file shows it.
 pub fn shown(name: &str) -> String {
     shown_in(&path(), name)
 }
@@ -27,7 +27,7 @@ pub fn shown_in(file: &Path, name: &str) -> String {
     text[place].to_owned()
 }
 
-/// Puts a table in its place in the README.
+/// Puts a table in its place.
 pub fn fill(name: &str, table: &str) {
     fill_in(&path(), name, table);
 }
@@ -39,12 +39,12 @@ pub fn fill_in(file: &Path, name: &str, table: &str) {
     std::fs::write(file, filled).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
 }
 
-/// Whether the environment variable `UPDATE_README` asks for new tables.
+/// Whether the environment variable `UPDATE_RESULTS` asks for new tables.
 fn updates() -> bool {
-    std::env::var_os("UPDATE_README").is_some()
+    std::env::var_os("UPDATE_RESULTS").is_some()
 }
 
-/// Puts a table in its place if `UPDATE_README` is set, and otherwise checks that the README shows a table with the
+/// Puts a table in its place if `UPDATE_RESULTS` is set, and otherwise checks that the file shows a table with the
 /// same first column: the last digits of the others differ between machines.
 pub fn table<const N: usize>(name: &str, header: [&str; N], rows: Vec<[String; N]>) {
     let mut table = format!("| {} |\n|{}\n", header.join(" | "), "---|".repeat(N));
@@ -54,7 +54,7 @@ pub fn table<const N: usize>(name: &str, header: [&str; N], rows: Vec<[String; N
         fill(name, &table);
     } else {
         let rows = |t: &str| t.lines().map(|l| l.split('|').nth(1).map(str::to_owned)).collect::<Vec<_>>();
-        assert_eq!(rows(&shown(name)), rows(&table), "run with UPDATE_README=1 to show the new rows");
+        assert_eq!(rows(&shown(name)), rows(&table), "run with UPDATE_RESULTS=1 to show the new rows in tests/RESULTS.md");
     }
 }
 
@@ -64,9 +64,9 @@ pub fn power_of_ten(error: f64) -> String {
     if error == 0.0 { "0".into() } else { format!("≤ 1e{}", error.log10().ceil()) }
 }
 
-/// Checks that a table's first column has a row of this name, unless `UPDATE_README` is set.
+/// Checks that a table's first column has a row of this name, unless `UPDATE_RESULTS` is set.
 pub fn names(table: &str, row: &str) {
     let named =
         shown(table).lines().any(|line| line.split('|').nth(1).is_some_and(|cell| cell.trim() == row));
-    assert!(named || updates(), "the README's {table} has no row {row:?}");
+    assert!(named || updates(), "tests/RESULTS.md: the {table} has no row {row:?}");
 }
