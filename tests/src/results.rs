@@ -54,7 +54,11 @@ pub fn table<const N: usize>(name: &str, header: [&str; N], rows: Vec<[String; N
         fill(name, &table);
     } else {
         let rows = |t: &str| t.lines().map(|l| l.split('|').nth(1).map(str::to_owned)).collect::<Vec<_>>();
-        assert_eq!(rows(&shown(name)), rows(&table), "run with UPDATE_RESULTS=1 to show the new rows in tests/RESULTS.md");
+        assert_eq!(
+            rows(&shown(name)),
+            rows(&table),
+            "run with UPDATE_RESULTS=1 to show the new rows in tests/RESULTS.md"
+        );
     }
 }
 
