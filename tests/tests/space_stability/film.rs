@@ -133,8 +133,8 @@ pub(crate) fn rows() -> Vec<Row> {
         );
     }
     for aspect in [1e3, 1e6, 1e9] {
-        // It is thinner than samples are apart.
-        let right = Right { image: false, edges: aspect < 1e4, ..Right::NONE };
+        // It is thinner than samples of the area are apart.
+        let right = Right { image: false, edges: true, ..Right::NONE };
         rows.push(sliver(aspect).row(format!("a sliver of aspect {aspect:e} that widens"), right));
     }
     let one = Film { side: 1, ..base() }.row("the square, one pixel and one sample", Right::ALL);

@@ -269,7 +269,7 @@ pub(crate) fn rows() -> Vec<Row> {
     rows.push(Row { samples: 16, ..furnace("64 bounces in a furnace, by its albedo", 64) });
     if thorough() {
         let million = SKY.row("a ball of a million triangles that grows", SKY.mesh(500), Right::ALL);
-        rows.push(Row { runs: 0.1, ..million });
+        rows.push(Row { runs: 0.4, ..million });
     }
     rows.push(SKY.row("an implicit ball that grows, nothing extreme", SKY.implicit(), implicit));
     for scale in [1e-9, 1e-3, 1e3, 1e9] {
