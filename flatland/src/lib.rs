@@ -28,6 +28,18 @@
 //! - [`estimator`]: the methods that differentiate an image, behind one trait; along paths in
 //!   [`estimator::transport`].
 //!
+//! # What is exact, unbiased, biased
+//!
+//! | | |
+//! |---|---|
+//! | exact, to rounding | [`estimator::Exact`]: image, interior term and edge integral of every pixel, for box and tent filters; Gaussian filters to 10⁻¹² by quadrature; the divergence integral too, but for ε/g where boundaries a distance g apart move apart |
+//! | | [`transport::exact::Exact`](transport::exact) of light scattered at most once, to 10⁻⁹ of the sum of absolute terms; radiosity of diffuse surfaces with a stated error, which is too small where light varies on less than 10⁻⁵ of a segment; [`sdf::exact`] of discs, polygons and rectangles |
+//! | unbiased | warped area with the mean over jumps, exact or softened; with auxiliary points if γ is above its bound (1/p + ½ in the plane, for a boundary function B ~ sᵖ) and they are debiased: [`Debias`](warp::Debias), whose documentation says which moments are finite; edge sampling. All of them if no two visible edges coincide |
+//! | consistent | auxiliary points without debiasing: biased at every fixed number of them |
+//! | biased | Gaussian weights; the rotation heuristic; γ below its bound; finite differences |
+//! | | implicit shapes: fields made of tracer points, by rays that run out of steps; every field at sharp corners; the relaxed boundary, by O(ε); implicit differentiation, by the whole boundary term |
+//! | refused | by the exact engines: edges that move across the border of a box pixel on which they lie; visible edges that coincide and part |
+//!
 //! # Example
 //!
 //! A square moves to the right over a black background. The derivative of the image is positive

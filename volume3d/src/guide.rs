@@ -4,16 +4,18 @@
 //! |---|---|
 //! | [`start`] | a scene around a mesh, a picture, a gradient that is checked, a pose from a picture |
 //! | [`methods`] | which method and which settings, and how to find out |
+//! | [`bias`] | what is unbiased, biased and refused, and where tails are heavy |
 //! | [`surfaces`] | a surface of unknown shape from pictures: as a grid of distances, and as a network |
 //! | [`size`] | how large a problem is practical, and what it takes in time, threads and memory |
-//!
-//! What is biased when is said [on the crate's page](crate#what-is-biased-when).
 
 #[doc = include_str!("../guide/start.md")]
 pub mod start {}
 
 #[doc = include_str!("../guide/methods.md")]
 pub mod methods {}
+
+#[doc = include_str!("../guide/bias.md")]
+pub mod bias {}
 
 #[doc = include_str!("../guide/surfaces.md")]
 pub mod surfaces {}

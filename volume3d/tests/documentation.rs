@@ -9,8 +9,10 @@ use volume3d::Image;
 use volume3d::io::write_exr;
 
 /// Lines that are not run here, with who runs them or why nobody does.
-const ELSEWHERE: [(&str, &str); 4] = [
+const ELSEWHERE: [(&str, &str); 6] = [
     ("cargo run --release -p figures", "the smoke run of the figures, with --quality draft"),
+    ("cargo run --release -p figures -- mesh trade", "the same"),
+    ("cargo run --release -p figures -- --help", "it prints the options"),
     ("cargo test --release --workspace", "this test is a part of it"),
     ("cargo run --release -p figures -- explore", "the tests of the figures ask its server"),
     (
@@ -46,7 +48,7 @@ fn documents() -> Vec<(String, String)> {
         std::fs::read_dir(guide).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
     let mut names: Vec<String> = names.map(|name| format!("volume3d/guide/{name}")).collect();
     names.sort();
-    names.insert(0, "README.md".to_owned());
+    names.splice(0..0, ["README.md", "figures/README.md"].map(str::to_owned));
     names.into_iter().map(|name| (name.clone(), read(&name))).collect()
 }
 
