@@ -219,7 +219,8 @@ impl Row {
         let ones = volume3d::Image::constant(film.width, film.height, DVec3::ONE);
         let active = active(scene, change);
         let gradient = method.reseeded(seed).reverse(scene, &ones, &active)?;
-        let warned = gradient.outlier().is_some() || !gradient.non_finite.is_empty();
+        let nothing = gradient.by_parameter == Tangent::still(scene);
+        let warned = nothing || gradient.outlier().is_some() || !gradient.non_finite.is_empty();
         Ok(Run { found: gradient.by_parameter.dot(change), stated: None, warned })
     }
 
@@ -263,14 +264,14 @@ struct Run {
     found: f64,
     /// The standard error that it states.
     stated: Option<f64>,
-    /// Whether it says that its tails are heavy, or that samples were no numbers.
+    /// Whether it says that its tails are heavy, that nothing was seen to change, or that samples were no numbers.
     warned: bool,
 }
 
 fn run(method: &impl Sampler, scene: &Scene, change: &Tangent, seed: u64) -> Result<Run, GradientError> {
     let result = method.reseeded(seed).forward(scene, change)?;
     let (found, stated) = (result.regions.total.element_sum(), result.regions.sum_error);
-    let warned = result.outlier().is_some() || !result.non_finite.is_empty();
+    let warned = result.is_zero() || result.outlier().is_some() || !result.non_finite.is_empty();
     Ok(Run { found, stated: Some(stated), warned })
 }
 

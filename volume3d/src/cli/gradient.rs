@@ -6,7 +6,7 @@ use std::time::Instant;
 use clap::Args;
 use clap::error::ErrorKind;
 use volume3d::Image;
-use volume3d::gradient::{self, Regions, Survey};
+use volume3d::gradient::{self, Regions, Survey, Tangent};
 
 use super::budget::{Budget, Pilot, percent};
 use super::method::MethodOptions;
@@ -18,7 +18,7 @@ use super::session::{
     Bar, Clock, RunOptions, SceneOptions, geometric, located, lost_with_picture, stop_if_asked,
 };
 use super::spp::check_error_exists;
-use super::summary::{INTERIOR, outlier, root_mean_square, totals};
+use super::summary::{INTERIOR, NOTHING_SEEN, outlier, root_mean_square, totals};
 use super::{Outcome, Report, contact, reverse, usage};
 
 /// Differentiates an image along a change (--move), or a loss by parameters (--adjoint with --wrt).
@@ -267,6 +267,9 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     text += &left_out(&result.left_out);
     if options.method.is_interior() && change.is_geometric() {
         text += INTERIOR;
+    }
+    if result.is_zero() && change != Tangent::still(scene) {
+        text += NOTHING_SEEN;
     }
     text += &result.outlier().map(|largest| outlier(largest, result.largest_share())).unwrap_or_default();
     text += &contact::parted(scene, &change.positions);

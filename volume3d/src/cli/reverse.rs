@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{anyhow, bail};
+use glam::DVec3;
 use volume3d::Image;
-use volume3d::gradient::Gradient;
+use volume3d::gradient::{Gradient, Tangent};
 use volume3d::io::{Precision, read_exr, read_npy, write_npy};
 use volume3d::optimize::Parameters;
 use volume3d::scene::Scene;
@@ -16,7 +17,7 @@ use super::missing::left_out;
 use super::output::{check_array, check_distinct};
 use super::parameter::{Name, arrays};
 use super::session::{Bar, RunOptions, SceneOptions, located as located_samples, lost, stop_if_asked};
-use super::summary::{INTERIOR, outlier};
+use super::summary::{INTERIOR, NOTHING_SEEN, outlier};
 use super::{Outcome, Report, contact};
 
 /// The options of `volume3d gradient` that reverse mode heeds.
@@ -87,6 +88,10 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     text += &left_out(&gradient.left_out);
     if request.method.is_interior() && active.is_geometric() {
         text += INTERIOR;
+    }
+    let asked = adjoint.pixels.iter().any(|a| *a != DVec3::ZERO);
+    if asked && gradient.by_parameter == Tangent::still(scene) {
+        text += NOTHING_SEEN;
     }
     let heavy = gradient.outlier().map(|largest| outlier(largest, gradient.largest_share()));
     text += &heavy.unwrap_or_default();

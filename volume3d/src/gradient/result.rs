@@ -128,6 +128,13 @@ impl GradientImage {
     pub fn outlier(&self) -> Option<Contribution> {
         self.largest.and_then(|largest| largest.if_outlier(self.largest_share()))
     }
+
+    /// Whether the derivative of every pixel is exactly 0: no sample saw the image change. Either it does not, or
+    /// what changes is too small or too rare for this many samples. The standard error, 0 as well, cannot tell.
+    #[must_use]
+    pub fn is_zero(&self) -> bool {
+        self.gradient.pixels.iter().all(|g| *g == DVec3::ZERO)
+    }
 }
 
 /// The derivative of one number by every parameter: what reverse mode returns.

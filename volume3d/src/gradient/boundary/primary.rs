@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::driver::{Address, Boundary, BoundarySample};
 use super::list::{Edge, EdgeList};
-use super::sides::{Sides, clear, look_past};
+use super::sides::{Sides, clear, largest, look_past};
 use super::table::Table;
 use super::{Moving, PRIMARY_EDGE, STILL};
 use crate::gradient::differential::Differential;
@@ -14,8 +14,9 @@ use crate::gradient::film::FilmPlane;
 use crate::gradient::jump_mean::SceneEdges;
 use crate::path::{Frame, Paths, Sequence};
 
-/// The ray on either side of a projected edge leaves it by this many pixels at least.
-const ASIDE_PIXELS: f64 = 1e-6;
+/// The ray on either side of a projected edge leaves it by this many pixels at least, a thousand times what the rounding
+/// of film coordinates below 1,000 and of directions makes of it.
+const ASIDE_PIXELS: f64 = 1e-9;
 
 /// A face at which one looks along its plane up to this angle, in radians, may be seen as less than a line:
 /// far more than rounding makes of any face whose shape is not lost, and one edge too many costs a sample.
@@ -300,10 +301,8 @@ impl Primary<'_> {
             return None;
         }
         let t = a.lerp(b, s).distance(origin);
-        // Edges are given in the coordinates of the camera, which are rounded to parts of how far their ends
-        // are.
-        let farthest = a.distance(origin).max(b.distance(origin));
-        let aside = ASIDE_PIXELS.max(clear(farthest, t) * film.pixels_by_angle());
+        let largest = largest(&[origin, a, b]).max(t);
+        let aside = ASIDE_PIXELS.max(clear(largest, t) * film.pixels_by_angle());
         let directions = [-aside, aside].map(|e| film.ray(u + e * normal));
         let sides = look_past(self.paths.scene, self.list, edge, (origin, None), directions, t)?;
         let scale = sides.share * length / chosen.probability;

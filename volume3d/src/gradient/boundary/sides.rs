@@ -5,9 +5,9 @@ use glam::DVec3;
 use super::list::{Edge, EdgeList, are_folded};
 use crate::scene::{Hit, Scene, Surface};
 
-/// Least angle, in radians, between an edge and the rays that pass it on either side. Their hits stand for the
-/// limits at the edge, and differ from them only where another edge is nearer than the angle.
-const ASIDE: f64 = 1e-9;
+/// Least angle, in radians, between an edge and the rays that pass it: some thousand times the rounding of a
+/// direction.
+const ASIDE: f64 = 1e-12;
 
 /// Distance at which the rays pass the edge, in units of rounding of the coordinates. The point of the edge has
 /// an error of two units, the viewer and the direction of one each, and the test of a triangle of about four.
@@ -18,9 +18,10 @@ pub(super) fn clear(largest: f64, distance: f64) -> f64 {
     CLEAR * f64::EPSILON * largest / distance
 }
 
-/// Angle between a point of an edge, at a distance from x, and the rays from x that pass it. It exceeds the
-/// angle by which rounding may turn them: 10⁻⁹ up to 3·10⁵ distances from the origin, then proportional to the
-/// distance from the origin (4·10⁻⁴ at 10¹¹ distances). Edges and surfaces closer than this are taken for one.
+/// Angle between a point of an edge, at a distance from x, and the rays from x that pass it on either side. Their
+/// hits stand for the limits at the edge, and differ from them only where another edge is within the angle. It
+/// exceeds the angle by which rounding may turn the rays: 10⁻¹² up to 300 distances from the origin, then
+/// proportional to the distance from the origin.
 pub(super) fn aside(ends: [DVec3; 2], x: DVec3, distance: f64) -> f64 {
     ASIDE.max(clear(largest(&[x, ends[0], ends[1]]), distance))
 }
@@ -196,7 +197,7 @@ mod tests {
         let list = EdgeList::new(scene);
         let (eye, place) = (DVec3::new(x, 0.1, 1.0), DVec3::new(0.0, 0.1, 0.0));
         let way = (place - eye).normalize();
-        let across = ASIDE * way.cross(DVec3::Y).normalize();
+        let across = aside([place; 2], eye, eye.distance(place)) * way.cross(DVec3::Y).normalize();
         let directions = [-1.0, 1.0].map(|s| (way + s * across).normalize());
         let runs_there = |edge: &&Edge| {
             let [a, b] = edge.span(scene);
