@@ -178,15 +178,15 @@ fn what_hides_the_sky() {
     let case = case(&floor(vec![moving(occluder(), DVec3::new(0.3, 0.2, -0.8))], DVec3::new(1.0, 2.0, 3.0)));
     let mut power = power("space_curves::what_hides_the_sky");
     case.accept(&mut power, "edge sampling", &edges(1, [1, 1, 2560]));
+    // Fields at bounces scatter more.
+    let mut power = super::after_a_bounce("space_curves::what_hides_the_sky: fields");
+    case.accept(&mut power, "mean over jumps", &exact_mean(768));
     // Of paths that may go on, the sky's radiance is taken off where it is hidden.
     let mut longer = case.scene.description().clone();
     longer.integrator.max_depth = Some(3);
     let scene = Scene::new(longer).expect("a scene");
     let longer = Case { scene, change: case.change.clone(), exact: case.exact, error: case.error };
     longer.accept(&mut power, "mean over jumps, longer paths", &exact_mean(1024));
-    // Fields at bounces scatter more.
-    let mut power = super::after_a_bounce("space_curves::what_hides_the_sky: fields");
-    case.accept(&mut power, "mean over jumps", &exact_mean(768));
     for softness in [0.4, f64::INFINITY] {
         case.accept(&mut power, &format!("softened, ε = {softness}"), &softened(512, softness, [1, 1, 1280]));
     }
