@@ -200,6 +200,30 @@ fn errors_of_totals_are_the_scatter_over_seeds() {
     check("edge sampling", true, &edges);
 }
 
+/// The same of pixels where all noise is that of samples of curves.
+#[test]
+fn errors_of_curves_are_the_scatter_over_seeds() {
+    let scene = square(Filter::Tent { radius: 1.0 });
+    let mut change = Tangent::still(&scene);
+    change.scale(&scene, 0, DVec3::new(0.05, -0.02, -3.0), 1.0);
+    let images: Vec<GradientImage> = (0..500)
+        .map(|seed| {
+            let [primary, secondary, bounces] = [16, 1, 1];
+            let method =
+                EdgeSampling { samples: 16, primary, secondary, bounces, seed, allow_missing: vec![] };
+            method.forward(&scene, &change, &Progress::none()).unwrap()
+        })
+        .collect();
+    let (mut stated, mut scatter) = (0.0, 0.0);
+    for k in 0..images[0].gradient.pixels.len() {
+        let values: Vec<f64> = images.iter().map(|i| i.gradient.pixels[k].x).collect();
+        scatter += statistics(&values).1.powi(2) * 500.0;
+        stated += images.iter().map(|i| i.standard_error.pixels[k].x.powi(2)).sum::<f64>() / 500.0;
+    }
+    println!("stated variance {stated}, scatter {scatter}; sees 30 %");
+    assert!(scatter > 0.0 && (stated / scatter - 1.0).abs() < 0.3, "{stated} for {scatter}");
+}
+
 /// Everything emits e and reflects a: radiance e/(1 − a). Roulette begins late, when few paths are left, or at once: then
 /// a bias of 2 % in the weight of what survives is seen.
 #[test]
