@@ -185,6 +185,9 @@ fn roulette_in_flat_worlds() {
     );
 }
 
+/// A name, the exact value, and how a draw of a field says it.
+type Quantity = (&'static str, f64, fn(&Field<DVec2>) -> f64);
+
 /// Harmonic fields of the plane: within a square that grows about c it is u − c, whose divergence is 2.
 #[test]
 fn harmonic_fields() {
@@ -199,7 +202,7 @@ fn harmonic_fields() {
     let mut rng = stream(3, &[]);
     for u in [DVec2::new(0.8, 0.9), DVec2::new(1.3, 0.6)] {
         let drawn: Vec<_> = (0..20_000).map(|_| field.at(u, &mut rng).0).collect();
-        let quantities: [(&str, f64, fn(&Field<DVec2>) -> f64); 3] = [
+        let quantities: [Quantity; 3] = [
             ("divergence", 2.0, |f| f.divergence),
             ("x", (u - centre).x, |f| f.value.x),
             ("y", (u - centre).y, |f| f.value.y),
