@@ -94,10 +94,10 @@ fn run(arguments: &[String]) -> Result<usize> {
             }
             outcomes.push(judged(&copy, &programs, mutation, number)?);
             show(&mutations, outcomes.last().expect("just pushed"));
+            // At once: what was tried counts if a later one fails to run.
+            write_table(&mutations, &outcomes);
         }
     }
-    outcomes.sort_by_key(|outcome| outcome.number);
-    write_table(&mutations, &outcomes);
     Ok(unknown + outcomes.iter().filter(|outcome| outcome.caught_by.is_empty()).count())
 }
 

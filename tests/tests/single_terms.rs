@@ -5,10 +5,12 @@
 //! scenes' derivatives: here it is a large part, and a bias of few percent of it is rejected.
 
 use flatland::estimator::transport::{self, EdgeChoice};
-use flatland::estimator::{AreaIntegral, Construction, EdgeSampling, Form, WarpedArea};
+use flatland::estimator::{Construction, EdgeSampling, WarpedArea};
 use flatland::plane::exact::Arrangement;
 use flatland::plane::{Attachment, Film, Filter, Motion, Polygon, Scene, Shade, Shape};
+use flatland::random::stream;
 use flatland::transport::{self as flat, Camera, Material, Tangent, World, fields};
+use flatland::warp::{Field, WarpField as _};
 use glam::{DVec2, DVec3};
 use tests::campaign::{Known, Sampler};
 use tests::comparison::{Comparison, Estimate};
@@ -46,12 +48,24 @@ fn inside() -> Known {
     })
 }
 
+fn before_brighter(shade: Shade, motion: Motion, filter: Filter, label: &str) -> Known {
+    let scene = Scene::new(DVec3::splat(4.0), vec![square([0.6, 0.7], [9.0; 2], shade)]);
+    let label = format!("{label}, {filter:?}");
+    Known::new(Case { scene: scene.expect("a scene"), motion, film: film(filter), label })
+}
+
 /// A corner before what is brighter, of a shade that stays where it is.
 fn corner(filter: Filter) -> Known {
-    let scene = Scene::new(DVec3::splat(4.0), vec![square([0.6, 0.7], [9.0; 2], shade(Attachment::Image))]);
     let motion = Motion::translate([0], DVec2::new(1.0, 0.4));
-    let label = format!("a corner, {filter:?}");
-    Known::new(Case { scene: scene.expect("a scene"), motion, film: film(filter), label })
+    before_brighter(shade(Attachment::Image), motion, filter, "a corner")
+}
+
+/// The same, whose shade has a slope so steep that a field which moves it changes as much as the edges do.
+fn steep_corner() -> Known {
+    let gradient = [DVec2::new(8.0, 3.0), DVec2::new(6.0, -4.0), DVec2::new(7.0, 5.0)];
+    let shade = Shade::linear(DVec2::ONE, DVec3::ONE, gradient, Attachment::Image);
+    let motion = Motion::translate([0], DVec2::new(1.0, 0.4));
+    before_brighter(shade, motion, Filter::Tent, "a corner of a steep shade")
 }
 
 fn accept(power: &mut Power, k: &Known, label: &str, method: &impl Sampler) {
@@ -75,6 +89,7 @@ fn terms_of_the_plane() {
     let inside = inside();
     accept(&mut power, &inside, "mean over jumps", &warped(80_000, jumps));
     accept(&mut power, &inside, "edge sampling", &EdgeSampling { samples: 80_000, seed: 0 });
+    accept(&mut power, &steep_corner(), "mean over jumps", &warped(320_000, jumps));
     for filter in [Filter::Tent, Filter::Box] {
         let corner = corner(filter);
         accept(&mut power, &corner, "mean over jumps", &warped(150_000, jumps));
@@ -87,7 +102,7 @@ fn terms_of_the_plane() {
 }
 
 /// A floor under a lamp, past what hides some of it and moves; or before the camera.
-fn shaded(before: bool) -> flat_campaign::Known {
+fn shaded(before: bool, filter: Filter) -> flat_campaign::Known {
     let p = |x: f64, y: f64| DVec2::new(x, y);
     let plate = if before { [p(-1.1, 0.5), p(-0.75, 0.75)] } else { [p(-0.6, 1.5), p(0.2, 1.6)] };
     let shapes = vec![
@@ -96,8 +111,10 @@ fn shaded(before: bool) -> flat_campaign::Known {
         flat::Shape::open(plate, Material::default()),
     ];
     let world = World::new(0.0, shapes).expect("a world");
-    let film = flat::Film { pixels: 1, filter: Filter::Tent };
-    let camera = Camera { position: p(-1.5, 1.0), angle: -0.588, field_of_view: 0.3, film };
+    let film = flat::Film { pixels: 1, filter };
+    // In the middle of a tent, which reaches farther, a box shows nothing but the plate.
+    let angle = if filter == Filter::Box { -0.4 } else { -0.588 };
+    let camera = Camera { position: p(-1.5, 1.0), angle, field_of_view: 0.3, film };
     let change = Tangent::moving(&world, [2], |_| p(1.0, 0.2));
     let label = if before { "a plate before the camera" } else { "a shadow" }.to_owned();
     flat_campaign::Known::new(flat_worlds::Case { world, camera, change, label }, 1)
@@ -124,7 +141,7 @@ fn terms_of_flat_worlds() {
     let reach = 8.0;
     let warped =
         |samples, construction| transport::WarpedArea { samples, construction, ..Default::default() };
-    for k in [shaded(false), shaded(true)] {
+    for k in [shaded(false, Filter::Tent), shaded(true, Filter::Tent)] {
         for (choice, samples) in [(EdgeChoice::Importance, 150_000), (EdgeChoice::Uniform, 400_000)] {
             let edges = transport::EdgeSampling { samples, choice, ..Default::default() };
             accept_flat(&mut power, &k, &format!("edge sampling, {choice:?}"), &edges);
@@ -138,6 +155,12 @@ fn terms_of_flat_worlds() {
             accept_flat(&mut power, &k, &label, &warped(300_000, construction));
         }
     }
+    // Softened little, the field moves nearly as the jumps do: most of what is left is its own motion.
+    let softened = fields::Construction::Softened { reach, softness: 0.02 * reach };
+    accept_flat(&mut power, &shaded(false, Filter::Tent), "softened little", &warped(150_000, softened));
+    // Of a reach of many pixels, it hardly changes over one: what leaves by the ends of a box is nearly all.
+    let construction = fields::Construction::JumpMean { reach: 64.0 };
+    accept_flat(&mut power, &shaded(true, Filter::Box), "a far reach", &warped(100_000, construction));
 }
 
 /// Russian roulette: surviving paths stand for all.
@@ -162,19 +185,32 @@ fn roulette_in_flat_worlds() {
     );
 }
 
-/// Exact harmonic fields of the plane.
+/// A name, the exact value, and how a draw of a field says it.
+type Quantity = (&'static str, f64, fn(&Field<DVec2>) -> f64);
+
+/// Harmonic fields of the plane: within a square that grows about c it is u − c, whose divergence is 2.
 #[test]
 fn harmonic_fields() {
     let mut power = Power::of("single_terms::harmonic_fields").noticing(0.1);
-    let k = corner(Filter::Tent);
-    let found = k.run_with(|scene, motion, film| {
-        let arrangement = Arrangement::new(scene, film).expect("a scene");
-        let velocities = motion.velocities(scene).expect("a motion");
-        let field = arrangement.harmonic(&velocities, 1e-6);
-        let integral = AreaIntegral { samples: 20_000, form: Form::Area, control_variate: true, seed: 3 };
-        integral.forward(scene, &velocities, film, &field)
-    });
-    let reference = Estimate::exact(k.exact);
-    Comparison { found, reference, limit: suite_threshold(), slack: 0.0 }
-        .accept(&mut power, "a corner", k.exact);
+    let still = shade(Attachment::Image);
+    let scene = Scene::new(DVec3::ZERO, vec![square([0.3, 0.4], [1.6, 1.5], still)]).expect("a scene");
+    let centre = DVec2::new(0.2, 0.1);
+    let velocities = Motion::scale([0], centre).velocities(&scene).expect("a motion");
+    let film = film(Filter::Tent);
+    let arrangement = Arrangement::new(&scene, &film).expect("a scene");
+    let field = arrangement.harmonic(&velocities, 1e-6);
+    let mut rng = stream(3, &[]);
+    for u in [DVec2::new(0.8, 0.9), DVec2::new(1.3, 0.6)] {
+        let drawn: Vec<_> = (0..20_000).map(|_| field.at(u, &mut rng).0).collect();
+        let quantities: [Quantity; 3] = [
+            ("divergence", 2.0, |f| f.divergence),
+            ("x", (u - centre).x, |f| f.value.x),
+            ("y", (u - centre).y, |f| f.value.y),
+        ];
+        for (name, exact, of) in quantities {
+            let (found, reference) = (Estimate::of(drawn.iter().map(of)), Estimate::exact(exact));
+            let comparison = Comparison { found, reference, limit: suite_threshold(), slack: 1e-5 };
+            comparison.accept(&mut power, &format!("{name} at {u}"), exact);
+        }
+    }
 }

@@ -2,14 +2,19 @@
 
 use flatland::plane::Filter;
 use glam::DVec3;
+use rayon::prelude::*;
+use tests::comparison::{Comparison, Estimate};
+use tests::power::Power;
 use tests::space::coverage::{Camera, CameraMotion};
 use tests::space::direct::DirectScene;
 use tests::space::irradiance::{Ground, Surface, World};
 use tests::space::scenes;
+use tests::statistics::student;
 use volume3d::geometry::Mesh;
+use volume3d::gradient::{Progress, render};
 use volume3d::scene::Scene;
 
-use super::{Case, edges, exact_mean, power, softened};
+use super::{Case, RUNS, edges, exact_mean, power, softened};
 
 /// A square about a place, of half a side, that faces down or up.
 pub(super) fn square(centre: [f64; 3], half: f64, faces_down: bool) -> Vec<DVec3> {
@@ -67,13 +72,28 @@ fn case(direct: &DirectScene) -> Case {
 
 const SHIFT: DVec3 = DVec3::new(0.5, 0.2, -0.1);
 
+/// Of a narrow lamp one half is hidden, all along: from one side to the other the field moves as the edge of the
+/// shadow does, and nearly all of the derivative is what leaves by the other side.
+fn strip_half_hidden() -> Case {
+    let rectangle = |x: [f64; 2], y: [f64; 2], z: f64| {
+        [[x[0], y[1]], [x[1], y[1]], [x[1], y[0]], [x[0], y[0]]].map(|[x, y]| DVec3::new(x, y, z)).to_vec()
+    };
+    let lamp = Surface::emitter(rectangle([0.25, 0.35], [-0.8, 1.2], 2.0), BRIGHT);
+    let screen = Surface::occluder(rectangle([-2.0, 0.2], [-3.0, 3.0], 1.0));
+    let mut direct = floor(vec![lamp, moving(screen, DVec3::new(0.5, 0.0, 0.0))], DVec3::ZERO);
+    // What is seen of the floor is in the penumbra.
+    direct.camera.field_of_view = 0.03;
+    case(&direct)
+}
+
 #[test]
 fn shadows_of_one_lamp() {
     let case = case(&floor(vec![lamp(), moving(occluder(), SHIFT)], DVec3::ZERO));
     let mut power = power("space_curves::shadows_of_one_lamp");
     case.accept(&mut power, "edge sampling", &edges(1, [1, 256, 1]));
-    case.accept(&mut power, "softened", &softened(1, 0.4, [1, 1024, 0]));
+    case.accept(&mut power, "softened", &softened(64, 0.4, [1, 1024, 0]));
     case.accept(&mut power, "mean over jumps", &exact_mean(640));
+    strip_half_hidden().accept(&mut power, "half of a strip, mean over jumps", &exact_mean(64));
     case.reject("nothing is warped", &volume3d::gradient::WarpedArea { warps: false, ..exact_mean(8) });
 }
 
@@ -98,6 +118,23 @@ fn outlines_of_a_flat_lamp() {
     case.accept(&mut power, "edge sampling", &edges(1, [1, 256, 1]));
     case.accept(&mut power, "softened", &softened(128, 0.4, [1, 1, 0]));
     case.accept(&mut power, "mean over jumps", &exact_mean(128));
+    image_under_a_near_lamp(&mut power);
+}
+
+/// The image itself under a lamp so near and large that both strategies of the balance heuristic find it as often.
+fn image_under_a_near_lamp(power: &mut Power) {
+    let lamp = Surface::emitter(square([0.1, 0.1, 1.6], 1.5, true), BRIGHT);
+    let direct = floor(vec![lamp], DVec3::ZERO);
+    let scene = scenes::direct(&direct).scene;
+    let exact = direct.image(1e-6).expect("a reference").iter().map(|p| p.value).sum::<DVec3>().element_sum();
+    let run = |seed| {
+        let image = render(&scene, 2048, seed, &Progress::none()).expect("an image").image;
+        image.pixels.iter().sum::<DVec3>().element_sum()
+    };
+    let found = Estimate::of((0..RUNS).into_par_iter().map(run).collect::<Vec<_>>());
+    let limit = student(RUNS - 1);
+    let comparison = Comparison { found, reference: Estimate::exact(exact), limit, slack: 1e-5 * exact };
+    comparison.accept(power, "the image under a near lamp", exact);
 }
 
 /// A cube that emits, as polygons and as one shape.
@@ -144,6 +181,12 @@ fn what_hides_the_sky() {
     // Fields at bounces scatter more.
     let mut power = super::after_a_bounce("space_curves::what_hides_the_sky: fields");
     case.accept(&mut power, "mean over jumps", &exact_mean(768));
+    // Of paths that may go on, the sky's radiance is taken off where it is hidden.
+    let mut longer = case.scene.description().clone();
+    longer.integrator.max_depth = Some(3);
+    let scene = Scene::new(longer).expect("a scene");
+    let longer = Case { scene, change: case.change.clone(), exact: case.exact, error: case.error };
+    longer.accept(&mut power, "mean over jumps, longer paths", &exact_mean(1024));
     for softness in [0.4, f64::INFINITY] {
         case.accept(&mut power, &format!("softened, ε = {softness}"), &softened(512, softness, [1, 1, 1280]));
     }

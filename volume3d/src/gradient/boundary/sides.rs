@@ -211,6 +211,21 @@ mod tests {
         edges.map(share).sum()
     }
 
+    /// A floor that ends where a wall stands on it: each has an edge there, and each finds the whole jump.
+    #[test]
+    fn edges_at_one_place_are_counted_once() {
+        let camera = Camera::look_at(DVec3::new(0.5, 0.0, 2.0), DVec3::ZERO, DVec3::Y, 0.5);
+        let mut d = Description::new(camera, film(2, Filter::Box));
+        let white = d.add_material(Material::diffuse("white", DVec3::ONE));
+        for (name, far) in [("floor", [1.0, 0.0, 0.0]), ("wall", [0.0, 0.0, 0.7])] {
+            let far = DVec3::from(far);
+            let corners = [-0.5 * DVec3::Y, 0.5 * DVec3::Y, far + 0.5 * DVec3::Y, far - 0.5 * DVec3::Y];
+            let mesh = Mesh::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]).unwrap();
+            d.add_shape(name, mesh, white);
+        }
+        assert_eq!(counted(&Scene::new(d).unwrap(), 0.5), 1.0);
+    }
+
     #[test]
     fn what_passes_through_a_fold_is_counted_once() {
         for bend in [0.0, 1e-13, 1e-9, 1e-6, 1e-3] {

@@ -83,6 +83,8 @@ mod arc;
 #[cfg(test)]
 mod bound;
 mod crowding;
+#[cfg(test)]
+mod differences;
 mod edge;
 mod extent;
 mod faces;

@@ -172,6 +172,42 @@ fn crowded() -> (Scene, Tangent) {
     (scene, change)
 }
 
+/// The gradients of kernels are those of differences, before a plane and without one.
+#[test]
+fn gradients_of_kernels_are_those_of_differences() {
+    let (scene, _) = crowded();
+    let (h, mut random) = (1e-6, stream(7, &[]));
+    for plane in [None, Some((DVec3::new(0.1, 0.9, -0.2), 0.3))] {
+        let field = ImplicitField::default();
+        let sight = Sight { origin: EYE, from: None, plane, field, known: Known::Nothing };
+        let mut trace = no_trace();
+        let (mut off, mut count) = (vec![], 0);
+        for _ in 0..3000 {
+            let aim = DVec3::from_array([(); 3].map(|()| 3.0 * open01(&mut random) - 1.5));
+            let u = (aim - EYE).normalize();
+            let e = u.any_orthonormal_vector();
+            let mut near = |u: DVec3| sight.near(&scene, u, 60.0, &mut trace);
+            let [there, plus, minus] = [u, (u + h * e).normalize(), (u - h * e).normalize()].map(&mut near);
+            for one in &there {
+                let value = |of: &[NearLevelSet]| {
+                    of.iter().find(|other| other.implicit == one.implicit).map(|other| other.kernel.value)
+                };
+                let (Some(plus), Some(minus)) = (value(&plus), value(&minus)) else { continue };
+                let (slope, found) = ((plus - minus) / (2.0 * h), one.kernel.gradient.dot(e));
+                count += 1;
+                off.push((found - slope).abs() / one.kernel.gradient.length());
+            }
+        }
+        off.sort_by(f64::total_cmp);
+        let [half, most] = [0.5, 0.95].map(|part| off[(part * off.len() as f64) as usize]);
+        println!(
+            "{plane:?}: of {count} half are off by less than {half:.1e} of the slope, most by {most:.1e}"
+        );
+        // But for points that the tracer adds or leaves out between two directions.
+        assert!(count > 2000 && half < 1e-7 && most < 1e-4, "{count}: {half} {most}");
+    }
+}
+
 /// V as the camera sees it, and what it sees.
 fn seen(
     scene: &Scene,
