@@ -5,8 +5,9 @@ use std::time::{Duration, Instant};
 
 use anyhow::{anyhow, bail};
 use clap::Args;
+use glam::DVec3;
 use indicatif::ProgressBar;
-use volume3d::io::{load_mesh, read_sdf, write_obj, write_ply, write_sdf};
+use volume3d::io::{load_mesh_with_notes, read_sdf, write_obj, write_ply, write_sdf};
 use volume3d::sdf::{Interpolation, MeshDistances, from_mesh, isosurface};
 
 use super::output::check_place;
@@ -32,7 +33,7 @@ pub(super) struct Options {
     #[arg(short, long, value_name = "OUTPUT")]
     output: PathBuf,
     /// Cells along the longest side, 1 to 1600 of a grid and 1 to 1024 for a mesh: 64 unless given, and as many as the grid has. A part
-    /// thinner than two cells is lost.
+    /// thinner than two cells is lost; a warning says how much of the mesh's area.
     #[arg(long, value_name = "CELLS")]
     resolution: Option<usize>,
     /// Empty space on all sides of a mesh, as a part of its longest side. 0.1 unless given.
@@ -71,14 +72,35 @@ fn to_grid(options: &Options) -> anyhow::Result<String> {
     let (resolution, margin) = DEFAULTS;
     let (resolution, margin) = (options.resolution.unwrap_or(resolution), options.margin.unwrap_or(margin));
     let path = &options.input;
-    let mesh = load_mesh(path)?;
+    let (mesh, notes) = load_mesh_with_notes(path)?;
     let spinner = spinner(format!("distances to {} triangles", mesh.triangles().len()));
     let found = from_mesh(&mesh, Interpolation::Cubic, resolution, margin);
     spinner.finish_and_clear();
-    let MeshDistances { grid, doubtful } = found.map_err(|error| anyhow!("{}: {error}", path.display()))?;
+    let MeshDistances { grid, doubtful, lost } =
+        found.map_err(|error| anyhow!("{}: {error}", path.display()))?;
     write_sdf(&options.output, &grid)?;
     let ([nx, ny, nz], count) = (grid.size(), grid.nodes().len());
     let mut text = format!("{nx} × {ny} × {nz} nodes, {:.6} apart\n", grid.spacing().x);
+    for note in notes {
+        text += &format!("note: {}: {note}\n", path.display());
+    }
+    if lost > 0.0 {
+        text += &format!(
+            "WARNING: {:.3} % of the mesh's area has no surface in the grid: parts or gaps there are thinner than two cells, \
+             {:.3e}; take a larger --resolution, or make them thicker\n",
+            100.0 * lost,
+            2.0 * grid.spacing().max_element()
+        );
+    }
+    let (low, high) = bounds(&mesh);
+    let (extent, wanted) = (grid.high() - grid.low(), (high - low).max_element() * (1.0 + 2.0 * margin));
+    if extent.max_element() > 1.1 * wanted {
+        text += &format!(
+            "WARNING: so far from the origin, single precision makes the box {:.2} times as long as asked for, and cells too; \
+             move the mesh towards the origin for finer ones\n",
+            extent.max_element() / wanted
+        );
+    }
     if doubtful > 0 {
         text += &format!(
             "WARNING: {doubtful} of {count} nodes are doubtful: the mesh is open there, or its triangles are turned both \
@@ -86,6 +108,11 @@ fn to_grid(options: &Options) -> anyhow::Result<String> {
         );
     }
     Ok(text)
+}
+
+fn bounds(mesh: &volume3d::geometry::Mesh) -> (DVec3, DVec3) {
+    let all = DVec3::splat(f64::INFINITY);
+    mesh.positions().iter().fold((all, -all), |(low, high), p| (low.min(*p), high.max(*p)))
 }
 
 fn to_mesh(options: &Options) -> anyhow::Result<String> {

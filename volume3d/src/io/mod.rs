@@ -27,6 +27,7 @@ mod npy;
 mod npz;
 mod obj;
 mod ply;
+mod polygon;
 mod sdf;
 mod serialized;
 mod soup;
@@ -63,6 +64,15 @@ use crate::geometry::Mesh;
 /// # Errors
 /// [`Error::File`], [`Error::Extension`] or [`Error::Mesh`].
 pub fn load_mesh(path: &Path) -> Result<Mesh, Error> {
+    load_mesh_with_notes(path).map(|(mesh, _)| mesh)
+}
+
+/// [`load_mesh`], with sentences on what was read in another way than it may have been meant: faces that are not flat, or
+/// several materials.
+///
+/// # Errors
+/// As [`load_mesh`].
+pub fn load_mesh_with_notes(path: &Path) -> Result<(Mesh, Vec<String>), Error> {
     let name = path.to_string_lossy().to_ascii_lowercase();
     let name = name.strip_suffix(".gz").unwrap_or(&name);
     let format = match name {
@@ -73,8 +83,10 @@ pub fn load_mesh(path: &Path) -> Result<Mesh, Error> {
             return Err(Error::Extension { path: path.to_path_buf(), supported });
         }
     };
-    let soup = format.parse(&files::read(path)?, path)?;
+    let mut soup = format.parse(&files::read(path)?, path)?;
+    let notes = std::mem::take(&mut soup.notes);
     soup.into_mesh(false)
+        .map(|mesh| (mesh, notes))
         .map_err(|e| Error::Mesh { place: Place::new(path, At::Whole), problem: MeshProblem::Geometry(e) })
 }
 

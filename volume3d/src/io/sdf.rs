@@ -14,6 +14,9 @@ use crate::sdf::{Grid, Interpolation};
 
 const HEADER: usize = 48;
 
+/// How far nodes may be from where a file has them, in cells: no farther than the numbers of distances in single precision tell.
+const MOVED: f64 = 1e-3;
+
 /// Reads a grid; the file does not say how it is to be interpolated.
 ///
 /// The outermost nodes lie on the faces of the bounding box. (Mitsuba's `sdfgrid` puts them on those of [0, 1]³ instead,
@@ -36,7 +39,8 @@ pub fn parse_sdf(bytes: &[u8], path: &Path, interpolation: Interpolation) -> Res
 /// Writes a grid in single precision, atomically.
 ///
 /// # Errors
-/// [`Error::File`], or [`Error::Grid`] if single precision cannot hold a number.
+/// [`Error::File`], or [`Error::Grid`] if single precision cannot hold a number, or moves a corner of the box by more than a
+/// thousandth of a cell.
 pub fn write_sdf(path: &Path, grid: &Grid) -> Result<(), Error> {
     let problem = |problem| Error::Grid { path: path.to_path_buf(), problem };
     let single = |what: &'static str, index: usize, value: f64| {
@@ -57,6 +61,12 @@ pub fn write_sdf(path: &Path, grid: &Grid) -> Result<(), Error> {
     let nodes = grid.nodes().iter().enumerate().map(|(index, &value)| ("node", index, value));
     for (what, index, value) in corners.chain(nodes) {
         bytes.extend(single(what, index, value).map_err(problem)?.to_le_bytes());
+    }
+    // In single precision a corner may move by half a unit in its last place, and all nodes with it.
+    let rounding = (grid.low() - grid.low().as_vec3().as_dvec3()).abs();
+    let rounding = rounding.max((grid.high() - grid.high().as_vec3().as_dvec3()).abs()) / grid.spacing();
+    if rounding.max_element() > MOVED {
+        return Err(problem(GridProblem::Far { cells: rounding.max_element() }));
     }
     let error = |source| Error::File { action: "write", path: path.to_path_buf(), source };
     files::write(path, |file| file.write_all(&bytes).map_err(error))

@@ -181,6 +181,7 @@ fn mesh(mut stream: Stream<'_>) -> Result<(Soup, bool), MeshProblem> {
         corners.push(triangle);
     }
     let soup = Soup {
+        notes: vec![],
         positions: positions.into_iter().map(DVec3::from_array).collect(),
         normals: normals.map(|rows| Attribute {
             values: rows.into_iter().map(DVec3::from_array).collect(),

@@ -11,6 +11,8 @@ pub(super) struct Soup {
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) normals: Option<Attribute<DVec3>>,
     pub(super) uvs: Option<Attribute<DVec2>>,
+    /// What a user should know of how the file was read.
+    pub(super) notes: Vec<String>,
 }
 
 impl Soup {
@@ -37,7 +39,7 @@ impl Soup {
     /// A mesh with the normals of its faces, or with the given normals, or, where there are none, with normals
     /// weighted by angles on the file's own vertices.
     pub(super) fn into_mesh(self, face_normals: bool) -> Result<Mesh, MeshError> {
-        let Self { positions, triangles, normals, uvs } = self;
+        let Self { positions, triangles, normals, uvs, notes: _ } = self;
         let count = positions.len();
         let normals = match normals {
             _ if face_normals => Normals::Face,
@@ -58,6 +60,7 @@ impl Soup {
             triangles: mesh.triangles().to_vec(),
             normals: None,
             uvs: mesh.uvs().cloned(),
+            notes: vec![],
         }
     }
 }
@@ -71,9 +74,4 @@ impl From<Mesh> for Soup {
         };
         Self { normals, ..Self::from_faces(&mesh) }
     }
-}
-
-/// The triangles of a polygon, all with its first corner: right for convex polygons.
-pub(super) fn fan<T: Copy>(corners: &[T]) -> impl Iterator<Item = [T; 3]> + '_ {
-    (2..corners.len()).map(|i| [corners[0], corners[i - 1], corners[i]])
 }

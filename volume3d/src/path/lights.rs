@@ -121,7 +121,7 @@ impl Lights {
         if let Some(Environment::Map { texture, scale, .. }) = &scene.description.environment {
             let sampler = MapSampler::new(scene, *texture);
             lights.push(LightId::Environment);
-            powers.push(4.0 * PI * PI * reach * reach * scale * sampler.mean);
+            powers.push(4.0 * PI * PI * reach * reach * scale * sampler.mean());
             lights.map = Some(sampler);
         }
         lights.share(&powers);
@@ -224,10 +224,11 @@ impl Lights {
                 }
             },
             LightId::Environment => {
-                let Some(Environment::Map { to_world, .. }) = &scene.description.environment else {
+                let Some(Environment::Map { to_world, texture, .. }) = &scene.description.environment else {
                     return None;
                 };
-                let (way, density) = self.map.as_ref()?.sample([again, a, b]);
+                let image = &scene.description.textures[*texture];
+                let (way, density) = self.map.as_ref()?.sample(image, [again, a, b]);
                 Some(towards(*to_world * way, density, f64::INFINITY, false))
             }
         }
@@ -256,8 +257,8 @@ impl Lights {
                     _ => 0.0,
                 },
                 LightId::Environment => match (&scene.description.environment, &self.map) {
-                    (Some(Environment::Map { to_world, .. }), Some(map)) => {
-                        map.density(to_world.transpose() * direction)
+                    (Some(Environment::Map { to_world, texture, .. }), Some(map)) => {
+                        map.density(&scene.description.textures[*texture], to_world.transpose() * direction)
                     }
                     _ => 0.0,
                 },

@@ -4,94 +4,168 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use crate::scene::Scene;
+use crate::scene::{Scene, Texture};
 
 /// Rec. 709.
 pub(crate) fn luminance(c: DVec3) -> f64 {
     c.dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }
 
-/// Directions with a density proportional to the luminance of the brightest of the texels that a bilinear
-/// lookup there may mix, constant on cells between texel borders.
+/// The part of the density that is constant within a patch. The rest is proportional to the light, and would make
+/// derivatives by rotations and texels scatter without bound where a patch is dark at one end: ∫ L′²/L diverges there, by
+/// the logarithm of this part if it is above 0.
+const EVEN: f64 = 1.0 / 16.0;
+
+/// Directions with a density of two parts, over the patches between four neighbouring texel centres of a bilinear lookup:
+/// the luminance itself, interpolated by the cosine of the polar angle in the place of the angle, and in each patch the
+/// luminance of its brightest texel.
 #[derive(Clone, Debug)]
 pub(super) struct MapSampler {
     width: usize,
     height: usize,
-    /// Cumulated over rows, and in each row over columns.
+    /// The sum of both parts, cumulated over rows of patches, and in each row over columns.
     rows: Vec<f64>,
     columns: Vec<f64>,
-    /// The mean luminance over the sphere.
-    pub(super) mean: f64,
+    /// ∫ of the interpolated luminance over the sphere, and of the brightest texels'.
+    light: f64,
+    brightest: f64,
+}
+
+/// The luminance at the corners of a patch, `[row][column]`.
+#[derive(Clone, Copy, Debug)]
+struct Patch([[f64; 2]; 2]);
+
+impl Patch {
+    fn of(texture: &Texture, i: usize, j: usize) -> Self {
+        let (width, below) = (texture.width, (j + 1).min(texture.height - 1));
+        let texel = |i: usize, j: usize| luminance(texture.texels[j * width + i % width]).max(0.0);
+        Self([j, below].map(|j| [texel(i, j), texel(i + 1, j)]))
+    }
+
+    fn mean(&self) -> f64 {
+        0.25 * self.0.as_flattened().iter().sum::<f64>()
+    }
+
+    fn brightest(&self) -> f64 {
+        self.0.as_flattened().iter().fold(0.0, |a, b| a.max(*b))
+    }
+
+    /// The ends of the row at a part of the way down.
+    fn row(&self, down: f64) -> [f64; 2] {
+        let [above, below] = self.0;
+        [0, 1].map(|c| above[c] * (1.0 - down) + below[c] * down)
+    }
+
+    fn at(&self, along: f64, down: f64) -> f64 {
+        let [a, b] = self.row(down);
+        a * (1.0 - along) + b * along
+    }
+
+    /// A point with a density proportional to [`at`](Self::at).
+    fn sample(&self, [a, b]: [f64; 2]) -> [f64; 2] {
+        let [above, below] = self.0;
+        let down = linear([above[0] + above[1], below[0] + below[1]], b);
+        [linear(self.row(down), a), down]
+    }
+}
+
+/// x in [0, 1] with a density that is linear between two values.
+fn linear([a, b]: [f64; 2], xi: f64) -> f64 {
+    let root = (a * a + xi * (b * b - a * a)).max(0.0).sqrt();
+    if a + root > 0.0 { (xi * (a + b) / (a + root)).min(1.0) } else { xi }
+}
+
+/// The cosine of the polar angle at the upper border of a row of patches.
+fn edge(height: usize, j: usize) -> f64 {
+    (PI * j as f64 / patch_rows(height) as f64).cos()
+}
+
+fn patch_rows(height: usize) -> usize {
+    (height - 1).max(1)
 }
 
 impl MapSampler {
     pub(super) fn new(scene: &Scene, texture: usize) -> Self {
         let texture = &scene.description.textures[texture];
         let (width, height) = (texture.width, texture.height);
-        let texel = |i: usize, j: usize| luminance(texture.texels[j * width + i]).max(0.0);
-        let mut mean = 0.0;
-        let (mut rows, mut columns) = (vec![], vec![]);
-        let mut sum = 0.0;
-        for j in 0..height {
-            let (top, bottom) = (j.saturating_sub(1), (j + 1).min(height - 1));
-            // Solid angle of a row's cells: the difference of cosines.
-            let edge = |j: usize| (PI * j as f64 / height as f64).cos();
-            let cell = TAU / width as f64 * (edge(j) - edge(j + 1));
-            let mut row = 0.0;
-            for i in 0..width {
-                let around = [i + width - 1, i, i + 1].map(|i| i % width);
-                let brightest =
-                    around.iter().flat_map(|&i| [top, j, bottom].map(|j| texel(i, j))).fold(0.0, f64::max);
-                mean += cell * texel(i, j) / (4.0 * PI);
-                row += cell * brightest;
-                columns.push(row);
+        let patches = || (0..patch_rows(height)).flat_map(|j| (0..width).map(move |i| (i, j)));
+        let solid = |j| TAU / width as f64 * (edge(height, j) - edge(height, j + 1));
+        let (mut light, mut brightest) = (0.0, 0.0);
+        for (i, j) in patches() {
+            let patch = Patch::of(texture, i, j);
+            light += solid(j) * patch.mean();
+            brightest += solid(j) * patch.brightest();
+        }
+        let mut sampler = Self { width, height, rows: vec![], columns: vec![], light, brightest };
+        let (mut row, mut sum) = (0.0, 0.0);
+        for (i, j) in patches() {
+            let [own, even] = sampler.parts(&Patch::of(texture, i, j));
+            row += solid(j) * (own + even);
+            sampler.columns.push(row);
+            if i + 1 == width {
+                sum += row;
+                sampler.rows.push(sum);
+                row = 0.0;
             }
-            sum += row;
-            rows.push(sum);
         }
-        if sum <= 0.0 {
-            // Black: any density will do.
-            rows = (1..=height).map(|j| j as f64).collect();
-            columns = (0..height).flat_map(|_| (1..=width).map(|i| i as f64 / width as f64)).collect();
+        sampler
+    }
+
+    /// The mean luminance over the sphere.
+    pub(super) fn mean(&self) -> f64 {
+        self.light / (4.0 * PI)
+    }
+
+    /// The mean densities of both parts in a patch; of a black map the same everywhere.
+    fn parts(&self, patch: &Patch) -> [f64; 2] {
+        if self.light > 0.0 {
+            [(1.0 - EVEN) * patch.mean() / self.light, EVEN * patch.brightest() / self.brightest]
+        } else {
+            [0.0, 1.0 / (4.0 * PI)]
         }
-        Self { width, height, rows, columns, mean }
     }
 
-    fn whole(&self) -> f64 {
-        self.rows[self.height - 1]
-    }
-
-    fn mass(cumulative: &[f64], i: usize) -> f64 {
-        cumulative[i] - if i > 0 { cumulative[i - 1] } else { 0.0 }
-    }
-
-    fn density_of_cell(&self, i: usize, j: usize) -> f64 {
-        let row = &self.columns[j * self.width..(j + 1) * self.width];
-        let edge = |j: usize| (PI * j as f64 / self.height as f64).cos();
-        let cell = TAU / self.width as f64 * (edge(j) - edge(j + 1));
-        Self::mass(row, i) / (self.whole() * cell)
+    fn density_within(&self, patch: &Patch, [along, down]: [f64; 2]) -> f64 {
+        let [_, even] = self.parts(patch);
+        even + if self.light > 0.0 { (1.0 - EVEN) * patch.at(along, down) / self.light } else { 0.0 }
     }
 
     /// A direction in the map's frame, and its density.
-    pub(super) fn sample(&self, [choice, a, b]: [f64; 3]) -> (DVec3, f64) {
-        let j = self.rows.partition_point(|&c| c <= choice * self.whole()).min(self.height - 1);
-        let row = &self.columns[j * self.width..(j + 1) * self.width];
-        let target = a * row[self.width - 1];
-        let i = row.partition_point(|&c| c <= target).min(self.width - 1);
-        let within = ((target - if i > 0 { row[i - 1] } else { 0.0 }) / Self::mass(row, i)).clamp(0.0, 1.0);
-        let edge = |j: usize| (PI * j as f64 / self.height as f64).cos();
-        let y = edge(j) + b * (edge(j + 1) - edge(j));
-        let around = TAU * (i as f64 + within) / self.width as f64;
+    pub(super) fn sample(&self, texture: &Texture, [choice, a, b]: [f64; 3]) -> (DVec3, f64) {
+        let (j, choice) = choose(&self.rows, choice);
+        let (i, a) = choose(&self.columns[j * self.width..(j + 1) * self.width], a);
+        let patch = Patch::of(texture, i, j);
+        let [own, even] = self.parts(&patch);
+        let within @ [along, down] = if choice * (own + even) < own { patch.sample([a, b]) } else { [a, b] };
+        let around = TAU * (i as f64 + 0.5 + along) / self.width as f64;
+        let y = edge(self.height, j) * (1.0 - down) + edge(self.height, j + 1) * down;
         let r = (1.0 - y * y).max(0.0).sqrt();
-        (DVec3::new(r * around.sin(), y, -r * around.cos()), self.density_of_cell(i, j))
+        (DVec3::new(r * around.sin(), y, -r * around.cos()), self.density_within(&patch, within))
     }
 
     /// The density of [`sample`](Self::sample).
-    pub(super) fn density(&self, direction: DVec3) -> f64 {
-        let around = direction.x.atan2(-direction.z).rem_euclid(TAU);
-        let i = ((around / TAU * self.width as f64) as usize).min(self.width - 1);
-        let j =
-            ((direction.y.clamp(-1.0, 1.0).acos() / PI * self.height as f64) as usize).min(self.height - 1);
-        self.density_of_cell(i, j)
+    pub(super) fn density(&self, texture: &Texture, direction: DVec3) -> f64 {
+        let around = direction.x.atan2(-direction.z) / TAU * self.width as f64 - 0.5;
+        let i = (around.floor().rem_euclid(self.width as f64) as usize).min(self.width - 1);
+        let (y, rows) = (direction.y.clamp(-1.0, 1.0), patch_rows(self.height));
+        let j = ((y.acos() / PI * rows as f64) as usize).min(rows - 1);
+        let (above, below) = (edge(self.height, j), edge(self.height, j + 1));
+        // Rounding of the angle may have chosen the patch beside it.
+        let down = ((above - y) / (above - below)).clamp(0.0, 1.0);
+        self.density_within(&Patch::of(texture, i, j), [around - around.floor(), down])
     }
 }
+
+/// The index that a number chooses among cumulated weights, and a number that is uniform again.
+fn choose(cumulative: &[f64], xi: f64) -> (usize, f64) {
+    let last = cumulative.len() - 1;
+    let target = xi * cumulative[last];
+    let i = cumulative.partition_point(|&c| c <= target).min(last);
+    let before = if i > 0 { cumulative[i - 1] } else { 0.0 };
+    // A weight that is chosen is above 0, but for rounding at the very end.
+    let within = (target - before) / (cumulative[i] - before);
+    (i, if within >= 0.0 { within.min(1.0) } else { 0.0 })
+}
+
+#[cfg(test)]
+mod tests;

@@ -232,6 +232,14 @@ pub(super) fn film(film: &Film) -> Result<(), SceneError> {
             let good = deviation > 0.0 && deviation <= 4.0;
             range(good, "film", "the Gaussian's standard deviation", deviation, "in (0, 4]")
         }
+        Filter::Cubic { b, c } => {
+            let bad = [b, c].into_iter().find(|x| !(0.0..=1.0).contains(x));
+            range(bad.is_none(), "film", "the filter's B or C", bad.unwrap_or(0.0), "in [0, 1]")
+        }
+        Filter::Lanczos { lobes } => {
+            let good = (1..=16).contains(&lobes);
+            range(good, "film", "the number of lobes", f64::from(lobes), "from 1 to 16")
+        }
     }
 }
 

@@ -38,6 +38,7 @@ pub use crate::optics::Microfacets;
 pub(crate) use adjacency::{Beyond, FLAT};
 pub use bsdf::{Bsdf, Dielectric, Plastic, Roughness, Scattering};
 pub use build::Scene;
+pub(crate) use camera::GAUSSIAN_CUT;
 pub use camera::{Camera, Crop, Film, Filter, Lens};
 pub use coarse::CoarseMesh;
 pub use crossing_shapes::{CrossingCount, Overlap};

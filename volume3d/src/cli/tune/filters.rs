@@ -8,10 +8,13 @@ use super::study::{Reference, Study};
 use crate::cli::comparison::TOLERATED;
 
 /// The filters that are tried, as Mitsuba 3 has them.
-const FILTERS: [(&str, Filter); 3] = [
+const FILTERS: [(&str, Filter); 6] = [
     ("box", Filter::Box),
     ("tent", Filter::Tent { radius: 1.0 }),
     ("gaussian", Filter::Gaussian { deviation: 0.5 }),
+    ("mitchell", Filter::Cubic { b: 1.0 / 3.0, c: 1.0 / 3.0 }),
+    ("catmullrom", Filter::Cubic { b: 0.0, c: 0.5 }),
+    ("lanczos", Filter::Lanczos { lobes: 3 }),
 ];
 
 /// A line about all of them: the noise of the reference's method, relative to the gradient under each filter and to the noise

@@ -9,7 +9,6 @@ use flatland::calculus::{Number, Vec3};
 use glam::{DVec2, DVec3};
 
 pub(crate) use self::weights::NEAR;
-use super::filter::GAUSSIAN_CUT;
 use crate::gradient::{CameraTangent, NonFinite};
 use crate::path::{Calculus, Draws, Frame};
 use crate::scene::{Camera, Filter, Lens, Scene};
@@ -48,18 +47,13 @@ impl FilmPlane {
         let (film, camera) = (&scene.description.film, scene.camera());
         let (columns, rows) = scene.size();
         let corner = film.crop.map_or(DVec2::ZERO, |c| DVec2::new(c.x as f64, c.y as f64));
-        let radius: f64 = match film.filter {
-            Filter::Box => 0.5,
-            Filter::Tent { radius } => radius,
-            Filter::Gaussian { deviation } => GAUSSIAN_CUT * deviation,
-        };
         let focal = focal_length(camera, film.width);
         let arm = camera.orthographic.map_or(DVec3::ZERO, |distance| -distance * camera.forward);
         Self {
             columns,
             rows,
             // The edges of box pixels belong to the cells on both sides.
-            reach: ((radius - 0.5).ceil() as usize).max(1),
+            reach: ((film.filter.radius() - 0.5).ceil() as usize).max(1),
             corner,
             centre: (camera.principal_point + 0.5) * DVec2::new(film.width as f64, film.height as f64),
             aspect: camera.pixel_aspect,

@@ -11,11 +11,13 @@ use crate::gradient::{EdgeSampling, FiniteDifference, Progress, Tangent, WarpedA
 use crate::scene::{Camera, Description, Environment, Filter, Lens, Material, Scene};
 
 const WIDTH: usize = 21;
+const MITCHELL: Filter = Filter::Cubic { b: 1.0 / 3.0, c: 1.0 / 3.0 };
+const LANCZOS: Filter = Filter::Lanczos { lobes: 3 };
 
-fn every_filter() -> [Filter; 6] {
+fn every_filter() -> [Filter; 8] {
     let tent = |radius| Filter::Tent { radius };
     let gaussian = |deviation| Filter::Gaussian { deviation };
-    [Filter::Box, tent(1.0), tent(0.3), tent(2.3), gaussian(0.5), gaussian(0.1)]
+    [Filter::Box, tent(1.0), tent(0.3), tent(2.3), gaussian(0.5), gaussian(0.1), MITCHELL, LANCZOS]
 }
 
 /// A sky that is the same everywhere, with a ball behind the camera: seen through a lens, paths do not go
@@ -67,12 +69,12 @@ fn a_constant_scene_has_a_constant_image() {
 }
 
 /// Of a square whose image is known, from a single sample on: every pixel's mean over runs is within its
-/// errors. What is seen is stated: a bias of a few thousandths of the light.
+/// errors. What is seen is stated: a bias of 3 % of the light, under lobes of both signs 4 %.
 #[test]
 fn images_of_few_samples_are_unbiased() {
     const RUNS: u64 = 6000;
     let none = Progress::none();
-    for filter in [Filter::Tent { radius: 1.0 }, Filter::Gaussian { deviation: 0.5 }] {
+    for filter in [Filter::Tent { radius: 1.0 }, Filter::Gaussian { deviation: 0.5 }, MITCHELL, LANCZOS] {
         // 8 pixels for a unit at distance 4.
         let camera =
             Camera::look_at(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, DVec3::Y, 2.0 * (5.0_f64 / 64.0).atan());
@@ -101,7 +103,9 @@ fn images_of_few_samples_are_unbiased() {
             println!(
                 "{filter:?}, {samples} samples: off by {worst:.2} errors, rejects {rejects:.4} of the light"
             );
-            assert!(worst < 6.5 && rejects < 0.03, "{filter:?}, {samples} samples: {worst} {rejects}");
+            // Weights of both signs have more noise.
+            let seen = if filter == LANCZOS { 0.04 } else { 0.03 };
+            assert!(worst < 6.5 && rejects < seen, "{filter:?}, {samples} samples: {worst} {rejects}");
         }
     }
 }

@@ -6,6 +6,7 @@ pub(crate) mod comparisons;
 mod differences;
 mod exact;
 mod far;
+mod filters;
 mod hidden;
 mod images;
 mod lens;

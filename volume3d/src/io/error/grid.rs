@@ -58,6 +58,14 @@ pub enum GridProblem {
     /// The numbers are no grid of distances.
     #[error(transparent)]
     Grid(#[from] GridError),
+    /// The box is so far from the origin that single precision moves it.
+    #[error(
+        "float32 would move a corner of the box by {cells:.3} cells: the box is too far from the origin for cells so small"
+    )]
+    Far {
+        /// By how many cells.
+        cells: f64,
+    },
     /// A node or corner is beyond single precision.
     #[error("{what} {index} is {value}, which float32 cannot hold")]
     Single {

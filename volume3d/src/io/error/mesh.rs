@@ -46,6 +46,12 @@ pub enum MeshProblem {
         /// How many corners there are.
         corners: usize,
     },
+    /// A file of points only.
+    #[error("there are no faces, only {vertices} vertices: nothing would be seen")]
+    Faceless {
+        /// How many vertices there are.
+        vertices: usize,
+    },
     /// Some corners have what others lack.
     #[error("some corners have {what} and others have none; give all or none")]
     Mixed {

@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3};
 use super::element::Element;
 use super::object::Object;
 use crate::io::{Error, SceneProblem};
-use crate::scene::{Camera, Film, Filter, Shape};
+use crate::scene::{Camera, Film, Shape};
 
 /// Mitsuba's near plane, where none is given.
 const DEFAULT_NEAR: f64 = 1e-2;
@@ -122,11 +122,7 @@ impl<'a> View<'a> {
         let [width, height] = [film.width, film.height].map(|n| n as f64);
         let pixel = 2.0 * (0.5 * camera.field_of_view).tan() / width;
         // How far a filter reaches beyond the border of its pixel.
-        let margin = match film.filter {
-            Filter::Box => 0.0,
-            Filter::Tent { radius } => radius - 0.5,
-            Filter::Gaussian { deviation } => 4.0 * deviation - 0.5,
-        };
+        let margin = film.filter.radius() - 0.5;
         let tall = pixel / camera.pixel_aspect;
         let centre = (camera.principal_point + 0.5) * DVec2::new(width, height);
         let (x, y, w, h) = match film.crop {

@@ -95,16 +95,17 @@ fn filter(object: &Object<'_>) -> Result<Filter, Error> {
         }
         "tent" => Filter::Tent { radius: object.positive("radius")?.unwrap_or(1.0) },
         "gaussian" => Filter::Gaussian { deviation: object.positive("stddev")?.unwrap_or(0.5) },
-        "mitchell" | "catmullrom" | "lanczos" => {
-            for name in ["B", "C", "A", "b", "c", "a"] {
-                object.float(name)?;
-            }
-            object.integer_in("lobes", 1..=i64::from(u32::MAX), "a whole number of at least 1")?;
-            object.note(format!(
-                "rfilter \"{}\", which is negative in places, is read as gaussian with stddev 0.5: pixels differ by a blur",
-                object.plugin
-            ));
-            Filter::Gaussian { deviation: 0.5 }
+        "mitchell" => {
+            let part = |name| {
+                let value = object.float_where(name, "a number from 0 to 1", |x| (0.0..=1.0).contains(&x))?;
+                Ok::<_, Error>(value.unwrap_or(1.0 / 3.0))
+            };
+            Filter::Cubic { b: part("B")?, c: part("C")? }
+        }
+        "catmullrom" => Filter::Cubic { b: 0.0, c: 0.5 },
+        "lanczos" => {
+            let lobes = object.integer_in("lobes", 1..=16, "a whole number from 1 to 16")?;
+            Filter::Lanczos { lobes: lobes.unwrap_or(3) as u32 }
         }
         _ => return Err(object.unknown_plugin("rfilter", support::FILTERS)),
     };

@@ -34,7 +34,6 @@
 //!   of an emitter. `blackbody` is read too, which Mitsuba's RGB variants refuse.
 //! - `<rotate>` is a rotation whatever the length of its axis; Mitsuba's is none unless that is 1.
 //! - `direct` weighs several `emitter_samples` as one; Mitsuba 3.9 adds up those of point lights.
-//! - `mitchell`, `catmullrom` and `lanczos` are read as `gaussian`.
 //! - `directional` emitters may have a `kappa`, the concentration of their lobe ([`Light::Directional`]).
 //! - `perspective` sensors may have a `pixel_aspect`, 1 unless given: by how many more pixels an angle is shown along columns
 //!   ([`Camera`](crate::scene::Camera)).

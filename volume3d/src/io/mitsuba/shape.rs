@@ -117,6 +117,9 @@ impl<'a> Reader<'a> {
             None => serialized::parse(&bytes, &path, index.unwrap_or(0) as usize),
         };
         let (mut soup, face_normals) = parsed.map_err(|error| element.referenced(error))?;
+        for note in &soup.notes {
+            self.journal.note(element, format!("{}: {note}", path.display()));
+        }
         // Mitsuba's first row of a texture is at v = 0; most OBJ files mean v = 1.
         if object.boolean("flip_tex_coords")?.unwrap_or(format == Some(MeshFormat::Obj)) {
             soup.flip_texture_coordinates();

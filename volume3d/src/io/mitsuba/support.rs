@@ -64,7 +64,11 @@ const KINDS: [Kind; 12] = [
         remarks: "of several the first, and without one that of Mitsuba 2; `orthographic` as perspective from far away",
     },
     Kind { tag: "film", plugins: FILMS, remarks: "read as hdrfilm" },
-    Kind { tag: "rfilter", plugins: FILTERS, remarks: "the last three as gaussian" },
+    Kind {
+        tag: "rfilter",
+        plugins: FILTERS,
+        remarks: "`B` and `C` of `mitchell` from 0 to 1, up to 16 `lobes`",
+    },
     Kind { tag: "sampler", plugins: "all", remarks: "only `sample_count` matters" },
     Kind {
         tag: "integrator",

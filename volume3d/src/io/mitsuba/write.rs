@@ -219,14 +219,16 @@ impl Writer<'_> {
             self.value("integer", "crop_width", crop.width);
             self.value("integer", "crop_height", crop.height);
         }
-        let (plugin, parameter) = match film.filter {
-            Filter::Box => ("box", None),
-            Filter::Tent { radius } => ("tent", Some(("radius", radius))),
-            Filter::Gaussian { deviation } => ("gaussian", Some(("stddev", deviation))),
+        let (plugin, parameters) = match film.filter {
+            Filter::Box => ("box", vec![]),
+            Filter::Tent { radius } => ("tent", vec![("float", "radius", radius)]),
+            Filter::Gaussian { deviation } => ("gaussian", vec![("float", "stddev", deviation)]),
+            Filter::Cubic { b, c } => ("mitchell", vec![("float", "B", b), ("float", "C", c)]),
+            Filter::Lanczos { lobes } => ("lanczos", vec![("integer", "lobes", f64::from(lobes))]),
         };
         self.line(&format!("<rfilter type=\"{plugin}\">"));
-        if let Some((name, value)) = parameter {
-            self.value("float", name, value);
+        for (tag, name, value) in parameters {
+            self.value(tag, name, value);
         }
         self.line("</rfilter>");
         self.line("</film>");

@@ -6,6 +6,7 @@
 mod write;
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use glam::{DVec2, DVec3};
@@ -13,15 +14,16 @@ use glam::{DVec2, DVec3};
 pub use self::write::write_obj;
 
 use super::error::excerpt;
-use super::soup::{Soup, fan};
+use super::polygon::Polygons;
+use super::soup::Soup;
 use super::{At, Error, MeshProblem, Place};
 use crate::geometry::{Attribute, Mesh};
 
 /// Reads the triangles of an OBJ file. `path` is for messages.
 ///
 /// `v`, `vt`, `vn` and `f` are read, with indices from the end (−1 is the last so far) and polygons, which
-/// become fans around their first corner (right where they are convex). Positions, texture coordinates and
-/// normals keep their own indices. Without `vn` the normals are weighted by angles on the file's `v`.
+/// become fans around their first corner, and where they have dents triangles that do not leave them. Positions, texture
+/// coordinates and normals keep their own indices. Without `vn` the normals are weighted by angles on the file's `v`.
 ///
 /// Groups, objects, smoothing groups, materials and colours of vertices are skipped; points and lines (`p`,
 /// `l`) too, as they have no area. Free-form geometry is refused.
@@ -50,6 +52,13 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Soup, Error> {
             .line(&line)
             .map_err(|problem| Error::Mesh { place: Place::new(path, At::Line(index + 1)), problem })?;
     }
+    let vertices = reader.positions.len();
+    if reader.triangles.is_empty() {
+        return Err(Error::Mesh {
+            place: Place::new(path, At::Whole),
+            problem: MeshProblem::Faceless { vertices },
+        });
+    }
     Ok(reader.finish())
 }
 
@@ -57,6 +66,9 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Soup, Error> {
 fn strip(line: &[u8]) -> &[u8] {
     line.split(|&b| b == b'#').next().unwrap_or_default().trim_ascii()
 }
+
+/// Names of materials that a note lists.
+const SHOWN_MATERIALS: usize = 8;
 
 /// Indices of a corner, from 0.
 #[derive(Clone, Copy)]
@@ -75,6 +87,11 @@ struct Reader {
     uv_triangles: Vec<[u32; 3]>,
     normal_triangles: Vec<[u32; 3]>,
     corners: Vec<Corner>,
+    places: Vec<DVec3>,
+    polygons: Polygons,
+    /// Names of the materials that faces have.
+    materials: BTreeSet<String>,
+    material: Option<String>,
 }
 
 impl Reader {
@@ -97,8 +114,12 @@ impl Reader {
                 self.uvs.push(DVec2::new(u, v));
             }
             b"f" => self.face(text(line)?)?,
+            b"usemtl" => {
+                let name = String::from_utf8_lossy(&line[keyword.len()..]);
+                self.material = Some(excerpt(name.trim()));
+            }
             // Without effect on the surface.
-            b"g" | b"o" | b"s" | b"usemtl" | b"mtllib" | b"p" | b"l" => {}
+            b"g" | b"o" | b"s" | b"mtllib" | b"p" | b"l" => {}
             _ => {
                 let what = format!("the keyword \"{}\"", excerpt(&String::from_utf8_lossy(keyword)));
                 let instead = "supported: v, vt, vn, f, and without effect g, o, s, usemtl, mtllib, p, l";
@@ -118,7 +139,15 @@ impl Reader {
         if corners.len() < 3 {
             return Err(MeshProblem::Corners { corners: corners.len() });
         }
-        for t in fan(corners) {
+        let triangles = if let [_, _, _] = corners[..] {
+            vec![[0, 1, 2]]
+        } else {
+            self.places.clear();
+            self.places.extend(corners.iter().map(|c| self.positions[c.position as usize]));
+            self.polygons.triangles(&self.places)
+        };
+        for t in triangles {
+            let t = t.map(|i| corners[i]);
             self.triangles.push(t.map(|c| c.position));
             if let [Some(a), Some(b), Some(c)] = t.map(|c| c.uv) {
                 self.uv_triangles.push([a, b, c]);
@@ -126,6 +155,11 @@ impl Reader {
             if let [Some(a), Some(b), Some(c)] = t.map(|c| c.normal) {
                 self.normal_triangles.push([a, b, c]);
             }
+        }
+        if let Some(material) = self.material.take()
+            && self.materials.len() < SHOWN_MATERIALS
+        {
+            self.materials.insert(material);
         }
         let count = self.triangles.len();
         let balanced = |some: usize, any: bool| some == if any { count } else { 0 };
@@ -168,7 +202,18 @@ impl Reader {
     fn finish(self) -> Soup {
         let normals = Attribute { values: self.normals, triangles: self.normal_triangles };
         let uvs = Attribute { values: self.uvs, triangles: self.uv_triangles };
+        let mut notes = self.polygons.notes();
+        if self.materials.len() > 1 {
+            let more = if self.materials.len() < SHOWN_MATERIALS { "" } else { ", …" };
+            let names: Vec<_> = self.materials.iter().map(|name| format!("\"{name}\"")).collect();
+            let names = names.join(", ") + more;
+            notes.push(format!(
+                "its faces have several materials by usemtl ({names}), which are ignored: the whole file has the material of its \
+                 shape; make a file of each"
+            ));
+        }
         Soup {
+            notes,
             normals: (!normals.triangles.is_empty()).then_some(normals),
             uvs: (!uvs.triangles.is_empty()).then_some(uvs),
             positions: self.positions,

@@ -16,7 +16,8 @@ use glam::{DVec2, DVec3};
 use self::body::{Ascii, Binary, Body};
 use self::header::{Element, Encoding, Header, Property};
 use super::memory::{reserve, with_room};
-use super::soup::{Soup, fan};
+use super::polygon::Polygons;
+use super::soup::Soup;
 use super::{At, Error, MemoryError, MeshProblem, Place};
 use crate::geometry::{Attribute, Mesh};
 
@@ -26,8 +27,8 @@ pub use self::write::write_ply;
 /// Reads the triangles of a PLY file: ASCII, or binary of either byte order. `path` is for messages.
 ///
 /// Of the element `vertex` the properties x y z, nx ny nz and u v (or s t) are read, of `face` the list
-/// `vertex_index` or `vertex_indices`; all else is skipped. Polygons become fans around their first corner
-/// (right where they are convex). Without nx ny nz the normals are weighted by angles on the file's own
+/// `vertex_index` or `vertex_indices`; all else is skipped. Polygons become fans around their first corner, and where they
+/// have dents triangles that do not leave them. Without nx ny nz the normals are weighted by angles on the file's own
 /// vertices, so that vertices the file has twice make a crease.
 ///
 /// # Errors
@@ -61,6 +62,10 @@ fn elements<B: Body + ?Sized>(header: &Header, body: &mut B) -> Result<Soup, Fai
         }
     }
     body.finish()?;
+    if soup.triangles.is_empty() {
+        let problem = MeshProblem::Faceless { vertices: soup.positions.len() };
+        soup.notes.push(problem.to_string());
+    }
     if let Some(normals) = &mut soup.normals {
         normals.triangles.clone_from(&soup.triangles);
     }
@@ -127,7 +132,7 @@ fn faces<B: Body + ?Sized>(element: &Element, body: &mut B, soup: &mut Soup) -> 
     // A face has at least a length of one byte and three indices of one byte.
     let count = element.count.min(body.remaining() / 4);
     reserve(&mut soup.triangles, count, "the triangles").map_err(|error| (At::Whole, error.into()))?;
-    let mut corners = vec![];
+    let (mut corners, mut places, mut polygons) = (vec![], vec![], Polygons::default());
     for index in 0..element.count {
         body.begin(&element.name, index);
         for property in &element.properties {
@@ -143,9 +148,16 @@ fn faces<B: Body + ?Sized>(element: &Element, body: &mut B, soup: &mut Soup) -> 
             if length < 3 {
                 return Err((body.place(), MeshProblem::Corners { corners: length }));
             }
-            soup.triangles.extend(fan(&corners));
+            if let [a, b, c] = corners[..] {
+                soup.triangles.push([a, b, c]);
+                continue;
+            }
+            places.clear();
+            places.extend(corners.iter().map(|&i| soup.positions[i as usize]));
+            soup.triangles.extend(polygons.triangles(&places).into_iter().map(|t| t.map(|i| corners[i])));
         }
     }
+    soup.notes.extend(polygons.notes());
     Ok(())
 }
 

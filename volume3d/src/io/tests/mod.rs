@@ -14,6 +14,7 @@ mod network;
 mod npy;
 mod obj;
 mod ply;
+mod polygon;
 mod scene;
 mod scene_errors;
 mod scene_versions;

@@ -61,11 +61,6 @@ fn what_has_no_surface_is_skipped() {
 }
 
 #[test]
-fn an_empty_file_is_an_empty_mesh() {
-    assert_eq!(read("").unwrap().triangles().len(), 0);
-}
-
-#[test]
 fn errors_name_the_line() {
     check_table(
         r#"

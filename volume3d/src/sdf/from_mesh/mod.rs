@@ -1,5 +1,6 @@
 //! Signed distances to a triangle mesh.
 
+mod lost;
 #[cfg(test)]
 mod tests;
 
@@ -17,6 +18,9 @@ pub struct MeshDistances {
     /// Nodes whose winding number is farther than ¼ from a whole number. 0 for meshes that are closed and consistently
     /// turned; else the surface near them is a guess that closes holes.
     pub doubtful: usize,
+    /// The part of the mesh's area whose nodes around, two to each side, are all outside or all inside: the grid has no
+    /// surface there. 0 unless parts or gaps of the mesh are thinner than about two cells.
+    pub lost: f64,
 }
 
 /// Why a mesh has no signed distances.
@@ -50,7 +54,8 @@ pub enum MeshDistanceError {
 }
 
 /// Signed distances to a mesh at the nodes of a grid of cubes, `cells` along the longest side of the box around the mesh, which is grown by
-/// `margin` times that side in all directions.
+/// `margin` times that side in all directions. The corners of the box are numbers in single precision, as files of grids hold them: of a mesh
+/// far from the origin the box is larger, and its cells are not quite cubes.
 ///
 /// Distances are exact to rounding. A node is inside where the generalised winding number (Jacobson, Kavan and
 /// Sorkine-Hornung 2013) exceeds ½ in magnitude, so that meshes may be turned inside out as a whole, and holes and missing triangles
@@ -91,6 +96,7 @@ pub fn from_mesh(
     // Whole cells, but for rounding of a quotient of up to 10⁶.
     let size = (high - low).to_array().map(|side| ((side / spacing - 1e-9).ceil() as usize).max(1) + 1);
     let [nx, ny, nz] = size;
+    let (low, spacing) = single_box(low, spacing, size);
     let mut nodes = Vec::new();
     if nodes.try_reserve_exact(nx * ny * nz).is_err() {
         return Err(MeshDistanceError::Memory { size });
@@ -99,11 +105,24 @@ pub fn from_mesh(
     let rows = nodes.par_chunks_exact_mut(nx).enumerate();
     let doubtful = rows.map(|(row, values)| {
         let begin = DVec3::new(0.0, (row % ny) as f64, (row / ny) as f64);
-        fill_row(&proximity, low + spacing * begin, spacing, values)
+        fill_row(&proximity, low + spacing * begin, spacing.x, values)
     });
     let doubtful = doubtful.sum();
-    let grid = Grid::new(interpolation, low, DVec3::splat(spacing), size, nodes)?;
-    Ok(MeshDistances { grid, doubtful })
+    let grid = Grid::new(interpolation, low, spacing, size, nodes)?;
+    let lost = lost::part(mesh, &grid);
+    Ok(MeshDistances { grid, doubtful, lost })
+}
+
+/// The low corner and the spacing of a grid whose corners are single-precision numbers, around the one that is given.
+fn single_box(low: DVec3, spacing: f64, size: [usize; 3]) -> (DVec3, DVec3) {
+    let cells = DVec3::from_array(size.map(|n| n as f64 - 1.0));
+    let below = |x: f64| {
+        let near = x as f32;
+        f64::from(if f64::from(near) > x { near.next_down() } else { near })
+    };
+    let high = low + spacing * cells;
+    let (low, high) = (low.map(below), high.map(|x| -below(-x)));
+    (low, (high - low) / cells)
 }
 
 /// Finds the nodes of one row along x; returns how many of them are doubtful.

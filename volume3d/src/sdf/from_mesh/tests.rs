@@ -52,8 +52,8 @@ fn wrong_signs(found: &Grid, truth: &Grid) -> usize {
 #[test]
 fn distances_to_a_ball_are_exact() {
     let sagitta = 1e-3;
-    let MeshDistances { grid, doubtful } = convert(&sphere(48), 40);
-    assert_eq!(doubtful, 0);
+    let MeshDistances { grid, doubtful, lost } = convert(&sphere(48), 40);
+    assert_eq!((doubtful, lost), (0, 0.0));
     for (index, &value) in grid.nodes().iter().enumerate() {
         let exact = grid.position(index).length() - 1.0;
         assert!((-1e-12..sagitta).contains(&(value - exact)), "{index}: {value} for {exact}");
@@ -62,8 +62,8 @@ fn distances_to_a_ball_are_exact() {
 
 #[test]
 fn distances_to_a_cube_are_exact() {
-    let MeshDistances { grid, doubtful } = convert(&Mesh::cube(), 21);
-    assert_eq!(doubtful, 0);
+    let MeshDistances { grid, doubtful, lost } = convert(&Mesh::cube(), 21);
+    assert_eq!((doubtful, lost), (0, 0.0));
     for (index, &value) in grid.nodes().iter().enumerate() {
         let q = grid.position(index).abs() - 1.0;
         let exact = q.max(DVec3::ZERO).length() + q.max_element().min(0.0);
@@ -113,4 +113,59 @@ fn what_has_no_inside_is_refused() {
     assert_eq!(error(&Mesh::cube(), 8, -1.0), MeshDistanceError::Margin { margin: -1.0 });
     let text = error(&Mesh::rectangle(), 8, 0.1).to_string();
     assert!(text.contains("every node is positive") && text.contains("encloses no node"), "{text}");
+}
+
+/// A cube of side 1 whose corner is at a place.
+fn cube_at(place: DVec3) -> Mesh {
+    let positions = Mesh::cube().positions().iter().map(|p| place + 0.5 * (*p + 1.0)).collect();
+    Mesh::new(positions, Mesh::cube().triangles().to_vec()).unwrap()
+}
+
+/// As a file has it, in single precision: far from the origin its box would move by as much as a cell if it were rounded
+/// after the distances were taken, which is the control.
+#[test]
+fn far_from_the_origin_a_file_has_the_distances_of_its_nodes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("far.vol");
+    for place in [DVec3::new(1e6, -2e6, 3e5), DVec3::new(0.1, 7.3, -1e4), DVec3::splat(1e-3)] {
+        let MeshDistances { grid, lost, .. } = convert(&cube_at(place), 64);
+        assert_eq!(lost, 0.0);
+        crate::io::write_sdf(&path, &grid).unwrap();
+        let read = crate::io::read_sdf(&path, Interpolation::Cubic).unwrap();
+        assert_eq!((read.low(), read.high()), (grid.low(), grid.high()));
+        for (index, &value) in read.nodes().iter().enumerate() {
+            let q = (read.position(index) - place - 0.5).abs() - 0.5;
+            let exact = q.max(DVec3::ZERO).length() + q.max_element().min(0.0);
+            assert!((value - exact).abs() < 2e-7 * (1.0 + exact.abs()), "{index}: {value} for {exact}");
+        }
+    }
+    let far = Grid::new(
+        Interpolation::Cubic,
+        DVec3::splat(1e6 + 0.01),
+        DVec3::splat(0.01),
+        [2, 2, 2],
+        vec![-1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0],
+    );
+    let error = crate::io::write_sdf(&path, &far.unwrap()).unwrap_err().to_string();
+    assert!(error.contains("too far from the origin for cells so small"), "{error}");
+}
+
+/// A plate of unit side between the walls of a cube, and what of the whole area is lost with it.
+#[test]
+fn thin_parts_are_lost_with_word() {
+    let with_plate = |thickness: f64| {
+        let plate = cube_at(DVec3::ZERO);
+        let plate =
+            plate.positions().iter().map(|p| DVec3::new(p.x, p.y, 0.4 + thickness * p.z) + 2.0 * DVec3::Y);
+        let mut positions = cube_at(DVec3::ZERO).positions().to_vec();
+        let first = positions.len() as u32;
+        positions.extend(plate);
+        let mut triangles = Mesh::cube().triangles().to_vec();
+        triangles.extend(Mesh::cube().triangles().iter().map(|t| t.map(|i| i + first)));
+        convert(&Mesh::new(positions, triangles).unwrap(), 64).lost
+    };
+    // 3 long with margins of 0.3: cells of 0.056. The plate has 2 of 8 parts of the area and its thin sides.
+    let thin = with_plate(1e-4);
+    assert!((thin - 0.25).abs() < 1e-3, "{thin}");
+    assert_eq!(with_plate(0.2), 0.0);
 }
