@@ -4,25 +4,21 @@
 //! machine.
 
 mod numbers;
+mod server;
 mod state;
 
-use std::net::Ipv4Addr;
-use std::sync::Arc;
-use std::thread;
+use std::sync::{Arc, Mutex, PoisonError};
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::Result;
 use clap::Args;
-use tiny_http::{Header, Response, Server};
 
 use self::numbers::Numbers;
+use self::server::{Answer, Server};
 use self::state::State;
 
 const PAGE: &str = include_str!("page.html");
 const SCRIPT: &str = include_str!("page.js");
 const STYLE: &str = include_str!("page.css");
-
-/// Requests that are answered at once.
-const THREADS: usize = 2;
 
 /// A flat world to drag: image, warp field and derivative by four methods, live in the browser.
 #[derive(Debug, Args)]
@@ -34,52 +30,37 @@ pub(crate) struct Options {
 
 /// Serves the page until the program is ended.
 pub(crate) fn run(options: &Options) -> Result<()> {
-    let server = listen(options.port)?;
-    println!("Open http://{} in a browser; end with Ctrl-C.", server.server_addr());
-    serve(&Arc::new(server), &[]);
+    let server = Server::new(options.port)?;
+    println!("Open http://{} in a browser; end with Ctrl-C.", server.address);
+    serve(&Arc::new(server), vec![]);
     Ok(())
 }
 
-fn listen(port: u16) -> Result<Server> {
-    let server = Server::http((Ipv4Addr::LOCALHOST, port)).map_err(|error| anyhow!(error));
-    server.with_context(|| {
-        format!("cannot listen at port {port}; another one is chosen by --port, and a free one by --port 0")
-    })
+/// Serves the page, and others.
+fn serve(server: &Arc<Server>, others: Vec<(&'static str, String)>) {
+    // Numbers take all threads of the machine: one state at a time.
+    let turn = Mutex::new(());
+    server.serve(move |url| answer(url, &others, &turn));
 }
 
-/// Answers requests, for pages besides ours as well.
-fn serve(server: &Arc<Server>, besides: &[(&'static str, String)]) {
-    thread::scope(|scope| {
-        for _ in 0..THREADS {
-            scope.spawn(|| {
-                for request in server.incoming_requests() {
-                    let (status, kind, body) = answer(request.url(), besides);
-                    let header = Header::from_bytes("Content-Type", kind).into_iter();
-                    let response = header
-                        .fold(Response::from_string(body).with_status_code(status), Response::with_header);
-                    // Who asked may have gone.
-                    let _ = request.respond(response);
-                }
-            });
-        }
-    });
-}
-
-/// Status, kind and text of what a path leads to.
-fn answer(url: &str, besides: &[(&'static str, String)]) -> (u16, &'static str, String) {
+fn answer(url: &str, others: &[(&'static str, String)], turn: &Mutex<()>) -> Answer {
     let (path, link) = url.split_once('?').unwrap_or((url, ""));
+    let page = |kind, body: &str| Answer { status: 200, kind, body: body.to_owned() };
     let html = "text/html; charset=utf-8";
     match path {
-        "/" => (200, html, PAGE.to_owned()),
-        "/page.js" => (200, "text/javascript; charset=utf-8", SCRIPT.to_owned()),
-        "/page.css" => (200, "text/css; charset=utf-8", STYLE.to_owned()),
-        "/numbers" => match numbers(link) {
-            Ok(json) => (200, "application/json", json),
-            Err(error) => (400, "text/plain; charset=utf-8", format!("{error:#}")),
-        },
-        _ => match besides.iter().find(|(name, _)| *name == path) {
-            Some((_, page)) => (200, html, page.clone()),
-            None => (404, "text/plain; charset=utf-8", format!("there is nothing at {path}")),
+        "/" => page(html, PAGE),
+        "/page.js" => page("text/javascript; charset=utf-8", SCRIPT),
+        "/page.css" => page("text/css; charset=utf-8", STYLE),
+        "/numbers" => {
+            let _turn = turn.lock().unwrap_or_else(PoisonError::into_inner);
+            match numbers(link) {
+                Ok(json) => page("application/json", &json),
+                Err(error) => Answer::text(400, format!("{error:#}")),
+            }
+        }
+        _ => match others.iter().find(|(name, _)| *name == path) {
+            Some((_, body)) => page(html, body),
+            None => Answer::text(404, format!("there is nothing at {path}")),
         },
     }
 }

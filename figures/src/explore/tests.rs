@@ -5,6 +5,7 @@ use std::net::TcpStream;
 use std::process::Command;
 use std::sync::Arc;
 use std::thread;
+use std::time::{Duration, Instant};
 
 use super::*;
 
@@ -30,10 +31,10 @@ frame.src = "/";
 
 /// A server in a thread of its own, until the test is over.
 fn served(besides: Vec<(&'static str, String)>) -> (Arc<Server>, String) {
-    let server = Arc::new(listen(0).unwrap());
-    let address = server.server_addr().to_string();
+    let server = Arc::new(Server::new(0).unwrap());
+    let address = server.address.to_string();
     let copy = Arc::clone(&server);
-    thread::spawn(move || serve(&copy, &besides));
+    thread::spawn(move || serve(&copy, besides));
     (server, address)
 }
 
@@ -58,7 +59,46 @@ fn paths_lead_to_pages_numbers_and_errors() {
     let (status, body) = get(&address, "/numbers?samples=7");
     assert_eq!((status, body.as_str()), (400, "samples = 7 is not between 8 and 1024"));
     assert_eq!(get(&address, "/etc/passwd").0, 404);
-    server.unblock();
+    server.stop();
+}
+
+/// The status of an answer to these bytes.
+fn status(address: &str, request: &[u8]) -> u16 {
+    let mut stream = TcpStream::connect(address).unwrap();
+    // The server may have answered before all is written.
+    let _ = stream.write_all(request);
+    let mut answer = [0; 12];
+    stream.read_exact(&mut answer).unwrap();
+    std::str::from_utf8(&answer[9..]).unwrap().parse().unwrap()
+}
+
+/// Clients that send too much, nothing sensible, or nothing at all leave the page as it is.
+#[test]
+fn clients_cannot_stop_the_server() {
+    let (server, address) = served(vec![]);
+    let request =
+        |line: &str, more: &str| format!("{line} HTTP/1.1\r\nHost: {address}\r\n{more}\r\nx").into_bytes();
+    for (bytes, expected) in [
+        (request("POST /", "Content-Length: 99999999999\r\n"), 405),
+        (request("GET /", "Content-Length: 18446744073709551615\r\n"), 200),
+        (request("DELETE /", ""), 405),
+        (request(&format!("GET /{}", "a".repeat(1 << 20)), ""), 431),
+        (request("GET /", &"A: b\r\n".repeat(100)), 431),
+        (b"GET / HTTP/1.1\r\nHost: example.org\r\n\r\n".to_vec(), 421),
+        (b"GET / HTTP/1.1\r\n\r\n".to_vec(), 421),
+        (b"\x16\x03\x01 nonsense \r\n\r\n".to_vec(), 400),
+    ] {
+        assert_eq!(status(&address, &bytes), expected, "{}", String::from_utf8_lossy(&bytes[..20]));
+    }
+    // Nor do some that are silent, or do not read what they asked for.
+    let silent: Vec<TcpStream> = (0..32).map(|_| TcpStream::connect(&address).unwrap()).collect();
+    for mut stream in &silent[..16] {
+        stream.write_all(&request("GET /", "")).unwrap();
+    }
+    let start = Instant::now();
+    assert_eq!(get(&address, "/").0, 200);
+    assert!(start.elapsed() < Duration::from_secs(4));
+    server.stop();
 }
 
 #[test]
@@ -79,7 +119,7 @@ fn what_is_dragged_shows_the_numbers_of_the_library() {
         .arg(format!("http://{address}/probe"))
         .output()
         .unwrap();
-    server.unblock();
+    server.stop();
     let (dom, log) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     let found = dom.split_once("id=\"found\">").and_then(|(_, rest)| rest.split_once("</pre>")).unwrap().0;
     let mut lines = found.lines();

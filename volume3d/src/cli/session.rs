@@ -12,7 +12,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use volume3d::Image;
 use volume3d::gradient::{NonFinite, Progress, Stopped};
-use volume3d::io::{Note, ReadOptions, read_scene_with, write_png};
+use volume3d::io::{Note, ReadOptions, read_bytes, read_scene_with, write_png};
 use volume3d::scene::{Scene, TraceCounts};
 
 /// Set by Ctrl-C.
@@ -113,11 +113,11 @@ impl Loaded {
     }
 
     fn read_with(path: &Path, options: &ReadOptions) -> anyhow::Result<Self> {
-        let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()));
+        let bytes = read_bytes(path).with_context(|| format!("cannot read {}", path.display()));
         let bytes = bytes.map_err(|e| anyhow!("{e:#}"))?;
         let files = RefCell::new(vec![path.to_path_buf()]);
         let open = |file: &Path| {
-            let bytes = std::fs::read(file)?;
+            let bytes = read_bytes(file)?;
             files.borrow_mut().push(file.to_path_buf());
             Ok(bytes)
         };

@@ -1,7 +1,7 @@
 //! Whole files: reading, inflating, and writing so that no half a file is ever seen.
 
 use std::fs::File;
-use std::io::{BufWriter, Read, Write};
+use std::io::{BufWriter, ErrorKind, Read, Write};
 use std::path::Path;
 
 use super::Error;
@@ -10,18 +10,53 @@ use super::Error;
 /// memory: 4 GiB, some 80 million triangles in binary PLY.
 pub(super) const MAX_INFLATED: u64 = 1 << 32;
 
+/// How often its own length a compressed mesh may become. Texts and binary files of meshes become 2 to 10 times as long, and
+/// 40 times where all normals and colours are alike; deflate can reach 1032 times, by repeating one line.
+const MOST_INFLATION: u64 = 64;
+/// A compressed mesh may become this long in any case.
+const SMALL: u64 = 1 << 26;
+
+/// The content of a regular file or of what a link to one leads to. A pipe or a device is an error: it may have no end, or never
+/// begin.
+///
+/// # Errors
+/// Those of [`std::fs::read`], or [`ErrorKind::InvalidInput`].
+pub fn read_bytes(path: &Path) -> std::io::Result<Vec<u8>> {
+    // To open a pipe waits until something is written to it.
+    let kind = std::fs::metadata(path)?.file_type();
+    if !kind.is_file() && !kind.is_dir() {
+        let why = "it is a pipe or a device, and only regular files are read";
+        return Err(std::io::Error::new(ErrorKind::InvalidInput, why));
+    }
+    std::fs::read(path)
+}
+
+/// [`read_bytes`], of a text in UTF-8.
+///
+/// # Errors
+/// Its errors, or [`ErrorKind::InvalidData`].
+pub fn read_text(path: &Path) -> std::io::Result<String> {
+    String::from_utf8(read_bytes(path)?).map_err(|e| std::io::Error::new(ErrorKind::InvalidData, e))
+}
+
 pub(super) fn read(path: &Path) -> Result<Vec<u8>, Error> {
-    std::fs::read(path).map_err(|source| Error::File { action: "read", path: path.to_path_buf(), source })
+    read_bytes(path).map_err(|source| Error::File { action: "read", path: path.to_path_buf(), source })
 }
 
 /// The content of a gzip file.
 pub(super) fn inflate(bytes: &[u8], path: &Path) -> Result<Vec<u8>, Error> {
     let error = |source| Error::File { action: "decompress", path: path.to_path_buf(), source };
+    let most = (bytes.len() as u64).saturating_mul(MOST_INFLATION).clamp(SMALL, MAX_INFLATED);
     let mut content = vec![];
-    let mut reader = flate2::read::MultiGzDecoder::new(bytes).take(MAX_INFLATED + 1);
+    let mut reader = flate2::read::MultiGzDecoder::new(bytes).take(most + 1);
     reader.read_to_end(&mut content).map_err(error)?;
-    if content.len() as u64 > MAX_INFLATED {
-        return Err(error(std::io::Error::other("it becomes larger than 4 GiB; decompress it before")));
+    if content.len() as u64 > most {
+        let why = format!(
+            "it becomes larger than {} MiB, of {} KiB; decompress it before if it is a mesh",
+            most >> 20,
+            bytes.len() >> 10
+        );
+        return Err(error(std::io::Error::other(why)));
     }
     Ok(content)
 }

@@ -26,6 +26,9 @@ const HAS_COLOURS: u32 = 0x0008;
 const FACE_NORMALS: u32 = 0x0010;
 const DOUBLE: u32 = 0x2000;
 
+/// The longest name of a mesh, in bytes.
+const LONGEST_NAME: usize = 1 << 12;
+
 /// Bytes that a byte of deflated data can become.
 const MOST_INFLATION: u64 = 1032;
 
@@ -108,6 +111,19 @@ impl Stream<'_> {
         Ok(bytes)
     }
 
+    /// A name up to its zero byte.
+    fn skip_name(&mut self) -> Result<(), MeshProblem> {
+        let mut name = vec![];
+        while name.len() <= LONGEST_NAME {
+            match self.bytes::<1>("name")? {
+                [0] => return Ok(()),
+                [byte] => name.push(byte),
+            }
+        }
+        let expected = "a name of at most 4096 bytes and a zero byte";
+        Err(MeshProblem::Expected { expected, found: excerpt(&String::from_utf8_lossy(&name)) })
+    }
+
     /// A block of `count` values of `width` bytes each, for which there is no room unless the file can hold them.
     fn block(&mut self, count: u64, width: u64, what: &str) -> Result<Vec<u8>, MeshProblem> {
         let size = count.checked_mul(width).filter(|&size| size <= self.room);
@@ -153,7 +169,7 @@ fn broken(error: &std::io::Error, what: &str) -> MeshProblem {
 fn mesh(mut stream: Stream<'_>) -> Result<(Soup, bool), MeshProblem> {
     let flags = u32::from_le_bytes(stream.bytes("flags")?);
     if stream.version == 4 {
-        while stream.bytes::<1>("name")? != [0] {}
+        stream.skip_name()?;
     }
     let vertices = u64::from_le_bytes(stream.bytes("number of vertices")?);
     let triangles = u64::from_le_bytes(stream.bytes("number of triangles")?);

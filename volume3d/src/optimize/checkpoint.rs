@@ -49,7 +49,7 @@ pub fn write_checkpoint(path: &Path, state: &State, fingerprint: u32) -> Result<
 /// # Errors
 /// A [`CheckpointError`].
 pub fn read_checkpoint(path: &Path, fingerprint: u32) -> Result<Option<State>, CheckpointError> {
-    let bytes = match std::fs::read(path) {
+    let bytes = match crate::io::read_bytes(path) {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         Err(source) => {

@@ -1,6 +1,7 @@
 //! The command line, from outside: options, messages, exit codes and files.
 
 mod fit;
+mod hostile;
 mod photographs;
 mod place;
 mod refused;

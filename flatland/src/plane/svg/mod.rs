@@ -145,9 +145,18 @@ impl Drawing {
 /// # Errors
 /// Any [`SvgError`].
 pub fn read(path: &Path, options: &SvgOptions) -> Result<Drawing, SvgError> {
-    let text =
-        std::fs::read_to_string(path).map_err(|source| SvgError::Io { path: path.to_path_buf(), source })?;
+    let text = text(path).map_err(|source| SvgError::Io { path: path.to_path_buf(), source })?;
     parse(&text, options)
+}
+
+/// Of a regular file: a pipe or a device may have no end, or never begin.
+fn text(path: &Path) -> std::io::Result<String> {
+    let kind = std::fs::metadata(path)?.file_type();
+    if !kind.is_file() && !kind.is_dir() {
+        let why = "it is a pipe or a device, and only regular files are read";
+        return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, why));
+    }
+    std::fs::read_to_string(path)
 }
 
 /// Reads a drawing from its text.

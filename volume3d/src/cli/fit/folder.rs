@@ -8,8 +8,8 @@ use flatland::sdf::Sdf as _;
 use volume3d::Image;
 use volume3d::gradient::render;
 use volume3d::io::{
-    load_image, signed_range, write_animation, write_bytes, write_exr, write_obj, write_png, write_scene,
-    write_signed_png,
+    load_image, read_text, signed_range, write_animation, write_bytes, write_exr, write_obj, write_png,
+    write_scene, write_signed_png,
 };
 use volume3d::optimize::{Fit, Quantity, State, read_checkpoint, write_checkpoint};
 use volume3d::scene::{Camera, Film, Scene};
@@ -45,7 +45,7 @@ impl Folder {
     pub(super) fn check(path: &Path, config: &str) -> anyhow::Result<()> {
         let folder = Self { path: path.to_path_buf() };
         let copy = folder.file("config.toml");
-        match std::fs::read_to_string(&copy) {
+        match read_text(&copy) {
             Ok(found) if found == config => Ok(()),
             // Nothing has come of the other configuration.
             Ok(_) if !folder.state_path().exists() => Ok(()),
@@ -90,7 +90,7 @@ impl Folder {
             );
         }
         let copy = folder.file("config.toml");
-        if std::fs::read_to_string(&copy).ok().as_deref() != Some(config) {
+        if read_text(&copy).ok().as_deref() != Some(config) {
             write_bytes(&copy, config.as_bytes())?;
         }
         ["views", "frames", "meshes"].iter().try_for_each(|name| make(&folder.file(name)))?;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, anyhow, bail};
 use volume3d::Image;
 use volume3d::gradient::{ActiveParameters, Gradient, GradientError, Pilot, Progress, Survey};
+use volume3d::io::{read_bytes, read_text};
 use volume3d::optimize::{
     Adam, Fit, GridSteps, LargeSteps, MaskTerm, Objective, Optimizer, Parameters, Penalty, Plan, Quantity,
 };
@@ -33,7 +34,7 @@ pub(super) struct Problem {
 impl Problem {
     /// Reads and renders all of it, unless the run's folder is another's.
     pub(super) fn read(path: &Path, run: &Path) -> anyhow::Result<Self> {
-        let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()));
+        let text = read_text(path).with_context(|| format!("cannot read {}", path.display()));
         let text = text.map_err(|e| anyhow!("{e:#}"))?;
         let config = parse(&text, path)?;
         // Targets may take long to render.
@@ -206,7 +207,7 @@ fn start(config: &Config, scene: &Scene, parameters: &Parameters) -> anyhow::Res
 fn fingerprint(files: &[PathBuf]) -> anyhow::Result<u32> {
     let mut hasher = crc32fast::Hasher::new();
     for file in files {
-        let bytes = std::fs::read(file).map_err(|e| anyhow!("cannot read {}: {e}", file.display()))?;
+        let bytes = read_bytes(file).map_err(|e| anyhow!("cannot read {}: {e}", file.display()))?;
         hasher.update(&(bytes.len() as u64).to_le_bytes());
         hasher.update(&bytes);
     }

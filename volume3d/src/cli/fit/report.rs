@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use anyhow::Context as _;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
+use volume3d::io::read_bytes;
 use volume3d::optimize::Fit;
 
 use super::config::Config;
@@ -31,7 +32,7 @@ pub(super) fn page(
 ) -> anyhow::Result<String> {
     let read = |name: &str| {
         let path = file(name);
-        std::fs::read(&path).with_context(|| format!("cannot read {}", path.display()))
+        read_bytes(&path).with_context(|| format!("cannot read {}", path.display()))
     };
     let picture = |name: &str| -> anyhow::Result<String> {
         Ok(format!("<img alt=\"{name}\" src=\"data:image/png;base64,{}\">", STANDARD.encode(read(name)?)))

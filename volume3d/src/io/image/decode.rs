@@ -84,6 +84,22 @@ fn check_exr(bytes: &[u8]) -> Result<(), ImageProblem> {
     Ok(())
 }
 
+/// What the decoder may take: room for four channels of single precision, and for a colour profile. A PNG says first how many
+/// pixels it has, and may have a profile that a few bytes stand for.
+fn most_memory(bytes: &[u8]) -> u64 {
+    const PROFILE: u64 = 1 << 24;
+    // The signature, the length and the name of the first chunk; then columns and rows.
+    let side = |at: usize| {
+        let side = bytes.get(at..)?.first_chunk()?;
+        Some(u64::from(u32::from_be_bytes(*side)))
+    };
+    let pixels = match (image::guess_format(bytes), side(16), side(20)) {
+        (Ok(ImageFormat::Png), Some(width), Some(height)) => width.saturating_mul(height),
+        _ => MAX_PIXELS as u64,
+    };
+    16 * pixels.min(MAX_PIXELS as u64) + PROFILE
+}
+
 fn decode(bytes: &[u8], raw: bool, background: Option<DVec3>) -> Result<Image, ImageProblem> {
     let mut reader =
         ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|_| ImageProblem::Format)?;
@@ -97,8 +113,7 @@ fn decode(bytes: &[u8], raw: bool, background: Option<DVec3>) -> Result<Image, I
     }
     let is_exr = reader.format() == Some(ImageFormat::OpenExr);
     let mut limits = Limits::default();
-    // Four channels of single precision.
-    limits.max_alloc = Some(16 * MAX_PIXELS as u64);
+    limits.max_alloc = Some(most_memory(bytes));
     reader.limits(limits);
     let decoder = reader.into_decoder()?;
     let (width, height) = decoder.dimensions();

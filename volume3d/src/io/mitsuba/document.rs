@@ -10,7 +10,7 @@ use super::element::{Element, Open};
 use super::folders::{Folders, MOST_FOLDERS};
 use super::journal::Journal;
 use super::upgrade;
-use super::variables::Variables;
+use super::variables::{MOST_TEXT, Problem, Variables};
 use crate::io::error::excerpt;
 use crate::io::{At, Error, Place, SceneProblem};
 
@@ -149,10 +149,14 @@ impl Builder<'_> {
             return Err(element.error(SceneProblem::Limit { what: "levels of elements", limit: MAX_DEPTH }));
         }
         for attribute in node.attributes() {
-            let value = self
-                .variables
-                .substitute(attribute.value())
-                .map_err(|name| element.error(SceneProblem::Variable { name }))?;
+            let value = self.variables.substitute(attribute.value()).map_err(|problem| {
+                element.error(match problem {
+                    Problem::Unknown(name) => SceneProblem::Variable { name },
+                    Problem::TooLong => {
+                        SceneProblem::Limit { what: "bytes of values of $names", limit: MOST_TEXT }
+                    }
+                })
+            })?;
             element.attributes.push((attribute.name().to_owned(), value));
         }
         if element.tag == "spectrum" && element.attribute("filename").is_some() {

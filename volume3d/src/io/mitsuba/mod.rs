@@ -166,7 +166,7 @@ pub fn load_scene(path: &Path) -> Result<Description, Error> {
 /// # Errors
 /// [`Error`], with the line; also if a name does not occur.
 pub fn load_scene_with(path: &Path, variables: &[(String, String)]) -> Result<Description, Error> {
-    read_scene(&files::read(path)?, path, variables, &|path| std::fs::read(path))
+    read_scene(&files::read(path)?, path, variables, &|path| files::read_bytes(path))
 }
 
 /// [`load_scene_with`] from memory. `path` is for messages, and other files are looked for beside it;

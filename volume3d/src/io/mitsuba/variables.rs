@@ -1,9 +1,24 @@
 //! `$name`s and their values.
 
+/// Bytes that the values in the place of all `$name`s may have together, so that values made of values do not fill the memory.
+/// A value has some ten, and a scene a million elements at most.
+pub(super) const MOST_TEXT: usize = 1 << 26;
+
 /// The values of `$name`s.
 #[derive(Debug, Default)]
 pub(super) struct Variables {
     values: Vec<Variable>,
+    /// Bytes that values have taken so far.
+    replaced: usize,
+}
+
+/// Why a text cannot be had.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Problem {
+    /// This name has no value.
+    Unknown(String),
+    /// The values have more than [`MOST_TEXT`].
+    TooLong,
 }
 
 #[derive(Debug)]
@@ -19,7 +34,7 @@ impl Variables {
             .iter()
             .map(|(name, value)| Variable { name: name.clone(), value: value.clone(), used: false })
             .collect();
-        Self { values }
+        Self { values, replaced: 0 }
     }
 
     /// A value that counts unless one was given before. That it is used is not required.
@@ -30,8 +45,8 @@ impl Variables {
     }
 
     /// `text` with each `$name` replaced, of several names that fit the longest; `\$` is a dollar. The values
-    /// are not looked at again. Otherwise the name without a value.
-    pub(super) fn substitute(&mut self, text: &str) -> Result<String, String> {
+    /// are not looked at again.
+    pub(super) fn substitute(&mut self, text: &str) -> Result<String, Problem> {
         let mut result = String::new();
         let mut rest = text;
         while let Some(at) = rest.find('$') {
@@ -46,9 +61,13 @@ impl Variables {
             let fits = self.values.iter_mut().filter(|v| !v.name.is_empty() && after.starts_with(&v.name));
             let Some(variable) = fits.max_by_key(|v| v.name.len()) else {
                 let end = after.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(after.len());
-                return Err(after[..end].to_owned());
+                return Err(Problem::Unknown(after[..end].to_owned()));
             };
             variable.used = true;
+            self.replaced += variable.value.len();
+            if self.replaced > MOST_TEXT {
+                return Err(Problem::TooLong);
+            }
             result.push_str(&variable.value);
             rest = &after[variable.name.len()..];
         }

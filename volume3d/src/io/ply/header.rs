@@ -4,6 +4,9 @@ use super::Failure;
 use crate::io::error::excerpt;
 use crate::io::{At, MeshProblem};
 
+/// Elements of a header, and properties of an element, that there may be; meshes have some ten, and clouds of splats sixty.
+const MOST: usize = 1000;
+
 /// How numbers are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {
@@ -111,11 +114,17 @@ pub(super) fn parse(bytes: &[u8]) -> Result<(Header, &[u8], usize), Failure> {
             ["element", name, count] => {
                 let count = count.parse().map_err(|_| expected("element NAME COUNT"))?;
                 check_element(name, &elements).map_err(failure)?;
+                if elements.len() == MOST {
+                    return Err(expected("at most 1000 elements"));
+                }
                 elements.push(Element { name: name.to_owned(), count, properties: vec![] });
             }
             ["property", ..] => {
                 let element =
                     elements.last_mut().ok_or_else(|| expected("an element before its properties"))?;
+                if element.properties.len() == MOST {
+                    return Err(expected("at most 1000 properties of an element"));
+                }
                 let property = property(&words, number).ok_or_else(|| expected(PROPERTY))?;
                 if element.properties.iter().any(|p| p.name == property.name) {
                     return Err(expected("each property once"));
