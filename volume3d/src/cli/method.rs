@@ -5,8 +5,8 @@ use clap::{Args, ValueEnum};
 use flatland::warp::{Adaptive, Debias, Warp};
 use volume3d::Image;
 use volume3d::gradient::{
-    ActiveParameters, Choice, EdgeSampling, Field, FiniteDifference, Gradient, GradientError, GradientImage,
-    ImplicitField, Pilot, Progress, Rotation, Tangent, WarpedArea,
+    ActiveParameters, Candidate, Choice, EdgeSampling, Field, FiniteDifference, Gradient, GradientError,
+    GradientImage, ImplicitField, Pilot, Progress, Rotation, Tangent, WarpedArea,
 };
 use volume3d::scene::Scene;
 
@@ -271,27 +271,28 @@ impl Estimator {
         choose: impl FnOnce(&Pilot) -> Result<Choice, GradientError>,
     ) -> Result<(Self, String), GradientError> {
         let Self::Automatic(pilot) = self else { return Ok((self, String::new())) };
-        let Choice { method, candidates } = choose(&pilot)?;
+        let Choice { method, candidates, in_haste, is_lost } = choose(&pilot)?;
         let mut text = String::new();
-        if let [best, ..] = &candidates[..] {
+        if in_haste {
+            text = format!(
+                "{method}: a pilot tried nothing, as listing all edges would take more than a quarter of the time\n"
+            );
+        }
+        if let [best, others @ ..] = &candidates[..] {
             text = format!("a pilot chose {}", best.method);
-            match &candidates[..] {
-                [_, other, ..] if other.expected_squared_error > 0.0 => {
-                    let times = best.expected_squared_error / other.expected_squared_error;
-                    text +=
-                        &format!("; its squared error should be {times:.2} times that of {}", other.method);
-                    if times > 1.0 {
-                        text += if other.is_complete {
-                            ", which is within what a pilot of so few samples can tell"
-                        } else {
-                            ", which is not chosen as its trial saw no light jump at one kind of curve"
-                        };
-                    }
+            for other in others.iter().filter(|other| other.expected_squared_error > 0.0) {
+                let times = best.expected_squared_error / other.expected_squared_error;
+                text += &format!("; its squared error should be {times:.2} times that of {}", other.method);
+                if let Some(reason) = other.reason {
+                    text += &format!(", {reason}");
                 }
-                [_] => {
-                    text += "; edge sampling was no candidate: it is one where all materials are diffuse and few shapes emit";
-                }
-                _ => {}
+            }
+            let edges = |c: &Candidate| matches!(c.method, volume3d::gradient::Method::EdgeSampling(_));
+            if !candidates.iter().any(edges) {
+                text += "; edge sampling was no candidate: it is one where all materials are diffuse, few shapes emit and no surface is implicit";
+            }
+            if is_lost {
+                text += "; no trial found more than noise, so that this is a guess";
             }
             text.push('\n');
         }

@@ -99,7 +99,7 @@ pub use finite_difference::FiniteDifference;
 pub use implicit::ImplicitTangent;
 pub use implicit_field::ImplicitField;
 pub use non_finite::NonFinite;
-pub use pilot::{Candidate, Choice, Method, Pilot, Survey};
+pub use pilot::{Candidate, Choice, Method, Pilot, Reason, Survey};
 pub use pixel_borders::OnPixelBorders;
 pub use primal::render;
 pub(crate) use primal::render_pixels;

@@ -5,11 +5,21 @@
 //! (Neyman 1934), and it is (Σ σᵢ √cᵢ)²/T. So two methods are compared by Σ σᵢ √cᵢ alone, each at its best split:
 //!
 //! - warped-area sampling with a [softened field](super::Field::Softened): area, silhouettes on the film, edges of shadows;
-//! - [edge sampling](EdgeSampling): paths, edges on the film, edges that shading points see before lights and before all else.
+//! - [edge sampling](EdgeSampling): paths, edges on the film, edges that shading points see before lights and before all else;
+//! - warped-area sampling with the exact [mean over jumps](super::Field::JumpMean), whose samples are all of the area, where the pilot has more than the fewest
+//!   samples.
 //!
-//! The exact [mean over jumps](super::Field::JumpMean) is the first with ε = 0; at equal time it was never
-//! better where both were measured. Beside implicit surfaces it is what is taken, and nothing is chosen: edge
-//! sampling does not know their silhouettes.
+//! The softened field, whose tails are the lightest, is taken unless another one is expected to err less by more than the pilot may be wrong:
+//!
+//! - Edge sampling has to promise a quarter less if a pilot has the fewest samples, and with more of them less than that. Of a kind of curve of which its trial saw
+//!   nothing 16 times as many samples are drawn. If these see nothing either, three in as many may (the rule of three), each like those of the noisiest
+//!   kind; edge sampling is then chosen if it promises to err four times less, and its trial is not refuted by the other's.
+//! - The exact mean has heavy tails where silhouettes meet in penumbrae. It has to promise less by two standard errors of its variance, known by the spread of that over
+//!   the film, and its trial has to confirm that of the softened field.
+//!
+//! Beside implicit surfaces edge sampling is none, as it does not know their silhouettes; nor is it where materials are not diffuse, as few samples say too little
+//! of what narrow lobes see, nor where more shapes emit than it follows contacts of. Where no mesh moves, nor the camera in a world of meshes, nothing is chosen, and the exact mean is taken.
+//! So it is where listing all edges, which it needs not, would take more than a quarter of what is asked for.
 //!
 //! Samples of the area of warped-area sampling are spread over the film by the same rule, more of them in squares of pixels where the pilot's
 //! scatter more, if there are 16 or more, of one view, only geometry changes, and light is reflected only once: an [`Allocation`](super::Allocation).
@@ -19,21 +29,27 @@
 //! would choose anew in every run, and the same seed has the same bits here, on any machine. A cost that is wrong by a factor of 2
 //! makes a part's samples wrong by √2, and the variance larger by 3 % at most.
 
+mod agreement;
 mod method;
+mod reason;
 mod split;
 mod survey;
+mod trial;
 
 use flatland::random::stream;
 use glam::DVec3;
 use rand::Rng as _;
 
+use self::agreement::Agreement;
 pub use self::method::Method;
+pub use self::reason::Reason;
 pub use self::survey::Survey;
 use self::survey::{Seen, softened};
+use self::trial::Trial;
 use super::boundary::contacts_are_followed;
-use super::{ActiveParameters, EdgeSampling, GradientError, Progress, Tangent, WarpedArea};
+use super::{ActiveParameters, EdgeSampling, Field, GradientError, Progress, Tangent, WarpedArea};
 use crate::Image;
-use crate::scene::{Bsdf, Scene};
+use crate::scene::{Bsdf, Scene, Triangle};
 
 /// Chooses between unbiased methods, and splits their samples.
 ///
@@ -57,11 +73,15 @@ pub struct Pilot {
 /// What a pilot chose, and why.
 #[derive(Clone, Debug)]
 pub struct Choice {
-    /// The better of the candidates; edge sampling if it is expected to have clearly less error, by a quarter in a pilot of the fewest samples, or
-    /// less at all where light is reflected more than once.
+    /// The best of the candidates: the softened field, unless another one is expected to err less, by as much as the pilot may be wrong.
     pub method: Method,
     /// All of them, the chosen first; none if there was nothing to be chosen, and no edge sampling where a surface is not diffuse.
     pub candidates: Vec<Candidate>,
+    /// Whether listing all edges would have taken more than a quarter of the time of what is chosen: then nothing was tried, and the exact mean is
+    /// taken, which needs no lists.
+    pub in_haste: bool,
+    /// Whether what is chosen is expected to err by as much as all that any trial found: then the choice is a guess, and so is what it leads to.
+    pub is_lost: bool,
 }
 
 /// A method with its best split.
@@ -74,9 +94,8 @@ pub struct Candidate {
     /// What part of it is the area's, that of curves on the film, that of curves before lights that shading points see, and that of
     /// curves before all else.
     pub shares: [f64; 4],
-    /// Whether the pilot saw light jump at every kind of curve that it sampled. If not, the expected error
-    /// lacks what was not seen, and the method is not chosen.
-    pub is_complete: bool,
+    /// Why it was not chosen where it is expected to err less than one that was preferred to it.
+    pub reason: Option<Reason>,
 }
 
 /// The purpose of random numbers.
@@ -88,6 +107,16 @@ const PART: usize = 64;
 const PART_OF_AREA: usize = 32;
 const FEWEST: usize = 2;
 const FEWEST_CURVES: usize = 1;
+/// What it takes to list an edge, to weigh it if its shape does not emit, and to put it into the hierarchy of the exact mean with its triangles and their
+/// crossings, in rays: on a bumpy sphere of 122,888 edges. And what a sample of the exact mean takes, as long as that is unknown.
+const LISTED: f64 = 2.0;
+const WEIGHED: f64 = 9.0;
+const MADE: f64 = 24.0;
+const SAMPLE: f64 = 16.0;
+/// Edges for each triangle.
+const EDGES: f64 = 1.5;
+/// The part of the time of what is asked for that listing edges takes at most.
+const QUARTER: f64 = 0.25;
 
 /// Whether all surfaces reflect widely. Edges are drawn without regard to lobes: few of those that a narrow one reflects are found, and a pilot of few
 /// samples may see none. (A sphere before a conductor of roughness 0.025 had 400 times the squared error that the pilot expected of edge
@@ -173,33 +202,69 @@ impl Pilot {
         if self.samples < 1 {
             return Err(GradientError::Samples { samples: self.samples, least: 1 });
         }
-        if !change.is_geometric() || !scene.description.implicits.is_empty() {
+        let implicit = !scene.description.implicits.is_empty();
+        let meshes = change.positions.iter().any(|rate| *rate != DVec3::ZERO);
+        if !change.is_geometric() || (implicit && !meshes) {
             return Ok(Survey::nothing());
         }
+        if self.is_in_haste(scene) {
+            return Ok(Survey { in_haste: true, ..Survey::nothing() });
+        }
         let (seed, (few, curves)) = (self.own_seed(), self.few());
-        let trial = |method: Method| -> Result<Seen, GradientError> {
-            let noise = method.forward(scene, change, progress)?.noise;
-            Ok(Seen::of(scene, method, &noise, (few, curves), weights))
+        // What is compared is independent.
+        let [seed_of_edges, seed_of_exact, seed_again] = [1, 2, 3].map(|n| stream(seed, &[n]).next_u64());
+        let trial = |method: &Method| -> Result<Trial<'_>, GradientError> {
+            Ok(Trial { scene, image: method.forward(scene, change, progress)?, weights })
         };
-        let softened = Method::WarpedArea(WarpedArea {
-            samples: few,
-            sign_changes: curves,
-            field: softened(curves, curves),
-            seed,
-            ..WarpedArea::default()
-        });
-        let edges = Method::EdgeSampling(EdgeSampling {
-            samples: few,
-            primary: curves,
-            secondary: curves,
-            bounces: curves,
-            seed,
-            ..EdgeSampling::default()
-        });
-        let softened = Some(trial(softened)?);
-        let tried = reflects_widely(scene) && contacts_are_followed(scene);
-        let edges = if tried { Some(trial(edges)?) } else { None };
-        Ok(Survey { smooth, softened, edges, views: 1, seed })
+        let area = |field, seed| {
+            Method::WarpedArea(WarpedArea {
+                samples: few,
+                sign_changes: curves,
+                field,
+                seed,
+                ..WarpedArea::default()
+            })
+        };
+        let method = area(softened(curves, curves), seed);
+        let softened = trial(&method)?;
+        let found = Agreement::alone(&softened);
+        let mut survey = Survey { smooth, found, seed, ..Survey::nothing() };
+        survey.softened = Some(Seen::of(&softened, method, (few, curves)));
+        if !implicit && reflects_widely(scene) && contacts_are_followed(scene) {
+            let method = Method::EdgeSampling(EdgeSampling {
+                samples: few,
+                primary: curves,
+                secondary: curves,
+                bounces: curves,
+                seed: seed_of_edges,
+                ..EdgeSampling::default()
+            });
+            let edges = trial(&method)?;
+            survey.agreements[0] = Agreement::of(&softened, &edges);
+            let seen = Seen::of(&edges, method, (few, curves));
+            survey.edges = Some(match seen.again(seed_again) {
+                Some(again) => seen.with_again(&trial(&Method::EdgeSampling(again))?),
+                None => seen,
+            });
+        }
+        // The fewest do not tell whether its tails are heavy.
+        if few > FEWEST {
+            let method = area(Field::default(), seed_of_exact);
+            let exact = trial(&method)?;
+            survey.agreements[1] = Agreement::of(&softened, &exact);
+            survey.exact = Some(Seen::of(&exact, method, (few, curves)));
+        }
+        Ok(survey)
+    }
+
+    /// Whether there is no time to list edges.
+    fn is_in_haste(&self, scene: &Scene) -> bool {
+        let (width, height) = scene.size();
+        let edges = |count: usize| EDGES * count as f64;
+        let emits = |t: &&Triangle| scene.description.shapes[t.shape as usize].radiance.is_some();
+        let (all, emitting) = (scene.triangles.len(), scene.triangles.iter().filter(emits).count());
+        let asked = MADE * edges(all) + SAMPLE * (self.samples * width * height) as f64;
+        LISTED * edges(all) + WEIGHED * edges(all - emitting) > QUARTER * asked
     }
 
     /// How many samples of the area and of curves it takes itself.

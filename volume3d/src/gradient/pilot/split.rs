@@ -12,16 +12,27 @@ pub(super) struct Split {
     pub(super) shares: [f64; PARTS],
 }
 
-/// A part without noise in the pilot may have some: it counts as if it had this part of the noisiest's deviation, and if none has any, as
+/// A part without noise in the pilot may have some: it counts as if it had this part of the noisiest's deviation at least, and if none has any, as
 /// if all had as much.
 const UNSEEN: f64 = 0.05;
 
 /// The least variance that parts with these variances, of one sample each, have in a time. Of each part there is one sample at
-/// least, and of the first as many as are given. A part that costs nothing does not exist.
-pub(super) fn split(variances: [f64; PARTS], costs: [f64; PARTS], time: f64, first: usize) -> Split {
+/// least, and of the first as many as are given. A part that costs nothing does not exist. So many of a part's samples may find
+/// something if none did; they then count as the noisiest's do.
+pub(super) fn split(
+    variances: [f64; PARTS],
+    costs: [f64; PARTS],
+    unseen: [f64; PARTS],
+    time: f64,
+    first: usize,
+) -> Split {
     let largest = variances.iter().copied().fold(0.0, f64::max).sqrt();
-    let floor = if largest > 0.0 { UNSEEN * largest } else { 1.0 };
-    let deviations: [f64; PARTS] = std::array::from_fn(|i| variances[i].sqrt().max(floor));
+    let floor = |i: usize| match variances[i] {
+        _ if largest == 0.0 => 1.0,
+        0.0 => UNSEEN.max(unseen[i].sqrt()) * largest,
+        _ => UNSEEN * largest,
+    };
+    let deviations: [f64; PARTS] = std::array::from_fn(|i| variances[i].sqrt().max(floor(i)));
     let least = |i: usize| if i == 0 { first } else { 1 };
     let sum: f64 = (0..PARTS).map(|i| deviations[i] * costs[i].sqrt()).sum();
     let samples: [usize; PARTS] = std::array::from_fn(|i| {
@@ -44,7 +55,8 @@ mod tests {
     #[test]
     fn no_other_split_is_better() {
         let (variances, costs, time) = ([4.0, 9.0, 1.0, 0.0], [1.0, 4.0, 2.0, 0.0], 400.0);
-        let found = split(variances, costs, time, 2);
+        let none = [0.0; 4];
+        let found = split(variances, costs, none, time, 2);
         let closed: f64 = (0..PARTS).map(|i| f64::sqrt(variances[i] * costs[i])).sum::<f64>().powi(2) / time;
         assert!((found.variance / closed - 1.0).abs() < 0.01, "{found:?} {closed}");
         let of = |n: [usize; PARTS]| -> f64 { (0..3).map(|i| variances[i] / n[i] as f64).sum() };
@@ -62,10 +74,14 @@ mod tests {
     /// What the pilot saw no noise of, what does not exist, and a budget that is too small for anything.
     #[test]
     fn every_part_has_samples() {
-        let unseen = split([1.0, 0.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0], 100.0, 2);
+        let (few, many) = ([0.0; 4], [0.25; 4]);
+        let unseen = split([1.0, 0.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0], few, 100.0, 2);
         assert!(unseen.samples[1] > 2 && unseen.samples[2] == 1, "{unseen:?}");
-        assert_eq!(split([1.0; 4], [3.0; 4], 1.0, 5).samples, [5, 1, 1, 1]);
-        let none = split([0.0; 4], [1.0; 4], 40.0, 2);
+        // The fewer looked for it, the more of it there may be.
+        let more = split([1.0, 0.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0], many, 100.0, 2);
+        assert!(more.samples[1] == 33 && more.variance > 2.0 * unseen.variance, "{more:?} {unseen:?}");
+        assert_eq!(split([1.0; 4], [3.0; 4], few, 1.0, 5).samples, [5, 1, 1, 1]);
+        let none = split([0.0; 4], [1.0; 4], few, 40.0, 2);
         assert_eq!((none.samples, none.variance), ([10; 4], 0.0));
     }
 }

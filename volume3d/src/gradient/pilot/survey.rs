@@ -2,17 +2,15 @@
 
 use std::sync::Arc;
 
-use glam::DVec3;
-
+use super::agreement::{Agreement, by_square};
 use super::split::{PARTS, Split, split};
-use super::{Candidate, Choice, FEWEST, Method, Pilot};
-use crate::Image;
+use super::trial::{Trial, weighted};
+use super::{Candidate, Choice, FEWEST, Method, Pilot, Reason};
 use crate::gradient::allocation::{Allocation, SIDE};
 use crate::gradient::film::FilmPlane;
 use crate::gradient::groups::GROUPS;
-use crate::gradient::result::{Kind, Noise};
+use crate::gradient::result::Kind;
 use crate::gradient::{EdgeSampling, Field, WarpedArea};
-use crate::scene::Scene;
 
 /// What a sample of a curve takes beyond the rays and means over jumps that are counted, in rays.
 const CURVE: f64 = 1.0;
@@ -33,6 +31,18 @@ const MEASURED: f64 = 1.0 / 64.0;
 /// what is rare there is what exact lobes see at bounces. (In a closed box, where the field was expected to err 1.16 to 1.25 times as much as edge
 /// sampling, it erred twice as much.)
 const DOUBT: f64 = 0.25;
+/// Edge sampling of which a kind of curve was never seen, not even by AGAIN times as many samples, is chosen if it promises to err so many times less: what is
+/// rare may be large, and of n samples none of which found anything it is known only that three in n may have (the rule of three).
+const UNSEEN_DOUBT: f64 = 4.0;
+/// The exact mean is chosen if so many standard errors more than it promises are still less: where two silhouettes meet in a penumbra its tails are heavy,
+/// and few samples say too little of them. (The squares of which its variance is a sum are those of the film, and of few squares it is known badly.)
+const ERRORS: f64 = 2.0;
+/// The side of squares of pixels whose spread says how well the variance of the area is known.
+const UNCERTAIN: usize = 2;
+/// Samples of a kind of curve of which the first found nothing, for each of those.
+const AGAIN: usize = 16;
+/// Of n samples none of which found anything, something may be found by three in n and no more, at 95 %.
+const RULE_OF_THREE: f64 = 3.0;
 /// Samples of the area are spread unevenly if there are so many: twice as many as the least.
 const SPREAD: usize = 2 * GROUPS;
 /// Enough to tell what spreading them is worth.
@@ -50,6 +60,13 @@ pub struct Survey {
     pub(super) smooth: bool,
     pub(super) softened: Option<Seen>,
     pub(super) edges: Option<Seen>,
+    pub(super) exact: Option<Seen>,
+    /// Of edge sampling and of the exact mean with the softened field.
+    pub(super) agreements: [Agreement; 2],
+    /// What the softened field found.
+    pub(super) found: Agreement,
+    /// Whether there was no time to list edges.
+    pub(super) in_haste: bool,
     pub(super) views: usize,
     /// Of the pilot's samples.
     pub(super) seed: u64,
@@ -64,6 +81,11 @@ pub(super) struct Seen {
     /// Of one sample of each part, and its costs.
     variances: [f64; PARTS],
     costs: [f64; PARTS],
+    /// How many samples of each part there were, of all pixels, and what those cost that were taken again, a pixel.
+    counts: [f64; PARTS],
+    again: f64,
+    /// The standard error of the area's variance, as a part of it, by its spread over the film.
+    uncertainty: f64,
     /// By which powers of their numbers variances fall.
     powers: [f64; PARTS],
     /// Whether light is reflected more than once.
@@ -83,59 +105,97 @@ struct OnFilm {
 }
 
 impl Seen {
-    /// From the noise of a trial with so many samples of the area and of curves; pixels count by the squares of weights.
-    pub(super) fn of(
-        scene: &Scene,
-        method: Method,
-        noise: &Noise,
-        (few, curves): (usize, usize),
-        weights: Option<&Image>,
-    ) -> Self {
-        let on_film = weighted(&noise.area, weights);
+    /// From a trial with so many samples of the area and of curves.
+    pub(super) fn of(trial: &Trial<'_>, method: Method, (few, curves): (usize, usize)) -> Self {
+        let (scene, noise) = (trial.scene, &trial.image.noise);
+        let on_film = weighted(&noise.area, trial.weights);
         let area = few as f64 * on_film.iter().sum::<f64>();
+        let uncertainty = relative_error(&by_square(UNCERTAIN, scene.size(), |pixel| on_film[pixel]));
         // There is a ray at least; cells without a sample have none.
         let by_cell: Vec<f64> = noise.work.iter().map(|work| (work / few as f64).max(1.0)).collect();
         let curves_cost = |kind: &Kind| CURVE * kind.count as f64 + kind.work;
-        let curve = |image| curves as f64 * weighted(image, weights).iter().sum::<f64>();
         let costs = [
             by_cell.iter().sum::<f64>() / by_cell.len() as f64,
             curves_cost(&noise.kinds.on_film),
             curves_cost(&noise.kinds.before_lights),
             curves_cost(&noise.kinds.before_all_else),
         ];
-        let variances =
-            [area, curve(&noise.film_curves), curve(&noise.shading_curves), curve(&noise.bounce_curves)];
+        let [film, shading, bounces] = trial.curves().map(|variance| curves as f64 * variance);
         let deep = scene.description.integrator.max_depth.is_none_or(|depth| depth > 2);
         let powers = match method {
             Method::WarpedArea(_) if deep => OF_DEEP_SOFTENED,
             Method::WarpedArea(_) => OF_SOFTENED,
             Method::EdgeSampling(_) => OF_EDGES,
         };
+        let pixels = on_film.len() as f64;
+        let counts = [few, curves, curves, curves].map(|count| count as f64 * pixels);
         // What deep paths scatter is everywhere: in a closed box samples that were spread gained nothing, of the third they promised.
-        let film = (matches!(method, Method::WarpedArea(_)) && !deep).then(|| OnFilm {
+        let film_of_area = (matches!(method, Method::WarpedArea(_)) && !deep).then(|| OnFilm {
             plane: FilmPlane::new(scene),
             variances: on_film,
             costs: by_cell,
         });
-        Self { method, few: (few, curves), variances, costs, powers, deep, film }
+        let variances = [area, film, shading, bounces];
+        Self {
+            method,
+            few: (few, curves),
+            variances,
+            costs,
+            counts,
+            again: 0.0,
+            uncertainty,
+            powers,
+            deep,
+            film: film_of_area,
+        }
+    }
+
+    /// Edge sampling of kinds of curves of which nothing was seen, with more samples of them; nothing if all were seen.
+    pub(super) fn again(&self, seed: u64) -> Option<EdgeSampling> {
+        let Method::EdgeSampling(method) = &self.method else { return None };
+        let [_, primary, secondary, bounces] =
+            std::array::from_fn(|part| if self.is_seen(part) { 1 } else { AGAIN * self.few.1 });
+        let again = EdgeSampling { samples: 1, primary, secondary, bounces, seed, ..method.clone() };
+        (!self.is_whole()).then_some(again)
+    }
+
+    /// With what was seen of the kinds that were looked at again.
+    pub(super) fn with_again(mut self, trial: &Trial<'_>) -> Self {
+        let (again, found) = (AGAIN * self.few.1, trial.curves());
+        let ones: f64 = (0..PARTS).filter(|&part| self.is_seen(part)).map(|part| self.costs[part]).sum();
+        self.again = ones;
+        for part in (1..PARTS).filter(|&part| !self.is_seen(part)).collect::<Vec<_>>() {
+            self.variances[part] = again as f64 * found[part - 1];
+            self.counts[part] *= AGAIN as f64;
+            self.again += again as f64 * self.costs[part];
+        }
+        self
     }
 
     /// With what was seen of other views, which makes the same split for all of them.
     fn and(self, other: &Self) -> Self {
         let both = |a: [f64; PARTS], b: [f64; PARTS]| std::array::from_fn(|i| a[i] + b[i]);
         let (variances, costs) = (both(self.variances, other.variances), both(self.costs, other.costs));
-        Self { variances, costs, film: None, ..self }
+        let errors = [&self, other].map(|seen| seen.uncertainty * seen.variances[0]);
+        let uncertainty = if variances[0] > 0.0 { errors[0].hypot(errors[1]) / variances[0] } else { 1.0 };
+        let (counts, again) = (both(self.counts, other.counts), self.again + other.again);
+        Self { variances, costs, counts, again, uncertainty, film: None, ..self }
     }
 
     /// The cost of what was seen.
     fn spent(&self) -> f64 {
         let (area, curves) = self.few;
-        area as f64 * self.costs[0] + curves as f64 * self.costs[1..].iter().sum::<f64>()
+        area as f64 * self.costs[0] + curves as f64 * self.costs[1..].iter().sum::<f64>() + self.again
     }
 
-    /// Whether some of every part was seen.
+    /// Whether a part does not exist, or some of it was seen.
+    fn is_seen(&self, part: usize) -> bool {
+        self.costs[part] == 0.0 || self.variances[part] > 0.0
+    }
+
+    /// Whether some of every kind of curve was seen.
     fn is_whole(&self) -> bool {
-        (1..PARTS).all(|i| self.costs[i] == 0.0 || self.variances[i] > 0.0)
+        (1..PARTS).all(|part| self.is_seen(part))
     }
 
     /// The best split of a time, in rays a pixel, for views that have been added; it is that of so many samples of the default.
@@ -143,14 +203,15 @@ impl Seen {
         let part = if smooth { OF_AREA_IF_SMOOTH } else { OF_AREA };
         let of_area = (samples / part).max(samples.min(GROUPS)).max(2);
         let costs = self.costs.map(|cost| cost / views);
+        let unseen = self.counts.map(|count| (RULE_OF_THREE / count).min(1.0));
         let split = |variances: [f64; PARTS]| {
             // With as many samples as are best if they were not stratified.
-            let many = split(variances, costs, time, of_area).samples;
+            let many = split(variances, costs, unseen, time, of_area).samples;
             let few = |part: usize| if part == 0 { self.few.0 } else { self.few.1 };
             let stratified =
                 |i: usize| (few(i) as f64 / many[i] as f64).clamp(MEASURED, 1.0).powf(self.powers[i]);
             let variances = std::array::from_fn(|i| variances[i] * stratified(i));
-            split(variances, costs, time, of_area)
+            split(variances, costs, unseen, time, of_area)
         };
         if let Some(film) = self.film.as_ref().filter(|_| !smooth) {
             let mut variances = self.variances;
@@ -174,7 +235,10 @@ impl Seen {
                 allocation,
                 // One number for both kinds.
                 sign_changes: (film + shading).div_ceil(2),
-                field: softened(film, shading),
+                field: match method.field {
+                    Field::Softened { .. } => softened(film, shading),
+                    field => field,
+                },
                 seed,
                 ..method.clone()
             }),
@@ -187,7 +251,7 @@ impl Seen {
                 ..method.clone()
             }),
         };
-        Candidate { method, expected_squared_error: split.variance, shares: split.shares, is_complete: true }
+        Candidate { method, expected_squared_error: split.variance, shares: split.shares, reason: None }
     }
 }
 
@@ -216,7 +280,17 @@ impl OnFilm {
 impl Survey {
     /// Of nothing that could be chosen.
     pub(super) fn nothing() -> Self {
-        Self { smooth: false, softened: None, edges: None, views: 1, seed: 0 }
+        Self {
+            smooth: false,
+            softened: None,
+            edges: None,
+            exact: None,
+            agreements: [Agreement::default(); 2],
+            found: Agreement::default(),
+            in_haste: false,
+            views: 1,
+            seed: 0,
+        }
     }
 
     /// Whether a pilot would see just this again.
@@ -230,9 +304,11 @@ impl Survey {
     #[must_use]
     pub fn relative_time(&self, pilot: &Pilot) -> Option<f64> {
         let softened = self.softened.as_ref()?;
-        let spent = softened.spent() + self.edges.as_ref().map_or(0.0, Seen::spent);
+        let others = [&self.edges, &self.exact].into_iter().flatten();
+        let spent = softened.spent() + others.map(Seen::spent).sum::<f64>();
         let again = if self.is_that_of(pilot) { 0.0 } else { pilot.few().0 as f64 / softened.few.0 as f64 };
-        Some(again + EXACT_COST * softened.costs[0] * pilot.samples as f64 / spent)
+        let each = self.exact.as_ref().map_or(EXACT_COST * softened.costs[0], |exact| exact.costs[0]);
+        Some(again + each * pilot.samples as f64 / spent)
     }
 
     /// Of several views, by pilots of as many samples: one choice for all of them, by the sum of their errors.
@@ -256,6 +332,10 @@ impl Survey {
             smooth: a.smooth || b.smooth,
             softened: both(a.softened, b.softened),
             edges: both(a.edges, b.edges),
+            exact: both(a.exact, b.exact),
+            agreements: [0, 1].map(|i| a.agreements[i].and(&b.agreements[i])),
+            found: a.found.and(&b.found),
+            in_haste: a.in_haste || b.in_haste,
             views: a.views + b.views,
             seed: a.seed,
         })
@@ -269,22 +349,45 @@ impl Pilot {
         let Self { samples, seed } = *self;
         let Some(softened) = &survey.softened else {
             let exact = WarpedArea { samples, seed, ..WarpedArea::default() };
-            return Choice { method: Method::WarpedArea(exact), candidates: vec![] };
+            let method = Method::WarpedArea(exact);
+            return Choice { method, candidates: vec![], in_haste: survey.in_haste, is_lost: false };
         };
         let views = survey.views as f64;
-        let time = EXACT_COST * softened.costs[0] / views * samples as f64;
+        let each = survey.exact.as_ref().map_or(EXACT_COST * softened.costs[0], |exact| exact.costs[0]);
+        let time = each / views * samples as f64;
         let candidate = |seen: &Seen| seen.candidate(time, samples, seed, views, survey.smooth);
-        let warped = candidate(softened);
-        let Some(edges) = &survey.edges else {
-            return Choice { method: warped.method.clone(), candidates: vec![warped] };
+        let mut candidates = vec![candidate(softened)];
+        let mut best = 0;
+        let [with_edges, with_exact] = &survey.agreements;
+        let mut add = |other: Candidate, part: f64, reason: Reason| {
+            let best_of_them = candidates[best].expected_squared_error;
+            let is_better = other.expected_squared_error < part * best_of_them;
+            let other_is_less = other.expected_squared_error < best_of_them;
+            let reason = (!is_better && other_is_less).then_some(reason);
+            candidates.push(Candidate { reason, ..other });
+            best = if is_better { candidates.len() - 1 } else { best };
         };
-        // In a large world, of which the film shows a small part, few edges are found by chance.
-        let doubt = if edges.deep { 0.0 } else { DOUBT * (FEWEST as f64 / edges.few.0 as f64).sqrt() };
-        let seen = edges.is_whole();
-        let edges = Candidate { is_complete: seen, ..candidate(edges) };
-        let better = seen && edges.expected_squared_error < (1.0 - doubt) * warped.expected_squared_error;
-        let candidates = if better { vec![edges, warped] } else { vec![warped, edges] };
-        Choice { method: candidates[0].method.clone(), candidates }
+        if let Some(edges) = &survey.edges {
+            // In a large world, of which the film shows a small part, few edges are found by chance.
+            let doubt = if edges.deep { 0.0 } else { DOUBT * (FEWEST as f64 / edges.few.0 as f64).sqrt() };
+            match edges.is_whole() {
+                true => add(candidate(edges), 1.0 - doubt, Reason::Close),
+                false if with_edges.is_refuted() => add(candidate(edges), 0.0, Reason::Disagrees),
+                false => add(candidate(edges), 1.0 / UNSEEN_DOUBT, Reason::Unseen),
+            }
+        }
+        if let Some(exact) = &survey.exact {
+            match with_exact.is_confirmed() {
+                true => add(candidate(exact), 1.0 / (1.0 + ERRORS * exact.uncertainty), Reason::Close),
+                false => add(candidate(exact), 0.0, Reason::Disagrees),
+            }
+        }
+        let chosen = candidates.remove(best);
+        candidates.sort_by(|a, b| a.expected_squared_error.total_cmp(&b.expected_squared_error));
+        candidates.insert(0, chosen);
+        let found = [&survey.found, with_edges, with_exact].map(Agreement::most);
+        let is_lost = candidates[0].expected_squared_error >= found.into_iter().fold(0.0, f64::max);
+        Choice { method: candidates[0].method.clone(), candidates, in_haste: false, is_lost }
     }
 }
 
@@ -299,12 +402,9 @@ pub(super) fn softened(silhouettes: usize, shadows: usize) -> Field {
     }
 }
 
-/// The sum of an image's channels by pixel, weighted by the squares of another's; 0 where it is not finite.
-fn weighted(variance: &Image, weights: Option<&Image>) -> Vec<f64> {
-    let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
-    let of = |(i, v): (usize, &DVec3)| match weights {
-        Some(weights) => v.dot(weights.pixels[i] * weights.pixels[i]),
-        None => v.element_sum(),
-    };
-    variance.pixels.iter().enumerate().map(of).map(finite).collect()
+/// The standard error of a sum, relative to it, if its terms are independent and rare; 1 if there is nothing.
+fn relative_error(terms: &[f64]) -> f64 {
+    let sum: f64 = terms.iter().sum();
+    let square: f64 = terms.iter().map(|term| term * term).sum();
+    if sum > 0.0 { square.sqrt() / sum } else { 1.0 }
 }

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::gradient::{Field, Method, Pilot, Survey};
+use crate::scene::{Crop, Film};
 
 /// A ground under a lamp, with a shape above it.
 fn scene(size: usize, mesh: Mesh) -> Scene {
@@ -53,7 +54,7 @@ fn rough_ball() -> Mesh {
 
 /// The squared error of a method's image, from several.
 fn measured(method: &Method, scene: &Scene, change: &Tangent) -> f64 {
-    const RUNS: u64 = 12;
+    const RUNS: u64 = 8;
     let run = |seed| method.with_seed(seed).forward(scene, change, &Progress::none()).unwrap().gradient;
     let images: Vec<Image> = (0..RUNS).map(|r| run(100 + r)).collect();
     let of_pixel = |i: usize| {
@@ -72,7 +73,7 @@ fn a_pilot_foresees_errors() {
         ("block", 24, 64, block(), 1, Some(true)),
         ("block on a large film", 64, 64, block(), 1, None),
         ("block in two views", 64, 64, block(), 2, None),
-        ("rough ball", 48, 16, rough_ball(), 1, Some(false)),
+        ("rough ball", 48, 60, rough_ball(), 1, Some(false)),
     ] {
         let scene = scene(size, mesh);
         let change = moved(&scene);
@@ -92,7 +93,7 @@ fn a_pilot_foresees_errors() {
             let ratio = error / candidate.expected_squared_error;
             println!("{name}: {}: measured {ratio:.2} times what was expected", candidate.method);
             // Samples of the area are stratified, of which a pilot of two knows nothing.
-            assert!((0.33..2.0).contains(&ratio), "{name}: {}: {ratio}", candidate.method);
+            assert!((0.33..2.5).contains(&ratio), "{name}: {}: {ratio}", candidate.method);
             error
         });
         println!("{name}: the choice errs {:.2} times as much as the other", errors[0] / errors[1]);
@@ -126,6 +127,99 @@ fn none_of_a_kind_is_refused() {
         let refused = method.forward(&scene, &change, &Progress::none());
         assert!(matches!(refused, Err(GradientError::Samples { samples: 0, .. })), "{kind}: {refused:?}");
     }
+}
+
+/// A cube under a sky, and nothing else: no shading point sees an edge before anything.
+fn lone_cube() -> (Scene, Tangent) {
+    let camera = Camera::look_at(DVec3::new(0.0, -6.0, 3.0), DVec3::ZERO, DVec3::Z, 0.6);
+    let mut d = Description::new(camera, film(16, Filter::Tent { radius: 1.0 }));
+    d.integrator.max_depth = Some(3);
+    let paper = d.add_material(Material::diffuse("paper", DVec3::splat(0.5)));
+    let turned = at(0.0, 0.0, 0.0, 0.4) * DAffine3::from_rotation_z(0.4);
+    d.add_shape("cube", Mesh::cube().transformed(&turned), paper);
+    d.environment = Some(Environment::Constant { id: "sky".to_owned(), radiance: DVec3::ONE });
+    let scene = Scene::new(d).unwrap();
+    let mut change = Tangent::still(&scene);
+    change.translate(&scene, 0, DVec3::new(1.0, 0.3, 0.0));
+    (scene, change)
+}
+
+/// A strip of the penumbra of a small lamp, in which an occluder's edge passes the lamp's outline: the exact mean has heavy tails there.
+fn strip_of_penumbra() -> (Scene, Tangent) {
+    let camera = Camera::look_at(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, DVec3::Y, 1.0);
+    let of_pixels = Film {
+        width: 128,
+        height: 128,
+        crop: Some(Crop { x: 52, y: 40, width: 24, height: 2 }),
+        filter: Filter::Box,
+    };
+    let mut d = Description::new(camera, of_pixels);
+    d.integrator.max_depth = Some(3);
+    let paper = d.add_material(Material::diffuse("paper", DVec3::splat(0.5)));
+    d.add_shape("plane", Mesh::rectangle(), paper);
+    let occluder = at(-1.0, 0.0, 0.5, 1.0) * DAffine3::from_rotation_y(std::f64::consts::FRAC_PI_2);
+    d.add_shape("occluder", Mesh::rectangle().transformed(&occluder), paper);
+    let lamp = Mesh::rectangle().transformed(&(at(-4.0, 0.0, 6.0, 0.2) * DAffine3::from_rotation_y(2.6)));
+    d.add_emitter("lamp", lamp, DVec3::splat(40.0));
+    let scene = Scene::new(d).unwrap();
+    let mut change = Tangent::still(&scene);
+    change.translate(&scene, 0, DVec3::X);
+    change.translate(&scene, 1, DVec3::X);
+    (scene, change)
+}
+
+/// Of a kind of curve that there is nowhere nothing is ever seen, and edge sampling is chosen all the same where it should err four times less. A control:
+/// the other methods do err so many times as much.
+#[test]
+fn what_is_nowhere_shuts_nothing_out() {
+    let (scene, change) = lone_cube();
+    let choice = Pilot { samples: 256, seed: 4 }.for_change(&scene, &change, &Progress::none()).unwrap();
+    assert!(matches!(choice.method, Method::EdgeSampling(_)), "{choice:?}");
+    assert!(!choice.is_lost && !choice.in_haste, "{choice:?}");
+    let errors: Vec<f64> = choice.candidates.iter().map(|c| measured(&c.method, &scene, &change)).collect();
+    println!("a lone cube: {errors:?}");
+    assert!(errors[1..].iter().all(|error| *error > 4.0 * errors[0]), "{errors:?}");
+}
+
+/// In a penumbra the exact mean is taken in none of 64 runs, however few samples see of its tails.
+#[test]
+fn the_exact_mean_is_not_chosen_in_a_penumbra() {
+    let (scene, change) = strip_of_penumbra();
+    let exact = |samples, seed| {
+        let choice = Pilot { samples, seed }.for_change(&scene, &change, &Progress::none()).unwrap();
+        matches!(choice.method, Method::WarpedArea(WarpedArea { field: Field::JumpMean { .. }, .. }))
+    };
+    let chosen = [64, 128, 512, 2048].map(|n| (0..16).filter(|&seed| exact(n, seed)).count());
+    assert_eq!(chosen, [0; 4]);
+}
+
+/// Where listing edges would take longer than a quarter of what is asked for nothing is tried, and more samples are worth it.
+#[test]
+fn there_is_no_pilot_in_haste() {
+    let scene = scene(16, rough_ball());
+    let change = moved(&scene);
+    let choose = |samples| Pilot { samples, seed: 2 }.for_change(&scene, &change, &Progress::none()).unwrap();
+    let [few, many] = [16, 500].map(choose);
+    assert!(few.in_haste && few.candidates.is_empty() && !few.is_lost);
+    assert!(matches!(
+        few.method,
+        Method::WarpedArea(WarpedArea { samples: 16, field: Field::JumpMean { .. }, .. })
+    ));
+    assert!(!many.in_haste && many.candidates.len() == 3);
+}
+
+/// Where nothing is seen to change, all trials fail, and it is said.
+#[test]
+fn what_no_trial_finds_is_said() {
+    let scene = scene(12, block());
+    let black = Image::constant(12, 12, DVec3::ZERO);
+    let mut active = ActiveParameters::nothing(&scene);
+    active.shapes[1] = true;
+    let choose = |adjoint: &Image| {
+        let pilot = Pilot { samples: 64, seed: 1 };
+        pilot.for_active(&scene, Some(adjoint), &active, &Progress::none()).unwrap()
+    };
+    assert!(choose(&black).is_lost && !choose(&Image::constant(12, 12, DVec3::ONE)).is_lost);
 }
 
 /// Before a glossy surface edge sampling is not tried.

@@ -1,0 +1,29 @@
+//! Why a candidate was not chosen.
+
+use std::fmt;
+
+/// Why a candidate was not chosen that is expected to err less than the one that was preferred to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reason {
+    /// By less than a pilot of so few samples can tell.
+    Close,
+    /// Of a kind of curve nothing was seen, and it does not err less by a factor of four.
+    Unseen,
+    /// Its trial and that of the softened field found different derivatives, or noise alone.
+    Disagrees,
+}
+
+/// In words, as a clause about the candidate.
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Close => "which is within what a pilot of so few samples can tell",
+            Self::Unseen => {
+                "which is not chosen as its trial saw no light jump at one kind of curve, and it should not err four times less"
+            }
+            Self::Disagrees => {
+                "which is not chosen as its trial did not confirm what that of the softened field found"
+            }
+        })
+    }
+}
