@@ -27,7 +27,7 @@ struct Sum {
 const SQUARE: usize = 4;
 /// What is known is so many standard errors from 0.
 const SIGNIFICANT: f64 = 3.0;
-/// And so many if another test is passed as well.
+/// For a confirmation, which also bounds what one of the two may lack, this many are enough.
 const SEEN: f64 = 2.0;
 
 impl Agreement {

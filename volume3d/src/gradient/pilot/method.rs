@@ -87,10 +87,13 @@ impl fmt::Display for Method {
                 field: Field::Softened { silhouettes, shadows, .. },
                 ..
             }) => {
-                write!(
-                    f,
-                    "warped area, softened: {samples} samples of the area, {silhouettes} of silhouettes, {shadows} of shadows a pixel"
-                )
+                let head = format!(
+                    "warped area, softened: {samples} samples of the area, {silhouettes} of silhouettes"
+                );
+                match shadows {
+                    0 => write!(f, "{head} a pixel, shadows by the exact field"),
+                    _ => write!(f, "{head}, {shadows} of shadows a pixel"),
+                }
             }
             Self::WarpedArea(method) => write!(f, "warped area: {} samples a pixel", method.samples),
             Self::EdgeSampling(EdgeSampling { samples, primary, secondary, bounces, .. }) => {

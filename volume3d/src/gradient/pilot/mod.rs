@@ -17,9 +17,11 @@
 //! - The exact mean has heavy tails where silhouettes meet in penumbrae. It has to promise less by two standard errors of its variance, known by the spread of that over
 //!   the film, and its trial has to confirm that of the softened field.
 //!
-//! Beside implicit surfaces edge sampling is none, as it does not know their silhouettes; nor is it where materials are not diffuse, as few samples say too little
-//! of what narrow lobes see, nor where more shapes emit than it follows contacts of. Where no mesh moves, nor the camera in a world of meshes, nothing is chosen, and the exact mean is taken.
-//! So it is where listing all edges, which it needs not, would take more than a quarter of what is asked for.
+//! Where the trial of the softened field saw no shadow, its field towards lights is exact: sampled curves miss shadows of which the film shows a small part.
+//!
+//! Edge sampling is no candidate beside implicit surfaces, whose silhouettes it does not know; where a material is not diffuse, as few samples find what
+//! narrow lobes see; and where more shapes emit than contacts are followed of. Nothing is chosen, and the exact mean is taken, where
+//! no mesh moves beside implicit surfaces, and where a list of all edges, which it does not need, would take more than a quarter of the time.
 //!
 //! Samples of the area of warped-area sampling are spread over the film by the same rule, more of them in squares of pixels where the pilot's
 //! scatter more, if there are 16 or more, of one view, only geometry changes, and light is reflected only once: an [`Allocation`](super::Allocation).
@@ -63,8 +65,8 @@ use crate::scene::{Bsdf, Scene, Triangle};
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Pilot {
-    /// What is chosen takes about the time of [`WarpedArea::default`] with so many samples a pixel. The pilot itself takes that of
-    /// about 8 of them, or of an eighth of them if that is more.
+    /// Samples a pixel of [`WarpedArea::default`] that take about as long as what is chosen. The pilot takes the time of about 8
+    /// to 32 more, or of an eighth of them if that is more.
     pub samples: usize,
     /// The seed of what is chosen; the pilot's own follows from it.
     pub seed: u64,

@@ -229,6 +229,8 @@ impl Seen {
     /// The method with the samples of a split.
     fn with(&self, split: &Split, allocation: Option<Arc<Allocation>>, seed: u64) -> Candidate {
         let [samples, film, shading, bounces] = split.samples;
+        // Where the film shows a small part of all shadows, curves that are drawn miss it, and the exact field does not.
+        let shadows = if self.variances[2] > 0.0 { shading } else { 0 };
         let method = match &self.method {
             Method::WarpedArea(method) => Method::WarpedArea(WarpedArea {
                 samples,
@@ -236,7 +238,7 @@ impl Seen {
                 // One number for both kinds.
                 sign_changes: (film + shading).div_ceil(2),
                 field: match method.field {
-                    Field::Softened { .. } => softened(film, shading),
+                    Field::Softened { .. } => softened(film, shadows),
                     field => field,
                 },
                 seed,
