@@ -199,6 +199,15 @@ fn faults(shape: &Shape, found: &mut Vec<Finding>) {
         ),
         (unused, "vertices without a triangle (zero gradient)", "remove them, or expect zeros"),
     ];
+    let contrary = shape.mesh.turned_normals();
+    if contrary > 0 {
+        let what = format!(
+            "shape `{}`: {contrary} triangles have vertex normals that point to their backs",
+            shape.id
+        );
+        let advice = "turn the triangles or the normals: light is emitted from the front of triangles";
+        found.push(Finding { grave: false, what, advice });
+    }
     let many = (creases.count > MANY_CREASES).then_some((
         creases,
         "edges at which flat shading jumps",

@@ -99,9 +99,8 @@ impl SceneOptions {
         let Self { define, size, lenient, .. } = self;
         let options = ReadOptions { variables: define.clone(), size: *size, is_lenient: *lenient };
         let loaded = Loaded::read_with(&self.scene, &options)?;
-        if *lenient {
-            loaded.notes.iter().for_each(|note| eprintln!("note: {note}"));
-        }
+        let told = loaded.notes.iter().filter(|note| *lenient || note.changes_image);
+        told.for_each(|note| eprintln!("note: {note}"));
         Ok(loaded)
     }
 }

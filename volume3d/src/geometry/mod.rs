@@ -4,6 +4,7 @@ mod accelerator;
 mod curved;
 mod edge_contact;
 mod edges;
+mod facing;
 mod meeting;
 mod mesh;
 mod proximity;

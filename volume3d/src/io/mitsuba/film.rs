@@ -63,6 +63,16 @@ pub(super) fn film<'a>(
             object.at_most_one("<rfilter>")?;
         }
     }
+    let border = film.filter.radius() - 0.5;
+    if object.boolean("sample_border")? != Some(true) && border > 0.0 {
+        object.journal.note_image(
+            object.element,
+            format!(
+                "pixels nearer than {border} to the border of the film take in what is beyond it, as with sample_border; Mitsuba \
+                 leaves that out unless sample_border is true"
+            ),
+        );
+    }
     object.finish()?;
     Ok(film)
 }

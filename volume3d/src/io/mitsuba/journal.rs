@@ -16,6 +16,8 @@ pub struct Note {
     pub text: String,
     /// Whether derivatives by the geometry of a shape are those of something else than what the file says.
     pub is_geometric: bool,
+    /// Whether the image is another one than Mitsuba's: such a note is for every run.
+    pub changes_image: bool,
 }
 
 impl fmt::Display for Note {
@@ -42,12 +44,28 @@ impl Journal {
     }
 
     pub(super) fn note(&self, element: &Element, text: impl Into<String>) {
-        self.push(Note { place: element.place(), text: text.into(), is_geometric: false });
+        self.push(Note {
+            place: element.place(),
+            text: text.into(),
+            is_geometric: false,
+            changes_image: false,
+        });
+    }
+
+    /// A note on what makes the image another one than Mitsuba's.
+    pub(super) fn note_image(&self, element: &Element, text: impl Into<String>) {
+        let place = element.place();
+        self.push(Note { place, text: text.into(), is_geometric: false, changes_image: true });
     }
 
     /// A note on what the geometry of a shape is.
     pub(super) fn note_shape(&self, element: &Element, text: impl Into<String>) {
-        self.push(Note { place: element.place(), text: text.into(), is_geometric: true });
+        self.push(Note {
+            place: element.place(),
+            text: text.into(),
+            is_geometric: true,
+            changes_image: false,
+        });
     }
 
     fn push(&self, note: Note) {

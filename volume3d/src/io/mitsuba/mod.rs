@@ -71,7 +71,12 @@
 //!   seam of texture coordinates is a crease.
 //! - An `sdfgrid` is interpolated by a cubic spline unless it says otherwise, its normals are those of φ whatever `normals`
 //!   says, and clip planes are not checked against it.
-//! - Films see what is beyond their border, as with `sample_border`, whether it is set or not.
+//! - Films see what is beyond their border, as with `sample_border`, whether it is set or not: a note says so in every run where it
+//!   makes a difference, at pixels within the filter's radius of the border.
+//! - Meshes emit from the front of their faces, Mitsuba's from where vertex normals point to: a note says so in every run where
+//!   the two differ.
+//! - Faces with dents are cut into triangles that do not leave them; Mitsuba makes fans around their first corner.
+//! - An environment map may have any size; Mitsuba's has at least two columns and three rows.
 //! - `near_clip` and `far_clip` cut nothing. A scene of which they would cut something that the film has in view is
 //!   refused. Where they are not given there are none; Mitsuba then cuts at 0.01 and at 10000.
 //! - Parameters that change noise, storage or time and not what is computed are accepted with any value, and ignored. So is

@@ -72,6 +72,12 @@ impl<'a> Reader<'a> {
                 ),
             );
         }
+        if emitted.is_some()
+            && matches!(object.plugin, "obj" | "ply" | "serialized")
+            && let Some(text) = emission(&mesh, &id)
+        {
+            self.journal.note_image(element, text);
+        }
         let (radiance, radiance_texture) = emitted.unzip();
         let radiance_texture = radiance_texture.flatten();
         self.shapes.push(Shape { id, mesh, material, radiance, radiance_texture, boundary });
@@ -118,7 +124,7 @@ impl<'a> Reader<'a> {
         };
         let (mut soup, face_normals) = parsed.map_err(|error| element.referenced(error))?;
         for note in &soup.notes {
-            self.journal.note(element, format!("{}: {note}", path.display()));
+            self.journal.note_image(element, format!("{}: {note}", path.display()));
         }
         // Mitsuba's first row of a texture is at v = 0; most OBJ files mean v = 1.
         if object.boolean("flip_tex_coords")?.unwrap_or(format == Some(MeshFormat::Obj)) {
@@ -143,6 +149,25 @@ impl<'a> Reader<'a> {
             element.referenced(Error::Mesh { place: Place::new(&path, At::Whole), problem })
         })
     }
+}
+
+/// What is to be said of a mesh that emits and has vertex normals: the format has it emit where these point to, and here it
+/// emits where its faces do.
+fn emission(mesh: &Mesh, id: &str) -> Option<String> {
+    let turned = mesh.turned_normals();
+    let count = mesh.triangles().len();
+    if turned > 0 {
+        return Some(format!(
+            "`{id}` emits from the side to which its faces are turned; {turned} of its {count} triangles have vertex normals that \
+             point the other way, from where Mitsuba emits: turn its faces, or remove its normals"
+        ));
+    }
+    mesh.has_bent_normals().then(|| {
+        format!(
+            "`{id}` emits as far as its faces are seen from the front; Mitsuba emits as far as its smooth normals are: set \
+             face_normals for the same light in both"
+        )
+    })
 }
 
 /// A shape with flat faces, whose normals are those of its faces however they are asked for.
