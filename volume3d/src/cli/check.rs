@@ -17,7 +17,8 @@ use super::gradient::step;
 use super::method::{Estimator, MethodOptions};
 use super::missing::left_out;
 use super::movement::{Moves, change};
-use super::session::{Bar, RunOptions, SceneOptions, located, silent, stop_if_asked};
+use super::session::{Bar, RunOptions, SceneOptions, located, silent};
+use super::signals::stop_if_asked;
 use super::spp::samples;
 use super::{Outcome, Report, contact, usage};
 

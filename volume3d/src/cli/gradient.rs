@@ -12,14 +12,13 @@ use super::budget::{Budget, Pilot, percent};
 use super::method::MethodOptions;
 use super::missing::left_out;
 use super::movement::{Moves, change};
-use super::output::{Output, Pixels, check_distinct};
+use super::output::{Output, Pixels, Written, check_distinct};
 use super::parameter::Name;
-use super::session::{
-    Bar, Clock, RunOptions, SceneOptions, geometric, located, lost_with_picture, stop_if_asked,
-};
+use super::session::{Bar, Clock, RunOptions, SceneOptions, geometric, located, lost_with_picture};
+use super::signals;
 use super::spp::check_error_exists;
 use super::summary::{INTERIOR, NOTHING_SEEN, outlier, root_mean_square, totals};
-use super::{Outcome, Report, contact, reverse, usage};
+use super::{Report, contact, reverse, usage};
 
 /// Differentiates an image along a change (--move), or a loss by parameters (--adjoint with --wrt).
 ///
@@ -220,7 +219,7 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
                 None => Ok(pilot.choice(&survey(pilot, &Clock::default())?)),
             })?;
         let result = estimator.forward(scene, &change, terms, &Bar::new(0, what).progress())?;
-        stop_if_asked()?;
+        signals::stop_if_asked()?;
         anyhow::Ok((result, start.elapsed().as_secs_f64(), chosen))
     };
     let seed = options.run.seed;
@@ -243,6 +242,7 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     check_error_exists(options.standard_error.as_ref().or(options.block_errors.as_ref()), samples)?;
 
     let (result, seconds, chosen) = run(samples, seed, "gradient", seen.as_ref())?;
+    signals::hold()?;
 
     let (width, height) = result.gradient.size();
     let mut text = plan.text + &chosen;
@@ -278,25 +278,26 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
         text += &contact::through_implicits(scene);
     }
     text += &totals(&result.regions);
+    let mut written = Written::after(text);
     for output in &outputs.gradient {
-        text += &output.write_with_comments(&result.gradient, &left_out(&result.left_out))?;
+        output.write_with_comments(&result.gradient, &left_out(&result.left_out), &mut written)?;
     }
     for output in &outputs.standard_error {
-        text += &output.write(&result.standard_error)?;
+        output.write(&result.standard_error, &mut written)?;
     }
     if let Some(output) = &outputs.block_errors {
         let Regions { columns, rows, block_errors, .. } = result.regions;
-        text += &output.write(&Image { width: columns, height: rows, pixels: block_errors })?;
+        output.write(&Image { width: columns, height: rows, pixels: block_errors }, &mut written)?;
     }
     if let Some(output) = &outputs.image {
-        text += &output.write(&result.image)?;
+        output.write(&result.image, &mut written)?;
     }
     if let (Some(outputs), Some(terms)) = (&outputs.terms, &result.terms) {
         for (outputs, term) in outputs.iter().zip([&terms.interior, &terms.primary, &terms.secondary]) {
             for output in outputs {
-                text += &output.write(term)?;
+                output.write(term, &mut written)?;
             }
         }
     }
-    Ok(Report { text, outcome: Outcome::Good })
+    Ok(written.report())
 }

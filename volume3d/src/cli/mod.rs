@@ -19,6 +19,7 @@ mod render;
 mod reverse;
 mod sdf;
 mod session;
+mod signals;
 mod spp;
 mod summary;
 mod tune;
@@ -65,8 +66,9 @@ Examples:
   volume3d tune scene.xml --move box:translate:1,0,0 --seconds 10
   volume3d sdf bunny.obj -o bunny.vol --resolution 64
 
-Exit status: 0 if all went well; 1 if a file, a scene or a request cannot be dealt with, or a check \
-fails; 2 if the command line cannot be understood; 3 if noise leaves a check open; 130 after Ctrl-C. An output file is at every moment \
+Exit status: 0 if all went well; 1 if a file, a scene or a request cannot be dealt with, a check \
+fails or a result is not finite; 2 if the command line cannot be understood; 3 if noise leaves a check open; 130 after Ctrl-C, 143 after SIGTERM, 129 after \
+SIGHUP. An output file is at every moment \
 what it was before, or complete.";
 
 /// What a command has to say at its end, and how it ended.
@@ -99,9 +101,6 @@ impl From<Outcome> for ExitCode {
 /// The status of a check whose verdict noise leaves open.
 const OPEN: u8 = 3;
 
-/// The status of a program ended by Ctrl-C: 128 + SIGINT.
-const INTERRUPTED: u8 = 130;
-
 pub(crate) fn main() -> ExitCode {
     let done = match Options::parse().command {
         Command::Render(options) => render::run(&options),
@@ -113,11 +112,18 @@ pub(crate) fn main() -> ExitCode {
         Command::Fit(options) => fit::run(&options),
         Command::Sdf(options) => sdf::run(&options),
     };
+    // What is said from here on is the last, and is said once.
+    let _ = signals::hold();
     match done {
         Ok(report) => {
-            // Who closed the pipe does not want to read on: no error.
-            let _ = std::io::stdout().write_all(report.text.as_bytes());
-            report.outcome.into()
+            let mut out = std::io::stdout();
+            match out.write_all(report.text.as_bytes()).and_then(|()| out.flush()) {
+                // Who closed the pipe does not want to read on: no error.
+                Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+                    fail(&anyhow!("cannot write on the standard output: {error}"))
+                }
+                _ => report.outcome.into(),
+            }
         }
         Err(error) => fail(&error),
     }
@@ -130,17 +136,17 @@ fn fail(error: &anyhow::Error) -> ExitCode {
     }
     if let Some(interrupted) = error.downcast_ref::<fit::Interrupted>() {
         let _ = writeln!(std::io::stderr(), "{}", printable(&interrupted.to_string()));
-        return ExitCode::from(INTERRUPTED);
+        return ExitCode::from(signals::status());
     }
     if is_stop(error) {
-        let _ = writeln!(std::io::stderr(), "stopped; nothing was written");
-        return ExitCode::from(INTERRUPTED);
+        session::say(&format!("{}\n", signals::NOTHING));
+        return ExitCode::from(signals::status());
     }
     let _ = writeln!(std::io::stderr(), "error: {}", printable(&error.to_string()));
     ExitCode::FAILURE
 }
 
-/// Whether an error is an answer to Ctrl-C.
+/// Whether an error is an answer to a signal.
 fn is_stop(error: &anyhow::Error) -> bool {
     let gradient = error.downcast_ref::<ObjectiveError>().and_then(|e| match e {
         ObjectiveError::Gradient(e) => Some(e),

@@ -1,12 +1,17 @@
 //! Files to be written: everything that could forbid it is asked before any work.
 
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
+use glam::DVec3;
 use volume3d::Image;
 use volume3d::io::{
-    Array, Precision, signed_range, write_exr_with_comments, write_npy, write_png, write_signed_png,
+    Array, Precision, destination, signed_range, write_exr_with_comments, write_npy, write_png,
+    write_signed_png,
 };
+
+use super::{Outcome, Report};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {
@@ -22,6 +27,30 @@ pub(super) enum Pixels {
     Radiance,
     /// Of both signs; a PNG shows the mean of the channels from blue over white to red.
     Signed,
+}
+
+/// What is said of files that were written, and whether all numbers in them are finite.
+#[derive(Clone, Debug)]
+pub(super) struct Written {
+    pub(super) text: String,
+    pub(super) outcome: Outcome,
+}
+
+impl Written {
+    /// Nothing yet, after some words.
+    pub(super) fn after(text: String) -> Self {
+        Self { text, outcome: Outcome::Good }
+    }
+
+    /// Says that what comes next is not finite: the program's exit status will say so as well.
+    pub(super) fn not_finite(&mut self, what: &str) {
+        let _ = writeln!(self.text, "NOT FINITE: {what}");
+        self.outcome = Outcome::Bad;
+    }
+
+    pub(super) fn report(self) -> Report {
+        Report { text: self.text, outcome: self.outcome }
+    }
 }
 
 /// An image file to be written, in a folder that exists.
@@ -58,12 +87,17 @@ impl Output {
     }
 
     /// Writes the image, atomically, and says what was written.
-    pub(super) fn write(&self, image: &Image) -> anyhow::Result<String> {
-        self.write_with_comments(image, "")
+    pub(super) fn write(&self, image: &Image, to: &mut Written) -> anyhow::Result<()> {
+        self.write_with_comments(image, "", to)
     }
 
     /// The same, with a text in the header of an .exr.
-    pub(super) fn write_with_comments(&self, image: &Image, comments: &str) -> anyhow::Result<String> {
+    pub(super) fn write_with_comments(
+        &self,
+        image: &Image,
+        comments: &str,
+        to: &mut Written,
+    ) -> anyhow::Result<()> {
         let mut note = String::new();
         match (self.format, self.pixels) {
             (Format::Exr, _) => write_exr_with_comments(&self.path, image, comments)?,
@@ -75,8 +109,30 @@ impl Output {
                 note = format!(" (blue {:.3e}, white 0, red {range:.3e})", -range);
             }
         }
-        Ok(format!("wrote {}{note}\n", self.path.display()))
+        // A picture ends where its range does.
+        let is_finite = |p: &DVec3| match self.format {
+            Format::Exr | Format::Npy => p.as_vec3().is_finite(),
+            Format::Png => p.is_finite(),
+        };
+        if let Some(first) = image.pixels.iter().position(|p| !is_finite(p)) {
+            let count = image.pixels.iter().filter(|p| !is_finite(p)).count();
+            let (column, row, path) = (first % image.width, first / image.width, self.path.display());
+            to.not_finite(&format!(
+                "{count} of {} pixels of {path}, such as that in column {column}, row {row}, which is {}; single precision ends at \
+                 3.4e38",
+                image.pixels.len(),
+                colour(image.pixels[first])
+            ));
+        }
+        let _ = writeln!(to.text, "wrote {}{note}", self.path.display());
+        Ok(())
     }
+}
+
+/// Numbers that may be very large.
+pub(super) fn colour(pixel: DVec3) -> String {
+    let DVec3 { x, y, z } = pixel;
+    format!("({x:.3e}, {y:.3e}, {z:.3e})")
 }
 
 fn extension(path: &Path) -> String {
@@ -101,7 +157,11 @@ pub(super) fn check_place(path: &Path) -> anyhow::Result<()> {
     if path.is_dir() {
         bail!("{} is a folder; name a file in it", path.display());
     }
-    let folder = folder(path);
+    let destination = destination(path);
+    if destination.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir()) {
+        bail!("{} is a pipe or a device, and only regular files are written", path.display());
+    }
+    let folder = folder(&destination);
     if !folder.is_dir() {
         bail!("{}: there is no folder {}; make it first", path.display(), folder.display());
     }
@@ -135,7 +195,8 @@ pub(super) fn check_distinct(outputs: &[&Path], inputs: &[PathBuf]) -> anyhow::R
 /// Whether two paths mean one file, be it there yet or not.
 fn same(a: &Path, b: &Path) -> bool {
     let real = |path: &Path| {
-        path.canonicalize().ok().or_else(|| Some(folder(path).canonicalize().ok()?.join(path.file_name()?)))
+        let path = destination(path);
+        path.canonicalize().ok().or_else(|| Some(folder(&path).canonicalize().ok()?.join(path.file_name()?)))
     };
     a == b || real(a).is_some_and(|a| Some(a) == real(b))
 }

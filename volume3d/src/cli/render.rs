@@ -6,11 +6,12 @@ use std::time::Instant;
 use clap::Args;
 use volume3d::gradient::render;
 
-use super::output::{Output, Pixels, check_distinct};
-use super::session::{Bar, RunOptions, SceneOptions, located, lost_with_picture, stop_if_asked};
+use super::Report;
+use super::output::{Output, Pixels, Written, check_distinct};
+use super::session::{Bar, RunOptions, SceneOptions, located, lost_with_picture};
+use super::signals;
 use super::spp::{check_error_exists, samples};
 use super::summary::totals;
-use super::{Outcome, Report};
 
 /// Renders a scene.
 ///
@@ -61,7 +62,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     let start = Instant::now();
     let rendering = render(&loaded.scene, samples, options.run.seed, &Bar::new(0, "render").progress())?;
     let seconds = start.elapsed().as_secs_f64();
-    stop_if_asked()?;
+    signals::hold()?;
 
     let (width, height) = rendering.image.size();
     let mut text = format!("{width} × {height} pixels, {samples} spp, {seconds:.2} s\n");
@@ -69,11 +70,12 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     let lost_rays = rendering.lost_rays.as_ref();
     text += &lost_with_picture(rendering.traces, lost_rays, samples * width * height, &options.output)?;
     text += &totals(&rendering.regions);
+    let mut written = Written::after(text);
     for output in &outputs {
-        text += &output.write(&rendering.image)?;
+        output.write(&rendering.image, &mut written)?;
     }
     if let Some(output) = &error {
-        text += &output.write(&rendering.standard_error)?;
+        output.write(&rendering.standard_error, &mut written)?;
     }
-    Ok(Report { text, outcome: Outcome::Good })
+    Ok(written.report())
 }

@@ -14,11 +14,12 @@ use volume3d::scene::Scene;
 use super::budget::{Budget, Pilot, percent};
 use super::method::{Estimator, MethodOptions};
 use super::missing::left_out;
-use super::output::{check_array, check_distinct};
+use super::output::{Written, check_array, check_distinct};
 use super::parameter::{Name, arrays};
-use super::session::{Bar, RunOptions, SceneOptions, located as located_samples, lost, stop_if_asked};
+use super::session::{Bar, RunOptions, SceneOptions, located as located_samples, lost};
+use super::signals;
 use super::summary::{INTERIOR, NOTHING_SEEN, outlier};
-use super::{Outcome, Report, contact};
+use super::{Report, contact};
 
 /// The options of `volume3d gradient` that reverse mode heeds.
 pub(super) struct Request<'o> {
@@ -55,7 +56,7 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     };
     let run = |estimator: &Estimator, what| {
         let gradient = estimator.reverse(scene, &adjoint, &active, &Bar::new(0, what).progress())?;
-        stop_if_asked()?;
+        signals::stop_if_asked()?;
         anyhow::Ok(gradient)
     };
     let numbers = |gradient: &Gradient| -> Vec<f64> {
@@ -76,6 +77,7 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     let (samples, start) = (plan.samples, Instant::now());
     let (estimator, chosen) = choose(samples, request.run.seed)?;
     let gradient = run(&estimator, "reverse")?;
+    signals::hold()?;
     let seconds = start.elapsed().as_secs_f64();
 
     let mut text = plan.text + &chosen;
@@ -95,21 +97,24 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     }
     let heavy = gradient.outlier().map(|largest| outlier(largest, gradient.largest_share()));
     text += &heavy.unwrap_or_default();
+    let mut written = Written::after(text);
     for (array, path) in arrays(&parameters, scene, &gradient.by_parameter).iter().zip(&paths) {
         let size = array.values.iter().map(|x| x * x).sum::<f64>().sqrt();
         write_npy(path, array, Precision::Double)?;
-        if !size.is_finite() {
-            text += "NOT FINITE: ";
+        let lost = array.values.iter().filter(|x| !x.is_finite()).count();
+        if lost > 0 {
+            written.not_finite(&format!("{lost} of {} numbers of {}", array.values.len(), path.display()));
         }
-        text += &format!("wrote {}, shape {:?}, norm {size:.3e}\n", path.display(), array.shape);
+        written.text += &format!("wrote {}, shape {:?}, norm {size:.3e}\n", path.display(), array.shape);
     }
-    text += &contact::in_contact(scene, |shape| active.shapes[shape]);
-    text += &contact::along_pixels(scene, |shape| active.shapes[shape] || active.camera);
+    let text = &mut written.text;
+    *text += &contact::in_contact(scene, |shape| active.shapes[shape]);
+    *text += &contact::along_pixels(scene, |shape| active.shapes[shape] || active.camera);
     if active.is_geometric() {
-        text += &contact::too_coarse(scene);
-        text += &contact::through_implicits(scene);
+        *text += &contact::too_coarse(scene);
+        *text += &contact::through_implicits(scene);
     }
-    Ok(Report { text, outcome: Outcome::Good })
+    Ok(written.report())
 }
 
 impl Request<'_> {

@@ -12,6 +12,7 @@ use volume3d::sdf::{Interpolation, MeshDistances, from_mesh, isosurface};
 
 use super::output::check_place;
 use super::session::Threads;
+use super::signals;
 use super::{Outcome, Report};
 
 /// Makes a grid of signed distances from a triangle mesh, or a mesh from such a grid.
@@ -78,6 +79,7 @@ fn to_grid(options: &Options) -> anyhow::Result<String> {
     spinner.finish_and_clear();
     let MeshDistances { grid, doubtful, lost } =
         found.map_err(|error| anyhow!("{}: {error}", path.display()))?;
+    signals::hold()?;
     write_sdf(&options.output, &grid)?;
     let ([nx, ny, nz], count) = (grid.size(), grid.nodes().len());
     let mut text = format!("{nx} × {ny} × {nz} nodes, {:.6} apart\n", grid.spacing().x);
@@ -124,6 +126,7 @@ fn to_mesh(options: &Options) -> anyhow::Result<String> {
     let found = isosurface(&grid, (grid.low(), grid.high()), options.resolution.unwrap_or(own));
     spinner.finish_and_clear();
     let mesh = found.map_err(|error| anyhow!("{}: {error}", path.display()))?;
+    signals::hold()?;
     if output.extension().is_some_and(|e| e.eq_ignore_ascii_case("ply")) {
         write_ply(output, &mesh)?;
     } else {

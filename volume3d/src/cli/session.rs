@@ -1,9 +1,9 @@
-//! What every command does first: threads, Ctrl-C, the scene; and how it shows progress.
+//! What every command does first: threads, signals, the scene; and how it shows progress.
 
 use std::cell::RefCell;
 use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -11,12 +11,11 @@ use anyhow::{Context as _, anyhow, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use volume3d::Image;
-use volume3d::gradient::{NonFinite, Progress, Stopped};
+use volume3d::gradient::{NonFinite, Progress};
 use volume3d::io::{Note, ReadOptions, read_bytes, read_scene_with, write_png};
 use volume3d::scene::{Scene, TraceCounts};
 
-/// Set by Ctrl-C.
-static STOP: AtomicBool = AtomicBool::new(false);
+use super::signals;
 
 /// Samples that were not finite and are named; of the others only the number is told.
 const NAMED: usize = 5;
@@ -100,7 +99,7 @@ impl SceneOptions {
         let options = ReadOptions { variables: define.clone(), size: *size, is_lenient: *lenient };
         let loaded = Loaded::read_with(&self.scene, &options)?;
         let told = loaded.notes.iter().filter(|note| *lenient || note.changes_image);
-        told.for_each(|note| eprintln!("note: {note}"));
+        told.for_each(|note| say(&format!("note: {note}\n")));
         Ok(loaded)
     }
 }
@@ -157,6 +156,11 @@ pub(super) fn check_size(path: &Path, (width, height): (usize, usize)) -> anyhow
     Ok(())
 }
 
+/// Writes on the standard error, where it can be written to.
+pub(super) fn say(text: &str) {
+    let _ = std::io::stderr().write_all(text.as_bytes());
+}
+
 /// What is to be known of shapes whose gradients are asked for: which of them are meshes of something else.
 pub(super) fn geometric(notes: &[Note]) -> String {
     notes.iter().filter(|note| note.is_geometric).map(|note| format!("note: {}\n", note.text)).collect()
@@ -170,30 +174,20 @@ impl RunOptions {
 }
 
 impl Threads {
-    /// Starts the threads, and listens for Ctrl-C. A second Ctrl-C ends the program at once.
+    /// Starts the threads, and [listens for signals](signals::listen).
     pub(super) fn begin(&self) -> anyhow::Result<()> {
         let threads = self.threads.map_or(0, |t| t as usize);
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build_global()
             .map_err(|e| anyhow!("cannot start {threads} threads: {e}; try a smaller --threads"))?;
-        let stop = || {
-            if STOP.swap(true, Ordering::Relaxed) {
-                std::process::exit(i32::from(super::INTERRUPTED));
-            }
-        };
-        ctrlc::set_handler(stop).context("cannot listen for Ctrl-C")
+        signals::listen()
     }
 }
 
-/// Ends here if Ctrl-C came in the meantime.
-pub(super) fn stop_if_asked() -> Result<(), Stopped> {
-    if STOP.load(Ordering::Relaxed) { Err(Stopped) } else { Ok(()) }
-}
-
-/// Progress that nobody sees, but which stops at Ctrl-C.
+/// Progress that nobody sees, but which stops at a signal.
 pub(super) fn silent() -> Progress {
-    Progress::none().until(&STOP)
+    Progress::none().until(&signals::STOP)
 }
 
 /// A bar on the standard error, if that is a terminal; it vanishes at its end.
@@ -226,7 +220,7 @@ impl Bar {
             stepped.step();
             step.inc(1);
         };
-        Progress::new(begin, advance).until(&STOP)
+        Progress::new(begin, advance).until(&signals::STOP)
     }
 
     pub(super) fn step(&self) {
@@ -235,7 +229,7 @@ impl Bar {
 
     /// Says something on the standard error, above the bar.
     pub(super) fn say(&self, text: &str) {
-        self.0.suspend(|| eprintln!("{text}"));
+        self.0.suspend(|| say(&format!("{text}\n")));
     }
 
     pub(super) fn advance(&self, steps: usize) {

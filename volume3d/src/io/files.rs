@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{BufWriter, ErrorKind, Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::Error;
 
@@ -61,23 +61,50 @@ pub(super) fn inflate(bytes: &[u8], path: &Path) -> Result<Vec<u8>, Error> {
     Ok(content)
 }
 
+/// Where a file is that is to be written: what a link leads to, be it there yet or not, and otherwise the path itself.
+#[must_use]
+pub fn destination(path: &Path) -> PathBuf {
+    /// As many as Linux follows.
+    const MOST_LINKS: usize = 40;
+    let mut path = path.to_path_buf();
+    for _ in 0..MOST_LINKS {
+        let Ok(target) = std::fs::read_link(&path) else { break };
+        path = path.parent().unwrap_or(Path::new("")).join(target);
+    }
+    path
+}
+
 /// Writes a file under another name in the same directory and then renames it, so that `path` is at every
-/// moment either what it was or complete, even if the program is killed.
+/// moment either what it was or complete, even if the program is killed or the machine goes down. A link stays and what it
+/// leads to is replaced; a file that is replaced passes on its permissions. A pipe or a device is not replaced.
 pub(super) fn write(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let error = |source| Error::File { action: "write", path: path.to_path_buf(), source };
-    let directory = match path.parent() {
+    let destination = destination(path);
+    let directory = match destination.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
+    let old = std::fs::metadata(&destination).ok();
+    if old.as_ref().is_some_and(|old| !old.is_file() && !old.is_dir()) {
+        let why = "it is a pipe or a device, and only regular files are written";
+        return Err(error(std::io::Error::new(ErrorKind::InvalidInput, why)));
+    }
     let mut file = builder().tempfile_in(directory).map_err(error)?;
     let mut writer = BufWriter::new(file.as_file_mut());
     fill(&mut writer)?;
     writer.flush().map_err(error)?;
     drop(writer);
-    file.persist(path).map_err(|e| error(e.error))?;
+    if let Some(old) = old.filter(std::fs::Metadata::is_file) {
+        file.as_file().set_permissions(old.permissions()).map_err(error)?;
+    }
+    // Without it a name may come to the disk before what it names.
+    file.as_file().sync_all().map_err(error)?;
+    file.persist(&destination).map_err(|e| error(e.error))?;
+    #[cfg(unix)]
+    File::open(directory).and_then(|directory| directory.sync_all()).map_err(error)?;
     Ok(())
 }
 

@@ -41,7 +41,7 @@ pub use self::error::{
     ArrayProblem, At, DtuProblem, Error, GridProblem, ImageProblem, MemoryError, MeshProblem, NetworkProblem,
     Place, SceneProblem,
 };
-pub use self::files::{read_bytes, read_text, write_bytes};
+pub use self::files::{destination, read_bytes, read_text, write_bytes};
 pub use self::image::{
     load_image, load_image_over, read_exr, read_image, signed_colour, signed_range, write_animation,
     write_exr, write_exr_with_comments, write_png, write_signed_png,

@@ -38,6 +38,16 @@ pub enum NameError {
         /// The names of those.
         known: Vec<String>,
     },
+    /// What emits is a shape or the environment, and its light has another name.
+    #[error(
+        "`{id}` is {what}, whose light is its radiance: `{id}.radiance`, or `{id}:radiance:r,g,b` of a motion"
+    )]
+    Radiance {
+        /// Its name.
+        id: String,
+        /// "the environment" or "a shape that emits".
+        what: &'static str,
+    },
     /// An environment map has texels and no single radiance.
     #[error("`{id}` is an environment map, which has no single radiance")]
     Map {
@@ -104,8 +114,20 @@ impl Scene {
         find_with("shape", id, all, "emits nothing", "that emit").map(Emitter::Shape)
     }
 
+    /// Refuses what has a radiance, where an intensity or an irradiance is asked for.
+    fn check_no_emitter(&self, id: &str) -> Result<(), NameError> {
+        let radiance = |what| Err(NameError::Radiance { id: id.to_owned(), what });
+        match self.find_emitter(id) {
+            Ok(Emitter::Environment) => radiance("the environment"),
+            Ok(Emitter::Shape(_)) => radiance("a shape that emits"),
+            Err(NameError::Map { id }) => Err(NameError::Map { id }),
+            Err(_) => Ok(()),
+        }
+    }
+
     /// A light in one point.
     pub(crate) fn find_point_light(&self, id: &str) -> Result<usize, NameError> {
+        self.check_no_emitter(id)?;
         let lights = self.description().lights.iter();
         let all = lights.map(|l| (l.id(), !matches!(l, Light::Directional { .. })));
         find_with("light", id, all, "is no point light", "that are")
@@ -113,6 +135,7 @@ impl Scene {
 
     /// A directional light.
     pub(crate) fn find_directional_light(&self, id: &str) -> Result<usize, NameError> {
+        self.check_no_emitter(id)?;
         let lights = self.description().lights.iter();
         let all = lights.map(|l| (l.id(), matches!(l, Light::Directional { .. })));
         find_with("light", id, all, "is no directional light", "that are")

@@ -2,10 +2,13 @@
 
 mod fit;
 mod hostile;
+mod not_finite;
 mod photographs;
 mod place;
 mod refused;
 mod sdf;
+#[cfg(unix)]
+mod signals;
 mod tune;
 
 use glam::DVec3;

@@ -1,7 +1,5 @@
 //! What is refused or stopped, and says so.
 
-use std::process::Command;
-
 use glam::DVec3;
 use volume3d::Image;
 use volume3d::io::write_exr;
@@ -155,6 +153,7 @@ fn what_cannot_be_held_is_refused_and_nothing_is_sent_to_the_terminal() {
 #[cfg(unix)]
 #[test]
 fn ctrl_c_leaves_the_old_file() {
+    use super::signals::{send, wait_until_listening};
     use std::time::{Duration, Instant};
 
     let place = Place::new();
@@ -171,7 +170,7 @@ fn ctrl_c_leaves_the_old_file() {
         let pid = child.id();
         wait_until_listening(pid);
         let start = Instant::now();
-        assert!(Command::new("kill").args(["-INT", &pid.to_string()]).status().unwrap().success());
+        send("-INT", pid);
         let output = child.wait_with_output().unwrap();
         let text = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(130), "{line}: {text}");
@@ -186,22 +185,62 @@ fn ctrl_c_leaves_the_old_file() {
     }
 }
 
-/// Waits until the process has a handler for SIGINT, as Linux tells; two seconds elsewhere.
-#[cfg(unix)]
-fn wait_until_listening(pid: u32) {
-    use std::time::Duration;
-
-    const SIGINT: u64 = 1 << 1;
-    for _ in 0..1000 {
-        let Ok(status) = std::fs::read_to_string(format!("/proc/{pid}/status")) else {
-            std::thread::sleep(Duration::from_secs(2));
-            return;
-        };
-        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
-        let caught = caught.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
-        if caught & SIGINT != 0 {
-            return;
-        }
-        std::thread::sleep(Duration::from_millis(10));
+#[cfg(target_os = "linux")]
+#[test]
+fn what_cannot_be_said_is_an_error() {
+    let place = Place::with("<shape type='cube'><bsdf type='strange'/></shape>");
+    let full = || std::fs::File::options().write(true).open("/dev/full").unwrap();
+    for line in ["info scene.xml --lenient", "info --support"] {
+        let output = place.command(line).stdout(full()).output().unwrap();
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert!(text.contains("error: cannot write on the standard output: No space left"), "{line}: {text}");
+        assert_eq!(output.status.code(), Some(1), "{line}");
     }
+    // Notes that nobody can read are no reason to stop.
+    let output = place.command("info scene.xml --lenient").stderr(full()).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stdout));
+}
+
+/// Whoever asks for the light of something by another name is given its own.
+#[test]
+fn light_has_the_name_of_its_kind() {
+    let place =
+        Place::with("<emitter type='constant' id='sky'><rgb name='radiance' value='1,1,1'/></emitter>");
+    place.write_adjoint(vec![DVec3::ONE; 64]);
+    for (id, what) in [("sky", "the environment"), ("lamp", "a shape that emits")] {
+        for kind in ["irradiance", "intensity"] {
+            let words = format!("`{id}` is {what}, whose light is its radiance: `{id}.radiance`");
+            let reverse = format!("gradient scene.xml --adjoint adj.exr --wrt {id}.{kind} -o a.npy");
+            place.fail(&reverse, 1, &[&words]);
+            place.fail(&format!("gradient scene.xml --move {id}:{kind}:1,1,1 -o a.exr"), 1, &[&words]);
+        }
+    }
+}
+
+/// What is written goes through a link to what that leads to, keeps a file's mode, and replaces no pipe.
+#[cfg(unix)]
+#[test]
+fn links_and_modes_stay() {
+    use std::os::unix::fs::{PermissionsExt as _, symlink};
+    let place = Place::new();
+    std::fs::create_dir(place.path("below")).unwrap();
+    std::fs::write(place.path("below/old.exr"), "old").unwrap();
+    let mode = std::fs::Permissions::from_mode(0o640);
+    std::fs::set_permissions(place.path("below/old.exr"), mode).unwrap();
+    symlink("below/old.exr", place.path("link.exr")).unwrap();
+    symlink("below/new.exr", place.path("ahead.exr")).unwrap();
+    symlink("none/new.exr", place.path("lost.exr")).unwrap();
+    for name in ["link.exr", "ahead.exr"] {
+        place.succeed(&format!("render scene.xml -o {name} --spp 1"));
+        assert!(place.path(name).is_symlink(), "{name}");
+    }
+    assert_eq!(place.exr("below/old.exr"), place.exr("below/new.exr"));
+    let found = place.path("below/old.exr").metadata().unwrap().permissions().mode();
+    assert_eq!(found & 0o777, 0o640, "{found:o}");
+    place.fail("render scene.xml -o lost.exr --spp 1", 1, &["there is no folder none; make it first"]);
+    place.fail("render scene.xml -o link.exr --png below/old.exr", 1, &["--png writes .png"]);
+    let twice = "render scene.xml -o ahead.exr --stderr below/new.exr --spp 2";
+    place.fail(twice, 1, &["would be written twice"]);
+    assert!(std::process::Command::new("mkfifo").arg(place.path("pipe.exr")).status().unwrap().success());
+    place.fail("render scene.xml -o pipe.exr", 1, &["is a pipe or a device"]);
 }

@@ -7,7 +7,8 @@ use anyhow::{anyhow, bail};
 use clap::ValueEnum;
 use flatland::sdf::shapes::Ball;
 use glam::DVec3;
-use serde::Deserialize;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
 use volume3d::optimize::{Adam, Loss, MaskLoss, Regularizer, Schedule};
 
 use super::super::method::Method;
@@ -33,6 +34,7 @@ pub(super) struct Config {
     pub(super) views_per_step: Option<usize>,
     pub(super) pixels_per_view: Option<usize>,
     pub(super) silhouettes: Option<usize>,
+    #[serde(default, deserialize_with = "numbers")]
     pub(super) background: Option<[f64; 3]>,
     pub(super) reference: Option<Reference>,
     #[serde(default, rename = "view")]
@@ -60,8 +62,8 @@ pub(super) struct DtuConfig {
 #[serde(deny_unknown_fields)]
 pub(super) struct MasksConfig {
     pub(super) shape: String,
-    #[serde(default)]
-    center: [f64; 3],
+    #[serde(default, deserialize_with = "numbers")]
+    center: Option<[f64; 3]>,
     #[serde(default = "unit")]
     radius: f64,
     weight: Option<f64>,
@@ -75,7 +77,8 @@ fn unit() -> f64 {
 
 impl MasksConfig {
     pub(super) fn loss(&self) -> anyhow::Result<MaskLoss> {
-        let usual = MaskLoss::new(Ball::new(DVec3::from_array(self.center), self.radius)?);
+        let usual =
+            MaskLoss::new(Ball::new(DVec3::from_array(self.center.unwrap_or_default()), self.radius)?);
         let loss = MaskLoss {
             weight: self.weight.unwrap_or(usual.weight),
             alpha: self.alpha.unwrap_or(usual.alpha),
@@ -127,6 +130,14 @@ impl From<LossKind> for Loss {
     }
 }
 
+/// Exactly so many numbers. (An array that is too long passes for a tuple of serde's.)
+fn numbers<'de, D: Deserializer<'de>, const N: usize>(deserializer: D) -> Result<Option<[f64; N]>, D::Error> {
+    let found = Vec::<f64>::deserialize(deserializer)?;
+    let count = found.len();
+    let error = |_| D::Error::custom(format!("expected {N} numbers, found {count}"));
+    found.try_into().map(Some).map_err(error)
+}
+
 /// How gradients are estimated.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -176,8 +187,11 @@ pub(super) struct ViewConfig {
     pub(super) target: Option<PathBuf>,
     pub(super) weights: Option<PathBuf>,
     pub(super) mask: Option<PathBuf>,
+    #[serde(deserialize_with = "numbers")]
     pub(super) origin: Option<[f64; 3]>,
+    #[serde(deserialize_with = "numbers")]
     pub(super) look_at: Option<[f64; 3]>,
+    #[serde(deserialize_with = "numbers")]
     pub(super) up: Option<[f64; 3]>,
     pub(super) fov: Option<f64>,
     pub(super) width: Option<usize>,
@@ -202,6 +216,7 @@ pub(super) struct ParameterConfig {
     #[serde(default = "beta2")]
     pub(super) beta2: f64,
     pub(super) clamp: Option<f64>,
+    #[serde(default, deserialize_with = "numbers")]
     pub(super) bounds: Option<[f64; 2]>,
     pub(super) start: Option<Vec<f64>>,
 }
@@ -369,6 +384,11 @@ impl Config {
         }
         if let Some(mean) = self.parameter_mean.filter(|mean| !(0.0..1.0).contains(mean)) {
             bail!("parameter_mean is {mean}, but must be from 0 to below 1; 0.95 is usual");
+        }
+        if let LossKind::Relative { epsilon } = self.loss
+            && !(epsilon > 0.0 && epsilon.is_finite())
+        {
+            bail!("the epsilon of a relative loss is {epsilon}, but must be positive; 0.01 is usual");
         }
         if let LossKind::Multiscale { levels: 0 } = self.loss {
             bail!("a multiscale loss has one level at least, not 0");

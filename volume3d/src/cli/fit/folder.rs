@@ -1,6 +1,7 @@
 //! The folder of a run.
 
 use std::fmt::Write as _;
+use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, bail};
@@ -15,7 +16,7 @@ use volume3d::optimize::{Fit, Quantity, State, read_checkpoint, write_checkpoint
 use volume3d::scene::{Camera, Film, Scene};
 use volume3d::sdf::isosurface;
 
-use super::super::session::{Bar, silent};
+use super::super::session::{Bar, say, silent};
 use super::config::Config;
 use super::views::view_file;
 use super::{curve, report};
@@ -25,6 +26,9 @@ const FRAMES: u64 = 32;
 
 /// Samples a pixel of pictures that are only looked at.
 const PICTURE: usize = 64;
+
+/// Where the state is kept.
+const STATE: &str = "state.bin";
 
 /// Purposes of random numbers, apart from those of the fit.
 const LOOKED_AT: u64 = 1 << 33;
@@ -38,25 +42,60 @@ const LISTED: usize = 12;
 /// A folder that is one fit's.
 pub(super) struct Folder {
     path: PathBuf,
+    /// Held until the program ends, however it does.
+    _lock: Option<File>,
+}
+
+/// What a process locks that is at a run. It stays, and means nothing by itself.
+const LOCK: &str = "lock";
+
+/// The lock of a folder; nothing, with a warning, where the file system has none.
+fn lock(path: &Path) -> anyhow::Result<Option<File>> {
+    let place = path.join(LOCK);
+    let file = File::options().create(true).truncate(false).write(true).open(&place);
+    let file = file.map_err(|e| anyhow!("cannot make {}: {e}", place.display()))?;
+    match file.try_lock() {
+        Ok(()) => Ok(Some(file)),
+        Err(TryLockError::WouldBlock) => {
+            bail!(
+                "another process is at the run in {}; wait for it, or choose another folder",
+                path.display()
+            )
+        }
+        Err(TryLockError::Error(error)) => {
+            say(&format!(
+                "WARNING: {} cannot be locked ({error}): let no other process fit in this folder meanwhile\n",
+                place.display()
+            ));
+            Ok(None)
+        }
+    }
 }
 
 impl Folder {
     /// That a folder is not there, or is empty, or that of a run of this configuration; nothing is written.
     pub(super) fn check(path: &Path, config: &str) -> anyhow::Result<()> {
-        let folder = Self { path: path.to_path_buf() };
-        let copy = folder.file("config.toml");
+        if path.join(LOCK).exists() {
+            lock(path)?;
+        }
+        Self::check_configuration(path, config)
+    }
+
+    fn check_configuration(path: &Path, config: &str) -> anyhow::Result<()> {
+        let copy = path.join("config.toml");
         match read_text(&copy) {
             Ok(found) if found == config => Ok(()),
             // Nothing has come of the other configuration.
-            Ok(_) if !folder.state_path().exists() => Ok(()),
+            Ok(_) if !path.join(STATE).exists() => Ok(()),
             Ok(_) => bail!(
                 "{} is the folder of a run with another configuration; choose another folder, or remove it",
                 path.display()
             ),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                // A write that was killed leaves a temporary file.
+                // A write that was killed leaves a temporary file, and a run that was killed early its lock.
+                let is_ours = |name: &str| name == LOCK || name.starts_with(".tmp");
                 let is_other = |e: std::io::Result<std::fs::DirEntry>| {
-                    e.is_ok_and(|e| !e.file_name().to_string_lossy().starts_with(".tmp"))
+                    e.is_ok_and(|e| !is_ours(&e.file_name().to_string_lossy()))
                 };
                 if std::fs::read_dir(path).is_ok_and(|mut entries| entries.any(is_other)) {
                     bail!("{} is not empty, and not the folder of a run; choose another", path.display());
@@ -76,7 +115,9 @@ impl Folder {
                 .map_err(|e| anyhow!("cannot make the folder {}: {e}", path.display()))
         };
         make(path)?;
-        let folder = Self { path: path.to_path_buf() };
+        let folder = Self { path: path.to_path_buf(), _lock: lock(path)? };
+        // Another process may have been quicker.
+        Self::check_configuration(path, config)?;
         let within = |input: &&PathBuf| {
             let [input, path] =
                 [input.as_path(), path].map(|p| p.canonicalize().unwrap_or_else(|_| p.to_path_buf()));
@@ -103,7 +144,7 @@ impl Folder {
 
     /// Where the state is kept.
     pub(super) fn state_path(&self) -> PathBuf {
-        self.file("state.bin")
+        self.file(STATE)
     }
 
     /// The state that a run has left.
@@ -191,7 +232,7 @@ impl Folder {
                     match mesh {
                         Some(Ok(mesh)) => write_obj(&path(&shape.id), &mesh)?,
                         Some(Err(error)) => {
-                            eprintln!("WARNING: no mesh of `{}` is written: {error}", shape.id);
+                            say(&format!("WARNING: no mesh of `{}` is written: {error}\n", shape.id));
                         }
                         None => {}
                     }

@@ -20,8 +20,8 @@ use volume3d::scene::Scene;
 use self::folder::Folder;
 use self::problem::{Problem, reverse};
 use super::method::Estimator;
-use super::session::{Threads, lost, silent};
-use super::{Outcome, Report, is_stop};
+use super::session::{Threads, lost, say, silent};
+use super::{Outcome, Report, is_stop, signals};
 
 /// Fits parameters of a scene to pictures.
 ///
@@ -96,7 +96,7 @@ use super::{Outcome, Report, is_stop};
 /// library.
 ///
 /// RUN gets the configuration, the loss of every step (loss.csv, loss.svg), pictures of every view, the fitted scene (fit.xml)
-/// with its meshes, and report.html, which shows it all. The state is kept every few seconds: killed at any moment, the same
+/// with its meshes, and report.html, which shows it all. One process at a time is at a run: it locks RUN/lock. The state is kept every few seconds: killed at any moment, the same
 /// command goes on, and ends with the same bits. Image and gradient of a step never share samples, so that the
 /// gradient of a squared loss is unbiased.
 #[derive(Args, Debug)]
@@ -112,7 +112,7 @@ pub(super) struct Options {
     threads: Threads,
 }
 
-/// Ended by Ctrl-C, with nothing lost.
+/// Ended by a signal, with nothing lost.
 #[derive(Debug, thiserror::Error)]
 #[error("stopped after step {done} of {steps}; the same command goes on from there")]
 pub(super) struct Interrupted {
@@ -127,13 +127,16 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     options.threads.begin()?;
     let Problem { config, text, mut scene, fit, fingerprint, files } =
         Problem::read(&options.config, &options.output)?;
+    signals::hold()?;
     let folder = Folder::open(&options.output, &text, &files)?;
     // Views look at the scene with cameras of their own, but it is written with its own.
     let own = (scene.description().camera.clone(), scene.description().film);
     let kept = folder.state(fingerprint)?;
     fit.apply(&mut scene)?;
-    let (estimator, chosen) =
-        problem::chosen(&config, &fit, &mut scene).map_err(interrupted(&fit, &config))?;
+    let done = kept.as_ref().map_or(0, |state| state.records.len() as u64);
+    signals::release(&Interrupted { done, steps: config.steps }.to_string());
+    let stopped = interrupted(done, &config);
+    let (estimator, chosen) = problem::chosen(&config, &fit, &mut scene).map_err(stopped)?;
     let is_new = kept.is_none();
     let mut fit = match kept {
         Some(state) => fit
@@ -144,15 +147,19 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     fit.apply(&mut scene)?;
     let mut text = chosen;
     if is_new {
-        eprint!("{}", problem::contacts(&fit, &scene));
-        problem::check_views(&config, &fit, &mut scene).map_err(interrupted(&fit, &config))?;
-        folder.begin(&fit, &mut scene).map_err(interrupted(&fit, &config))?;
+        say(&problem::contacts(&fit, &scene));
+        problem::check_views(&config, &fit, &mut scene).map_err(stopped)?;
+        signals::hold().map_err(|e| stopped(e.into()))?;
+        folder.begin(&fit, &mut scene).map_err(stopped)?;
     } else {
         text += &format!("goes on after step {} of {}\n", fit.steps_taken(), config.steps);
     }
+    signals::hold().map_err(|e| stopped(e.into()))?;
     let from = fit.steps_taken();
     let (start, before) = (Instant::now(), scene.trace_counts());
     let ended = steps(&config, &mut fit, &mut scene, &folder, (estimator, fingerprint));
+    // A step that was stopped may have left it to be ended wherever it is.
+    let _ = signals::hold();
     folder.keep(&fit, fingerprint)?;
     ended?;
     text += &times(fit.times(), fit.steps_taken() - from, start.elapsed());
@@ -160,7 +167,9 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     let taken = fit.steps_taken() - from;
     text += &lost(scene.trace_counts() - before, samples(&config, &fit, taken));
     let (camera, film) = own;
-    text += &folder.finish(&config, &fit, &mut scene, camera, film).map_err(interrupted(&fit, &config))?;
+    text += &folder
+        .finish(&config, &fit, &mut scene, camera, film)
+        .map_err(interrupted(fit.steps_taken(), &config))?;
     Ok(Report { text, outcome: Outcome::Good })
 }
 
@@ -177,9 +186,16 @@ fn steps(
     bar.reset_eta();
     bar.enable_steady_tick(Duration::from_millis(200));
     let estimate = reverse(estimator);
-    let mut kept = Instant::now();
+    let (mut kept, mut last) = (Instant::now(), Duration::ZERO);
     while !fit.is_done() {
-        folder.frame(config, fit, scene).map_err(interrupted(fit, config))?;
+        folder.frame(config, fit, scene).map_err(interrupted(fit.steps_taken(), config))?;
+        // What prepares a long step does not look for signals. Of what came before it all is kept.
+        let is_long = last > KEEP_EVERY;
+        if is_long {
+            let (done, steps) = (fit.steps_taken(), config.steps);
+            signals::release(&Interrupted { done, steps }.to_string());
+        }
+        let began = Instant::now();
         fit.step(scene, &estimate, &silent()).map_err(|error| {
             bar.finish_and_clear();
             let (done, place) = (fit.steps_taken(), folder.state_path());
@@ -192,16 +208,21 @@ fn steps(
                 place.display()
             )
         })?;
+        last = began.elapsed();
+        if is_long && signals::hold().is_err() {
+            folder.keep(fit, fingerprint)?;
+            return Err(anyhow!(Interrupted { done: fit.steps_taken(), steps: config.steps }));
+        }
         if let Some(record) = fit.state().records.last() {
             bar.set_message(format!("loss {:.3e}, rate {:.2}", record.loss, record.factor));
         }
         bar.inc(1);
-        if kept.elapsed() > KEEP_EVERY {
+        if kept.elapsed().max(last) > KEEP_EVERY {
             folder.keep(fit, fingerprint)?;
             kept = Instant::now();
         }
     }
-    folder.frame(config, fit, scene).map_err(interrupted(fit, config))?;
+    folder.frame(config, fit, scene).map_err(interrupted(fit.steps_taken(), config))?;
     bar.finish_and_clear();
     Ok(())
 }
@@ -210,9 +231,9 @@ fn is_stopped(error: &FitError) -> bool {
     matches!(error, FitError::Objective(ObjectiveError::Gradient(GradientError::Stopped(_))))
 }
 
-/// What Ctrl-C is reported as, once there is a folder: all that was found is kept, or found again.
-fn interrupted(fit: &Fit, config: &config::Config) -> impl Fn(anyhow::Error) -> anyhow::Error {
-    let (done, steps) = (fit.steps_taken(), config.steps);
+/// What a signal is reported as, once there is a folder: all that was found is kept, or found again.
+fn interrupted(done: u64, config: &config::Config) -> impl Fn(anyhow::Error) -> anyhow::Error + Copy + use<> {
+    let steps = config.steps;
     move |error| if is_stop(&error) { anyhow!(Interrupted { done, steps }) } else { error }
 }
 

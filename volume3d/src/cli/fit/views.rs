@@ -13,7 +13,8 @@ use volume3d::optimize::View;
 use volume3d::scene::{Camera, Environment, Film, Scene};
 
 use super::super::is_stop;
-use super::super::session::{Bar, Loaded, check_size, located, lost, silent};
+use super::super::output::colour;
+use super::super::session::{Bar, Loaded, check_size, located, lost, say, silent};
 use super::config::{Config, DtuConfig, ViewConfig, definitions};
 
 /// All views, with cameras of their own if they are several, each of which has its target, and the files that they came from.
@@ -188,7 +189,17 @@ fn rendered(
     scene.set_film(film)?;
     let rendering = render(scene, samples, seed, &silent())?;
     let (width, height) = rendering.image.size();
-    eprint!("{}{}", located(&rendering.non_finite), lost(rendering.traces, samples * width * height));
+    say(&format!("{}{}", located(&rendering.non_finite), lost(rendering.traces, samples * width * height)));
+    // It is written in single precision as well.
+    let pixels = &rendering.image.pixels;
+    if let Some(at) = pixels.iter().position(|p| !p.as_vec3().is_finite()) {
+        bail!(
+            "the target in column {}, row {} is {}, beyond single precision, which ends at 3.4e38",
+            at % width,
+            at / width,
+            colour(pixels[at])
+        );
+    }
     Ok(rendering.image)
 }
 

@@ -26,7 +26,8 @@ use self::study::{Outcome as Fate, Reference, Study, all_samples};
 use super::comparison::TOLERATED;
 use super::movement::{Moves, change};
 use super::output::{check_distinct, check_file};
-use super::session::{RunOptions, SceneOptions, stop_if_asked};
+use super::session::{RunOptions, SceneOptions};
+use super::signals;
 use super::spp::samples;
 use super::{Outcome, Report, contact, usage};
 
@@ -137,7 +138,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     }
     let filters = filters::compared(&study, &reference)?;
     let outcomes = study.climb(&settings, &reference)?;
-    stop_if_asked()?;
+    signals::hold()?;
 
     let tuned: Vec<Tuned<'_>> = settings
         .iter()

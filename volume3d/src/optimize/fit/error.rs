@@ -20,6 +20,14 @@ pub enum FitError {
         /// The name of the parameter.
         parameter: String,
     },
+    /// The loss or the penalty is not a number.
+    #[error("the loss is {loss}, and the penalty of regularizers {penalty}: not finite")]
+    Loss {
+        /// Of the images.
+        loss: f64,
+        /// Of the regularizers.
+        penalty: f64,
+    },
     /// What is for the nodes of a grid is asked of something else.
     #[error(
         "`{parameter}` is not the nodes of a grid of distances, which alone have smooth steps of that kind, and can be made distances again; \

@@ -316,6 +316,10 @@ impl Fit {
     }
 
     fn check(&self, found: &Evaluation, views: &[usize]) -> Result<(), FitError> {
+        let Evaluation { loss, penalty, .. } = *found;
+        if !(loss + penalty).is_finite() {
+            return Err(FitError::Loss { loss, penalty });
+        }
         for group in self.parameters.groups() {
             if found.gradient[group.range.clone()].iter().any(|g| !g.is_finite()) {
                 return Err(FitError::NotFinite { parameter: group.name.clone() });

@@ -1,0 +1,110 @@
+//! Ctrl-C, SIGTERM and SIGHUP: the program ends in order.
+//!
+//! What computes looks whether it is to stop. What prepares a scene does not, and may take minutes: while nothing would be lost the
+//! program is ended where it is, a moment later.
+
+use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use anyhow::Context as _;
+use volume3d::gradient::Stopped;
+
+/// Set by the first signal.
+pub(super) static STOP: AtomicBool = AtomicBool::new(false);
+
+/// The status of a program ended by Ctrl-C, 128 + SIGINT; by another signal it is 128 + its number.
+const INTERRUPTED: i32 = 130;
+
+/// The status to end with.
+static STATUS: AtomicI32 = AtomicI32::new(INTERRUPTED);
+
+/// How long the program may take to end in order.
+const MOMENT: Duration = Duration::from_millis(500);
+
+/// What is said where the program is ended wherever it is; nothing while files are written, or a state is to be kept.
+static FAREWELL: Mutex<Option<String>> = Mutex::new(None);
+
+/// What is said if nothing has come of a run.
+pub(super) const NOTHING: &str = "stopped; nothing was written";
+
+fn farewell() -> MutexGuard<'static, Option<String>> {
+    FAREWELL.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Listens for signals. A second one ends the program at once.
+pub(super) fn listen() -> anyhow::Result<()> {
+    release(NOTHING);
+    platform::listen().context("cannot listen for signals")
+}
+
+fn received(status: i32) {
+    STATUS.store(status, Ordering::Relaxed);
+    if STOP.swap(true, Ordering::Relaxed) {
+        std::process::exit(status);
+    }
+    std::thread::spawn(move || {
+        std::thread::sleep(MOMENT);
+        // Who holds it cannot begin to write.
+        let farewell = farewell();
+        if let Some(words) = &*farewell {
+            super::session::say(&format!("{words}\n"));
+            std::process::exit(status);
+        }
+    });
+}
+
+/// The status of a program that was ended by a signal.
+pub(super) fn status() -> u8 {
+    STATUS.load(Ordering::Relaxed) as u8
+}
+
+/// Ends here if a signal came in the meantime.
+pub(super) fn stop_if_asked() -> Result<(), Stopped> {
+    if STOP.load(Ordering::Relaxed) { Err(Stopped) } else { Ok(()) }
+}
+
+/// From here on files are written, or a state is to be kept: a signal no longer ends the program wherever it is. Ends here if one came
+/// before.
+pub(super) fn hold() -> Result<(), Stopped> {
+    *farewell() = None;
+    stop_if_asked()
+}
+
+/// From here on nothing would be lost.
+pub(super) fn release(words: &str) {
+    *farewell() = Some(words.to_owned());
+}
+
+#[cfg(unix)]
+mod platform {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    use signal_hook::iterator::Signals;
+
+    pub(super) fn listen() -> std::io::Result<()> {
+        let mut signals = Signals::new([SIGINT, SIGTERM])?;
+        // `nohup` has it ignored, and a run that it starts is to outlive its terminal.
+        if !is_ignored(SIGHUP) {
+            signals.add_signal(SIGHUP)?;
+        }
+        std::thread::Builder::new().spawn(move || {
+            signals.forever().for_each(|signal| super::received(128 + signal));
+        })?;
+        Ok(())
+    }
+
+    /// As Linux says; where there is no saying, it may be.
+    fn is_ignored(signal: i32) -> bool {
+        let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+        let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+        mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
+            .is_none_or(|mask| mask & (1 << (signal - 1)) != 0)
+    }
+}
+
+#[cfg(not(unix))]
+mod platform {
+    pub(super) fn listen() -> Result<(), ctrlc::Error> {
+        ctrlc::set_handler(|| super::received(super::INTERRUPTED))
+    }
+}
