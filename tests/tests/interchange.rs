@@ -1,0 +1,159 @@
+//! Scenes of the Mitsuba format, one for each feature, against what Mitsuba itself finds of them.
+//!
+//! `tests/interchange` has the scenes, the program that wrote them, and the program that recorded the values: means of
+//! blocks of 8 × 8 pixels, of the image and of its derivative along x of the shape `thing`. Two numbers are compared for
+//! each: the slope of our blocks on theirs, and how far blocks differ beyond their noise, relative to the root mean
+//! square over blocks. `ONLY=words` compares the scenes whose names contain these words.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use serde::Deserialize;
+use tests::comparison::{Comparison, Estimate};
+use tests::effort::pick;
+use tests::power::Power;
+use tests::statistics::student;
+use volume3d::gradient::{GradientError, Pilot, Progress, Tangent, render};
+use volume3d::io::load_scene;
+use volume3d::scene::Scene;
+
+const RUNS: u64 = 24;
+/// Largest difference of blocks that is not noise, relative to their root mean square.
+const APART: f64 = 0.04;
+
+/// What was recorded of a scene.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Record {
+    Values {
+        image: Blocks,
+        derivative: Option<Blocks>,
+    },
+    /// Mitsuba does not read it.
+    Refused {
+        #[expect(dead_code, reason = "for whoever reads the file")]
+        refused: String,
+    },
+    /// What recorded the values.
+    Renderer(String),
+}
+
+/// Means of blocks and their standard errors.
+#[derive(Deserialize)]
+struct Blocks {
+    mean: Vec<[f64; 3]>,
+    error: Vec<[f64; 3]>,
+}
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("interchange")
+}
+
+fn records() -> BTreeMap<String, Record> {
+    let text = std::fs::read_to_string(folder().join("values.json")).unwrap();
+    serde_json::from_str(&text).unwrap()
+}
+
+fn channels(blocks: &[[f64; 3]]) -> impl Iterator<Item = f64> {
+    blocks.iter().flatten().copied()
+}
+
+fn arrays(blocks: &[DVec3]) -> Vec<[f64; 3]> {
+    blocks.iter().map(DVec3::to_array).collect()
+}
+
+impl Blocks {
+    fn squares(&self) -> f64 {
+        channels(&self.mean).map(|t| t * t).sum()
+    }
+
+    /// The slope of other blocks on these.
+    fn slope(&self, other: &[[f64; 3]]) -> f64 {
+        channels(&self.mean).zip(channels(other)).map(|(t, o)| t * o).sum::<f64>() / self.squares()
+    }
+
+    /// The slope of many runs' blocks on these; the error has that of these blocks.
+    fn slope_of(&self, runs: &[Vec<[f64; 3]>]) -> Estimate {
+        let own: f64 = channels(&self.mean).zip(channels(&self.error)).map(|(t, e)| (t * e).powi(2)).sum();
+        let noise = Estimate { mean: 0.0, standard_error: own.sqrt() / self.squares() };
+        Estimate::of(runs.iter().map(|run| self.slope(run))).plus(noise)
+    }
+
+    /// The root mean square difference from the mean of many runs, less what noise explains, relative to that of
+    /// these blocks.
+    fn apart(&self, runs: &[Vec<[f64; 3]>]) -> f64 {
+        let mut sum = 0.0;
+        for (i, (t, e)) in channels(&self.mean).zip(channels(&self.error)).enumerate() {
+            let found = Estimate::of(runs.iter().map(|run| run[i / 3][i % 3]));
+            sum += (found.mean - t).powi(2) - found.standard_error.powi(2) - e.powi(2);
+        }
+        (sum / self.squares()).max(0.0).sqrt()
+    }
+}
+
+/// Compares runs with a record; what is wrong, if anything.
+fn compare(label: &str, record: &Blocks, runs: &[Vec<[f64; 3]>], power: &mut Power) -> Option<String> {
+    let (found, apart) = (record.slope_of(runs), record.apart(runs));
+    let limit = student(RUNS - 1);
+    let wrong = (found.mean - 1.0).abs() > limit * found.standard_error || apart > APART;
+    println!("{label}: slope {:.4} ± {:.4}, apart by {apart:.4}", found.mean, found.standard_error);
+    if wrong {
+        return Some(format!("{label}: slope {found:?}, apart by {apart}"));
+    }
+    let reference = Estimate::exact(1.0);
+    Comparison { found, reference, limit, slack: 0.0 }.accept(power, label, 1.0);
+    None
+}
+
+/// Scenes whose names have some words, and what was recorded of them.
+fn scenes() -> Vec<(String, Scene, Blocks, Option<Blocks>)> {
+    let only = std::env::var("ONLY").unwrap_or_default();
+    let mut scenes = vec![];
+    for (name, record) in records() {
+        let path = folder().join("scenes").join(format!("{name}.xml"));
+        if let Record::Values { image, derivative } = record
+            && name.contains(&only)
+        {
+            let scene = Scene::new(load_scene(&path).unwrap_or_else(|error| panic!("{error}"))).unwrap();
+            scenes.push((name, scene, image, derivative));
+        }
+    }
+    scenes
+}
+
+#[test]
+fn images_are_those_of_the_format() {
+    let mut power = Power::of("interchange::images_are_those_of_the_format").noticing(0.05);
+    let samples = pick(16, 128);
+    let mut wrong = vec![];
+    for (name, scene, image, _) in scenes() {
+        let run = |seed| arrays(&render(&scene, samples, seed, &Progress::none()).unwrap().regions.blocks);
+        let runs: Vec<_> = (0..RUNS).map(run).collect();
+        wrong.extend(compare(&name, &image, &runs, &mut power));
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn derivatives_are_those_of_differences_of_its_images() {
+    let mut power = Power::of("interchange::derivatives_are_those_of_differences_of_its_images");
+    let samples = pick(16, 128);
+    let mut wrong = vec![];
+    for (name, scene, _, derivative) in scenes() {
+        let (Some(derivative), Some(thing)) = (derivative, scene.shape("thing")) else { continue };
+        let mut change = Tangent::still(&scene);
+        change.translate(&scene, thing, DVec3::X);
+        let runs: Result<Vec<_>, GradientError> = (0..RUNS)
+            .map(|seed| {
+                let choice = Pilot { samples, seed }.for_change(&scene, &change, &Progress::none())?;
+                Ok(arrays(&choice.method.forward(&scene, &change, &Progress::none())?.regions.blocks))
+            })
+            .collect();
+        match runs {
+            Ok(runs) => wrong.extend(compare(&name, &derivative, &runs, &mut power)),
+            Err(error) => println!("{name}: {error}"),
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
