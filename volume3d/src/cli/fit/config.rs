@@ -180,11 +180,20 @@ fn reference_spp() -> usize {
     1024
 }
 
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum EncodingConfig {
+    Srgb,
+    Linear,
+}
+
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct ViewConfig {
     pub(super) name: Option<String>,
     pub(super) target: Option<PathBuf>,
+    /// What the integers of the target mean, where it is not what its file says.
+    pub(super) encoding: Option<EncodingConfig>,
     pub(super) weights: Option<PathBuf>,
     pub(super) mask: Option<PathBuf>,
     #[serde(deserialize_with = "numbers")]

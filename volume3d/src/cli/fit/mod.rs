@@ -56,6 +56,7 @@ use super::{Outcome, Report, is_stop, signals};
 ///   [[view]]                          # one for each picture
 ///   name = "front"
 ///   target = "front.png"              # rendered from the reference, unless given
+///   encoding = "linear"               # or "srgb": what its integers mean, if not what its file says (cICP, sRGB, gAMA of a PNG)
 ///   weights = "mask.png"              # multiplies the difference of each pixel; 0 to 1, not sRGB
 ///   mask = "object.png"               # white where the shape of [masks] is seen; for [masks] only
 ///   origin = [0, 1, 4]                # the scene's camera, unless given

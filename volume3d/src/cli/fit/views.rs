@@ -8,14 +8,14 @@ use rand::Rng as _;
 use volume3d::Image;
 use volume3d::gradient::render;
 use volume3d::io::dtu::Folder;
-use volume3d::io::{load_image, load_image_over};
+use volume3d::io::{Encoding, covered, load_image, load_image_over, read_npy};
 use volume3d::optimize::View;
 use volume3d::scene::{Camera, Environment, Film, Scene};
 
 use super::super::is_stop;
 use super::super::output::colour;
 use super::super::session::{Bar, Loaded, check_size, located, lost, say, silent};
-use super::config::{Config, DtuConfig, ViewConfig, definitions};
+use super::config::{Config, DtuConfig, EncodingConfig, ViewConfig, definitions};
 
 /// All views, with cameras of their own if they are several, each of which has its target, and the files that they came from.
 pub(super) fn views(config: &Config, scene: &Scene) -> anyhow::Result<(Vec<View>, Vec<PathBuf>)> {
@@ -43,7 +43,7 @@ pub(super) fn views(config: &Config, scene: &Scene) -> anyhow::Result<(Vec<View>
         let target = match (&view.target, &mut reference) {
             (Some(path), _) => {
                 files.push(path.clone());
-                picture(path, background, &film, &name)?
+                picture(path, view.encoding, background, &film, &name)?
             }
             (None, Some(reference)) => {
                 let samples = config.reference.as_ref().map_or(1, |r| r.spp);
@@ -62,7 +62,9 @@ pub(super) fn views(config: &Config, scene: &Scene) -> anyhow::Result<(Vec<View>
             files.push(path.clone());
             let mask = load_image(path, true)?;
             check_picture(&mask, path, &film, &name)?;
-            Ok::<_, anyhow::Error>(mask.pixels.iter().map(|p| p.element_sum() > 1.5).collect())
+            let mask = covered(&mask);
+            say_of_mask(&mask, &name);
+            Ok::<_, anyhow::Error>(mask)
         });
         let (weights, mask) = (weights.transpose()?, mask.transpose()?);
         views.push(View { name, camera, film, target, weights, mask });
@@ -98,6 +100,9 @@ fn photographs(config: &Config, dtu: &DtuConfig, scene: &Scene) -> anyhow::Resul
             outside.for_each(|(pixel, _)| *pixel = background);
         }
         let mask = config.masks.as_ref().map(|_| photograph.mask);
+        if let Some(mask) = &mask {
+            say_of_mask(mask, &name);
+        }
         views.push(View { name, camera: Some(camera), film, target, weights: None, mask });
         bar.step();
     }
@@ -157,8 +162,47 @@ fn film(view: &ViewConfig, scene: &Scene) -> Film {
     Film { width, height, crop: None, ..film }
 }
 
-fn picture(path: &Path, background: DVec3, film: &Film, name: &str) -> anyhow::Result<Image> {
-    let image = load_image_over(path, background)?;
+/// A mask that says nothing of where the shape ends is hardly meant.
+fn say_of_mask(mask: &[bool], name: &str) {
+    let covered = mask.iter().filter(|c| **c).count();
+    if covered == 0 || covered == mask.len() {
+        let what = if covered == 0 {
+            "empty: the shape is nowhere in it"
+        } else {
+            "full: the shape is everywhere in it"
+        };
+        eprintln!("WARNING: the mask of view `{name}` is {what}");
+    }
+}
+
+fn picture(
+    path: &Path,
+    encoding: Option<EncodingConfig>,
+    background: DVec3,
+    film: &Film,
+    name: &str,
+) -> anyhow::Result<Image> {
+    let image = if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npy")) {
+        let array = read_npy(path)?;
+        let image = array.to_image().ok_or_else(|| {
+            anyhow!(
+                "{}: an array of shape {:?} is no picture; expected height × width × 3, or height × width",
+                path.display(),
+                array.shape
+            )
+        })?;
+        if let Some(i) = image.pixels.iter().position(|p| !p.is_finite()) {
+            bail!("{}: column {}, row {} is not finite", path.display(), i % image.width, i / image.width);
+        }
+        image
+    } else {
+        let encoding = match encoding {
+            None => Encoding::File,
+            Some(EncodingConfig::Srgb) => Encoding::Srgb,
+            Some(EncodingConfig::Linear) => Encoding::Linear,
+        };
+        load_image_over(path, background, encoding)?
+    };
     check_picture(&image, path, film, name)?;
     Ok(image)
 }

@@ -116,7 +116,7 @@ impl Folder {
             return Err(error(DtuProblem::Size { index, image: image.clone(), expected, found }));
         }
         let &Pinhole { intrinsics, rotation, center } = pinhole;
-        let mask = covered.pixels.iter().map(|p| p.element_sum() > 1.5).collect();
+        let mask = super::covered(&covered);
         Ok(View { name: stem(image), image: picture, mask, intrinsics, rotation, center })
     }
 }

@@ -18,6 +18,17 @@ pub enum ImageProblem {
     /// A PNG cannot be encoded.
     #[error("{0}")]
     Png(#[from] png::EncodingError),
+    /// A PNG in colours that are not read.
+    #[error(
+        "its cICP chunk says colour primaries {primaries} and transfer function {transfer}; supported: primaries 1 with transfer \
+         8 (linear) or 13 (sRGB): convert it, or give encoding = \"srgb\" or \"linear\""
+    )]
+    Colours {
+        /// By ITU-T H.273.
+        primaries: u8,
+        /// By ITU-T H.273.
+        transfer: u8,
+    },
     /// Not one of the formats that are read.
     #[error("not a PNG, JPEG, BMP, OpenEXR or Radiance HDR image")]
     Format,

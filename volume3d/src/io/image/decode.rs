@@ -7,7 +7,8 @@ use exr::meta::{BlockDescription, MetaData};
 use glam::DVec3;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
-use super::{MAX_PIXELS, MAX_PIXELS_PER_BYTE, check_size, error, from_srgb};
+use super::transfer::{Encoding, Transfer};
+use super::{MAX_PIXELS, MAX_PIXELS_PER_BYTE, check_size, error};
 use crate::Image;
 use crate::io::memory::with_room;
 use crate::io::{Error, ImageProblem, files};
@@ -28,16 +29,16 @@ pub fn load_image(path: &Path, raw: bool) -> Result<Image, Error> {
 /// # Errors
 /// [`Error::Image`].
 pub fn read_image(bytes: &[u8], path: &Path, raw: bool) -> Result<Image, Error> {
-    check_finite(decode(bytes, raw, None).map_err(error(path))?, path)
+    check_finite(decode(bytes, by(raw), None).map_err(error(path))?, path)
 }
 
 /// [`load_image`] for a picture that is to be compared with a rendering: what is transparent in it shows `background`, linear RGB.
-/// OpenEXR's colours are taken as multiplied by their alpha, as that format has it.
+/// OpenEXR's colours are taken as multiplied by their alpha, as that format has it. `encoding` says what integers mean.
 ///
 /// # Errors
 /// [`Error::File`], or [`Error::Image`]; also for pixels that are not finite.
-pub fn load_image_over(path: &Path, background: DVec3) -> Result<Image, Error> {
-    let image = decode(&files::read(path)?, false, Some(background)).map_err(error(path))?;
+pub fn load_image_over(path: &Path, background: DVec3, encoding: Encoding) -> Result<Image, Error> {
+    let image = decode(&files::read(path)?, encoding, Some(background)).map_err(error(path))?;
     check_finite(image, path)
 }
 
@@ -57,7 +58,7 @@ pub fn read_exr(path: &Path) -> Result<Image, Error> {
     if image::guess_format(&bytes).ok() != Some(ImageFormat::OpenExr) {
         return Err(error(path)(ImageProblem::Format));
     }
-    decode(&bytes, true, None).map_err(error(path))
+    decode(&bytes, by(true), None).map_err(error(path))
 }
 
 /// Whether a file can hold that many pixels.
@@ -100,7 +101,12 @@ fn most_memory(bytes: &[u8]) -> u64 {
     16 * pixels.min(MAX_PIXELS as u64) + PROFILE
 }
 
-fn decode(bytes: &[u8], raw: bool, background: Option<DVec3>) -> Result<Image, ImageProblem> {
+/// Textures are sRGB whatever their file says, as in Mitsuba.
+fn by(raw: bool) -> Encoding {
+    if raw { Encoding::Linear } else { Encoding::Srgb }
+}
+
+fn decode(bytes: &[u8], encoding: Encoding, background: Option<DVec3>) -> Result<Image, ImageProblem> {
     let mut reader =
         ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|_| ImageProblem::Format)?;
     if !matches!(
@@ -128,8 +134,11 @@ fn decode(bytes: &[u8], raw: bool, background: Option<DVec3>) -> Result<Image, I
     let decoded = usize::try_from(decoder.total_bytes()).unwrap_or(usize::MAX);
     drop(with_room::<u8>(decoded.saturating_add(converted), "decoding the pixels")?);
     let image = DynamicImage::from_decoder(decoder)?;
-    let is_linear = raw || matches!(image, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
-    let linear = |x: f64| if is_linear { x } else { from_srgb(x) };
+    let transfer = match image {
+        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => Transfer::LINEAR,
+        _ => Transfer::of(encoding, bytes)?,
+    };
+    let linear = |x: f64| transfer.linear(x);
     match image {
         image if image.color().has_alpha() && background.is_some() => {
             let background = background.unwrap_or_default();

@@ -33,7 +33,9 @@
 //! - Spectra and named metals become linear RGB where they are read, by the CIE observer of 1931: under D65 unless they are
 //!   of an emitter. `blackbody` is read too, which Mitsuba's RGB variants refuse.
 //! - `<rotate>` is a rotation whatever the length of its axis; Mitsuba's is none unless that is 1.
-//! - `direct` weighs several `emitter_samples` as one; Mitsuba 3.9 adds up those of point lights.
+//! - `direct` renders all direct light however many `emitter_samples` and `bsdf_samples` there are, as one of each does. Mitsuba 3.9
+//!   has the same image of lights with an extent, adds up point lights once for each of several `emitter_samples`, and leaves them out
+//!   without any.
 //! - `directional` emitters may have a `kappa`, the concentration of their lobe ([`Light::Directional`]).
 //! - `perspective` sensors may have a `pixel_aspect`, 1 unless given: by how many more pixels an angle is shown along columns
 //!   ([`Camera`](crate::scene::Camera)).
