@@ -18,7 +18,7 @@ use super::parameter::{Name, arrays};
 use super::session::{Bar, RunOptions, SceneOptions, located as located_samples, lost};
 use super::signals;
 use super::summary::{INTERIOR, outlier};
-use super::{Report, contact};
+use super::{Report, contact, session};
 
 /// The options of `volume3d gradient` that reverse mode heeds.
 pub(super) struct Request<'o> {
@@ -46,6 +46,7 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     check_distinct(&outputs, &inputs)?;
     let scene = &loaded.scene;
     check_size(request.adjoint, &adjoint, scene)?;
+    session::check_size(request.scene.path(), scene.size())?;
     let parameters = Parameters::new(scene, request.parameters)?;
     let active = parameters.active(scene);
 
