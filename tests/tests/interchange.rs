@@ -36,7 +36,7 @@ enum Record {
         refused: String,
     },
     /// What recorded the values.
-    Renderer(String),
+    Renderer(#[expect(dead_code, reason = "for whoever reads the file")] String),
 }
 
 /// Means of blocks and their standard errors.

@@ -17,7 +17,7 @@ use super::gradient::step;
 use super::method::{Estimator, MethodOptions};
 use super::missing::left_out;
 use super::movement::{Moves, change};
-use super::session::{Bar, RunOptions, SceneOptions, located, silent};
+use super::session::{Bar, RunOptions, SceneOptions, check_size, located, silent};
 use super::signals::stop_if_asked;
 use super::spp::samples;
 use super::{Outcome, Report, contact, usage};
@@ -85,6 +85,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     }
     options.run.begin()?;
     let loaded = options.scene.load()?;
+    check_size(options.scene.path(), loaded.scene.size())?;
     let change = change(&loaded.scene, &options.moves.moves)?;
     if change == Tangent::still(&loaded.scene) {
         let text = "NOTHING CHANGES: all rates of --move are 0, or their sum is\n".to_owned();

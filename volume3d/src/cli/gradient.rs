@@ -14,7 +14,9 @@ use super::missing::left_out;
 use super::movement::{Moves, change};
 use super::output::{Output, Pixels, Written, check_distinct};
 use super::parameter::Name;
-use super::session::{Bar, Clock, RunOptions, SceneOptions, geometric, located, lost_with_picture};
+use super::session::{
+    Bar, Clock, RunOptions, SceneOptions, check_size, geometric, located, lost_with_picture,
+};
 use super::signals;
 use super::spp::check_error_exists;
 use super::summary::{INTERIOR, NOTHING_SEEN, outlier, root_mean_square, totals};
@@ -205,6 +207,7 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     let loaded = options.scene.load()?;
     check_distinct(&outputs.paths(), &loaded.files)?;
     let scene = &loaded.scene;
+    check_size(options.scene.path(), scene.size())?;
     let change = change(scene, &options.moves.moves)?;
     let terms = outputs.terms.is_some();
     let survey = |pilot: &gradient::Pilot, clock: &_| {

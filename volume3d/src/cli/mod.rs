@@ -9,6 +9,7 @@ mod fit;
 mod gradient;
 mod info;
 mod lint;
+mod memory;
 mod mesh_faults;
 mod method;
 mod missing;

@@ -19,7 +19,7 @@ use super::parameter::{Name, arrays};
 use super::session::{Bar, RunOptions, SceneOptions, located as located_samples, lost};
 use super::signals;
 use super::summary::{INTERIOR, NOTHING_SEEN, outlier};
-use super::{Report, contact};
+use super::{Report, contact, session};
 
 /// The options of `volume3d gradient` that reverse mode heeds.
 pub(super) struct Request<'o> {
@@ -47,6 +47,7 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     check_distinct(&outputs, &inputs)?;
     let scene = &loaded.scene;
     check_size(request.adjoint, &adjoint, scene)?;
+    session::check_size(request.scene.path(), scene.size())?;
     let parameters = Parameters::new(scene, request.parameters)?;
     let active = parameters.active(scene);
 

@@ -15,7 +15,7 @@ use volume3d::gradient::{NonFinite, Progress};
 use volume3d::io::{Note, ReadOptions, read_bytes, read_scene_with, write_png};
 use volume3d::scene::{Scene, TraceCounts};
 
-use super::signals;
+use super::{memory, signals};
 
 /// Samples that were not finite and are named; of the others only the number is told.
 const NAMED: usize = 5;
@@ -120,6 +120,7 @@ impl Loaded {
             Ok(bytes)
         };
         let (description, notes) = read_scene_with(&bytes, path, options, &open)?;
+        check_triangles(path, description.shapes.iter().map(|shape| shape.mesh.triangles().len()).sum())?;
         let scene = Scene::new(description).map_err(|e| anyhow!("{}: {e}", path.display()))?;
         check_memory(path, &scene)?;
         Ok(Self { scene, files: files.into_inner(), notes })
@@ -130,24 +131,49 @@ impl Loaded {
 /// images and files that are made of them.
 const BYTES_A_PIXEL: usize = 584;
 
-/// More than this, in bytes, is refused before any work.
-const MOST_MEMORY: usize = 32 << 30;
+/// The same of a rendering, measured with 2.4 million pixels.
+const BYTES_OF_A_RENDERING: usize = 100;
 
-fn check_memory(path: &Path, scene: &Scene) -> anyhow::Result<()> {
-    check_size(path, scene.size())
+/// What a scene takes for a triangle until it can be rendered, in bytes: measured with 980,000 triangles of one mesh. Gradients take
+/// more.
+const BYTES_A_TRIANGLE: usize = 480;
+
+/// Refuses meshes that are larger than what can be had, before hierarchies are built over them.
+fn check_triangles(path: &Path, triangles: usize) -> anyhow::Result<()> {
+    let needed = triangles.saturating_mul(BYTES_A_TRIANGLE).saturating_sub(memory::resident());
+    match memory::available() {
+        Some(available) if needed > available => bail!(
+            "{}: its {triangles} triangles take {} more of memory, and there is {} to be had",
+            path.display(),
+            size_of_memory(needed),
+            size_of_memory(available)
+        ),
+        _ => Ok(()),
+    }
 }
 
-/// Refuses images that are too large for any machine, before any work.
-pub(super) fn check_size(path: &Path, (width, height): (usize, usize)) -> anyhow::Result<()> {
-    let needed = width.saturating_mul(height).saturating_mul(BYTES_A_PIXEL);
-    if needed > MOST_MEMORY {
-        let gib = |bytes: usize| bytes >> 30;
+fn size_of_memory(bytes: usize) -> String {
+    format!("{:.1} GiB", bytes as f64 / f64::from(1 << 30))
+}
+
+fn check_memory(path: &Path, scene: &Scene) -> anyhow::Result<()> {
+    check_pixels(path, scene.size(), BYTES_OF_A_RENDERING)
+}
+
+/// Refuses images whose gradients are larger than what can be had, before any work.
+pub(super) fn check_size(path: &Path, size: (usize, usize)) -> anyhow::Result<()> {
+    check_pixels(path, size, BYTES_A_PIXEL)
+}
+
+fn check_pixels(path: &Path, (width, height): (usize, usize), each: usize) -> anyhow::Result<()> {
+    let needed = width.saturating_mul(height).saturating_mul(each);
+    if let Some(available) = memory::available().filter(|available| needed > *available) {
         bail!(
-            "{}: an image of {width} × {height} pixels may take {} GiB of memory, more than the {} GiB that are \
-             allowed; render it in parts, by the film's crop_width, crop_height, crop_offset_x and crop_offset_y",
+            "{}: an image of {width} × {height} pixels may take {} of memory, more than the {} to be had; render it in parts, \
+             by the film's crop_width, crop_height, crop_offset_x and crop_offset_y",
             path.display(),
-            gib(needed),
-            gib(MOST_MEMORY)
+            size_of_memory(needed),
+            size_of_memory(available)
         );
     }
     // No command keeps less of a pixel than its colour.

@@ -3,6 +3,7 @@
 //! What computes looks whether it is to stop. What prepares a scene does not, and may take minutes: while nothing would be lost the
 //! program is ended where it is, a moment later.
 
+use std::io::Write as _;
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -48,7 +49,7 @@ fn received(status: i32) {
         // Who holds it cannot begin to write.
         let farewell = farewell();
         if let Some(words) = &*farewell {
-            super::session::say(&format!("{words}\n"));
+            let _ = writeln!(std::io::stderr(), "{words}");
             std::process::exit(status);
         }
     });

@@ -148,3 +148,33 @@ fn pipes_and_devices_are_refused() {
         refused("fit f.toml -o run");
     }
 }
+
+/// What cannot be had is refused before the work.
+#[cfg(target_os = "linux")]
+#[test]
+fn memory_that_is_not_there_is_missed_before_the_work() {
+    let place = Place::new();
+    for (size, code) in [(2048, 1), (256, 0)] {
+        let line = format!(
+            "ulimit -v {ADDRESSES}; exec {} gradient scene.xml --move camera:fov:1 -D size={size} --spp 1 --threads 1 \
+             --method interior -o a.exr",
+            env!("CARGO_BIN_EXE_volume3d")
+        );
+        let output = Command::new("sh").args(["-c", &line]).current_dir(place.path("")).output().unwrap();
+        let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+        assert_eq!(output.status.code(), Some(code), "{text}");
+        let is_refused = text.contains("may take 2.3 GiB of memory, more than the 1.");
+        assert_eq!(is_refused, code == 1, "{text}");
+    }
+}
+
+/// Where coordinates have lost their digits, boxes with their rounding all meet one another.
+#[test]
+fn far_spheres_take_no_longer() {
+    let place = Place::with(
+        "<shape type='sphere' id='far'><point name='center' x='1e30' y='0' z='0'/><ref id='plain'/></shape>",
+    );
+    let start = Instant::now();
+    place.succeed("gradient scene.xml --move sheet:translate:1,0,0 --spp 1 --threads 1 -o a.exr");
+    assert!(start.elapsed() < Duration::from_secs(20), "{:?}", start.elapsed());
+}

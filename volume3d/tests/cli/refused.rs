@@ -143,7 +143,7 @@ fn motions_without_a_derivative_are_warned_of() {
 #[test]
 fn what_cannot_be_held_is_refused_and_nothing_is_sent_to_the_terminal() {
     let place = Place::new();
-    place.fail("render scene.xml -o a.exr -D size=20000", 1, &["GiB", "crop_width"]);
+    place.fail("render scene.xml -o a.exr -D size=65536", 1, &["GiB to be had", "crop_width"]);
     std::fs::write(place.path("bad.xml"), "<scene version='3.0.0'><shape type='\u{7f}\u{85}'/></scene>")
         .unwrap();
     let text = place.fail("render bad.xml -o a.exr", 1, &[]);

@@ -26,7 +26,7 @@ use self::study::{Outcome as Fate, Reference, Study, all_samples};
 use super::comparison::TOLERATED;
 use super::movement::{Moves, change};
 use super::output::{check_distinct, check_file};
-use super::session::{RunOptions, SceneOptions};
+use super::session::{RunOptions, SceneOptions, check_size};
 use super::signals;
 use super::spp::samples;
 use super::{Outcome, Report, contact, usage};
@@ -119,6 +119,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     let loaded = options.scene.load()?;
     check_distinct(&outputs, &loaded.files)?;
     let scene = &loaded.scene;
+    check_size(options.scene.path(), scene.size())?;
     let change = change(scene, &options.moves.moves)?;
     if change == Tangent::still(scene) {
         let text = "NOTHING CHANGES: all rates of --move are 0, or their sum is\n".to_owned();
