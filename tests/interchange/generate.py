@@ -17,7 +17,7 @@ LAMP = """<shape type="rectangle" id="lamp">
         <transform name="to_world"><scale x="0.6" y="0.5"/><rotate x="1" angle="100"/><translate x="-0.8" y="2.4" z="0.5"/></transform>
         <emitter type="area"><rgb name="radiance" value="9 8 7"/></emitter>
     </shape>"""
-PLACE = '<scale value="0.5"/><rotate x="0.3" y="1" z="0.1" angle="35"/><translate x="0.1" y="0.55" z="0.1"/><translate x="$x"/>'
+PLACE = '<scale value="0.5"/><rotate x="0.28" y="0.96" angle="35"/><translate x="0.1" y="0.55" z="0.1"/><translate x="$x"/>'
 LOOKAT = '<lookat origin="0.3, 1.3, 3.4" target="0, 0.5, 0" up="0, 1, 0"/>'
 
 

@@ -247,7 +247,7 @@ pub(crate) fn rows() -> Vec<Row> {
         let camera = BASE.camera * distance;
         rows.push(Light { camera, ..BASE }.row(
             format!("the shadow, seen from {distance:e} above it"),
-            Right { warped: true, ..Right::NONE },
+            Right { auto: true, warped: true, ..Right::NONE },
         ));
     }
     rows

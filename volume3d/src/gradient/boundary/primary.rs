@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::driver::{Address, Boundary, BoundarySample};
 use super::list::{Edge, EdgeList};
-use super::sides::{Sides, clear, largest, look_past};
+use super::sides::{Sides, aside, look_past};
 use super::table::Table;
 use super::{Moving, PRIMARY_EDGE, STILL};
 use crate::gradient::differential::Differential;
@@ -301,8 +301,7 @@ impl Primary<'_> {
             return None;
         }
         let t = a.lerp(b, s).distance(origin);
-        let largest = largest(&[origin, a, b]).max(t);
-        let aside = ASIDE_PIXELS.max(clear(largest, t) * film.pixels_by_angle());
+        let aside = ASIDE_PIXELS.max(aside([a, b], origin, t) * film.pixels_by_angle());
         let directions = [-aside, aside].map(|e| film.ray(u + e * normal));
         let sides = look_past(self.paths.scene, self.list, edge, (origin, None), directions, t)?;
         let scale = sides.share * length / chosen.probability;
