@@ -1,5 +1,5 @@
-//! Fills the table of power of `tests/RESULTS.md` from what statistical tests print:
-//! `UPDATE_RESULTS=1 cargo test --release --workspace -- --nocapture | cargo run --release -p tests --example power`.
+//! Fills the table of power of `tests/RESULTS.md` from what statistical tests print: `UPDATE_RESULTS=1
+//! cargo test --release --workspace -- --nocapture | cargo run --release -p tests --example power`.
 //!
 //! Rows of files that are not among the input stay as they are, so that one file can be measured again.
 

@@ -8,9 +8,10 @@
 //! A comparison may pool scenes: a slope over many says what all of them together would show of a bias that
 //! they share. What one scene alone shows is [said beside it](Power::by_scene), as a bias may be one scene's.
 //!
-//! Every statistical test prints one line, `power | test | comparisons | smallest bias | where`, which are the rows of
-//! the table of power of `RESULTS.md`: `UPDATE_RESULTS=1 cargo test --release --workspace -- --nocapture | cargo run --release
-//! -p tests --example power` fills it. A quick test that the table does not name fails unless `UPDATE_RESULTS` is set.
+//! Every statistical test prints one line, `power | test | comparisons | smallest bias | where`, which are
+//! the rows of the table of power of `RESULTS.md`: `UPDATE_RESULTS=1 cargo test --release --workspace --
+//! --nocapture | cargo run --release -p tests --example power` fills it. A quick test that the table does
+//! not name fails unless `UPDATE_RESULTS` is set.
 
 use crate::effort::thorough;
 use crate::results;

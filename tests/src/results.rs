@@ -44,8 +44,8 @@ fn updates() -> bool {
     std::env::var_os("UPDATE_RESULTS").is_some()
 }
 
-/// Puts a table in its place if `UPDATE_RESULTS` is set, and otherwise checks that the file shows a table with the
-/// same first column: the last digits of the others differ between machines.
+/// Puts a table in its place if `UPDATE_RESULTS` is set, and otherwise checks that the file shows a table
+/// with the same first column: the last digits of the others differ between machines.
 pub fn table<const N: usize>(name: &str, header: [&str; N], rows: Vec<[String; N]>) {
     let mut table = format!("| {} |\n|{}\n", header.join(" | "), "---|".repeat(N));
     rows.iter().for_each(|row| table += &format!("| {} |\n", row.join(" | ")));

@@ -1,9 +1,10 @@
 //! Scenes of the Mitsuba format, one for each feature, against what Mitsuba itself finds of them.
 //!
-//! `tests/interchange` has the scenes, the program that wrote them, and the program that recorded the values: means of
-//! blocks of 8 × 8 pixels, of the image and of its derivative along x of the shape `thing`. Two numbers are compared for
-//! each: the slope of our blocks on theirs, and how far blocks differ beyond their noise, relative to the root mean
-//! square over blocks. `ONLY=words` compares the scenes whose names contain these words.
+//! `tests/interchange` has the scenes, the program that wrote them, and the program that recorded the
+//! values: means of blocks of 8 × 8 pixels, of the image and of its derivative along x of the shape
+//! `thing`. Two numbers are compared for each: the slope of our blocks on theirs, and how far blocks differ
+//! beyond their noise, relative to the root mean square over blocks. `ONLY=words` compares the scenes whose
+//! names contain these words.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -87,8 +88,8 @@ impl Blocks {
         Estimate::of(runs.iter().map(|run| self.slope(run))).plus(noise)
     }
 
-    /// The root mean square difference from the mean of many runs, less what noise explains, relative to that of
-    /// these blocks.
+    /// The root mean square difference from the mean of many runs, less what noise explains, relative to
+    /// that of these blocks.
     fn apart(&self, runs: &[Vec<[f64; 3]>]) -> f64 {
         let mut sum = 0.0;
         for (i, (t, e)) in channels(&self.mean).zip(channels(&self.error)).enumerate() {

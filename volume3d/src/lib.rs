@@ -62,8 +62,8 @@
 //!
 //! # What is biased
 //!
-//! [A page of the guide](guide::bias) lists what is unbiased, what is biased and by how much, what is refused, and where
-//! variances are not finite.
+//! [A page of the guide](guide::bias) lists what is unbiased, what is biased and by how much, what is
+//! refused, and where variances are not finite.
 
 pub mod geometry;
 pub mod gradient;

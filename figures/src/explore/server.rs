@@ -1,8 +1,8 @@
 //! A server of small pages on the loopback address.
 //!
-//! One request a connection, GET and HEAD alone. Bodies are not read. A head longer than [`LONGEST_HEAD`] and a client
-//! slower than [`PATIENCE`] are sent away, and so is a page of another site that names this address (its `Host`
-//! is not ours: DNS rebinding).
+//! One request a connection, GET and HEAD alone. Bodies are not read. A head longer than [`LONGEST_HEAD`]
+//! and a client slower than [`PATIENCE`] are sent away, and so is a page of another site that names this
+//! address (its `Host` is not ours: DNS rebinding).
 
 use std::io::{ErrorKind, Read as _, Write as _};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};

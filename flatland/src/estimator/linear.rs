@@ -116,7 +116,8 @@ struct Samples {
 impl Samples {
     fn add(&mut self, (value, rays): (DVec3, u64)) {
         self.rays += rays;
-        // A sample that is not finite counts as 0, forward as in reverse: both are one linear map and its transpose.
+        // A sample that is not finite counts as 0, forward as in reverse: both are one linear map and its
+        // transpose.
         let finite = value.is_finite();
         self.values.push(if finite { value } else { DVec3::ZERO });
         self.non_finite += u64::from(!finite);

@@ -191,8 +191,8 @@ impl Film {
         self.filter.profile(u - self.centre(i))
     }
 
-    /// Width of a pixel's end: a few hundred times the rounding of positions there.
-    /// A point at the end of box pixels belongs to both, half and half, as in [the plane](crate::plane::Film).
+    /// Width of a pixel's end: a few hundred times the rounding of positions there. A point at the end of
+    /// box pixels belongs to both, half and half, as in [the plane](crate::plane::Film).
     pub(crate) fn border(&self) -> f64 {
         1024.0 * f64::EPSILON * (self.pixels as f64).max(1.0)
     }

@@ -72,8 +72,8 @@ fn case(direct: &DirectScene) -> Case {
 
 const SHIFT: DVec3 = DVec3::new(0.5, 0.2, -0.1);
 
-/// Of a narrow lamp one half is hidden, all along: from one side to the other the field moves as the edge of the
-/// shadow does, and nearly all of the derivative is what leaves by the other side.
+/// Of a narrow lamp one half is hidden, all along: from one side to the other the field moves as the edge
+/// of the shadow does, and nearly all of the derivative is what leaves by the other side.
 fn strip_half_hidden() -> Case {
     let rectangle = |x: [f64; 2], y: [f64; 2], z: f64| {
         [[x[0], y[1]], [x[1], y[1]], [x[1], y[0]], [x[0], y[0]]].map(|[x, y]| DVec3::new(x, y, z)).to_vec()
@@ -121,7 +121,8 @@ fn outlines_of_a_flat_lamp() {
     image_under_a_near_lamp(&mut power);
 }
 
-/// The image itself under a lamp so near and large that both strategies of the balance heuristic find it as often.
+/// The image itself under a lamp so near and large that both strategies of the balance heuristic find it as
+/// often.
 fn image_under_a_near_lamp(power: &mut Power) {
     let lamp = Surface::emitter(square([0.1, 0.1, 1.6], 1.5, true), BRIGHT);
     let direct = floor(vec![lamp], DVec3::ZERO);

@@ -248,7 +248,8 @@ fn sides_that_turn_before_a_wall() {
         }
         sum
     };
-    // About the light's direction: what is lit stays as bright as it is, and all that changes is which side that is.
+    // About the light's direction: what is lit stays as bright as it is, and all that changes is which side
+    // that is.
     let turn = Turn { corners: DVec3::ZERO, normals: 1.1 * light };
     let exact = 3.0 * differences(|theta| over_pixel(&sheet.turned(turn, theta)));
     println!("image {}, derivative {exact}", 3.0 * over_pixel(&sheet));

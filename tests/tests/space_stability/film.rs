@@ -133,8 +133,8 @@ pub(crate) fn rows() -> Vec<Row> {
         );
     }
     for aspect in [1e3, 1e6, 1e9] {
-        // It is thinner than samples of the area are apart. Of the first three stated errors cover 17 of 30 runs,
-        // and of the last one a part is thinner than rays are from an edge.
+        // It is thinner than samples of the area are apart. Of the first three stated errors cover 17 of 30
+        // runs, and of the last one a part is thinner than rays are from an edge.
         let right = Right { image: false, edges: aspect > 1e4 && aspect < 1e8, ..Right::NONE };
         rows.push(sliver(aspect).row(format!("a sliver of aspect {aspect:e} that widens"), right));
     }

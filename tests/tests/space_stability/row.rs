@@ -264,7 +264,8 @@ struct Run {
     found: f64,
     /// The standard error that it states.
     stated: Option<f64>,
-    /// Whether it says that its tails are heavy, that nothing was seen to change, or that samples were no numbers.
+    /// Whether it says that its tails are heavy, that nothing was seen to change, or that samples were no
+    /// numbers.
     warned: bool,
 }
 

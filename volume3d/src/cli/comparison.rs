@@ -1,8 +1,8 @@
 //! Two estimates of one number, and whether they can be told apart.
 //!
-//! Finite differences see a discontinuity move only in the few samples that it crosses: rare events, the rarer
-//! the smaller the step. The spread of runs contains nothing of events that did not happen, and is smallest where
-//! fewest were seen. So a bound has three parts:
+//! Finite differences see a discontinuity move only in the few samples that it crosses: rare events, the
+//! rarer the smaller the step. The spread of runs contains nothing of events that did not happen, and is
+//! smallest where fewest were seen. So a bound has three parts:
 //!
 //! - Student's quantile times the standard error of 16 runs;
 //! - the rule of three, for samples like the largest: an event that n samples did not see has a rate below ln(1/δ)/n, with a
@@ -11,8 +11,8 @@
 //!   7/3 of that; events alone do not need as much, as the tests show.)
 //! - the same for what no sample of any step saw, which changes a sample by no more than the brightest pixel.
 //!
-//! Each step has its own bound, and all hold together (Bonferroni). The method differs if it is outside the bound
-//! of any step; it agrees within the narrowest bound.
+//! Each step has its own bound, and all hold together (Bonferroni). The method differs if it is outside the
+//! bound of any step; it agrees within the narrowest bound.
 
 /// A mean of independent runs.
 #[derive(Clone, Copy, Debug, PartialEq)]

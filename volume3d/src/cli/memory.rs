@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-/// Bytes; nothing where the system does not say. It is the least of what the machine has to spare, what limits of its control groups
-/// leave, and what the limit of this process's addresses leaves.
+/// Bytes; nothing where the system does not say. It is the least of what the machine has to spare, what
+/// limits of its control groups leave, and what the limit of this process's addresses leaves.
 pub(super) fn available() -> Option<usize> {
     let machine = kilobytes("/proc/meminfo", "MemAvailable:");
     [machine, addresses(), group()].into_iter().flatten().min()

@@ -49,9 +49,9 @@ pub(super) struct MethodOptions {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum Method {
-    /// Whichever of warped area (softened or exact) and edge sampling a pilot of few samples expects to err least in
-    /// the time of --spp samples of warped-area; the pilot also splits the samples. Unbiased; refuses what both refuse.
-    /// It is warped area beside implicit surfaces, and where no geometry moves.
+    /// Whichever of warped area (softened or exact) and edge sampling a pilot of few samples expects to err
+    /// least in the time of --spp samples of warped-area; the pilot also splits the samples. Unbiased;
+    /// refuses what both refuse. It is warped area beside implicit surfaces, and where no geometry moves.
     #[value(name = "auto")]
     Automatic,
     /// Warped-area sampling: unbiased, with --debias none biased; refuses mirrors and lights without extent where

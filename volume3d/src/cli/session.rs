@@ -134,8 +134,8 @@ const BYTES_A_PIXEL: usize = 584;
 /// The same of a rendering, measured with 2.4 million pixels.
 const BYTES_OF_A_RENDERING: usize = 100;
 
-/// What a scene takes for a triangle until it can be rendered, in bytes: measured with 980,000 triangles of one mesh. Gradients take
-/// more.
+/// What a scene takes for a triangle until it can be rendered, in bytes: measured with 980,000 triangles of
+/// one mesh. Gradients take more.
 const BYTES_A_TRIANGLE: usize = 480;
 
 /// Refuses meshes that are larger than what can be had, before hierarchies are built over them.

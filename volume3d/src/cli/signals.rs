@@ -1,7 +1,7 @@
 //! Ctrl-C, SIGTERM and SIGHUP: the program ends in order.
 //!
-//! What computes looks whether it is to stop. What prepares a scene does not, and may take minutes: while nothing would be lost the
-//! program is ended where it is, a moment later.
+//! What computes looks whether it is to stop. What prepares a scene does not, and may take minutes: while
+//! nothing would be lost the program is ended where it is, a moment later.
 
 use std::io::Write as _;
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
@@ -23,7 +23,8 @@ static STATUS: AtomicI32 = AtomicI32::new(INTERRUPTED);
 /// How long the program may take to end in order.
 const MOMENT: Duration = Duration::from_millis(500);
 
-/// What is said where the program is ended wherever it is; nothing while files are written, or a state is to be kept.
+/// What is said where the program is ended wherever it is; nothing while files are written, or a state is
+/// to be kept.
 static FAREWELL: Mutex<Option<String>> = Mutex::new(None);
 
 /// What is said if nothing has come of a run.
@@ -65,8 +66,8 @@ pub(super) fn stop_if_asked() -> Result<(), Stopped> {
     if STOP.load(Ordering::Relaxed) { Err(Stopped) } else { Ok(()) }
 }
 
-/// From here on files are written, or a state is to be kept: a signal no longer ends the program wherever it is. Ends here if one came
-/// before.
+/// From here on files are written, or a state is to be kept: a signal no longer ends the program wherever
+/// it is. Ends here if one came before.
 pub(super) fn hold() -> Result<(), Stopped> {
     *farewell() = None;
     stop_if_asked()

@@ -22,7 +22,8 @@ impl Mesh {
         corners.filter(|&pair| turned(pair)).count()
     }
 
-    /// Whether vertex normals, given or weighted by angles, are anywhere other than the normals of their faces.
+    /// Whether vertex normals, given or weighted by angles, are anywhere other than the normals of their
+    /// faces.
     #[must_use]
     pub fn has_bent_normals(&self) -> bool {
         let faces = self.triangles().iter().map(|triangle| self.face(triangle));

@@ -22,8 +22,8 @@ use crate::scene::Scene;
 /// these points are ones whose shadows the film may show. Of other jumps few lines pass what is shown where that is a small part of a large
 /// world, and the secondary term is noisy; a receiver of a thousandth of its world's size is hardly ever found.
 ///
-/// Edges that lie on an emitter are followed where at most 64 shapes emit, or where edges times emitting shapes are at most 10⁷. In larger
-/// scenes their shadows are left out, which is **biased**.
+/// Edges that lie on an emitter are followed where at most 64 shapes emit, or where edges times emitting
+/// shapes are at most 10⁷. In larger scenes their shadows are left out, which is **biased**.
 #[derive(Clone, Debug)]
 pub struct EdgeSampling {
     /// Paths a pixel for the interior term.

@@ -64,7 +64,8 @@ pub(super) fn integral(filter: Filter, low: f64, high: f64) -> f64 {
             (at(0) + 4.0 * odd + 2.0 * even + at(2 * pairs)) * step / 3.0
         }
         Filter::Cubic { .. } | Filter::Lanczos { .. } => {
-            // Simpson's rule between whole numbers: cubics exactly, and sines with an error of (π/2048)⁴/180 an interval.
+            // Simpson's rule between whole numbers: cubics exactly, and sines with an error of
+            // (π/2048)⁴/180 an interval.
             let (low, high) = (low.max(-filter.radius()), high.min(filter.radius()));
             let mut knots: Vec<f64> = vec![low];
             knots.extend((-16..=16).map(f64::from).filter(|k| *k > low && *k < high));
@@ -108,7 +109,8 @@ fn lanczos(lobes: u32, x: f64) -> (f64, f64) {
     (scale * wide * narrow, scale * PI * (wide_slope * narrow + wide * narrow_slope / a))
 }
 
-/// sin t/t and its slope. Up to 0.01 its series, of which the first term left out is t⁶/5040 < 10⁻¹⁵ and t⁵/840 < 10⁻¹².
+/// sin t/t and its slope. Up to 0.01 its series, of which the first term left out is t⁶/5040 < 10⁻¹⁵ and
+/// t⁵/840 < 10⁻¹².
 fn sinc(t: f64) -> (f64, f64) {
     if t.abs() < 0.01 {
         let squared = t * t;
@@ -183,7 +185,8 @@ mod tests {
         }
     }
 
-    /// Values of `mi.load_dict({'type': …}).eval(x)` of Mitsuba 3.9.1, which are not divided by their integrals.
+    /// Values of `mi.load_dict({'type': …}).eval(x)` of Mitsuba 3.9.1, which are not divided by their
+    /// integrals.
     #[test]
     fn filters_with_negative_lobes_are_those_of_mitsuba() {
         let third = 1.0 / 3.0;

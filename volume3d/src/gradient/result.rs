@@ -129,8 +129,9 @@ impl GradientImage {
         self.largest.and_then(|largest| largest.if_outlier(self.largest_share()))
     }
 
-    /// Whether the derivative of every pixel is exactly 0: no sample saw the image change. Either it does not, or
-    /// what changes is too small or too rare for this many samples. The standard error, 0 as well, cannot tell.
+    /// Whether the derivative of every pixel is exactly 0: no sample saw the image change. Either it does
+    /// not, or what changes is too small or too rare for this many samples. The standard error, 0 as well,
+    /// cannot tell.
     #[must_use]
     pub fn is_zero(&self) -> bool {
         self.gradient.pixels.iter().all(|g| *g == DVec3::ZERO)

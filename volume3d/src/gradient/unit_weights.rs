@@ -1,16 +1,17 @@
 //! Weights that sum to one: the image of a constant scene is constant.
 //!
-//! A pixel is the integral ∫ h L, estimated by M = Σ h L/n over n samples. The weights of a pixel's samples do
-//! not sum to one: H = Σ h/n has noise, which scales with the light. A control variate removes it. Divide the
-//! samples into independent classes, and let c be an estimate of the light near the pixel from all classes but
-//! one. With e the expectation of the sum H of that class,
+//! A pixel is the integral ∫ h L, estimated by M = Σ h L/n over n samples. The weights of a pixel's samples
+//! do not sum to one: H = Σ h/n has noise, which scales with the light. A control variate removes it.
+//! Divide the samples into independent classes, and let c be an estimate of the light near the pixel from
+//! all classes but one. With e the expectation of the sum H of that class,
 //!
 //! > S = M − (H − e) c
 //!
-//! has the expectation of M, as E(H − e) c = E(H − e) E c = 0: the image stays unbiased, which the ratio M/H
-//! is not. If the light is the same everywhere, so is c, and S = e c exactly. To first order S is M e/H. Classes
-//! contribute to one another's estimates, so that they are slightly correlated where light varies within a
-//! pixel: stated errors are a few hundredths too small with two samples, and right with many.
+//! has the expectation of M, as E(H − e) c = E(H − e) E c = 0: the image stays unbiased, which the ratio
+//! M/H is not. If the light is the same everywhere, so is c, and S = e c exactly. To first order S is M
+//! e/H. Classes contribute to one another's estimates, so that they are slightly correlated where light
+//! varies within a pixel: stated errors are a few hundredths too small with two samples, and right with
+//! many.
 
 use super::film::FilmPlane;
 use super::filter::integral;
@@ -30,8 +31,8 @@ pub(super) enum UnitWeights {
     },
 }
 
-/// Weights of three neighbouring cells along an axis in the estimate of the light near the middle one. Over all
-/// nine cells, each parity has a weight of one quarter.
+/// Weights of three neighbouring cells along an axis in the estimate of the light near the middle one. Over
+/// all nine cells, each parity has a weight of one quarter.
 const NEARNESS: [f64; 3] = [0.25, 0.5, 0.25];
 
 /// Number of parities of column and row.

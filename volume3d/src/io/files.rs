@@ -10,14 +10,15 @@ use super::Error;
 /// memory: 4 GiB, some 80 million triangles in binary PLY.
 pub(super) const MAX_INFLATED: u64 = 1 << 32;
 
-/// How often its own length a compressed mesh may become. Texts and binary files of meshes become 2 to 10 times as long, and
-/// 40 times where all normals and colours are alike; deflate can reach 1032 times, by repeating one line.
+/// How often its own length a compressed mesh may become. Texts and binary files of meshes become 2 to 10
+/// times as long, and 40 times where all normals and colours are alike; deflate can reach 1032 times, by
+/// repeating one line.
 const MOST_INFLATION: u64 = 64;
 /// A compressed mesh may become this long in any case.
 const SMALL: u64 = 1 << 26;
 
-/// The content of a regular file or of what a link to one leads to. A pipe or a device is an error: it may have no end, or never
-/// begin.
+/// The content of a regular file or of what a link to one leads to. A pipe or a device is an error: it may
+/// have no end, or never begin.
 ///
 /// # Errors
 /// Those of [`std::fs::read`], or [`ErrorKind::InvalidInput`].
@@ -61,7 +62,8 @@ pub(super) fn inflate(bytes: &[u8], path: &Path) -> Result<Vec<u8>, Error> {
     Ok(content)
 }
 
-/// Where a file is that is to be written: what a link leads to, be it there yet or not, and otherwise the path itself.
+/// Where a file is that is to be written: what a link leads to, be it there yet or not, and otherwise the
+/// path itself.
 #[must_use]
 pub fn destination(path: &Path) -> PathBuf {
     /// As many as Linux follows.
@@ -75,8 +77,9 @@ pub fn destination(path: &Path) -> PathBuf {
 }
 
 /// Writes a file under another name in the same directory and then renames it, so that `path` is at every
-/// moment either what it was or complete, even if the program is killed or the machine goes down. A link stays and what it
-/// leads to is replaced; a file that is replaced passes on its permissions. A pipe or a device is not replaced.
+/// moment either what it was or complete, even if the program is killed or the machine goes down. A link
+/// stays and what it leads to is replaced; a file that is replaced passes on its permissions. A pipe or a
+/// device is not replaced.
 pub(super) fn write(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), Error>,

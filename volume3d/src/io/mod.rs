@@ -67,8 +67,8 @@ pub fn load_mesh(path: &Path) -> Result<Mesh, Error> {
     load_mesh_with_notes(path).map(|(mesh, _)| mesh)
 }
 
-/// [`load_mesh`], with sentences on what was read in another way than it may have been meant: faces that are not flat, or
-/// several materials.
+/// [`load_mesh`], with sentences on what was read in another way than it may have been meant: faces that
+/// are not flat, or several materials.
 ///
 /// # Errors
 /// As [`load_mesh`].

@@ -1,10 +1,11 @@
 //! Polygons of files as triangles.
 //!
-//! A fan around the first corner is right where all its triangles are turned as the polygon is. Elsewhere ears are cut off
-//! (Meisters 1975), each turned as the polygon. The triangles' borders add up to the polygon's, and so do their
-//! winding numbers: triangles that are all turned one way cover a polygon once wherever its winding number is 1, so everywhere
-//! within one that does not cross itself. That holds for polygons with holes that are joined to their outline by an edge in
-//! both directions too, whose corners a Delaunay triangulation would make one.
+//! A fan around the first corner is right where all its triangles are turned as the polygon is. Elsewhere
+//! ears are cut off (Meisters 1975), each turned as the polygon. The triangles' borders add up to the
+//! polygon's, and so do their winding numbers: triangles that are all turned one way cover a polygon once
+//! wherever its winding number is 1, so everywhere within one that does not cross itself. That holds for
+//! polygons with holes that are joined to their outline by an edge in both directions too, whose corners a
+//! Delaunay triangulation would make one.
 //!
 //! Orientations are exact, in the coordinate plane that is closest to the polygon's own.
 
@@ -14,7 +15,8 @@ use robust::{Coord, orient2d};
 /// Corners of a face that is no fan, at most: cutting ears takes the square of their number.
 const MOST: usize = 4000;
 
-/// How far corners that are written with six digits may be off their plane, as a part of the largest coordinate.
+/// How far corners that are written with six digits may be off their plane, as a part of the largest
+/// coordinate.
 const DIGITS: f64 = 1e-5;
 
 /// Makes triangles of polygons, and keeps what is to be said of them.
@@ -116,14 +118,15 @@ fn projected(corners: &[DVec3], normal: DVec3) -> Vec<DVec2> {
     corners.iter().map(flat).collect()
 }
 
-/// Whether the fan around the first corner is turned left throughout, on one side of the first edge: its triangles follow one
-/// another by less than half a turn and cannot overlap.
+/// Whether the fan around the first corner is turned left throughout, on one side of the first edge: its
+/// triangles follow one another by less than half a turn and cannot overlap.
 fn is_fan(flat: &[DVec2]) -> bool {
     let left = |i: usize, j: usize| turn(flat[0], flat[i], flat[j]) >= 0.0;
     flat[0] != flat[1] && (2..flat.len()).all(|i| left(1, i) && left(i - 1, i))
 }
 
-/// The triangles of a polygon that is turned left, all of them turned left or of no area; `None` if there are none such.
+/// The triangles of a polygon that is turned left, all of them turned left or of no area; `None` if there
+/// are none such.
 fn ears(flat: &[DVec2]) -> Option<Vec<[usize; 3]>> {
     let mut ring: Vec<usize> = (0..flat.len()).collect();
     let mut triangles = Vec::with_capacity(flat.len() - 2);
@@ -149,7 +152,8 @@ fn turn_of(flat: &[DVec2], [a, b, c]: [usize; 3]) -> f64 {
     turn(flat[a], flat[b], flat[c])
 }
 
-/// Whether a corner can be cut off: it turns left, and the rest of the outline does not come into its triangle.
+/// Whether a corner can be cut off: it turns left, and the rest of the outline does not come into its
+/// triangle.
 fn is_ear(flat: &[DVec2], ring: &[usize], k: usize) -> bool {
     let n = ring.len();
     let at = |k: usize| flat[ring[k % n]];

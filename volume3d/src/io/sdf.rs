@@ -14,7 +14,8 @@ use crate::sdf::{Grid, Interpolation};
 
 const HEADER: usize = 48;
 
-/// How far nodes may be from where a file has them, in cells: no farther than the numbers of distances in single precision tell.
+/// How far nodes may be from where a file has them, in cells: no farther than the numbers of distances in
+/// single precision tell.
 const MOVED: f64 = 1e-3;
 
 /// Reads a grid; the file does not say how it is to be interpolated.
@@ -39,8 +40,8 @@ pub fn parse_sdf(bytes: &[u8], path: &Path, interpolation: Interpolation) -> Res
 /// Writes a grid in single precision, atomically.
 ///
 /// # Errors
-/// [`Error::File`], or [`Error::Grid`] if single precision cannot hold a number, or moves a corner of the box by more than a
-/// thousandth of a cell.
+/// [`Error::File`], or [`Error::Grid`] if single precision cannot hold a number, or moves a corner of the
+/// box by more than a thousandth of a cell.
 pub fn write_sdf(path: &Path, grid: &Grid) -> Result<(), Error> {
     let problem = |problem| Error::Grid { path: path.to_path_buf(), problem };
     let single = |what: &'static str, index: usize, value: f64| {

@@ -11,14 +11,14 @@ pub(crate) fn luminance(c: DVec3) -> f64 {
     c.dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }
 
-/// The part of the density that is constant within a patch. The rest is proportional to the light, and would make
-/// derivatives by rotations and texels scatter without bound where a patch is dark at one end: ∫ L′²/L diverges there, by
-/// the logarithm of this part if it is above 0.
+/// The part of the density that is constant within a patch. The rest is proportional to the light, and
+/// would make derivatives by rotations and texels scatter without bound where a patch is dark at one end: ∫
+/// L′²/L diverges there, by the logarithm of this part if it is above 0.
 const EVEN: f64 = 1.0 / 16.0;
 
-/// Directions with a density of two parts, over the patches between four neighbouring texel centres of a bilinear lookup:
-/// the luminance itself, interpolated by the cosine of the polar angle in the place of the angle, and in each patch the
-/// luminance of its brightest texel.
+/// Directions with a density of two parts, over the patches between four neighbouring texel centres of a
+/// bilinear lookup: the luminance itself, interpolated by the cosine of the polar angle in the place of the
+/// angle, and in each patch the luminance of its brightest texel.
 #[derive(Clone, Debug)]
 pub(super) struct MapSampler {
     width: usize,

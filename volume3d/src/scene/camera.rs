@@ -88,10 +88,11 @@ impl Camera {
 /// The reconstruction filter h of a pixel, a function of the distance to its centre in pixels along each
 /// axis, with ∫∫ h = 1.
 ///
-/// Samples fall evenly on the film and count with the weight h, below 0 where h is: the image and its derivatives stay
-/// unbiased. What a filter does to their noise goes by (∫h²)² for the image, and by ∫h′² ∫h² for the part of the area in
-/// derivatives: a tent of radius 1 has 0.44 and 1.33, the Gaussian of deviation ½ 0.32 and 0.64, Mitchell's and Netravali's
-/// filter (B = C = ⅓) 0.46 and 1.11, Catmull's and Rom's 0.66 and 1.90, and Lanczos's of three lobes 0.80 and 2.27.
+/// Samples fall evenly on the film and count with the weight h, below 0 where h is: the image and its
+/// derivatives stay unbiased. What a filter does to their noise goes by (∫h²)² for the image, and by ∫h′²
+/// ∫h² for the part of the area in derivatives: a tent of radius 1 has 0.44 and 1.33, the Gaussian of
+/// deviation ½ 0.32 and 0.64, Mitchell's and Netravali's filter (B = C = ⅓) 0.46 and 1.11, Catmull's and
+/// Rom's 0.66 and 1.90, and Lanczos's of three lobes 0.80 and 2.27.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Filter {
     /// 1 within the pixel.
@@ -106,8 +107,9 @@ pub enum Filter {
         /// σ.
         deviation: f64,
     },
-    /// The cubic splines of Mitchell and Netravali (1988), of radius 2: in three pieces, negative beyond 1. With B = 0 and
-    /// C = ½ it is that of Catmull and Rom, which goes through the values at pixels' centres.
+    /// The cubic splines of Mitchell and Netravali (1988), of radius 2: in three pieces, negative beyond 1.
+    /// With B = 0 and C = ½ it is that of Catmull and Rom, which goes through the values at pixels'
+    /// centres.
     Cubic {
         /// B: how much is blurred.
         b: f64,

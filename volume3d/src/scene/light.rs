@@ -134,9 +134,9 @@ pub enum Environment {
         /// The radiance.
         radiance: DVec3,
     },
-    /// A longitude–latitude map: u = atan2(x, −z)/2π, v = acos(y)/π from the top, in the map's own frame. Between texels it is
-    /// bilinear: column i is at u = (i + ½)/width, periodically, and row j at v = j/(height − 1), the first and the last at the
-    /// poles.
+    /// A longitude–latitude map: u = atan2(x, −z)/2π, v = acos(y)/π from the top, in the map's own frame.
+    /// Between texels it is bilinear: column i is at u = (i + ½)/width, periodically, and row j at v =
+    /// j/(height − 1), the first and the last at the poles.
     Map {
         /// Its name in messages and requests.
         id: String,

@@ -1,14 +1,15 @@
 //! The origin of a scene's internal coordinates.
 //!
-//! Map coordinates are large, and their differences small: sums and products lose the digits that matter. So
-//! the origin is moved to the surfaces, and subtracted from all positions. Users read and write the coordinates
-//! of the description, which is kept unchanged.
+//! Map coordinates are large, and their differences small: sums and products lose the digits that matter.
+//! So the origin is moved to the surfaces, and subtracted from all positions. Users read and write the
+//! coordinates of the description, which is kept unchanged.
 //!
-//! Along each axis, let s be the size of the box around all surfaces, m its middle, and q ≥ s a power of two. If
+//! Along each axis, let s be the size of the box around all surfaces, m its middle, and q ≥ s a power of
+//! two. If
 //! |m| > 64 q, the origin moves by c, the multiple of q next to m. Every point p of a triangle has |p − m| ≤ s/2,
-//! and |c − m| ≤ q/2, so that p and c are within a factor of 65/63 of one another and p − c is exact (Sterbenz
-//! 1974, theorem 4.3.1). Other positions are rounded to 2⁻⁵³ of their distance from the surfaces, as the first
-//! ray from there would round them.
+//! and |c − m| ≤ q/2, so that p and c are within a factor of 65/63 of one another and p − c is exact
+//! (Sterbenz 1974, theorem 4.3.1). Other positions are rounded to 2⁻⁵³ of their distance from the surfaces,
+//! as the first ray from there would round them.
 
 use flatland::sdf::Sdf as _;
 use glam::DVec3;

@@ -62,8 +62,9 @@ impl Accelerator {
             let [a, b, c] = mesh.corners(t);
             let (low, high) = (a.min(b).min(c), a.max(b).max(c));
             let rounding = ROUNDING * largest(low - origin, high - origin);
-            // What is smaller than its rounding has no plane and no edges that could be told to lie upon others; that it passes
-            // through them is told exactly. Where coordinates have lost their digits all boxes would meet otherwise.
+            // What is smaller than its rounding has no plane and no edges that could be told to lie upon
+            // others; that it passes through them is told exactly. Where coordinates have lost their digits
+            // all boxes would meet otherwise.
             let is_lost = (high - low).length() <= 0.5 * rounding;
             let rounding = if is_lost { 0.0 } else { rounding };
             (low - rounding, high + rounding)

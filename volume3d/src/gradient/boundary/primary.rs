@@ -14,8 +14,8 @@ use crate::gradient::film::FilmPlane;
 use crate::gradient::jump_mean::SceneEdges;
 use crate::path::{Frame, Paths, Sequence};
 
-/// The ray on either side of a projected edge leaves it by this many pixels at least, a thousand times what the rounding
-/// of film coordinates below 1,000 and of directions makes of it.
+/// The ray on either side of a projected edge leaves it by this many pixels at least, a thousand times what
+/// the rounding of film coordinates below 1,000 and of directions makes of it.
 const ASIDE_PIXELS: f64 = 1e-9;
 
 /// A face at which one looks along its plane up to this angle, in radians, may be seen as less than a line:

@@ -9,8 +9,9 @@ use crate::scene::{Hit, Scene, Surface};
 /// direction.
 const ASIDE: f64 = 1e-12;
 
-/// Distance at which the rays pass the edge, in units of rounding of the coordinates. The point of the edge has
-/// an error of two units, the viewer and the direction of one each, and the test of a triangle of about four.
+/// Distance at which the rays pass the edge, in units of rounding of the coordinates. The point of the edge
+/// has an error of two units, the viewer and the direction of one each, and the test of a triangle of about
+/// four.
 const CLEAR: f64 = 16.0;
 
 /// Bound on the angle by which rounding of coordinates turns a direction, in radians, with a margin.
@@ -18,10 +19,10 @@ pub(super) fn clear(largest: f64, distance: f64) -> f64 {
     CLEAR * f64::EPSILON * largest / distance
 }
 
-/// Angle between a point of an edge, at a distance from x, and the rays from x that pass it on either side. Their
-/// hits stand for the limits at the edge, and differ from them only where another edge is within the angle. It
-/// exceeds the angle by which rounding may turn the rays: 10⁻¹² up to 300 distances from the origin, then
-/// proportional to the distance from the origin.
+/// Angle between a point of an edge, at a distance from x, and the rays from x that pass it on either side.
+/// Their hits stand for the limits at the edge, and differ from them only where another edge is within the
+/// angle. It exceeds the angle by which rounding may turn the rays: 10⁻¹² up to 300 distances from the
+/// origin, then proportional to the distance from the origin.
 pub(super) fn aside(ends: [DVec3; 2], x: DVec3, distance: f64) -> f64 {
     ASIDE.max(clear(largest(&[x, ends[0], ends[1]]), distance))
 }
@@ -31,10 +32,11 @@ pub(super) fn largest(points: &[DVec3]) -> f64 {
     points.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max)
 }
 
-/// Distance from a point of an edge at which rays through it start, so that its own triangles do not block them:
-/// 10⁻⁹ of their coordinates. There a ray at 4·10⁻⁶ from a triangle's plane has left the plane's rounding. For
-/// edges shorter than 1/4000 of the coordinates it is the geometric mean of rounding and length, which balances
-/// the nearby geometry that is missed against the directions that graze the edge's triangles.
+/// Distance from a point of an edge at which rays through it start, so that its own triangles do not block
+/// them: 10⁻⁹ of their coordinates. There a ray at 4·10⁻⁶ from a triangle's plane has left the plane's
+/// rounding. For edges shorter than 1/4000 of the coordinates it is the geometric mean of rounding and
+/// length, which balances the nearby geometry that is missed against the directions that graze the edge's
+/// triangles.
 pub(super) fn near(scene: &Scene, list: &EdgeList, edge: &Edge) -> f64 {
     let [a, b] = edge.span(scene);
     let corners = list.triangles(edge).map(|t| largest(&scene.corners(t)));
@@ -62,8 +64,9 @@ pub(super) struct Sides {
 }
 
 impl Sides {
-    /// Part of a jump of emission that an emitter's edge finds: all of it where the edge that coincides with it
-    /// belongs to a shape that does not emit, such as a frame. Such edges find none of the emitter's jump.
+    /// Part of a jump of emission that an emitter's edge finds: all of it where the edge that coincides
+    /// with it belongs to a shape that does not emit, such as a frame. Such edges find none of the
+    /// emitter's jump.
     pub(super) fn share_of_emission(&self, scene: &Scene) -> f64 {
         let emits =
             |hit: Hit| scene.description.shapes[scene.shape_of(hit.surface) as usize].radiance.is_some();

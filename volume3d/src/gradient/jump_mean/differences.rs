@@ -29,8 +29,8 @@ fn sheets() -> (Scene, Tangent) {
     (scene, change)
 }
 
-/// Far from what moves as well, where velocities turn away from the sphere: there a tenth of the term −2 u·V is a
-/// hundred thousand times what differences are off by.
+/// Far from what moves as well, where velocities turn away from the sphere: there a tenth of the term −2
+/// u·V is a hundred thousand times what differences are off by.
 #[test]
 fn divergences_are_those_of_differences() {
     let (scene, change) = sheets();

@@ -1,6 +1,7 @@
 //! Whether trials of two methods found the same derivative.
 //!
-//! The standard error of a method knows nothing of what none of its samples found. Another, independent estimate does: with g₁ and g₂ of one image μ,
+//! The standard error of a method knows nothing of what none of its samples found. Another, independent
+//! estimate does: with g₁ and g₂ of one image μ,
 //!
 //! > E g₁·g₂ = |μ|² and E |g₁ − g₂|² = E |g₁ − μ|² + E |g₂ − μ|²,
 //!
@@ -23,7 +24,8 @@ struct Sum {
     square: f64,
 }
 
-/// The side of squares of pixels whose spread says how well a sum over the film is known: what one sample adds is within one, or four.
+/// The side of squares of pixels whose spread says how well a sum over the film is known: what one sample
+/// adds is within one, or four.
 const SQUARE: usize = 4;
 /// What is known is so many standard errors from 0.
 const SIGNIFICANT: f64 = 3.0;
@@ -66,7 +68,8 @@ impl Agreement {
         self.beyond.value > SIGNIFICANT * self.beyond.square.sqrt()
     }
 
-    /// Whether both found the same derivative: what they have in common is seen, and more than what one of them may lack.
+    /// Whether both found the same derivative: what they have in common is seen, and more than what one of
+    /// them may lack.
     pub(super) fn is_confirmed(&self) -> bool {
         let lacks = self.beyond.value.max(0.0) + self.beyond.square.sqrt();
         self.common.value > SEEN * self.common.square.sqrt() && lacks < self.common.value

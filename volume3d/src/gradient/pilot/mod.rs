@@ -5,23 +5,31 @@
 //! (Neyman 1934), and it is (Σ σᵢ √cᵢ)²/T. So two methods are compared by Σ σᵢ √cᵢ alone, each at its best split:
 //!
 //! - warped-area sampling with a [softened field](super::Field::Softened): area, silhouettes on the film, edges of shadows;
-//! - [edge sampling](EdgeSampling): paths, edges on the film, edges that shading points see before lights and before all else;
-//! - warped-area sampling with the exact [mean over jumps](super::Field::JumpMean), whose samples are all of the area, where the pilot has more than the fewest
-//!   samples.
+//! - [edge sampling](EdgeSampling): paths, edges on the film, edges that shading points see before lights
+//!   and before all else;
+//! - warped-area sampling with the exact [mean over jumps](super::Field::JumpMean), whose samples are all
+//!   of the area, where the pilot has more than the fewest samples.
 //!
-//! The softened field, whose tails are the lightest, is taken unless another one is expected to err less by more than the pilot may be wrong:
+//! The softened field, whose tails are the lightest, is taken unless another one is expected to err less by
+//! more than the pilot may be wrong:
 //!
-//! - Edge sampling has to promise a quarter less if a pilot has the fewest samples, and with more of them less than that. Of a kind of curve of which its trial saw
-//!   nothing 16 times as many samples are drawn. If these see nothing either, three in as many may (the rule of three), each like those of the noisiest
-//!   kind; edge sampling is then chosen if it promises to err four times less, and its trial is not refuted by the other's.
-//! - The exact mean has heavy tails where silhouettes meet in penumbrae. It has to promise less by two standard errors of its variance, known by the spread of that over
-//!   the film, and its trial has to confirm that of the softened field.
+//! - Edge sampling has to promise a quarter less if a pilot has the fewest samples, and with more of them
+//!   less than that. Of a kind of curve of which its trial saw nothing 16 times as many samples are drawn.
+//!   If these see nothing either, three in as many may (the rule of three), each like those of the noisiest
+//!   kind; edge sampling is then chosen if it promises to err four times less, and its trial is not refuted
+//!   by the other's.
+//! - The exact mean has heavy tails where silhouettes meet in penumbrae. It has to promise less by two
+//!   standard errors of its variance, known by the spread of that over the film, and its trial has to
+//!   confirm that of the softened field.
 //!
-//! Where the trial of the softened field saw no shadow, its field towards lights is exact: sampled curves miss shadows of which the film shows a small part.
+//! Where the trial of the softened field saw no shadow, its field towards lights is exact: sampled curves
+//! miss shadows of which the film shows a small part.
 //!
-//! Edge sampling is no candidate beside implicit surfaces, whose silhouettes it does not know; where a material is not diffuse, as few samples find what
-//! narrow lobes see; and where more shapes emit than contacts are followed of. Nothing is chosen, and the exact mean is taken, where
-//! no mesh moves beside implicit surfaces, and where a list of all edges, which it does not need, would take more than a quarter of the time.
+//! Edge sampling is no candidate beside implicit surfaces, whose silhouettes it does not know; where a
+//! material is not diffuse, as few samples find what narrow lobes see; and where more shapes emit than
+//! contacts are followed of. Nothing is chosen, and the exact mean is taken, where no mesh moves beside
+//! implicit surfaces, and where a list of all edges, which it does not need, would take more than a quarter
+//! of the time.
 //!
 //! Samples of the area of warped-area sampling are spread over the film by the same rule, more of them in squares of pixels where the pilot's
 //! scatter more, if there are 16 or more, of one view, only geometry changes, and light is reflected only once: an [`Allocation`](super::Allocation).
@@ -65,8 +73,8 @@ use crate::scene::{Bsdf, Scene, Triangle};
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Pilot {
-    /// Samples a pixel of [`WarpedArea::default`] that take about as long as what is chosen. The pilot takes the time of about 8
-    /// to 32 more, or of an eighth of them if that is more.
+    /// Samples a pixel of [`WarpedArea::default`] that take about as long as what is chosen. The pilot
+    /// takes the time of about 8 to 32 more, or of an eighth of them if that is more.
     pub samples: usize,
     /// The seed of what is chosen; the pilot's own follows from it.
     pub seed: u64,
@@ -75,14 +83,16 @@ pub struct Pilot {
 /// What a pilot chose, and why.
 #[derive(Clone, Debug)]
 pub struct Choice {
-    /// The best of the candidates: the softened field, unless another one is expected to err less, by as much as the pilot may be wrong.
+    /// The best of the candidates: the softened field, unless another one is expected to err less, by as
+    /// much as the pilot may be wrong.
     pub method: Method,
     /// All of them, the chosen first; none if there was nothing to be chosen, and no edge sampling where a surface is not diffuse.
     pub candidates: Vec<Candidate>,
-    /// Whether listing all edges would have taken more than a quarter of the time of what is chosen: then nothing was tried, and the exact mean is
-    /// taken, which needs no lists.
+    /// Whether listing all edges would have taken more than a quarter of the time of what is chosen: then
+    /// nothing was tried, and the exact mean is taken, which needs no lists.
     pub in_haste: bool,
-    /// Whether what is chosen is expected to err by as much as all that any trial found: then the choice is a guess, and so is what it leads to.
+    /// Whether what is chosen is expected to err by as much as all that any trial found: then the choice is
+    /// a guess, and so is what it leads to.
     pub is_lost: bool,
 }
 
@@ -109,8 +119,9 @@ const PART: usize = 64;
 const PART_OF_AREA: usize = 32;
 const FEWEST: usize = 2;
 const FEWEST_CURVES: usize = 1;
-/// What it takes to list an edge, to weigh it if its shape does not emit, and to put it into the hierarchy of the exact mean with its triangles and their
-/// crossings, in rays: on a bumpy sphere of 122,888 edges. And what a sample of the exact mean takes, as long as that is unknown.
+/// What it takes to list an edge, to weigh it if its shape does not emit, and to put it into the hierarchy
+/// of the exact mean with its triangles and their crossings, in rays: on a bumpy sphere of 122,888 edges.
+/// And what a sample of the exact mean takes, as long as that is unknown.
 const LISTED: f64 = 2.0;
 const WEIGHED: f64 = 9.0;
 const MADE: f64 = 24.0;

@@ -12,13 +12,13 @@ pub(super) struct Split {
     pub(super) shares: [f64; PARTS],
 }
 
-/// A part without noise in the pilot may have some: it counts as if it had this part of the noisiest's deviation at least, and if none has any, as
-/// if all had as much.
+/// A part without noise in the pilot may have some: it counts as if it had this part of the noisiest's
+/// deviation at least, and if none has any, as if all had as much.
 const UNSEEN: f64 = 0.05;
 
-/// The least variance that parts with these variances, of one sample each, have in a time. Of each part there is one sample at
-/// least, and of the first as many as are given. A part that costs nothing does not exist. So many of a part's samples may find
-/// something if none did; they then count as the noisiest's do.
+/// The least variance that parts with these variances, of one sample each, have in a time. Of each part
+/// there is one sample at least, and of the first as many as are given. A part that costs nothing does not
+/// exist. So many of a part's samples may find something if none did; they then count as the noisiest's do.
 pub(super) fn split(
     variances: [f64; PARTS],
     costs: [f64; PARTS],

@@ -31,11 +31,13 @@ const MEASURED: f64 = 1.0 / 64.0;
 /// what is rare there is what exact lobes see at bounces. (In a closed box, where the field was expected to err 1.16 to 1.25 times as much as edge
 /// sampling, it erred twice as much.)
 const DOUBT: f64 = 0.25;
-/// Edge sampling of which a kind of curve was never seen, not even by AGAIN times as many samples, is chosen if it promises to err so many times less: what is
-/// rare may be large, and of n samples none of which found anything it is known only that three in n may have (the rule of three).
+/// Edge sampling of which a kind of curve was never seen, not even by AGAIN times as many samples, is
+/// chosen if it promises to err so many times less: what is rare may be large, and of n samples none of
+/// which found anything it is known only that three in n may have (the rule of three).
 const UNSEEN_DOUBT: f64 = 4.0;
-/// The exact mean is chosen if so many standard errors more than it promises are still less: where two silhouettes meet in a penumbra its tails are heavy,
-/// and few samples say too little of them. (The squares of which its variance is a sum are those of the film, and of few squares it is known badly.)
+/// The exact mean is chosen if so many standard errors more than it promises are still less: where two
+/// silhouettes meet in a penumbra its tails are heavy, and few samples say too little of them. (The squares
+/// of which its variance is a sum are those of the film, and of few squares it is known badly.)
 const ERRORS: f64 = 2.0;
 /// The side of squares of pixels whose spread says how well the variance of the area is known.
 const UNCERTAIN: usize = 2;
@@ -81,7 +83,8 @@ pub(super) struct Seen {
     /// Of one sample of each part, and its costs.
     variances: [f64; PARTS],
     costs: [f64; PARTS],
-    /// How many samples of each part there were, of all pixels, and what those cost that were taken again, a pixel.
+    /// How many samples of each part there were, of all pixels, and what those cost that were taken again,
+    /// a pixel.
     counts: [f64; PARTS],
     again: f64,
     /// The standard error of the area's variance, as a part of it, by its spread over the film.
@@ -150,7 +153,8 @@ impl Seen {
         }
     }
 
-    /// Edge sampling of kinds of curves of which nothing was seen, with more samples of them; nothing if all were seen.
+    /// Edge sampling of kinds of curves of which nothing was seen, with more samples of them; nothing if
+    /// all were seen.
     pub(super) fn again(&self, seed: u64) -> Option<EdgeSampling> {
         let Method::EdgeSampling(method) = &self.method else { return None };
         let [_, primary, secondary, bounces] =
@@ -229,7 +233,8 @@ impl Seen {
     /// The method with the samples of a split.
     fn with(&self, split: &Split, allocation: Option<Arc<Allocation>>, seed: u64) -> Candidate {
         let [samples, film, shading, bounces] = split.samples;
-        // Where the film shows a small part of all shadows, curves that are drawn miss it, and the exact field does not.
+        // Where the film shows a small part of all shadows, curves that are drawn miss it, and the exact
+        // field does not.
         let shadows = if self.variances[2] > 0.0 { shading } else { 0 };
         let method = match &self.method {
             Method::WarpedArea(method) => Method::WarpedArea(WarpedArea {

@@ -40,8 +40,9 @@ fn worst(images: &[Image], exact: &[f64]) -> (f64, f64) {
     off.fold((0.0, 0.0), |(a, b), (c, d)| (f64::max(a, c), f64::max(b, d)))
 }
 
-/// Of a square whose derivative is known, by the area and by edges. What is seen is a twentieth of the largest derivative; the
-/// derivative under a Gaussian, as which these filters could be mistaken, is the control.
+/// Of a square whose derivative is known, by the area and by edges. What is seen is a twentieth of the
+/// largest derivative; the derivative under a Gaussian, as which these filters could be mistaken, is the
+/// control.
 #[test]
 fn derivatives_under_negative_lobes() {
     const RUNS: u64 = 400;

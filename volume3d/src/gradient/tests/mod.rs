@@ -149,8 +149,8 @@ fn rays_below_a_face_do_no_harm() {
     assert!(noise < 3.0 * error, "{noise} {error}");
 }
 
-/// The stated errors of totals, blocks and pixels are the scatter over seeds; for totals the root of the sum of squares of pixels' errors is
-/// not.
+/// The stated errors of totals, blocks and pixels are the scatter over seeds; for totals the root of the
+/// sum of squares of pixels' errors is not.
 #[test]
 fn errors_of_totals_are_the_scatter_over_seeds() {
     let mut d = room(Filter::Tent { radius: 1.0 }).description().clone();
@@ -225,8 +225,8 @@ fn errors_of_curves_are_the_scatter_over_seeds() {
     assert!(scatter > 0.0 && (stated / scatter - 1.0).abs() < 0.3, "{stated} for {scatter}");
 }
 
-/// Everything emits e and reflects a: radiance e/(1 − a). Roulette begins late, when few paths are left, or at once: then
-/// a bias of 2 % in the weight of what survives is seen.
+/// Everything emits e and reflects a: radiance e/(1 − a). Roulette begins late, when few paths are left, or
+/// at once: then a bias of 2 % in the weight of what survives is seen.
 #[test]
 fn a_closed_white_box_glows_as_the_series_says() {
     let camera = Camera::look_at(DVec3::new(0.2, 0.1, 0.3), DVec3::X, DVec3::Y, 1.2);

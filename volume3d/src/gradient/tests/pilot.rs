@@ -144,7 +144,8 @@ fn lone_cube() -> (Scene, Tangent) {
     (scene, change)
 }
 
-/// A strip of the penumbra of a small lamp, in which an occluder's edge passes the lamp's outline: the exact mean has heavy tails there.
+/// A strip of the penumbra of a small lamp, in which an occluder's edge passes the lamp's outline: the
+/// exact mean has heavy tails there.
 fn strip_of_penumbra() -> (Scene, Tangent) {
     let camera = Camera::look_at(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, DVec3::Y, 1.0);
     let of_pixels = Film {
@@ -168,8 +169,8 @@ fn strip_of_penumbra() -> (Scene, Tangent) {
     (scene, change)
 }
 
-/// Of a kind of curve that there is nowhere nothing is ever seen, and edge sampling is chosen all the same where it should err four times less. A control:
-/// the other methods do err so many times as much.
+/// Of a kind of curve that there is nowhere nothing is ever seen, and edge sampling is chosen all the same
+/// where it should err four times less. A control: the other methods do err so many times as much.
 #[test]
 fn what_is_nowhere_shuts_nothing_out() {
     let (scene, change) = lone_cube();
@@ -193,7 +194,8 @@ fn the_exact_mean_is_not_chosen_in_a_penumbra() {
     assert_eq!(chosen, [0; 4]);
 }
 
-/// Where listing edges would take longer than a quarter of what is asked for nothing is tried, and more samples are worth it.
+/// Where listing edges would take longer than a quarter of what is asked for nothing is tried, and more
+/// samples are worth it.
 #[test]
 fn there_is_no_pilot_in_haste() {
     let scene = scene(16, rough_ball());

@@ -36,11 +36,12 @@ pub enum Field {
     /// through one or covers part of it in one plane, and beside implicit surfaces where normals are
     /// interpolated.
     ///
-    /// The density of samples of shadows has a bound at any gap between an edge and a lamp, none included: it
-    /// is uniform by solid angle, on pieces of edges that are no longer than their distance from the lamp or
-    /// a quarter of its size. Where more than 32 triangles emit it is so within a tenth of the radius of a ball around each shape. Where
-    /// more than 64 shapes emit and edges times shapes are more than 10⁷, the mean is exact towards lights. Within lobes the exact mean has none as a gap before a surface that
-    /// reflects closes.
+    /// The density of samples of shadows has a bound at any gap between an edge and a lamp, none included:
+    /// it is uniform by solid angle, on pieces of edges that are no longer than their distance from the
+    /// lamp or a quarter of its size. Where more than 32 triangles emit it is so within a tenth of the
+    /// radius of a ball around each shape. Where more than 64 shapes emit and edges times shapes are more
+    /// than 10⁷, the mean is exact towards lights. Within lobes the exact mean has none as a gap before a
+    /// surface that reflects closes.
     ///
     /// The silhouettes and shadows of implicit surfaces are no curves that could be drawn: what the points of
     /// their tracer give to the mean is not softened ([`WarpedArea::implicit`](super::WarpedArea::implicit)),

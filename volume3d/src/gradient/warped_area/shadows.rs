@@ -4,9 +4,10 @@ use crate::gradient::boundary::contacts_are_followed;
 use crate::scene::{Scene, Surface};
 
 /// Whether all jumps of the light of a scene's emitters, as shading points see them, are curves that are
-/// sampled: not where something passes through an emitter or covers it in one plane; not where an emitter has
-/// a texture, which may jump; not where so many shapes emit that edges on them are not looked for; and not where there is a field towards lights, that of implicit surfaces, and
-/// horizons of faces with interpolated normals, which are sampled as if there were none.
+/// sampled: not where something passes through an emitter or covers it in one plane; not where an emitter
+/// has a texture, which may jump; not where so many shapes emit that edges on them are not looked for; and
+/// not where there is a field towards lights, that of implicit surfaces, and horizons of faces with
+/// interpolated normals, which are sampled as if there were none.
 pub(super) fn are_curves(scene: &Scene) -> bool {
     let textured = scene.description.shapes.iter().any(|shape| shape.radiance_texture.is_some());
     let bent = !scene.description.implicits.is_empty() && !scene.normals.is_empty();

@@ -32,8 +32,9 @@ pub fn read_image(bytes: &[u8], path: &Path, raw: bool) -> Result<Image, Error> 
     check_finite(decode(bytes, by(raw), None).map_err(error(path))?, path)
 }
 
-/// [`load_image`] for a picture that is to be compared with a rendering: what is transparent in it shows `background`, linear RGB.
-/// OpenEXR's colours are taken as multiplied by their alpha, as that format has it. `encoding` says what integers mean.
+/// [`load_image`] for a picture that is to be compared with a rendering: what is transparent in it shows
+/// `background`, linear RGB. OpenEXR's colours are taken as multiplied by their alpha, as that format has
+/// it. `encoding` says what integers mean.
 ///
 /// # Errors
 /// [`Error::File`], or [`Error::Image`]; also for pixels that are not finite.
@@ -85,8 +86,8 @@ fn check_exr(bytes: &[u8]) -> Result<(), ImageProblem> {
     Ok(())
 }
 
-/// What the decoder may take: room for four channels of single precision, and for a colour profile. A PNG says first how many
-/// pixels it has, and may have a profile that a few bytes stand for.
+/// What the decoder may take: room for four channels of single precision, and for a colour profile. A PNG
+/// says first how many pixels it has, and may have a profile that a few bytes stand for.
 fn most_memory(bytes: &[u8]) -> u64 {
     const PROFILE: u64 = 1 << 24;
     // The signature, the length and the name of the first chunk; then columns and rows.

@@ -6,7 +6,8 @@ use crate::io::ImageProblem;
 /// What the integers of a picture mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Encoding {
-    /// What the file says: of a PNG its chunks cICP, sRGB, iCCP (taken as sRGB) and gAMA, in this order, and else sRGB.
+    /// What the file says: of a PNG its chunks cICP, sRGB, iCCP (taken as sRGB) and gAMA, in this order,
+    /// and else sRGB.
     #[default]
     File,
     /// sRGB, whatever the file says.

@@ -33,9 +33,9 @@
 //! - Spectra and named metals become linear RGB where they are read, by the CIE observer of 1931: under D65 unless they are
 //!   of an emitter. `blackbody` is read too, which Mitsuba's RGB variants refuse.
 //! - `<rotate>` is a rotation whatever the length of its axis; Mitsuba's is none unless that is 1.
-//! - `direct` renders all direct light however many `emitter_samples` and `bsdf_samples` there are, as one of each does. Mitsuba 3.9
-//!   has the same image of lights with an extent, adds up point lights once for each of several `emitter_samples`, and leaves them out
-//!   without any.
+//! - `direct` renders all direct light however many `emitter_samples` and `bsdf_samples` there are, as one
+//!   of each does. Mitsuba 3.9 has the same image of lights with an extent, adds up point lights once for
+//!   each of several `emitter_samples`, and leaves them out without any.
 //! - `directional` emitters may have a `kappa`, the concentration of their lobe ([`Light::Directional`]).
 //! - `perspective` sensors may have a `pixel_aspect`, 1 unless given: by how many more pixels an angle is shown along columns
 //!   ([`Camera`](crate::scene::Camera)).
@@ -73,11 +73,12 @@
 //!   seam of texture coordinates is a crease.
 //! - An `sdfgrid` is interpolated by a cubic spline unless it says otherwise, its normals are those of φ whatever `normals`
 //!   says, and clip planes are not checked against it.
-//! - Films see what is beyond their border, as with `sample_border`, whether it is set or not: a note says so in every run where it
-//!   makes a difference, at pixels within the filter's radius of the border.
-//! - Meshes emit from the front of their faces, Mitsuba's from where vertex normals point to: a note says so in every run where
-//!   the two differ.
-//! - Faces with dents are cut into triangles that do not leave them; Mitsuba makes fans around their first corner.
+//! - Films see what is beyond their border, as with `sample_border`, whether it is set or not: a note says
+//!   so in every run where it makes a difference, at pixels within the filter's radius of the border.
+//! - Meshes emit from the front of their faces, Mitsuba's from where vertex normals point to: a note says
+//!   so in every run where the two differ.
+//! - Faces with dents are cut into triangles that do not leave them; Mitsuba makes fans around their first
+//!   corner.
 //! - An environment map may have any size; Mitsuba's has at least two columns and three rows.
 //! - `near_clip` and `far_clip` cut nothing. A scene of which they would cut something that the film has in view is
 //!   refused. Where they are not given there are none; Mitsuba then cuts at 0.01 and at 10000.

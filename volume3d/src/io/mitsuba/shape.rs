@@ -151,8 +151,8 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// What is to be said of a mesh that emits and has vertex normals: the format has it emit where these point to, and here it
-/// emits where its faces do.
+/// What is to be said of a mesh that emits and has vertex normals: the format has it emit where these point
+/// to, and here it emits where its faces do.
 fn emission(mesh: &Mesh, id: &str) -> Option<String> {
     let turned = mesh.turned_normals();
     let count = mesh.triangles().len();

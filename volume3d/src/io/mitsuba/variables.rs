@@ -1,7 +1,7 @@
 //! `$name`s and their values.
 
-/// Bytes that the values in the place of all `$name`s may have together, so that values made of values do not fill the memory.
-/// A value has some ten, and a scene a million elements at most.
+/// Bytes that the values in the place of all `$name`s may have together, so that values made of values do
+/// not fill the memory. A value has some ten, and a scene a million elements at most.
 pub(super) const MOST_TEXT: usize = 1 << 26;
 
 /// The values of `$name`s.

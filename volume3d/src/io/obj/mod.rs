@@ -22,8 +22,9 @@ use crate::geometry::{Attribute, Mesh};
 /// Reads the triangles of an OBJ file. `path` is for messages.
 ///
 /// `v`, `vt`, `vn` and `f` are read, with indices from the end (−1 is the last so far) and polygons, which
-/// become fans around their first corner, and where they have dents triangles that do not leave them. Positions, texture
-/// coordinates and normals keep their own indices. Without `vn` the normals are weighted by angles on the file's `v`.
+/// become fans around their first corner, and where they have dents triangles that do not leave them.
+/// Positions, texture coordinates and normals keep their own indices. Without `vn` the normals are weighted
+/// by angles on the file's `v`.
 ///
 /// Groups, objects, smoothing groups, materials and colours of vertices are skipped; points and lines (`p`,
 /// `l`) too, as they have no area. Free-form geometry is refused.

@@ -4,7 +4,8 @@ use super::Failure;
 use crate::io::error::excerpt;
 use crate::io::{At, MeshProblem};
 
-/// Elements of a header, and properties of an element, that there may be; meshes have some ten, and clouds of splats sixty.
+/// Elements of a header, and properties of an element, that there may be; meshes have some ten, and clouds
+/// of splats sixty.
 const MOST: usize = 1000;
 
 /// How numbers are stored.

@@ -27,9 +27,9 @@ pub use self::write::write_ply;
 /// Reads the triangles of a PLY file: ASCII, or binary of either byte order. `path` is for messages.
 ///
 /// Of the element `vertex` the properties x y z, nx ny nz and u v (or s t) are read, of `face` the list
-/// `vertex_index` or `vertex_indices`; all else is skipped. Polygons become fans around their first corner, and where they
-/// have dents triangles that do not leave them. Without nx ny nz the normals are weighted by angles on the file's own
-/// vertices, so that vertices the file has twice make a crease.
+/// `vertex_index` or `vertex_indices`; all else is skipped. Polygons become fans around their first corner,
+/// and where they have dents triangles that do not leave them. Without nx ny nz the normals are weighted by
+/// angles on the file's own vertices, so that vertices the file has twice make a crease.
 ///
 /// # Errors
 /// [`Error::Mesh`], with the line or the element.

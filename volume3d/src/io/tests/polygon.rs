@@ -40,8 +40,8 @@ fn star(tips: u32, first: u32) -> Vec<[f64; 2]> {
     (0..2 * tips).map(|k| corner(k + first)).collect()
 }
 
-/// Triangles that are all turned as the polygon is, and whose areas are its area in sum, cover it once. Of a fan the areas
-/// are more wherever a dent is not around the first corner: `fan` says where.
+/// Triangles that are all turned as the polygon is, and whose areas are its area in sum, cover it once. Of
+/// a fan the areas are more wherever a dent is not around the first corner: `fan` says where.
 #[test]
 fn polygons_with_dents_are_covered_once() {
     let dart = |k: usize| -> Vec<[f64; 2]> {

@@ -413,7 +413,8 @@ fn means_of_parameters_follow_and_go_on() {
     whole.apply_result(&mut scene).unwrap();
     // Where the block is now is where its translations are counted from; reflectances are what they are.
     assert_eq!(whole.parameters().values(&scene)[3..], whole.result()[3..]);
-    // x̄ + w (x − x̄) after every step, with w = max(1 − β, 1/t), of the numbers that are not counted from a place that moves.
+    // x̄ + w (x − x̄) after every step, with w = max(1 − β, 1/t), of the numbers that are not counted from
+    // a place that moves.
     let mut expected = vec![0.0; whole.state().x.len() - 3];
     for (t, (state, mean)) in (1..).zip(&found) {
         let weight = f64::max(0.1, 1.0 / f64::from(t));

@@ -1,4 +1,5 @@
-//! What is drawn has the density that is stated, maps are where the format has them, and their light is drawn evenly.
+//! What is drawn has the density that is stated, maps are where the format has them, and their light is
+//! drawn evenly.
 
 use flatland::calculus::Vec3;
 use flatland::random::{open01, stream};
@@ -75,8 +76,9 @@ fn texels_are_where_the_format_has_them() {
     }
 }
 
-/// The density of a direction is the one it is drawn with, its integral is 1, and means over what is drawn are integrals:
-/// of functions that are constant, rise along each axis, or are bright where the map is dark.
+/// The density of a direction is the one it is drawn with, its integral is 1, and means over what is drawn
+/// are integrals: of functions that are constant, rise along each axis, or are bright where the map is
+/// dark.
 #[test]
 fn directions_have_the_stated_density() {
     const SAMPLES: usize = 40_000;
@@ -121,8 +123,9 @@ fn directions_have_the_stated_density() {
     }
 }
 
-/// All that light scatters is what the even part costs: one sample of a map's whole light has a variance of a few
-/// hundredths of its square. A density that is constant around texels has one of 3 for a sun of one texel.
+/// All that light scatters is what the even part costs: one sample of a map's whole light has a variance of
+/// a few hundredths of its square. A density that is constant around texels has one of 3 for a sun of one
+/// texel.
 #[test]
 fn the_light_of_a_map_is_drawn_evenly() {
     for (case, (width, texels)) in maps().into_iter().enumerate().filter(|(case, _)| *case < 6) {

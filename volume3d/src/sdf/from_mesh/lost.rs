@@ -10,10 +10,12 @@ use crate::sdf::Grid;
 /// Points of a triangle along each edge, at most.
 const MOST: usize = 256;
 
-/// The part of the area around which φ has one sign at all nodes, found at points no farther apart than nodes are.
+/// The part of the area around which φ has one sign at all nodes, found at points no farther apart than
+/// nodes are.
 ///
-/// A flat piece of surface has nodes on both sides at its own cell's corners. At corners and edges that point into a cell, nodes
-/// one cell farther on do; where even those have one sign, no surface of the grid is nearer than a cell.
+/// A flat piece of surface has nodes on both sides at its own cell's corners. At corners and edges that
+/// point into a cell, nodes one cell farther on do; where even those have one sign, no surface of the grid
+/// is nearer than a cell.
 pub(super) fn part(mesh: &Mesh, grid: &Grid) -> f64 {
     let step = grid.spacing().min_element();
     // A spline does not go through its nodes.

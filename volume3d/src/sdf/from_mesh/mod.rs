@@ -18,8 +18,8 @@ pub struct MeshDistances {
     /// Nodes whose winding number is farther than ¼ from a whole number. 0 for meshes that are closed and consistently
     /// turned; else the surface near them is a guess that closes holes.
     pub doubtful: usize,
-    /// The part of the mesh's area whose nodes around, two to each side, are all outside or all inside: the grid has no
-    /// surface there. 0 unless parts or gaps of the mesh are thinner than about two cells.
+    /// The part of the mesh's area whose nodes around, two to each side, are all outside or all inside: the
+    /// grid has no surface there. 0 unless parts or gaps of the mesh are thinner than about two cells.
     pub lost: f64,
 }
 
@@ -53,9 +53,10 @@ pub enum MeshDistanceError {
     Grid(#[from] GridError),
 }
 
-/// Signed distances to a mesh at the nodes of a grid of cubes, `cells` along the longest side of the box around the mesh, which is grown by
-/// `margin` times that side in all directions. The corners of the box are numbers in single precision, as files of grids hold them: of a mesh
-/// far from the origin the box is larger, and its cells are not quite cubes.
+/// Signed distances to a mesh at the nodes of a grid of cubes, `cells` along the longest side of the box
+/// around the mesh, which is grown by `margin` times that side in all directions. The corners of the box
+/// are numbers in single precision, as files of grids hold them: of a mesh far from the origin the box is
+/// larger, and its cells are not quite cubes.
 ///
 /// Distances are exact to rounding. A node is inside where the generalised winding number (Jacobson, Kavan and
 /// Sorkine-Hornung 2013) exceeds ½ in magnitude, so that meshes may be turned inside out as a whole, and holes and missing triangles
@@ -113,7 +114,8 @@ pub fn from_mesh(
     Ok(MeshDistances { grid, doubtful, lost })
 }
 
-/// The low corner and the spacing of a grid whose corners are single-precision numbers, around the one that is given.
+/// The low corner and the spacing of a grid whose corners are single-precision numbers, around the one that
+/// is given.
 fn single_box(low: DVec3, spacing: f64, size: [usize; 3]) -> (DVec3, DVec3) {
     let cells = DVec3::from_array(size.map(|n| n as f64 - 1.0));
     let below = |x: f64| {

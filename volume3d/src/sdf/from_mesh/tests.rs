@@ -121,8 +121,8 @@ fn cube_at(place: DVec3) -> Mesh {
     Mesh::new(positions, Mesh::cube().triangles().to_vec()).unwrap()
 }
 
-/// As a file has it, in single precision: far from the origin its box would move by as much as a cell if it were rounded
-/// after the distances were taken, which is the control.
+/// As a file has it, in single precision: far from the origin its box would move by as much as a cell if it
+/// were rounded after the distances were taken, which is the control.
 #[test]
 fn far_from_the_origin_a_file_has_the_distances_of_its_nodes() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,10 +1,10 @@
 //! Emitters beside edges.
 //!
-//! The solid angle of an emitter changes along an edge as fast as the distance between them. Edges are cut into
-//! pieces no longer than that distance, or than a part of the emitter, so that it hardly changes within a piece.
-//! A piece that lies on an emitter is a *contact*. No direction leads from it towards the emitter: light comes
-//! from the edge itself, and jumps in every direction in which the edge is a silhouette. For contacts, directions
-//! are drawn uniformly.
+//! The solid angle of an emitter changes along an edge as fast as the distance between them. Edges are cut
+//! into pieces no longer than that distance, or than a part of the emitter, so that it hardly changes
+//! within a piece. A piece that lies on an emitter is a *contact*. No direction leads from it towards the
+//! emitter: light comes from the edge itself, and jumps in every direction in which the edge is a
+//! silhouette. For contacts, directions are drawn uniformly.
 
 use std::ops::Range;
 
@@ -17,8 +17,8 @@ use crate::geometry::closest_point;
 use crate::path::Paths;
 use crate::scene::Scene;
 
-/// Edges are compared with this many emitting shapes, however many edges there are; with more shapes as long as there are no more than
-/// [`MOST`] pairs of an edge and a shape.
+/// Edges are compared with this many emitting shapes, however many edges there are; with more shapes as
+/// long as there are no more than [`MOST`] pairs of an edge and a shape.
 const MANY: usize = 64;
 const MOST: usize = 10_000_000;
 
