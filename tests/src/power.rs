@@ -1,8 +1,7 @@
-//! What a statistical test can notice.
+//! Power of a statistical test: the smallest bias that it rejects.
 //!
-//! A comparison rejects what is farther from its reference than it tolerates: so many standard errors, and
-//! all that it allows beside them. Relative to the reference, that is the smallest bias that it rejects, its
-//! power. A comparison counts only if that is at most [`NOTICED`], or less where a test
+//! A comparison has a tolerance, a number of standard errors plus a fixed allowance. The tolerance relative to
+//! the reference is the smallest bias that the comparison rejects, its power. A comparison counts only if that is at most [`NOTICED`], or less where a test
 //! [asks](Power::noticing) for it; a test that makes one that does not is itself a failure.
 //!
 //! A comparison may pool scenes: a slope over many says what all of them together would show of a bias that
@@ -22,7 +21,7 @@ pub const NOTICED: f64 = 0.15;
 /// The name of the table.
 pub const TABLE: &str = "power table";
 
-/// What the comparisons of one test could have noticed. Dropped, it prints the row of the table; it panics if
+/// Power of the comparisons of one test. Dropped, it prints the row of the table; it panics if
 /// nothing was compared, if some comparison could not have noticed a bias of [`NOTICED`], or if the table lacks the test.
 #[derive(Debug)]
 pub struct Power {

@@ -30,7 +30,7 @@ const RUNS: u64 = 24;
 /// derivatives, whose noise is itself known to some per cent only.
 const APART: [f64; 2] = [0.03, 0.06];
 
-/// What was recorded of a scene.
+/// One scene's record.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum Record {
@@ -43,7 +43,7 @@ enum Record {
         #[expect(dead_code, reason = "for whoever reads the file")]
         refused: String,
     },
-    /// What recorded the values.
+    /// Name and version of the renderer.
     Renderer(#[expect(dead_code, reason = "for whoever reads the file")] String),
 }
 

@@ -22,7 +22,7 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// Most connections at once; others are closed.
 const MOST_CONNECTIONS: usize = 64;
 
-/// What a path leads to.
+/// The response to a request.
 pub(super) struct Answer {
     pub(super) status: u16,
     /// The media type of the body.

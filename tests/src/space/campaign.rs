@@ -195,9 +195,8 @@ impl Known {
         Self { scene, change, weights, exact, error: 0.0, scale: 0.0, label: label.to_owned() }
     }
 
-    /// The same in the weights of its gradient, so that parts of opposite sign do not cancel: by central
-    /// differences, which are no method under test. What a method misses cannot take weight from where it is
-    /// missed.
+    /// Weighs pixels by their gradient, so that parts of opposite sign do not cancel. The gradient is that by
+    /// central differences: a method under test would give no weight to the pixels where it misses something.
     pub fn focused(self, samples: usize, step: f64) -> Self {
         let other = FiniteDifference { samples, step, seed: 7777 };
         let found = other.forward(&self.scene, &self.change, &Progress::none()).expect("valid");

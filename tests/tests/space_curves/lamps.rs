@@ -72,8 +72,8 @@ fn case(direct: &DirectScene) -> Case {
 
 const SHIFT: DVec3 = DVec3::new(0.5, 0.2, -0.1);
 
-/// Of a narrow lamp one half is hidden, all along: from one side to the other the field moves as the edge
-/// of the shadow does, and nearly all of the derivative is what leaves by the other side.
+/// A narrow lamp, half hidden along its whole length. The field moves with the shadow's edge from one side of the
+/// lamp to the other, and nearly all of the derivative is the flux through the other side.
 fn strip_half_hidden() -> Case {
     let rectangle = |x: [f64; 2], y: [f64; 2], z: f64| {
         [[x[0], y[1]], [x[1], y[1]], [x[1], y[0]], [x[0], y[0]]].map(|[x, y]| DVec3::new(x, y, z)).to_vec()
@@ -81,7 +81,7 @@ fn strip_half_hidden() -> Case {
     let lamp = Surface::emitter(rectangle([0.25, 0.35], [-0.8, 1.2], 2.0), BRIGHT);
     let screen = Surface::occluder(rectangle([-2.0, 0.2], [-3.0, 3.0], 1.0));
     let mut direct = floor(vec![lamp, moving(screen, DVec3::new(0.5, 0.0, 0.0))], DVec3::ZERO);
-    // What is seen of the floor is in the penumbra.
+    // The visible part of the floor lies in the penumbra.
     direct.camera.field_of_view = 0.03;
     case(&direct)
 }
@@ -97,8 +97,8 @@ fn shadows_of_one_lamp() {
     case.reject("nothing is warped", &volume3d::gradient::WarpedArea { warps: false, ..exact_mean(8) });
 }
 
-/// So many triangles of lamps that directions are those of next-event estimation: all but one are faint, and
-/// below the floor.
+/// More than 32 triangles of lamps, so that directions are drawn by next-event estimation. All but one lamp are
+/// faint, and below the floor.
 #[test]
 fn shadows_of_many_lamps() {
     let places = (0..16).map(|i| [0.5 * f64::from(i % 4), 0.5 * f64::from(i / 4), -2.0]);
@@ -182,7 +182,7 @@ fn what_hides_the_sky() {
     // Fields at bounces scatter more.
     let mut power = super::after_a_bounce("space_curves::what_hides_the_sky: fields");
     case.accept(&mut power, "mean over jumps", &exact_mean(768));
-    // Of paths that may go on, the sky's radiance is taken off where it is hidden.
+    // Longer paths have a control variate: the sky's radiance, subtracted where it is hidden.
     let mut longer = case.scene.description().clone();
     longer.integrator.max_depth = Some(3);
     let scene = Scene::new(longer).expect("a scene");

@@ -45,7 +45,7 @@ pub(super) fn on_pixel_borders(scene: &Scene, moves: impl Fn(usize) -> bool) -> 
     all.iter().map(|found| along_borders(scene.description(), found)).collect()
 }
 
-/// The same as notes, a line each.
+/// The same, one note a line.
 pub(super) fn along_pixels(scene: &Scene, moves: impl Fn(usize) -> bool) -> String {
     on_pixel_borders(scene, moves).iter().map(|what| format!("NOTE: {what}\n")).collect()
 }

@@ -25,7 +25,7 @@ fn kilobytes(path: &str, name: &str) -> Option<usize> {
     rest.split_whitespace().next()?.parse::<usize>().ok()?.checked_mul(1024)
 }
 
-/// Of `ulimit -v`.
+/// Limit set by `ulimit -v`.
 fn addresses() -> Option<usize> {
     let text = std::fs::read_to_string("/proc/self/limits").ok()?;
     let limit = text.lines().find_map(|line| line.strip_prefix("Max address space"))?;
@@ -33,7 +33,7 @@ fn addresses() -> Option<usize> {
     Some(limit.saturating_sub(kilobytes("/proc/self/status", "VmSize:")?))
 }
 
-/// Of the control groups of both versions, and of those that they are in.
+/// Limits of control groups, versions 1 and 2, and of their parents.
 fn group() -> Option<usize> {
     let groups = std::fs::read_to_string("/proc/self/cgroup").ok()?;
     let left = |folder: &Path, limit: &str, used: &str| {

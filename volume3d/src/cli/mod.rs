@@ -113,7 +113,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Fit(options) => fit::run(&options),
         Command::Sdf(options) => sdf::run(&options),
     };
-    // What is said from here on is the last, and is said once.
+    // The last message is printed once.
     let _ = signals::hold();
     match done {
         Ok(report) => {

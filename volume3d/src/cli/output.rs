@@ -29,7 +29,7 @@ pub(super) enum Pixels {
     Signed,
 }
 
-/// What is said of files that were written, and whether all numbers in them are finite.
+/// Messages about written files, and whether all numbers in them are finite.
 #[derive(Clone, Debug)]
 pub(super) struct Written {
     pub(super) text: String,

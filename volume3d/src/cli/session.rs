@@ -1,4 +1,4 @@
-//! What every command does first: threads, signals, the scene; and how it shows progress.
+//! Start-up of every command (threads, signals, the scene) and its progress bar.
 
 use std::cell::RefCell;
 use std::fmt::Write as _;
@@ -134,7 +134,7 @@ const BYTES_A_PIXEL: usize = 584;
 /// The same of a rendering, measured with 2.4 million pixels.
 const BYTES_OF_A_RENDERING: usize = 100;
 
-/// What a scene takes for a triangle until it can be rendered, in bytes: measured with 980,000 triangles of
+/// Bytes for each triangle until a scene can be rendered: measured with 980,000 triangles of
 /// one mesh. Gradients take more.
 const BYTES_A_TRIANGLE: usize = 480;
 

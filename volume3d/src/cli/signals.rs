@@ -20,14 +20,14 @@ const INTERRUPTED: i32 = 130;
 /// The status to end with.
 static STATUS: AtomicI32 = AtomicI32::new(INTERRUPTED);
 
-/// How long the program may take to end in order.
+/// Time that the program has to end in order.
 const MOMENT: Duration = Duration::from_millis(500);
 
 /// What is said where the program is ended wherever it is; nothing while files are written, or a state is
 /// to be kept.
 static FAREWELL: Mutex<Option<String>> = Mutex::new(None);
 
-/// What is said if nothing has come of a run.
+/// Message if a run ends without a result.
 pub(super) const NOTHING: &str = "stopped; nothing was written";
 
 fn farewell() -> MutexGuard<'static, Option<String>> {
@@ -95,7 +95,7 @@ mod platform {
         Ok(())
     }
 
-    /// As Linux says; where there is no saying, it may be.
+    /// As Linux reports it; true where it reports nothing.
     fn is_ignored(signal: i32) -> bool {
         let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
         let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));

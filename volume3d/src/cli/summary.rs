@@ -7,7 +7,7 @@ use volume3d::gradient::{Contribution, Regions, Source};
 pub(super) const INTERIOR: &str = "WARNING: the interior term alone is biased where silhouettes, shadows or borders of \
     lights move, and under point and parallel lights all shadows stand still\n";
 
-/// What is said where a change has no effect on any sample.
+/// Warning that no sample saw the change.
 pub(super) const NOTHING_SEEN: &str = "WARNING: no sample saw the image change. The derivative is 0, or what changes is too \
     small or too rare for so few samples; the stated error of 0 cannot tell. Try more --spp, and another --method\n";
 

@@ -21,7 +21,7 @@ const SMALL: u64 = 1 << 26;
 /// have no end, or never begin.
 ///
 /// # Errors
-/// Those of [`std::fs::read`], or [`ErrorKind::InvalidInput`].
+/// The errors of [`std::fs::read`], or [`ErrorKind::InvalidInput`] for a file that is not regular.
 pub fn read_bytes(path: &Path) -> std::io::Result<Vec<u8>> {
     // To open a pipe waits until something is written to it.
     let kind = std::fs::metadata(path)?.file_type();
@@ -66,7 +66,7 @@ pub(super) fn inflate(bytes: &[u8], path: &Path) -> Result<Vec<u8>, Error> {
 /// path itself.
 #[must_use]
 pub fn destination(path: &Path) -> PathBuf {
-    /// As many as Linux follows.
+    /// The number of symbolic links that Linux follows.
     const MOST_LINKS: usize = 40;
     let mut path = path.to_path_buf();
     for _ in 0..MOST_LINKS {

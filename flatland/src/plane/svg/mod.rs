@@ -149,7 +149,7 @@ pub fn read(path: &Path, options: &SvgOptions) -> Result<Drawing, SvgError> {
     parse(&text, options)
 }
 
-/// Of a regular file: a pipe or a device may have no end, or never begin.
+/// Reads a regular file. Pipes and devices are refused: they may have no end, or never begin.
 fn text(path: &Path) -> std::io::Result<String> {
     let kind = std::fs::metadata(path)?.file_type();
     if !kind.is_file() && !kind.is_dir() {

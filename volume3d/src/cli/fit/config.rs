@@ -192,7 +192,7 @@ pub(super) enum EncodingConfig {
 pub(super) struct ViewConfig {
     pub(super) name: Option<String>,
     pub(super) target: Option<PathBuf>,
-    /// What the integers of the target mean, where it is not what its file says.
+    /// Transfer function of the target's integers, if not the one its file states.
     pub(super) encoding: Option<EncodingConfig>,
     pub(super) weights: Option<PathBuf>,
     pub(super) mask: Option<PathBuf>,

@@ -46,7 +46,7 @@ pub(super) struct Folder {
     _lock: Option<File>,
 }
 
-/// What a process locks that is at a run. It stays, and means nothing by itself.
+/// The lock file of a run. It stays after the run; only the lock on it counts.
 const LOCK: &str = "lock";
 
 /// The lock of a folder; nothing, with a warning, where the file system has none.

@@ -182,7 +182,7 @@ fn steps(
     let (mut kept, mut last) = (Instant::now(), Duration::ZERO);
     while !fit.is_done() {
         folder.frame(config, fit, scene).map_err(interrupted(fit.steps_taken(), config))?;
-        // What prepares a long step does not look for signals. Of what came before it all is kept.
+        // A long step does not look for signals while it is prepared; everything before it is saved.
         let is_long = last > KEEP_EVERY;
         if is_long {
             let (done, steps) = (fit.steps_taken(), config.steps);
@@ -224,7 +224,7 @@ fn is_stopped(error: &FitError) -> bool {
     matches!(error, FitError::Objective(ObjectiveError::Gradient(GradientError::Stopped(_))))
 }
 
-/// What a signal is reported as, once there is a folder: all that was found is kept, or found again.
+/// The message for a signal once the run has a folder: its state is saved.
 fn interrupted(done: u64, config: &config::Config) -> impl Fn(anyhow::Error) -> anyhow::Error + Copy + use<> {
     let steps = config.steps;
     move |error| if is_stop(&error) { anyhow!(Interrupted { done, steps }) } else { error }

@@ -27,13 +27,13 @@ struct Sum {
 /// The side of squares of pixels whose spread says how well a sum over the film is known: what one sample
 /// adds is within one, or four.
 const SQUARE: usize = 4;
-/// What is known is so many standard errors from 0.
+/// A quantity counts as known if it is this many standard errors from 0.
 const SIGNIFICANT: f64 = 3.0;
 /// For a confirmation, which also bounds what one of the two may lack, this many are enough.
 const SEEN: f64 = 2.0;
 
 impl Agreement {
-    /// Of one alone: what it found beyond its noise.
+    /// One trial: the squared derivative less its noise.
     pub(super) fn alone(one: &Trial<'_>) -> Self {
         Self::by_pixel(one, |pixel| {
             let (gradient, variance) = one.pixel(pixel);
@@ -41,7 +41,7 @@ impl Agreement {
         })
     }
 
-    /// Of two that are independent.
+    /// Two independent trials.
     pub(super) fn of(one: &Trial<'_>, other: &Trial<'_>) -> Self {
         Self::by_pixel(one, |pixel| {
             let ((a, of_a), (b, of_b)) = (one.pixel(pixel), other.pixel(pixel));

@@ -224,7 +224,7 @@ impl Pilot {
             return Ok(Survey { in_haste: true, ..Survey::nothing() });
         }
         let (seed, (few, curves)) = (self.own_seed(), self.few());
-        // What is compared is independent.
+        // Trials that are compared need independent seeds.
         let [seed_of_edges, seed_of_exact, seed_again] = [1, 2, 3].map(|n| stream(seed, &[n]).next_u64());
         let trial = |method: &Method| -> Result<Trial<'_>, GradientError> {
             Ok(Trial { scene, image: method.forward(scene, change, progress)?, weights })

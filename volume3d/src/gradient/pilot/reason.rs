@@ -5,9 +5,9 @@ use std::fmt;
 /// Why a candidate was not chosen that is expected to err less than the one that was preferred to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reason {
-    /// By less than a pilot of so few samples can tell.
+    /// The difference is below the pilot's resolution.
     Close,
-    /// Of a kind of curve nothing was seen, and it does not err less by a factor of four.
+    /// Its trial saw nothing of a kind of curve, and it does not promise a quarter of the error.
     Unseen,
     /// Its trial and that of the softened field found different derivatives, or noise alone.
     Disagrees,

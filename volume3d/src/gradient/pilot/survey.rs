@@ -32,7 +32,7 @@ const MEASURED: f64 = 1.0 / 64.0;
 /// sampling, it erred twice as much.)
 const DOUBT: f64 = 0.25;
 /// Edge sampling of which a kind of curve was never seen, not even by AGAIN times as many samples, is
-/// chosen if it promises to err so many times less: what is rare may be large, and of n samples none of
+/// chosen if it promises to err this many times less: what is rare may be large, and of n samples none of
 /// which found anything it is known only that three in n may have (the rule of three).
 const UNSEEN_DOUBT: f64 = 4.0;
 /// The exact mean is chosen if so many standard errors more than it promises are still less: where two
@@ -43,7 +43,7 @@ const ERRORS: f64 = 2.0;
 const UNCERTAIN: usize = 2;
 /// Samples of a kind of curve of which the first found nothing, for each of those.
 const AGAIN: usize = 16;
-/// Of n samples none of which found anything, something may be found by three in n and no more, at 95 %.
+/// Rule of three: if n samples found nothing, the probability of finding something is at most 3/n, at 95 %.
 const RULE_OF_THREE: f64 = 3.0;
 /// Samples of the area are spread unevenly if there are so many: twice as many as the least.
 const SPREAD: usize = 2 * GROUPS;
@@ -63,9 +63,9 @@ pub struct Survey {
     pub(super) softened: Option<Seen>,
     pub(super) edges: Option<Seen>,
     pub(super) exact: Option<Seen>,
-    /// Of edge sampling and of the exact mean with the softened field.
+    /// Agreement of edge sampling, and of the exact mean, with the softened field.
     pub(super) agreements: [Agreement; 2],
-    /// What the softened field found.
+    /// The derivative that the softened field found.
     pub(super) found: Agreement,
     /// Whether there was no time to list edges.
     pub(super) in_haste: bool,

@@ -6,7 +6,7 @@ use crate::Image;
 use crate::gradient::GradientImage;
 use crate::scene::Scene;
 
-/// What a run of few samples found; pixels count by the squares of weights.
+/// The result of a trial; pixels count by the squares of weights.
 pub(super) struct Trial<'a> {
     pub(super) scene: &'a Scene,
     pub(super) image: GradientImage,

@@ -30,7 +30,7 @@ fn moving_square(filter: Filter) -> (Scene, Vec<f64>) {
     (Scene::new(d).unwrap(), exact)
 }
 
-/// How many errors the mean of some gradient images is off at most, and the largest error.
+/// Largest deviation of the mean of gradient images in standard errors, and the largest standard error.
 fn worst(images: &[Image], exact: &[f64]) -> (f64, f64) {
     let off = exact.iter().enumerate().map(|(pixel, exact)| {
         let values: Vec<f64> = images.iter().map(|image| image.pixels[pixel].x).collect();

@@ -201,7 +201,7 @@ fn errors_of_totals_are_the_scatter_over_seeds() {
     check("edge sampling", true, &edges);
 }
 
-/// The same of pixels where all noise is that of samples of curves.
+/// The same for pixels whose noise comes from samples of curves alone.
 #[test]
 fn errors_of_curves_are_the_scatter_over_seeds() {
     let scene = square(Filter::Tent { radius: 1.0 });

@@ -36,7 +36,7 @@ mod tests {
     use crate::gradient::tests::{at, film};
     use crate::scene::{Camera, Description, Filter, Material};
 
-    /// Of many lamps, beside few triangles and beside many.
+    /// Many lamps, with few other triangles and with many.
     #[test]
     fn edges_on_many_lamps_are_looked_for_among_few() {
         for (lamps, balls, expected) in [(64, 20, true), (65, 1, true), (600, 1, false)] {

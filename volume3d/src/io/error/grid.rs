@@ -63,7 +63,7 @@ pub enum GridProblem {
         "float32 would move a corner of the box by {cells:.3} cells: the box is too far from the origin for cells so small"
     )]
     Far {
-        /// By how many cells.
+        /// Shift in cells.
         cells: f64,
     },
     /// A node or corner is beyond single precision.

@@ -49,7 +49,7 @@ pub enum MeshProblem {
     /// A file of points only.
     #[error("there are no faces, only {vertices} vertices: nothing would be seen")]
     Faceless {
-        /// How many vertices there are.
+        /// Number of vertices.
         vertices: usize,
     },
     /// Some corners have what others lack.

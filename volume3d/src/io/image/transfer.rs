@@ -3,7 +3,7 @@
 use super::from_srgb;
 use crate::io::ImageProblem;
 
-/// What the integers of a picture mean.
+/// Transfer function of a picture's integers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Encoding {
     /// What the file says: of a PNG its chunks cICP, sRGB, iCCP (taken as sRGB) and gAMA, in this order,

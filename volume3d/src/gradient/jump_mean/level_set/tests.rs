@@ -172,7 +172,7 @@ fn crowded() -> (Scene, Tangent) {
     (scene, change)
 }
 
-/// The gradients of kernels are those of differences, before a plane and without one.
+/// Gradients of kernels agree with central differences, before a plane and without one.
 #[test]
 fn gradients_of_kernels_are_those_of_differences() {
     let (scene, _) = crowded();
