@@ -1,8 +1,9 @@
 //! Power of a statistical test: the smallest bias that it rejects.
 //!
-//! A comparison has a tolerance, a number of standard errors plus a fixed allowance. The tolerance relative to
-//! the reference is the smallest bias that the comparison rejects, its power. A comparison counts only if that is at most [`NOTICED`], or less where a test
-//! [asks](Power::noticing) for it; a test that makes one that does not is itself a failure.
+//! A comparison has a tolerance, a number of standard errors plus a fixed allowance. The tolerance relative
+//! to the reference is the smallest bias that the comparison rejects, its power. A comparison counts only
+//! if that is at most [`NOTICED`], or less where a test [asks](Power::noticing) for it; a test that makes
+//! one that does not is itself a failure.
 //!
 //! A comparison may pool scenes: a slope over many says what all of them together would show of a bias that
 //! they share. What one scene alone shows is [said beside it](Power::by_scene), as a bias may be one scene's.

@@ -158,7 +158,8 @@ fn terms_of_flat_worlds() {
     // Softened little, the field moves nearly as the jumps do: most of what is left is its own motion.
     let softened = fields::Construction::Softened { reach, softness: 0.02 * reach };
     accept_flat(&mut power, &shaded(false, Filter::Tent), "softened little", &warped(150_000, softened));
-    // With a reach of many pixels the field hardly changes over one, and the flux through the ends of a box is nearly all.
+    // With a reach of many pixels the field hardly changes over one, and the flux through the ends of a box
+    // is nearly all.
     let construction = fields::Construction::JumpMean { reach: 64.0 };
     accept_flat(&mut power, &shaded(true, Filter::Box), "a far reach", &warped(100_000, construction));
 }

@@ -72,8 +72,8 @@ fn case(direct: &DirectScene) -> Case {
 
 const SHIFT: DVec3 = DVec3::new(0.5, 0.2, -0.1);
 
-/// A narrow lamp, half hidden along its whole length. The field moves with the shadow's edge from one side of the
-/// lamp to the other, and nearly all of the derivative is the flux through the other side.
+/// A narrow lamp, half hidden along its whole length. The field moves with the shadow's edge from one side
+/// of the lamp to the other, and nearly all of the derivative is the flux through the other side.
 fn strip_half_hidden() -> Case {
     let rectangle = |x: [f64; 2], y: [f64; 2], z: f64| {
         [[x[0], y[1]], [x[1], y[1]], [x[1], y[0]], [x[0], y[0]]].map(|[x, y]| DVec3::new(x, y, z)).to_vec()
@@ -97,8 +97,8 @@ fn shadows_of_one_lamp() {
     case.reject("nothing is warped", &volume3d::gradient::WarpedArea { warps: false, ..exact_mean(8) });
 }
 
-/// More than 32 triangles of lamps, so that directions are drawn by next-event estimation. All but one lamp are
-/// faint, and below the floor.
+/// More than 32 triangles of lamps, so that directions are drawn by next-event estimation. All but one lamp
+/// are faint, and below the floor.
 #[test]
 fn shadows_of_many_lamps() {
     let places = (0..16).map(|i| [0.5 * f64::from(i % 4), 0.5 * f64::from(i / 4), -2.0]);
