@@ -34,7 +34,7 @@ const STUDY: &str = " --budget 2";
 const CHECK: &str = " --spp 8192";
 
 fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
 fn read(path: &str) -> String {

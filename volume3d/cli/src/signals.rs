@@ -9,7 +9,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use anyhow::Context as _;
-use volume3d::gradient::Stopped;
+use volume3d::gradient::{GradientError, Stopped};
+use volume3d::optimize::ObjectiveError;
 
 /// Set by the first signal.
 pub(super) static STOP: AtomicBool = AtomicBool::new(false);
@@ -64,6 +65,16 @@ pub(super) fn status() -> u8 {
 /// Ends here if a signal came in the meantime.
 pub(super) fn stop_if_asked() -> Result<(), Stopped> {
     if STOP.load(Ordering::Relaxed) { Err(Stopped) } else { Ok(()) }
+}
+
+/// Whether an error answers a signal.
+pub(super) fn is_stop(error: &anyhow::Error) -> bool {
+    let gradient = error.downcast_ref::<ObjectiveError>().and_then(|e| match e {
+        ObjectiveError::Gradient(e) => Some(e),
+        _ => None,
+    });
+    let gradient = gradient.or(error.downcast_ref());
+    error.is::<Stopped>() || matches!(gradient, Some(GradientError::Stopped(_)))
 }
 
 /// From here on files are written, or a state is to be kept: a signal no longer ends the program wherever

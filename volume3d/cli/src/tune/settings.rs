@@ -4,9 +4,9 @@ use clap::Parser;
 use volume3d::gradient::Tangent;
 use volume3d::scene::Scene;
 
-use crate::cli::extent;
-use crate::cli::gradient::step;
-use crate::cli::method::{Estimator, MethodOptions};
+use crate::extent;
+use crate::gradient::step;
+use crate::method::{Estimator, MethodOptions};
 
 /// A method with its settings.
 #[derive(Debug)]

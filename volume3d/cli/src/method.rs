@@ -11,7 +11,7 @@ use volume3d::gradient::{
 use volume3d::scene::Scene;
 
 use super::missing::Kind;
-use super::usage;
+use super::report::usage;
 
 #[derive(Args, Debug)]
 pub(super) struct MethodOptions {
@@ -153,7 +153,7 @@ impl MethodOptions {
     }
 
     /// Whether all options belong together, asked before any work.
-    pub(super) fn check(&self, command: &str, step: bool) -> anyhow::Result<()> {
+    pub(super) fn check(&self, command: &'static str, step: bool) -> anyhow::Result<()> {
         let conflict = |text: &str| Err(usage(command, ErrorKind::ArgumentConflict, text.to_owned()));
         let rays = self.asks_for_rays();
         if self.method() != Method::WarpedArea && (rays || self.field.is_some()) {

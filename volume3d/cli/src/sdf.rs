@@ -11,9 +11,9 @@ use volume3d::io::{load_mesh_with_notes, read_sdf, write_obj, write_ply, write_s
 use volume3d::sdf::{Interpolation, MeshDistances, from_mesh, isosurface};
 
 use super::output::check_place;
+use super::report::{Outcome, Report};
 use super::session::Threads;
 use super::signals;
-use super::{Outcome, Report};
 
 /// Makes a grid of signed distances from a triangle mesh, or a mesh from such a grid.
 ///

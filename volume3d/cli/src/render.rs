@@ -6,8 +6,8 @@ use std::time::Instant;
 use clap::Args;
 use volume3d::gradient::render;
 
-use super::Report;
 use super::output::{Output, Pixels, Written, check_distinct};
+use super::report::Report;
 use super::session::{Bar, RunOptions, SceneOptions, located, lost_with_picture};
 use super::signals;
 use super::spp::{check_error_exists, samples};

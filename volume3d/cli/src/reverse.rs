@@ -16,10 +16,11 @@ use super::method::{Estimator, MethodOptions};
 use super::missing::left_out;
 use super::output::{Written, check_array, check_distinct};
 use super::parameter::{Name, arrays};
+use super::report::Report;
 use super::session::{Bar, RunOptions, SceneOptions, located as located_samples, lost};
 use super::signals;
 use super::summary::{INTERIOR, NOTHING_SEEN, outlier};
-use super::{Report, contact, session};
+use super::{contact, session};
 
 /// The options of `volume3d gradient` that reverse mode heeds.
 pub(super) struct Request<'o> {

@@ -9,8 +9,8 @@ use volume3d::scene::{Light, Material, Scene, Shape};
 use super::contact::{self, APART, NEARER, PART, coarse, passing_through};
 use super::mesh_faults::MeshFaults;
 use super::movement::{Moves, change};
+use super::report::{Outcome, Report};
 use super::session::SceneOptions;
-use super::{Outcome, Report};
 
 /// Names what will hurt gradients of a scene by geometry, shape by shape, and says what to do about it.
 ///

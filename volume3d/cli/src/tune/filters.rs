@@ -5,7 +5,7 @@ use volume3d::scene::{Filter, Scene};
 
 use super::statistics::Images;
 use super::study::{Reference, Study};
-use crate::cli::comparison::TOLERATED;
+use crate::comparison::TOLERATED;
 
 /// The filters that are tried, as Mitsuba 3 has them.
 const FILTERS: [(&str, Filter); 6] = [

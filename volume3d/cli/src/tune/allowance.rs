@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use crate::cli::session::Bar;
+use crate::session::Bar;
 
 /// How much.
 #[derive(Clone, Copy, Debug)]

@@ -24,12 +24,13 @@ use self::settings::settings;
 use self::statistics::Measure;
 use self::study::{Outcome as Fate, Reference, Study, all_samples};
 use super::comparison::TOLERATED;
+use super::contact;
 use super::movement::{Moves, change};
 use super::output::{check_distinct, check_file};
+use super::report::{Outcome, Report, usage};
 use super::session::{RunOptions, SceneOptions, check_size};
 use super::signals;
 use super::spp::samples;
-use super::{Outcome, Report, contact, usage};
 
 /// Measures bias, noise and time of every method on a scene, and names the setting for a time or an error.
 ///

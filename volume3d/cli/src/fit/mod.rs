@@ -20,8 +20,9 @@ use volume3d::scene::Scene;
 use self::folder::Folder;
 use self::problem::{Problem, reverse};
 use super::method::Estimator;
+use super::report::{Outcome, Report};
 use super::session::{Threads, lost, say, silent};
-use super::{Outcome, Report, is_stop, signals};
+use super::signals::{self, is_stop};
 
 /// Fits parameters of a scene to pictures.
 ///

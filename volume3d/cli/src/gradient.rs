@@ -14,13 +14,14 @@ use super::missing::left_out;
 use super::movement::{Moves, change};
 use super::output::{Output, Pixels, Written, check_distinct};
 use super::parameter::Name;
+use super::report::{Report, usage};
 use super::session::{
     Bar, Clock, RunOptions, SceneOptions, check_size, geometric, located, lost_with_picture,
 };
 use super::signals;
 use super::spp::check_error_exists;
 use super::summary::{INTERIOR, NOTHING_SEEN, outlier, root_mean_square, totals};
-use super::{Report, contact, reverse, usage};
+use super::{contact, reverse};
 
 /// Differentiates an image along a change (--move), or a loss by parameters (--adjoint with --wrt).
 ///

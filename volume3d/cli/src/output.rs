@@ -11,7 +11,7 @@ use volume3d::io::{
     write_signed_png,
 };
 
-use super::{Outcome, Report};
+use super::report::{Outcome, Report};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {

@@ -1,8 +1,8 @@
 //! What a setting costs and errs at numbers of samples that were not measured.
 
 use super::statistics::{Measure, Statistics};
-use crate::cli::comparison::TOLERATED;
-use crate::cli::spp::MAX_SAMPLES;
+use crate::comparison::TOLERATED;
+use crate::spp::MAX_SAMPLES;
 
 /// What was measured of a setting at one number of samples.
 #[derive(Clone, Debug)]

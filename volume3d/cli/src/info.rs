@@ -11,8 +11,8 @@ use volume3d::scene::{Camera, Description, Environment, Lens, Light, Medium, Ref
 use volume3d::sdf::{Baked, Grid, Guided};
 
 use super::lint;
+use super::report::{Outcome, Report, usage};
 use super::session::{Loaded, SceneOptions};
-use super::{Outcome, Report, usage};
 
 /// Lists what a scene is made of, and what may surprise: ids for --move and --wrt, sizes and boxes around shapes, and what
 /// a linter finds in their meshes.

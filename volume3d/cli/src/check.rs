@@ -12,15 +12,16 @@ use volume3d::gradient::{Contribution, FiniteDifference, GradientError, Tangent}
 use volume3d::scene::Scene;
 
 use super::comparison::{Estimate, RESOLUTION, RUNS, Slope, Verdict, verdict};
+use super::contact;
 use super::extent;
 use super::gradient::step;
 use super::method::{Estimator, MethodOptions};
 use super::missing::left_out;
 use super::movement::{Moves, change};
+use super::report::{Outcome, Report, usage};
 use super::session::{Bar, RunOptions, SceneOptions, check_size, located, silent};
 use super::signals::stop_if_asked;
 use super::spp::samples;
-use super::{Outcome, Report, contact, usage};
 
 /// Validates a gradient: the method against central finite differences, at several steps.
 ///

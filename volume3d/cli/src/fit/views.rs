@@ -12,9 +12,9 @@ use volume3d::io::{Encoding, covered, load_image, load_image_over, read_npy};
 use volume3d::optimize::View;
 use volume3d::scene::{Camera, Environment, Film, Scene};
 
-use super::super::is_stop;
 use super::super::output::colour;
 use super::super::session::{Bar, Loaded, check_size, located, lost, say, silent};
+use super::super::signals::is_stop;
 use super::config::{Config, DtuConfig, EncodingConfig, ViewConfig, definitions};
 
 /// All views, with cameras of their own if they are several, each of which has its target, and the files that they came from.

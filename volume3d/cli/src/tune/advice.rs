@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use super::law::{Expected, Law};
 use super::settings::Setting;
-use crate::cli::movement::Move;
-use crate::cli::session::SceneOptions;
+use crate::movement::Move;
+use crate::session::SceneOptions;
 
 /// A setting that was measured, with what follows from it.
 pub(super) struct Tuned<'a> {

@@ -15,7 +15,7 @@ use super::allowance::Allowance;
 use super::law::Rung;
 use super::settings::{Setting, makeshift, references};
 use super::statistics::Images;
-use crate::cli::session::silent;
+use crate::session::silent;
 
 /// Independent runs of each setting and rung, and of the reference.
 pub(super) const RUNS: usize = 16;

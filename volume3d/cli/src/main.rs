@@ -1,4 +1,4 @@
-//! Commands, one file each, and what they share.
+//! The command line `volume3d`: one file for each command, and the files that they share.
 
 mod budget;
 mod check;
@@ -17,6 +17,7 @@ mod movement;
 mod output;
 mod parameter;
 mod render;
+mod report;
 mod reverse;
 mod sdf;
 mod session;
@@ -29,10 +30,9 @@ use std::io::Write;
 use std::process::ExitCode;
 
 use anyhow::anyhow;
-use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
-use volume3d::gradient::{GradientError, Stopped};
-use volume3d::optimize::ObjectiveError;
+
+use report::Usage;
 
 /// Renders Mitsuba 3 scenes and differentiates the images with respect to geometry, camera, lights and materials,
 /// without bias: by warped-area sampling or edge sampling, between which a pilot of few samples chooses by default. The field of
@@ -72,37 +72,7 @@ fails or a result is not finite; 2 if the command line cannot be understood; 3 i
 SIGHUP. An output file is at every moment \
 what it was before, or complete.";
 
-/// What a command has to say at its end, and how it ended.
-struct Report {
-    text: String,
-    outcome: Outcome,
-}
-
-/// How a command ended that could be carried out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Outcome {
-    /// All went well, and what was to be found out is so.
-    Good,
-    /// It is not so.
-    Bad,
-    /// It cannot be told from the samples that were allowed.
-    Open,
-}
-
-impl From<Outcome> for ExitCode {
-    fn from(outcome: Outcome) -> Self {
-        match outcome {
-            Outcome::Good => Self::SUCCESS,
-            Outcome::Bad => Self::FAILURE,
-            Outcome::Open => Self::from(OPEN),
-        }
-    }
-}
-
-/// The status of a check whose verdict noise leaves open.
-const OPEN: u8 = 3;
-
-pub(crate) fn main() -> ExitCode {
+fn main() -> ExitCode {
     let done = match Options::parse().command {
         Command::Render(options) => render::run(&options),
         Command::Gradient(options) => gradient::run(&options),
@@ -131,30 +101,20 @@ pub(crate) fn main() -> ExitCode {
 }
 
 fn fail(error: &anyhow::Error) -> ExitCode {
-    if let Some(usage) = error.downcast_ref::<clap::Error>() {
-        let _ = usage.print();
+    if let Some(usage) = error.downcast_ref::<Usage>() {
+        let _ = usage_error(usage).print();
         return ExitCode::from(2);
     }
     if let Some(interrupted) = error.downcast_ref::<fit::Interrupted>() {
         let _ = writeln!(std::io::stderr(), "{}", printable(&interrupted.to_string()));
         return ExitCode::from(signals::status());
     }
-    if is_stop(error) {
+    if signals::is_stop(error) {
         session::say(&format!("{}\n", signals::NOTHING));
         return ExitCode::from(signals::status());
     }
     let _ = writeln!(std::io::stderr(), "error: {}", printable(&error.to_string()));
     ExitCode::FAILURE
-}
-
-/// Whether an error is an answer to a signal.
-fn is_stop(error: &anyhow::Error) -> bool {
-    let gradient = error.downcast_ref::<ObjectiveError>().and_then(|e| match e {
-        ObjectiveError::Gradient(e) => Some(e),
-        _ => None,
-    });
-    let gradient = gradient.or(error.downcast_ref());
-    error.is::<Stopped>() || matches!(gradient, Some(GradientError::Stopped(_)))
 }
 
 /// A text without what a terminal obeys: control characters of a file that is quoted become escapes.
@@ -163,13 +123,12 @@ fn printable(text: &str) -> String {
     text.chars().map(|c| if keep(c) { c.to_string() } else { c.escape_default().to_string() }).collect()
 }
 
-/// An error in how options were put together, as clap would say it.
-fn usage(command: &str, kind: ErrorKind, message: String) -> anyhow::Error {
+/// A usage error as clap prints its own, with the usage line of its command.
+fn usage_error(error: &Usage) -> clap::Error {
     let mut whole = Options::command();
     whole.build();
-    let error = match whole.find_subcommand_mut(command) {
-        Some(command) => command.error(kind, message),
-        None => whole.error(kind, message),
-    };
-    anyhow!(error)
+    match whole.find_subcommand_mut(error.command) {
+        Some(command) => command.error(error.kind, &error.message),
+        None => whole.error(error.kind, &error.message),
+    }
 }
