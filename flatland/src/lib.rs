@@ -21,7 +21,8 @@
 //!   that of great arcs).
 //! - [`boundary`]: what a field that is not boundary consistent leaves over: the residual theorem, of which edge
 //!   sampling is the case V = 0.
-//! - [`plane`]: polygons over the image plane, where every integral above is known exactly.
+//! - [`plane`]: polygons over the image plane, where every integral above is known exactly; read from SVG files with the
+//!   feature `svg`.
 //! - [`transport`]: flat worlds in which light is scattered, over the directions of a circle, and
 //!   their exact images and derivatives.
 //! - [`sdf`]: implicit flat shapes, and the fields made of a sphere tracer's own points.

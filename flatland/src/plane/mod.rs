@@ -20,6 +20,7 @@ mod polygon;
 mod scene;
 mod segments;
 mod shade;
+#[cfg(feature = "svg")]
 pub mod svg;
 mod triangulate;
 
