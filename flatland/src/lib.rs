@@ -70,6 +70,7 @@ pub mod calculus;
 pub mod estimator;
 pub mod moments;
 pub mod plane;
+mod quadrature;
 pub mod random;
 pub mod sdf;
 pub mod transport;

@@ -75,7 +75,7 @@ impl Known {
 
     /// The weighted sum of a gradient image.
     pub fn estimate(&self, gradient: &GradientImage) -> Estimate {
-        assert_eq!(gradient.non_finite, 0, "{}", self.case.label);
+        assert!(gradient.non_finite.is_empty(), "{}", self.case.label);
         let squared = self.weights.zip(&gradient.standard_error, |w, e| (w * e) * (w * e));
         let variance: f64 = squared.pixels().iter().map(|p| p.element_sum()).sum();
         Estimate { mean: self.weights.dot(&gradient.mean), standard_error: variance.sqrt() }

@@ -131,7 +131,7 @@ fn rotation_is_biased_on_a_turning_disc_in_a_flat_world() {
         let method = PathWarpedArea { samples, paths, construction, ..PathWarpedArea::default() };
         let found = method.forward(&world, &camera, &change).expect("valid");
         let off = found.total().into_iter().zip(&exact).map(|(found, exact)| found - exact.total());
-        let pixels: Vec<(f64, f64)> = off.zip(found.standard_error.iter().copied()).collect();
+        let pixels: Vec<(f64, f64)> = off.zip(found.standard_error.total.iter().copied()).collect();
         leaked(&mut power, name, &pixels, &grown)
     };
     let rotation = worst("in a flat world, rotation", PathConstruction::Followed { candidates: 4 }, 64_000);

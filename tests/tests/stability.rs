@@ -62,7 +62,7 @@ fn row(extreme: impl Into<String>, case: Case, method: &WarpedArea, held: bool) 
 /// The part of the exact derivative that the samples find, by regression over all pixels and
 /// channels, with its standard error. Channels share their samples: at worst their errors add up.
 fn found(exact: &Image, sampled: &GradientImage) -> (f64, f64) {
-    assert_eq!(sampled.non_finite, 0);
+    assert!(sampled.non_finite.is_empty());
     let squares = exact.dot(exact);
     let errors = exact.zip(&sampled.standard_error, |x, e| (x * e).abs());
     let variance: f64 = errors.pixels().iter().map(|p| p.element_sum().powi(2)).sum();

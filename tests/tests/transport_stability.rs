@@ -85,7 +85,7 @@ fn found(
     assert!(sampled.non_finite.is_empty());
     let squares: f64 = exact.iter().map(|x| x * x).sum();
     let product: f64 = exact.iter().zip(sampled.total()).map(|(x, m)| x * m).sum();
-    let variance: f64 = exact.iter().zip(&sampled.standard_error).map(|(x, e)| (x * e).powi(2)).sum();
+    let variance: f64 = exact.iter().zip(&sampled.standard_error.total).map(|(x, e)| (x * e).powi(2)).sum();
     let (found, error) = (product / squares, variance.sqrt() / squares);
     assert!(found.is_finite() && error.is_finite(), "{found} ± {error}");
     assert!(!held || (found - 1.0).abs() < 6.5 * error && error < 0.3, "{found} ± {error}");

@@ -175,7 +175,9 @@ fn softened_mean_over_jumps() {
         with_field(k, |_, scene, velocities, film| {
             let mean = JumpMean { reach: 1.2 * film.pixel() };
             let jumps = SceneJumps::softened(scene, mean, 0.4 * film.pixel());
-            integral(seed).forward(scene, velocities, film, &JumpField { scene, velocities, jumps })
+            integral(seed)
+                .forward(scene, velocities, film, &JumpField { scene, velocities, jumps })
+                .expect("samples")
         })
     };
     Verdict::of(&scenes, alone).reject("a softened mean without its residual", limits());
@@ -204,12 +206,14 @@ fn integral(seed: u64) -> AreaIntegral {
 fn fields_that_know_all_silhouettes() {
     let mut power = Power::of("unbiased::fields_that_know_all_silhouettes");
     let oracle = Verdict::of(&HALF, |k, seed| {
-        with_field(k, |a, scene, v, film| integral(seed).forward(scene, v, film, &a.oracle(v)))
+        with_field(k, |a, scene, v, film| {
+            integral(seed).forward(scene, v, film, &a.oracle(v)).expect("samples")
+        })
     });
     oracle.accept(&mut power, "oracle field", limits());
     let harmonic = Verdict::of(&HALF, |k, seed| {
         with_field(k, |a, scene, v, film| {
-            integral(seed).forward(scene, v, film, &a.harmonic(v, 1e-7 * film.pixel()))
+            integral(seed).forward(scene, v, film, &a.harmonic(v, 1e-7 * film.pixel())).expect("samples")
         })
     });
     harmonic.accept(&mut power, "harmonic field", limits());
@@ -243,12 +247,16 @@ fn any_continuous_field_with_its_residual() {
     let some = known(&[Kind::Generic, Kind::TJunction, Kind::SharedVertex, Kind::Touching], pick(12, 16));
     let area = |k: &Known, seed| {
         with_field(k, |_, scene, v, film| {
-            AreaIntegral { samples: SAMPLES, ..integral(seed) }.forward(scene, v, film, &Affine)
+            AreaIntegral { samples: SAMPLES, ..integral(seed) }
+                .forward(scene, v, film, &Affine)
+                .expect("samples")
         })
     };
     let whole = Verdict::of(&some, |k, seed| {
         let rest = with_field(k, |_, scene, v, film| {
-            BoundaryIntegral { samples: SAMPLES, seed: !seed }.forward(scene, v, film, &Affine)
+            BoundaryIntegral { samples: SAMPLES, seed: !seed }
+                .forward(scene, v, film, &Affine)
+                .expect("samples")
         });
         area(k, seed).plus(rest)
     });
@@ -263,7 +271,8 @@ fn any_continuous_field_with_its_residual() {
             BoundaryIntegral { samples: 64, seed: 1 }.forward(scene, velocities, film, &field),
             BoundaryIntegral { samples: 64, seed: 1 }.forward(scene, velocities, film, &Still),
         ]
-        .map(|image| image.mean.dot(&image.mean).sqrt());
+        .map(|image| image.expect("samples").mean)
+        .map(|mean| mean.dot(&mean).sqrt());
         assert!(left <= 1e-6 * all, "{left} of {all}\n{}", k.case.label);
     }
     Verdict::of(&some, area).reject("an affine field alone", limits());
@@ -282,7 +291,8 @@ fn controls_are_rejected() {
                 mean: arrangement.interior(film, &velocities).expect("velocities fit"),
                 standard_error: Image::zero(film),
                 rays: 0,
-                non_finite: 0,
+                out_of_steps: 0,
+                non_finite: vec![],
             }
         });
         Estimate { mean: interior.mean, ..noise }
@@ -297,7 +307,7 @@ fn controls_are_rejected() {
     reject("direct field", |k, seed| {
         with_field(k, |_, scene, velocities, film| {
             let integral = AreaIntegral { control_variate: false, ..integral(seed) };
-            integral.forward(scene, velocities, film, &DirectField { scene, velocities })
+            integral.forward(scene, velocities, film, &DirectField { scene, velocities }).expect("samples")
         })
     });
     // γ below 1/p + 1/2: no debiasing mends a field that is not boundary consistent.

@@ -136,7 +136,7 @@ impl Posed<'_> {
         let estimate = |(name, method): (&'static str, &dyn Method)| -> Result<Estimate> {
             let found = method.forward(self.world, self.camera, self.change)?;
             let values = found.total();
-            let agreement = Agreement::new(&values, &found.standard_error, exact);
+            let agreement = Agreement::new(&values, &found.standard_error.total, exact);
             Ok(Estimate {
                 name,
                 slope: agreement.slope.value,
@@ -144,7 +144,7 @@ impl Posed<'_> {
                 noise: agreement.noise,
                 rays: found.rays as f64 / (samples * values.len()) as f64,
                 values,
-                errors: found.standard_error,
+                errors: found.standard_error.total,
             })
         };
         all.into_iter().map(estimate).collect()

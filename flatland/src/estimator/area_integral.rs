@@ -2,8 +2,8 @@
 
 use glam::{DVec2, DVec3};
 
-use super::GradientImage;
-use super::linear::{gradient_image, sample_stream};
+use super::error::EstimatorError;
+use super::plane::{GradientImage, gradient_image};
 use crate::calculus::{Dual, Number};
 use crate::plane::{Attachment, Film, Filter, Hit, PixelSample, Scene};
 use crate::random::{Stream, open01};
@@ -40,32 +40,33 @@ pub struct AreaIntegral {
 
 impl AreaIntegral {
     /// The integral of every pixel.
-    #[must_use]
+    ///
+    /// # Errors
+    /// [`EstimatorError::NoSamples`].
     pub fn forward(
         &self,
         scene: &Scene,
         velocities: &[DVec2],
         film: &Film,
         field: &impl WarpField<Plane>,
-    ) -> GradientImage {
-        gradient_image(film, self.samples, |x, y| {
-            let (centre, index) = (film.centre(x, y), y * film.width() + x);
+    ) -> Result<GradientImage, EstimatorError> {
+        gradient_image(film, self.samples, self.seed, |x, y| {
+            let centre = film.centre(x, y);
             let control = if self.control_variate { pixel_mean(scene, film, centre) } else { DVec3::ZERO };
             let place = Place { scene, film, centre, velocities, control };
-            move |sample| {
-                let mut rng = sample_stream(self.seed, index, sample);
-                let s = film.sample(centre, &mut rng);
+            move |rng| {
+                let s = film.sample(centre, rng);
                 let hit = scene.hit(s.u);
-                let (v, mut rays) = field.at(s.u, &mut rng);
+                let (v, mut rays) = field.at(s.u, rng);
                 let mut value = match self.form {
                     Form::Area => place.area(&s, hit.as_ref(), v),
                     Form::Reparameterised => place.reparameterised(&s, hit.as_ref(), v),
                 };
                 rays += 1;
                 if film.filter() == Filter::Box {
-                    let side = PixelSide::draw(film, centre, &mut rng);
+                    let side = PixelSide::draw(film, centre, rng);
                     let f = scene.value(scene.hit(side.u).as_ref(), side.u) - control;
-                    let (v, more) = field.at(side.u, &mut rng);
+                    let (v, more) = field.at(side.u, rng);
                     value -= side.weight * v.value.dot(side.outward) * f;
                     rays += 1 + more;
                 }

@@ -1,10 +1,10 @@
 //! The boundary integral that a warp field leaves over.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
-use super::GradientImage;
 use super::edge_points::PixelEdges;
-use super::linear::{gradient_image, sample_stream};
+use super::error::EstimatorError;
+use super::plane::{GradientImage, gradient_image};
 use crate::boundary::residual_speed;
 use crate::plane::{EdgeTree, Film, Scene};
 use crate::warp::{Plane, WarpField};
@@ -25,23 +25,23 @@ pub struct BoundaryIntegral {
 
 impl BoundaryIntegral {
     /// The integral of every pixel.
-    #[must_use]
+    ///
+    /// # Errors
+    /// [`EstimatorError::NoSamples`].
     pub fn forward(
         &self,
         scene: &Scene,
         velocities: &[DVec2],
         film: &Film,
         field: &impl WarpField<Plane>,
-    ) -> GradientImage {
+    ) -> Result<GradientImage, EstimatorError> {
         let tree = EdgeTree::new(scene);
-        gradient_image(film, self.samples, |x, y| {
+        gradient_image(film, self.samples, self.seed, |x, y| {
             let edges = PixelEdges::new(&tree, scene, film, film.centre(x, y));
-            let index = y * film.width() + x;
-            move |sample| {
-                let mut rng = sample_stream(self.seed, index, sample);
-                let (point, rays) = edges.draw(scene, film, &mut rng);
-                let Some(point) = point else { return (glam::DVec3::ZERO, rays) };
-                let (v, more) = field.at(point.u, &mut rng);
+            move |rng| {
+                let (point, rays) = edges.draw(scene, film, rng);
+                let Some(point) = point else { return (DVec3::ZERO, rays) };
+                let (v, more) = field.at(point.u, rng);
                 let speed = residual_speed(point.material.velocity(velocities), v.value, point.outward);
                 (point.jump() * speed, rays + more)
             }

@@ -1,8 +1,9 @@
 //! Edge sampling (Li, Aittala, Durand and Lehtinen 2018), for the image plane.
 
+use super::Method;
 use super::edge_points::PixelEdges;
-use super::linear::{self, Covectors, LinearMethod, View};
-use super::{EstimatorError, GradientImage, Method, VertexGradient};
+use super::error::EstimatorError;
+use super::plane::{self, Covectors, GradientImage, LinearMethod, VertexGradient, View};
 use crate::plane::{EdgeTree, Film, Image, MaterialPoint, Motion, Scene};
 use crate::random::Stream;
 
@@ -35,11 +36,11 @@ impl Method for EdgeSampling {
     }
 
     fn forward(&self, scene: &Scene, motion: &Motion, film: &Film) -> Result<GradientImage, EstimatorError> {
-        linear::forward(self, scene, motion, film)
+        plane::forward(self, scene, motion, film)
     }
 
     fn reverse(&self, scene: &Scene, film: &Film, adjoint: &Image) -> Result<VertexGradient, EstimatorError> {
-        linear::reverse(self, scene, film, adjoint)
+        plane::reverse(self, scene, film, adjoint)
     }
 }
 

@@ -2,7 +2,10 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{EstimatorError, GradientImage, Method, VertexGradient, check_adjoint};
+use super::Method;
+use super::error::EstimatorError;
+use super::estimate::Estimate;
+use super::plane::{GradientImage, VertexGradient, check_size};
 use crate::plane::exact::Arrangement;
 use crate::plane::{Film, Image, Motion, Scene};
 
@@ -20,18 +23,14 @@ impl Method for Exact {
         let arrangement = Arrangement::new(scene, film)?;
         let boundary = arrangement.boundary(film, &velocities)?;
         let interior = arrangement.interior(film, &velocities)?;
-        Ok(GradientImage {
-            mean: boundary.zip(&interior, |b, i| b + i),
-            standard_error: Image::from_pixels(film, vec![DVec3::ZERO; film.width() * film.height()]),
-            rays: 0,
-            non_finite: 0,
-        })
+        let no_error = Image::from_pixels(film, vec![DVec3::ZERO; film.width() * film.height()]);
+        Ok(Estimate::exact(boundary.zip(&interior, |b, i| b + i), no_error))
     }
 
     fn reverse(&self, scene: &Scene, film: &Film, adjoint: &Image) -> Result<VertexGradient, EstimatorError> {
-        check_adjoint(film, adjoint)?;
+        check_size(film, adjoint)?;
         let mean = Arrangement::new(scene, film)?.gradient(film, adjoint)?;
-        let standard_error = vec![DVec2::ZERO; mean.len()];
-        Ok(VertexGradient { mean, standard_error, rays: 0, non_finite: 0 })
+        let no_error = vec![DVec2::ZERO; mean.len()];
+        Ok(Estimate::exact(mean, no_error))
     }
 }

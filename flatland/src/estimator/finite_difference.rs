@@ -2,8 +2,10 @@
 
 use glam::{DVec2, DVec3};
 
-use super::linear::{check_samples, gradient_image, sample_stream};
-use super::{EstimatorError, GradientImage, Method, VertexGradient, check_adjoint};
+use super::Method;
+use super::error::{EstimatorError, check_step};
+use super::estimate::Estimate;
+use super::plane::{GradientImage, VertexGradient, check_size, gradient_image};
 use crate::plane::{Film, Image, Motion, Scene};
 
 /// (I(θ + step) − I(θ − step))/(2 step), from the same samples of both images.
@@ -32,30 +34,26 @@ impl Method for FiniteDifference {
     }
 
     fn forward(&self, scene: &Scene, motion: &Motion, film: &Film) -> Result<GradientImage, EstimatorError> {
-        check_samples(self.samples)?;
-        if !(self.step > 0.0 && self.step.is_finite()) {
-            return Err(EstimatorError::Step { step: self.step });
-        }
+        check_step(self.step)?;
         let [plus, minus] = [self.step, -self.step].map(|theta| motion.displace(scene, theta));
         let (plus, minus) = (plus?, minus?);
         let scale = 0.5 / self.step;
-        Ok(gradient_image(film, self.samples, |x, y| {
-            let (centre, index) = (film.centre(x, y), y * film.width() + x);
+        gradient_image(film, self.samples, self.seed, |x, y| {
+            let centre = film.centre(x, y);
             let (plus, minus) = (&plus, &minus);
-            move |sample| {
-                let mut rng = sample_stream(self.seed, index, sample);
-                let s = film.sample(centre, &mut rng);
+            move |rng| {
+                let s = film.sample(centre, rng);
                 let value = |scene: &Scene| -> DVec3 { scene.value(scene.hit(s.u).as_ref(), s.u) };
                 (scale * s.value * (value(plus) - value(minus)), 2)
             }
-        }))
+        })
     }
 
     /// One central difference per coordinate of every vertex: the cost grows with their number. The
     /// standard error is an upper bound: it takes the channels of a pixel as fully correlated.
     fn reverse(&self, scene: &Scene, film: &Film, adjoint: &Image) -> Result<VertexGradient, EstimatorError> {
-        check_adjoint(film, adjoint)?;
-        let mut out = VertexGradient { mean: vec![], standard_error: vec![], rays: 0, non_finite: 0 };
+        check_size(film, adjoint)?;
+        let mut out = Estimate::exact(vec![], vec![]);
         for shape in 0..scene.shapes().len() {
             for vertex in 0..scene.vertex_range(shape).len() {
                 let (mut mean, mut error) = (DVec2::ZERO, DVec2::ZERO);
@@ -68,7 +66,7 @@ impl Method for FiniteDifference {
                     let squares = errors.pixels().iter().map(|p| p.element_sum().powi(2));
                     error[axis] = squares.sum::<f64>().sqrt();
                     out.rays += image.rays;
-                    out.non_finite += image.non_finite;
+                    out.non_finite.extend(image.non_finite);
                 }
                 out.mean.push(mean);
                 out.standard_error.push(error);

@@ -2,9 +2,10 @@
 
 use glam::DVec2;
 
+use super::Method;
 use super::area_integral::PixelSide;
-use super::linear::{self, Covectors, LinearMethod, View};
-use super::{EstimatorError, GradientImage, Method, VertexGradient};
+use super::error::EstimatorError;
+use super::plane::{self, Covectors, GradientImage, LinearMethod, VertexGradient, View};
 use crate::plane::fields::{followed, kernel_offset};
 use crate::plane::{Film, Filter, Image, MaterialPoint, Motion, Scene};
 use crate::random::Stream;
@@ -48,11 +49,11 @@ impl Method for Rotation {
     }
 
     fn forward(&self, scene: &Scene, motion: &Motion, film: &Film) -> Result<GradientImage, EstimatorError> {
-        linear::forward(self, scene, motion, film)
+        plane::forward(self, scene, motion, film)
     }
 
     fn reverse(&self, scene: &Scene, film: &Film, adjoint: &Image) -> Result<VertexGradient, EstimatorError> {
-        linear::reverse(self, scene, film, adjoint)
+        plane::reverse(self, scene, film, adjoint)
     }
 }
 

@@ -2,10 +2,11 @@
 
 use glam::{DVec2, DVec3};
 
+use super::Method;
 use super::area_integral::{AreaIntegral, Form, PixelSide, pixel_mean};
 use super::edge_points::PixelEdges;
-use super::linear::{self, Covectors, LinearMethod, View, check_samples};
-use super::{EstimatorError, GradientImage, Method, VertexGradient};
+use super::error::EstimatorError;
+use super::plane::{self, Covectors, GradientImage, LinearMethod, VertexGradient, View};
 use crate::plane::fields::{AuxiliaryField, JumpField, SceneJumps, scene_stencil};
 use crate::plane::{Film, Filter, Hit, Image, MaterialPoint, Motion, Scene};
 use crate::random::Stream;
@@ -94,14 +95,13 @@ impl Method for WarpedArea {
 
     fn forward(&self, scene: &Scene, motion: &Motion, film: &Film) -> Result<GradientImage, EstimatorError> {
         match self.form {
-            Form::Area => linear::forward(self, scene, motion, film),
+            Form::Area => plane::forward(self, scene, motion, film),
             Form::Reparameterised => {
                 let velocities = &motion.velocities(scene)?;
                 let prepared = self.prepare(scene, film)?;
-                check_samples(self.samples)?;
                 let (samples, form, seed) = (self.samples, self.form, self.seed);
                 let integral = AreaIntegral { samples, form, seed, control_variate: true };
-                Ok(match prepared {
+                match prepared {
                     Prepared::Auxiliary { warp, kappa } => {
                         let field = AuxiliaryField { scene, velocities, warp, kappa };
                         integral.forward(scene, velocities, film, &field)
@@ -110,14 +110,14 @@ impl Method for WarpedArea {
                         integral.forward(scene, velocities, film, &JumpField { scene, velocities, jumps })
                     }
                     // The boundary has one form only.
-                    Prepared::Jumps { residual: true, .. } => linear::forward(self, scene, motion, film)?,
-                })
+                    Prepared::Jumps { residual: true, .. } => plane::forward(self, scene, motion, film),
+                }
             }
         }
     }
 
     fn reverse(&self, scene: &Scene, film: &Film, adjoint: &Image) -> Result<VertexGradient, EstimatorError> {
-        linear::reverse(self, scene, film, adjoint)
+        plane::reverse(self, scene, film, adjoint)
     }
 }
 

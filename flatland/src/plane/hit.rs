@@ -43,9 +43,9 @@ impl MaterialPoint {
     }
 
     /// The transpose of [`velocity`](Self::velocity): adds b_j `covector` to each vertex.
-    pub fn scatter(&self, covector: DVec2, gradient: &mut [DVec2]) {
+    pub fn scatter(&self, covector: DVec2, mut add: impl FnMut(usize, DVec2)) {
         for (v, b) in self.vertices().into_iter().zip(self.weights) {
-            gradient[v] += b * covector;
+            add(v, b * covector);
         }
     }
 }

@@ -2,15 +2,7 @@
 
 use std::f64::consts::TAU;
 
-/// The pixel filter over angles, with ∫h = 1.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum AngularFilter {
-    /// One pixel wide; it jumps at the pixel's fixed ends.
-    Box,
-    /// Two pixels wide, continuous.
-    #[default]
-    Tent,
-}
+use crate::plane::Filter;
 
 /// A row of pixels over an interval of angles. Pixel i is centred at `first` + (i + ½) `pixel`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,7 +10,7 @@ pub struct AngularFilm {
     first: f64,
     pixel: f64,
     count: usize,
-    filter: AngularFilter,
+    filter: Filter,
 }
 
 /// A film that cannot be made.
@@ -49,7 +41,7 @@ impl AngularFilm {
     ///
     /// # Errors
     /// If there are no pixels, the interval is no interval or the support of a pixel wider than the circle.
-    pub fn new(first: f64, last: f64, count: usize, filter: AngularFilter) -> Result<Self, AngularFilmError> {
+    pub fn new(first: f64, last: f64, count: usize, filter: Filter) -> Result<Self, AngularFilmError> {
         if count == 0 {
             return Err(AngularFilmError::NoPixels);
         }
@@ -76,7 +68,7 @@ impl AngularFilm {
 
     /// The filter.
     #[must_use]
-    pub fn filter(&self) -> AngularFilter {
+    pub fn filter(&self) -> Filter {
         self.filter
     }
 
@@ -86,33 +78,30 @@ impl AngularFilm {
         self.first + (pixel as f64 + 0.5) * self.pixel
     }
 
-    /// How far the filter reaches to each side.
+    /// Half the width of the filter's support, in radians.
     #[must_use]
     pub fn radius(&self) -> f64 {
-        match self.filter {
-            AngularFilter::Box => 0.5 * self.pixel,
-            AngularFilter::Tent => self.pixel,
-        }
+        self.filter.radius() * self.pixel
     }
 
-    /// h at an angle from the pixel's middle, in radians⁻¹.
+    /// h at an angle from the pixel's middle, in radians⁻¹; ∫ h = 1.
     #[must_use]
     pub fn value(&self, offset: f64) -> f64 {
-        let relative = offset.abs() / self.pixel;
-        match self.filter {
-            AngularFilter::Box if relative <= 0.5 => 1.0 / self.pixel,
-            AngularFilter::Box => 0.0,
-            AngularFilter::Tent => (1.0 - relative).max(0.0) / self.pixel,
-        }
+        self.filter.profile(offset / self.pixel) / self.pixel
     }
 
-    /// h′.
+    /// h′, in radians⁻².
     #[must_use]
     pub fn slope(&self, offset: f64) -> f64 {
-        match self.filter {
-            AngularFilter::Tent if offset.abs() < self.pixel => -offset.signum() / (self.pixel * self.pixel),
-            _ => 0.0,
-        }
+        self.filter.profile_slope(offset / self.pixel) / (self.pixel * self.pixel)
+    }
+
+    /// The ends of the parts of a pixel's support on which its filter is smooth, in order.
+    pub(super) fn cuts(&self, pixel_centre: f64) -> impl Iterator<Item = f64> {
+        let cells = self.filter.intervals();
+        let ends = cells.iter().map(|(first, _)| *first).chain([self.filter.radius()]);
+        let pixel = self.pixel;
+        ends.map(move |end| pixel_centre + end * pixel)
     }
 }
 
@@ -125,9 +114,9 @@ mod tests {
     #[test]
     fn bad_films_are_refused() {
         let film = |last, count, filter| AngularFilm::new(-PI, last, count, filter);
-        assert!(film(PI, 1, AngularFilter::Box).is_ok() && film(PI, 2, AngularFilter::Tent).is_ok());
-        assert_eq!(film(PI, 1, AngularFilter::Tent), Err(AngularFilmError::Support { support: 2.0 * TAU }));
-        assert_eq!(film(PI, 0, AngularFilter::Box), Err(AngularFilmError::NoPixels));
-        assert!(matches!(film(4.0, 9, AngularFilter::Box), Err(AngularFilmError::Interval { .. })));
+        assert!(film(PI, 1, Filter::Box).is_ok() && film(PI, 2, Filter::Tent).is_ok());
+        assert_eq!(film(PI, 1, Filter::Tent), Err(AngularFilmError::Support { support: 2.0 * TAU }));
+        assert_eq!(film(PI, 0, Filter::Box), Err(AngularFilmError::NoPixels));
+        assert!(matches!(film(4.0, 9, Filter::Box), Err(AngularFilmError::Interval { .. })));
     }
 }

@@ -12,13 +12,12 @@
 //! - [`Tracer`], [`View`], [`Trace`]: sphere tracing and the derivative of the whole trace.
 //! - [`fields`]: every construction of V, as a linear form in ∂_θφ and ∇∂_θφ.
 //! - [`Scene`], [`AngularFilm`]: an eye, a shading, pixels of equal angle.
-//! - [`estimator`]: area integral, relaxed boundary, implicit differentiation.
+//! - [`estimator::sdf`](crate::estimator::sdf): area integral, relaxed boundary, implicit differentiation.
 //! - [`exact`]: the same pixels and derivatives in closed form, from tangent rays.
 //!
 //! What moves is the shape. The eye, the light and the film stand still.
 
 mod distance;
-pub mod estimator;
 pub mod exact;
 pub mod fields;
 mod film;
@@ -30,9 +29,10 @@ mod space;
 mod tracer;
 
 pub use distance::{Jet, LevelSetVelocity, Sdf, SecondOrder};
-pub use film::{AngularFilm, AngularFilmError, AngularFilter};
+pub use film::{AngularFilm, AngularFilmError};
 pub use near_miss::near_misses;
 pub use scalar::Scalar;
+pub(crate) use scene::Seen;
 pub use scene::{Scene, SceneError, Shading};
 pub use space::{Directions, Space};
 pub use tracer::{End, RayCount, Trace, TracePoint, Tracer, TracerError, View};

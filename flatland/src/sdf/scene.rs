@@ -64,12 +64,12 @@ pub struct Scene {
 /// L along a ray and its derivative, as a linear form:
 /// dL/dθ = a·V + c φ̇ + r·∇φ̇ when the ray turns with velocity V.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Seen {
-    pub(super) radiance: f64,
+pub(crate) struct Seen {
+    pub(crate) radiance: f64,
     /// ∇_ω L = a; 0 on a miss.
-    pub(super) gradient: DVec2,
+    pub(crate) gradient: DVec2,
     /// Where φ̇ is taken, and (c, r).
-    pub(super) hit: Option<(DVec2, Jet<DVec2>)>,
+    pub(crate) hit: Option<(DVec2, Jet<DVec2>)>,
 }
 
 impl Scene {
@@ -134,12 +134,12 @@ impl Scene {
     }
 
     /// L of the surface, or the level set, through x.
-    pub(super) fn radiance_at(&self, x: DVec2, gradient: DVec2) -> f64 {
+    pub(crate) fn radiance_at(&self, x: DVec2, gradient: DVec2) -> f64 {
         self.shading.radiance(x, gradient.normalize_or_zero())
     }
 
     /// L of a traced ray with its derivatives.
-    pub(super) fn seen(&self, trace: &Trace<DVec2>) -> Seen {
+    pub(crate) fn seen(&self, trace: &Trace<DVec2>) -> Seen {
         let radiance = self.radiance(trace);
         let Some(hit) = trace.hit() else {
             return Seen { radiance, gradient: DVec2::ZERO, hit: None };

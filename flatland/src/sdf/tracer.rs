@@ -122,6 +122,13 @@ pub struct RayCount {
     pub out_of_steps: u64,
 }
 
+impl From<u64> for RayCount {
+    /// Rays that need no steps.
+    fn from(traced: u64) -> Self {
+        Self { traced, out_of_steps: 0 }
+    }
+}
+
 impl AddAssign for RayCount {
     fn add_assign(&mut self, other: Self) {
         self.traced += other.traced;

@@ -87,7 +87,7 @@ impl Known {
     /// Its estimate, beside whose error the reference's own must not count.
     pub fn total(&self, seed: u64, method: &impl Sampler) -> Estimate {
         let found = self.run(seed, method);
-        let estimate = self.estimate(&found.total(), &found.standard_error);
+        let estimate = self.estimate(&found.total(), &found.standard_error.total);
         let least = (1e-6 * self.exact.abs()).max(1e-9 * self.scale);
         assert!(self.error <= 0.2 * estimate.standard_error.max(least), "{:e} {estimate:?}", self.error);
         estimate

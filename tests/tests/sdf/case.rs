@@ -2,11 +2,13 @@
 
 use std::f64::consts::FRAC_PI_4;
 
-use flatland::sdf::estimator::{AreaIntegral, Estimate};
+use flatland::estimator::Estimate;
+use flatland::estimator::sdf::AreaIntegral;
+use flatland::plane::Filter;
 use flatland::sdf::exact::{Exact, Silhouette};
 use flatland::sdf::fields::{MotionField, MovingField, TracedField};
 use flatland::sdf::shapes::Shape;
-use flatland::sdf::{AngularFilm, AngularFilter, Scene, Sdf as _, Shading, Tracer};
+use flatland::sdf::{AngularFilm, Scene, Sdf as _, Shading, Tracer};
 use flatland::warp::Circle as Directions;
 use glam::DVec2;
 use tests::comparison::{Comparison, Estimate as Slope};
@@ -25,7 +27,7 @@ pub(crate) struct Case {
 }
 
 impl Case {
-    pub(crate) fn new(shape: Shape, shading: Shading, filter: AngularFilter) -> Self {
+    pub(crate) fn new(shape: Shape, shading: Shading, filter: Filter) -> Self {
         let tracer = Tracer { far: 10.0, ..Tracer::default() };
         let mut direction: Vec<f64> =
             (0..shape.parameter_count()).map(|i| 0.5 + (1.3 * i as f64).sin()).collect();
@@ -48,12 +50,12 @@ impl Case {
         Exact::new(&self.scene).expect("closed").silhouettes(&self.direction).expect("fits")
     }
 
-    pub(crate) fn area(&self, samples: usize, field: &impl MotionField<Directions>) -> Estimate {
+    pub(crate) fn area(&self, samples: usize, field: &impl MotionField<Directions>) -> Estimate<Vec<f64>> {
         let method = AreaIntegral { samples, seed: 1, ..AreaIntegral::default() };
         method.forward(&self.scene, &self.film, field).expect("valid")
     }
 
-    pub(crate) fn traced(&self, samples: usize, field: &impl TracedField<Directions>) -> Estimate {
+    pub(crate) fn traced(&self, samples: usize, field: &impl TracedField<Directions>) -> Estimate<Vec<f64>> {
         self.area(samples, &self.moving(field))
     }
 
@@ -65,8 +67,8 @@ impl Case {
     }
 
     /// The largest |z| of a pixel.
-    fn worst(&self, label: &str, found: &Estimate) -> f64 {
-        assert_eq!(found.non_finite, 0, "{label}");
+    fn worst(&self, label: &str, found: &Estimate<Vec<f64>>) -> f64 {
+        assert!(found.non_finite.is_empty(), "{label}");
         // Those within 5·10⁻⁸ r/t radians of a silhouette, of four at most in 1.6 radians: one in 10⁷ is expected, and
         // biases the estimate by less than its own share.
         assert!(found.out_of_steps <= 1 + found.rays / 1_000_000, "{label}: {} rays", found.out_of_steps);
@@ -79,7 +81,7 @@ impl Case {
     }
 
     /// The regression of what is found on the exact derivative.
-    pub(crate) fn slope(&self, label: &str, found: &Estimate) -> Slope {
+    pub(crate) fn slope(&self, label: &str, found: &Estimate<Vec<f64>>) -> Slope {
         let norm: f64 = self.exact.iter().map(|e| e * e).sum();
         let product: f64 = self.exact.iter().zip(&found.mean).map(|(e, m)| e * m).sum();
         let noise: f64 = self.exact.iter().zip(&found.standard_error).map(|(e, s)| (e * s).powi(2)).sum();
@@ -91,14 +93,14 @@ impl Case {
     }
 
     /// No pixel beyond the suite's threshold, nor the regression over all of them.
-    pub(crate) fn assert_right(&self, power: &mut Power, label: &str, found: &Estimate) {
+    pub(crate) fn assert_right(&self, power: &mut Power, label: &str, found: &Estimate<Vec<f64>>) {
         let slope = self.slope(label, found);
         let worst = self.worst(label, found);
         assert!(worst < suite_threshold(), "{label}: worst |z| {worst}");
         assert_slope_1(power, label, slope, 0.0);
     }
 
-    pub(crate) fn assert_wrong(&self, label: &str, found: &Estimate) {
+    pub(crate) fn assert_wrong(&self, label: &str, found: &Estimate<Vec<f64>>) {
         self.slope(label, found);
         let worst = self.worst(label, found);
         assert!(worst > suite_threshold(), "{label} was not rejected: worst |z| {worst}");

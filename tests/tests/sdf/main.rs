@@ -6,15 +6,16 @@ mod measured;
 
 use std::f64::consts::FRAC_PI_4;
 
+use flatland::estimator::sdf::{ImplicitHit, RelaxedBoundary};
+use flatland::plane::Filter;
 use flatland::random::Stream;
-use flatland::sdf::estimator::{ImplicitHit, RelaxedBoundary};
 use flatland::sdf::exact::{Exact, HarmonicField};
 use flatland::sdf::fields::{
     AuxiliaryField, BangaruField, DirectField, MotionField, MovingField, SilhouetteDistance, TracedField,
     ViciniField,
 };
 use flatland::sdf::shapes::{Circle, Polygon, Shape, SmoothUnion};
-use flatland::sdf::{AngularFilm, AngularFilter, RayCount, Scene, Sdf, Shading, Tracer};
+use flatland::sdf::{AngularFilm, RayCount, Scene, Sdf, Shading, Tracer};
 use flatland::warp::{Circle as Directions, Debias, Field, LinearField as _, Warp};
 use glam::DVec2;
 use tests::effort::{pick, thorough};
@@ -48,10 +49,10 @@ fn auxiliary(rays: usize, distance: SilhouetteDistance) -> AuxiliaryField {
 #[test]
 fn consistent_fields_give_the_derivative_of_smooth_shapes() {
     let mut power = Power::of("sdf::consistent_fields_give_the_derivative_of_smooth_shapes");
-    let filters = [AngularFilter::Tent, AngularFilter::Box];
+    let filters = [Filter::Tent, Filter::Box];
     for filter in filters {
         for (name, shape) in [("disc", disc(3.0, 0.2, 1.0)), ("pair", pair(0.5))] {
-            if !thorough() && (name, filter) == ("pair", AngularFilter::Box) {
+            if !thorough() && (name, filter) == ("pair", Filter::Box) {
                 // A filter and a shape by themselves have to do.
                 continue;
             }
@@ -64,7 +65,7 @@ fn consistent_fields_give_the_derivative_of_smooth_shapes() {
             case.assert_right(&mut power, &label("harmonic"), &case.area(16_000, &harmonic));
             case.assert_right(&mut power, &label("Bangaru"), &case.traced(16_000, &BangaruField::default()));
             case.assert_right(&mut power, &label("Vicini"), &case.traced(16_000, &ViciniField::default()));
-            if !thorough() && (name, filter) != ("disc", AngularFilter::Box) {
+            if !thorough() && (name, filter) != ("disc", Filter::Box) {
                 // Heavier tails than fields that are known have: one case stands for all.
                 continue;
             }
@@ -82,20 +83,20 @@ fn consistent_fields_give_the_derivative_of_smooth_shapes() {
 #[test]
 fn inconsistent_fields_are_rejected() {
     let mut power = Power::of("sdf::inconsistent_fields_are_rejected");
-    let case = Case::new(disc(3.0, 0.2, 1.0), SHADING, AngularFilter::Tent);
+    let case = Case::new(disc(3.0, 0.2, 1.0), SHADING, Filter::Tent);
     case.assert_wrong("direct", &case.traced(4000, &DirectField));
     let idr = ImplicitHit { samples: 4000, seed: 1 };
     let found = idr.forward(&case.scene, &case.direction, &case.film).expect("valid");
     case.assert_wrong("implicit differentiation", &found);
     // The medial axis between the discs: ∇φ jumps, and with it the weights.
-    let kinked = Case::new(pair(0.0), SHADING, AngularFilter::Tent);
+    let kinked = Case::new(pair(0.0), SHADING, Filter::Tent);
     kinked.assert_wrong("pair without blending, Bangaru", &kinked.traced(6000, &BangaruField::default()));
     // The multiplier confines Vicini's field to where the medial axis is not.
     let found = kinked.traced(16_000, &ViciniField::default());
     kinked.assert_right(&mut power, "pair without blending, Vicini", &found);
     // Corners: no field made of G can be consistent.
     let flat = Shading { normal: DVec2::ZERO, ..SHADING };
-    let corners = Case::new(triangle(), flat, AngularFilter::Tent);
+    let corners = Case::new(triangle(), flat, Filter::Tent);
     corners.assert_wrong("triangle, Bangaru", &corners.traced(4000, &BangaruField::default()));
     corners.assert_wrong("triangle, Vicini", &corners.traced(4000, &ViciniField::default()));
     let distance = SilhouetteDistance::default();
@@ -126,7 +127,7 @@ impl<F: TracedField<Directions>> MotionField<Directions> for Unprojected<'_, F> 
 #[test]
 fn the_curvature_term_is_needed() {
     let mut power = Power::of("sdf::the_curvature_term_is_needed");
-    let case = Case::new(disc(1.6, 0.1, 1.0), SHADING, AngularFilter::Tent);
+    let case = Case::new(disc(1.6, 0.1, 1.0), SHADING, Filter::Tent);
     let field = BangaruField::default();
     case.assert_right(&mut power, "close disc, Bangaru", &case.traced(20_000, &field));
     let unprojected = Unprojected(case.scene.shape(), case.moving(&field));
@@ -137,7 +138,7 @@ fn the_curvature_term_is_needed() {
 #[test]
 fn auxiliary_rays_on_a_disc() {
     let mut power = Power::of("sdf::auxiliary_rays_on_a_disc");
-    let case = Case::new(disc(3.0, 0.2, 1.0), SHADING, AngularFilter::Tent);
+    let case = Case::new(disc(3.0, 0.2, 1.0), SHADING, Filter::Tent);
     let slope = |rays, distance| {
         let label = format!("disc, {rays} auxiliary rays, {distance:?}");
         case.slope(&label, &case.traced(10_000, &auxiliary(rays, distance)))
@@ -159,7 +160,7 @@ fn auxiliary_rays_on_a_disc() {
 #[test]
 fn the_band_is_biased_by_its_width() {
     let mut power = Power::of("sdf::the_band_is_biased_by_its_width");
-    let case = Case::new(pair(0.5), SHADING, AngularFilter::Tent);
+    let case = Case::new(pair(0.5), SHADING, Filter::Tent);
     let slope = |case: &Case, label: &str, width, samples| {
         let band = RelaxedBoundary { samples, width, seed: 1 };
         let found = band.forward(&case.scene, &case.direction, &case.film).expect("valid");
@@ -173,7 +174,7 @@ fn the_band_is_biased_by_its_width() {
     if thorough() {
         // Corners are as good as any silhouette to it.
         let flat = Shading { normal: DVec2::ZERO, ..SHADING };
-        let corners = Case::new(triangle(), flat, AngularFilter::Tent);
+        let corners = Case::new(triangle(), flat, Filter::Tent);
         let found = slope(&corners, "triangle", 0.005, 300_000);
         assert_slope_1(&mut power, "triangle, narrow band", found, 0.02);
     }
@@ -191,7 +192,7 @@ fn tiny_and_huge_discs_are_alike() {
         let shading = Shading { position: SHADING.position / radius, ..SHADING };
         let shape = disc(2.0 * radius, 0.3 * radius, radius);
         let scene = Scene::new(shape, DVec2::ZERO, tracer, shading, 0.3).expect("a scene");
-        let film = AngularFilm::new(-FRAC_PI_4, FRAC_PI_4, 6, AngularFilter::Tent).expect("a film");
+        let film = AngularFilm::new(-FRAC_PI_4, FRAC_PI_4, 6, Filter::Tent).expect("a film");
         let direction = [0.3 * radius, 0.7 * radius, 0.5 * radius];
         let case = Case::of(scene, film, direction.to_vec());
         let first = alike.get_or_insert_with(|| case.exact.clone());

@@ -2,9 +2,10 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
+use flatland::plane::Filter;
 use flatland::sdf::fields::{BangaruField, ViciniField};
 use flatland::sdf::shapes::{Grid, Interpolation, Parametric as _, RoundedBox, Shape};
-use flatland::sdf::{AngularFilm, AngularFilter, Scene, Sdf as _, Shading, Tracer};
+use flatland::sdf::{AngularFilm, Scene, Sdf as _, Shading, Tracer};
 use glam::DVec2;
 use tests::effort::thorough;
 use tests::power::Power;
@@ -56,7 +57,7 @@ fn dense_image(scene: &Scene, film: &AngularFilm, inside: f64, count: usize) -> 
 fn measured(shape: Shape, shading: Shading, direction: Vec<f64>, inside: f64) -> Case {
     let (h, count) = (1e-3, 400);
     let tracer = Tracer { far: 5.0, step_scale: FRAC_1_SQRT_2, ..Tracer::default() };
-    let film = AngularFilm::new(-0.5, 0.6, 12, AngularFilter::Tent).expect("a film");
+    let film = AngularFilm::new(-0.5, 0.6, 12, Filter::Tent).expect("a film");
     let at = |h: f64| {
         let theta = shape.parameters().iter().zip(&direction).map(|(p, d)| p + h * d).collect::<Vec<_>>();
         let moved = shape.with_parameters(&theta).expect("still a shape");

@@ -202,14 +202,15 @@ fn controls_are_rejected() {
     reject("sign flipped", &SOME, |k, seed| k.total(seed, &method).scaled(-1.0));
     reject("primary only", &SOME, |k, seed| {
         let found = k.run(seed, &method);
-        let [sum, error] = [&found.mean, &found.term_error]
+        let [sum, error] = [&found.mean, &found.standard_error.by_term]
             .map(|terms| terms.iter().map(|t| t.primary).collect::<Vec<f64>>());
         k.estimate(&sum, &error)
     });
     reject("no secondary term", &SOME, |k, seed| {
         let found = k.run(seed, &method);
         let sum: Vec<f64> = found.mean.iter().map(|t| t.interior + t.primary).collect();
-        let error: Vec<f64> = found.term_error.iter().map(|t| t.interior.hypot(t.primary)).collect();
+        let error: Vec<f64> =
+            found.standard_error.by_term.iter().map(|t| t.interior.hypot(t.primary)).collect();
         k.estimate(&sum, &error)
     });
     let gaussian = Warp { weighting: Weighting::Gaussian, radial_exponent: 1.0, ..Warp::one_dimensional() };

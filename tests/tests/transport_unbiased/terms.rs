@@ -46,7 +46,7 @@ impl Term<'_> {
         let own = |terms: &[flatland::transport::Terms<f64>]| -> Vec<f64> {
             terms.iter().zip(&self.weights).map(|(t, w)| t.to_array()[self.which] * w).collect()
         };
-        let variance: f64 = own(&found.term_error).iter().map(|e| e * e).sum();
+        let variance: f64 = own(&found.standard_error.by_term).iter().map(|e| e * e).sum();
         Estimate { mean: own(&found.mean).iter().sum(), standard_error: variance.sqrt() }
     }
 }

@@ -80,7 +80,7 @@ fn compute<'a>(
     context.step("figure 3: warped-area sampling");
     let estimate = sampled::estimate(context, example, film, &tent.total, Weighting::default())?;
     let gaussian = sampled::estimate(context, example, film, &tent.total, Weighting::Gaussian)?;
-    let pairs = sampled::sample_pairs(context, example, film);
+    let pairs = sampled::sample_pairs(context, example, film)?;
     let crossings = crossings(example, samples)?;
     Ok(Results { tent, boxed, central, estimate, gaussian, pairs, crossings })
 }

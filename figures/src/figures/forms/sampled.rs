@@ -64,14 +64,22 @@ pub(super) fn estimate(
 }
 
 /// One sample of each pixel in both forms, from the same random numbers: (area, reparameterised).
-pub(super) fn sample_pairs(context: &Context, example: &Example, film: &Film) -> Vec<(f64, f64)> {
+pub(super) fn sample_pairs(
+    context: &Context,
+    example: &Example,
+    film: &Film,
+) -> anyhow::Result<Vec<(f64, f64)>> {
     let kappa = Construction::KAPPA / (film.pixel() * film.pixel());
     let (scene, velocities) = (&example.scene, &example.velocities);
     let field = AuxiliaryField { scene, velocities, warp: Warp::default(), kappa };
-    let one = |form, seed| {
+    let one = |form, seed| -> anyhow::Result<Vec<f64>> {
         let integral = AreaIntegral { samples: 1, form, control_variate: false, seed };
-        channel(&integral.forward(scene, velocities, film, &field).mean, SHOWN)
+        Ok(channel(&integral.forward(scene, velocities, film, &field)?.mean, SHOWN))
     };
     let seeds = context.seed()..context.seed() + context.spend(4, 16);
-    seeds.flat_map(|seed| one(Form::Area, seed).into_iter().zip(one(Form::Reparameterised, seed))).collect()
+    let mut pairs = vec![];
+    for seed in seeds {
+        pairs.extend(one(Form::Area, seed)?.into_iter().zip(one(Form::Reparameterised, seed)?));
+    }
+    Ok(pairs)
 }

@@ -245,7 +245,7 @@ fn measure(
     for run in 0..RUNS {
         let method = field.method(samples, setting.paths, seed_of(seed, &[run as u64]));
         let image = method.forward(&setting.world, &setting.camera, &setting.change)?;
-        variances.push(dot(&image.standard_error, &image.standard_error) * samples as f64 / norm);
+        variances.push(dot(&image.standard_error.total, &image.standard_error.total) * samples as f64 / norm);
         rays += image.rays;
         means.push(image.total());
     }

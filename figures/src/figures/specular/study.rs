@@ -175,7 +175,7 @@ fn measure(context: &Context, scene: &Scene, racer: Racer) -> anyhow::Result<Run
     for run in 0..RUNS {
         let seed = seed_of(context.seed(), &[8, racer as u64, run]);
         let gradient = forward(scene, racer, samples, seed)?;
-        let errors = &gradient.standard_error;
+        let errors = &gradient.standard_error.total;
         variances.push(dot(errors, errors) * samples as f64 / norm);
         slopes.push(dot(&gradient.total(), &scene.exact) / norm);
         rays += gradient.rays;

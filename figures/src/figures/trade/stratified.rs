@@ -72,7 +72,7 @@ impl Target {
                     }
                     stencil.scatter(a, b, |point, covector| {
                         if let Some(point) = point {
-                            point.scatter(covector, &mut vertices);
+                            point.scatter(covector, |vertex, part| vertices[vertex] += part);
                         }
                     });
                 }

@@ -77,7 +77,7 @@ pub(super) fn terms(canvas: &mut Canvas, space: Rect, study: &Study) {
     let mut axes = Axes::new(pixels(study.exact.len()), y).legend(Legend::None);
     for (k, (name, color)) in TERMS.into_iter().enumerate() {
         let pick = |terms: &[Terms<f64>]| terms.iter().map(|t| t.to_array()[k]).collect::<Vec<_>>();
-        let (mean, error) = (pick(&entry.image.mean), pick(&entry.image.term_error));
+        let (mean, error) = (pick(&entry.image.mean), pick(&entry.image.standard_error.by_term));
         axes.band(band(&mean, &error), &Style::new(color));
         axes.line(centred(mean), &Style::new(color).width(2.4));
         let exact = pick(&study.exact);
@@ -133,6 +133,6 @@ fn methods_axes(exact: &[f64], [left, bottom]: [bool; 2]) -> Axes {
 
 fn estimate(axes: &mut Axes, image: &GradientImage, color: Color) {
     let mean = image.total();
-    axes.band(band(&mean, &image.standard_error), &Style::new(color));
+    axes.band(band(&mean, &image.standard_error.total), &Style::new(color));
     axes.line(centred(mean), &Style::new(color).width(1.8));
 }

@@ -109,8 +109,9 @@ impl Results<'_> {
         let exact = self.study.total();
         let least = NEGLIGIBLE * largest(&exact);
         let Some(entry) = self.study.entry(name) else { return (0, f64::NAN) };
-        let ratio =
-            |(i, e): (usize, &f64)| (entry.image.mean[i].total() - e).abs() / entry.image.standard_error[i];
+        let ratio = |(i, e): (usize, &f64)| {
+            (entry.image.mean[i].total() - e).abs() / entry.image.standard_error.total[i]
+        };
         let ratios = exact.iter().enumerate().filter(|(_, e)| e.abs() > least).map(|x| (x.0, ratio(x)));
         ratios.fold((0, 0.0), |worst, one| if one.1 > worst.1 { one } else { worst })
     }
@@ -204,8 +205,15 @@ impl Results<'_> {
         let exact = pixels.clone().map(|i| ("exact", i, self.study.exact[i], Terms::default(), 0.0));
         let estimates = self.study.entries.iter().flat_map(|entry| {
             let image = &entry.image;
-            let row =
-                move |i| (entry.looks.name, i, image.mean[i], image.term_error[i], image.standard_error[i]);
+            let row = move |i| {
+                (
+                    entry.looks.name,
+                    i,
+                    image.mean[i],
+                    image.standard_error.by_term[i],
+                    image.standard_error.total[i],
+                )
+            };
             pixels.clone().map(row)
         });
         Table::of(
@@ -234,11 +242,11 @@ impl Results<'_> {
                 ("pixel", &|i| (*i).into()),
                 ("exact", &|i| self.study.exact_twice[*i].into()),
                 (a.looks.name, &|i| a.image.mean[*i].total().into()),
-                (&errors[0], &|i| a.image.standard_error[*i].into()),
+                (&errors[0], &|i| a.image.standard_error.total[*i].into()),
                 (b.looks.name, &|i| b.image.mean[*i].total().into()),
-                (&errors[1], &|i| b.image.standard_error[*i].into()),
+                (&errors[1], &|i| b.image.standard_error.total[*i].into()),
                 (c.looks.name, &|i| c.image.mean[*i].total().into()),
-                (&errors[2], &|i| c.image.standard_error[*i].into()),
+                (&errors[2], &|i| c.image.standard_error.total[*i].into()),
             ],
         )
     }

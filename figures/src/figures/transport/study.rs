@@ -194,7 +194,7 @@ impl Bench<'_> {
         let image = method(samples, seed).forward(world, camera, change)?;
         let seconds = start.elapsed().as_secs_f64();
         anyhow::ensure!(image.non_finite.is_empty(), "{} gave samples that are not finite", looks.name);
-        let agreement = Agreement::new(&image.total(), &image.standard_error, exact);
+        let agreement = Agreement::new(&image.total(), &image.standard_error.total, exact);
         Ok(Entry { looks, samples, seconds, image, agreement })
     }
 }

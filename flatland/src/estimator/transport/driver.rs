@@ -1,25 +1,57 @@
-//! Forward and reverse mode of every method whose samples are linear in the rates of change.
+//! Forward and reverse mode of every method along paths whose samples are linear in the rates of change.
 
-use rayon::prelude::*;
+use glam::DVec4;
 
 use super::record::{Job, Scratch};
 use super::streams::Streams;
-use super::{Gradient, GradientImage, PathError};
-use crate::moments::Moments;
+use crate::estimator::driver;
+use crate::estimator::error::{EstimatorError, check_adjoint};
+use crate::estimator::estimate::Estimate;
 use crate::transport::{ActiveParameters, Camera, Parameters, Tangent, Terms, World};
+
+/// dI/dθ of every pixel, term by term.
+pub type GradientImage = Estimate<Vec<Terms<f64>>, Errors>;
+
+/// dL/dp of every parameter p, term by term; the standard error is that of the sum of the terms.
+pub type Gradient = Estimate<Terms<Tangent>, Tangent>;
+
+/// The standard errors of an image's pixels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Errors {
+    /// Of each term.
+    pub by_term: Vec<Terms<f64>>,
+    /// Of the sum of the terms.
+    pub total: Vec<f64>,
+}
+
+impl GradientImage {
+    /// The derivative of every pixel.
+    #[must_use]
+    pub fn total(&self) -> Vec<f64> {
+        self.mean.iter().map(|t| t.total()).collect()
+    }
+}
+
+impl Gradient {
+    /// The gradient.
+    #[must_use]
+    pub fn total(&self) -> Tangent {
+        self.mean.interior.clone().and(&self.mean.primary).and(&self.mean.secondary)
+    }
+}
 
 /// A method whose sample is a sum of covectors times rates. Forward mode multiplies, reverse mode
 /// scatters the same covectors, so each is the other's transpose by construction.
 pub(super) trait LinearMethod: Sync {
-    /// What is worked out once for a pixel.
+    /// Shared by all samples of a pixel.
     type Pixel: Sync;
 
     /// Checks the method's own parameters.
-    fn check(&self) -> Result<(), PathError> {
+    fn check(&self) -> Result<(), EstimatorError> {
         Ok(())
     }
 
-    /// What all samples of a world before a camera share.
+    /// Shared by all samples of a world before a camera.
     fn job<'a>(&self, world: &'a World, camera: &'a Camera, active: ActiveParameters) -> Job<'a>;
 
     fn pixel(&self, job: &Job<'_>, pixel: usize) -> Self::Pixel;
@@ -29,158 +61,85 @@ pub(super) trait LinearMethod: Sync {
     -> u64;
 }
 
-fn check<M: LinearMethod>(method: &M, job: &Job<'_>) -> Result<(), PathError> {
-    job.camera.check()?;
-    method.check()?;
-    if job.samples == 0 { Err(PathError::NoSamples) } else { Ok(()) }
-}
-
 pub(super) fn forward<M: LinearMethod>(
     method: &M,
     world: &World,
     camera: &Camera,
     change: &Tangent,
-) -> Result<GradientImage, PathError> {
+) -> Result<GradientImage, EstimatorError> {
     let active = ActiveParameters {
         geometry: change.is_geometric(),
         materials: change.materials.iter().any(|m| *m != Default::default()),
     };
-    let job = method.job(world, camera, active);
-    check(method, &job)?;
+    camera.check()?;
+    method.check()?;
     change.check(world)?;
-    let rates: Vec<f64> = change.values().collect();
-    let pixels: Vec<PixelMoments> = (0..camera.film.pixels)
-        .into_par_iter()
-        .map(|pixel| {
-            let prepared = method.pixel(&job, pixel);
-            let mut scratch = Scratch::default();
-            let mut moments = PixelMoments::default();
-            for sample in 0..job.samples {
-                scratch.clear();
-                let mut streams = Streams::new(job.seed, pixel, sample);
-                moments.rays += method.sample(&job, &prepared, &mut streams, &mut scratch);
-                let mut value = Terms::default();
-                for covector in &scratch.covectors {
-                    value += covector.terms * rates[covector.parameter];
-                }
-                if !moments.add(value.to_array()) {
-                    moments.non_finite.push((pixel, sample));
-                }
+    let job = &method.job(world, camera, active);
+    let rates = &change.values().collect::<Vec<f64>>();
+    let estimate = driver::forward(camera.film.pixels, job.samples, |pixel| {
+        let prepared = method.pixel(job, pixel);
+        let mut scratch = Scratch::default();
+        move |sample| {
+            scratch.clear();
+            let mut streams = Streams::new(job.seed, pixel, sample);
+            let rays = method.sample(job, &prepared, &mut streams, &mut scratch);
+            let mut value = Terms::default();
+            for covector in &scratch.covectors {
+                value += covector.terms * rates[covector.parameter];
             }
-            moments
-        })
-        .collect();
-    Ok(GradientImage {
-        mean: pixels.iter().map(|p| terms([0, 1, 2].map(|i| p.moments[i].mean()))).collect(),
-        term_error: pixels.iter().map(|p| terms([0, 1, 2].map(|i| p.moments[i].standard_error()))).collect(),
-        standard_error: pixels.iter().map(|p| p.moments[3].standard_error()).collect(),
-        rays: pixels.iter().map(|p| p.rays).sum(),
-        non_finite: pixels.into_iter().flat_map(|p| p.non_finite).collect(),
+            (with_total(value), rays.into())
+        }
+    })?;
+    Ok(by_term(estimate))
+}
+
+/// The three terms and their sum, as one sample value.
+pub(super) fn with_total(value: Terms<f64>) -> DVec4 {
+    let [interior, primary, secondary] = value.to_array();
+    DVec4::new(interior, primary, secondary, value.total())
+}
+
+fn without_total(value: DVec4) -> Terms<f64> {
+    Terms { interior: value.x, primary: value.y, secondary: value.z }
+}
+
+/// An image of the values of [`with_total`].
+pub(super) fn by_term(estimate: Estimate<Vec<DVec4>>) -> GradientImage {
+    estimate.map(|mean, error| {
+        let terms = |values: &[DVec4]| values.iter().map(|v| without_total(*v)).collect();
+        (terms(&mean), Errors { by_term: terms(&error), total: error.iter().map(|e| e.w).collect() })
     })
 }
-
-fn terms([interior, primary, secondary]: [f64; 3]) -> Terms<f64> {
-    Terms { interior, primary, secondary }
-}
-
-/// Moments of the three terms and of their sum.
-#[derive(Clone, Debug, Default)]
-struct PixelMoments {
-    moments: [Moments; 4],
-    rays: u64,
-    non_finite: Vec<(usize, usize)>,
-}
-
-impl PixelMoments {
-    /// Whether the sample is finite; if not it counts as 0.
-    fn add(&mut self, value: [f64; 3]) -> bool {
-        let total = value[0] + value[1] + value[2];
-        let finite = total.is_finite() && value.iter().all(|v| v.is_finite());
-        let all = if finite { [value[0], value[1], value[2], total] } else { [0.0; 4] };
-        self.moments.iter_mut().zip(all).for_each(|(m, v)| m.push(v));
-        finite
-    }
-}
-
-/// Independent batches in reverse mode: enough for a standard error, few enough to hold.
-const BATCHES: usize = 16;
 
 pub(super) fn reverse<M: LinearMethod>(
     method: &M,
     world: &World,
     camera: &Camera,
     adjoint: &[f64],
-) -> Result<Gradient, PathError> {
-    let job = method.job(world, camera, ActiveParameters { geometry: true, materials: true });
-    check(method, &job)?;
-    if adjoint.len() != camera.film.pixels {
-        return Err(PathError::AdjointSize { expected: camera.film.pixels, found: adjoint.len() });
-    }
-    let batches = BATCHES.min(job.samples);
-    let parts: Vec<Batch> =
-        (0..batches).into_par_iter().map(|batch| Batch::run(method, &job, adjoint, batch)).collect();
-    let mut mean = vec![Terms::default(); Parameters::count(world)];
-    for part in &parts {
-        mean.iter_mut().zip(&part.gradient).for_each(|(m, g)| *m += *g);
-    }
-    let of = |term: fn(&Terms<f64>) -> f64| Tangent::of_values(world, mean.iter().map(term));
-    Ok(Gradient {
-        mean: Terms {
-            interior: of(|t| t.interior),
-            primary: of(|t| t.primary),
-            secondary: of(|t| t.secondary),
-        },
-        standard_error: Tangent::of_values(world, standard_error(job.samples, &parts, &mean)),
-        rays: parts.iter().map(|p| p.rays).sum(),
-        non_finite: parts.into_iter().flat_map(|p| p.non_finite).collect(),
-    })
-}
-
-/// Each batch estimates its share of the gradient; shares differ by one sample at most.
-fn standard_error(samples: usize, parts: &[Batch], mean: &[Terms<f64>]) -> Vec<f64> {
-    let mut squares = vec![0.0; mean.len()];
-    for (batch, part) in parts.iter().enumerate() {
-        let share = ((samples - batch).div_ceil(parts.len())) as f64 / samples as f64;
-        for ((s, g), m) in squares.iter_mut().zip(&part.gradient).zip(mean) {
-            *s += (g.total() - share * m.total()).powi(2);
-        }
-    }
-    let factor = parts.len() as f64 / (parts.len() as f64 - 1.0);
-    squares.into_iter().map(|s| (s * factor).sqrt()).collect()
-}
-
-struct Batch {
-    /// In the order of [`Tangent::values`].
-    gradient: Vec<Terms<f64>>,
-    rays: u64,
-    non_finite: Vec<(usize, usize)>,
-}
-
-impl Batch {
-    fn run<M: LinearMethod>(method: &M, job: &Job<'_>, adjoint: &[f64], batch: usize) -> Self {
-        let gradient = vec![Terms::default(); Parameters::count(job.world)];
-        let mut this = Self { gradient, rays: 0, non_finite: vec![] };
-        let step = BATCHES.min(job.samples);
-        let mut scratch = Scratch::default();
-        for (pixel, &delta) in adjoint.iter().enumerate() {
-            if delta == 0.0 {
-                continue;
-            }
+) -> Result<Gradient, EstimatorError> {
+    camera.check()?;
+    method.check()?;
+    check_adjoint((camera.film.pixels, 1), (adjoint.len(), 1))?;
+    let job = &method.job(world, camera, ActiveParameters { geometry: true, materials: true });
+    let estimate = driver::reverse(adjoint.len(), job.samples, Parameters::count(world), |pixel| {
+        let delta = adjoint[pixel];
+        (delta != 0.0).then(|| {
             let prepared = method.pixel(job, pixel);
-            for sample in (batch..job.samples).step_by(step) {
+            let mut scratch = Scratch::default();
+            move |sample, out: &mut driver::Covectors<DVec4>| {
                 scratch.clear();
                 let mut streams = Streams::new(job.seed, pixel, sample);
-                this.rays += method.sample(job, &prepared, &mut streams, &mut scratch);
-                if scratch.covectors.iter().all(|c| c.terms.total().is_finite()) {
-                    let factor = delta / job.samples as f64;
-                    for covector in &scratch.covectors {
-                        this.gradient[covector.parameter] += covector.terms * factor;
-                    }
-                } else {
-                    this.non_finite.push((pixel, sample));
-                }
+                let rays = method.sample(job, &prepared, &mut streams, &mut scratch);
+                let covectors = scratch.covectors.iter();
+                out.extend(covectors.map(|c| (c.parameter, with_total(c.terms) * delta)));
+                rays.into()
             }
-        }
-        this
-    }
+        })
+    })?;
+    Ok(estimate.map(|mean, error| {
+        let tangent =
+            |values: &[DVec4], term: usize| Tangent::of_values(world, values.iter().map(|v| v[term]));
+        let [interior, primary, secondary] = [0, 1, 2].map(|term| tangent(&mean, term));
+        (Terms { interior, primary, secondary }, tangent(&error, 3))
+    }))
 }

@@ -1,14 +1,15 @@
 //! Monte Carlo edge sampling along paths (Li, Aittala, Durand and Lehtinen 2018). In one dimension the
 //! edges are points, the vertices of the world.
 
-use super::driver::{self, LinearMethod};
+use super::Method;
+use super::driver::{self, Gradient, GradientImage, LinearMethod};
 use super::film_jumps::FilmJumps;
 use super::jumps::EdgeChoice;
 use super::kernels::Kernels;
 use super::record::{Job, Scratch};
 use super::streams::Streams;
 use super::sweep::Sweep;
-use super::{Gradient, GradientImage, Method, PathError};
+use crate::estimator::error::EstimatorError;
 use crate::transport::fields::Construction;
 use crate::transport::{ActiveParameters, Camera, Paths, Tangent, World};
 
@@ -37,11 +38,16 @@ impl Method for EdgeSampling {
         "edge sampling"
     }
 
-    fn forward(&self, world: &World, camera: &Camera, change: &Tangent) -> Result<GradientImage, PathError> {
+    fn forward(
+        &self,
+        world: &World,
+        camera: &Camera,
+        change: &Tangent,
+    ) -> Result<GradientImage, EstimatorError> {
         driver::forward(self, world, camera, change)
     }
 
-    fn reverse(&self, world: &World, camera: &Camera, adjoint: &[f64]) -> Result<Gradient, PathError> {
+    fn reverse(&self, world: &World, camera: &Camera, adjoint: &[f64]) -> Result<Gradient, EstimatorError> {
         driver::reverse(self, world, camera, adjoint)
     }
 }

@@ -1,9 +1,10 @@
 //! Central finite differences with common random numbers.
 
-use rayon::prelude::*;
-
-use super::{Gradient, GradientImage, Method, PathError};
-use crate::moments::Moments;
+use super::Method;
+use super::driver::{Gradient, GradientImage, by_term, with_total};
+use crate::estimator::driver;
+use crate::estimator::error::{EstimatorError, check_adjoint, check_step};
+use crate::estimator::estimate::Estimate;
 use crate::transport::{Camera, Paths, Tangent, Terms, World, path_stream};
 
 /// (I(θ + h) − I(θ − h))/2h, the same random numbers on both sides. Where there is no world on one side,
@@ -34,21 +35,21 @@ impl Method for FiniteDifference {
         "finite differences"
     }
 
-    fn forward(&self, world: &World, camera: &Camera, change: &Tangent) -> Result<GradientImage, PathError> {
+    fn forward(
+        &self,
+        world: &World,
+        camera: &Camera,
+        change: &Tangent,
+    ) -> Result<GradientImage, EstimatorError> {
         camera.check()?;
         change.check(world)?;
-        if !(self.step > 0.0 && self.step.is_finite()) {
-            return Err(PathError::Step { step: self.step });
-        }
-        if self.samples == 0 {
-            return Err(PathError::NoSamples);
-        }
+        check_step(self.step)?;
         let displaced = |theta| {
             let displaced = world.displaced(change, theta);
             let camera = change.displaced_camera(camera, theta);
             camera.check()?;
-            let world = displaced.map_err(|source| PathError::Displaced { theta, source })?;
-            Ok::<_, PathError>((world, camera))
+            let world = displaced.map_err(|source| EstimatorError::Displaced { theta, source })?;
+            Ok::<_, EstimatorError>((world, camera))
         };
         let (sides, width) = match [self.step, -self.step].map(displaced) {
             [Ok(plus), Ok(minus)] => ([plus, minus], 2.0 * self.step),
@@ -56,58 +57,43 @@ impl Method for FiniteDifference {
             [Err(_), Ok(minus)] => ([(world.clone(), *camera), minus], self.step),
             [Err(error), Err(_)] => return Err(error),
         };
-        let pixels: Vec<_> = (0..camera.film.pixels)
-            .into_par_iter()
-            .map(|pixel| {
-                let (mut moments, mut rays, mut bad) = (Moments::default(), 0, vec![]);
-                for sample in 0..self.samples {
-                    let [plus, minus] = sides.each_ref().map(|(world, camera)| {
-                        let mut rng = path_stream(self.seed, pixel, sample);
-                        let at = camera.film.sample(pixel, &mut rng);
-                        let (value, traced) = self.paths.film_radiance(world, camera, at.u, &mut rng);
-                        rays += traced;
-                        at.value * value
-                    });
-                    let slope = (plus - minus) / width;
-                    moments.push(if slope.is_finite() { slope } else { 0.0 });
-                    if !slope.is_finite() {
-                        bad.push((pixel, sample));
-                    }
-                }
-                (moments, rays, bad)
-            })
-            .collect();
-        let interior = |x: f64| Terms { interior: x, ..Terms::default() };
-        Ok(GradientImage {
-            mean: pixels.iter().map(|(m, ..)| interior(m.mean())).collect(),
-            term_error: pixels.iter().map(|(m, ..)| interior(m.standard_error())).collect(),
-            standard_error: pixels.iter().map(|(m, ..)| m.standard_error()).collect(),
-            rays: pixels.iter().map(|p| p.1).sum(),
-            non_finite: pixels.into_iter().flat_map(|p| p.2).collect(),
-        })
+        let sides = &sides;
+        let estimate = driver::forward(camera.film.pixels, self.samples, |pixel| {
+            move |sample| {
+                let mut rays = 0;
+                let [plus, minus] = sides.each_ref().map(|(world, camera)| {
+                    let mut rng = path_stream(self.seed, pixel, sample);
+                    let at = camera.film.sample(pixel, &mut rng);
+                    let (value, traced) = self.paths.film_radiance(world, camera, at.u, &mut rng);
+                    rays += traced;
+                    at.value * value
+                });
+                let interior = (plus - minus) / width;
+                (with_total(Terms { interior, ..Terms::default() }), rays.into())
+            }
+        })?;
+        Ok(by_term(estimate))
     }
 
     /// A difference for every parameter: twice as many images as there are parameters.
-    fn reverse(&self, world: &World, camera: &Camera, adjoint: &[f64]) -> Result<Gradient, PathError> {
+    fn reverse(&self, world: &World, camera: &Camera, adjoint: &[f64]) -> Result<Gradient, EstimatorError> {
         camera.check()?;
-        if adjoint.len() != camera.film.pixels {
-            return Err(PathError::AdjointSize { expected: camera.film.pixels, found: adjoint.len() });
-        }
+        check_adjoint((camera.film.pixels, 1), (adjoint.len(), 1))?;
         let none = Tangent::none(world);
         let (mut values, mut errors) = (vec![], vec![]);
-        let (mut rays, mut non_finite) = (0, vec![]);
+        let mut out = Estimate::exact((), ());
         for parameter in 0..none.values().count() {
             let unit =
                 Tangent::of_values(world, (0..=parameter).map(|i| f64::from(u8::from(i == parameter))));
             let image = self.forward(world, camera, &unit)?;
             values.push(image.total().iter().zip(adjoint).map(|(g, a)| g * a).sum::<f64>());
-            let variance = image.standard_error.iter().zip(adjoint).map(|(e, a)| (e * a).powi(2));
+            let variance = image.standard_error.total.iter().zip(adjoint).map(|(e, a)| (e * a).powi(2));
             errors.push(variance.sum::<f64>().sqrt());
-            rays += image.rays;
-            non_finite.extend(image.non_finite);
+            out.rays += image.rays;
+            out.non_finite.extend(image.non_finite);
         }
         let interior = Tangent::of_values(world, values);
         let mean = Terms { interior, primary: none.clone(), secondary: none };
-        Ok(Gradient { mean, standard_error: Tangent::of_values(world, errors), rays, non_finite })
+        Ok(out.map(|(), ()| (mean, Tangent::of_values(world, errors))))
     }
 }

@@ -72,7 +72,7 @@ fn edges_and_areas_agree() {
             for construction in [Construction::default(), Construction::Harmonic] {
                 let areas = run(&WarpedArea { construction, ..warped });
                 for pixel in 0..3 {
-                    let error = edges.standard_error[pixel].hypot(areas.standard_error[pixel]);
+                    let error = edges.standard_error.total[pixel].hypot(areas.standard_error.total[pixel]);
                     let z = (edges.total()[pixel] - areas.total()[pixel]) / error.max(1e-12);
                     // 168 comparisons, of those that share the false-alarm rate of the whole suite.
                     assert!(z.abs() < 6.5, "{construction:?} {change:?} {pixel}: {z}");
@@ -141,25 +141,25 @@ fn bad_parameters_are_named() {
     let (camera, change) = (camera(Filter::Box), Tangent::none(&world));
     let run = |m: WarpedArea| m.forward(&world, &camera, &change).expect_err("bad");
     let good = WarpedArea::default();
-    assert_eq!(run(WarpedArea { samples: 0, ..good }), PathError::NoSamples);
+    assert_eq!(run(WarpedArea { samples: 0, ..good }), EstimatorError::NoSamples);
     let construction = Construction::Followed { candidates: 0 };
-    assert_eq!(run(WarpedArea { construction, ..good }), PathError::NoCandidates);
+    assert_eq!(run(WarpedArea { construction, ..good }), EstimatorError::NoCandidates);
     let construction = Construction::Softened { reach: 8.0, softness: -1.0 };
-    assert_eq!(run(WarpedArea { construction, ..good }), PathError::Softness { softness: -1.0 });
+    assert_eq!(run(WarpedArea { construction, ..good }), EstimatorError::Softness { softness: -1.0 });
     let kernels = Kernels { surface: f64::NAN, ..Kernels::default() };
-    assert!(matches!(run(WarpedArea { kernels, ..good }), PathError::Warp(_)));
+    assert!(matches!(run(WarpedArea { kernels, ..good }), EstimatorError::Warp(_)));
     let kernels = Kernels { relative: 0.0, ..Kernels::default() };
-    assert_eq!(run(WarpedArea { kernels, ..good }), PathError::RelativeWidth { relative: 0.0 });
+    assert_eq!(run(WarpedArea { kernels, ..good }), EstimatorError::RelativeWidth { relative: 0.0 });
     let wide = Camera { field_of_view: 4.0, ..camera };
-    assert!(matches!(good.forward(&world, &wide, &change), Err(PathError::Camera(_))));
+    assert!(matches!(good.forward(&world, &wide, &change), Err(EstimatorError::Camera(_))));
     let image = |camera, samples| Paths::default().image(&world, camera, samples, 0);
     assert!(matches!(image(&wide, 1), Err(ImageError::Camera(_))));
     assert_eq!(image(&camera, 0), Err(ImageError::NoSamples));
     let other = Tangent { vertices: vec![], ..change.clone() };
-    assert!(matches!(good.forward(&world, &camera, &other), Err(PathError::Tangent(_))));
-    assert!(matches!(good.reverse(&world, &camera, &[1.0]), Err(PathError::AdjointSize { .. })));
+    assert!(matches!(good.forward(&world, &camera, &other), Err(EstimatorError::Tangent(_))));
+    assert!(matches!(good.reverse(&world, &camera, &[1.0]), Err(EstimatorError::AdjointSize { .. })));
     let difference = FiniteDifference { step: 0.0, ..FiniteDifference::default() };
-    assert_eq!(difference.forward(&world, &camera, &change), Err(PathError::Step { step: 0.0 }));
+    assert_eq!(difference.forward(&world, &camera, &change), Err(EstimatorError::Step { step: 0.0 }));
 }
 
 /// Where an emission of 0 cannot be lowered, the difference is one-sided.
@@ -192,7 +192,7 @@ fn jumps_on_pixel_ends_are_a_part_of_both() {
         let world = wall(low);
         let found =
             method.forward(&world, &camera, &Tangent::translate(&world, [0], DVec2::Y)).expect("valid");
-        [3, 4].map(|pixel| (found.total()[pixel], found.standard_error[pixel]))
+        [3, 4].map(|pixel| (found.total()[pixel], found.standard_error.total[pixel]))
     };
     let edges = EdgeSampling { samples: 1000, paths, ..EdgeSampling::default() };
     let warped = WarpedArea { samples: 4000, paths, ..WarpedArea::default() };

@@ -1,6 +1,7 @@
 //! Warped-area sampling along paths (Bangaru, Li and Durand 2020), with any construction of the field.
 
-use super::driver::{self, LinearMethod};
+use super::Method;
+use super::driver::{self, Gradient, GradientImage, LinearMethod};
 use super::fault::Fault;
 use super::film_jumps::FilmJumps;
 use super::jumps::EdgeChoice;
@@ -8,7 +9,7 @@ use super::kernels::Kernels;
 use super::record::{Job, Scratch};
 use super::streams::{CONTROL, Streams};
 use super::sweep::Sweep;
-use super::{Gradient, GradientImage, Method, PathError};
+use crate::estimator::error::EstimatorError;
 use crate::plane::Filter;
 use crate::random::{open01, stream};
 use crate::transport::fields::Construction;
@@ -73,11 +74,16 @@ impl Method for WarpedArea {
         }
     }
 
-    fn forward(&self, world: &World, camera: &Camera, change: &Tangent) -> Result<GradientImage, PathError> {
+    fn forward(
+        &self,
+        world: &World,
+        camera: &Camera,
+        change: &Tangent,
+    ) -> Result<GradientImage, EstimatorError> {
         driver::forward(self, world, camera, change)
     }
 
-    fn reverse(&self, world: &World, camera: &Camera, adjoint: &[f64]) -> Result<Gradient, PathError> {
+    fn reverse(&self, world: &World, camera: &Camera, adjoint: &[f64]) -> Result<Gradient, EstimatorError> {
         driver::reverse(self, world, camera, adjoint)
     }
 }
@@ -96,18 +102,18 @@ const CONTROLS: usize = 8;
 impl LinearMethod for WarpedArea {
     type Pixel = Pixel;
 
-    fn check(&self) -> Result<(), PathError> {
+    fn check(&self) -> Result<(), EstimatorError> {
         let Kernels { film, surface, relative } = self.kernels;
         if !(relative > 0.0 && relative <= 1e6) {
-            return Err(PathError::RelativeWidth { relative });
+            return Err(EstimatorError::RelativeWidth { relative });
         }
         for kappa in [film, surface] {
             match &self.construction {
                 Construction::Auxiliary(warp) | Construction::Local(warp) => warp.check(kappa)?,
-                Construction::Followed { candidates: 0 } => return Err(PathError::NoCandidates),
+                Construction::Followed { candidates: 0 } => return Err(EstimatorError::NoCandidates),
                 _ if !(kappa > 0.0 && kappa.is_finite()) => return Err(WarpError::Kappa { kappa }.into()),
                 Construction::Softened { softness, .. } if softness.is_nan() || *softness < 0.0 => {
-                    return Err(PathError::Softness { softness: *softness });
+                    return Err(EstimatorError::Softness { softness: *softness });
                 }
                 Construction::JumpMean { reach } | Construction::Softened { reach, .. } => {
                     JumpMean { reach: reach / kappa.sqrt() }.check()?;

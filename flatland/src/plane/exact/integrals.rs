@@ -158,7 +158,8 @@ impl Arrangement<'_> {
                     let hit = self.scene.move_hit(&hit, u);
                     if let Some(g) = self.scene.material_gradient(Some(&hit), u) {
                         let covector = (0..3).map(|c| adjoint[c] * g[c]).sum::<DVec2>();
-                        hit.point().scatter(-w * film.filter_value(centre, u) * covector, gradient);
+                        let covector = -w * film.filter_value(centre, u) * covector;
+                        hit.point().scatter(covector, |vertex, part| gradient[vertex] += part);
                     }
                 });
             }

@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 use glam::{DVec2, DVec3};
 
 use crate::plane::{Film, Filter, FilterCell, twice_area};
+use crate::quadrature::gauss_legendre;
 
 /// Nodes and weights on [0, 1].
 #[derive(Debug)]
@@ -12,9 +13,9 @@ pub(super) struct Rule(Vec<(f64, f64)>);
 
 /// Exact for degree 5 on segments and total degree 4 on triangles: a quadratic shade times a
 /// bilinear filter, and with them a linear velocity on segments.
-static POLYNOMIAL: LazyLock<Rule> = LazyLock::new(|| Rule::new(3));
+static POLYNOMIAL: LazyLock<Rule> = LazyLock::new(|| Rule(gauss_legendre(3)));
 /// For the Gaussian filter on cells one σ wide.
-static SMOOTH: LazyLock<Rule> = LazyLock::new(|| Rule::new(8));
+static SMOOTH: LazyLock<Rule> = LazyLock::new(|| Rule(gauss_legendre(8)));
 
 impl Rule {
     /// The rule that is exact, or for the Gaussian converged, on the cells of a film's filter.
@@ -24,29 +25,6 @@ impl Rule {
             Filter::Gaussian => &SMOOTH,
         }
     }
-
-    /// The n-point rule, by Newton's method on the Legendre polynomial.
-    fn new(n: u32) -> Self {
-        let legendre = |x: f64| {
-            let (mut p, mut previous) = (x, 1.0);
-            for k in 2..=n {
-                let k = f64::from(k);
-                (p, previous) = (((2.0 * k - 1.0) * x * p - (k - 1.0) * previous) / k, p);
-            }
-            (p, f64::from(n) * (x * p - previous) / (x * x - 1.0))
-        };
-        let node = |i: u32| {
-            let mut x = -(std::f64::consts::PI * (f64::from(i) + 0.75) / (f64::from(n) + 0.5)).cos();
-            for _ in 0..8 {
-                let (p, slope) = legendre(x);
-                x -= p / slope;
-            }
-            let slope = legendre(x).1;
-            (0.5 * (1.0 + x), 1.0 / ((1.0 - x * x) * slope * slope))
-        };
-        Self((0..n).map(node).collect())
-    }
-
     /// Calls `f(t, weight)` for the points of [0, 1]; the weights sum to 1.
     pub(super) fn segment(&self, mut f: impl FnMut(f64, f64)) {
         self.0.iter().for_each(|&(t, w)| f(t, w));

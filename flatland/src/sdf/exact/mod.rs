@@ -23,7 +23,7 @@ use glam::DVec2;
 
 use self::bodies::{Body, Critical, Element};
 use self::quadrature::Quadrature;
-use super::{AngularFilm, AngularFilter, Scene, Sdf};
+use super::{AngularFilm, Scene, Sdf};
 
 /// A scene without a closed form.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -194,10 +194,7 @@ impl<'a> Exact<'a> {
         let critical = self.bodies.iter().flat_map(|b| b.critical(self.scene.eye(), &still));
         let mut cuts: Vec<f64> =
             critical.flat_map(|c| turns(c.angle, low)).filter(|&a| a > low && a < high).collect();
-        if film.filter() == AngularFilter::Tent {
-            cuts.push(centre);
-        }
-        cuts.extend([low, high]);
+        cuts.extend(film.cuts(centre));
         cuts.sort_by(f64::total_cmp);
         let piece = |w: &[f64]| self.quadrature.integrate(w[0], w[1], |a| film.value(a - centre) * f(a));
         cuts.windows(2).map(piece).sum()

@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use crate::quadrature::gauss_legendre;
+
 /// Points of a sum.
 const POINTS: usize = 20;
 
@@ -14,10 +16,11 @@ const DEPTH_AT_ENDS: usize = 7;
 /// Two sums and one agree to this, relative to the integral of the magnitude.
 const AGREEMENT: f64 = 1e-11;
 
-/// Nodes in (−1, 1) and weights.
+/// A rule that is refined where an integrand asks for it.
 #[derive(Debug)]
 pub(super) struct Quadrature {
-    nodes: [(f64, f64); POINTS],
+    /// Nodes and weights on [0, 1].
+    nodes: Vec<(f64, f64)>,
 }
 
 /// ∫f and ∫|f|.
@@ -28,28 +31,8 @@ struct Sum {
 }
 
 impl Quadrature {
-    /// Newton's method on the Legendre polynomial, from Tricomi's estimate of its roots.
     pub(super) fn new() -> Self {
-        let n = POINTS as f64;
-        let node = |i: usize| {
-            let mut x = (PI * (i as f64 + 0.75) / (n + 0.5)).cos();
-            let mut slope = 1.0;
-            for _ in 0..100 {
-                let (mut p, mut before) = (x, 1.0);
-                for k in 2..=POINTS {
-                    let k = k as f64;
-                    (p, before) = (((2.0 * k - 1.0) * x * p - (k - 1.0) * before) / k, p);
-                }
-                slope = n * (x * p - before) / (x * x - 1.0);
-                let step = p / slope;
-                x -= step;
-                if step.abs() < 1e-16 {
-                    break;
-                }
-            }
-            (x, 2.0 / ((1.0 - x * x) * slope * slope))
-        };
-        Self { nodes: std::array::from_fn(node) }
+        Self { nodes: gauss_legendre(POINTS) }
     }
 
     /// ∫ f dα from a to b, where f may behave like a power of ½ or −½ of the distance to either end.
@@ -70,10 +53,9 @@ impl Quadrature {
     }
 
     fn sum(&self, a: f64, b: f64, f: &impl Fn(f64) -> f64) -> Sum {
-        let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
         let mut sum = Sum { value: 0.0, size: 0.0 };
-        for (x, w) in self.nodes {
-            let value = w * half * f(middle + half * x);
+        for &(t, w) in &self.nodes {
+            let value = w * (b - a) * f(a + t * (b - a));
             sum.value += value;
             sum.size += value.abs();
         }

@@ -3,6 +3,7 @@ use std::f64::consts::FRAC_PI_4;
 use glam::DVec2;
 
 use super::*;
+use crate::plane::Filter;
 use crate::sdf::shapes::{Circle, Parametric as _, Polygon, RoundedBox, Shape, SmoothUnion};
 use crate::sdf::{Shading, Tracer};
 
@@ -30,8 +31,8 @@ fn scene(shape: Shape) -> Scene {
     Scene::new(shape, DVec2::ZERO, Tracer::default(), shading(), 0.3).expect("a scene")
 }
 
-fn films() -> [AngularFilm; 2] {
-    [AngularFilter::Box, AngularFilter::Tent]
+fn films() -> [AngularFilm; 3] {
+    [Filter::Box, Filter::Tent, Filter::Gaussian]
         .map(|filter| AngularFilm::new(-FRAC_PI_4, FRAC_PI_4, 7, filter).expect("a film"))
 }
 

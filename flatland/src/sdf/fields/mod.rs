@@ -25,7 +25,7 @@
 //! the velocity along *their* normals, not that of the corner, and nothing in φ at a hit tells that a
 //! corner is near. Round it: a corner of radius r is a smooth silhouette, resolved by rays that pass it
 //! within a part of r. The harmonic field and
-//! [`RelaxedBoundary`](super::estimator::RelaxedBoundary), which looks from outside only, take corners
+//! [`RelaxedBoundary`](crate::estimator::sdf::RelaxedBoundary), which looks from outside only, take corners
 //! as they are.
 
 mod auxiliary;

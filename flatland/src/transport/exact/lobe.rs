@@ -102,8 +102,8 @@ impl LobeArc {
 
 #[cfg(test)]
 mod tests {
-    use super::super::quadrature::adaptive;
     use super::*;
+    use crate::quadrature::adaptive;
 
     /// ∫ of g cos α, g sin α, and their slopes in w by quadrature, and ∫ |g| for the scale.
     fn by_quadrature(gloss: &Gloss, first: f64, last: f64) -> [f64; 4] {

@@ -11,7 +11,6 @@ mod error;
 mod lobe;
 mod partition;
 mod pixels;
-mod quadrature;
 mod radiosity;
 mod visible;
 

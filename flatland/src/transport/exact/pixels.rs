@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::direct::{Surface, SurfaceMotion, emitted, may_scatter};
 use super::error::ExactError;
 use super::partition::{Jump, Partition, Seen, film_rate};
-use super::quadrature::{Quadrature, adaptive};
+use crate::quadrature::{Quadrature, adaptive};
 use crate::transport::{Camera, Tangent, Terms, World};
 
 /// The exact image of a world and its exact derivative, for light that is scattered at most once.

@@ -147,7 +147,7 @@ fn orthographic_sensors_turn_about_themselves() {
     for (name, field, samples) in [
         ("the mean over jumps", Field::default(), 16),
         ("softened", Field::softened(16), 16),
-        ("auxiliary rays", Field::AuxiliaryRays, 320),
+        ("auxiliary rays", Field::AuxiliaryRays, 32),
     ] {
         let found = total(|seed| {
             let method = WarpedArea { samples, field, seed, ..WarpedArea::default() };
@@ -163,7 +163,7 @@ fn orthographic_sensors_turn_about_themselves() {
     };
     comparisons.add("edge sampling".to_owned(), edges(&change), (exact, 0.0), slack, exact);
     let differences = total(|seed| {
-        let method = FiniteDifference { samples: 512, step: 0.03, seed };
+        let method = FiniteDifference { samples: 64, step: 0.03, seed };
         weighted(method.forward(&scene, &change, &none).unwrap().gradient)
     });
     comparisons.add("finite differences".to_owned(), differences, (exact, 0.0), slack, exact);

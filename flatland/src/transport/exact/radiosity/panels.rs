@@ -1,8 +1,8 @@
 //! One side of a segment, cut into panels on which radiance is a polynomial of the parameter s.
 
+use crate::quadrature::gauss_legendre;
 use crate::transport::World;
 use crate::transport::exact::critical::{Graded, critical_points, graded_points};
-use crate::transport::exact::quadrature::gauss_legendre;
 
 /// Nodes of a panel, and the quadrature's points on the part of it that is seen.
 pub(super) const NODES: usize = 8;

@@ -1,8 +1,8 @@
 //! Where digits are lost first: tiny emitters, grazing light, near walls, narrow lobes.
 
-use super::super::quadrature::adaptive;
 use super::super::{Exact, Surface, SurfaceMotion};
 use super::*;
+use crate::quadrature::adaptive;
 
 fn floor(material: Material) -> Shape {
     Shape::open([DVec2::new(-1.0, 0.0), DVec2::new(1.0, 0.0)], material)

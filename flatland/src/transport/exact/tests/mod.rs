@@ -9,8 +9,8 @@ mod surfaces;
 use glam::DVec2;
 
 use super::Surface;
-use super::quadrature::adaptive;
 use crate::plane::Filter;
+use crate::quadrature::adaptive;
 use crate::random::{Stream, open01, stream};
 use crate::transport::{
     Camera, CameraTangent, Film, Gloss, Material, MaterialTangent, Shape, Tangent, World,

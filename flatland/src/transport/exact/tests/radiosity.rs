@@ -1,9 +1,9 @@
 //! Several bounces: known constants, the closed forms of one bounce, differences.
 
-use super::super::quadrature::adaptive;
 use super::super::{Exact, ExactError, Integrated, Radiosity};
 use super::surfaces::{SWEEP, central_differences};
 use super::*;
+use crate::quadrature::adaptive;
 
 /// An image is a second's work: two steps only. Panels are chosen anew in each world, and solutions on
 /// other panels differ by their error, which shorter steps would magnify.

@@ -3,9 +3,9 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::super::direct::emitted;
-use super::super::quadrature::adaptive;
 use super::super::{Interval, Surface, SurfaceMotion, View};
 use super::*;
+use crate::quadrature::adaptive;
 use crate::transport::Origin;
 
 /// Random points of segments of random worlds, with an outgoing direction.

@@ -262,11 +262,11 @@ fn scan(field: ImplicitField) -> Found {
     let (scene, change) = crowded();
     let (tree, motion) = (SceneEdges::new(&scene), Motion::new(&scene, &change));
     let mut found = Found::default();
-    for line in 0..5 {
-        let height = 0.05 + 0.21 * f64::from(line);
+    for line in 0..3 {
+        let height = 0.05 + 0.42 * f64::from(line);
         let way = |x: f64, aside: f64| (DVec3::new(x, 0.3 * x, height + 0.1 * x + aside) - EYE).normalize();
         let at = |x: f64| seen(&scene, &tree, &motion, field, way(x, 0.0));
-        let count = 900;
+        let count = 600;
         let place = |i: usize| -1.4 + 2.8 * i as f64 / count as f64;
         let all: Vec<_> = (0..=count).map(|i| at(place(i))).collect();
         for (i, pair) in all.windows(2).enumerate() {
@@ -310,7 +310,7 @@ fn whole_fields_do_not_jump() {
         let found = scan(field);
         println!("{field:?}: {found:?}");
         assert_eq!(found.jumps, 0, "{field:?}");
-        assert!(found.curves > 15 && found.largest > 0.05 && found.across < rate, "{field:?}: {found:?}");
+        assert!(found.curves > 10 && found.largest > 0.05 && found.across < rate, "{field:?}: {found:?}");
     }
     let few = scan(ImplicitField::Bangaru { gamma: 3.0, lambda: 0.1, nearest: Some(14) });
     println!("14 points: {few:?}");

@@ -2,10 +2,12 @@
 
 use glam::DVec2;
 
-use super::linear::{self, PixelSample, Sampled};
-use super::{Estimate, EstimatorError, check_adjoint, check_direction, check_samples};
+use super::driver;
+use super::sample::PixelSample;
+use crate::estimator::error::{EstimatorError, check_direction};
+use crate::estimator::estimate::Estimate;
 use crate::random::Stream;
-use crate::sdf::scene::Seen;
+use crate::sdf::Seen;
 use crate::sdf::{AngularFilm, Jet, RayCount, Scene, Sdf, near_misses};
 
 /// Interior term plus the boundary term of rays that pass the surface within ε (Wang et al. 2024, "A
@@ -45,14 +47,14 @@ impl RelaxedBoundary {
         scene: &Scene,
         direction: &[f64],
         film: &AngularFilm,
-    ) -> Result<Estimate, EstimatorError> {
-        check_direction(scene, direction)?;
+    ) -> Result<Estimate<Vec<f64>>, EstimatorError> {
+        check_direction(scene.shape().parameter_count(), direction)?;
         self.check()?;
-        Ok(linear::forward(film, self.samples, self.seed, |pixel, rng| {
+        driver::forward(film, (self.samples, self.seed), |pixel, rng| {
             let Covectors { points, rays } = self.draw(scene, film, pixel, rng);
             let value = points.iter().map(|(x, c)| c.dot(scene.shape().rate(*x, direction))).sum();
-            Sampled { value, rays }
-        }))
+            (value, rays)
+        })
     }
 
     /// ∂L/∂θ of every parameter for the loss whose ∂L/∂I is `adjoint`.
@@ -64,21 +66,18 @@ impl RelaxedBoundary {
         scene: &Scene,
         film: &AngularFilm,
         adjoint: &[f64],
-    ) -> Result<Estimate, EstimatorError> {
-        check_adjoint(film, adjoint)?;
+    ) -> Result<Estimate<Vec<f64>>, EstimatorError> {
         self.check()?;
-        let sizes = (adjoint, scene.shape().parameter_count());
-        Ok(linear::reverse(self.samples, self.seed, sizes, |pixel, delta, rng, gradient| {
+        driver::reverse((scene, film), (self.samples, self.seed), adjoint, |pixel, delta, rng, gradient| {
             let Covectors { points, rays } = self.draw(scene, film, pixel, rng);
             for (x, covector) in points {
                 scene.shape().add_parameter_gradient(x, covector * delta, gradient);
             }
             rays
-        }))
+        })
     }
 
     fn check(&self) -> Result<(), EstimatorError> {
-        check_samples(self.samples)?;
         let good = self.width > 0.0 && self.width.is_finite();
         if good { Ok(()) } else { Err(EstimatorError::Band { width: self.width }) }
     }

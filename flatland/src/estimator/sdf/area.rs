@@ -4,12 +4,15 @@ use std::f64::consts::PI;
 
 use glam::DVec2;
 
-use super::linear::{self, PixelSample, Sampled};
-use super::{Estimate, EstimatorError, check_adjoint, check_direction, check_samples};
+use super::driver;
+use super::sample::PixelSample;
+use crate::estimator::error::{EstimatorError, check_direction};
+use crate::estimator::estimate::Estimate;
+use crate::plane::Filter;
 use crate::random::{Stream, open01};
+use crate::sdf::Seen;
 use crate::sdf::fields::{MotionField, TracedField};
-use crate::sdf::scene::Seen;
-use crate::sdf::{AngularFilm, AngularFilter, Jet, RayCount, Scene, Sdf};
+use crate::sdf::{AngularFilm, Jet, RayCount, Scene, Sdf};
 use crate::warp::{Circle, Field, LinearField as _};
 
 /// Which part of the derivative is estimated.
@@ -72,11 +75,10 @@ impl AreaIntegral {
         scene: &Scene,
         film: &AngularFilm,
         field: &impl MotionField<Circle>,
-    ) -> Result<Estimate, EstimatorError> {
+    ) -> Result<Estimate<Vec<f64>>, EstimatorError> {
         let direction = field.direction();
-        check_direction(scene, direction)?;
-        check_samples(self.samples)?;
-        Ok(linear::forward(film, self.samples, self.seed, |pixel, rng| {
+        check_direction(scene.shape().parameter_count(), direction)?;
+        driver::forward(film, (self.samples, self.seed), |pixel, rng| {
             let (mut value, mut rays) = (0.0, RayCount::default());
             for form in self.draw(scene, film, pixel, rng) {
                 if let Some((x, covector)) = form.hit {
@@ -89,8 +91,8 @@ impl AreaIntegral {
                     rays += more;
                 }
             }
-            Sampled { value, rays }
-        }))
+            (value, rays)
+        })
     }
 
     /// ∂L/∂θ of every parameter for the loss whose ∂L/∂I is `adjoint`.
@@ -104,13 +106,10 @@ impl AreaIntegral {
         film: &AngularFilm,
         adjoint: &[f64],
         field: &impl TracedField<Circle>,
-    ) -> Result<Estimate, EstimatorError> {
-        check_adjoint(film, adjoint)?;
-        check_samples(self.samples)?;
+    ) -> Result<Estimate<Vec<f64>>, EstimatorError> {
         field.check()?;
         let (shape, view) = (scene.shape(), scene.view());
-        let sizes = (adjoint, shape.parameter_count());
-        Ok(linear::reverse(self.samples, self.seed, sizes, |pixel, delta, rng, gradient| {
+        driver::reverse((scene, film), (self.samples, self.seed), adjoint, |pixel, delta, rng, gradient| {
             let mut rays = RayCount::default();
             for form in self.draw(scene, film, pixel, rng) {
                 if let Some((x, covector)) = form.hit {
@@ -126,7 +125,7 @@ impl AreaIntegral {
                 }
             }
             rays
-        }))
+        })
     }
 
     /// The directions of one sample: one within the pixel, and one of its ends if the filter jumps.
@@ -138,7 +137,7 @@ impl AreaIntegral {
         rng: &mut Stream,
     ) -> impl Iterator<Item = Linear> + use<> {
         let sample = PixelSample::draw(film, pixel, rng);
-        let flux = film.filter() == AngularFilter::Box && self.terms != Terms::Interior;
+        let flux = film.filter() == Filter::Box && self.terms != Terms::Interior;
         let end = flux.then(|| pixel_end(scene, film, pixel, rng));
         std::iter::once(self.area(scene, &sample)).chain(end)
     }
@@ -213,7 +212,7 @@ impl ImplicitHit {
         scene: &Scene,
         direction: &[f64],
         film: &AngularFilm,
-    ) -> Result<Estimate, EstimatorError> {
+    ) -> Result<Estimate<Vec<f64>>, EstimatorError> {
         self.interior().forward(scene, film, &Still(direction))
     }
 
@@ -226,7 +225,7 @@ impl ImplicitHit {
         scene: &Scene,
         film: &AngularFilm,
         adjoint: &[f64],
-    ) -> Result<Estimate, EstimatorError> {
+    ) -> Result<Estimate<Vec<f64>>, EstimatorError> {
         // The interior part asks no field.
         self.interior().reverse(scene, film, adjoint, &crate::sdf::fields::DirectField)
     }

@@ -15,7 +15,7 @@ const NARROWEST: f64 = 64.0 * f64::EPSILON;
 static RULE: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(POINTS));
 
 /// The n-point Gauss–Legendre rule on [0, 1], by Newton's method on the Legendre polynomial.
-pub(super) fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
+pub(crate) fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
     let degree = n as f64;
     let legendre = |x: f64| {
         let (mut p, mut previous) = (x, 1.0);
@@ -40,10 +40,10 @@ pub(super) fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
 /// Integrals, the integral of the scale that came with the integrands, and the estimate of the sum
 /// of the errors.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Quadrature<const N: usize> {
-    pub(super) value: [f64; N],
-    pub(super) scale: f64,
-    pub(super) error: f64,
+pub(crate) struct Quadrature<const N: usize> {
+    pub(crate) value: [f64; N],
+    pub(crate) scale: f64,
+    pub(crate) error: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -58,7 +58,7 @@ struct Panel<const N: usize> {
 ///
 /// The panel with the largest error is halved, where the error is the difference between the rule on
 /// the panel and on its halves: that of the former, so that the result is better than it says.
-pub(super) fn adaptive<const N: usize>(
+pub(crate) fn adaptive<const N: usize>(
     pieces: &[[f64; 2]],
     mut f: impl FnMut(f64) -> ([f64; N], f64),
     tolerance: f64,

@@ -1,0 +1,31 @@
+//! The result of every estimator.
+
+/// A mean over samples with its standard error: of every pixel in forward mode, of every parameter in reverse mode.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimate<M, E = M> {
+    /// The mean.
+    pub mean: M,
+    /// The standard error of the mean; 0 where the mean is exact, NaN from a single sample. In reverse mode it is estimated
+    /// from at most 16 independent batches of samples.
+    pub standard_error: E,
+    /// The number of rays traced; in the plane, of points at which the scene was evaluated.
+    pub rays: u64,
+    /// The number of rays that ran out of steps of a sphere tracer. They count as misses, and the mean is then biased.
+    pub out_of_steps: u64,
+    /// The samples that were not finite, as (pixel, sample). They count as 0, and the mean is then biased.
+    pub non_finite: Vec<(usize, usize)>,
+}
+
+impl<M, E> Estimate<M, E> {
+    /// A result without samples.
+    pub(super) fn exact(mean: M, standard_error: E) -> Self {
+        Self { mean, standard_error, rays: 0, out_of_steps: 0, non_finite: vec![] }
+    }
+
+    /// The same samples, with mean and standard error in another form.
+    pub(super) fn map<N, F>(self, form: impl FnOnce(M, E) -> (N, F)) -> Estimate<N, F> {
+        let Self { mean, standard_error, rays, out_of_steps, non_finite } = self;
+        let (mean, standard_error) = form(mean, standard_error);
+        Estimate { mean, standard_error, rays, out_of_steps, non_finite }
+    }
+}
