@@ -1,7 +1,7 @@
 //! The bound of a softened field (Theory 6), tested in clutter and in a gap of 10⁻⁹.
 //!
-//! |V| ≤ v, the largest angular velocity of a jump within reach, softened or not, and |∇·V| is of the order of
-//! (1 + N) v/ε with N soft jumps. What is held here is
+//! |V| ≤ v, the largest angular velocity of a jump within reach, softened or not, and |∇·V| is of the order
+//! of (1 + N) v/ε with N soft jumps. What is held here is
 //!
 //! > |∇·V| ≤ (4 + N) v/ε,
 //!
