@@ -1,4 +1,4 @@
-//! The residual theorem: what a warp field leaves to the boundary.
+//! The residual theorem: what a warp field leaves to the boundary (Theory 7).
 //!
 //! Let f(u; θ) be smooth but for jumps on curves Γ that move with velocity v, and let V be **any** field that
 //! is continuous, smooth but for curves and points, with |∇V| integrable, and vanishes where the domain ends,
@@ -11,24 +11,15 @@
 //!
 //! where ν is the normal of Γ and Δf the value of f on the side that ν leaves less that on the side it enters.
 //!
-//! *Proof.* By the Reynolds transport theorem the derivative is ∫ ∂f/∂θ du + ∮ Δf v·ν dl. By the divergence
-//! theorem in each set in which f is smooth, ∫ ∇·(V f) du = ∮ Δf V·ν dl, because V·ν is the same on both
-//! sides of Γ; for n = 2 the circle around a single point at which V is bounded but not continuous carries a
-//! flux that goes to 0 with its radius, as Δf V·ν is bounded; for n = 1 there is no such circle, and a jump
-//! of V there would carry Δ(V f). Their difference is what the theorem says. ∎
-//!
-//! Both families of methods are cases of it:
-//!
 //! | V | residual | method |
 //! |---|---|---|
 //! | 0 | Δf v·ν, all of it | edge sampling (Li, Aittala, Durand and Lehtinen 2018) |
 //! | V·ν = v·ν on Γ: boundary consistent | 0 | warped-area sampling (Bangaru, Li and Durand 2020) |
 //! | any other | what is left | both at once, and unbiased as well |
 //!
-//! So a field need not follow every jump: those that it does not follow, sign changes of interpolated normals or the
-//! borders of emitters in space, are sampled as curves with what speed the field leaves them. In the plane
-//! [`BoundaryIntegral`](crate::estimator::BoundaryIntegral) samples the residual of any field; along paths in flat worlds
-//! [`WarpedArea`](crate::estimator::transport::WarpedArea) samples that of softened means over jumps.
+//! In the plane [`BoundaryIntegral`](crate::estimator::BoundaryIntegral) samples the residual of any field;
+//! along paths in flat worlds [`WarpedArea`](crate::estimator::transport::WarpedArea) samples that of
+//! softened means over jumps.
 
 use crate::warp::Vector;
 

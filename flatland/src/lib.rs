@@ -14,6 +14,8 @@
 //!
 //! Where edges are known, V may also be a mean of their own velocities: exact, and with less variance.
 //!
+//! "Theory 5" in a comment is page 5 of `volume3d::guide::theory`, where statements are proved.
+//!
 //! - [`calculus`]: numbers that carry derivatives or record themselves: over them the integrands of paths, in flat worlds and
 //!   in `volume3d`, the reparameterised form and radiosity are written once.
 //! - [`warp`]: the machinery that turns auxiliary points into (V, ∇·V) and its transpose, written once for the line, the

@@ -11,10 +11,10 @@ use crate::warp::{Plane, WarpField};
 
 /// Σ ∮ h Δf (v − V)·ν dl of every pixel, sampled on the edges, for any continuous field V.
 ///
-/// With the [`AreaIntegral`](super::AreaIntegral) of the same field it is the derivative of the image, whether the field
-/// is boundary consistent or not: the [residual theorem](crate::boundary). Their samples must be independent, so
-/// give them other seeds, or add their variances with care. The integral is unbiased if no two visible edges coincide,
-/// and if V is known exactly, or estimated without bias.
+/// With the [`AreaIntegral`](super::AreaIntegral) of the same field it is the derivative of the image,
+/// whether the field is boundary consistent or not: the [residual theorem](crate::boundary) (Theory 7). Their
+/// samples must be independent, so give them other seeds, or add their variances with care. The integral is
+/// unbiased if no two visible edges coincide, and if V is known exactly, or estimated without bias.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BoundaryIntegral {
     /// Samples a pixel: at least 2, or the standard error is not a number.

@@ -20,11 +20,9 @@ use crate::warp::WarpError;
 /// dI/dθ ≈ ∫∫ k h ∂f/∂θ + ∇(k h f)·V du dμ
 /// ```
 ///
-/// On the sphere the rigid motion is a rotation; in the plane, a translation. The point is chosen
-/// by a heuristic: of a few points drawn from the kernel, the topmost shape's, because an occluder's
-/// edge is the one that is seen. It is right where one rigid motion carries every edge in the
-/// kernel, and **biased** everywhere else: whatever the number of samples, V·ν differs from the
-/// boundary's velocity by its variation across the kernel.
+/// On the sphere the rigid motion is a rotation; in the plane, a translation. The point is chosen by a
+/// heuristic: of a few points drawn from the kernel, the topmost shape's. **Biased** wherever no one rigid
+/// motion carries every edge in the kernel (Theory 11).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation {
     /// Samples a pixel.

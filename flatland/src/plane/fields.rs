@@ -79,11 +79,9 @@ fn moved(stencil: &Stencil<Plane, Option<MaterialPoint>>, velocities: &[DVec2]) 
 
 /// The jumps of a scene, for means over those near a point.
 ///
-/// S(u) is the edges of all shapes at or above the one that is seen at u, which keeps the lemma of [`JumpMean`]: where
-/// shape i ends and a shape k below it is seen, the edge of i is in both S; only the side of k
-/// has the edges of shapes between i and k. If one of these lay exactly under the edge of i and moved otherwise, it would
-/// come into sight, and the image would have no derivative there. Edges that are hidden by something above stay in S: nothing is
-/// tested for visibility, and they do no harm.
+/// S(u) is the edges of all shapes at or above the one that is seen at u, which keeps the lemma of
+/// [`JumpMean`] (Theory 5). Edges that are hidden by something above stay in S: nothing is tested for
+/// visibility, and they do no harm.
 ///
 /// With a softness the border of the shape that is seen is followed exactly, as it is one body, and edges of the shapes above it
 /// in part: at an edge of shape i the field of the side on which i is seen is v, and that of the other side, which sees

@@ -1,4 +1,4 @@
-//! What to do about the bias of a quotient of two means.
+//! What to do about the bias of a quotient of two means (Theory 4).
 
 use rand::Rng;
 
@@ -18,10 +18,9 @@ pub enum Debias {
     /// X_1 + Σ (X_{k+1} − X_k)/P(K > k) over 1 ≤ k < K, with X_k = X(k · rays) from the first k
     /// batches and P(K > k) = (k + 1)^−tail: the paper's (Rhee and Glynn 2015), untruncated.
     ///
-    /// Unbiased, but E|X_{k+1} − X_k|² falls only as k⁻², as for any running mean, so that no tail has
-    /// both: the expected number of rays is finite for tail > 1, the variance for tail < 1. Its
-    /// errors fall more slowly than n^−½. A geometric K, as in released code, is worse still, unless
-    /// it is truncated, and then it is biased. [`Multilevel`](Self::Multilevel) is the cure.
+    /// Unbiased. The expected number of rays is finite for tail > 1, the variance only for tail < 1: no tail
+    /// has both, and errors fall more slowly than n^−½ (Theory 4). [`Multilevel`](Self::Multilevel) is the
+    /// cure.
     RussianRoulette {
         /// Auxiliary rays in a batch.
         rays: usize,
@@ -32,25 +31,16 @@ pub enum Debias {
     /// over halves, m = 2ˡ⁻¹ `rays`, divided by P(L ≥ l) = `first` · `ratio`^(l−1) (Blanchet and
     /// Glynn 2015, in the coupled-sum form of Rhee and Glynn 2015). All rays serve all levels.
     ///
-    /// One split into halves leaves Δ_l with the product of every two points from different
-    /// halves. Here up to 15 splits are averaged, along the rows of a Hadamard matrix, so that in
-    /// blocks of up to 16 pairs every two are together nearly as often as apart (7 times to 8), and
-    /// those products nearly cancel; it costs no rays.
+    /// Δ_l is averaged over up to 15 splits, along the rows of a Hadamard matrix. In blocks of up to 16 pairs
+    /// every two are then together nearly as often as apart (7 times to 8), and products of two points nearly
+    /// cancel; it costs no rays.
     ///
-    /// Cost is finite when ratio < 1/2, variance when E|Δ_l|² falls faster than `ratio` from level
-    /// to level. It falls as 4⁻ˡ where u is far from boundaries, for any γ. The strip along a
-    /// silhouette that m rays cannot resolve narrows as m^−1/(3a) for B ~ s and γ = 3, as
-    /// m^−1/(2a) for B ~ s² and γ = 3/2, with a the radial exponent, and E|Δ_l|² with it: the variance is finite when
-    /// 2^−1/(3a), respectively 2^−1/(2a), is below `ratio`. So it is for the default; spread as
-    /// the kernel (a = 1), points need `ratio` > 0.79 or 0.71, which no finite cost allows. Where
-    /// silhouettes of *different* motions meet in a
-    /// point, V is not continuous at that point, ∫ |∇·V|² diverges logarithmically for the exact
-    /// field already, and E|Δ_l|² does not fall: there the variance is infinite, as that of every
-    /// scheme with finite cost, and errors fall a little more slowly than n^−½.
-    ///
-    /// That is for n = 2. For n = 1 the same happens where two jumps of different motions come close:
-    /// across a gap g, ∫ |∇·V|² ~ 1/g, and all gaps occur along a penumbra. E|Δ_l|² does not fall there
-    /// either, so that means of short runs are too small with errors that are too small.
+    /// Cost is finite when ratio < 1/2. With a the radial exponent, variance is finite when `ratio` exceeds
+    /// 2^−1/(2a) for B ~ s² and γ = 3/2, and 2^−1/(3a) for B ~ s and γ = 3 (Theory 4). So it is for the
+    /// default; spread as the kernel (a = 1), points need `ratio` > 0.71 or 0.79, which no finite cost
+    /// allows. Where silhouettes of *different* motions meet in a point (n = 2) or come close (n = 1, as in
+    /// every penumbra), the variance is infinite, as that of every scheme with finite cost: errors fall a
+    /// little more slowly than n^−½, and means of short runs are too small with errors that are too small.
     Multilevel {
         /// Auxiliary rays in a block.
         rays: usize,

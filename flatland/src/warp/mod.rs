@@ -1,4 +1,5 @@
-//! The warp field V and its divergence, from auxiliary points in any dimension or from the jumps themselves.
+//! The warp field V and its divergence, from auxiliary points in any dimension (Theory 3) or from the jumps
+//! themselves (Theory 5).
 //!
 //! Around a point u, auxiliary points u_i are drawn from a kernel of concentration κ. Each brings
 //! the velocity V_i of what is seen there and a boundary value B_i that vanishes where that thing
@@ -23,16 +24,15 @@
 //!
 //! # What is biased, and when
 //!
-//! The quotient by Σ w̃ makes every fixed number of rays biased ([`Debias::Consistent`]), the more
-//! so the closer u is to a boundary. [`Debias::Multilevel`] and [`Debias::RussianRoulette`] remove
-//! that bias exactly, also with rays that are [`Adaptive`]. With B ~ sᵖ in the distance s, the field is
-//! boundary consistent when pγ ≥ 1 (n = 1) and γ ≥ 1/p + 1/2 (n = 2), at equality only logarithmically; below
-//! the bound no number of rays helps.
+//! The quotient by Σ w̃ makes every fixed number of rays biased ([`Debias::Consistent`]), the more so the
+//! closer u is to a boundary. [`Debias::Multilevel`] and [`Debias::RussianRoulette`] remove that bias exactly
+//! (Theory 4), also with rays that are [`Adaptive`]. With B ~ sᵖ in the distance s, the field is boundary
+//! consistent when pγ ≥ 1 (n = 1) and γ ≥ 1/p + 1/2 (n = 2), at equality only logarithmically; below the
+//! bound no number of rays helps.
 //!
 //! # Numbers
 //!
-//! Everything is computed from x = κ|u−u'|²/2 (line, plane) or κ(1 − u·u') (circle, sphere), for which
-//! D = eˣ − 1. With q = B e⁻ˣ + (1 − e⁻ˣ) one has D + B = eˣ q, hence
+//! With x = κ|u−u'|²/2 (line, plane) or κ(1 − u·u') (circle, sphere), D = eˣ − 1, and q = B e⁻ˣ + (1 − e⁻ˣ),
 //!
 //! ```text
 //! ln w = −γ (x + ln q),   ℓ = −(γ/q) ∇_u x,

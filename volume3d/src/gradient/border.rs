@@ -1,4 +1,4 @@
-//! The borders of flat emitters, as they are seen from shading points.
+//! The borders of flat emitters, as they are seen from shading points (Theory 9).
 
 use flatland::calculus::{Number, Vec3};
 use flatland::random::open01;

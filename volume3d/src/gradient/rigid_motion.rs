@@ -1,4 +1,4 @@
-//! One rigid motion per kernel (Loubet, Holzschuch and Jakob 2019).
+//! One rigid motion per kernel (Loubet, Holzschuch and Jakob 2019; Theory 11).
 
 use flatland::warp::{Domain, Field, LinearField, Plane, Vector as _};
 use glam::{DVec2, DVec3};

@@ -13,10 +13,9 @@ use crate::scene::Scene;
 /// The rotation reparameterisation: every kernel of directions turns with one of the points seen in it, on the film
 /// it is shifted.
 ///
-/// The point is the nearest of a few drawn from the kernel, as the edge of what hides the rest is the one that is
-/// seen. **Biased** wherever no single rigid motion carries every edge in the kernel: V·ν then differs from the
-/// boundary's velocity by its variation across the kernel, whatever the number of samples; and jumps of interpolated
-/// normals within faces stand still. It is here for the comparison.
+/// The point is the nearest of a few drawn from the kernel. **Biased** wherever no single rigid motion
+/// carries every edge in the kernel (Theory 11); and jumps of interpolated normals within faces stand still.
+/// It is here for the comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation {
     /// Samples a pixel.

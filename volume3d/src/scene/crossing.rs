@@ -1,20 +1,15 @@
-//! The curves along which surfaces pass through one another.
+//! The curves along which surfaces pass through one another (Theory 9).
 //!
-//! What is seen jumps there as it does at an edge, and no edge of a triangle tells where. Every pair of triangles that
-//! pass through one another has a segment of the line in which their planes meet. With unit normals n₁, n₂ and ẋ₁, ẋ₂
-//! the velocities of the material of both triangles at one of its points, the velocity a of the curve there is that of
-//! a point that stays in both planes:
-//!
-//! > n_i·a = n_i·ẋ_i.
-//!
-//! Its part along the line is free. It is taken to be the mean of both materials', so that a crossing moves with its
-//! surfaces if these move as one. With ñ_i the vectors of the plane of n₁ and n₂ for which ñ_i·n_j = δ_ij, and e along
-//! the line,
+//! What is seen jumps there as it does at an edge, and no edge of a triangle tells where. Every pair of
+//! triangles that pass through one another has a segment of the line in which their planes meet. With unit
+//! normals n₁, n₂, ñ_i the vectors of their plane for which ñ_i·n_j = δ_ij, and e along the line, a point of
+//! it has the velocity
 //!
 //! > a = Σ_i (ñ_i n_iᵀ + ½ e eᵀ) Σ_k b_ik ẋ_ik,
 //!
-//! linear in the velocities of the six corners with barycentric coordinates b_ik, which are affine along the segment: so
-//! is a. Where planes are nearly parallel a is large, as the true velocity is; it does not depend on how the edges of the
+//! linear in the velocities of the six corners with barycentric coordinates b_ik, which are affine along the
+//! segment: so is a. It stays in both planes, and along the line it is the mean of both materials'. Where
+//! planes are nearly parallel a is large, as the true velocity is; it does not depend on how the edges of the
 //! triangles lie.
 //!
 //! The search is the hierarchy's query against itself, made when something first asks, and again after vertices have moved. Measured on 2 cores

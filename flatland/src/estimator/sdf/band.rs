@@ -13,8 +13,7 @@ use crate::sdf::{AngularFilm, Jet, RayCount, Scene, Sdf, near_misses};
 /// Interior term plus the boundary term of rays that pass the surface within ε (Wang et al. 2024, "A
 /// Simple Approach to Differentiable Rendering of SDFs").
 ///
-/// Where φ has a local minimum 0 < φ(x*) < ε along a ray, ∇φ·ω = 0 and the ray passes a silhouette.
-/// Turning it by dα changes φ(x*) by t|∇φ| dα and the silhouette turns at −φ̇/(t|∇φ|), so that
+/// Where φ has a local minimum 0 < φ(x*) < ε along a ray, the ray passes a silhouette, and (Theory 10)
 ///
 /// ```text
 /// Σ_∂ h (L_front − L_behind) v ≈ −(1/ε) ∫ h (L(x*) − L) φ̇(x*) dα   over 0 < φ(x*) < ε.

@@ -1,4 +1,4 @@
-//! What a field leaves to the boundary at a vertex (the [residual theorem](crate::boundary)): of a softened mean over jumps a part,
+//! What a field leaves to the boundary at a vertex (Theory 7): of a softened mean over jumps a part,
 //! of no field all of it, which is edge sampling.
 //!
 //! In one dimension jumps are points. Where V⁻ and V⁺ are the limits of the field on the two sides of one that moves with v,

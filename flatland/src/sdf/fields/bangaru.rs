@@ -17,17 +17,14 @@ use crate::warp::Vector;
 /// ```
 ///
 /// (Bangaru et al. 2022, "Differentiable Rendering of Neural SDFs through Reparameterization",
-/// section 4), where S_(k) is the k-th smallest. Near a smooth silhouette of curvature 1/r passed at
-/// the offset δ, S ≈ δ + λ|s|/r at the distance s along the ray, so that the mean is taken over
-/// |s| ~ δr/λ, and as G changes by s/r over it,
+/// section 4), where S_(k) is the k-th smallest. At the offset δ outside a smooth silhouette (Theory 10),
 ///
 /// ```text
-/// |V − v| ~ δ for γ > 2,   δ log(1/δ) for γ = 2,   δ^{γ−1} for 1 < γ < 2
+/// |V − v| ~ δ for γ > 2,   δ log(1/δ) for γ = 2,   δ^{γ−1} for 1 < γ < 2,
 /// ```
 ///
-/// outside. Inside, where the ray ends at the surface with |∇φ·ω| ~ √δ, the square roots of these: the
-/// variance of ∇·V diverges logarithmically there. At corners, where ∇φ turns within a distance δ, the
-/// weights stay bounded: see [the module](super).
+/// and inside the square roots of these: the variance of ∇·V diverges logarithmically there. At corners,
+/// where ∇φ turns within a distance δ, the weights stay bounded: see [the module](super).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BangaruField {
     /// γ; 3 is the paper's choice, 6 and more are unstable.

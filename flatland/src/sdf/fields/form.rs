@@ -21,17 +21,15 @@ pub struct Tap<V> {
 
 impl<V: Space> Tap<V> {
     /// The tap of U(ω) = W G(x)/t with x = o + tω, where t and W depend on ω, and of the divergence
-    /// of P_ω U.
-    ///
-    /// With G = φ̇ e, where e = −∇φ/|∇φ|² near surfaces, and E = De,
+    /// of P_ω U (Theory 10):
     ///
     /// ```text
+    /// ∇·V = ∇_ω·U − n ω·U,
     /// ∇_ω·U = (∇W/t − W ∇t/t²)·e φ̇ + (W/t) ∇_ω·G,
     /// ∇_ω·G = (∇t·Eω + t (tr E − ω·Eω)) φ̇ + ((e·∇t) ω + t P_ω e)·∇φ̇,
     /// ```
     ///
-    /// and ∇·(P_ω U) = ∇_ω·U − n ω·U, because projecting to the sphere of directions takes away what
-    /// points along ω.
+    /// with G = φ̇ e, e = −∇φ/|∇φ|² near surfaces, and E = De.
     #[must_use]
     pub fn new<D: Domain<Vector = V>>(
         view: &View<'_, V>,

@@ -1,4 +1,4 @@
-//! Every construction of the warp field over directions, for implicit shapes.
+//! Every construction of the warp field over directions, for implicit shapes (Theory 10).
 //!
 //! | construction | continuous | boundary consistent | needs |
 //! |---|---|---|---|

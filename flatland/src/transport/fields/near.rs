@@ -1,13 +1,11 @@
 //! The jumps of a flat world for means over those near a direction or a film coordinate.
 //!
-//! S(u) is the silhouettes before the line of the segment T that is seen at u, all of them where nothing is seen, and the
-//! ends of T. A silhouette is a vertex at which a shape ends or turns back, as seen from the origin. That keeps the lemma
-//! of [`JumpMean`]: the segment that is seen changes at an end b of the nearer one, T. Either T is
-//! joined at b to what is seen on the other side, and b is an end of both; or T hides that, T′, and b is a silhouette, and
-//! before the line of T′. Nothing is tested for visibility: hidden silhouettes may be in S, on one side only too, as they
-//! have no weight at b. Crossings and vertices that touch another segment need no care, as a [`World`] refuses
-//! both: b is strictly before the line of T′. A vertex that two segments share counts
-//! once.
+//! S(u) is the silhouettes before the line of the segment T that is seen at u, all of them where nothing is
+//! seen, and the ends of T. A silhouette is a vertex at which a shape ends or turns back, as seen from the
+//! origin. That keeps the lemma of [`JumpMean`] (Theory 5). Nothing is tested for visibility: hidden
+//! silhouettes may be in S, on one side only too, as they have no weight where what is seen changes.
+//! Crossings and vertices that touch another segment need no care, as a [`World`] refuses both. A vertex that
+//! two segments share counts once.
 //!
 //! Softened, V falls short of the velocity of all jumps but the ends of T, and of those as well if they are not more than ε apart as
 //! seen from the origin. It is continuous where one segment is seen, and what is left where another is, which is at vertices that are

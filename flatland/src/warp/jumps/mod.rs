@@ -10,36 +10,28 @@
 //! n = 2:  K = (2/s² − 2/R²)₊,      c₀ = 2π/R,   db is arc length
 //! ```
 //!
-//! K has no bound at a jump, so that V is its velocity there; K is 0 beyond R, and so is V. These are inverse distance
-//! weights (Shepard 1968, "A two-dimensional interpolation function for irregularly-spaced data"), integrated along
-//! curves: cutting an edge in two changes nothing. Of a single point V = ḃ (1 − s/R)₊, a tent. Over straight segments
-//! both integrals and their gradients are elementary, so that V and ∇·V are exact: nothing is random, and nothing is
-//! left to be debiased.
+//! K has no bound at a jump, so that V is its velocity there; K is 0 beyond R, and so is V. These are inverse
+//! distance weights (Shepard 1968), integrated along curves: cutting an edge in two changes nothing. Over
+//! straight segments both integrals and their gradients are elementary, so that V and ∇·V are exact: nothing
+//! is random, and nothing is left to be debiased.
 //!
 //! # What continuity asks
 //!
-//! *Lemma.* Let the domain be cut into open sets by jumps C, and let S(u), the jumps that are used at u, be the same
-//! throughout a set. If every C is in S on both of its sides, and no other jump of S on either side has another normal
-//! velocity and lies on C along a part of it, then V·ν = v·ν on both sides of every C, and V is continuous in every set;
-//! for n = 2 both up to single points.
+//! *Lemma (Theory 5).* Let the domain be cut into open sets by jumps C, and let S(u), the jumps that are used
+//! at u, be the same throughout a set. If every C is in S on both of its sides, and no other jump of S on
+//! either side has another normal velocity and lies on C along a part of it, then V·ν = v·ν on both sides of
+//! every C, and V is continuous in every set; for n = 2 both up to single points.
 //!
-//! *Proof.* In a set S is fixed. Away from S, V is a quotient of continuous functions: K vanishes at the reach, and the
-//! denominator is at least c₀ > 0. At a point c within a jump A ∈ S, whether it bounds the set or not, only A and what
-//! lies on it have integrals without bound. Let k be theirs and s the distance to c: k ≥ c/s for n = 1 and k ~ 2π/s for
-//! n = 2, while all others are O(1), and |ḃ − v(c)| = O(|b − c|) on A makes ∫ (ḃ − v) K db = O(1) for n = 1 and
-//! O(log 1/s) for n = 2. So V = v(c) + O(s log 1/s) from either side; with several jumps of one normal velocity on A the
-//! same holds for V·ν. Left out are the ends of segments, crossings, and points where hidden jumps pass: for n = 2
-//! points, at which V is bounded by the largest |ḃ|, and around which no flux is left. ∎
-//!
-//! For n = 1 jumps are points, and what may lie on C is only what coincides with it. Jumps that something else hides
-//! may be in S, on both sides or on one: where they are alone on one side only of C, C outweighs them. They bend V where
-//! nothing jumps, which costs some variance and makes no bias. Where a jump of *another* velocity coincides with C and is
-//! seen when they part, the integral has two one-sided derivatives and no other.
+//! Jumps that something else hides may be in S, on both sides or on one: where they are alone on one side
+//! only of C, C outweighs them. They bend V where nothing jumps, which costs some variance and makes no bias.
+//! Where a jump of *another* velocity coincides with C and is seen when they part, the integral has two
+//! one-sided derivatives and no other.
 //!
 //! # Softened
 //!
-//! Where jumps of different velocities cross, or run a gap g apart, ∇·V ~ |Δv|/s between them, and ∫ (∇·V)² has no bound: the
-//! price of following both. A jump may be followed in part instead. With a softness ε
+//! Where jumps of different velocities cross, or run a gap g apart, ∇·V ~ |Δv|/s between them, and ∫ (∇·V)²
+//! has no bound: the price of following both. A jump may be followed in part instead (Theory 6). With a
+//! softness ε
 //!
 //! ```text
 //! n = 1:  K = (1/√(s² + ε²) − 1/R)₊
@@ -53,11 +45,11 @@
 //! Σ ∮ [f⁻ (v − V⁻) − f⁺ (v − V⁺)]·ν dl,
 //! ```
 //!
-//! f including whatever was subtracted from it as a control variate. ε = 0 is the exact field, which leaves nothing; as ε grows
-//! beyond R the field vanishes, and with it everything is left to the boundary: edge sampling. A shape that is seen
-//! follows *its own* border exactly, as the velocities that meet there are those of one body; jumps of other shapes are softened where
-//! they pass before it. Then the residual is one-sided: V⁻ = v on the side of the shape that ends. In flat worlds that is so for
-//! segments that are seen wider than ε; where one is seen from near its own line, its two ends are a gap as well, and are softened.
+//! f including whatever was subtracted from it as a control variate. ε = 0 is the exact field, which leaves
+//! nothing; as ε grows beyond R the field vanishes: edge sampling. A shape that is seen follows *its own*
+//! border exactly, so that the residual is one-sided: V⁻ = v on the side of the shape that ends. In flat
+//! worlds that is so for segments that are seen wider than ε; where one is seen from near its own line, its
+//! two ends are a gap as well, and are softened.
 //!
 //! # Which reach
 //!

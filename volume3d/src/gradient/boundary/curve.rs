@@ -1,10 +1,9 @@
-//! Jumps within faces: curves {G = 0} of an expression G of the path's first segments.
+//! Jumps within faces: curves {G = 0} of an expression G of the path's first segments (Theory 7).
 //!
-//! Let z be the film point and the directions of a path, and let the integrand jump by Δf where G(z; θ) = 0. The
-//! curve's normal velocity along ν = ∇G/|∇G| is v = −∂_θG/|∇G| at fixed z. A change of variables z → z + θ V(z) carries
-//! the integrand as if the curve moved with V, so that
+//! Let z be the film point and the directions of a path, and let the integrand jump by Δf where G(z; θ) = 0.
+//! Along a change of variables z → z + θ V(z),
 //!
-//! > dI/dθ = ∫ ∂f + ∇·(V f) dz + ∮ Δf (v − V·ν) dS,  |∇G| (v − V·ν) = −(∂_θG + ∇G·V) = −Ġ,
+//! > |∇G| (v − V·ν) = −Ġ,
 //!
 //! Ġ being the derivative of G along the warped path: all that is seen, the film point and the directions moves. With
 //! V = 0 this is edge sampling's boundary term; with V a warp field's it is what warped-area sampling misses where the

@@ -1,8 +1,8 @@
 //! The edges of emitters themselves, as they are seen from the points of camera paths.
 //!
-//! At a shading point x the boundary term is ∮ f cos θ ΔL (v·ν) dl with v·ν dl = (ω × e)·(ẋ_B − ẋ)/t² ds, in the
-//! notation of [`secondary`](super::secondary). There are few such edges, and light comes from the edge itself: here
-//! paths are traced from the camera.
+//! At a shading point x the boundary term is ∮ f cos θ ΔL (v·ν) dl with v·ν dl = (ω × e)·(ẋ_B − ẋ)/t² ds, in
+//! the notation of [`secondary`](super::secondary) (Theory 9). There are few such edges, and light comes from
+//! the edge itself: here paths are traced from the camera.
 //!
 //! In a direction that is held still a point after a bounce slides by 1/cos of the angle at which it is met: from the camera the mean
 //! square of that diverges beside contact. Of edge sampling these points are traced from the emitter's edge

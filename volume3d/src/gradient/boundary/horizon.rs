@@ -1,4 +1,4 @@
-//! The horizon of a face with shading normals.
+//! The horizon of a face with shading normals (Theory 9).
 //!
 //! A ray that leaves a triangle never hits the triangle itself. Directions ω on both sides of the face's plane see
 //! different things, and a shading normal n_s reflects from both: what is reflected jumps where n·ω = 0, with n

@@ -1,19 +1,14 @@
-//! Where a two-sided surface turns its other side to an earlier point of a path.
+//! Where a two-sided surface turns its other side to an earlier point of a path (Theory 9).
 //!
-//! As on the film (see [`sign_changes`](super::sign_changes)), the radiance that leaves a point x of a surface towards a point y
-//! jumps where G = n_s(x)·d = 0, with n_s the interpolated normal and d the direction from x to y. At y the
-//! boundary term is an integral over the curve G = 0 on the sphere of directions ω = −d, whose normal velocity is
-//! −Ġ/|∇_ω G|, Ġ at fixed ω. With Dirac's δ and over all points y it is
+//! As on the film (see [`sign_changes`](super::sign_changes)), the radiance that leaves a point x of a
+//! surface towards a point y jumps where G = n_s(x)·d = 0, with n_s the interpolated normal and d the
+//! direction from x to y. Over all points y the boundary term is
 //!
-//!   ∫∫ f ΔL (−Ġ) δ(G) |n_y·ω| dω dA_y = ∫∫ f ΔL (−Ġ) δ(G) |n_x·d| dd dA_x,
+//! > ∫∫ f ΔL (−Ġ) |n_x·d| dφ dA_x,
 //!
-//! as a beam's étendue is the same at both its ends. At fixed x the curve is the great circle of the directions
-//! orthogonal to n_s, on which |∇_d G| = 1. With φ the angle along it what remains is
-//!
-//!   ∫∫ f ΔL (−Ġ) |n_x·d| dφ dA_x:
-//!
-//! one draws a point of a surface with a direction in the plane that its shading normal is orthogonal to, and finds
-//! y. |n_x·d| is no larger than the sine of the angle between the two normals.
+//! φ being the angle along the great circle of directions orthogonal to n_s: one draws a point of a surface
+//! with a direction in which its shading normal turns, and finds y. |n_x·d| is no larger than the sine of the
+//! angle between the two normals.
 
 use std::f64::consts::TAU;
 

@@ -1,10 +1,10 @@
 //! Boundary terms of meshes: ∮ Δf v·ν along the curves at which light jumps, by sampling points of them.
 //!
-//! Edges and crossings on the film and as shading points see them, borders of emitters, and the curves that smooth shading
-//! brings: where a surface turns its other side to the camera or to an earlier point of the path, and the horizon of a
-//! face that turns. Edge sampling takes all of them with V = 0; warped area the sign changes alone, with v − V in place
-//! of v (the residual theorem, [`flatland::boundary`]): its field follows the rest, but for the borders of flat emitters,
-//! which are added where next-event estimation meets them.
+//! Edges and crossings on the film and as shading points see them, borders of emitters, and the curves that
+//! smooth shading brings: where a surface turns its other side to the camera or to an earlier point of the
+//! path, and the horizon of a face that turns (Theory 9). Edge sampling takes all of them with V = 0; warped
+//! area the sign changes alone, with v − V in place of v (Theory 7): its field follows the rest, but for the
+//! borders of flat emitters, which are added where next-event estimation meets them.
 
 mod along_warp;
 mod curve;

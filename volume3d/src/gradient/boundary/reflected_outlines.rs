@@ -1,12 +1,8 @@
 //! The edges of emitters themselves, as points of paths see them after a bounce or more: traced from the emitter.
 //!
-//! The terms are those of [`secondary`](super::secondary): with x the shading point and x_B, at arc length s, the point of the edge that
-//! is seen in direction ω,
-//!
-//! > ∫∫ f cos θ ΔL (ω × e)·(ẋ_B − ẋ)/t² ds dA = ∫∫ f cos θ ΔL (ω × e)·(ẋ_B − ẋ)/|n·ω| dω ds.
-//!
-//! In a direction that is held still, x slides by 1/cos of the angle at which the point before sees it. From the camera the mean square
-//! of that diverges beside contact; backwards such points are met by that cosine less often.
+//! The terms are those of [`secondary`](super::secondary) (Theory 9). From the camera x slides by 1/cos of
+//! the angle at which the point before sees it, and the mean square of that diverges beside contact;
+//! backwards such points are met by that cosine less often.
 //!
 //! Opposite sides of an emitter count with opposite signs, and far from it they almost cancel. Where its outline is symmetric about its
 //! centre, x is looked at from a point of the edge and lit by the point y′ across from it as well: with p and p′ the densities with which

@@ -1,4 +1,4 @@
-//! What a softened field leaves to the boundary, by samples of curves (the residual theorem, [`flatland::boundary`]).
+//! What a softened field leaves to the boundary, by samples of curves (Theory 6 and 7).
 //!
 //! On the film V follows the border of the surface that is seen, and silhouettes before it in part. Where V⁻ and V⁺ are its limits on
 //! the two sides of a silhouette that moves with v, and L₀ is the level of the control variate,

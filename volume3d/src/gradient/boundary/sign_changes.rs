@@ -1,4 +1,4 @@
-//! Where a two-sided surface turns its other side to the camera.
+//! Where a two-sided surface turns its other side to the camera (Theory 9).
 //!
 //! The side that reflects is that of the shading normal: with G = n_s·ω_o, the radiance jumps where G = 0, a curve
 //! within a triangle close to a silhouette. As G(u; θ) = 0 at a film point u, the curve's normal velocity along

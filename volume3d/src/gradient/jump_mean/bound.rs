@@ -1,15 +1,13 @@
-//! The bound of a softened field, tested in clutter and in a gap of 10⁻⁹.
+//! The bound of a softened field (Theory 6), tested in clutter and in a gap of 10⁻⁹.
 //!
-//! V is a mean with weights whose sum is at most 1: |V| ≤ v, the largest angular velocity of a jump within reach, softened or not. Where
-//! no kernel is exact, |∇K| ≤ K/ε and therefore |∇·V| ≤ 2 · 2v/ε. A border that is followed exactly prevails over N soft jumps, each of
-//! ∫ K ≤ π/ε, within about ε/N of itself, so that
+//! |V| ≤ v, the largest angular velocity of a jump within reach, softened or not, and |∇·V| is of the order
+//! of (1 + N) v/ε with N soft jumps. What is held here is
 //!
-//! > |∇·V| ≤ (4 + N) v/ε.
+//! > |∇·V| ≤ (4 + N) v/ε,
 //!
-//! One border: between two of the surface that is seen, w apart, V turns from the one's velocity to the other's, and ∇·V ~ Δv/w is at most
-//! 2v/w. Borders of faces of less than a hundredth of ε are softened by ε/40, so that in all
-//!
-//! > |∇·V| ≤ (204 + N) v/ε.
+//! which N > 4 jumps within much less than ε of one border could exceed, up to twofold, if they moved against
+//! it; clutter does not. Within a face that opens it is (204 + N) v/ε, as borders of faces of less than ε/100
+//! are softened by ε/40.
 
 use flatland::random::{open01, stream};
 use flatland::sdf::{End, Trace};

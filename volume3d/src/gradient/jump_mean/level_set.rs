@@ -1,26 +1,25 @@
-//! Implicit surfaces among the jumps near a direction.
+//! Implicit surfaces among the jumps near a direction (Theory 10).
 //!
-//! The silhouettes of a level set φ = 0 are no arcs whose integrals are elementary. What stands for them are points x_i = x + t_i u
-//! of the ray, with weights that are largest where the ray is nearest to the surface and grazes it ([`ImplicitField`]):
+//! The silhouettes of a level set φ = 0 are no arcs whose integrals are elementary. What stands for them are
+//! points x_i = x + t_i u of the ray, with weights that are largest where the ray is nearest to the surface
+//! and grazes it ([`ImplicitField`]):
 //!
 //! > V = (∫ ḃ K + Σ_i κ_i G_i(x_i)/t_i) / (∫ K + F + Σ_i κ_i),
 //!
 //! where F = 2π/R is the floor that arcs have, and G = −φ̇ ∇φ/|∇φ|² the velocity of the level set.
 //!
-//! Of Vicini et al. (2022) it is one point for each surface, the mean x̄ = x + t̄u of the points of its sphere tracer ([`ViciniField`]). With
-//! r = |φ(x̄)|/t̄, which is about the angle to the silhouette, and reach c, κ = F (c/r − 1)₊. It grows as 1/r, as
-//! that of an arc does with the distance: V is the velocity of whichever silhouette is at u, and 0 far from all. Without arcs, and with one
-//! surface, V is m G/t̄ with m = (1 − r/c)₊: Vicini's field itself.
+//! - Of Vicini et al. (2022) it is one point for each surface, the mean x̄ = x + t̄u of the points of its
+//!   sphere tracer ([`ViciniField`]), with κ = F (c/r − 1)₊, r = |φ(x̄)|/t̄ and the reach c.
+//! - Of Bangaru et al. (2022) it is every point of the tracer, with their weights in angles, κ_i =
+//!   (ℓ_i/t_i)(S_i/t_i)^−γ ([`BangaruField::kernels`]), S = |φ| + λ |∇φ·u|. They are not normalised, as the
+//!   sum must tell how near a silhouette is: at an angle α it is ~ α^(1 − γ) outside and ~ α^((1 − γ)/2)
+//!   inside.
 //!
-//! Of Bangaru et al. (2022) it is every point of the tracer, with their weights in angles, κ_i = (ℓ_i/t_i)(S_i/t_i)^−γ
-//! ([`BangaruField::kernels`]), with S = |φ| + λ |∇φ·u|. They are not normalised, as the sum must tell how near a silhouette is: at an angle α
-//! outside of one S grows from αt with the way s along the ray from the nearest point, as λs/r where r is the radius of curvature, so that
-//! Σ κ ~ α^(1 − γ); inside, rays end at the surface with |∇φ·u| ~ √α, and Σ κ ~ α^((1 − γ)/2).
-//!
-//! The lemma of [the module](super) holds as it stands: Σ κ is infinite on both sides of a silhouette of its surface, and finite and continuous
-//! elsewhere, if rays end at what they hit of a mesh. As what is hit comes within the first step of the tracer, where there is no point to
-//! take a mean of, Vicini's κ falls to 0 by a factor, and Bangaru's as the length ℓ of the only step does. Where the mesh ends, an arc is infinite. It
-//! is not where a mesh and an implicit surface pass through one another, nor where two implicit surfaces do: their crossings jump, and nothing follows them.
+//! The lemma of [the module](super) holds as it stands: Σ κ is infinite on both sides of a silhouette of its
+//! surface, and finite and continuous elsewhere, if rays end at what they hit of a mesh. As what is hit comes
+//! within the first step of the tracer, where there is no point to take a mean of, Vicini's κ falls to 0 by a
+//! factor, and Bangaru's as the length ℓ of the only step does. Where a mesh and an implicit surface, or two
+//! implicit surfaces, pass through one another, their crossings jump, and nothing follows them.
 
 use flatland::sdf::fields::{BangaruField, MeanPoint, PointKernel, Tap, ViciniField};
 use flatland::sdf::{End, Jet, Scalar, SecondOrder, Trace, View};

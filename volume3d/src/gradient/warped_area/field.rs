@@ -20,15 +20,17 @@ pub enum Field {
         /// with it, and 2,000 leaves 1.03 times, and samples take about .9 and .8 of the time; a closed box would have 1.7 times the variance, and keeps all of it.
         lobe: f64,
     },
-    /// The same mean, softened, with samples of the curves for what it leaves to them (the residual theorem,
-    /// [`flatland::boundary`]): no bias for any softness, from the exact mean, ε = 0, to none at all on the film,
-    /// ε = ∞. Where silhouettes of different velocities cross or pass close by one another, ∇·V of the exact mean has no bound,
-    /// and its samples have heavy tails. This one's have a bound: with v the largest velocity of the N jumps within reach, |V| ≤ v and
-    /// |∇·V| ≤ (4 + N) v/ε, and curves have at most 2v. The borders of a face that is seen w wide, which it follows, may move against one another, as
-    /// where a face that is seen almost edge-on opens: that is 2v/w more, at most 200 v/ε, as those of narrower faces are softened, too. (Width is
-    /// area over length: a spike of a wide face has no such bound.)
-    /// That is the field's part. What a path meets after a bounce moves at a speed that grows with 1/cos of the angle of incidence, by this field
-    /// as by all that trace from the camera; [edge sampling](crate::gradient::EdgeSampling) traces such points backwards.
+    /// The same mean, softened, with samples of the curves for what it leaves to them (Theory 6 and 7): no
+    /// bias for any softness, from the exact mean, ε = 0, to none at all on the film, ε = ∞. Where
+    /// silhouettes of different velocities cross or pass close by one another, ∇·V of the exact mean has no
+    /// bound, and its samples have heavy tails. This one's have a bound: with v the largest velocity of the N
+    /// jumps within reach, |V| ≤ v, |∇·V| is of the order of (1 + N) v/ε, and curves have at most 2v. The
+    /// borders of a face that is seen w wide, which it follows, may move against one another, as where a face
+    /// that is seen almost edge-on opens: that is 2v/w more, at most 200 v/ε, as those of narrower faces are
+    /// softened, too. (Width is area over length: a spike of a wide face has no such bound.) That is the
+    /// field's part. What a path meets after a bounce moves at a speed that grows with 1/cos of the angle of
+    /// incidence, by this field as by all that trace from the camera; [edge
+    /// sampling](crate::gradient::EdgeSampling) traces such points backwards.
     ///
     /// Directions towards lights are not warped: the edges of shadows and the outlines of emitters are
     /// sampled, with the speed at which they pass the shading point. Within lobes the mean is softened as on

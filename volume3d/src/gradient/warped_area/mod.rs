@@ -1,4 +1,4 @@
-//! Warped-area sampling: dI/dθ = ∫ ∂f/∂θ + ∇·(V f), on the film and at every bounce.
+//! Warped-area sampling: dI/dθ = ∫ ∂f/∂θ + ∇·(V f), on the film and at every bounce (Theory 8).
 //!
 //! V moves with every edge at which the integrand jumps, but for the borders of flat emitters, which are sampled with
 //! the speed that V leaves them. Where shading normals make it jump within a face, on curves on

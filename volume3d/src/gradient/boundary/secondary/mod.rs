@@ -1,17 +1,14 @@
-//! Jumps seen from shading points, in the form of path space (Zhang, Miller, Yan, Gkioulekas and Zhao 2020).
+//! Jumps seen from shading points, in the form of path space (Zhang, Miller, Yan, Gkioulekas and Zhao 2020;
+//! Theory 9).
 //!
-//! At a shading point x the boundary term is ∮ f cos θ ΔL (v·ν) dl over the curves on the sphere of directions on
-//! which edges are seen. With e the edge's unit direction, x_B its point at arc length s, t = |x_B − x|,
-//! ω = (x_B − x)/t and φ the angle between e and ω:
+//! At a shading point x the boundary term is ∮ f cos θ ΔL (v·ν) dl over the curves on the sphere of
+//! directions on which edges are seen. With e the edge's unit direction, x_B its point at arc length s, ω the
+//! direction from x to it and t the distance,
 //!
-//!   dl = sin φ ds/t, ν = (ω × e)/sin φ, v·ν = (ω × e)·(ẋ_B − ẋ)/(t sin φ),
+//! > dA dl (v·ν) = (ω × e)·(ẋ_B − ẋ)/|n·ω| dω ds,
 //!
-//! ẋ being the velocity of x with the directions of the path before it held still. At fixed s, a patch dA of
-//! the surface at x is a solid angle dω = |n·ω| dA/t² at x_B, so that
-//!
-//!   dA dl = (t sin φ/|n·ω|) dω ds,  dA (v·ν) dl = (ω × e)·(ẋ_B − ẋ)/|n·ω| dω ds:
-//!
-//! distances cancel. One draws a point of an edge and a direction through it, and finds x.
+//! ẋ being the velocity of x with the directions of the path before it held still, dA a patch of the surface
+//! at x, and dω its solid angle at x_B. One draws a point of an edge and a direction through it, and finds x.
 
 mod beside;
 mod choice;
