@@ -72,7 +72,7 @@ pub enum SceneError {
     },
     /// A material cannot be mixed with another, or be its back.
     #[error(
-        "materials `{id}` and `{other}` cannot be mixed, or be front and back of one material: one of them is transmissive or has an opacity, a bump or normal map, or another back"
+        "materials `{id}` and `{other}` cannot be combined: front and back must not be transmissive, and in a mixture neither may have a bump or normal map, nor the second an opacity, a mixture or a back of its own"
     )]
     Blend {
         /// The material.

@@ -52,8 +52,8 @@ pub struct Material {
 /// Second material of a mixture: f = (1 − w) f₀ + w f₁.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blend {
-    /// Index of the material f₁; must be less than that of f₀, and neither may have an opacity or a bump or
-    /// normal map.
+    /// Index of the material f₁; must be less than that of f₀. It may have no opacity, mixture or back of its
+    /// own, and neither part may have a bump or normal map.
     pub other: usize,
     /// w, in [0, 1].
     pub weight: Value,
