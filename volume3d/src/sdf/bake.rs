@@ -61,7 +61,7 @@ pub enum BakeError {
     #[error(transparent)]
     Network(#[from] ShapeError),
     /// The values make no grid: they have one sign, or are not finite.
-    #[error("the values of the network are not a valid grid: {0}")]
+    #[error("the network makes no grid: {0}")]
     Grid(#[from] GridError),
     /// The grid has no surface.
     #[error(transparent)]
