@@ -1,41 +1,43 @@
-//! The residual theorem: what a warp field leaves to the boundary.
+//! The residual theorem: the boundary term that a warp field leaves.
 //!
-//! Let f(u; θ) be smooth but for jumps on curves Γ that move with velocity v, and let V be **any** field that
-//! is continuous, smooth but for curves and points, with |∇V| integrable, and vanishes where the domain ends,
-//! or f does. (For n = 2 it need not be continuous at single points, if it is bounded there; for n = 1 it
-//! must, as a jump is no more than a point.) Then
+//! Let f(u; θ) be smooth except for discontinuities on curves Γ that move with velocity v, and let V be
+//! **any** field that is continuous, smooth except on curves and points, with |∇V| integrable, and that
+//! vanishes where the domain ends, or f does. (For n = 2 it need not be continuous at single points, if it is
+//! bounded there; for n = 1 it must, as a discontinuity is itself a point.) Then
 //!
 //! ```text
 //! d/dθ ∫ f du = ∫ ∂f/∂θ + ∇·(V f) du + ∮_Γ Δf (v − V)·ν dl,
 //! ```
 //!
-//! where ν is the normal of Γ and Δf the value of f on the side that ν leaves less that on the side it enters.
+//! where ν is the normal of Γ and Δf the value of f on the side that ν leaves less that on the side it
+//! enters.
 //!
 //! *Proof.* By the Reynolds transport theorem the derivative is ∫ ∂f/∂θ du + ∮ Δf v·ν dl. By the divergence
 //! theorem in each set in which f is smooth, ∫ ∇·(V f) du = ∮ Δf V·ν dl, because V·ν is the same on both
-//! sides of Γ; for n = 2 the circle around a single point at which V is bounded but not continuous carries a
-//! flux that goes to 0 with its radius, as Δf V·ν is bounded; for n = 1 there is no such circle, and a jump
-//! of V there would carry Δ(V f). Their difference is what the theorem says. ∎
+//! sides of Γ; for n = 2 the flux through a circle around a single point at which V is bounded but not
+//! continuous goes to 0 with its radius, as Δf V·ν is bounded; for n = 1 there is no such circle, and a
+//! discontinuity of V there would contribute Δ(V f). The difference is the theorem. ∎
 //!
-//! Both families of methods are cases of it:
+//! Both families of methods are special cases:
 //!
 //! | V | residual | method |
 //! |---|---|---|
 //! | 0 | Δf v·ν, all of it | edge sampling (Li, Aittala, Durand and Lehtinen 2018) |
 //! | V·ν = v·ν on Γ: boundary consistent | 0 | warped-area sampling (Bangaru, Li and Durand 2020) |
-//! | any other | what is left | both at once, and unbiased as well |
+//! | any other | Δf (v − V)·ν | both combined, also unbiased |
 //!
-//! So a field need not follow every jump: those that it does not follow, sign changes of interpolated normals or the
-//! borders of emitters in space, are sampled as curves with what speed the field leaves them. In the plane
-//! [`BoundaryIntegral`](crate::estimator::BoundaryIntegral) samples the residual of any field; along paths in flat worlds
-//! [`WarpedArea`](crate::estimator::transport::WarpedArea) samples that of softened means over jumps.
+//! A field therefore need not follow every discontinuity: those that it does not follow, such as sign changes
+//! of interpolated normals or the borders of emitters in space, are sampled as curves with the residual
+//! velocity. In the plane [`BoundaryIntegral`](crate::estimator::BoundaryIntegral) samples the residual of
+//! any field; along paths in flat worlds [`WarpedArea`](crate::estimator::transport::WarpedArea) samples that
+//! of softened means over discontinuities.
 
 use crate::warp::Vector;
 
-/// (v − V)·ν: the speed of a jump across itself beyond that of the field.
+/// (v − V)·ν: the normal speed of a discontinuity relative to the field.
 ///
-/// `velocity` v is that of the jump, of which only the part along the unit normal `normal` ν matters; `field` is V at the
-/// same point.
+/// `velocity` v is that of the discontinuity, of which only the component along the unit normal `normal` ν
+/// matters; `field` is V at the same point.
 #[must_use]
 pub fn residual_speed<V: Vector>(velocity: V, field: V, normal: V) -> f64 {
     (velocity - field).dot(normal)

@@ -1,4 +1,4 @@
-//! Forward and reverse mode of every method whose samples are linear in the velocities.
+//! Forward and reverse mode of all methods whose samples are linear in the velocities.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -8,28 +8,28 @@ use crate::moments::Moments;
 use crate::plane::{Film, Image, MaterialPoint, Motion, Scene, add};
 use crate::random::{Stream, stream};
 
-/// One covector per channel: what a sample of dI/dθ takes from the velocity of a material point.
+/// One covector per channel: the derivative of a sample of dI/dθ by the velocity of a material point.
 pub(super) type Covectors = [DVec2; 3];
 
-/// A method whose sample is Σ covector · velocity over material points. Forward mode multiplies,
-/// reverse mode scatters the same covectors, so each is the other's transpose by construction.
+/// A method whose sample is Σ covector · velocity over material points. Forward mode multiplies, reverse mode
+/// scatters the same covectors, so each is the transpose of the other by construction.
 pub(super) trait LinearMethod: Sync {
-    /// What is worked out once for a scene.
+    /// Data prepared once per scene.
     type Prepared: Sync;
-    /// What is worked out once for a pixel.
+    /// Data prepared once per pixel.
     type Pixel;
 
-    /// Samples a pixel.
+    /// Samples per pixel.
     fn samples(&self) -> usize;
 
-    /// The seed of all streams.
+    /// Seed of all streams.
     fn seed(&self) -> u64;
 
     fn prepare(&self, scene: &Scene, film: &Film) -> Result<Self::Prepared, EstimatorError>;
 
     fn pixel(&self, view: &View<'_, Self::Prepared>, x: usize, y: usize) -> Self::Pixel;
 
-    /// One sample: emits covectors, and returns the number of rays it took.
+    /// One sample: emits covectors, and returns the number of rays.
     fn sample(
         &self,
         view: &View<'_, Self::Prepared>,
@@ -39,7 +39,7 @@ pub(super) trait LinearMethod: Sync {
     ) -> u64;
 }
 
-/// A scene on its film, with what a method prepared for them.
+/// A scene and its film, with the prepared data of a method.
 #[derive(Debug)]
 pub(super) struct View<'a, P> {
     pub(super) scene: &'a Scene,
@@ -78,8 +78,8 @@ pub(super) fn forward<M: LinearMethod>(
     }))
 }
 
-/// The mean and standard error of `samples` samples of every pixel; `pixel(x, y)` gives the
-/// function from the index of a sample to its value and rays.
+/// Mean and standard error of `samples` samples of every pixel; `pixel(x, y)` returns the function from the
+/// index of a sample to its value and rays.
 pub(super) fn gradient_image<F: FnMut(usize) -> (DVec3, u64)>(
     film: &Film,
     samples: usize,
@@ -105,7 +105,7 @@ pub(super) fn gradient_image<F: FnMut(usize) -> (DVec3, u64)>(
     }
 }
 
-/// The samples of a pixel.
+/// Accumulated samples of a pixel.
 #[derive(Clone, Copy, Debug, Default)]
 struct Samples {
     values: Moments<DVec3>,
@@ -116,7 +116,7 @@ struct Samples {
 impl Samples {
     fn add(&mut self, (value, rays): (DVec3, u64)) {
         self.rays += rays;
-        // A sample that is not finite counts as 0, forward as in reverse: both are one linear map and its
+        // A non-finite sample counts as 0, in forward and reverse mode: both remain a linear map and its
         // transpose.
         let finite = value.is_finite();
         self.values.push(if finite { value } else { DVec3::ZERO });
@@ -128,7 +128,7 @@ impl Samples {
     }
 }
 
-/// Independent batches in reverse mode: enough for a standard error, few enough to hold.
+/// Number of independent batches in reverse mode: enough for a standard error, few enough to store.
 const BATCHES: usize = 16;
 
 pub(super) fn reverse<M: LinearMethod>(
@@ -145,7 +145,7 @@ pub(super) fn reverse<M: LinearMethod>(
         (0..batches).into_par_iter().map(|batch| reverse_batch(method, &view, adjoint, batch)).collect();
     let mut mean = vec![DVec2::ZERO; scene.vertices().len()];
     parts.iter().for_each(|part| add(&mut mean, &part.gradient));
-    // Each batch estimates its share; shares differ by one sample at most.
+    // Each batch estimates its share; shares differ by at most one sample.
     let mut squares = vec![DVec2::ZERO; mean.len()];
     for (batch, part) in parts.iter().enumerate() {
         let share = share(method.samples(), batch) as f64 / method.samples() as f64;
@@ -169,7 +169,7 @@ struct Batch {
     non_finite: u64,
 }
 
-/// How many of `samples` fall to a batch: those congruent to it.
+/// Number of samples in a batch: those congruent to its index.
 fn share(samples: usize, batch: usize) -> usize {
     (samples - batch).div_ceil(BATCHES.min(samples))
 }
@@ -219,7 +219,7 @@ mod tests {
     use crate::plane::{Filter, Polygon, Shade, Shape};
     use crate::random::open01;
 
-    /// Samples whose covectors are not finite now and then.
+    /// Samples with occasional non-finite covectors.
     struct Failing;
 
     impl LinearMethod for Failing {
@@ -256,7 +256,7 @@ mod tests {
         }
     }
 
-    /// Samples that are not finite count as 0 forward and in reverse, and both report their number.
+    /// Non-finite samples count as 0 forward and in reverse, and both report their number.
     #[test]
     fn forward_and_reverse_are_transposes_where_samples_fail() {
         let corners = [(-0.5, -0.5), (0.5, -0.5), (0.0, 0.6)].map(|(x, y)| DVec2::new(x, y));

@@ -4,17 +4,16 @@
 //! |---|---|---|
 //! | [`Exact`] | exact | the arrangement of all edges |
 //! | [`WarpedArea`] of auxiliary points | with debiasing; else consistent in their number | nothing |
-//! | [`WarpedArea`] of the mean over jumps | yes | a list of all edges |
-//! | [`WarpedArea`] of the softened mean, with its residual | yes, if no two visible edges coincide | a list of all edges |
+//! | [`WarpedArea`] of the mean over discontinuities | yes | a list of all edges |
+//! | [`WarpedArea`] of the softened mean, with residual | yes, if no two visible edges coincide | a list of all edges |
 //! | [`EdgeSampling`] | yes, if no two visible edges coincide | a list of all edges |
 //! | [`Rotation`] | no | nothing |
 //! | [`FiniteDifference`] | no: O(step²) | two scenes |
 //!
-//! Forward mode differentiates every pixel with respect to one parameter, a [`Motion`]. Reverse
-//! mode differentiates one loss, given as its adjoint image ∂L/∂I, with respect to every vertex.
-//! All sampled methods draw sample s of pixel p from a stream of its own, so that results depend on
-//! the seed alone, and forward and reverse see the same random numbers: they are one linear map and
-//! its transpose.
+//! Forward mode differentiates every pixel with respect to one parameter, a [`Motion`]. Reverse mode
+//! differentiates one loss, given as its adjoint image ∂L/∂I, with respect to every vertex. All sampled
+//! methods draw sample s of pixel p from a stream of its own, so that results depend only on the seed, and
+//! forward and reverse mode use the same random numbers: they are a linear map and its transpose.
 
 mod area_integral;
 mod boundary_integral;
@@ -41,7 +40,7 @@ use crate::plane::exact::ExactError;
 use crate::plane::{Film, Image, Motion, MotionError, Scene};
 use crate::warp::WarpError;
 
-/// A gradient that cannot be estimated.
+/// Reason why a gradient cannot be estimated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EstimatorError {
@@ -54,10 +53,10 @@ pub enum EstimatorError {
     /// The exact derivative does not exist or cannot be computed.
     #[error(transparent)]
     Exact(#[from] ExactError),
-    /// The rotation method was given no candidates to follow.
+    /// The rotation method has no candidates to follow.
     #[error("at least one candidate to follow is needed")]
     NoCandidates,
-    /// No samples were asked for.
+    /// No samples were requested.
     #[error("at least one sample per pixel is needed")]
     NoSamples,
     /// The finite difference's step is not positive and finite.
@@ -66,13 +65,13 @@ pub enum EstimatorError {
         /// The step.
         step: f64,
     },
-    /// The softness of a softened mean over jumps is negative or not a number.
+    /// The softness of a softened mean over discontinuities is negative or NaN.
     #[error("the softness {softness} is negative or not a number")]
     Softness {
         /// The softness, in pixels.
         softness: f64,
     },
-    /// The adjoint image is not of the film's size.
+    /// The adjoint image differs from the film in size.
     #[error("adjoint image of {found:?} pixels for a film of {expected:?}")]
     AdjointSize {
         /// Width and height of the film.
@@ -87,30 +86,30 @@ pub enum EstimatorError {
 pub struct GradientImage {
     /// The estimate, per channel.
     pub mean: Image,
-    /// The standard error of that mean, per channel; 0 where exact, NaN from a single sample.
+    /// Standard error of the mean, per channel; 0 if exact, NaN for a single sample.
     pub standard_error: Image,
-    /// How many times the scene was asked what is seen at a point.
+    /// Number of visibility queries.
     pub rays: u64,
-    /// How many samples were not finite. They count as 0, and the mean is then biased.
+    /// Number of non-finite samples. They count as 0, which biases the mean.
     pub non_finite: u64,
 }
 
-/// dL/dp of every vertex p of the scene, shape after shape.
+/// dL/dp of every vertex p of the scene, shape by shape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VertexGradient {
     /// The estimate.
     pub mean: Vec<DVec2>,
-    /// The standard error of each component, from independent batches; NaN from a single one.
+    /// Standard error of each component, from independent batches; NaN for a single one.
     pub standard_error: Vec<DVec2>,
-    /// How many times the scene was asked what is seen at a point.
+    /// Number of visibility queries.
     pub rays: u64,
-    /// How many samples were not finite. They count as 0, and the mean is then biased.
+    /// Number of non-finite samples. They count as 0, which biases the mean.
     pub non_finite: u64,
 }
 
 /// A method that differentiates the image of a scene of polygons.
 pub trait Method: Sync {
-    /// A short name for tables and legends.
+    /// Short name for tables and legends.
     fn name(&self) -> &'static str;
 
     /// dI/dθ of every pixel, for one motion.

@@ -1,4 +1,4 @@
-//! One rigid motion per kernel (Loubet, Holzschuch and Jakob 2019), in the image plane.
+//! Rotation heuristic: one rigid motion per kernel (Loubet, Holzschuch and Jakob 2019), in the image plane.
 
 use glam::DVec2;
 
@@ -10,8 +10,8 @@ use crate::plane::{Film, Filter, Image, MaterialPoint, Motion, Scene};
 use crate::random::Stream;
 use crate::warp::WarpError;
 
-/// The integral over the image is spread over small kernels, ∫ f du = ∫∫ f(u) k(μ, u) du dμ, and each
-/// kernel is moved rigidly so as to follow one of the points seen in it.
+/// The integral over the image is spread over small kernels, ∫ f du = ∫∫ f(u) k(μ, u) du dμ, and each kernel
+/// is moved rigidly so as to follow one of the points seen in it.
 ///
 /// With V the velocity of that point, constant on the kernel,
 ///
@@ -20,19 +20,19 @@ use crate::warp::WarpError;
 /// ```
 ///
 /// On the sphere the rigid motion is a rotation; in the plane, a translation. The point is chosen
-/// by a heuristic: of a few points drawn from the kernel, the topmost shape's, because an occluder's
-/// edge is the one that is seen. It is right where one rigid motion carries every edge in the
-/// kernel, and **biased** everywhere else: whatever the number of samples, V·ν differs from the
-/// boundary's velocity by its variation across the kernel.
+/// heuristically: of several points drawn from the kernel, that of the topmost shape, because the visible
+/// edge is the occluder's. The result is correct if one rigid motion moves every edge in the kernel, and
+/// otherwise **biased**: whatever the number of samples, V·ν differs from the boundary's velocity by its
+/// variation across the kernel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: usize,
     /// The kernel's concentration κ, in 1/pixel².
     pub kappa: f64,
-    /// Points from which the one to follow is chosen.
+    /// Number of points from which the followed one is chosen.
     pub candidates: usize,
-    /// Seed.
+    /// Random seed.
     pub seed: u64,
 }
 
@@ -108,7 +108,7 @@ impl LinearMethod for Rotation {
             [0, 1, 2].map(|c| f[c] * s.gradient + s.value * gradient[c] + s.value * f[c] * kappa * offset);
         emit(point.point(), &covectors);
         if film.filter() == Filter::Box {
-            // The filter's own jump, on the pixel's fixed edge.
+            // The filter's own discontinuity, on the pixel's static edge.
             let side = PixelSide::draw(film, centre, rng);
             let mu = side.u + kernel_offset(kappa, rng);
             rays += 1 + self.candidates as u64;

@@ -1,4 +1,4 @@
-//! Forward and reverse mode of every method whose samples are linear in the rates of change.
+//! Forward and reverse mode of all methods whose samples are linear in the rates.
 
 use rayon::prelude::*;
 
@@ -8,10 +8,10 @@ use super::{Gradient, GradientImage, PathError};
 use crate::moments::Moments;
 use crate::transport::{ActiveParameters, Camera, Parameters, Tangent, Terms, World};
 
-/// A method whose sample is a sum of covectors times rates. Forward mode multiplies, reverse mode
-/// scatters the same covectors, so each is the other's transpose by construction.
+/// A method whose sample is a sum of covectors times rates. Forward mode multiplies, reverse mode scatters
+/// the same covectors, so each is the transpose of the other by construction.
 pub(super) trait LinearMethod: Sync {
-    /// What is worked out once for a pixel.
+    /// Data prepared once per pixel.
     type Pixel: Sync;
 
     /// Checks the method's own parameters.
@@ -19,12 +19,12 @@ pub(super) trait LinearMethod: Sync {
         Ok(())
     }
 
-    /// What all samples of a world before a camera share.
+    /// Data shared by all samples of a world and camera.
     fn job<'a>(&self, world: &'a World, camera: &'a Camera, active: ActiveParameters) -> Job<'a>;
 
     fn pixel(&self, job: &Job<'_>, pixel: usize) -> Self::Pixel;
 
-    /// One sample of a pixel: pushes covectors and returns the number of rays.
+    /// One sample of a pixel: emits covectors and returns the number of rays.
     fn sample(&self, job: &Job<'_>, pixel: &Self::Pixel, streams: &mut Streams, scratch: &mut Scratch)
     -> u64;
 }
@@ -92,7 +92,7 @@ struct PixelMoments {
 }
 
 impl PixelMoments {
-    /// Whether the sample is finite; if not it counts as 0.
+    /// Adds a sample; returns whether it is finite. A non-finite sample counts as 0.
     fn add(&mut self, value: [f64; 3]) -> bool {
         let total = value[0] + value[1] + value[2];
         let finite = total.is_finite() && value.iter().all(|v| v.is_finite());
@@ -102,7 +102,7 @@ impl PixelMoments {
     }
 }
 
-/// Independent batches in reverse mode: enough for a standard error, few enough to hold.
+/// Number of independent batches in reverse mode: enough for a standard error, few enough to store.
 const BATCHES: usize = 16;
 
 pub(super) fn reverse<M: LinearMethod>(
@@ -136,7 +136,7 @@ pub(super) fn reverse<M: LinearMethod>(
     })
 }
 
-/// Each batch estimates its share of the gradient; shares differ by one sample at most.
+/// Each batch estimates its share of the gradient; shares differ by at most one sample.
 fn standard_error(samples: usize, parts: &[Batch], mean: &[Terms<f64>]) -> Vec<f64> {
     let mut squares = vec![0.0; mean.len()];
     for (batch, part) in parts.iter().enumerate() {

@@ -3,18 +3,18 @@
 //! | method | unbiased | needs |
 //! |---|---|---|
 //! | [`WarpedArea`] of auxiliary rays | with debiasing; else consistent in their number | nothing |
-//! | [`WarpedArea`] of the mean over jumps | yes | a list of all vertices |
+//! | [`WarpedArea`] of the mean over discontinuities | yes | a list of all vertices |
 //! | [`WarpedArea`] of the softened mean, with its residual | yes | a list of all vertices |
 //! | [`EdgeSampling`] | yes | a list of all vertices |
 //! | [`FiniteDifference`] | no: O(step²) | two worlds |
 //!
-//! [`WarpedArea`] takes any construction of the field; with
-//! [`Construction::Followed`](crate::transport::fields::Construction) it is the rotation method of
-//! Loubet et al. (2019), with `Still` the interior term alone.
+//! [`WarpedArea`] accepts any construction of the field; with
+//! [`Construction::Followed`](crate::transport::fields::Construction) it is the rotation method of Loubet et
+//! al. (2019), with `Still` the interior term alone.
 //!
-//! All methods differentiate the path tracer's own estimate: sample s of pixel p follows the path that
-//! the image's sample s of pixel p follows, and auxiliary rays draw from a stream of their own, so that
-//! the primal is the same, bit for bit, whether or not a gradient is taken.
+//! All methods differentiate the path tracer's own estimate: sample s of pixel p follows the same path as the
+//! image's sample s of pixel p, and auxiliary rays use a separate stream, so that the primal has the same
+//! bits with and without a gradient.
 
 mod driver;
 mod edge_sampling;
@@ -41,7 +41,7 @@ pub use warped_area::WarpedArea;
 use crate::transport::{Camera, CameraError, Tangent, TangentError, Terms, World, WorldError};
 use crate::warp::WarpError;
 
-/// A gradient that cannot be estimated.
+/// Reason why a gradient cannot be estimated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PathError {
@@ -54,12 +54,12 @@ pub enum PathError {
     /// The warp's parameters are out of range.
     #[error(transparent)]
     Warp(#[from] WarpError),
-    /// A finite difference left the space of worlds.
+    /// A finite difference led to an invalid world.
     #[error("displaced by θ = {theta}: {source}")]
     Displaced {
         /// The displacement.
         theta: f64,
-        /// What is wrong there.
+        /// The violation there.
         source: WorldError,
     },
     /// The number of kernel widths in a lobe or an emitter is not in (0, 10⁶].
@@ -68,16 +68,16 @@ pub enum PathError {
         /// The number.
         relative: f64,
     },
-    /// The rotation method was given no candidates to follow.
+    /// The rotation method has no candidates to follow.
     #[error("at least one candidate to follow is needed")]
     NoCandidates,
-    /// The softness of a softened mean over jumps is negative or not a number.
+    /// The softness of a softened mean over discontinuities is negative or NaN.
     #[error("the softness {softness} is negative or not a number")]
     Softness {
         /// The softness, in kernel widths.
         softness: f64,
     },
-    /// No samples were asked for.
+    /// No samples were requested.
     #[error("at least one sample per pixel is needed")]
     NoSamples,
     /// The finite difference's step is not positive and finite.
@@ -86,7 +86,7 @@ pub enum PathError {
         /// The step.
         step: f64,
     },
-    /// The adjoint image is not of the film's size.
+    /// The adjoint image differs from the film in size.
     #[error("adjoint image of {found} pixels for a film of {expected}")]
     AdjointSize {
         /// Pixels of the film.
@@ -101,14 +101,13 @@ pub enum PathError {
 pub struct GradientImage {
     /// The estimate, term by term.
     pub mean: Vec<Terms<f64>>,
-    /// The standard error of each term; NaN from a single sample.
+    /// Standard error of each term; NaN for a single sample.
     pub term_error: Vec<Terms<f64>>,
-    /// The standard error of the sum of the terms; NaN from a single sample.
+    /// Standard error of the sum of the terms; NaN for a single sample.
     pub standard_error: Vec<f64>,
-    /// How many rays were traced.
+    /// Number of rays traced.
     pub rays: u64,
-    /// The samples that were not finite, as (pixel, sample). They count as 0, and the mean is then
-    /// biased.
+    /// Non-finite samples, as (pixel, sample). They count as 0, which biases the mean.
     pub non_finite: Vec<(usize, usize)>,
 }
 
@@ -125,13 +124,11 @@ impl GradientImage {
 pub struct Gradient {
     /// The estimate, term by term.
     pub mean: Terms<Tangent>,
-    /// The standard error of the sum of the terms, parameter by parameter, from independent batches;
-    /// NaN from a single one.
+    /// Standard error of the sum of the terms, by parameter, from independent batches; NaN for a single one.
     pub standard_error: Tangent,
-    /// How many rays were traced.
+    /// Number of rays traced.
     pub rays: u64,
-    /// The samples that were not finite, as (pixel, sample). They count as 0, and the mean is then
-    /// biased.
+    /// Non-finite samples, as (pixel, sample). They count as 0, which biases the mean.
     pub non_finite: Vec<(usize, usize)>,
 }
 
@@ -145,10 +142,10 @@ impl Gradient {
 
 /// A method that differentiates an image of a flat world.
 pub trait Method: Sync {
-    /// A short name for tables and legends.
+    /// Short name for tables and legends.
     fn name(&self) -> &'static str;
 
-    /// dI/dθ of every pixel, for one change.
+    /// dI/dθ of every pixel, for one tangent.
     ///
     /// # Errors
     /// A [`PathError`] that names the parameter.
