@@ -1,11 +1,11 @@
-//! Pixels of equal angle.
+//! Films with pixels of equal angle.
 
 use std::f64::consts::TAU;
 
 /// The pixel filter over angles, with ∫h = 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AngularFilter {
-    /// One pixel wide; it jumps at the pixel's fixed ends.
+    /// One pixel wide, discontinuous at the pixel's static ends.
     Box,
     /// Two pixels wide, continuous.
     #[default]
@@ -21,7 +21,7 @@ pub struct AngularFilm {
     filter: AngularFilter,
 }
 
-/// A film that cannot be made.
+/// Invalid parameters of a film.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AngularFilmError {
@@ -33,7 +33,7 @@ pub enum AngularFilmError {
         /// Its last.
         last: f64,
     },
-    /// The filter of a pixel reaches around the circle, onto itself.
+    /// The filter of a pixel overlaps itself around the circle.
     #[error("the support of a pixel's filter is {support} radians wide, more than 2π")]
     Support {
         /// Its width, in radians.
@@ -48,7 +48,7 @@ impl AngularFilm {
     /// `count` pixels from the angle `first` to `last`, in radians.
     ///
     /// # Errors
-    /// If there are no pixels, the interval is no interval or the support of a pixel wider than the circle.
+    /// If there are no pixels, the interval is invalid or the support of a pixel is wider than the circle.
     pub fn new(first: f64, last: f64, count: usize, filter: AngularFilter) -> Result<Self, AngularFilmError> {
         if count == 0 {
             return Err(AngularFilmError::NoPixels);
@@ -62,7 +62,7 @@ impl AngularFilm {
         if support <= TAU { Ok(film) } else { Err(AngularFilmError::Support { support }) }
     }
 
-    /// How many pixels.
+    /// Number of pixels.
     #[must_use]
     pub fn count(&self) -> usize {
         self.count
@@ -80,13 +80,13 @@ impl AngularFilm {
         self.filter
     }
 
-    /// The middle of a pixel.
+    /// Centre of a pixel.
     #[must_use]
     pub fn centre(&self, pixel: usize) -> f64 {
         self.first + (pixel as f64 + 0.5) * self.pixel
     }
 
-    /// How far the filter reaches to each side.
+    /// Half the width of the filter's support.
     #[must_use]
     pub fn radius(&self) -> f64 {
         match self.filter {
@@ -95,7 +95,7 @@ impl AngularFilm {
         }
     }
 
-    /// h at an angle from the pixel's middle, in radians⁻¹.
+    /// h at an angle from the pixel's centre, in radians⁻¹.
     #[must_use]
     pub fn value(&self, offset: f64) -> f64 {
         let relative = offset.abs() / self.pixel;

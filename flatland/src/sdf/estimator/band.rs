@@ -1,4 +1,4 @@
-//! The boundary integral relaxed to a band beside the silhouette (Wang et al. 2024).
+//! Relaxed boundary term, in a band next to the silhouette (Wang et al. 2024).
 
 use glam::DVec2;
 
@@ -8,11 +8,11 @@ use crate::random::Stream;
 use crate::sdf::scene::Seen;
 use crate::sdf::{AngularFilm, Jet, RayCount, Scene, Sdf, near_misses};
 
-/// Interior term plus the boundary term of rays that pass the surface within ε (Wang et al. 2024, "A
-/// Simple Approach to Differentiable Rendering of SDFs").
+/// Interior term plus the boundary term of rays that pass the surface within ε (Wang et al. 2024, "A Simple
+/// Approach to Differentiable Rendering of SDFs").
 ///
-/// Where φ has a local minimum 0 < φ(x*) < ε along a ray, ∇φ·ω = 0 and the ray passes a silhouette.
-/// Turning it by dα changes φ(x*) by t|∇φ| dα and the silhouette turns at −φ̇/(t|∇φ|), so that
+/// Where φ has a local minimum 0 < φ(x*) < ε along a ray, ∇φ·ω = 0 and the ray passes a silhouette. Rotating
+/// it by dα changes φ(x*) by t|∇φ| dα and the silhouette rotates at −φ̇/(t|∇φ|), so that
 ///
 /// ```text
 /// Σ_∂ h (L_front − L_behind) v ≈ −(1/ε) ∫ h (L(x*) − L) φ̇(x*) dα   over 0 < φ(x*) < ε.
@@ -21,11 +21,11 @@ use crate::sdf::{AngularFilm, Jet, RayCount, Scene, Sdf, near_misses};
 /// Biased by O(ε), with variance O(1/ε); the boundary term needs no derivative of the tracer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelaxedBoundary {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: usize,
     /// ε, in units of length.
     pub width: f64,
-    /// Seed.
+    /// Random seed.
     pub seed: u64,
 }
 
@@ -39,7 +39,7 @@ impl RelaxedBoundary {
     /// dI/dθ of every pixel along a direction in parameter space.
     ///
     /// # Errors
-    /// If the direction does not fit the shape, ε is not positive or no samples were asked for.
+    /// If the direction does not fit the shape, ε is not positive or no samples were requested.
     pub fn forward(
         &self,
         scene: &Scene,
@@ -58,7 +58,7 @@ impl RelaxedBoundary {
     /// ∂L/∂θ of every parameter for the loss whose ∂L/∂I is `adjoint`.
     ///
     /// # Errors
-    /// If the adjoint image does not fit the film, ε is not positive or no samples were asked for.
+    /// If the adjoint image does not fit the film, ε is not positive or no samples were requested.
     pub fn reverse(
         &self,
         scene: &Scene,

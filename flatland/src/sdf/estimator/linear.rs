@@ -1,4 +1,4 @@
-//! What all estimators share: samples of pixels, their means, and reverse mode.
+//! Common parts of the estimators: pixel samples, their means, and reverse mode.
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -8,10 +8,10 @@ use crate::moments::Moments;
 use crate::random::{Stream, open01, stream};
 use crate::sdf::{AngularFilm, RayCount};
 
-/// Batches from which reverse mode takes its standard error.
+/// Number of batches from which reverse mode estimates its standard error.
 const BATCHES: usize = 16;
 
-/// A direction within a pixel's support, drawn uniformly: h and h′ over the density are bounded.
+/// A direction within a pixel's support, sampled uniformly: h and h′ divided by the density are bounded.
 pub(super) struct PixelSample {
     pub(super) direction: DVec2,
     /// h/p.
@@ -38,7 +38,7 @@ pub(super) struct Sampled {
     pub(super) rays: RayCount,
 }
 
-/// Samples with what they cost.
+/// Sums of samples, with their cost.
 #[derive(Clone, Copy, Default)]
 struct Sums {
     values: Moments,
@@ -78,8 +78,8 @@ pub(super) fn forward(
     }
 }
 
-/// The gradient of Σ_p adjoint_p I_p, from the same samples: `scatter` adds a sample of a pixel, times
-/// its adjoint, to the gradient of its parameters.
+/// The gradient of Σ_p adjoint_p I_p, from the same samples: `scatter` adds a sample of a pixel, times its
+/// adjoint, to the gradient of the parameters.
 pub(super) fn reverse(
     samples: usize,
     seed: u64,
@@ -105,7 +105,7 @@ pub(super) fn reverse(
         (total, sums)
     };
     let found: Vec<(Vec<f64>, Sums)> = (0..batches).into_par_iter().map(of_batch).collect();
-    // Of the samples a batch has: (samples − batch) over the stride, rounded up.
+    // Number of samples of a batch: (samples − batch) divided by the stride, rounded up.
     let size = |batch: usize| (samples - batch).div_ceil(batches) as f64;
     let of_parameter = |parameter: usize| {
         let mut spread = Moments::default();

@@ -3,12 +3,12 @@
 //! | method | boundary term | biased |
 //! |---|---|---|
 //! | [`AreaIntegral`] | ∇·(V h L), any field | as its field |
-//! | [`RelaxedBoundary`] | a band of width ε beside the silhouette | O(ε) |
+//! | [`RelaxedBoundary`] | a band of width ε next to the silhouette | O(ε) |
 //! | [`ImplicitHit`] | none | by all of it: needs masks |
 //!
-//! Forward mode differentiates every pixel along one direction in parameter space, reverse mode one
-//! loss, given by ∂L/∂I of every pixel, with respect to every parameter. Both see the same random
-//! numbers: they are one linear map and its transpose.
+//! Forward mode differentiates every pixel along one direction in parameter space, reverse mode one loss,
+//! given by ∂L/∂I of every pixel, with respect to every parameter. Both use the same random numbers: they are
+//! a linear map and its transpose.
 
 mod area;
 mod band;
@@ -20,30 +20,30 @@ pub use band::RelaxedBoundary;
 use super::fields::FieldError;
 use super::{AngularFilm, Scene, Sdf};
 
-/// A derivative that cannot be estimated.
+/// Reason why a derivative cannot be estimated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EstimatorError {
     /// The field's parameters are out of range.
     #[error(transparent)]
     Field(#[from] FieldError),
-    /// No samples were asked for.
+    /// No samples were requested.
     #[error("at least one sample per pixel is needed")]
     NoSamples,
     /// A direction has the wrong number of parameters.
     #[error("a direction of {found} parameters for a shape that has {expected}")]
     Direction {
-        /// How many the shape has.
+        /// Number of the shape's parameters.
         expected: usize,
-        /// How many were given.
+        /// Number given.
         found: usize,
     },
     /// An adjoint image has the wrong number of pixels.
     #[error("an adjoint image of {found} pixels for a film of {expected}")]
     Adjoint {
-        /// How many the film has.
+        /// Number of the film's pixels.
         expected: usize,
-        /// How many were given.
+        /// Number given.
         found: usize,
     },
     /// The width of the band must be positive and finite.
@@ -59,14 +59,14 @@ pub enum EstimatorError {
 pub struct Estimate {
     /// The estimate.
     pub mean: Vec<f64>,
-    /// The standard error of that mean; NaN from a single sample.
+    /// Standard error of the mean; NaN for a single sample.
     pub standard_error: Vec<f64>,
-    /// How many rays were traced.
+    /// Number of rays traced.
     pub rays: u64,
-    /// How many samples were not finite. They count as 0, and the mean is then biased.
+    /// Number of non-finite samples. They count as 0, which biases the mean.
     pub non_finite: u64,
-    /// How many of these rays ran out of steps: primary ones, those of the field and those at the ends of
-    /// pixels. They count as misses, and the mean is then biased.
+    /// Number of these rays that ran out of steps: primary rays, those of the field and those at the ends of
+    /// pixels. They count as misses, which biases the mean.
     pub out_of_steps: u64,
 }
 
@@ -87,7 +87,7 @@ fn check_samples(samples: usize) -> Result<(), EstimatorError> {
 /// The image by sampling: ∫ h L of every pixel.
 ///
 /// # Errors
-/// If no samples were asked for.
+/// If no samples were requested.
 pub fn primal(
     scene: &Scene,
     film: &AngularFilm,

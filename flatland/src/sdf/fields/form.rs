@@ -20,8 +20,7 @@ pub struct Tap<V> {
 }
 
 impl<V: Space> Tap<V> {
-    /// The tap of U(ω) = W G(x)/t with x = o + tω, where t and W depend on ω, and of the divergence
-    /// of P_ω U.
+    /// The tap of U(ω) = W G(x)/t with x = o + tω, where t and W depend on ω, and of the divergence of P_ω U.
     ///
     /// With G = φ̇ e, where e = −∇φ/|∇φ|² near surfaces, and E = De,
     ///
@@ -30,8 +29,8 @@ impl<V: Space> Tap<V> {
     /// ∇_ω·G = (∇t·Eω + t (tr E − ω·Eω)) φ̇ + ((e·∇t) ω + t P_ω e)·∇φ̇,
     /// ```
     ///
-    /// and ∇·(P_ω U) = ∇_ω·U − n ω·U, because projecting to the sphere of directions takes away what
-    /// points along ω.
+    /// and ∇·(P_ω U) = ∇_ω·U − n ω·U, because projecting to the sphere of directions removes the component
+    /// along ω.
     #[must_use]
     pub fn new<D: Domain<Vector = V>>(
         view: &View<'_, V>,
@@ -43,7 +42,7 @@ impl<V: Space> Tap<V> {
         Self::of::<D>(point, view.sdf.second_order(point), direction, t, weight)
     }
 
-    /// The same where φ(x), ∇φ(x) and ∇²φ(x) are known.
+    /// The tap, given φ(x), ∇φ(x) and ∇²φ(x).
     #[must_use]
     pub fn of<D: Domain<Vector = V>>(
         point: V,
@@ -84,7 +83,7 @@ impl<D: Directions> FieldForm<D> {
         &self.taps
     }
 
-    /// The rays it took.
+    /// Number of rays.
     #[must_use]
     pub fn rays(&self) -> RayCount {
         self.rays
