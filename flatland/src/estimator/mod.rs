@@ -5,7 +5,7 @@
 //! | [`Exact`] | exact | the arrangement of all edges |
 //! | [`WarpedArea`] of auxiliary points | with debiasing; else consistent in their number | nothing |
 //! | [`WarpedArea`] of the mean over discontinuities | yes | a list of all edges |
-//! | [`WarpedArea`] of the softened mean, with residual | yes, if no visible edges coincide | a list of all edges |
+//! | softened [`WarpedArea`], with its residual | yes, if no visible edges coincide | a list of all edges |
 //! | [`EdgeSampling`] | yes, if no visible edges coincide | a list of all edges |
 //! | [`Rotation`] | no | nothing |
 //! | [`FiniteDifference`] | no: O(step²) | two scenes |
