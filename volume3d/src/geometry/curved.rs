@@ -68,7 +68,8 @@ impl Mesh {
         patch.into_mesh()
     }
 
-    /// The unit disk in the plane z = 0, facing +z, within [`TOLERANCE`]; 72 triangles. Texture coordinates are (r, φ/2π).
+    /// The unit disk in the plane z = 0, facing +z, within [`TOLERANCE`]; 72 triangles. Texture coordinates:
+    /// (r, φ/2π).
     #[must_use]
     pub fn disk() -> Self {
         let mut patch = Patch::default();
@@ -84,8 +85,8 @@ impl Mesh {
         patch.into_mesh()
     }
 
-    /// The cylinder of radius 1 about the z axis from z = 0 to 1, without caps, facing outwards, within [`TOLERANCE`]; 144
-    /// triangles. Texture coordinates are (φ/2π, z).
+    /// The cylinder of radius 1 about the z axis from z = 0 to 1, without caps, facing outwards, within
+    /// [`TOLERANCE`]; 144 triangles. Texture coordinates: (φ/2π, z).
     #[must_use]
     pub fn cylinder() -> Self {
         let mut patch = Patch::default();

@@ -20,7 +20,8 @@ pub struct TraceCounts {
     /// and other rays may have passed through parts of it unnoticed.
     pub too_steep: u64,
     /// Rays that hit the surface where |∇φ| < √½: the field underestimates the speed of its silhouettes, and
-    /// gradients are biased. Make φ a distance, by [`redistance`](crate::sdf::redistance()) or an eikonal term.
+    /// gradients are biased. Make φ a distance, by [`redistance`](crate::sdf::redistance()) or an eikonal
+    /// term.
     pub too_flat: u64,
 }
 

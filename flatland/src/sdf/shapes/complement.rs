@@ -35,7 +35,8 @@ pub fn smooth_intersection<A, B>(a: A, b: B, width: f64) -> Result<SmoothInterse
     Ok(Complement(SmoothUnion::new(Complement(a), Complement(b), width)?))
 }
 
-/// a without b, with rounded rims: the [smooth intersection](smooth_intersection()) of a and the complement of b,
+/// Difference a \ b with rounded edges: the [smooth intersection](smooth_intersection()) of a and the
+/// complement of b,
 ///
 /// ```text
 /// φ = max(φ_a, −φ_b) + (k − |φ_a + φ_b|)₊²/(4k).
@@ -110,7 +111,7 @@ mod tests {
         [-0.3, 0.4].map(|x| Ball::new(DVec3::new(x, 0.0, 0.0), 0.6).expect("a ball"))
     }
 
-    /// Away from the rims, where nothing blends, they are the maximum; on the rims larger by k/4.
+    /// Away from the rounded edges the result equals the maximum; on the edges it is larger by k/4.
     #[test]
     fn intersections_and_differences_are_maxima() {
         let ([a, b], k) = (balls(), 0.1);
@@ -167,8 +168,8 @@ mod tests {
         assert_eq!(Sdf::<DVec3>::slope_bound(&Complement(ball)), 1.0);
     }
 
-    /// Outside the box φ exceeds the level; near each of its faces it attains the level, except for unions
-    /// that do not blend.
+    /// Outside the box φ exceeds the level; near each face of the box it attains the level, except for sharp
+    /// unions.
     #[test]
     fn boxes_have_everything_within() {
         let ([a, b], k) = (balls(), 0.4);

@@ -24,7 +24,8 @@ const EXP: [f64; 12] = [
     1.0,
 ];
 
-/// 2 artanh(s)/s for s² on [0, 1/9], to 3·10⁻¹⁸ (interpolation at Chebyshev points), from the highest power of s².
+/// Polynomial in s² for 2 artanh(s)/s, s² in [0, 1/9], highest power first; error 3·10⁻¹⁸ (interpolation at
+/// Chebyshev points).
 const ARTANH: [f64; 11] = [
     0.170_441_635_627_813_97,
     0.083_245_065_118_608_2,
@@ -117,7 +118,8 @@ impl Task for All<'_> {
     }
 }
 
-/// ln(1 + e^t) from t and e = e^{−|t|}: max(t, 0) = (t + |t|)/2, which keeps NaN, and ln(1 + e) = 2 artanh(e/(2 + e)).
+/// Softplus ln(1 + e^t) = max(t, 0) + ln(1 + e) from t and e = e^{−|t|}. Here max(t, 0) = (t + |t|)/2, which
+/// propagates NaN, and ln(1 + e) = 2 artanh(e/(2 + e)).
 #[inline(always)]
 fn softplus(t: f64, e: f64) -> f64 {
     let s = e / (2.0 + e);
