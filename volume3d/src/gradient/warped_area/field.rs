@@ -20,16 +20,16 @@ pub enum Field {
         lobe: f64,
     },
     /// Softened mean over discontinuities, with boundary samples of its residual (the residual theorem,
-    /// [`flatland::boundary`]): unbiased for any softness ε, from the exact mean (ε = 0) to no field at all on
-    /// the film (ε = ∞). Where silhouettes of different velocities cross or pass close by one another, ∇·V of
-    /// the exact mean is unbounded, and its samples have heavy tails. The softened mean is bounded: with v
-    /// the largest velocity of the N discontinuities within reach, |V| ≤ v and |∇·V| ≤ (4 + N) v/ε, and curve
-    /// samples have at most 2v. The borders of a face of apparent width w, which the field follows, may move
-    /// relative to one another, as when a face seen almost edge-on opens: that adds 2v/w, at most 200 v/ε, as
-    /// borders of narrower faces are softened too. (Width is area divided by length: a spike of a wide face
-    /// has no such bound.) These bounds are the field's. Points that a path hits after a bounce move with
-    /// 1/cos of the angle of incidence, for this field as for every method that traces from the camera; [edge
-    /// sampling](crate::gradient::EdgeSampling) traces to such points backwards.
+    /// [`flatland::boundary`]): unbiased for any softness ε, from the exact mean (ε = 0) to no field at all
+    /// on the film (ε = ∞). Where silhouettes of different velocities cross or pass close by one another,
+    /// ∇·V of the exact mean is unbounded, and its samples have heavy tails. The softened mean is bounded:
+    /// with v the largest velocity of the N discontinuities within reach, |V| ≤ v and |∇·V| ≤ (4 + N) v/ε,
+    /// and curve samples have at most 2v. The borders of a face of apparent width w, which the field follows,
+    /// may move relative to one another, as when a face seen almost edge-on opens: that adds 2v/w, at most
+    /// 200 v/ε, as borders of narrower faces are softened too. (Width is area divided by length: a spike of a
+    /// wide face has no such bound.) These bounds are the field's. Points that a path hits after a bounce
+    /// move with 1/cos of the angle of incidence, for this field as for every method that traces from the
+    /// camera; [edge sampling](crate::gradient::EdgeSampling) traces to such points backwards.
     ///
     /// Directions towards lights are not warped: edges of shadows and outlines of emitters are sampled, with
     /// their speed relative to the shading point. Within lobes the mean is softened as on the film, or exact.
